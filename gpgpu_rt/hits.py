@@ -1,0 +1,49 @@
+"""Hits: what a trace returns, one entry a ray."""
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+TRACED, INVALID, UNFINISHED, STACK_OVERFLOW = 0, 1, 2, 3
+
+COUNTERS = ("nodes_visited", "leaves_visited", "triangles_tested")
+
+
+@dataclass
+class Hits:
+    """Nearest hits of n rays.
+
+    Attributes
+    ----------
+    t : (n,) float, in units of the ray's |direction|, inf on a miss
+    u, v : (n,) float, barycentric: p = (1 - u - v) v0 + u v1 + v v2; 0 on a miss
+    triangle : (n,) int32, row of the scene's faces as given, -1 on a miss
+    status : (n,) uint8, 0 traced, 1 invalid ray, 2 unfinished (step cap), 3 stack overflow
+    nodes_visited, leaves_visited, triangles_tested : (n,) int32, or None without statistics
+    steps : (n,) int32 kernel runs a ray took, or None without statistics
+    """
+
+    t: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+    triangle: np.ndarray
+    status: np.ndarray
+    nodes_visited: np.ndarray | None = None
+    leaves_visited: np.ndarray | None = None
+    triangles_tested: np.ndarray | None = None
+    steps: np.ndarray | None = None
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    @property
+    def hit(self) -> np.ndarray:
+        """(n,) bool, true where a triangle was hit."""
+        return self.triangle >= 0
+
+    def to_dict(self) -> dict[str, Any]:
+        """The arrays that are present, by field name, ready for ``numpy.savez``."""
+        pairs = ((f.name, getattr(self, f.name)) for f in fields(self))
+        return {name: array for name, array in pairs if array is not None}
