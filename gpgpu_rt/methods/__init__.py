@@ -1,0 +1,33 @@
+"""The method table: CLI, viewer, tests and figures take the list of methods from here."""
+from __future__ import annotations
+
+from ..errors import OptionError, nearest_names
+from . import brute_force, bvh, grid, kdtree
+from .row import Accelerator, Method
+
+_TABLE: dict[str, Method] = {}
+
+
+def register(method: Method) -> Method:
+    """Add a method to the table; its name must be new."""
+    if method.name in _TABLE:
+        raise OptionError(f"a method named {method.name!r} is in the table already")
+    _TABLE[method.name] = method
+    return method
+
+
+def methods() -> list[Method]:
+    """The table, as rows with .name, in the survey's order."""
+    return list(_TABLE.values())
+
+
+def find_method(name: str) -> Method:
+    """The row of a name; OptionError suggests the nearest ones."""
+    if name not in _TABLE:
+        raise OptionError(f"no method {name!r}" + nearest_names(str(name), _TABLE))
+    return _TABLE[name]
+
+
+for _family in (brute_force, grid, kdtree, bvh):
+    for _row in _family.ROWS:
+        register(_row)

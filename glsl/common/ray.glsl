@@ -1,0 +1,41 @@
+// A ray, and what is derived from it once a pass: it is set up from its two texels and never
+// written back.
+
+struct Ray {
+    vec3 origin;
+    float t_min;
+    vec3 direction;
+    float t_max;
+    vec3 inv_dir;    // finite: a zero component counts as TINY_DIRECTION
+    bvec2 dominant;  // which component is largest: x, y, or else z
+    vec3 shear;      // (x / z, y / z, 1 / z) of the direction, axes permuted so z is dominant
+};
+
+// Directions are scaled so that their largest component lies in [0.5, 1) (rays made here are of
+// unit length), so this is far below anything that moves a ray across a scene.
+const float TINY_DIRECTION = 1e-20;
+
+vec3 permute(Ray ray, vec3 v) {
+    return ray.dominant.x ? v.yzx : (ray.dominant.y ? v.zxy : v);
+}
+
+Ray ray_setup(Rays texels) {
+    Ray ray;
+    ray.origin = texels.origin;
+    ray.t_min = texels.t_min;
+    ray.direction = texels.direction;
+    ray.t_max = texels.t_max;
+    vec3 d = ray.direction;
+    vec3 size = abs(d);
+    vec3 tiny = vec3(d.x < 0.0 ? -TINY_DIRECTION : TINY_DIRECTION,
+                     d.y < 0.0 ? -TINY_DIRECTION : TINY_DIRECTION,
+                     d.z < 0.0 ? -TINY_DIRECTION : TINY_DIRECTION);
+    ray.inv_dir = 1.0 / vec3(size.x < TINY_DIRECTION ? tiny.x : d.x,
+                             size.y < TINY_DIRECTION ? tiny.y : d.y,
+                             size.z < TINY_DIRECTION ? tiny.z : d.z);
+    ray.dominant.x = size.x >= size.y && size.x >= size.z;
+    ray.dominant.y = size.y >= size.z;
+    vec3 p = permute(ray, d);
+    ray.shear = vec3(p.xy / p.z, 1.0 / p.z);
+    return ray;
+}

@@ -1,0 +1,18 @@
+// Brute force: every ray against every triangle, one triangle a step.
+// Foley and Sugerman, "KD-Tree Acceleration Structures for a GPU Raytracer", Graphics Hardware
+// 2005, measure it as "Brute" (survey, Figure 12).
+
+uniform int triangle_count;
+
+void init(Ray ray, out State state) {
+    state.cursor = 0;
+    state.phase = triangle_count > 0 ? INTERSECT : DONE;
+}
+
+void intersect(Ray ray, inout State state, inout Hit hit) {
+    test_triangle(ray, state.cursor, hit);
+    ++state.cursor;
+    if (state.cursor == triangle_count || search_over(hit)) {
+        state.phase = DONE;
+    }
+}

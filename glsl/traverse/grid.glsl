@@ -1,0 +1,96 @@
+// Uniform grid: Purcell, Buck, Mark, Hanrahan, "Ray Tracing on Programmable Graphics Hardware",
+// SIGGRAPH 2002 (survey, section 3.3, Figure 6). A ray steps from cell to cell by a 3D DDA and
+// tests one entry of the cell's list an intersect step; each list ends in a sentinel.
+//
+// With PROXIMITY: Karlsson and Ljungstedt, "Ray Tracing Fully Implemented on Programmable Graphics
+// Hardware", master's thesis, Chalmers 2004. An empty cell knows how many cells away the nearest
+// occupied one is (Chebyshev distance k), and the ray jumps k - 1 cells at once.
+//
+// Departure: t_next is computed from the integer cell each time instead of adding an increment,
+// whose rounding errors miss cells on long walks.
+
+uniform ivec3 grid_resolution;
+uniform vec3 cell_size;
+
+// Where the ray leaves cell `cell`, axis by axis.
+vec3 cell_exit(Ray ray, ivec3 cell) {
+    ivec3 ahead = ivec3(greaterThan(ray.inv_dir, vec3(0.0)));
+    return (scene_lo + vec3(cell + ahead) * cell_size - ray.origin) * ray.inv_dir;
+}
+
+ivec3 cell_at(Ray ray, float t) {
+    vec3 at = (ray.origin + t * ray.direction - scene_lo) / cell_size;
+    return clamp(ivec3(floor(at)), ivec3(0), grid_resolution - 1);
+}
+
+int cell_index(ivec3 cell) {
+    return cell.x + grid_resolution.x * (cell.y + grid_resolution.y * cell.z);
+}
+
+// Arrives in a cell at t: on to its list, or on through an empty cell.
+void visit(Ray ray, ivec3 cell, float t, inout State state) {
+    COUNT(nodes_visited);
+    state.cell = cell;
+    state.t_enter = t;
+    state.t_next = cell_exit(ray, cell);
+    state.cursor = grid_cell_first(cell_index(cell));
+    state.phase = TRAVERSE;
+    if (state.cursor >= 0) {
+        COUNT(leaves_visited);
+        state.phase = INTERSECT;
+    }
+}
+
+void init(Ray ray, out State state) {
+    vec2 interval = box_interval(ray, box_slack(ray), scene_lo, scene_hi);
+    float t = max(interval.x, ray.t_min);
+    state.t_exit = min(interval.y, ray.t_max);
+    state.cell = ivec3(0);
+    state.t_next = vec3(0.0);
+    state.cursor = -1;
+    state.phase = DONE;
+    if (t <= state.t_exit) {
+        visit(ray, cell_at(ray, t), t, state);
+    }
+}
+
+// To the next cell, unless the cell left settles the ray: by a hit before its end (one beyond it
+// is kept, but ends nothing) or by being the last.
+void traverse(Ray ray, inout State state, inout Hit hit) {
+#ifdef PROXIMITY
+    int clear = -state.cursor - 1;   // cells in a row that are empty for certain
+    if (clear >= 2) {
+        float t = state.t_enter + float(clear) / max_component(abs(ray.direction) / cell_size);
+        state.phase = DONE;
+        if (t < state.t_exit) {
+            visit(ray, cell_at(ray, t), t, state);
+        }
+        return;
+    }
+#endif
+    float t_leave = min_component(state.t_next);
+    bvec3 leaves = equal(state.t_next, vec3(t_leave));
+    ivec3 forward = ivec3(sign(ray.inv_dir));
+    ivec3 cell = state.cell + (leaves.x ? ivec3(forward.x, 0, 0)
+                            : (leaves.y ? ivec3(0, forward.y, 0) : ivec3(0, 0, forward.z)));
+    bool outside = any(lessThan(cell, ivec3(0)))
+                || any(greaterThanEqual(cell, grid_resolution));
+    state.phase = DONE;
+    if (!outside && hit.t >= t_leave && t_leave < state.t_exit) {
+        visit(ray, cell, t_leave, state);
+    }
+}
+
+// One entry of the cell's list.
+void intersect(Ray ray, inout State state, inout Hit hit) {
+    int triangle = reference_triangle(state.cursor);
+    ++state.cursor;
+    if (triangle < 0) {
+        state.phase = TRAVERSE;
+    } else {
+        test_triangle(ray, triangle, hit);
+        if (search_over(hit)) {
+            state.phase = DONE;
+        }
+    }
+}

@@ -1,0 +1,82 @@
+// What kd-restart and kd-backtrack share: Foley and Sugerman, "KD-Tree Acceleration Structures for
+// a GPU Raytracer", Graphics Hardware 2005 (survey, section 3.4, Figures 10 to 12). A ray descends
+// to the leaf at its t_min, tests the leaf's triangles, and takes up the rest of its interval.
+//
+// A plane at or before t_min sends the ray to the far child. t_split is computed by the same
+// expression each time, so after a leaf's end became t_min the same plane compares as equal and
+// the ray always moves on: no epsilon. (The survey's Figure 10 also takes the near child where
+// t_split < 0, which is wrong for a ray that starts beyond the plane.)
+
+const int LEAF = 3;
+
+// Where the ray crosses a plane across `axis`.
+float plane_t(Ray ray, int axis, float plane) {
+    float o = axis == 0 ? ray.origin.x : (axis == 1 ? ray.origin.y : ray.origin.z);
+    float inv = axis == 0 ? ray.inv_dir.x : (axis == 1 ? ray.inv_dir.y : ray.inv_dir.z);
+    return (plane - o) * inv;
+}
+
+float box_exit(Ray ray, vec3 lo, vec3 hi) {
+    vec3 far = vec3(ray.inv_dir.x < 0.0 ? lo.x : hi.x,
+                    ray.inv_dir.y < 0.0 ? lo.y : hi.y,
+                    ray.inv_dir.z < 0.0 ? lo.z : hi.z);
+    return min_component((far - ray.origin) * ray.inv_dir);
+}
+
+void init(Ray ray, out State state) {
+    vec2 interval = box_interval(ray, box_slack(ray), scene_lo, scene_hi);
+    state.node = 0;
+    state.t_min = max(interval.x, ray.t_min);
+    state.t_exit = min(max(box_exit(ray, scene_lo, scene_hi), state.t_min), ray.t_max);
+    state.t_max = state.t_exit;
+    state.cursor = 0;
+    state.end = 0;
+    state.phase = state.t_min <= min(interval.y, ray.t_max) ? DOWN : DONE;
+}
+
+// A hit before the leaf's end settles the ray, as does the end of its interval; otherwise the rest
+// of the interval is still to search. (Without a hit, hit.t is the ray's own end.)
+void leave_leaf(inout State state, Hit hit) {
+    if (hit.t < state.t_max || state.t_max >= state.t_exit) {
+        state.phase = DONE;
+    } else {
+        state.t_min = state.t_max;
+        state.t_max = state.t_exit;
+        state.phase = CONTINUE_SEARCH;
+    }
+}
+
+void down(Ray ray, inout State state, inout Hit hit) {
+    COUNT(nodes_visited);
+    int node = state.node;
+    int axis = kd_node_axis(node);
+    int left = kd_node_left(node);
+    if (axis == LEAF) {
+        COUNT(leaves_visited);
+        state.cursor = left;
+        state.end = left + kd_node_count(node);
+        state.phase = INTERSECT;
+        if (state.cursor == state.end) {
+            leave_leaf(state, hit);
+        }
+    } else {
+        float t_split = plane_t(ray, axis, kd_node_split(node));
+        float d = axis == 0 ? ray.inv_dir.x : (axis == 1 ? ray.inv_dir.y : ray.inv_dir.z);
+        int near = d < 0.0 ? left + 1 : left;
+        int far = d < 0.0 ? left : left + 1;
+        bool takes_far = t_split <= state.t_min;
+        state.node = takes_far ? far : near;
+        state.t_max = takes_far ? state.t_max : min(t_split, state.t_max);
+    }
+}
+
+// One entry of the leaf's list. A hit beyond the leaf's end is kept but ends nothing.
+void intersect(Ray ray, inout State state, inout Hit hit) {
+    test_triangle(ray, reference_triangle(state.cursor), hit);
+    ++state.cursor;
+    if (search_over(hit)) {
+        state.phase = DONE;
+    } else if (state.cursor == state.end) {
+        leave_leaf(state, hit);
+    }
+}

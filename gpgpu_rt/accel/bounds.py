@@ -1,0 +1,60 @@
+"""Bounds: the boxes of triangles and of the scene, and the padding the builders share."""
+from __future__ import annotations
+
+import numpy as np
+
+from ..errors import SceneError
+
+# Of the scene's largest absolute coordinate. About 8 to 16 float32 spacings there: more than
+# a fragment program's rounding of a hit point, so no hit falls between two cells.
+PADDING = 1e-6
+
+
+def as_triangles(triangles: np.ndarray) -> np.ndarray:
+    """The triangles as a contiguous (n, 3, 3) float32 array.
+
+    Raises
+    ------
+    SceneError
+        If the shape is not (n, 3, 3) or a coordinate is not finite (names the first triangle).
+    """
+    triangles = np.ascontiguousarray(triangles, dtype=np.float32)
+    if triangles.size == 0:
+        return np.zeros((0, 3, 3), np.float32)
+    if triangles.ndim != 3 or triangles.shape[1:] != (3, 3):
+        raise SceneError(f"triangles have shape {triangles.shape}; pass an (n, 3, 3) array")
+    finite = np.isfinite(triangles).all(axis=(1, 2))
+    if not finite.all():
+        first = int(np.argmin(finite))
+        raise SceneError(f"triangle {first} has a coordinate that is not finite; repair the mesh")
+    return triangles
+
+
+def padding(triangles: np.ndarray) -> np.float32:
+    """How far the builders widen every box of this scene, world units."""
+    largest = float(np.abs(triangles).max()) if len(triangles) else 0.0
+    return np.float32(max(PADDING * (largest or 1.0), 1e-37))
+
+
+def triangle_boxes(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper corners, (3, n) float32 each: one contiguous row an axis."""
+    a, b, c = triangles[:, 0].T, triangles[:, 1].T, triangles[:, 2].T
+    lo = np.minimum(np.minimum(a, b), c)
+    hi = np.maximum(np.maximum(a, b), c)
+    return np.ascontiguousarray(lo), np.ascontiguousarray(hi)
+
+
+def scene_box(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The scene's box, (3,) float32 each, twice the padding wider than the triangles on
+    every side, so that no padded triangle touches it. A unit box where there is no triangle."""
+    if len(triangles) == 0:
+        return np.zeros(3, np.float32), np.ones(3, np.float32)
+    corners = triangles.reshape(-1, 3)
+    pad = 2 * padding(triangles)
+    return corners.min(axis=0) - pad, corners.max(axis=0) + pad
+
+
+def half_area(lo: np.ndarray, hi: np.ndarray, axis: int = 0) -> np.ndarray:
+    """Half the surface area of boxes whose corners lie along `axis`; 0 for an empty box."""
+    size = np.maximum(np.moveaxis(hi - lo, axis, 0), 0)
+    return size[0] * size[1] + size[1] * size[2] + size[2] * size[0]

@@ -1,0 +1,162 @@
+"""Bounding volume hierarchy: the record, threaded by escape indices, and its octant copies.
+
+Nodes lie in depth-first order, so a ray that enters node i goes on to i + 1 and one that
+misses it (or has done with a leaf) to escape[i]: no stack (N. Thrane, L. O. Simonsen, "A
+comparison of acceleration structures for GPU assisted ray tracing", 2005; B. Smits,
+"Efficiency issues for ray tracing", 1998).
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import tree_order
+from .bounds import as_triangles, triangle_boxes
+from .options import choose
+from .runs import expand, owners, run_starts
+
+
+@dataclass(frozen=True)
+class Bvh:
+    """A binary tree of boxes; node 0 is the root, and there is none if there is no triangle.
+
+    lo, hi : (n, 3) float32, the exact boxes, world units. The left child of inner node i is
+        i + 1, the right one escape[i + 1]
+    escape : (n,) int32, the first node after i's subtree; n where there is none
+    first, count : (n,) int32, the run in `order` of a leaf; 0, 0 for an inner node
+    order : (m,) int32, triangles leaf by leaf, ascending within one
+    depth : int, edges from the root to the deepest leaf
+    """
+
+    lo: np.ndarray
+    hi: np.ndarray
+    escape: np.ndarray
+    first: np.ndarray
+    count: np.ndarray
+    order: np.ndarray
+    depth: int
+
+    def leaves(self) -> np.ndarray:
+        """(n,) bool."""
+        return self.count > 0
+
+    def children(self) -> tuple[np.ndarray, np.ndarray]:
+        """Left and right child of every node, (n,) int64 each, -1 for a leaf."""
+        nodes = np.arange(len(self.count), dtype=np.int64)
+        inner = ~self.leaves()
+        left = np.where(inner, nodes + 1, -1)
+        right = np.full(len(nodes), -1, np.int64)
+        right[inner] = self.escape[left[inner]]
+        return left, right
+
+    def octant_copies(self) -> OctantCopies:
+        """The tree in eight orders, each with the child first that a ray meets first.
+
+        Copy o is for directions whose component a is negative exactly where bit a of o is
+        set. Which child is nearer is judged by the distance of the children's centres along
+        the axis where it is largest.
+        """
+        left, right = self.children()
+        inner = tree_order.inner_levels(left, right) if len(left) else []
+        size = tree_order.subtree_sizes(inner, left, right)
+        apart = np.zeros((len(left), 3))
+        nodes = np.flatnonzero(left >= 0)
+        centre = self.lo.astype(np.float64) + self.hi
+        apart[nodes] = centre[right[nodes]] - centre[left[nodes]]
+        axis = np.abs(apart).argmax(axis=1)
+        apart = np.take_along_axis(apart, axis[:, None], 1)[:, 0]
+        # The right child lies on the positive side of `axis`: first for negative rays.
+        negative = (np.arange(8)[:, None] >> axis) & 1 == 1
+        swapped = ((apart > 0) & negative) | ((apart < 0) & ~negative)
+        place = tree_order.depth_first(inner, size, np.where(swapped, right, left),
+                                       np.where(swapped, left, right))
+        source = np.argsort(place, axis=1)
+        escape = np.arange(len(left)) + size[source]
+        return OctantCopies(self.lo[source], self.hi[source], escape.astype(np.int32),
+                            self.first[source], self.count[source], self.order)
+
+
+@dataclass(frozen=True)
+class OctantCopies:
+    """Eight orders of one tree: the fields of Bvh with a leading axis of 8 octants.
+
+    lo, hi : (8, n, 3) float32; escape, first, count : (8, n) int32; order : (m,) int32, shared
+    """
+
+    lo: np.ndarray
+    hi: np.ndarray
+    escape: np.ndarray
+    first: np.ndarray
+    count: np.ndarray
+    order: np.ndarray
+
+
+@dataclass
+class LooseTree:
+    """A binary tree as a builder leaves it: any order of nodes, no boxes.
+
+    left, right : (n,) int64, -1 for a leaf; node 0 is the root
+    count : (n,) int64, triangles of a leaf
+    triangle : (m,) int, triangles leaf by leaf, the leaves in order of their node
+    """
+
+    left: np.ndarray
+    right: np.ndarray
+    count: np.ndarray
+    triangle: np.ndarray
+
+    def thread(self, triangles: np.ndarray) -> Bvh:
+        """The finished record: depth-first, boxes fitted from the leaves up."""
+        if len(triangles) == 0:
+            return Bvh(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32),
+                       *(np.zeros(0, np.int32) for _ in range(4)), 0)
+        left, right = self.left, self.right
+        inner = tree_order.inner_levels(left, right)
+        size = tree_order.subtree_sizes(inner, left, right)
+        lo, hi = self._boxes(triangles, inner)
+        source = np.argsort(tree_order.depth_first(inner, size, left, right))
+        count = self.count[source]
+        index = expand(run_starts(self.count)[source], count)
+        leaf = owners(count)
+        key = np.sort(leaf << 32 | self.triangle[index])        # ascending within each leaf
+        first = np.where(count > 0, run_starts(count), 0)
+        escape = np.arange(len(size)) + size[source]
+        return Bvh(lo[source], hi[source], escape.astype(np.int32), first.astype(np.int32),
+                   count.astype(np.int32), (key & 0xffffffff).astype(np.int32), len(inner))
+
+    def _boxes(self, triangles: np.ndarray,
+               inner: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        box_lo, box_hi = triangle_boxes(triangles)
+        lo = np.empty((len(self.left), 3), np.float32)
+        hi = np.empty((len(self.left), 3), np.float32)
+        leaves = np.flatnonzero(self.left < 0)
+        starts = run_starts(self.count)[leaves]
+        lo[leaves] = np.minimum.reduceat(box_lo[:, self.triangle], starts, axis=1).T
+        hi[leaves] = np.maximum.reduceat(box_hi[:, self.triangle], starts, axis=1).T
+        for nodes in reversed(inner):
+            left, right = self.left[nodes], self.right[nodes]
+            lo[nodes] = np.minimum(lo[left], lo[right])
+            hi[nodes] = np.maximum(hi[left], hi[right])
+        return lo, hi
+
+
+def build_bvh(triangles: np.ndarray, *, build: str = "sah", **options: object) -> Bvh:
+    """Build a bounding volume hierarchy.
+
+    Parameters
+    ----------
+    triangles : (n, 3, 3) float32, world units
+    build : "sah", "kay-kajiya" or "goldsmith-salmon"
+    options : of that builder: see `sah_bvh.build`, `median.build`, `insertion.build`
+
+    Raises
+    ------
+    OptionError, SceneError
+    """
+    from . import insertion, median, sah_bvh       # they import this file's records
+    builders = {"sah": sah_bvh.build, "kay-kajiya": median.build,
+                "goldsmith-salmon": insertion.build}
+    builder = builders[choose("build", build, builders)]
+    triangles = as_triangles(triangles)
+    return builder(triangles, **options).thread(triangles)

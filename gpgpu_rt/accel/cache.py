@@ -1,0 +1,118 @@
+"""Cache: built accelerators on disk, found by the content of what they were built from.
+
+The folder is $GPGPU_RT_CACHE, or ~/.cache/gpgpu_rt; an empty $GPGPU_RT_CACHE turns it off. A
+file holds plain arrays and a checksum; one that does not read back whole is built again.
+"""
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import tempfile
+from collections.abc import Callable
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+
+from .bounds import as_triangles
+from .bvh import Bvh
+from .grid import Grid
+from .kdtree import KdTree
+from .quality import Structure
+
+FORMAT = 1      # raise it whenever a builder gives other arrays for the same input
+RECORDS = {record.__name__: record for record in (Bvh, Grid, KdTree)}
+
+
+def cached(build: Callable[..., Structure], triangles: np.ndarray, /,
+           **options: object) -> Structure:
+    """`build(triangles, **options)`, from disk if it was built before.
+
+    Parameters
+    ----------
+    build : build_grid, build_kdtree, build_bvh, or any function that returns one of their
+        records
+    triangles : (n, 3, 3) float32
+
+    A folder that cannot be written only means that nothing is kept.
+    """
+    triangles = as_triangles(triangles)
+    folder = cache_folder()
+    if folder is None:
+        return build(triangles, **options)
+    path = folder / f"{_key(build, triangles, options)}.npz"
+    structure = _load(path)
+    if structure is None:
+        structure = build(triangles, **options)
+        _store(path, structure)
+    return structure
+
+
+def cache_folder() -> Path | None:
+    """Where accelerators are kept; None if they are not."""
+    name = os.environ.get("GPGPU_RT_CACHE")
+    if name == "":
+        return None
+    try:
+        return Path(name).expanduser() if name else Path.home() / ".cache" / "gpgpu_rt"
+    except RuntimeError:            # no home folder
+        return None
+
+
+def _key(build: Callable, triangles: np.ndarray, options: dict[str, object]) -> str:
+    settings = json.dumps([FORMAT, build.__module__, build.__qualname__, options],
+                          sort_keys=True, default=_plain)
+    digest = hashlib.sha256(settings.encode())
+    digest.update(triangles)
+    return digest.hexdigest()
+
+
+def _plain(value: object) -> object:
+    return value.tolist() if hasattr(value, "tolist") else repr(value)
+
+
+def _checksum(arrays: dict[str, np.ndarray]) -> np.ndarray:
+    digest = hashlib.sha256()
+    for name in sorted(arrays):
+        value = np.ascontiguousarray(arrays[name])
+        digest.update(f"{name} {value.dtype.str} {value.shape};".encode())
+        digest.update(value)
+    return np.frombuffer(digest.digest(), np.uint8)
+
+
+def _load(path: Path) -> Structure | None:
+    """The structure, or None if there is no file or not a whole one."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        checksum = arrays.pop("checksum")
+        if not np.array_equal(checksum, _checksum(arrays)):
+            return None
+        record = RECORDS[str(arrays.pop("record"))]
+        return record(**{field.name: _scalar(arrays[field.name]) for field in fields(record)})
+    except Exception:       # whatever a damaged file may raise, its zip or its headers
+        return None
+
+
+def _scalar(value: np.ndarray) -> np.ndarray | int:
+    return value.item() if value.ndim == 0 else value
+
+
+def _store(path: Path, structure: Structure) -> None:
+    """Write the file whole or not at all; two processes may do so at once."""
+    arrays = {field.name: np.asarray(getattr(structure, field.name))
+              for field in fields(structure)}
+    arrays["record"] = np.array(type(structure).__name__)
+    arrays["checksum"] = _checksum(arrays)
+    temporary = None
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=path.stem, suffix=".tmp",
+                                         delete=False) as file:
+            temporary = file.name
+            np.savez(file, **arrays)
+        os.replace(temporary, path)
+    except OSError:
+        if temporary is not None:
+            Path(temporary).unlink(missing_ok=True)

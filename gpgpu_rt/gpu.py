@@ -1,0 +1,200 @@
+"""The one place that makes an OpenGL context: EGL, OSMesa or a window that is there already."""
+from __future__ import annotations
+
+import ctypes
+import ctypes.util
+import functools
+import os
+from typing import Any, Iterator
+
+import moderngl
+
+from .errors import ContextError, LimitError, OptionError, nearest_names
+
+BACKENDS = ("egl", "osmesa")
+GL_VERSION = 330
+
+HINT = ("install the Mesa libraries (Debian, Ubuntu: apt-get install libegl1 libgl1 "
+        "libgl1-mesa-dri, or libosmesa6 for OSMesa), then try `gpgpu-rt info`")
+
+
+class OsMesaLoader:
+    """An off-screen Mesa context in the shape moderngl wants its loaders to have.
+
+    The 1 x 1 buffer only exists because OSMesa demands one: all drawing goes to framebuffers.
+    """
+
+    PROFILE, CORE, MAJOR, MINOR, FORMAT, RGBA, DEPTH_BITS = (
+        0x33, 0x34, 0x36, 0x37, 0x22, 0x1908, 0x30)
+    GL_UNSIGNED_BYTE = 0x1401
+
+    def __init__(self) -> None:
+        self.library = self._open()
+        attributes = (ctypes.c_int * 11)(
+            self.FORMAT, self.RGBA, self.DEPTH_BITS, 24, self.PROFILE, self.CORE,
+            self.MAJOR, 3, self.MINOR, 3, 0)
+        self.library.OSMesaCreateContextAttribs.restype = ctypes.c_void_p
+        self.library.OSMesaGetProcAddress.restype = ctypes.c_void_p
+        self.library.OSMesaGetProcAddress.argtypes = [ctypes.c_char_p]
+        self.library.OSMesaMakeCurrent.argtypes = [
+            ctypes.c_void_p, ctypes.c_void_p, ctypes.c_uint, ctypes.c_int, ctypes.c_int]
+        self.handle = self.library.OSMesaCreateContextAttribs(attributes, None)
+        if not self.handle:
+            raise ContextError(f"OSMesa gives no OpenGL 3.3 core context; {HINT}")
+        self.pixel = (ctypes.c_ubyte * 4)()
+        self.__enter__()
+
+    @staticmethod
+    def _open() -> ctypes.CDLL:
+        names = ["libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so",
+                 ctypes.util.find_library("OSMesa")]
+        for name in filter(None, names):
+            try:
+                return ctypes.CDLL(name)
+            except OSError:
+                continue
+        raise ContextError(f"no libOSMesa found; {HINT}")
+
+    def load_opengl_function(self, name: str) -> int:
+        """Address of a GL function, 0 where there is none."""
+        return self.library.OSMesaGetProcAddress(name.encode()) or 0
+
+    load = load_opengl_function
+
+    def __enter__(self) -> OsMesaLoader:
+        if not self.library.OSMesaMakeCurrent(self.handle, self.pixel, self.GL_UNSIGNED_BYTE, 1, 1):
+            raise ContextError("OSMesa refused to make its context current")
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        pass
+
+    def release(self) -> None:
+        if self.handle:
+            self.library.OSMesaDestroyContext(ctypes.c_void_p(self.handle))
+            self.handle = None
+
+
+class Gpu:
+    """A moderngl context and what this package must know of it.
+
+    Parameters
+    ----------
+    context : moderngl.Context
+    backend : str, "egl", "osmesa" or "window"
+    """
+
+    def __init__(self, context: moderngl.Context, backend: str) -> None:
+        if context.version_code < GL_VERSION:
+            raise ContextError(f"OpenGL 3.3 is needed, {context.info['GL_RENDERER']} offers "
+                               f"{context.version_code / 100:.1f}; update the driver")
+        self.context = context
+        self.backend = backend
+        self.renderer: str = context.info["GL_RENDERER"]
+        self.version: str = context.info["GL_VERSION"]
+        self.max_texture_size: int = context.info["GL_MAX_TEXTURE_SIZE"]
+        self.max_draw_buffers: int = context.info["GL_MAX_DRAW_BUFFERS"]
+        self.programs: dict[Any, moderngl.Program] = {}   # filled by shader.py
+
+    def __enter__(self) -> Gpu:
+        self.context.__enter__()
+        return self
+
+    def __exit__(self, *exception: Any) -> None:
+        self.context.__exit__(*exception)
+
+    def check_size(self, width: int, height: int, what: str) -> None:
+        """Raise LimitError before GL is asked for a texture it cannot hold (it fails silently)."""
+        limit = self.max_texture_size
+        if width > limit or height > limit:
+            raise LimitError(f"{what} needs a {width} x {height} texture, {self.renderer} holds "
+                             f"{limit} x {limit}; trace fewer rays at a time or a smaller scene")
+
+    def check_error(self, what: str) -> None:
+        """Raise LimitError when GL recorded an error: out of memory does not raise by itself."""
+        error = self.context.error
+        if error != "GL_NO_ERROR":
+            raise LimitError(f"OpenGL says {error} after {what} on {self.renderer}")
+
+    def finish(self) -> None:
+        """Wait until everything issued so far has run."""
+        self.context.finish()
+
+    def info(self) -> dict[str, Any]:
+        """What `gpgpu-rt info` prints and every measurement records."""
+        return {"backend": self.backend, "renderer": self.renderer, "version": self.version,
+                "max_texture_size": self.max_texture_size,
+                "max_draw_buffers": self.max_draw_buffers}
+
+
+def _create_egl() -> Gpu:
+    device = os.environ.get("GPGPU_RT_EGL_DEVICE")
+    if device is not None and not device.isdigit():
+        raise OptionError(f"GPGPU_RT_EGL_DEVICE is {device!r}, it takes a device index: 0, 1, ...")
+    settings = {} if device is None else {"device_index": int(device)}
+    try:
+        context = moderngl.create_context(standalone=True, backend="egl", require=GL_VERSION,
+                                          **settings)
+    except Exception as failure:   # moderngl raises bare Exception for everything
+        raise ContextError(f"EGL gives no OpenGL 3.3 context ({failure}); {HINT}") from failure
+    return Gpu(context, "egl")
+
+
+def _create_osmesa() -> Gpu:
+    return Gpu(moderngl.create_context(require=GL_VERSION, context=OsMesaLoader()), "osmesa")
+
+
+@functools.lru_cache(maxsize=None)
+def _shared(backend: str) -> Gpu:
+    return {"egl": _create_egl, "osmesa": _create_osmesa}[backend]()
+
+
+def open_gpu(context: str | moderngl.Context | Gpu | None = None) -> Gpu:
+    """The context to draw with: one a process and backend, made at the first call.
+
+    Parameters
+    ----------
+    context : "auto", "egl", "osmesa", a moderngl.Context (a window's, say), a Gpu, or None
+        None takes the environment variable ``GPGPU_RT_CONTEXT``, else "auto": EGL, then OSMesa.
+
+    Raises
+    ------
+    ContextError
+        where no context can be had; the message says what to install.
+    """
+    if isinstance(context, Gpu):
+        return context
+    if isinstance(context, moderngl.Context):
+        return _of_window(context)
+    choice = context or os.environ.get("GPGPU_RT_CONTEXT") or "auto"
+    if choice in BACKENDS:
+        return _shared(choice)
+    if choice != "auto":
+        raise OptionError(f"context {choice!r} is none of auto, egl, osmesa"
+                          + nearest_names(choice, ("auto", *BACKENDS)))
+    failures = []
+    for backend in BACKENDS:
+        try:
+            return _shared(backend)
+        except ContextError as failure:
+            failures.append(f"{backend}: {failure}".split(";")[0])
+    raise ContextError(f"no OpenGL context ({'; '.join(failures)}); {HINT}")
+
+
+_windows: dict[int, Gpu] = {}
+
+
+def _of_window(context: moderngl.Context) -> Gpu:
+    gpu = _windows.get(id(context))
+    if gpu is None or gpu.context is not context:
+        gpu = _windows[id(context)] = Gpu(context, "window")
+    return gpu
+
+
+def probe() -> Iterator[tuple[str, Gpu | ContextError]]:
+    """Each backend with its Gpu, or with the error that says why it is not there."""
+    for backend in BACKENDS:
+        try:
+            yield backend, _shared(backend)
+        except ContextError as failure:
+            yield backend, failure

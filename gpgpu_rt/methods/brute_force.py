@@ -1,0 +1,38 @@
+"""brute-force: every ray against every triangle."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ..texel_layout import TRIANGLE, Record
+from .row import Accelerator, Method
+
+
+def triangle_table(triangles: np.ndarray, order: np.ndarray | None = None,
+                   last: np.ndarray | None = None) -> dict[str, dict[str, np.ndarray]]:
+    """The TRIANGLE table of (n, 3, 3) float32 triangles, in ``order`` where it is given."""
+    index = np.arange(len(triangles)) if order is None else order
+    corners = triangles[index]
+    fields = {"v0": corners[:, 0], "v1": corners[:, 1], "v2": corners[:, 2], "index": index}
+    if last is not None:
+        fields["last"] = last
+    return {TRIANGLE.name: fields}
+
+
+def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
+    return Accelerator(triangle_table(triangles), {"triangle_count": len(triangles)},
+                       step_bound=len(triangles))
+
+
+ROWS = (Method(
+    name="brute-force",
+    summary="every ray against every triangle",
+    citation="Foley and Sugerman 2005",
+    glsl="traverse/brute_force.glsl",
+    kernels=("intersect",),
+    state=Record("state", "cursor:int phase:int steps:int"),
+    tables=(TRIANGLE,),
+    prepare=_prepare,
+),)

@@ -1,0 +1,62 @@
+"""grid and grid-proximity: uniform grids (Purcell et al. 2002; Karlsson and Ljungstedt 2004)."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from .. import accel
+from ..options import Option
+from ..texel_layout import GRID_CELL, REFERENCE, TRIANGLE, Record
+from .brute_force import triangle_table
+from .row import Accelerator, Method
+
+SENTINEL = -1   # ends a cell's list
+
+
+def _prepare(triangles: np.ndarray, options: Mapping[str, Any], proximity: bool) -> Accelerator:
+    grid = accel.cached(accel.build_grid, triangles, resolution=options["resolution"],
+                        density=options["density"])
+    counts = np.diff(grid.cell_start)
+    occupied = counts > 0
+    # Each occupied cell's list is one longer, by its sentinel.
+    first = grid.cell_start[:-1] + np.cumsum(occupied) - occupied
+    references = np.insert(grid.references, grid.cell_start[1:][occupied], SENTINEL)
+    empty = -accel.proximity(grid) if proximity else np.full(len(counts), -1)
+    tables = {**triangle_table(triangles),
+              GRID_CELL.name: {"first": np.where(occupied, first, empty)},
+              REFERENCE.name: {"triangle": references}}
+    uniforms = {"scene_lo": tuple(grid.lo), "scene_hi": tuple(grid.hi),
+                "grid_resolution": tuple(int(r) for r in grid.resolution),
+                "cell_size": tuple(grid.cell_size)}
+    # A ray visits no cell twice: at most one per plane of the grid, and each list once.
+    bound = int(grid.resolution.sum()) + len(references) + 3
+    return Accelerator(tables, uniforms, bound, grid)
+
+
+_GRID_OPTIONS = (
+    Option("resolution", None, "cells an axis: a number or x,y,z; none: by density", object),
+    Option("density", 5.0, "cells aimed at per triangle, where no resolution is given", float,
+           minimum=1e-6),
+)
+
+
+def _row(name: str, summary: str, citation: str, proximity: bool) -> Method:
+    return Method(
+        name=name, summary=summary, citation=citation,
+        glsl="traverse/grid.glsl",
+        kernels=("traverse", "intersect"),
+        state=Record("state", "cell:ivec3 t_enter | t_next:vec3 t_exit "
+                              "| cursor:int phase:int steps:int"),
+        tables=(TRIANGLE, GRID_CELL, REFERENCE),
+        prepare=lambda triangles, options: _prepare(triangles, options, proximity),
+        options=_GRID_OPTIONS,
+        fixed_defines={"PROXIMITY": proximity})
+
+
+ROWS = (
+    _row("grid", "uniform grid, a cell or a list entry a step", "Purcell et al. 2002", False),
+    _row("grid-proximity", "uniform grid with proximity clouds: empty cells in one jump",
+         "Karlsson and Ljungstedt 2004", True),
+)

@@ -1,0 +1,78 @@
+"""A row of the method table: everything the rest of the package knows about a method."""
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..options import Option
+from ..texel_layout import Record
+
+SCHEDULES = ("kernels", "step", "loop")
+
+
+@dataclass
+class Accelerator:
+    """What a method's programs read.
+
+    Attributes
+    ----------
+    tables : record name -> field name -> array, to be packed into textures
+    uniforms : uniform name -> value
+    step_bound : kernel runs no ray can need more of: a function of the structure's size
+    structure : what the builder made, or None
+    """
+
+    tables: dict[str, dict[str, np.ndarray]]
+    uniforms: dict[str, Any]
+    step_bound: int
+    structure: Any = None
+
+
+@dataclass(frozen=True)
+class Method:
+    """A ray tracing method of the survey.
+
+    Attributes
+    ----------
+    name : str, the word users say
+    summary, citation : one line each; the citation as the survey gives it
+    glsl : file under ``glsl/`` (or absolute) with ``init`` and the kernels
+    kernels : their names in the order of their phases
+    state : what a ray carries from pass to pass; has the fields ``phase`` and ``steps``
+    tables : the records its programs read
+    prepare : (triangles (n, 3, 3) float32, options) -> Accelerator
+    options : its own options, the builder's among them
+    schedules : those it runs under
+    stack, packet, dynamic : as in the survey's Table 1
+    """
+
+    name: str
+    summary: str
+    citation: str
+    glsl: str | Path
+    kernels: tuple[str, ...]
+    state: Record
+    tables: tuple[Record, ...]
+    prepare: Callable[[np.ndarray, Mapping[str, Any]], Accelerator]
+    options: tuple[Option, ...] = ()
+    schedules: tuple[str, ...] = SCHEDULES
+    stack: bool = False
+    packet: bool = False
+    dynamic: bool = False
+    fixed_defines: Mapping[str, object] = field(default_factory=dict)
+
+    def defines(self, options: Mapping[str, Any]) -> dict[str, object]:
+        """GLSL defines that follow from the method and its options."""
+        chosen = {o.define: bool(options[o.name]) for o in self.options if o.define}
+        return {**self.fixed_defines, **chosen}
+
+    def to_dict(self) -> dict[str, Any]:
+        """The row as plain data, for tables and JSON."""
+        return {"name": self.name, "summary": self.summary, "citation": self.citation,
+                "kernels": list(self.kernels), "schedules": list(self.schedules),
+                "options": {o.name: o.default for o in self.options}, "stack": self.stack,
+                "packet": self.packet, "dynamic": self.dynamic}

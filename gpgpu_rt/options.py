@@ -1,0 +1,74 @@
+"""Options: the same words as keyword in Python, ``--word`` on the command line, key in JSON."""
+from __future__ import annotations
+
+import operator
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from .errors import OptionError, nearest_names
+
+
+@dataclass(frozen=True)
+class Option:
+    """An option: its word, its values and what it stands for.
+
+    ``choices`` are the values it takes; without them ``kind`` says which type. ``define`` is the
+    GLSL define that follows it: set where the option is true.
+    """
+
+    name: str
+    default: Any
+    help: str
+    kind: type = str
+    choices: tuple[Any, ...] | None = None
+    minimum: float | None = None
+    optional: bool = False     # takes None as well
+    define: str | None = None
+
+    def check(self, value: Any) -> Any:
+        """The value, converted where that loses nothing; OptionError says what it takes."""
+        if value is None and (self.optional or self.default is None):
+            return None
+        if self.choices is not None:
+            if value not in self.choices:
+                known = [str(c) for c in self.choices]
+                raise OptionError(f"option {self.name}={value!r} is none of {', '.join(known)}"
+                                  + (nearest_names(value, known) if isinstance(value, str)
+                                     else ""))
+            return value
+        try:
+            if self.kind is bool and not isinstance(value, (bool, int)):
+                raise TypeError
+            converted = {int: operator.index, bool: bool, float: float}.get(
+                self.kind, lambda v: v)(value)
+        except (TypeError, ValueError) as failure:
+            raise OptionError(f"option {self.name}={value!r} must be "
+                              f"{self.kind.__name__}") from failure
+        if self.minimum is not None and not converted >= self.minimum:
+            raise OptionError(f"option {self.name}={value!r} must be at least {self.minimum:g}")
+        return converted
+
+
+TRACER_OPTIONS: tuple[Option, ...] = (
+    Option("schedule", "loop", "how kernels are issued", choices=("kernels", "step", "loop")),
+    Option("steps_per_pass", 1, "kernel runs a pass under the step schedule", int, minimum=1),
+    Option("mask_interval", None, "passes between two counts of the rays still alive", int,
+           minimum=1),
+    Option("step_cap", None, "kernel runs after which a ray is stopped and flagged; none: the "
+           "bound that follows from the accelerator's size", int, minimum=1),
+    Option("statistics", False, "count nodes, leaves and triangles a ray", bool),
+    Option("intersection", "woop-watertight", "ray-triangle test",
+           choices=("woop-watertight", "moller-trumbore")),
+    Option("context", None, "auto, egl, osmesa, or an existing context", object),
+)
+
+
+def resolve_options(given: Mapping[str, Any], known: Iterable[Option], what: str) -> dict[str, Any]:
+    """Every known option with its value; an unknown one raises OptionError."""
+    table = {option.name: option for option in known}
+    for name in given:
+        if name not in table:
+            raise OptionError(f"{what} has no option {name!r}" + nearest_names(name, table))
+    return {name: option.check(given[name]) if name in given else option.default
+            for name, option in table.items()}

@@ -1,0 +1,88 @@
+"""The passes around traversal that make a picture: eye rays, surfaces and shadow rays, colours."""
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+
+from ..camera import Camera
+from ..gpu import Gpu
+from ..ray_state import RayTextures, StateBuffer, read_texture, stream_samplers
+from ..scene import Scene
+from ..texel_layout import HIT, LIT, RAY_TEXELS, SURFACE, TABLE_WIDTH_LOG2, Record
+from ..textures import stream_textures, table_texture
+from .full_screen import FullScreenPass
+
+
+class Shading:
+    """Diffuse surfaces under one point light with hard shadows, for one scene."""
+
+    def __init__(self, gpu: Gpu, scene: Scene) -> None:
+        self.gpu, self.scene = gpu, scene
+        corners = scene.triangles.astype(np.float64)
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        length = np.linalg.norm(normals, axis=1, keepdims=True)
+        normals = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0)
+        self.surface_table = table_texture(gpu, SURFACE, {"diffuse": scene.colours,
+                                                          "normal": normals})
+        read, write = (lambda r: r.stream_glsl(writes=False)), (lambda r: r.stream_glsl(True))
+        self._eye = FullScreenPass(gpu, "passes/eye_rays.frag", {}, {"streams": write(RAY_TEXELS)})
+        shadow = Record("shadow_rays", RAY_TEXELS.layout)
+        self._surfaces = FullScreenPass(
+            gpu, "passes/surfaces.frag", {"TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2},
+            {"streams": "\n".join((read(RAY_TEXELS), read(HIT), write(shadow),
+                                   LIT.stream_glsl(True, first_target=shadow.texels))),
+             "tables": SURFACE.table_glsl()})
+        self._picture = FullScreenPass(gpu, "passes/picture.frag", {},
+                                       {"streams": "\n".join((read(LIT), read(HIT)))})
+        self._size: tuple[int, int] | None = None
+
+    def eye_rays(self, rays: RayTextures, camera: Camera) -> None:
+        """Write the rays through the pixel centres of an image as large as ``rays``."""
+        self._make_room(rays.size)
+        right, up, forward = (tuple(axis) for axis in camera.basis(rays.size))
+        self._eye.set(eye=camera.eye, right=right, up=up, forward=forward, size=rays.size)
+        target = self.gpu.context.framebuffer(rays.textures)
+        self._eye.draw(target, {})
+        target.release()
+
+    def surfaces(self, rays: RayTextures, hits: StateBuffer) -> RayTextures:
+        """What the light gives each hit, and the rays from there towards the light."""
+        light = self.scene.light
+        self._surfaces.set(light_position=light.position, light_intensity=light.intensity)
+        self._surfaces.draw(self._target, {**rays.samplers(), **hits.samplers(),
+                                           "surface_table": self.surface_table})
+        return self.shadow_rays
+
+    def picture(self, shadows: StateBuffer) -> np.ndarray:
+        """(height, width, 3) uint8 sRGB; light arrives where no shadow ray hit anything."""
+        self._picture.draw(self._screen, {**stream_samplers(LIT.name, self.lit),
+                                          **shadows.samplers()})
+        return (read_texture(self._screen.color_attachments[0])[:, :, :3] * 255 + 0.5).astype(
+            np.uint8)
+
+    def _make_room(self, size: tuple[int, int]) -> None:
+        if self._size == size:
+            return
+        self._release_room()
+        self._size = size
+        self.shadow_rays = RayTextures(self.gpu, size)
+        self.lit = stream_textures(self.gpu, LIT, size)
+        self._target = self.gpu.context.framebuffer([*self.shadow_rays.textures, *self.lit])
+        screen = stream_textures(self.gpu, LIT, size)[:1]
+        self._screen: moderngl.Framebuffer = self.gpu.context.framebuffer(screen)
+
+    def _release_room(self) -> None:
+        if self._size is None:
+            return
+        for texture in [*self.lit, *self._screen.color_attachments]:
+            texture.release()
+        self.shadow_rays.release()
+        self._target.release()
+        self._screen.release()
+        self._size = None
+
+    def release(self) -> None:
+        self._release_room()
+        self.surface_table.release()
+        for program in (self._eye, self._surfaces, self._picture):
+            program.release()

@@ -1,0 +1,234 @@
+"""The three schedules: how a host runs a method's kernels over the rays.
+
+* ``kernels``: one kernel a pass. Occlusion queries count the rays that wait for each kernel, the
+  host issues the one with most, and early depth rejects all others (Purcell et al. 2002; Foley
+  and Sugerman 2005).
+* ``step``: a pass runs on every live ray the kernel its own state asks for, ``steps_per_pass``
+  times; rays that are over are masked every ``mask_interval`` passes.
+* ``loop``: the whole traversal in one pass (Horn et al. 2007), or as few as the renderer's limit
+  on loop iterations allows.
+"""
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import moderngl
+
+from ..gpu import Gpu
+from ..methods.row import Method
+from ..ray_state import RayTextures, StateBuffer, StateBuffers
+from ..statistics import Statistics
+from ..texel_layout import COUNTERS, HIT, RAY_TEXELS, TABLE_WIDTH_LOG2, Record
+from .full_screen import FullScreenPass
+
+# llvmpipe ends a shader's loops silently after 65,535 iterations. A ray stopped so is noticed (its
+# phase says that it is not done) and goes on in the next pass; staying below keeps it rare.
+LOOP_STEPS = 60_000
+
+DONE, UNFINISHED = 0, -1   # phases that end a ray, as in common/phase.glsl
+MASKED, DRAWN = 0.0, 0.5   # depths of a masked ray and of the passes it is masked from
+
+
+def kernel_depth(kernel: int) -> float:
+    """The depth that marks rays waiting for a kernel (0: those that are over)."""
+    return (1 + kernel) / 16
+
+
+class Traversal:
+    """A method's programs for one set of tables and options.
+
+    Parameters
+    ----------
+    tables : record name -> texture
+    uniforms : what the method's GLSL asks for
+    options : the tracer's options; schedule, steps_per_pass, mask_interval, step_cap,
+        statistics and intersection are read here
+    step_cap : steps after which a ray is stopped and flagged
+    """
+
+    def __init__(self, gpu: Gpu, method: Method, tables: Mapping[str, moderngl.Texture],
+                 uniforms: Mapping[str, object], options: Mapping[str, object],
+                 step_cap: int) -> None:
+        self.gpu, self.method, self.options = gpu, method, options
+        self.uniforms = {**uniforms, "step_cap": step_cap}
+        self.samplers = {f"{name}_table": texture for name, texture in tables.items()}
+        self.statistics_on = bool(options["statistics"])
+        self._programs: dict[object, FullScreenPass] = {}
+
+    def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
+            any_hit: bool = False) -> tuple[StateBuffer, int]:
+        """Trace every ray.
+
+        Returns
+        -------
+        (StateBuffer, int)
+            the buffer with the final states, and how many rays the step cap stopped.
+        """
+        schedule = {"kernels": self._run_kernels, "step": self._run_step, "loop": self._run_loop}
+        context = self.gpu.context
+        try:
+            return schedule[str(self.options["schedule"])](rays, buffers, statistics, any_hit)
+        finally:
+            context.enable_only(moderngl.NOTHING)
+            context.depth_func = "<"
+
+    # Schedules ------------------------------------------------------------------------------
+
+    def _run_loop(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
+                  any_hit: bool) -> tuple[StateBuffer, int]:
+        self.gpu.context.enable_only(moderngl.NOTHING)
+        now = buffers.side(0)
+        self._draw(self._traverse(any_hit, start=True), LOOP_STEPS, rays, None, now, statistics)
+        live, stopped = self._live(now, buffers, statistics)
+        side = 0
+        while live:
+            side = 1 - side
+            now, before = buffers.side(side), now
+            self._draw(self._traverse(any_hit), LOOP_STEPS, rays, before, now, statistics)
+            live, stopped = self._live(now, buffers, statistics)
+        return now, stopped
+
+    def _run_step(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
+                  any_hit: bool) -> tuple[StateBuffer, int]:
+        context = self.gpu.context
+        steps = int(self.options["steps_per_pass"])            # type: ignore[call-overload]
+        interval = int(self.options["mask_interval"] or max(1, 16 // steps))  # type: ignore
+        program, mask = self._traverse(any_hit), self._pass("passes/mask.frag", "mask")
+        before, now = buffers.side(0), buffers.side(1)
+        self._clear_depth(buffers)
+        self._draw(self._traverse(any_hit, start=True), 0, rays, None, before, statistics)
+        context.enable_only(moderngl.DEPTH_TEST)
+        live = rays.size[0] * rays.size[1]
+        while live > 0:
+            for _ in range(interval):
+                self._draw(program, steps, rays, before, now, statistics, DRAWN)
+                before, now = now, before
+            other = {name.replace("state_", "other_", 1): texture
+                     for name, texture in now.samplers().items()}
+            live -= self._count(mask, {**before.samplers(), **other}, buffers, MASKED, statistics)
+        return before, self._phase_count(UNFINISHED, before, buffers, statistics)
+
+    def _run_kernels(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
+                     any_hit: bool) -> tuple[StateBuffer, int]:
+        context = self.gpu.context
+        # An even number of passes ends in the buffer it began in, which therefore always holds
+        # every ray's present state; the other one need only hold the rays being worked on.
+        pairs = max(1, int(self.options["mask_interval"] or 16) // 2)  # type: ignore
+        now, scratch = buffers.side(0), buffers.side(1)
+        context.enable_only(moderngl.NOTHING)
+        self._draw(self._traverse(any_hit, start=True), 0, rays, None, now, statistics)
+        context.enable_only(moderngl.DEPTH_TEST)
+        while True:
+            waiting = self._classify(now, buffers, statistics)
+            kernel = max(waiting, key=waiting.__getitem__)
+            if not waiting[kernel]:
+                return now, self._phase_count(UNFINISHED, now, buffers, statistics)
+            program = self._traverse(any_hit, kernel=kernel)
+            context.depth_func = "=="
+            for _ in range(pairs):
+                for source, target in ((now, scratch), (scratch, now)):
+                    self._draw(program, 1, rays, source, target, statistics, kernel_depth(kernel))
+            name = self.method.kernels[kernel - 1]
+            statistics.kernel_passes[name] = statistics.kernel_passes.get(name, 0) + 2 * pairs
+
+    # What schedules are made of -------------------------------------------------------------
+
+    def _draw(self, program: FullScreenPass, steps: int, rays: RayTextures,
+              source: StateBuffer | None, target: StateBuffer, statistics: Statistics,
+              depth: float = DRAWN) -> None:
+        program.set(steps_per_pass=steps)
+        program.draw(target.target, {**self.samplers, **rays.samplers(),
+                                     **(source.samplers() if source else {})}, depth)
+        statistics.passes += 1
+        statistics.draw_calls += 1
+
+    def _classify(self, now: StateBuffer, buffers: StateBuffers,
+                  statistics: Statistics) -> dict[int, int]:
+        """Rays that wait for each kernel; the depth buffer then says which is which."""
+        self._clear_depth(buffers)
+        program = self._pass("passes/classify.frag", "classify")
+        queries = {}
+        for kernel in range(1, len(self.method.kernels) + 1):
+            program.set(phase=kernel)
+            queries[kernel] = self.gpu.context.query(samples=True)
+            with queries[kernel]:
+                program.draw(buffers.mask, now.samplers(), kernel_depth(kernel))
+            statistics.draw_calls += 1
+        statistics.queries += len(queries)
+        return {kernel: query.samples for kernel, query in queries.items()}
+
+    def _live(self, now: StateBuffer, buffers: StateBuffers,
+              statistics: Statistics) -> tuple[int, int]:
+        """Rays still to trace, and rays that the step cap stopped."""
+        rays = buffers.size[0] * buffers.size[1]
+        done = self._phase_count(DONE, now, buffers, statistics)
+        if done == rays:   # as good as always: one query tells all
+            return 0, 0
+        stopped = self._phase_count(UNFINISHED, now, buffers, statistics)
+        return rays - done - stopped, stopped
+
+    def _phase_count(self, phase: int, now: StateBuffer, buffers: StateBuffers,
+                     statistics: Statistics) -> int:
+        program = self._pass("passes/classify.frag", "classify")
+        program.set(phase=phase)
+        self.gpu.context.enable_only(moderngl.NOTHING)
+        return self._count(program, now.samplers(), buffers, DRAWN, statistics)
+
+    def _count(self, program: FullScreenPass, textures: Mapping[str, moderngl.Texture],
+               buffers: StateBuffers, depth: float, statistics: Statistics) -> int:
+        query = self.gpu.context.query(samples=True)
+        with query:
+            program.draw(buffers.mask, textures, depth)
+        statistics.draw_calls += 1
+        statistics.queries += 1
+        return query.samples
+
+    def _clear_depth(self, buffers: StateBuffers) -> None:
+        self.gpu.context.depth_func = "<"
+        buffers.mask.clear(depth=1.0)
+
+    # Programs -------------------------------------------------------------------------------
+
+    def _traverse(self, any_hit: bool, start: bool = False, kernel: int = 0) -> FullScreenPass:
+        key = (any_hit, start, kernel)
+        if key not in self._programs:
+            defines = {
+                **self.method.defines(self.options), **kernel_defines(self.method),
+                "ANY_HIT": any_hit, "START": start, "ONLY_KERNEL": kernel or None,
+                "STATISTICS": self.statistics_on, "TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2,
+                "INTERSECTION_" + str(self.options["intersection"]).upper().replace("-", "_"): True}
+            virtual = {
+                "method": "file:" + str(self.method.glsl),
+                "tables": "\n".join(r.table_glsl() for r in self.method.tables),
+                "streams": self._streams_glsl(writes=True)}
+            self._programs[key] = FullScreenPass(self.gpu, "passes/traverse.frag", defines, virtual)
+            self._programs[key].set(**self.uniforms)
+        return self._programs[key]
+
+    def _streams_glsl(self, writes: bool) -> str:
+        texts, target = [RAY_TEXELS.stream_glsl(writes=False)], 0
+        for record in (self.method.state, HIT, *([COUNTERS] if self.statistics_on else [])):
+            texts.append(record.stream_glsl(writes, target))
+            target += record.texels
+        return "\n".join(texts)
+
+    def _pass(self, entry: str, key: str) -> FullScreenPass:
+        if key not in self._programs:
+            state = self.method.state
+            streams = [state, Record("other", state.layout)]
+            virtual = {"streams": "\n".join(r.stream_glsl(writes=False) for r in streams)}
+            self._programs[key] = FullScreenPass(self.gpu, entry, {}, virtual)
+        return self._programs[key]
+
+    def release(self) -> None:
+        for program in self._programs.values():
+            program.release()
+
+
+def kernel_defines(method: Method) -> dict[str, object]:
+    """``KERNEL_1 down`` runs phase 1, and the method's file calls that phase ``DOWN``."""
+    defines: dict[str, object] = {}
+    for number, kernel in enumerate(method.kernels, 1):
+        defines[f"KERNEL_{number}"] = kernel
+        defines[kernel.upper()] = number
+    return defines

@@ -1,0 +1,202 @@
+"""Rays on their way in, the state passes ping-pong, and hits on their way out."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import moderngl
+import numpy as np
+
+from .gpu import Gpu
+from .hits import INVALID, Hits
+from .texel_layout import COUNTERS, EXACT_INTEGER, HIT, RAY_TEXELS, Record
+from .textures import stream_textures, texture_bytes
+
+ROW = 1024   # rays in a row of the texture where the caller gave no shape
+
+
+class RayBatch:
+    """Rays as arrays, checked, rounded to float32 and laid out as texels.
+
+    A direction is scaled by the power of two that brings its largest component into [0.5, 1), and
+    t with it: exact, so that kernels meet directions of one size whatever length the caller's
+    have. ``Hits`` come back in the caller's units.
+
+    Parameters
+    ----------
+    origins, directions : (n, 3) or (h, w, 3) float, world units
+    t_min, t_max : scalars, or one a ray; both ends count
+    shape : (h, w) of the tile the rays form, or None: the shape of the arrays, else rows of 1024
+    invalid : "raise" or "miss": what becomes of a ray with a NaN, an infinity or a zero direction
+
+    Raises
+    ------
+    ValueError
+        for arrays that do not fit, and under "raise" for the first invalid ray.
+    """
+
+    def __init__(self, origins: np.ndarray, directions: np.ndarray,
+                 t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf,
+                 shape: tuple[int, int] | None = None, invalid: str = "raise") -> None:
+        if invalid not in ("raise", "miss"):
+            raise ValueError(f'invalid is "raise" or "miss", not {invalid!r}')
+        origins, directions = _rays_array(origins, "origins"), _rays_array(directions, "directions")
+        if origins.shape != directions.shape:
+            raise ValueError(f"origins {origins.shape} and directions {directions.shape} differ")
+        if shape is None and origins.ndim == 3:
+            shape = origins.shape[:2]
+        origins, directions = origins.reshape(-1, 3), directions.reshape(-1, 3)
+        self.count = len(origins)
+        if shape is not None and shape[0] * shape[1] != self.count:
+            raise ValueError(f"shape {tuple(shape)} does not hold {self.count} rays")
+        t_min, t_max = (self._one_a_ray(t, name) for t, name in ((t_min, "t_min"),
+                                                                 (t_max, "t_max")))
+        bad = ~(np.isfinite(origins).all(1) & np.isfinite(directions).all(1)
+                & (directions != 0).any(1) & ~np.isnan(t_min) & ~np.isnan(t_max))
+        if invalid == "raise" and bad.any():
+            first = int(bad.argmax())
+            raise ValueError(f"ray {first} is invalid: origin {origins[first]}, direction "
+                             f"{directions[first]}, t_min {t_min[first]}, t_max {t_max[first]}; "
+                             'entries must be finite and a direction not zero (invalid="miss" '
+                             "makes such rays misses)")
+        self.invalid = np.flatnonzero(bad)
+        size = np.abs(directions).max(1, initial=0)
+        size[self.invalid] = 1
+        self.exponents = np.frexp(size)[1]
+        width = shape[1] if shape is not None else max(1, min(self.count, ROW))
+        height = shape[0] if shape is not None else -(-self.count // width)
+        self.size = (max(1, width), max(1, height))
+        # Texels past the last ray, and invalid rays, hold a ray whose interval is empty.
+        texels = np.zeros((self.size[0] * self.size[1], 2, 4), np.float32)
+        texels[:, 0, 3], texels[:, 1, 2], texels[:, 1, 3] = 1, 1, -1
+        with np.errstate(over="ignore"):
+            texels[:self.count] = RAY_TEXELS.pack(
+                origin=origins, direction=np.ldexp(directions, -self.exponents[:, None]),
+                t_min=np.ldexp(t_min, self.exponents), t_max=np.ldexp(t_max, self.exponents))
+        texels[self.invalid] = [[0, 0, 0, 1], [0, 0, 1, -1]]
+        self.texels = texels.reshape(self.size[1], self.size[0], 2, 4)
+
+    def _one_a_ray(self, t: float | np.ndarray, name: str) -> np.ndarray:
+        t = np.asarray(t, np.float32).reshape(-1)
+        if len(t) not in (1, self.count):
+            raise ValueError(f"{name} holds {len(t)} values for {self.count} rays: one, or one each")
+        return np.broadcast_to(t, self.count)
+
+    def hits(self, texels: np.ndarray) -> Hits:
+        """Hits in the caller's units from HIT texels, (h, w, 4) float32."""
+        fields = HIT.unpack(texels.reshape(-1, 1, 4)[:self.count])
+        missed = fields["triangle"] == EXACT_INTEGER
+        with np.errstate(over="ignore"):
+            t = np.ldexp(fields["t"], -self.exponents)
+        t[missed] = np.inf
+        triangle = np.where(missed, np.int32(-1), fields["triangle"])
+        status = np.zeros(self.count, np.uint8)
+        status[self.invalid] = INVALID
+        return Hits(t, np.where(missed, np.float32(0), fields["u"]),
+                    np.where(missed, np.float32(0), fields["v"]), triangle, status)
+
+
+def _rays_array(values: np.ndarray, name: str) -> np.ndarray:
+    try:
+        array = np.asarray(values)
+        if array.dtype != np.float32:
+            with np.errstate(over="ignore"):
+                array = array.astype(np.float32)
+    except (TypeError, ValueError) as failure:
+        raise ValueError(f"{name} must be an array of numbers ({failure})") from failure
+    if array.ndim not in (2, 3) or array.shape[-1] != 3:
+        raise ValueError(f"{name} must be (n, 3) or (h, w, 3), not {array.shape}")
+    return array
+
+
+class RayTextures:
+    """The two textures of a set of rays, one texel a ray.
+
+    Parameters
+    ----------
+    size : (width, height)
+    """
+
+    def __init__(self, gpu: Gpu, size: tuple[int, int]) -> None:
+        self.size = size
+        self.textures = stream_textures(gpu, RAY_TEXELS, size)
+
+    def upload(self, batch: RayBatch) -> None:
+        for k, texture in enumerate(self.textures):
+            texture.write(np.ascontiguousarray(batch.texels[:, :, k]))
+
+    def samplers(self) -> dict[str, moderngl.Texture]:
+        return stream_samplers(RAY_TEXELS.name, self.textures)
+
+    def release(self) -> None:
+        for texture in self.textures:
+            texture.release()
+
+
+def stream_samplers(name: str, textures: list[moderngl.Texture]) -> dict[str, moderngl.Texture]:
+    """Sampler name -> texture of a stream record read under ``name``."""
+    return {f"{name}_texel_{k}": texture for k, texture in enumerate(textures)}
+
+
+class StateBuffer:
+    """One side of the ping-pong: state, hit and counters of every ray, and the target they form."""
+
+    def __init__(self, gpu: Gpu, records: list[Record], size: tuple[int, int],
+                 depth: moderngl.Renderbuffer) -> None:
+        self.streams = {r.name: stream_textures(gpu, r, size) for r in records}
+        self.textures = [t for textures in self.streams.values() for t in textures]
+        self.target = gpu.context.framebuffer(self.textures, depth)
+        self.target.depth_mask = False
+
+    def samplers(self) -> dict[str, moderngl.Texture]:
+        return {sampler: texture for name, textures in self.streams.items()
+                for sampler, texture in stream_samplers(name, textures).items()}
+
+    def read(self, record: Record) -> np.ndarray:
+        """Texels of a record, (h, w, texels, 4) float32."""
+        textures = self.streams[record.name]
+        texels = [read_texture(texture) for texture in textures]
+        return texels[0][:, :, None] if len(texels) == 1 else np.stack(texels, axis=2)
+
+    def release(self) -> None:
+        self.target.release()
+        for texture in self.textures:
+            texture.release()
+
+
+class StateBuffers:
+    """The ping-pong pair of one method for ``size`` rays, and the depth buffer they share."""
+
+    def __init__(self, gpu: Gpu, state: Record, size: tuple[int, int], statistics: bool) -> None:
+        gpu.check_size(*size, f"the state of {size[0] * size[1]} rays")
+        self.gpu, self.size, self.state = gpu, size, state
+        self.records = [state, HIT] + ([COUNTERS] if statistics else [])
+        self.depth = gpu.context.depth_renderbuffer(size)
+        self.mask = gpu.context.framebuffer(depth_attachment=self.depth)
+        self._sides: list[StateBuffer] = []
+
+    def side(self, index: int) -> StateBuffer:
+        """Side 0 or 1; the second is made when a schedule first asks for it."""
+        while len(self._sides) <= index:
+            self._sides.append(StateBuffer(self.gpu, self.records, self.size, self.depth))
+        return self._sides[index]
+
+    def __iter__(self) -> Iterator[StateBuffer]:
+        return iter(self._sides)
+
+    def bytes(self) -> int:
+        return sum(texture_bytes(side.textures) for side in self)
+
+    def release(self) -> None:
+        for side in self:
+            side.release()
+        self.mask.release()
+        self.depth.release()
+
+
+def read_texture(texture: moderngl.Texture) -> np.ndarray:
+    """A float texture as (height, width, components) float32."""
+    values = np.empty((texture.height, texture.width, texture.components), np.float32)
+    texture.read_into(values)
+    return values
+
+

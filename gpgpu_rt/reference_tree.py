@@ -1,0 +1,110 @@
+"""The oracle's tree: boxes over halved lists of triangles, in float64, pruned by boxes alone.
+
+The list of triangles is cut in half again and again, each time along the axis whose halves have
+the least area. Node i of level l holds the triangles floor(i m / 2^l) up to floor((i + 1) m /
+2^l) of the ordered list, so no links are stored. Rays go down breadth first as pairs of (ray,
+node); nothing but a missed box drops a pair, so the triangles left over hold every hit.
+"""
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+_LEAF = 3
+_PAIRS = 1 << 18
+# Far above float64's rounding, far below anything that costs time.
+_PADDING = 1e-12
+_TINY = 1e-300
+
+
+class ReferenceTree:
+    """Boxes over m triangles of (m, 3, 3) float64 vertices, m > 0.
+
+    Attributes
+    ----------
+    order : (m,) triangles, leaf by leaf
+    boxes : a pair of (3, 2^l) float64 a level, lo and hi, the root first
+    """
+
+    def __init__(self, vertices: np.ndarray) -> None:
+        lo, hi = vertices.min(axis=1), vertices.max(axis=1)
+        self.count = len(vertices)
+        levels = max(0, int(np.ceil(np.log2(self.count / _LEAF))))
+        self.order = np.arange(self.count)
+        for level in range(levels):
+            self._halve(lo, hi, level)
+        lo, hi = lo[self.order], hi[self.order]
+        starts = self._starts(levels)[:-1]
+        boxes = [(np.minimum.reduceat(lo, starts).T, np.maximum.reduceat(hi, starts).T)]
+        for _ in range(levels):
+            low, high = boxes[-1]
+            boxes.append((np.minimum(low[:, ::2], low[:, 1::2]),
+                          np.maximum(high[:, ::2], high[:, 1::2])))
+        self.boxes = boxes[::-1]
+
+    def _starts(self, level: int) -> np.ndarray:
+        """(2^level + 1,) first triangle of each node of a level, and the end."""
+        return np.arange((1 << level) + 1) * self.count >> level
+
+    def _halve(self, lo: np.ndarray, hi: np.ndarray, level: int) -> None:
+        """Order each node's triangles along the axis that makes the smallest halves."""
+        node = np.repeat(np.arange(1 << level), np.diff(self._starts(level)))
+        starts = self._starts(level + 1)[:-1]
+        orders, areas = [], []
+        for axis in range(3):
+            centre = lo[self.order, axis] + hi[self.order, axis]
+            order = self.order[np.lexsort((centre, node))]
+            size = np.maximum.reduceat(hi[order], starts) - np.minimum.reduceat(lo[order], starts)
+            area = size[:, 0] * size[:, 1] + size[:, 1] * size[:, 2] + size[:, 2] * size[:, 0]
+            orders.append(order)
+            areas.append(area[::2] + area[1::2])
+        best = np.argmin(areas, axis=0)[node]
+        self.order = np.stack(orders)[best, np.arange(self.count)]
+
+    def pairs(self, origins: np.ndarray, directions: np.ndarray, t_min: np.ndarray,
+              t_max: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Every (ray, triangle) whose leaf's box the ray meets, a bounded number at a time.
+
+        Parameters
+        ----------
+        origins, directions : (n, 3) float64
+        t_min, t_max : (n,) float64
+        """
+        self._origins = origins.T.copy()
+        self._inv_dir = (1.0 / np.where(directions == 0, _TINY, directions)).T.copy()
+        scale = np.abs(self.boxes[0]).max() + np.abs(origins).max(axis=1, initial=0)
+        self._padding = _PADDING * scale + _TINY
+        self._interval = t_min, t_max
+        starts = self._starts(len(self.boxes) - 1)
+        work = [(0, np.arange(i, min(i + _PAIRS, len(origins))), None)
+                for i in range(0, len(origins), _PAIRS)]
+        while work:
+            level, ray, node = work.pop()
+            if node is None:
+                node = np.zeros(len(ray), np.int64)
+            keep = self._meets(level, ray, node)
+            ray, node = ray[keep], node[keep]
+            if level == len(self.boxes) - 1:
+                count = starts[node + 1] - starts[node]
+                offset = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+                yield np.repeat(ray, count), self.order[np.repeat(starts[node], count) + offset]
+                continue
+            ray, node = np.tile(ray, 2), np.concatenate((2 * node, 2 * node + 1))
+            for i in range(0, len(ray), _PAIRS):
+                work.append((level + 1, ray[i:i + _PAIRS], node[i:i + _PAIRS]))
+
+    def _meets(self, level: int, ray: np.ndarray, node: np.ndarray) -> np.ndarray:
+        """(p,) bool, whether each pair's ray meets its node's widened box within its interval."""
+        t_min, t_max = self._interval
+        enter, leave = t_min[ray], t_max[ray]
+        padding = self._padding[ray]
+        lo, hi = self.boxes[level]
+        with np.errstate(over="ignore"):
+            for axis in range(3):
+                origin, inv_dir = self._origins[axis][ray], self._inv_dir[axis][ray]
+                t0 = (lo[axis][node] - padding - origin) * inv_dir
+                t1 = (hi[axis][node] + padding - origin) * inv_dir
+                enter = np.maximum(enter, np.minimum(t0, t1))
+                leave = np.minimum(leave, np.maximum(t0, t1))
+        return enter <= leave

@@ -1,0 +1,274 @@
+"""Scene: triangles with colours, a light and a camera, from arrays, a mesh or a name."""
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+
+from .camera import Camera
+from .errors import SceneError
+from .scenes import catalogue, mesh_file
+
+LIGHT_GREY = (0.73, 0.71, 0.68)
+
+
+@dataclass(frozen=True)
+class Material:
+    """A matt surface: `diffuse`, (3,) reflectance by channel in [0, 1]."""
+
+    diffuse: tuple[float, float, float] = LIGHT_GREY
+
+
+@dataclass(frozen=True)
+class Light:
+    """A point light.
+
+    Attributes
+    ----------
+    position : (3,), world units
+    intensity : (3,), what arrives at a surface that faces the light, at any distance (there is
+        no falloff, as OpenGL's lights had none unless told): white reflects it as it is
+    """
+
+    position: tuple[float, float, float]
+    intensity: tuple[float, float, float] = (1.0, 1.0, 1.0)
+
+    def __post_init__(self) -> None:
+        for name in ("position", "intensity"):
+            value = np.asarray(getattr(self, name), np.float64)
+            if value.shape != (3,) or not np.isfinite(value).all():
+                raise SceneError(f"light: {name} is {getattr(self, name)}; give three finite "
+                                 "numbers")
+            object.__setattr__(self, name, tuple(value.tolist()))
+
+
+@dataclass(eq=False)
+class Scene:
+    """What is rendered. Make one with `load_scene`, `from_arrays` or `from_trimesh`.
+
+    Attributes
+    ----------
+    name : how tables and figures call it
+    triangles : (n, 3, 3) float32, world units, in the order of the faces as given
+    colours : (n, 3) float32, diffuse reflectance of each triangle in [0, 1]
+    light : the point light
+    camera : the camera a picture is taken with unless another is given
+    stand_in : what a procedural scene stands in for, None for a real one
+    source : where it was found
+    """
+
+    name: str
+    triangles: np.ndarray
+    colours: np.ndarray
+    light: Light
+    camera: Camera
+    stand_in: str | None = None
+    source: str = "arrays"
+
+    def __post_init__(self) -> None:
+        self.triangles = np.ascontiguousarray(self.triangles, np.float32)
+        if self.triangles.ndim != 3 or self.triangles.shape[1:] != (3, 3):
+            raise SceneError(f"{self.name}: triangles have shape {self.triangles.shape}; "
+                             "give (n, 3, 3)")
+        finite = np.isfinite(self.triangles).all(axis=(1, 2))
+        if not finite.all():
+            raise SceneError(f"{self.name}: triangle {np.argmin(finite)} has a vertex that is not "
+                             "finite; repair or drop it")
+        self.colours = _colours(self.colours, len(self.triangles), self.name)
+
+    def __len__(self) -> int:
+        return len(self.triangles)
+
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """(lo, hi), (3,) float32 each, world units; zeros where there are no triangles."""
+        if not len(self):
+            return np.zeros(3, np.float32), np.zeros(3, np.float32)
+        return self.triangles.min(axis=(0, 1)), self.triangles.max(axis=(0, 1))
+
+    @property
+    def extent(self) -> float:
+        """The largest side of the bounds, world units."""
+        lo, hi = self.bounds
+        return float((hi.astype(np.float64) - lo).max())
+
+    @classmethod
+    def from_arrays(cls, vertices: Any, faces: Any, *, name: str = "arrays", colours: Any = None,
+                    light: Light | None = None, camera: Camera | None = None,
+                    source: str = "arrays") -> Scene:
+        """A scene of indexed triangles; nothing is merged, reordered or dropped.
+
+        Parameters
+        ----------
+        vertices : (v, 3) float, world units, rounded to float32
+        faces : (n, 3) int
+        colours : (n, 3) or (3,) in [0, 1]; a light grey by default
+        light, camera : by default beside and at a camera that sees the whole from outside
+
+        Raises
+        ------
+        SceneError
+            a wrong shape, or the first vertex that is not finite in float32, or the first face
+            whose index is out of range
+        """
+        vertices = _array(vertices, np.float64, name, "vertices")
+        faces = _faces(faces, name)
+        _check_vertices(vertices, name)
+        outside = ((faces < 0) | (faces >= len(vertices))).any(axis=1)
+        if outside.any():
+            first = int(np.argmax(outside))
+            raise SceneError(f"{name}: face {first} is {faces[first].tolist()}, but there are "
+                             f"{len(vertices)} vertices; repair or drop it")
+        triangles = vertices.astype(np.float32)[faces]
+        if camera is None:
+            used = triangles.reshape(-1, 3) if len(triangles) else np.zeros((1, 3))
+            camera = Camera.looking_at((used.min(axis=0), used.max(axis=0)))
+        return cls(name, triangles, LIGHT_GREY if colours is None else colours,
+                   light or beside(camera), camera, source=source)
+
+    @classmethod
+    def from_trimesh(cls, mesh: trimesh.Trimesh | trimesh.Scene, *, name: str = "mesh",
+                     light: Light | None = None, camera: Camera | None = None,
+                     source: str = "trimesh") -> Scene:
+        """A scene of a trimesh object, with its face, vertex or material colours.
+
+        A `trimesh.Scene` is flattened: each instance of a geometry is placed by its transform.
+        """
+        vertices, faces, colours = mesh_file.flatten(mesh)
+        return cls.from_arrays(vertices, faces, name=name, colours=colours, light=light,
+                               camera=camera, source=source)
+
+
+def load_scene(source: str | os.PathLike | trimesh.Trimesh | trimesh.Scene | Scene) -> Scene:
+    """A scene by its name, or from a mesh file or a trimesh object.
+
+    Parameters
+    ----------
+    source : a name of `scene_names()`, the path of a PLY, OBJ, STL or glTF file (or whatever
+        else trimesh reads), a trimesh object, or a Scene, which is returned as it is
+
+    Raises
+    ------
+    SceneError
+        no such name or file, or a file that cannot be read
+    """
+    if isinstance(source, Scene):
+        return source
+    if isinstance(source, (trimesh.Trimesh, trimesh.Scene)):
+        return Scene.from_trimesh(source)
+    if not isinstance(source, (str, os.PathLike)):
+        raise SceneError(f"cannot load a scene from {type(source).__name__}; give a name, a mesh "
+                         "file, a trimesh object or a Scene")
+    named = catalogue.find(os.fspath(source))
+    if named is None:
+        return _read(Path(source))
+    row, argument = named
+    path = catalogue.mesh_path(row.name)
+    if path is not None:
+        return _read(path, row)
+    made = row.make() if argument is None else row.make(argument)
+    return Scene(os.fspath(source), made.triangles, made.colours,
+                 Light(made.light, made.intensity), made.camera, row.stand_in, "built in")
+
+
+def _read(path: Path, row: catalogue.Row | None = None) -> Scene:
+    """The scene of a mesh file, with the camera of the `cameras.json` beside it."""
+    vertices, faces, colours = mesh_file.read(path)
+    camera = catalogue.camera_beside(path)
+    light = None
+    if row is not None:
+        light = Light(row.light) if row.light else None
+        if colours is None and row.paint and len(faces):
+            _check_vertices(vertices, str(path))
+            colours = row.paint(vertices, faces)
+    scene = Scene.from_arrays(vertices, faces, name=row.name if row else path.stem,
+                              colours=colours, camera=camera, light=light, source=str(path))
+    return scene
+
+
+def scene_names() -> list[str]:
+    """The names that `load_scene` knows; `stadium` also takes a ratio, as in `stadium:1e-3`."""
+    return list(catalogue.ROWS)
+
+
+def list_scenes() -> list[dict[str, Any]]:
+    """A row for each named scene: `name`, `triangles` (None where its mesh cannot be read),
+    `found` (the mesh's path, "built in" or "stand-in"), `original` (where a user gets it)."""
+    rows = []
+    for row in catalogue.ROWS.values():
+        path = catalogue.mesh_path(row.name)
+        triangles: int | None = row.triangles
+        found = "stand-in" if row.stand_in else "built in"
+        if path is not None:
+            found = str(path)
+            try:
+                triangles = len(mesh_file.read(path)[1])
+            except SceneError:
+                triangles = None
+        rows.append({"name": row.name, "triangles": triangles, "found": found,
+                     "stand_in": row.stand_in if path is None else None,
+                     "original": row.original})
+    return rows
+
+
+def beside(camera: Camera) -> Light:
+    """A light a little above the camera and to its left, so that shadows can be seen."""
+    distance = np.linalg.norm(np.subtract(camera.target, camera.eye))
+    right, up, _ = camera.basis((1, 1))
+    offset = 0.9 * up / np.linalg.norm(up) - 0.6 * right / np.linalg.norm(right)
+    return Light(tuple(np.add(camera.eye, 0.5 * distance * offset)))
+
+
+def _array(values: Any, dtype: type, name: str, what: str) -> np.ndarray:
+    """`values` as an (n, 3) array of a type; an empty list counts."""
+    try:
+        array = np.asarray(values, dtype)
+    except (TypeError, ValueError, OverflowError):
+        raise SceneError(f"{name}: {what} are not an array of numbers; give (n, 3)") from None
+    if array.size == 0 and array.ndim in (1, 2):
+        return array.reshape(0, 3)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise SceneError(f"{name}: {what} have shape {array.shape}; give (n, 3)")
+    return array
+
+
+def _faces(faces: Any, name: str) -> np.ndarray:
+    indices = _array(faces, np.int64, name, "faces")
+    if np.asarray(faces).dtype.kind not in "iu" and not np.array_equal(
+            indices, _array(faces, np.float64, name, "faces")):
+        raise SceneError(f"{name}: faces are not whole numbers; give (n, 3) vertex indices")
+    return indices
+
+
+def _check_vertices(vertices: np.ndarray, name: str) -> None:
+    with np.errstate(over="ignore"):
+        finite = np.isfinite(vertices.astype(np.float32)).all(axis=1)
+    if not finite.all():
+        first = int(np.argmin(finite))
+        raise SceneError(f"{name}: vertex {first} is {vertices[first].tolist()}, not finite in "
+                         "float32; repair, rescale or drop it")
+
+
+def _colours(colours: Any, count: int, name: str) -> np.ndarray:
+    try:
+        array = np.asarray(colours, np.float32)
+        array = np.broadcast_to(array, (count, 3)) if array.shape == (3,) else array
+    except (TypeError, ValueError):
+        raise SceneError(f"{name}: colours are not an array of numbers; give (n, 3)") from None
+    if array.size == 0 and count == 0:
+        array = array.reshape(0, 3)
+    if array.shape != (count, 3):
+        raise SceneError(f"{name}: colours have shape {array.shape}; give ({count}, 3), one a "
+                         "triangle, or (3,)")
+    if not np.isfinite(array).all():
+        raise SceneError(f"{name}: a colour is not finite; give numbers in [0, 1]")
+    return np.ascontiguousarray(np.clip(array, 0, 1), np.float32)
+
+
+__all__: Sequence[str] = ("Light", "Material", "Scene", "list_scenes", "load_scene",
+                          "scene_names")

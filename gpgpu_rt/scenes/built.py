@@ -1,0 +1,59 @@
+"""Built scene: what a generator hands over, and the pile of coloured pieces it is made from."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..camera import Camera
+from .shapes import divide
+
+Colour = Sequence[float] | np.ndarray
+
+
+@dataclass
+class Built:
+    """A procedural scene.
+
+    Attributes
+    ----------
+    triangles : (n, 3, 3) float64, world units
+    colours : (n, 3) diffuse in [0, 1]
+    camera : its camera
+    light : (3,) position of the point light; intensity : (3,)
+    """
+
+    triangles: np.ndarray
+    colours: np.ndarray
+    camera: Camera
+    light: tuple[float, float, float]
+    intensity: tuple[float, float, float] = (1.0, 1.0, 1.0)
+
+
+class Pieces:
+    """Triangles and colours that pile up."""
+
+    def __init__(self) -> None:
+        self._triangles: list[np.ndarray] = []
+        self._colours: list[np.ndarray] = []
+
+    def __len__(self) -> int:
+        return sum(len(part) for part in self._triangles)
+
+    def add(self, triangles: np.ndarray, colour: Colour) -> None:
+        """Add (k, 3, 3) triangles of one colour, or of m colours for m equal runs of them."""
+        colour = np.atleast_2d(np.asarray(colour, np.float64))
+        self._triangles.append(triangles)
+        self._colours.append(np.repeat(colour, len(triangles) // len(colour), axis=0))
+
+    def arrays(self) -> tuple[np.ndarray, np.ndarray]:
+        """Triangles (n, 3, 3) and colours (n, 3), in the order they were added."""
+        return np.concatenate(self._triangles), np.concatenate(self._colours)
+
+    def finish(self, count: int, camera: Camera, light: tuple[float, float, float],
+               intensity: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Built:
+        """The scene, its largest triangles divided so that there are exactly `count`."""
+        triangles, colours = self.arrays()
+        triangles, part_of = divide(triangles, count)
+        return Built(triangles, colours[part_of], camera, light, intensity)

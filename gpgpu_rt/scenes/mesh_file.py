@@ -1,0 +1,89 @@
+"""Mesh file: what trimesh reads, flattened to vertices, faces and colours as they were given."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+
+from ..errors import SceneError
+
+Arrays = tuple[np.ndarray, np.ndarray, np.ndarray | None]
+
+SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".gltf")
+
+
+def read(path: Path) -> Arrays:
+    """The mesh of a file; nothing is merged, reordered or dropped.
+
+    Returns
+    -------
+    vertices : (v, 3) float64, world units, as the file has them
+    faces : (n, 3) int64, in the file's order
+    colours : (n, 3) float32 diffuse in [0, 1], or None where the file has none
+
+    Raises
+    ------
+    SceneError
+        no such file, or trimesh cannot read it
+    """
+    if not path.is_file():
+        raise SceneError(f"{path}: no such file; check the path")
+    # By default trimesh collects an OBJ file's faces by material.
+    options = ({"maintain_order": True, "group_material": False}
+               if path.suffix.lower() == ".obj" else {})
+    try:
+        loaded = trimesh.load_scene(str(path), process=False, **options)
+        if options:
+            # trimesh takes an OBJ file's runs of one material from the last to the first.
+            return _join([(mesh, None) for mesh in reversed(loaded.geometry.values())])
+        return flatten(loaded)
+    except SceneError:
+        raise
+    except Exception as error:  # trimesh raises whatever its parsers meet
+        reason = " ".join(str(error).split())[:160] or type(error).__name__
+        raise SceneError(f"{path}: cannot read this mesh ({reason}); is it whole, and of the type "
+                         f"its name says?") from None
+
+
+def flatten(mesh: trimesh.Trimesh | trimesh.Scene) -> Arrays:
+    """The arrays of a mesh, or of each instance in a scene, placed by its transform."""
+    if not isinstance(mesh, trimesh.Scene):
+        return _join([(mesh, None)])
+    placed = (mesh.graph[node] for node in mesh.graph.nodes_geometry)
+    return _join([(mesh.geometry[name], transform) for transform, name in placed])
+
+
+def _join(placed: list[tuple[Any, np.ndarray | None]]) -> Arrays:
+    vertices, faces, colours, count = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], [], 0
+    for mesh, transform in placed:
+        if not isinstance(mesh, trimesh.Trimesh):
+            continue  # point clouds and curves have no surface
+        points = np.asarray(mesh.vertices, np.float64)
+        if transform is not None and not np.array_equal(transform, np.eye(4)):
+            points = points @ transform[:3, :3].T + transform[:3, 3]
+        vertices.append(points)
+        faces.append(np.asarray(mesh.faces, np.int64) + count)
+        colours.append(_colours(mesh))
+        count += len(points)
+    joined = None
+    if any(colour is not None for colour in colours):
+        joined = np.concatenate([np.full((len(f), 3), 0.7) if c is None else c
+                                 for f, c in zip(faces[1:], colours)]).astype(np.float32)
+    return np.concatenate(vertices), np.concatenate(faces), joined
+
+
+def _colours(mesh: trimesh.Trimesh) -> np.ndarray | None:
+    """(n, 3) in [0, 1], the colours of a mesh's faces, vertices or material, or None."""
+    visual = mesh.visual
+    if len(mesh.faces) and not 0 <= mesh.faces.min() <= mesh.faces.max() < len(mesh.vertices):
+        return None  # whoever takes the faces says which one is out of range
+    if visual.kind == "face":
+        return visual.face_colors[:, :3] / 255.0
+    if visual.kind == "vertex":
+        return visual.vertex_colors[mesh.faces, :3].mean(axis=1) / 255.0
+    material = getattr(visual, "material", None)
+    if material is None:
+        return None
+    return np.broadcast_to(np.asarray(material.main_color)[:3] / 255.0, (len(mesh.faces), 3))

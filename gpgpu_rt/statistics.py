@@ -1,0 +1,47 @@
+"""Statistics: what the last call cost."""
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+
+@dataclass
+class Statistics:
+    """Cost of the last call of a tracer; times in seconds, sizes in bytes.
+
+    Attributes
+    ----------
+    rays : rays given
+    passes : traversal passes, the set-up pass included
+    draw_calls : draws, passes that mask or count among them
+    queries : occlusion queries read back
+    kernel_passes : passes by kernel, under the ``kernels`` schedule
+    texture_bytes : scene tables, rays and state
+    table_bytes : the scene tables by record
+    build_seconds : building (or loading from the cache) and packing the accelerator
+    trace_seconds : first draw to last, finished
+    upload_seconds, readback_seconds : arrays to textures, and back
+    counters : means a ray of the counters, with statistics=True
+    """
+
+    rays: int = 0
+    passes: int = 0
+    draw_calls: int = 0
+    queries: int = 0
+    kernel_passes: dict[str, int] = field(default_factory=dict)
+    texture_bytes: int = 0
+    table_bytes: dict[str, int] = field(default_factory=dict)
+    build_seconds: float = 0.0
+    trace_seconds: float = 0.0
+    upload_seconds: float = 0.0
+    readback_seconds: float = 0.0
+    counters: dict[str, float] = field(default_factory=dict)
+
+    def to_dict(self) -> dict[str, Any]:
+        return asdict(self)
+
+    def start_call(self, rays: int) -> None:
+        """Forget the last call; what building cost stays."""
+        fresh = Statistics(rays=rays, table_bytes=self.table_bytes,
+                           build_seconds=self.build_seconds)
+        self.__dict__.update(fresh.__dict__)

@@ -1,0 +1,213 @@
+"""Tracer: a scene, a method and a context, ready to trace."""
+from __future__ import annotations
+
+import os
+import time
+from typing import Any
+
+import numpy as np
+import trimesh
+from PIL import Image
+
+from .camera import Camera
+from .errors import Error, OptionError
+from .gpu import open_gpu
+from .hits import UNFINISHED, Hits
+from .methods import find_method
+from .options import TRACER_OPTIONS, resolve_options
+from .passes.shade import Shading
+from .passes.traverse import Traversal
+from .ray_state import RayBatch, RayTextures, StateBuffer, StateBuffers
+from .scene import Scene, load_scene
+from .statistics import Statistics
+from .texel_layout import COUNTERS, EXACT_INTEGER, HIT
+from .textures import table_texture, texture_bytes
+
+DEFAULT_METHOD = "bvh-threaded"
+
+
+class Tracer:
+    """Traces rays through a scene with one of the table's methods.
+
+    Parameters
+    ----------
+    scene : Scene, trimesh.Trimesh, a scene's name or a mesh file
+    method : a name from ``methods()``
+    options : those of ``options.TRACER_OPTIONS`` and the method's own; any other is refused
+
+    Raises
+    ------
+    OptionError, SceneError, ContextError, ShaderError, LimitError
+    """
+
+    def __init__(self, scene: Scene | trimesh.Trimesh | str | os.PathLike[str],
+                 method: str = DEFAULT_METHOD, **options: Any) -> None:
+        self.method = find_method(method)
+        self.options = resolve_options(options, TRACER_OPTIONS + self.method.options,
+                                       f"method {method}")
+        if self.options["schedule"] not in self.method.schedules:
+            raise OptionError(f"method {method} runs under {', '.join(self.method.schedules)} "
+                              f"only, not {self.options['schedule']}")
+        self.scene = load_scene(scene)
+        self.gpu = open_gpu(self.options["context"])
+        self.statistics = Statistics()
+        began = time.perf_counter()
+        self.accelerator = self.method.prepare(self.scene.triangles, self.options)
+        with self.gpu:
+            self._tables = {record.name: table_texture(self.gpu, record,
+                                                       self.accelerator.tables[record.name])
+                            for record in self.method.tables}
+            self.statistics.table_bytes = {name: texture_bytes([texture])
+                                           for name, texture in self._tables.items()}
+            self.statistics.build_seconds = time.perf_counter() - began
+            self.step_cap = min(self.options["step_cap"] or self.accelerator.step_bound + 1,
+                                EXACT_INTEGER - 1)
+            self._traversal = Traversal(self.gpu, self.method, self._tables,
+                                        self.accelerator.uniforms, self.options, self.step_cap)
+        self._rays: RayTextures | None = None
+        self._buffers: StateBuffers | None = None
+        self._shading: Shading | None = None
+
+    # Tracing --------------------------------------------------------------------------------
+
+    def trace(self, origins: np.ndarray, directions: np.ndarray,
+              t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf,
+              shape: tuple[int, int] | None = None, invalid: str = "raise") -> Hits:
+        """Nearest hits.
+
+        Parameters
+        ----------
+        origins, directions : (n, 3) or (h, w, 3) float, world units; any direction length
+        t_min, t_max : scalars or one a ray, in units of |direction|; both ends count
+        shape : (h, w) of the tile that (n, 3) rays form
+        invalid : "raise", or "miss": rays with NaN, infinity or no direction get status 1
+
+        Raises
+        ------
+        ValueError
+            for arrays that do not fit, or naming the first invalid ray.
+        """
+        return self._trace(RayBatch(origins, directions, t_min, t_max, shape, invalid), False)
+
+    def occluded(self, origins: np.ndarray, directions: np.ndarray,
+                 t_max: float | np.ndarray = np.inf, t_min: float | np.ndarray = 0.0,
+                 shape: tuple[int, int] | None = None, invalid: str = "raise") -> np.ndarray:
+        """(n,) bool: whether anything lies in [t_min, t_max] of each ray; any hit ends a ray.
+
+        Raises ``Error`` where the step cap leaves that open for some ray.
+        """
+        hits = self._trace(RayBatch(origins, directions, t_min, t_max, shape, invalid), True)
+        open_rays = (hits.status == UNFINISHED) & ~hits.hit
+        if open_rays.any():
+            raise Error(f"{int(open_rays.sum())} rays reached the step cap of {self.step_cap} "
+                        "undecided; raise step_cap")
+        return hits.hit
+
+    def _trace(self, batch: RayBatch, any_hit: bool) -> Hits:
+        statistics = self.statistics
+        statistics.start_call(batch.count)
+        with self.gpu:
+            rays, buffers = self._room(batch.size)
+            began = time.perf_counter()
+            rays.upload(batch)
+            self.gpu.finish()
+            uploaded = time.perf_counter()
+            side, stopped = self._traversal.run(rays, buffers, statistics, any_hit)
+            self.gpu.finish()
+            traced = time.perf_counter()
+            hits = self._read(batch, side, stopped)
+            self.gpu.check_error(f"tracing {batch.count} rays")
+        statistics.upload_seconds = uploaded - began
+        statistics.trace_seconds = traced - uploaded
+        statistics.readback_seconds = time.perf_counter() - traced
+        return hits
+
+    def _room(self, size: tuple[int, int]) -> tuple[RayTextures, StateBuffers]:
+        """Ray textures and state buffers of ``size``; those of the last call if they fit."""
+        if self._rays is None or self._rays.size != size:
+            self._release_room()
+            self._rays = RayTextures(self.gpu, size)
+        if self._buffers is None:
+            self._buffers = StateBuffers(self.gpu, self.method.state, size,
+                                         self.options["statistics"])
+        return self._rays, self._buffers
+
+    def _read(self, batch: RayBatch, side: StateBuffer, stopped: int) -> Hits:
+        hits = batch.hits(side.read(HIT))
+        if stopped:
+            phases = self.method.state.unpack(_flat(side.read(self.method.state)))["phase"]
+            hits.status[phases[:batch.count] != 0] = UNFINISHED
+        statistics = self.statistics
+        if self.options["statistics"]:
+            counters = COUNTERS.unpack(_flat(side.read(COUNTERS)))
+            counters["steps"] = self.method.state.unpack(
+                _flat(side.read(self.method.state)))["steps"]
+            for name, values in counters.items():
+                setattr(hits, name, values[:batch.count])
+                statistics.counters[name] = (float(values[:batch.count].mean())
+                                             if batch.count else 0.0)
+        statistics.texture_bytes = (sum(statistics.table_bytes.values()) + self._buffers.bytes()
+                                    + texture_bytes(self._rays.textures))
+        return hits
+
+    # Rendering ------------------------------------------------------------------------------
+
+    def render(self, camera: Camera | None = None,
+               size: tuple[int, int] = (512, 512)) -> Image.Image:
+        """A picture of the scene: diffuse surfaces, one point light, hard shadows.
+
+        Eye rays are made, traced, shaded and their shadow rays traced on the GPU, all by this
+        tracer's method.
+
+        Parameters
+        ----------
+        camera : Camera, or None for the scene's own
+        size : (width, height) pixels
+        """
+        width, height = (int(s) for s in size)
+        if width < 1 or height < 1:
+            raise OptionError(f"size {tuple(size)} must be at least 1 x 1 pixels")
+        self.statistics.start_call(width * height)
+        with self.gpu:
+            rays, buffers = self._room((width, height))
+            if self._shading is None:
+                self._shading = Shading(self.gpu, self.scene)
+            began = time.perf_counter()
+            self._shading.eye_rays(rays, camera or self.scene.camera)
+            eye, _ = self._traversal.run(rays, buffers, self.statistics)
+            shadow_rays = self._shading.surfaces(rays, eye)
+            shadow, _ = self._traversal.run(shadow_rays, buffers, self.statistics, any_hit=True)
+            pixels = self._shading.picture(shadow)
+            self.gpu.check_error("rendering")
+        self.statistics.trace_seconds = time.perf_counter() - began
+        return Image.fromarray(pixels)
+
+    # Lifetime -------------------------------------------------------------------------------
+
+    def _release_room(self) -> None:
+        for part in (self._rays, self._buffers):
+            if part is not None:
+                part.release()
+        self._rays = self._buffers = None
+
+    def release(self) -> None:
+        """Free textures and programs; the tracer is of no use afterwards."""
+        with self.gpu:
+            self._release_room()
+            if self._shading is not None:
+                self._shading.release()
+            self._traversal.release()
+            for texture in self._tables.values():
+                texture.release()
+            self._tables = {}
+
+    def __enter__(self) -> Tracer:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.release()
+
+
+def _flat(texels: np.ndarray) -> np.ndarray:
+    """(h, w, texels, 4) -> (h * w, texels, 4)."""
+    return texels.reshape(-1, *texels.shape[2:])
