@@ -1,0 +1,42 @@
+# The targets a user needs; `make` alone prints them.
+VENV   ?= .venv
+PYTHON ?= python3
+BIN    := $(VENV)/bin
+STAMP  := $(VENV)/.installed
+
+.DEFAULT_GOAL := help
+.PHONY: help setup test test-all figures bench lint format clean
+
+help:  ## print this list
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12
+
+setup: $(STAMP)  ## make the virtual environment, and install Mesa where it is missing
+
+$(STAMP): setup.cfg pyproject.toml
+	@PYTHON="$(PYTHON)" sh tools/setup.sh "$(VENV)"
+	@touch $(STAMP)
+
+test: $(STAMP)  ## the quick suite, headless
+	@$(BIN)/python tools/run_tests.py
+
+test-all: $(STAMP)  ## full sizes on OSMesa and EGL, and what is small enough on softpipe
+	@$(BIN)/python tools/run_tests.py --all
+
+figures: $(STAMP)  ## the survey's tables beside the published numbers (FULL=1: papers' sizes)
+	@$(BIN)/python -m gpgpu_rt.figures $(if $(FULL),--full)
+
+bench: $(STAMP)  ## every method on the bunny beside embreex
+	@$(BIN)/gpgpu-rt bench bunny
+
+lint: $(STAMP)  ## flake8, isort and autopep8, all with the settings in setup.cfg
+	@$(BIN)/flake8 gpgpu_rt figures tests tools
+	@$(BIN)/isort --check-only --diff gpgpu_rt figures tests tools
+	@$(BIN)/autopep8 --diff --exit-code --recursive gpgpu_rt figures tests tools
+
+format: $(STAMP)  ## apply isort and autopep8
+	@$(BIN)/isort gpgpu_rt figures tests tools
+	@$(BIN)/autopep8 --in-place --recursive gpgpu_rt figures tests tools
+
+clean:  ## remove what was built and measured; the virtual environment stays
+	rm -rf build dist *.egg-info figures/data figures/out .pytest_cache
+	find . -name __pycache__ -not -path './$(VENV)/*' -prune -exec rm -rf {} +

@@ -1,0 +1,56 @@
+"""Runs the tests headless: `make test` on one backend, `make test-all` on all there are."""
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+
+
+def backends() -> dict[str, str]:
+    """Backend -> its renderer, or "" where it gives no context. Each is asked in its own process."""
+    probe = ("import sys; from gpgpu_rt.gpu import open_gpu; "
+             "print(open_gpu(sys.argv[1]).renderer)")
+    found = {}
+    for backend in ("osmesa", "egl"):
+        answer = subprocess.run([sys.executable, "-c", probe, backend], capture_output=True,
+                                text=True)
+        found[backend] = answer.stdout.strip() if answer.returncode == 0 else ""
+    return found
+
+
+def run(title: str, backend: str, arguments: list[str], **environment: str) -> int:
+    print(f"== {title}", flush=True)
+    return subprocess.call([sys.executable, "-m", "pytest", *arguments],
+                           env={**os.environ, "GPGPU_RT_CONTEXT": backend, **environment})
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--all", action="store_true", help="full sizes, every backend, softpipe")
+    parser.add_argument("pytest", nargs="*", help="arguments for pytest")
+    chosen = parser.parse_args()
+    found = backends()
+    there = [backend for backend, renderer in found.items() if renderer]
+    if not there:
+        print("No OpenGL context: install libegl1 libgl1 libgl1-mesa-dri (or libosmesa6), "
+              "then `gpgpu-rt info`", file=sys.stderr)
+        return 1
+    if not chosen.all:
+        first = there[0]
+        return run(f"quick suite on {first}: {found[first]}", first,
+                   ["-m", "not full", *chosen.pytest])
+    failed = 0
+    for backend, renderer in found.items():
+        if not renderer:
+            print(f"== SKIPPED: {backend} gives no context here", flush=True)
+            continue
+        failed |= run(f"everything on {backend}: {renderer}", backend, chosen.pytest)
+    if found["egl"]:
+        failed |= run("what is marked small, on EGL with softpipe", "egl",
+                      ["-m", "small", *chosen.pytest], GALLIUM_DRIVER="softpipe")
+    return int(bool(failed))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,39 @@
+#!/bin/sh
+# Makes the virtual environment $1, and sees to it that there is an OpenGL to draw with.
+set -eu
+venv=$1
+python=${PYTHON:-python3}
+
+has_library() { ldconfig -p 2>/dev/null | grep -q "$1"; }
+apt_install() {
+    if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
+        apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq "$@" >/dev/null
+    else
+        echo "Missing system packages. Run once, then make again:" >&2
+        echo "    sudo apt-get update && sudo apt-get install -y $*" >&2
+        exit 1
+    fi
+}
+
+if ! { has_library libEGL.so.1 && has_library libGL.so.1; } && ! has_library libOSMesa.so; then
+    apt_install libegl1 libgl1 libgl1-mesa-dri
+fi
+# Newer Mesa releases carry no OSMesa: where it cannot be had, EGL does everything.
+if ! has_library libOSMesa.so && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
+    DEBIAN_FRONTEND=noninteractive apt-get install -y -qq libosmesa6 >/dev/null 2>&1 ||
+        echo "No libosmesa6 to be had: EGL alone will be used."
+fi
+
+if ! "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))'; then
+    echo "Python 3.11 or later is needed, $python is $("$python" -V 2>&1); make PYTHON=..." >&2
+    exit 1
+fi
+if [ ! -x "$venv/bin/python" ]; then
+    if ! "$python" -m venv "$venv" >/dev/null 2>&1; then   # Debian ships venv apart
+        rm -rf "$venv"
+        apt_install python3-venv
+        "$python" -m venv "$venv"
+    fi
+fi
+"$venv/bin/python" -m pip install --quiet --upgrade pip
+"$venv/bin/python" -m pip install --quiet --editable '.[test,figures,lint]'
