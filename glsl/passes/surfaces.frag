@@ -1,6 +1,6 @@
 #version 330 core
-// Shading (Purcell et al. 2002, the last of their four kernels): what a point light and a little
-// ambient light give each hit, and the shadow ray that finds out whether the light arrives.
+// Shading (Purcell et al. 2002, the last of their four kernels): what a point light (no falloff) and a
+// little ambient light give each hit, and the shadow ray that finds out whether the light arrives.
 
 #include "common/fetch.glsl"
 #include <streams>
@@ -40,7 +40,7 @@ void main() {
     vec3 diffuse = surface_diffuse(hit.triangle);
     vec3 ambient = mix(vec3(0.16, 0.14, 0.12), vec3(0.26, 0.29, 0.33), 0.5 + 0.5 * normal.y)
                  * (0.7 + 0.3 * max(dot(normal, -ray.direction), 0.0));
-    lit_store(Lit(diffuse * ambient, diffuse * light_intensity * cosine / (distance * distance)));
+    lit_store(Lit(diffuse * ambient, diffuse * light_intensity * cosine));
     // Surfaces that face away from the light need no ray.
     shadow_rays_store(Shadow_rays(point, 0.0, direction, cosine > 0.0 ? distance : -1.0));
 }

@@ -1,0 +1,117 @@
+"""Catalogue: the named scenes, where each is looked for, and what is built where it is not found."""
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..camera import Camera, load_cameras
+from ..errors import SceneError, nearest_names
+from . import cornell, creatures, outdoors, rooms
+from .built import Built
+from .mesh_file import SUFFIXES
+from .painting import by_part, cornell_walls
+
+Paint = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True)
+class Row:
+    """A named scene.
+
+    Attributes
+    ----------
+    triangles : of the procedural version
+    make : builds it; one that takes an argument is named as in ``stadium:1e-3``
+    stand_in : what the procedural version stands in for, None where it is the real thing
+    original : where a user gets the original
+    light : position for the mesh of this name, None for one beside the camera
+    paint : colours for a mesh that comes without
+    """
+
+    name: str
+    triangles: int
+    make: Callable[..., Built]
+    stand_in: str | None
+    original: str
+    light: tuple[float, float, float] | None = None
+    paint: Paint | None = None
+    takes_argument: bool = False
+
+
+_BART = "BART (Lext, Assarsson, Moeller), Chalmers: "
+
+ROWS: dict[str, Row] = {row.name: row for row in (
+    Row("cornell", 32, cornell.make, None, "built in from Cornell University's published data",
+        (0.0, 1.9, 0.0), cornell_walls),
+    Row("bunny", 69_451, creatures.bunny, "the Stanford bunny",
+        "Stanford 3D Scanning Repository: bun_zipper.ply"),
+    Row("robots", 71_708, outdoors.robots, "BART's robots", _BART + "the robots scene at t = 0",
+        (20.0, 60.0, -190.0), by_part),
+    Row("kitchen", 110_561, rooms.kitchen, "BART's kitchen", _BART + "the kitchen scene at t = 0",
+        (1.5, 2.6, 0.8), by_part),
+    Row("cows", 23_218, creatures.cows, "Thrane and Simonsen's Cows, whose triangle count and "
+        "arrangement are not published", "not to be found"),
+    Row("conference", 282_641, rooms.conference, "the conference room",
+        "McGuire Computer Graphics Archive: Conference Room (331,179 triangles, not the papers' "
+        "edition)", (300.0, 560.0, -250.0), by_part),
+    Row("fairyforest", 174_117, outdoors.fairyforest, "the Utah fairy forest",
+        "Utah 3D Animation Repository: Fairy Forest"),
+    Row("shirley6", 804, rooms.shirley6, "Shirley's scene 6", "not to be found"),
+    Row("buddha", 100_000, creatures.buddha, "the Buddha of Figure 1, here a tenth of the "
+        "original's 1,087,716 triangles", "Stanford 3D Scanning Repository: Happy Buddha"),
+    Row("tenk", 10_000, outdoors.tenk, None, "built in: 10,000 triangles for Table 1"),
+    Row("stadium", 8_000, outdoors.stadium, None, "built in: a teapot in a stadium, "
+        "stadium:RATIO sets teapot over stadium", takes_argument=True),
+    Row("teapot", 6_320, creatures.teapot, "the Utah teapot", "Martin Newell's teapot, tessellated"),
+    Row("cow", 5_804, creatures.cow, "Viewpoint's cow",
+        "common-3d-test-models: cow.obj (Viewpoint Animation Engineering)"),
+)}
+
+
+def find(text: str) -> tuple[Row, float | None] | None:
+    """The row a scene's name stands for, with its argument; None where the text is a path.
+
+    Raises
+    ------
+    SceneError
+        for a name that is neither: the nearest ones are suggested.
+    """
+    name, _, argument = text.partition(":")
+    row = ROWS.get(name)
+    if row is not None and not argument:
+        return row, None
+    if row is not None and row.takes_argument:
+        try:
+            value = float(argument)
+        except ValueError:
+            value = np.nan
+        if not 0 < value <= 1:
+            raise SceneError(f"scene {text!r}: {argument!r} is no ratio; give a number above 0 and "
+                             "at most 1, as in stadium:1e-3")
+        return row, value
+    path = Path(text)
+    if path.suffix or path.parent != Path(".") or path.exists():
+        return None
+    raise SceneError(f"no scene {text!r}{nearest_names(text, ROWS)} (or give a mesh file's path)")
+
+
+def folders() -> list[Path]:
+    """Where meshes are looked for: the folders of GPGPU_RT_SCENES, then ./scenes."""
+    given = os.environ.get("GPGPU_RT_SCENES", "").split(os.pathsep)
+    return [Path(folder) for folder in given if folder] + [Path("scenes")]
+
+
+def mesh_path(name: str) -> Path | None:
+    """The mesh of a named scene, or None."""
+    candidates = (folder / (name + suffix) for folder in folders() for suffix in SUFFIXES)
+    return next((path for path in candidates if path.is_file()), None)
+
+
+def camera_beside(path: Path) -> Camera | None:
+    """The camera of a mesh, from the ``cameras.json`` beside it."""
+    cameras = path.parent / "cameras.json"
+    return load_cameras(cameras).get(path.stem) if cameras.is_file() else None
