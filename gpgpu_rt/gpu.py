@@ -95,6 +95,7 @@ class Gpu:
         self.max_texture_size: int = context.info["GL_MAX_TEXTURE_SIZE"]
         self.max_draw_buffers: int = context.info["GL_MAX_DRAW_BUFFERS"]
         self.programs: dict[Any, moderngl.Program] = {}   # filled by shader.py
+        self._rest: moderngl.Framebuffer | None = None
 
     def __enter__(self) -> Gpu:
         self.context.__enter__()
@@ -115,6 +116,16 @@ class Gpu:
         error = self.context.error
         if error != "GL_NO_ERROR":
             raise LimitError(f"OpenGL says {error} after {what} on {self.renderer}")
+
+    def release(self, framebuffer: moderngl.Framebuffer) -> None:
+        """Release a framebuffer, another one bound first.
+
+        moderngl would go on believing the released one bound, and bind it again: a GL error.
+        """
+        if self._rest is None:
+            self._rest = self.context.simple_framebuffer((1, 1))
+        self._rest.use()
+        framebuffer.release()
 
     def finish(self) -> None:
         """Wait until everything issued so far has run."""

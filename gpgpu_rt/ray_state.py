@@ -117,8 +117,9 @@ class RayTextures:
     """
 
     def __init__(self, gpu: Gpu, size: tuple[int, int]) -> None:
-        self.size = size
+        self.gpu, self.size = gpu, size
         self.textures = stream_textures(gpu, RAY_TEXELS, size)
+        self.target = gpu.context.framebuffer(self.textures)
 
     def upload(self, batch: RayBatch) -> None:
         for k, texture in enumerate(self.textures):
@@ -128,6 +129,7 @@ class RayTextures:
         return stream_samplers(RAY_TEXELS.name, self.textures)
 
     def release(self) -> None:
+        self.gpu.release(self.target)
         for texture in self.textures:
             texture.release()
 
@@ -142,6 +144,7 @@ class StateBuffer:
 
     def __init__(self, gpu: Gpu, records: list[Record], size: tuple[int, int],
                  depth: moderngl.Renderbuffer) -> None:
+        self.gpu = gpu
         self.streams = {r.name: stream_textures(gpu, r, size) for r in records}
         self.textures = [t for textures in self.streams.values() for t in textures]
         self.target = gpu.context.framebuffer(self.textures, depth)
@@ -158,7 +161,7 @@ class StateBuffer:
         return texels[0][:, :, None] if len(texels) == 1 else np.stack(texels, axis=2)
 
     def release(self) -> None:
-        self.target.release()
+        self.gpu.release(self.target)
         for texture in self.textures:
             texture.release()
 
@@ -189,7 +192,7 @@ class StateBuffers:
     def release(self) -> None:
         for side in self:
             side.release()
-        self.mask.release()
+        self.gpu.release(self.mask)
         self.depth.release()
 
 

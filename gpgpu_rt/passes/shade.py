@@ -41,9 +41,7 @@ class Shading:
         self._make_room(rays.size)
         right, up, forward = (tuple(axis) for axis in camera.basis(rays.size))
         self._eye.set(eye=camera.eye, right=right, up=up, forward=forward, size=rays.size)
-        target = self.gpu.context.framebuffer(rays.textures)
-        self._eye.draw(target, {})
-        target.release()
+        self._eye.draw(rays.target, {})
 
     def surfaces(self, rays: RayTextures, hits: StateBuffer) -> RayTextures:
         """What the light gives each hit, and the rays from there towards the light."""
@@ -74,11 +72,12 @@ class Shading:
     def _release_room(self) -> None:
         if self._size is None:
             return
-        for texture in [*self.lit, *self._screen.color_attachments]:
+        textures = [*self.lit, *self._screen.color_attachments]
+        self.gpu.release(self._target)
+        self.gpu.release(self._screen)
+        for texture in textures:
             texture.release()
         self.shadow_rays.release()
-        self._target.release()
-        self._screen.release()
         self._size = None
 
     def release(self) -> None:
