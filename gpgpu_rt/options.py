@@ -49,6 +49,23 @@ class Option:
             raise OptionError(f"option {self.name}={value!r} must be at least {self.minimum:g}")
         return converted
 
+    def parse(self, text: str) -> Any:
+        """The value that a word on the command line stands for, checked."""
+        if text.lower() in ("none", "null"):
+            return self.check(None)
+        if self.choices is not None:
+            return self.check(next((c for c in self.choices if str(c) == text), text))
+        if self.kind is bool:
+            words = {"1": True, "true": True, "yes": True, "on": True,
+                     "0": False, "false": False, "no": False, "off": False}
+            return self.check(words.get(text.lower(), text))
+        if self.kind in (int, float):
+            try:
+                return self.check(self.kind(text))
+            except ValueError:
+                return self.check(text)
+        return self.check(text)
+
 
 TRACER_OPTIONS: tuple[Option, ...] = (
     Option("schedule", "loop", "how kernels are issued", choices=("kernels", "step", "loop")),

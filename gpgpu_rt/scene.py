@@ -14,7 +14,7 @@ from .camera import Camera
 from .errors import SceneError
 from .scenes import catalogue, mesh_file
 
-LIGHT_GREY = (0.73, 0.71, 0.68)
+LIGHT_GREY = (0.60, 0.58, 0.54)
 
 
 @dataclass(frozen=True)

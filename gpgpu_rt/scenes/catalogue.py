@@ -50,9 +50,9 @@ ROWS: dict[str, Row] = {row.name: row for row in (
     Row("bunny", 69_451, creatures.bunny, "the Stanford bunny",
         "Stanford 3D Scanning Repository: bun_zipper.ply"),
     Row("robots", 71_708, outdoors.robots, "BART's robots", _BART + "the robots scene at t = 0",
-        (20.0, 60.0, -190.0), by_part),
+        (-1.0, 6.0, -200.0), by_part),
     Row("kitchen", 110_561, rooms.kitchen, "BART's kitchen", _BART + "the kitchen scene at t = 0",
-        (1.5, 2.6, 0.8), by_part),
+        (3.1, 2.1, 3.3), by_part),
     Row("cows", 23_218, creatures.cows, "Thrane and Simonsen's Cows, whose triangle count and "
         "arrangement are not published", "not to be found"),
     Row("conference", 282_641, rooms.conference, "the conference room",

@@ -82,7 +82,7 @@ def cows() -> Built:
 
 def pot(size: int) -> np.ndarray:
     """A teapot-like body, lid, spout and handle, about six units wide, base at y = 0."""
-    n = max(8, int(np.sqrt(size / 5.2)))
+    n = max(8, int(np.sqrt(size / 6.4)))
     body = revolve(smooth([(0, 0), (1.5, 0.05), (2.0, 0.9), (1.75, 1.9), (1.4, 2.4)], n), 2 * n)
     lid = revolve(smooth([(1.4, 2.4), (0.8, 2.65), (0.25, 2.75), (0.35, 3.0), (0, 3.15)], n // 2),
                   2 * n)

@@ -1,0 +1,268 @@
+"""The command line: ``gpgpu-rt`` and ``python -m gpgpu_rt``."""
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import zipfile
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from .bench import bench
+from .errors import Error, OptionError
+from .files import check_writable, replacing
+from .gpu import probe
+from .methods import find_method, methods
+from .options import TRACER_OPTIONS, Option
+from .scene import list_scenes, load_scene
+from .tracer import DEFAULT_METHOD, Tracer
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command; the exit status. A user's mistake is one line on stderr."""
+    parser = _parser()
+    chosen = parser.parse_args(arguments)
+    try:
+        chosen.run(chosen)
+        sys.stdout.flush()
+        return 0
+    except BrokenPipeError:   # `gpgpu-rt methods | head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except KeyboardInterrupt:
+        print("gpgpu-rt: interrupted", file=sys.stderr)
+        return 130
+    except (Error, ValueError, OSError, MemoryError) as failure:
+        if os.environ.get("GPGPU_RT_TRACEBACK"):
+            raise
+        message = " ".join(str(failure).split()) or type(failure).__name__
+        print(f"gpgpu-rt: {message}", file=sys.stderr)
+        return 1
+
+
+# Commands ------------------------------------------------------------------------------------
+
+
+def _info(chosen: argparse.Namespace) -> None:
+    rows = []
+    for backend, found in probe():
+        rows.append({"backend": backend, "missing": str(found)} if isinstance(found, Error)
+                    else found.info())
+    if chosen.json:
+        return _print_json(rows)
+    for row in rows:
+        if "missing" in row:
+            print(f"{row['backend']}: not here ({row['missing']})")
+        else:
+            print(f"{row['backend']}: {row['renderer']}\n    OpenGL {row['version']}\n"
+                  f"    largest texture {row['max_texture_size']}, "
+                  f"{row['max_draw_buffers']} render targets")
+    if all("missing" in row for row in rows):
+        raise Error("no OpenGL context here; install libegl1 libgl1 libgl1-mesa-dri "
+                    "(Debian, Ubuntu) or a graphics driver")
+
+
+def _methods(chosen: argparse.Namespace) -> None:
+    if chosen.json:
+        return _print_json([row.to_dict() for row in methods()])
+    _print_table(("method", "paper", "what it does", "own options"),
+                 [(row.name, row.citation, row.summary,
+                   " ".join("--" + o.name.replace("_", "-") for o in row.options) or "-")
+                  for row in methods()])
+
+
+def _scenes(chosen: argparse.Namespace) -> None:
+    rows = list_scenes()
+    if chosen.json:
+        return _print_json(rows)
+    _print_table(("scene", "triangles", "found", "original"),
+                 [(r["name"], "?" if r["triangles"] is None else f"{r['triangles']:,}", r["found"],
+                   r["original"]) for r in rows])
+    print("\nMeshes are looked for in the folders of GPGPU_RT_SCENES, then in ./scenes.")
+
+
+def _render(chosen: argparse.Namespace) -> None:
+    check_writable(chosen.output)
+    if os.path.splitext(chosen.output)[1].lower() not in (".png", ".jpg", ".jpeg", ".bmp",
+                                                          ".tif", ".tiff", ".webp"):
+        raise OptionError(f"cannot tell an image format from {chosen.output}; end it in .png")
+    with _tracer(chosen) as tracer:
+        image = tracer.render(size=chosen.size)
+        with replacing(chosen.output) as path:
+            image.save(path)
+        _report(chosen, tracer, f"wrote {chosen.output}")
+
+
+def _trace(chosen: argparse.Namespace) -> None:
+    check_writable(chosen.output)
+    rays = _read_rays(chosen.rays)
+    with _tracer(chosen) as tracer:
+        hits = tracer.trace(**rays, invalid=chosen.invalid)
+        with replacing(chosen.output) as path, path.open("wb") as file:
+            np.savez_compressed(file, **hits.to_dict())
+        _report(chosen, tracer, f"{int(hits.hit.sum()):,} of {len(hits):,} rays hit; "
+                                f"wrote {chosen.output}")
+
+
+def _bench(chosen: argparse.Namespace) -> None:
+    if chosen.methods:
+        candidates = [(name, _options(chosen, name)) for name in chosen.methods.split(",")]
+    else:
+        candidates = [("bvh-threaded", {"octants": True})] + [
+            (row.name, {}) for row in methods() if row.name != "brute-force"]
+    scene = load_scene(chosen.scene)
+    rows = bench(scene, candidates, chosen.size, chosen.runs)
+    if chosen.json:
+        return _print_json(rows)
+    print(f"{scene.name}, {len(scene):,} triangles, {chosen.size[0]} x {chosen.size[1]} eye rays")
+    _print_table(
+        ("method", "options", "Mrays/s", "over embreex", "ms", "ms arrays in to out", "spread"),
+        [(r["name"], " ".join(f"{k}={v}" for k, v in r["options"].items()) or "-",
+          f"{r['rays_per_second'] / 1e6:.2f}",
+          f"{r['over_embree']:.2f}" if "over_embree" in r else "-", f"{r['seconds'] * 1e3:.0f}",
+          f"{r['wall_seconds'] * 1e3:.0f}", f"{r['spread']:.2f}") for r in rows])
+
+
+# What commands share -------------------------------------------------------------------------
+
+
+def _options(chosen: argparse.Namespace, method: str) -> dict[str, Any]:
+    known = {option.name: option for option in TRACER_OPTIONS + find_method(method).options}
+    options = {}
+    for name in _option_table():
+        text = getattr(chosen, "option_" + name)
+        if text is None:
+            continue
+        if name not in known:
+            raise OptionError(f"method {method} has no option --{name.replace('_', '-')}")
+        options[name] = known[name].parse(text)
+    return options
+
+
+def _tracer(chosen: argparse.Namespace) -> Tracer:
+    options = _options(chosen, chosen.method)
+    return Tracer(load_scene(chosen.scene), chosen.method, **options)
+
+
+def _report(chosen: argparse.Namespace, tracer: Tracer, line: str) -> None:
+    statistics = tracer.statistics
+    if chosen.json:
+        _print_json({"scene": tracer.scene.name, "triangles": len(tracer.scene),
+                     "source": tracer.scene.source, "stand_in": tracer.scene.stand_in,
+                     "method": tracer.method.name, "gpu": tracer.gpu.info(),
+                     "options": {k: v for k, v in tracer.options.items() if k != "context"},
+                     "statistics": statistics.to_dict()})
+        return
+    if tracer.scene.stand_in:
+        print(f"{tracer.scene.name} is a procedural stand-in for {tracer.scene.stand_in} "
+              "(`gpgpu-rt scenes` says where the original is)")
+    print(f"{line}\n{tracer.method.name} on {tracer.gpu.renderer}: {statistics.passes} passes, "
+          f"{statistics.trace_seconds * 1e3:.0f} ms for {statistics.rays:,} rays, built in "
+          f"{statistics.build_seconds:.2f} s")
+    if statistics.counters:
+        print("a ray: " + ", ".join(f"{k.replace('_', ' ')} {v:.2f}"
+                                    for k, v in statistics.counters.items()))
+
+
+def _read_rays(path: str) -> dict[str, np.ndarray]:
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            rays = {name: file[name] for name in ("origins", "directions", "t_min", "t_max")
+                    if name in file}
+    except (OSError, ValueError, zipfile.BadZipFile, EOFError) as failure:
+        reason = getattr(failure, "strerror", None) or "not an .npz archive of plain arrays"
+        raise Error(f"cannot read rays from {path}: {reason}") from failure
+    missing = {"origins", "directions"} - set(rays)
+    if missing:
+        raise Error(f"{path} holds no {' and no '.join(sorted(missing))}; a ray file is an .npz "
+                    "with origins and directions, (n, 3) each, and optionally t_min, t_max")
+    return rays
+
+
+def _print_json(value: Any) -> None:
+    print(json.dumps(value, indent=2, default=str))
+
+
+def _print_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    widths = [max(len(str(row[k])) for row in [heads, *rows]) for k in range(len(heads))]
+    for row in [heads, ["-" * w for w in widths], *rows]:
+        print("  ".join(str(cell).ljust(w) for cell, w in zip(row, widths)).rstrip())
+
+
+# The parser ----------------------------------------------------------------------------------
+
+
+def _option_table() -> dict[str, Option]:
+    """Every option of every method, by name."""
+    table = {option.name: option for option in TRACER_OPTIONS}
+    for row in methods():
+        table.update({option.name: option for option in row.options})
+    return table
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, _, height = text.lower().partition("x")
+    try:
+        size = int(width), int(height or width)
+    except ValueError:
+        size = 0, 0
+    if min(size) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is no size; give WIDTHxHEIGHT, as in 512x512")
+    return size
+
+
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line."""
+
+    def error(self, message: str) -> Any:
+        self.exit(2, f"gpgpu-rt: {message} (see `{self.prog} --help`)\n")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(prog="gpgpu-rt", description="Ray tracing by fragment programs, as on the "
+                     "graphics hardware of 2002-2007.")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    def command(name: str, run: Callable[[argparse.Namespace], None],
+                text: str) -> argparse.ArgumentParser:
+        sub = commands.add_parser(name, help=text, description=text)
+        sub.set_defaults(run=run)
+        sub.add_argument("--json", action="store_true", help="print JSON")
+        return sub
+
+    def add_options(sub: argparse.ArgumentParser) -> None:
+        group = sub.add_argument_group("options of the tracer and its methods")
+        for option in _option_table().values():
+            choices = f" ({', '.join(map(str, option.choices))})" if option.choices else ""
+            group.add_argument("--" + option.name.replace("_", "-"), dest="option_" + option.name,
+                               metavar="VALUE", nargs="?" if option.kind is bool else None,
+                               const="true", help=f"{option.help}{choices}; "
+                               f"default {option.default}".replace("%", "%%"))
+
+    command("info", _info, "contexts found, renderer and limits")
+    command("methods", _methods, "the method table")
+    command("scenes", _scenes, "named scenes, and where each was found")
+    sub = command("render", _render, "render a scene to an image file")
+    sub.add_argument("scene", help="a scene's name or a mesh file")
+    sub.add_argument("-m", "--method", default=DEFAULT_METHOD)
+    sub.add_argument("-o", "--output", required=True, metavar="IMAGE.png")
+    sub.add_argument("--size", type=_size, default=(512, 512), metavar="WIDTHxHEIGHT")
+    add_options(sub)
+    sub = command("trace", _trace, "trace a file of rays to a file of hits")
+    sub.add_argument("scene", help="a scene's name or a mesh file")
+    sub.add_argument("rays", metavar="RAYS.npz")
+    sub.add_argument("-m", "--method", default=DEFAULT_METHOD)
+    sub.add_argument("-o", "--output", required=True, metavar="HITS.npz")
+    sub.add_argument("--invalid", choices=("raise", "miss"), default="raise",
+                     help="what becomes of a ray with NaN, infinity or no direction")
+    add_options(sub)
+    sub = command("bench", _bench, "eye rays per second of the methods, beside embreex")
+    sub.add_argument("scene", help="a scene's name or a mesh file")
+    sub.add_argument("-m", "--methods", metavar="NAME,NAME,...")
+    sub.add_argument("--size", type=_size, default=(1024, 1024), metavar="WIDTHxHEIGHT")
+    sub.add_argument("--runs", type=int, default=5, help="timed runs of each after a warm-up")
+    add_options(sub)
+    return parser

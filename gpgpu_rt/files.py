@@ -1,0 +1,55 @@
+"""Output files: written whole or not at all."""
+from __future__ import annotations
+
+import contextlib
+import os
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from .errors import Error
+
+
+def check_writable(path: str | os.PathLike[str]) -> Path:
+    """The path, if a file can be written there; asked before the work that fills it.
+
+    Raises
+    ------
+    Error
+        that says which folder is missing or closed.
+    """
+    path = Path(path)
+    folder = path.parent
+    if not folder.is_dir():
+        raise Error(f"cannot write {path}: there is no folder {folder}; make it first")
+    if path.is_dir():
+        raise Error(f"cannot write {path}: it is a folder; give a file's name")
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as failure:
+        raise Error(f"cannot write {path}: {failure.strerror}; choose another folder") from failure
+    return path
+
+
+@contextlib.contextmanager
+def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """A temporary name beside ``path`` that takes its place when the block ends well."""
+    path = check_writable(path)
+    handle, name = tempfile.mkstemp(prefix=".writing-", suffix=path.suffix, dir=path.parent)
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        yield temporary
+        temporary.chmod(0o666 & ~_umask())
+        os.replace(temporary, path)
+    except OSError as failure:
+        raise Error(f"cannot write {path}: {failure.strerror or failure}") from failure
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
