@@ -237,10 +237,10 @@ def _parser() -> argparse.ArgumentParser:
         group = sub.add_argument_group("options of the tracer and its methods")
         for option in _option_table().values():
             choices = f" ({', '.join(map(str, option.choices))})" if option.choices else ""
+            bare = {"nargs": "?", "const": "true"} if option.kind is bool else {}
             group.add_argument("--" + option.name.replace("_", "-"), dest="option_" + option.name,
-                               metavar="VALUE", nargs="?" if option.kind is bool else None,
-                               const="true", help=f"{option.help}{choices}; "
-                               f"default {option.default}".replace("%", "%%"))
+                               metavar="VALUE", help=f"{option.help}{choices}; "
+                               f"default {option.default}".replace("%", "%%"), **bare)
 
     command("info", _info, "contexts found, renderer and limits")
     command("methods", _methods, "the method table")
