@@ -9,6 +9,8 @@ struct Ray {
     vec3 inv_dir;    // finite: a zero component counts as TINY_DIRECTION
     bvec2 dominant;  // which component is largest: x, y, or else z
     vec3 shear;      // (x / z, y / z, 1 / z) of the direction, axes permuted so z is dominant
+    vec3 lo_origin;  // what the two corners of a box are measured from: see box.glsl
+    vec3 hi_origin;
 };
 
 // Directions are scaled so that their largest component lies in [0.5, 1) (rays made here are of
@@ -37,5 +39,12 @@ Ray ray_setup(Rays texels) {
     ray.dominant.y = size.y >= size.z;
     vec3 p = permute(ray, d);
     ray.shear = vec3(p.xy / p.z, 1.0 / p.z);
+    vec3 slack = box_slack(ray.origin);
+#ifdef OCTANTS
+    slack = vec3(d.x < 0.0 ? -slack.x : slack.x, d.y < 0.0 ? -slack.y : slack.y,
+                 d.z < 0.0 ? -slack.z : slack.z);
+#endif
+    ray.lo_origin = ray.origin + slack;
+    ray.hi_origin = ray.origin - slack;
     return ray;
 }

@@ -13,6 +13,7 @@
 #include <streams>
 #include <tables>
 #include "common/stats.glsl"
+#include "common/slack.glsl"
 #include "common/ray.glsl"
 #include "common/hit.glsl"
 #include "common/box.glsl"

@@ -22,11 +22,7 @@ void init(Ray ray, out State state) {
 void traverse(Ray ray, inout State state, inout Hit hit) {
     COUNT(nodes_visited);
     int i = state.node;
-#ifdef OCTANTS
-    vec2 interval = slab_interval(ray, box_slack(ray), bvh_node_lo(i), bvh_node_hi(i));
-#else
-    vec2 interval = box_interval(ray, box_slack(ray), bvh_node_lo(i), bvh_node_hi(i));
-#endif
+    vec2 interval = box_interval(ray, bvh_node_lo(i), bvh_node_hi(i));
     bool entered = max(interval.x, ray.t_min) <= min(interval.y, hit.t);
     int first = bvh_node_first(i);
     bool inner = first < 0;

@@ -42,7 +42,7 @@ void visit(Ray ray, ivec3 cell, float t, inout State state) {
 }
 
 void init(Ray ray, out State state) {
-    vec2 interval = box_interval(ray, box_slack(ray), scene_lo, scene_hi);
+    vec2 interval = box_interval(ray, scene_lo, scene_hi);
     float t = max(interval.x, ray.t_min);
     state.t_exit = min(interval.y, ray.t_max);
     state.cell = ivec3(0);

@@ -24,7 +24,7 @@ float box_exit(Ray ray, vec3 lo, vec3 hi) {
 }
 
 void init(Ray ray, out State state) {
-    vec2 interval = box_interval(ray, box_slack(ray), scene_lo, scene_hi);
+    vec2 interval = box_interval(ray, scene_lo, scene_hi);
     state.node = 0;
     state.t_min = max(interval.x, ray.t_min);
     state.t_exit = min(max(box_exit(ray, scene_lo, scene_hi), state.t_min), ray.t_max);
