@@ -11,6 +11,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import moderngl
 
@@ -18,8 +19,9 @@ from ..gpu import Gpu
 from ..methods.row import Method
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..statistics import Statistics
-from ..texel_layout import COUNTERS, HIT, RAY_TEXELS, TABLE_WIDTH_LOG2, Record
+from ..texel_layout import COUNTERS, HIT, RAY_TEXELS, TABLE_WIDTH_LOG2
 from .full_screen import FullScreenPass
+from .tiles import Tiles
 
 # llvmpipe ends a shader's loops silently after 65,535 iterations. A ray stopped so is noticed (its
 # phase says that it is not done) and goes on in the next pass; staying below keeps it rare.
@@ -47,13 +49,14 @@ class Traversal:
     """
 
     def __init__(self, gpu: Gpu, method: Method, tables: Mapping[str, moderngl.Texture],
-                 uniforms: Mapping[str, object], options: Mapping[str, object],
+                 uniforms: Mapping[str, object], options: Mapping[str, Any],
                  step_cap: int) -> None:
         self.gpu, self.method, self.options = gpu, method, options
         self.uniforms = {**uniforms, "step_cap": step_cap}
         self.samplers = {f"{name}_table": texture for name, texture in tables.items()}
         self.statistics_on = bool(options["statistics"])
         self._programs: dict[object, FullScreenPass] = {}
+        self._tiles: Tiles | None = None
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[StateBuffer, int]:
@@ -90,70 +93,79 @@ class Traversal:
 
     def _run_step(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
                   any_hit: bool) -> tuple[StateBuffer, int]:
-        context = self.gpu.context
-        steps = int(self.options["steps_per_pass"])            # type: ignore[call-overload]
-        interval = int(self.options["mask_interval"] or max(1, 16 // steps))  # type: ignore
-        program, mask = self._traverse(any_hit), self._pass("passes/mask.frag", "mask")
-        before, now = buffers.side(0), buffers.side(1)
+        steps = self.options["steps_per_pass"]
+        interval = self.options["mask_interval"] or max(2, 16 // steps)
+        program, mask = self._traverse(any_hit), self._pass("passes/mask.frag")
+        before, now = buffers.side(1), buffers.side(0)
+        tiles = self._tiles_for(buffers)
         self._clear_depth(buffers)
-        self._draw(self._traverse(any_hit, start=True), 0, rays, None, before, statistics)
-        context.enable_only(moderngl.DEPTH_TEST)
+        self._draw(self._traverse(any_hit, start=True), 0, rays, None, now, statistics)
         live = rays.size[0] * rays.size[1]
         while live > 0:
+            self.gpu.context.enable_only(moderngl.DEPTH_TEST)
             for _ in range(interval):
-                self._draw(program, steps, rays, before, now, statistics, DRAWN)
                 before, now = now, before
-            other = {name.replace("state_", "other_", 1): texture
-                     for name, texture in now.samplers().items()}
-            live -= self._count(mask, {**before.samplers(), **other}, buffers, MASKED, statistics)
-        return before, self._phase_count(UNFINISHED, before, buffers, statistics)
+                self._draw(program, steps, rays, before, now, statistics, DRAWN, tiles)
+            live -= self._count(mask, before, buffers, MASKED, statistics, tiles)
+            tiles.count(before.samplers())
+            tiles.choose(None)
+            statistics.draw_calls += 1
+        return now, self._phase_count(UNFINISHED, now, buffers, statistics)
 
     def _run_kernels(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
                      any_hit: bool) -> tuple[StateBuffer, int]:
         context = self.gpu.context
         # An even number of passes ends in the buffer it began in, which therefore always holds
         # every ray's present state; the other one need only hold the rays being worked on.
-        pairs = max(1, int(self.options["mask_interval"] or 16) // 2)  # type: ignore
+        interval = self.options["mask_interval"] or 16
         now, scratch = buffers.side(0), buffers.side(1)
+        tiles = self._tiles_for(buffers)
         context.enable_only(moderngl.NOTHING)
         self._draw(self._traverse(any_hit, start=True), 0, rays, None, now, statistics)
-        context.enable_only(moderngl.DEPTH_TEST)
         while True:
-            waiting = self._classify(now, buffers, statistics)
+            waiting = self._classify(now, buffers, tiles, statistics)
             kernel = max(waiting, key=waiting.__getitem__)
             if not waiting[kernel]:
                 return now, self._phase_count(UNFINISHED, now, buffers, statistics)
+            name = self.method.kernels[kernel - 1]
             program = self._traverse(any_hit, kernel=kernel)
+            # A kernel that no ray runs twice in a row gets no more passes than it can use.
+            pairs = 1 if name in self.method.single_step else max(1, interval // 2)
             context.depth_func = "=="
+            tiles.choose(kernel)
             for _ in range(pairs):
                 for source, target in ((now, scratch), (scratch, now)):
-                    self._draw(program, 1, rays, source, target, statistics, kernel_depth(kernel))
-            name = self.method.kernels[kernel - 1]
+                    self._draw(program, 1, rays, source, target, statistics,
+                               kernel_depth(kernel), tiles)
             statistics.kernel_passes[name] = statistics.kernel_passes.get(name, 0) + 2 * pairs
 
     # What schedules are made of -------------------------------------------------------------
 
     def _draw(self, program: FullScreenPass, steps: int, rays: RayTextures,
               source: StateBuffer | None, target: StateBuffer, statistics: Statistics,
-              depth: float = DRAWN) -> None:
+              depth: float = DRAWN, tiles: Tiles | None = None) -> None:
         program.set(steps_per_pass=steps)
         program.draw(target.target, {**self.samplers, **rays.samplers(),
-                                     **(source.samplers() if source else {})}, depth)
+                                     **(source.samplers() if source else {})}, depth,
+                     tiles and tiles.rectangles)
         statistics.passes += 1
         statistics.draw_calls += 1
 
-    def _classify(self, now: StateBuffer, buffers: StateBuffers,
+    def _classify(self, now: StateBuffer, buffers: StateBuffers, tiles: Tiles,
                   statistics: Statistics) -> dict[int, int]:
         """Rays that wait for each kernel; the depth buffer then says which is which."""
+        tiles.choose(None)
+        tiles.count(now.samplers())
         self._clear_depth(buffers)
-        program = self._pass("passes/classify.frag", "classify")
+        program = self._pass("passes/classify.frag")
         queries = {}
         for kernel in range(1, len(self.method.kernels) + 1):
+            tiles.choose(kernel)
             program.set(phase=kernel)
             queries[kernel] = self.gpu.context.query(samples=True)
             with queries[kernel]:
-                program.draw(buffers.mask, now.samplers(), kernel_depth(kernel))
-            statistics.draw_calls += 1
+                program.draw(buffers.mask, now.samplers(), kernel_depth(kernel), tiles.rectangles)
+        statistics.draw_calls += 1 + len(queries)
         statistics.queries += len(queries)
         return {kernel: query.samples for kernel, query in queries.items()}
 
@@ -169,16 +181,16 @@ class Traversal:
 
     def _phase_count(self, phase: int, now: StateBuffer, buffers: StateBuffers,
                      statistics: Statistics) -> int:
-        program = self._pass("passes/classify.frag", "classify")
+        program = self._pass("passes/classify.frag")
         program.set(phase=phase)
         self.gpu.context.enable_only(moderngl.NOTHING)
-        return self._count(program, now.samplers(), buffers, DRAWN, statistics)
+        return self._count(program, now, buffers, DRAWN, statistics)
 
-    def _count(self, program: FullScreenPass, textures: Mapping[str, moderngl.Texture],
-               buffers: StateBuffers, depth: float, statistics: Statistics) -> int:
+    def _count(self, program: FullScreenPass, source: StateBuffer, buffers: StateBuffers,
+               depth: float, statistics: Statistics, tiles: Tiles | None = None) -> int:
         query = self.gpu.context.query(samples=True)
         with query:
-            program.draw(buffers.mask, textures, depth)
+            program.draw(buffers.mask, source.samplers(), depth, tiles and tiles.rectangles)
         statistics.draw_calls += 1
         statistics.queries += 1
         return query.samples
@@ -186,6 +198,14 @@ class Traversal:
     def _clear_depth(self, buffers: StateBuffers) -> None:
         self.gpu.context.depth_func = "<"
         buffers.mask.clear(depth=1.0)
+
+    def _tiles_for(self, buffers: StateBuffers) -> Tiles:
+        if self._tiles is None or self._tiles.size != buffers.size:
+            if self._tiles is not None:
+                self._tiles.release()
+            self._tiles = Tiles(self.gpu, buffers.size, self.method.state.stream_glsl(False))
+        self._tiles.everywhere()
+        return self._tiles
 
     # Programs -------------------------------------------------------------------------------
 
@@ -212,17 +232,17 @@ class Traversal:
             target += record.texels
         return "\n".join(texts)
 
-    def _pass(self, entry: str, key: str) -> FullScreenPass:
-        if key not in self._programs:
-            state = self.method.state
-            streams = [state, Record("other", state.layout)]
-            virtual = {"streams": "\n".join(r.stream_glsl(writes=False) for r in streams)}
-            self._programs[key] = FullScreenPass(self.gpu, entry, {}, virtual)
-        return self._programs[key]
+    def _pass(self, entry: str) -> FullScreenPass:
+        if entry not in self._programs:
+            self._programs[entry] = FullScreenPass(
+                self.gpu, entry, {}, {"streams": self.method.state.stream_glsl(writes=False)})
+        return self._programs[entry]
 
     def release(self) -> None:
         for program in self._programs.values():
             program.release()
+        if self._tiles is not None:
+            self._tiles.release()
 
 
 def kernel_defines(method: Method) -> dict[str, object]:

@@ -1,0 +1,21 @@
+#version 330 core
+// How many rays of each tile wait for each kernel; the host leaves out tiles without any. Period
+// hardware culled masked tiles by its hierarchical depth buffer; a software renderer has none.
+
+#include <streams>
+
+uniform ivec2 size;   // rays
+
+out vec4 waiting;     // for kernels 1 to 4
+
+void main() {
+    ivec2 lo = TILE * ivec2(gl_FragCoord.xy);
+    ivec2 hi = min(lo + TILE, size);
+    waiting = vec4(0.0);
+    for (int y = lo.y; y < hi.y; ++y) {
+        for (int x = lo.x; x < hi.x; ++x) {
+            int phase = state_load(ivec2(x, y)).phase;
+            waiting += vec4(equal(ivec4(phase), ivec4(1, 2, 3, 4)));
+        }
+    }
+}

@@ -1,0 +1,68 @@
+"""Tiles: which parts of the ray textures still hold rays that a pass has work for."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import moderngl
+import numpy as np
+
+from ..gpu import Gpu
+from ..ray_state import read_texture
+from ..textures import float_texture
+from .full_screen import MOST_RECTANGLES, FullScreenPass, Rectangles
+
+TILE = 16   # rays a side
+
+
+class Tiles:
+    """Counts, tile by tile, the rays that wait for each kernel, and draws only where there are any.
+
+    Period hardware left out masked tiles by hierarchical depth. A renderer without one tests every
+    fragment of every pass, which late in a traversal is all it does; the host's list of tiles
+    takes the place of that unit, and hits are the same without it.
+    """
+
+    def __init__(self, gpu: Gpu, size: tuple[int, int], streams: str) -> None:
+        self.size = size
+        self._gpu = gpu
+        self._shape = (-(-size[0] // TILE), -(-size[1] // TILE))
+        self._texture = float_texture(gpu, self._shape, 4, "tile counts")
+        self._target = gpu.context.framebuffer([self._texture])
+        self._program = FullScreenPass(gpu, "passes/tile_counts.frag", {"TILE": TILE},
+                                       {"streams": streams})
+        self.rectangles = Rectangles(gpu)
+        self._counts = np.zeros((*self._shape[::-1], 4), np.float32)
+        self.everywhere()
+
+    def everywhere(self) -> None:
+        """Every tile, before anything was counted."""
+        self._counts[:] = 1
+        self.choose(None)
+
+    def count(self, samplers: Mapping[str, moderngl.Texture]) -> None:
+        """Count anew in the tiles chosen last; all others hold no live ray."""
+        context = self._gpu.context
+        context.enable_only(moderngl.NOTHING)
+        self._target.clear()
+        self._program.set(size=self.size)
+        self._program.draw(self._target, samplers, rectangles=self.rectangles, unit=TILE)
+        self._counts = read_texture(self._texture)
+        context.enable_only(moderngl.DEPTH_TEST)
+
+    def choose(self, kernel: int | None) -> None:
+        """Draw where rays wait for a kernel, or, None, for any."""
+        counts = self._counts.sum(2) if kernel is None else self._counts[:, :, kernel - 1]
+        wanted = np.pad(counts > 0, ((0, 0), (1, 1))).astype(np.int8)
+        edges = np.diff(wanted, axis=1)
+        row, first = np.nonzero(edges == 1)    # runs of tiles side by side become one rectangle
+        _, end = np.nonzero(edges == -1)
+        corners = np.stack([first, row, end, row + 1], 1)
+        if len(corners) > MOST_RECTANGLES:
+            corners = np.array([[0, 0, *self._shape]])
+        self.rectangles.write(np.minimum(corners * TILE, (*self.size, *self.size)))
+
+    def release(self) -> None:
+        self._program.release()
+        self._gpu.release(self._target)
+        self._texture.release()
+        self.rectangles.buffer.release()
