@@ -59,7 +59,9 @@ class Tiles:
         corners = np.stack([first, row, end, row + 1], 1)
         if len(corners) > MOST_RECTANGLES:
             corners = np.array([[0, 0, *self._shape]])
-        self.rectangles.write(np.minimum(corners * TILE, (*self.size, *self.size)))
+        # Whole tiles, also past the last ray: what is outside the target is clipped, and a cut tile
+        # would miss the centre of its own texel in the counts.
+        self.rectangles.write(corners * TILE)
 
     def release(self) -> None:
         self._program.release()

@@ -27,6 +27,7 @@ from .tiles import Tiles
 # phase says that it is not done) and goes on in the next pass; staying below keeps it rare.
 LOOP_STEPS = 60_000
 
+FEWER = 0.9     # tiles are counted anew when this share of the live rays is left
 DONE, UNFINISHED = 0, -1   # phases that end a ray, as in common/phase.glsl
 MASKED, DRAWN = 0.0, 0.5   # depths of a masked ray and of the passes it is masked from
 
@@ -100,16 +101,18 @@ class Traversal:
         tiles = self._tiles_for(buffers)
         self._clear_depth(buffers)
         self._draw(self._traverse(any_hit, start=True), 0, rays, None, now, statistics)
-        live = rays.size[0] * rays.size[1]
+        live = counted = rays.size[0] * rays.size[1]
         while live > 0:
             self.gpu.context.enable_only(moderngl.DEPTH_TEST)
             for _ in range(interval):
                 before, now = now, before
                 self._draw(program, steps, rays, before, now, statistics, DRAWN, tiles)
             live -= self._count(mask, before, buffers, MASKED, statistics, tiles)
-            tiles.count(before.samplers())
-            tiles.choose(None)
-            statistics.draw_calls += 1
+            if live < FEWER * counted:
+                tiles.count(before.samplers())
+                tiles.choose(None)
+                statistics.draw_calls += 1
+                counted = live
         return now, self._phase_count(UNFINISHED, now, buffers, statistics)
 
     def _run_kernels(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,

@@ -1,0 +1,94 @@
+"""What all tests share: the context, scenes, aimed rays, and the check for GL errors."""
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+import gpgpu_rt as rt
+from gpgpu_rt import rays as ray_sets
+from gpgpu_rt.gpu import Gpu, open_gpu
+from gpgpu_rt.scenes import catalogue
+
+os.environ.setdefault("GPGPU_RT_CACHE", "")   # tests build what they test
+
+FOLEY = ("cornell", "bunny", "robots", "kitchen")
+RAY_SETS = {
+    "eye": lambda scene, n, seed: ray_sets.eye_rays(scene, n),
+    "random": ray_sets.random_rays,
+    "surface": ray_sets.surface_rays,
+    "vertices": lambda scene, n, seed: ray_sets.aimed_rays(scene, n, seed, at="vertices"),
+    "edges": lambda scene, n, seed: ray_sets.aimed_rays(scene, n, seed, at="edges"),
+}
+
+
+def pytest_report_header() -> str:
+    gpu = open_gpu()
+    return f"OpenGL: {gpu.backend}, {gpu.renderer}, {gpu.version}"
+
+
+@pytest.fixture(scope="session")
+def gpu() -> Gpu:
+    return open_gpu()
+
+
+@pytest.fixture(autouse=True)
+def no_gl_error(gpu: Gpu) -> Iterator[None]:
+    """GL records errors and raises none: ask before and after each test."""
+    assert gpu.context.error == "GL_NO_ERROR", "an earlier test left a GL error"
+    yield
+    with gpu:
+        assert gpu.context.error == "GL_NO_ERROR"
+
+
+@pytest.fixture
+def exact_renderer(gpu: Gpu) -> Gpu:
+    """Skips where bits may differ between two programs with the same arithmetic."""
+    if "llvmpipe" not in gpu.renderer:
+        pytest.skip(f"bits are compared on llvmpipe only, this is {gpu.renderer}")
+    return gpu
+
+
+def real_scene(name: str) -> rt.Scene:
+    """A scene from its real mesh; skips aloud where that is not found."""
+    if catalogue.mesh_path(name) is None:
+        pytest.skip(f"no mesh of {name} in GPGPU_RT_SCENES or ./scenes")
+    return rt.load_scene(name)
+
+
+def random_soup(count: int, seed: int, size: float = 0.2) -> np.ndarray:
+    """(count, 3, 3) float32 triangles strewn through the unit box, a few of them flat or tiny."""
+    rng = np.random.default_rng(seed)
+    corners = rng.random((count, 1, 3)) + size * rng.normal(size=(count, 3, 3))
+    corners[::7, :, seed % 3] = corners[::7, :1, seed % 3]     # axis-parallel
+    corners[::13] = corners[::13, :1] + 1e-4 * rng.normal(size=(len(corners[::13]), 3, 3))
+    return corners.astype(np.float32)
+
+
+def soup_scene(count: int, seed: int, size: float = 0.2) -> rt.Scene:
+    corners = random_soup(count, seed, size).reshape(-1, 3)
+    return rt.Scene.from_arrays(corners, np.arange(len(corners)).reshape(-1, 3), name="soup")
+
+
+def assert_same_bits(hits: rt.Hits, expected: rt.Hits, allowed: float = 0.0) -> None:
+    """t, triangle, u and v equal to the bit, but for a share ``allowed`` of the rays."""
+    differing = np.zeros(len(hits), bool)
+    for name in ("t", "u", "v", "triangle"):
+        differing |= getattr(hits, name) != getattr(expected, name)
+    assert differing.sum() <= allowed * len(hits), (
+        f"{differing.sum()} of {len(hits)} rays differ, first {np.flatnonzero(differing)[:5]}: "
+        f"t {hits.t[differing][:3]} against {expected.t[differing][:3]}, triangle "
+        f"{hits.triangle[differing][:3]} against {expected.triangle[differing][:3]}")
+
+
+def assert_same_hits(hits: rt.Hits, oracle: rt.Hits, extent: float, allowed: float) -> None:
+    """The same hit as the float64 oracle: distance within 1e-4 relative plus 1e-6 extents."""
+    both = hits.hit & oracle.hit
+    t, expected = hits.t[both].astype(np.float64), oracle.t[both]
+    wrong = hits.hit != oracle.hit
+    wrong[both] = np.abs(t - expected) > 1e-4 * expected + 1e-6 * extent
+    assert wrong.sum() <= allowed * len(hits), (
+        f"{wrong.sum()} of {len(hits)} rays wrong, first {np.flatnonzero(wrong)[:5]}: "
+        f"{hits.t[wrong][:3]} against {oracle.t[wrong][:3]}")

@@ -1,0 +1,191 @@
+"""What a trace promises at the edges: intervals, ties, odd rays, odd scenes, caps, counters."""
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import assert_same_bits, soup_scene
+
+import gpgpu_rt as rt
+
+METHODS = [row.name for row in rt.methods()]
+pytestmark = pytest.mark.small
+SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32)
+FACES = np.array([[0, 1, 2], [0, 2, 3]])
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_both_ends_of_the_interval_count(method: str) -> None:
+    scene = rt.Scene.from_arrays(SQUARE, FACES)
+    origins = np.tile(np.float32([0.5, 0.25, 2.0]), (5, 1))
+    directions = np.tile(np.float32([0, 0, -1]), (5, 1))
+    with rt.Tracer(scene, method) as tracer:
+        hits = tracer.trace(origins, directions, t_min=[0, 2, np.nextafter(np.float32(2), 3), 0, 0],
+                            t_max=[np.inf, np.inf, np.inf, 2, np.nextafter(np.float32(2), 1)])
+    assert hits.hit.tolist() == [True, True, False, True, False]
+    assert hits.t[[0, 1, 3]].tolist() == [2, 2, 2]
+    assert np.isinf(hits.t[[2, 4]]).all() and (hits.triangle[[2, 4]] == -1).all()
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_lowest_index_wins(method: str) -> None:
+    faces = np.repeat(FACES, 40, axis=0)   # forty copies of each triangle
+    scene = rt.Scene.from_arrays(SQUARE, faces)
+    points = np.random.default_rng(1).random((500, 2)).astype(np.float32)
+    origins = np.column_stack([points, np.full(500, 3, np.float32)])
+    with rt.Tracer(scene, method) as tracer:
+        hits = tracer.trace(origins, np.tile(np.float32([0, 0, -1]), (500, 1)))
+    below = points[:, 1] < points[:, 0]
+    assert hits.triangle.tolist() == np.where(below, 0, 40).tolist()
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_barycentrics_give_the_hit_point(method: str) -> None:
+    scene = soup_scene(200, 21)
+    origins, directions = (np.random.default_rng(2).normal(size=(2000, 3)) for _ in range(2))
+    origins = origins.astype(np.float32)
+    directions = directions.astype(np.float32) * np.float32(7)   # any length will do
+    with rt.Tracer(scene, method) as tracer:
+        hits = tracer.trace(origins, directions)
+    at = hits.hit
+    assert at.any()
+    v0, v1, v2 = scene.triangles[hits.triangle[at]].astype(np.float64).transpose(1, 0, 2)
+    u, v, t = (a[at, None].astype(np.float64) for a in (hits.u, hits.v, hits.t))
+    ray_point = origins[at] + t * directions[at]
+    np.testing.assert_allclose((1 - u - v) * v0 + u * v1 + v * v2, ray_point, atol=2e-4)
+
+
+@pytest.mark.parametrize("scale", [2.0**-60, 2.0**-7, 2.0**9, 2.0**60])
+@pytest.mark.parametrize("method", METHODS)
+def test_direction_length_scales_t_alone(method: str, scale: float) -> None:
+    scene = soup_scene(150, 3)
+    origins, directions = np.random.default_rng(5).normal(size=(2, 600, 3)).astype(np.float32)
+    with rt.Tracer(scene, method) as tracer:
+        plain = tracer.trace(origins, directions)
+        scaled = tracer.trace(origins, directions * np.float32(scale))
+    assert (plain.triangle == scaled.triangle).all() and (plain.u == scaled.u).all()
+    assert (plain.t[plain.hit] / np.float32(scale) == scaled.t[plain.hit]).all()
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_invalid_rays(method: str) -> None:
+    scene = soup_scene(100, 4)
+    origins, directions = np.random.default_rng(6).normal(size=(2, 300, 3)).astype(np.float32)
+    with rt.Tracer(scene, method) as tracer:
+        good = tracer.trace(origins, directions)
+        directions[7] = 0
+        origins[11, 1] = np.nan
+        directions[290, 2] = np.inf
+        with pytest.raises(ValueError, match="ray 7 "):
+            tracer.trace(origins, directions)
+        hits = tracer.trace(origins, directions, invalid="miss")
+    bad = np.isin(np.arange(300), [7, 11, 290])
+    assert (hits.status == bad).all()
+    assert (hits.triangle[bad] == -1).all() and np.isinf(hits.t[bad]).all()
+    for name in ("t", "u", "v", "triangle"):
+        assert (getattr(hits, name)[~bad] == getattr(good, name)[~bad]).all()
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("scene", ["empty", "point", "sliver", "one"])
+def test_odd_scenes(method: str, scene: str) -> None:
+    vertices = {"empty": np.zeros((0, 3)), "point": np.full((3, 3), 0.5),
+                "sliver": [[0, 0, 0], [1, 1, 1], [2, 2, 2]], "one": SQUARE[:3]}[scene]
+    made = rt.Scene.from_arrays(vertices, np.arange(len(vertices)).reshape(-1, 3))
+    rng = np.random.default_rng(3)
+    origins = rng.normal(size=(400, 3))
+    directions = np.float32([0.5, 0.4, 0]) + 0.3 * rng.normal(size=(400, 3)) - origins
+    with rt.Tracer(made, method) as tracer:
+        hits = tracer.trace(origins, directions)
+    oracle = rt.reference.trace(made, origins, directions)
+    assert (hits.hit == oracle.hit).mean() > 0.997
+    assert hits.hit.any() == (scene == "one")
+    assert not hits.status.any()
+
+
+@pytest.mark.parametrize("count", [0, 1, 1023, 1024, 1025])
+def test_any_number_of_rays(count: int) -> None:
+    scene = rt.Scene.from_arrays(SQUARE, FACES)
+    origins = np.tile(np.float32([0.5, 0.25, 2.0]), (count, 1))
+    with rt.Tracer(scene) as tracer:
+        hits = tracer.trace(origins, np.tile(np.float32([0, 0, -1]), (count, 1)))
+        assert len(hits) == count and hits.hit.all()
+        assert len(tracer.occluded(origins, np.tile(np.float32([0, 0, -1]), (count, 1)))) == count
+
+
+@pytest.mark.parametrize("schedule", ["loop", "step", "kernels"])
+@pytest.mark.parametrize("method", METHODS)
+def test_step_cap_flags_rays(method: str, schedule: str) -> None:
+    scene = soup_scene(200, 8)
+    origins, directions = np.random.default_rng(8).normal(size=(2, 500, 3)).astype(np.float32)
+    with rt.Tracer(scene, method, schedule=schedule, statistics=True) as tracer:
+        whole = tracer.trace(origins, directions)
+    cap = max(1, int(np.median(whole.steps)))
+    with rt.Tracer(scene, method, schedule=schedule, step_cap=cap) as tracer:
+        capped = tracer.trace(origins, directions)
+    done = whole.steps < cap
+    assert (capped.status[done] == 0).all()
+    assert (capped.status[whole.steps > cap] == 2).all()
+    assert (capped.triangle[done] == whole.triangle[done]).all()
+
+
+@pytest.mark.parametrize("schedule", ["step", "kernels"])
+@pytest.mark.parametrize("method", METHODS)
+def test_counters_do_not_depend_on_the_schedule(exact_renderer, method: str,
+                                                schedule: str) -> None:
+    scene = soup_scene(200, 14)
+    origins, directions = np.random.default_rng(9).normal(size=(2, 500, 3)).astype(np.float32)
+    counted = []
+    for chosen in ("loop", schedule):
+        with rt.Tracer(scene, method, schedule=chosen, statistics=True) as tracer:
+            counted.append(tracer.trace(origins, directions))
+            means = tracer.statistics.counters
+    for name in ("nodes_visited", "leaves_visited", "triangles_tested", "steps"):
+        assert (getattr(counted[0], name) == getattr(counted[1], name)).all(), name
+        assert means[name] == pytest.approx(getattr(counted[0], name).mean())
+    assert counted[0].triangles_tested.max() > 0
+    if method == "brute-force":
+        assert (counted[0].triangles_tested == len(scene)).all()
+
+
+def test_accelerators_save_tests() -> None:
+    """Counters mean what they say: each method tests far fewer triangles than there are."""
+    scene = soup_scene(2000, 15, size=0.03)
+    origins, directions = np.random.default_rng(9).random((2, 500, 3)).astype(np.float32)
+    for name in METHODS[1:]:
+        with rt.Tracer(scene, name, statistics=True) as tracer:
+            hits = tracer.trace(origins, directions)
+        assert hits.triangles_tested.mean() < 100, name
+        assert (hits.leaves_visited <= hits.nodes_visited).all(), name
+
+
+def test_loops_longer_than_the_renderer_allows() -> None:
+    """llvmpipe ends loops after 65,535 iterations without a word; the next pass goes on."""
+    count = 70_000
+    corner = np.arange(count, dtype=np.float32)[:, None] * np.float32([0, 0, -1e-3])
+    triangles = np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]]) + corner[:, None]
+    faces = np.arange(3 * count).reshape(-1, 3)
+    scene = rt.Scene.from_arrays(triangles.reshape(-1, 3), faces)
+    with rt.Tracer(scene, "brute-force") as tracer:
+        hits = tracer.trace([[0.2, 0.2, -100.0]], [[0, 0, 1]])
+        assert tracer.statistics.passes > 1
+    oracle = rt.reference.trace(scene, [[0.2, 0.2, -100.0]], [[0, 0, 1]])
+    assert hits.triangle[0] == oracle.triangle[0] == count - 1
+    assert not hits.status.any()
+
+
+def test_shapes_agree(exact_renderer) -> None:
+    scene = soup_scene(100, 30)
+    origins, directions = scene.camera.rays((37, 21))
+    with rt.Tracer(scene) as tracer:
+        tile = tracer.trace(origins, directions)
+        rows = tracer.trace(origins.reshape(-1, 3), directions.reshape(-1, 3))
+        shaped = tracer.trace(origins.reshape(-1, 3), directions.reshape(-1, 3), shape=(21, 37))
+        assert_same_bits(tile, rows)
+        assert_same_bits(tile, shaped)
+        for bad in ({"shape": (5, 5)}, {"t_min": np.zeros(3)}, {"invalid": "ignore"}):
+            with pytest.raises(ValueError):
+                tracer.trace(origins, directions, **bad)
+        with pytest.raises(ValueError, match="differ"):
+            tracer.trace(origins, directions[:5])
+        with pytest.raises(ValueError, match=r"\(n, 3\)"):
+            tracer.trace(np.zeros(3), np.ones(3))

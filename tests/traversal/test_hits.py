@@ -1,0 +1,124 @@
+"""Every row of the method table finds brute force's hits, and the oracle's."""
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import (FOLEY, RAY_SETS, assert_same_bits, assert_same_hits, real_scene,
+                      soup_scene)
+
+import gpgpu_rt as rt
+from gpgpu_rt.methods import find_method
+
+
+def variants(name: str) -> list[dict[str, object]]:
+    """Settings of a method that change what its programs do: each choice of its own options."""
+    settings: list[dict[str, object]] = [{}]
+    for option in find_method(name).options:
+        if option.choices:
+            settings += [{option.name: c} for c in option.choices if c != option.default]
+        elif option.kind is bool:
+            settings.append({option.name: not option.default})
+    return settings
+
+
+CASES = [pytest.param(row.name, options, id="-".join([row.name, *map(str, options.values())]))
+         for row in rt.methods() for options in variants(row.name)]
+SCHEDULES = [pytest.param({"schedule": "loop"}, id="loop"),
+             pytest.param({"schedule": "step"}, id="step1"),
+             pytest.param({"schedule": "step", "steps_per_pass": 16}, id="step16"),
+             pytest.param({"schedule": "kernels"}, id="kernels")]
+
+
+def trace(scene: rt.Scene, method: str, rays, **options) -> rt.Hits:
+    with rt.Tracer(scene, method, **options) as tracer:
+        hits = tracer.trace(*rays)
+    assert not hits.status.any()
+    return hits
+
+
+def few_full(few: int, full: int) -> list:
+    return [pytest.param(few, id=f"n{few}"), pytest.param(full, id=f"n{full}",
+                                                          marks=pytest.mark.full)]
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("rays", RAY_SETS)
+@pytest.mark.parametrize("method, options", CASES)
+def test_soup_matches_oracle(method: str, options: dict, rays: str) -> None:
+    scene = soup_scene(300, seed=5)
+    chosen = RAY_SETS[rays](scene, 1024, 17)
+    oracle = rt.reference.trace(scene, *chosen)
+    hits = trace(scene, method, chosen, **options)
+    # Rays aimed at vertices and edges of a soup graze: which side they pass is rounding's to say.
+    assert_same_hits(hits, oracle, scene.extent, 0.4 if rays in ("vertices", "edges") else 0.002)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("rays", RAY_SETS)
+@pytest.mark.parametrize("method, options", CASES)
+def test_soup_matches_brute_force(exact_renderer, method: str, options: dict, rays: str,
+                                  seed: int) -> None:
+    scene = soup_scene(400, seed)
+    chosen = RAY_SETS[rays](scene, 4096, seed)
+    assert_same_bits(trace(scene, method, chosen, **options), trace(scene, "brute-force", chosen))
+
+
+@pytest.mark.parametrize("schedule", SCHEDULES)
+@pytest.mark.parametrize("method, options", CASES)
+def test_schedules_agree(exact_renderer, method: str, options: dict, schedule: dict) -> None:
+    scene = soup_scene(250, seed=9)
+    for rays in ("eye", "random"):
+        chosen = RAY_SETS[rays](scene, 1600, 4)
+        loop = trace(scene, method, chosen, **options)
+        assert loop.hit.any() and not loop.hit.all()
+        assert_same_bits(trace(scene, method, chosen, **schedule, **options), loop)
+
+
+@pytest.mark.parametrize("schedule", SCHEDULES)
+@pytest.mark.parametrize("method, options", CASES)
+def test_any_hit_agrees_with_closest(method: str, options: dict, schedule: dict) -> None:
+    scene = soup_scene(250, seed=10)
+    origins, directions = RAY_SETS["random"](scene, 1500, 3)
+    closest = rt.reference.trace(scene, origins, directions)
+    with rt.Tracer(scene, method, **schedule, **options) as tracer:
+        assert (tracer.occluded(origins, directions) != closest.hit).mean() < 0.002
+        short = np.where(closest.hit, closest.t * 0.999, 1.0)
+        assert tracer.occluded(origins, directions, short).mean() < 0.002
+        long = np.where(closest.hit, closest.t * 1.001, 1.0)
+        assert (tracer.occluded(origins, directions, long)[closest.hit]).mean() > 0.998
+
+
+@pytest.mark.parametrize("rays", ["eye", "random", "surface"])
+@pytest.mark.parametrize("name", FOLEY)
+def test_real_scene_matches_oracle(name: str, rays: str) -> None:
+    """Quick: every method on 4,096 rays of each kind, against the float64 oracle."""
+    scene = real_scene(name)
+    chosen = RAY_SETS[rays](scene, 4096, 23)
+    oracle = rt.reference.trace(scene, *chosen, accelerated=True)
+    for row in rt.methods():
+        if row.name != "brute-force":
+            hits = trace(scene, row.name, chosen)
+            assert_same_hits(hits, oracle, scene.extent, 1e-4)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("rays", ["eye", "random", "surface"])
+@pytest.mark.parametrize("name", FOLEY)
+def test_real_scene_bars(exact_renderer, name: str, rays: str) -> None:
+    """65,536 rays: all methods, builds and schedules against brute force and the oracle."""
+    scene = real_scene(name)
+    chosen = RAY_SETS[rays](scene, 65_536, 29)
+    brute = trace(scene, "brute-force", chosen)
+    oracle = rt.reference.trace(scene, *chosen, accelerated=True)
+    assert_same_hits(brute, oracle, scene.extent, 1e-4)
+    for row in rt.methods():
+        for options in variants(row.name):
+            if row.name == "brute-force" or options.get("build") == "goldsmith-salmon":
+                continue
+            loop = trace(scene, row.name, chosen, **options)
+            assert_same_bits(loop, brute, 1e-5)
+            assert_same_hits(loop, oracle, scene.extent, 1e-4)
+            if not options:
+                for schedule in ({"schedule": "step", "steps_per_pass": 16},
+                                 {"schedule": "step"}, {"schedule": "kernels"}):
+                    assert_same_bits(trace(scene, row.name, chosen, **schedule), loop)
