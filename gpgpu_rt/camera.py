@@ -41,7 +41,8 @@ class Camera:
             object.__setattr__(self, name, _vector(name, getattr(self, name)))
         object.__setattr__(self, "fov", _number("fov", self.fov))
         if not 0 < self.fov < 180:
-            raise SceneError(f"camera: fov is {self.fov:g} degrees; give an angle between 0 and 180")
+            raise SceneError(
+                f"camera: fov is {self.fov:g} degrees; give an angle between 0 and 180")
         view = np.subtract(self.target, self.eye)
         length = np.linalg.norm(view)
         if length == 0:

@@ -62,7 +62,8 @@ class OsMesaLoader:
     load = load_opengl_function
 
     def __enter__(self) -> OsMesaLoader:
-        if not self.library.OSMesaMakeCurrent(self.handle, self.pixel, self.GL_UNSIGNED_BYTE, 1, 1):
+        if not self.library.OSMesaMakeCurrent(self.handle, self.pixel, self.GL_UNSIGNED_BYTE,
+                                              1, 1):
             raise ContextError("OSMesa refused to make its context current")
         return self
 

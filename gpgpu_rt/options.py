@@ -81,7 +81,8 @@ TRACER_OPTIONS: tuple[Option, ...] = (
 )
 
 
-def resolve_options(given: Mapping[str, Any], known: Iterable[Option], what: str) -> dict[str, Any]:
+def resolve_options(given: Mapping[str, Any], known: Iterable[Option],
+                    what: str) -> dict[str, Any]:
     """Every known option with its value; an unknown one raises OptionError."""
     table = {option.name: option for option in known}
     for name in given:

@@ -39,7 +39,8 @@ class RayBatch:
                  shape: tuple[int, int] | None = None, invalid: str = "raise") -> None:
         if invalid not in ("raise", "miss"):
             raise ValueError(f'invalid is "raise" or "miss", not {invalid!r}')
-        origins, directions = _rays_array(origins, "origins"), _rays_array(directions, "directions")
+        origins, directions = _rays_array(
+            origins, "origins"), _rays_array(directions, "directions")
         if origins.shape != directions.shape:
             raise ValueError(f"origins {origins.shape} and directions {directions.shape} differ")
         if shape is None and origins.ndim == 3:
@@ -78,7 +79,8 @@ class RayBatch:
     def _one_a_ray(self, t: float | np.ndarray, name: str) -> np.ndarray:
         t = np.asarray(t, np.float32).reshape(-1)
         if len(t) not in (1, self.count):
-            raise ValueError(f"{name} holds {len(t)} values for {self.count} rays: one, or one each")
+            raise ValueError(
+                f"{name} holds {len(t)} values for {self.count} rays: one, or one each")
         return np.broadcast_to(t, self.count)
 
     def hits(self, texels: np.ndarray) -> Hits:
@@ -140,7 +142,7 @@ def stream_samplers(name: str, textures: list[moderngl.Texture]) -> dict[str, mo
 
 
 class StateBuffer:
-    """One side of the ping-pong: state, hit and counters of every ray, and the target they form."""
+    """One side of the ping-pong: the state, hit and counters of every ray, as one target."""
 
     def __init__(self, gpu: Gpu, records: list[Record], size: tuple[int, int],
                  depth: moderngl.Renderbuffer) -> None:
@@ -201,5 +203,3 @@ def read_texture(texture: moderngl.Texture) -> np.ndarray:
     values = np.empty((texture.height, texture.width, texture.components), np.float32)
     texture.read_into(values)
     return values
-
-

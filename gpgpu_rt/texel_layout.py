@@ -8,8 +8,8 @@ From one declaration come the numpy packer and the GLSL accessors. A record is o
   ``state_load(pixel)`` and ``state_store(state)`` that read and write it whole.
 
 A declaration reads like the texels: ``"v0:vec3 index:int | v1:vec3 last:int | v2:vec3"``.
-Types are float (the default), vec2, vec3, vec4, int and ivec3. Integers are stored as float values,
-exact up to 2^24 either side of zero, and packing raises where one is past that.
+Types are float (the default), vec2, vec3, vec4, int and ivec3. Integers are stored as float
+values, exact up to 2^24 either side of zero, and packing raises where one is past that.
 """
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ import sys
 
 
 def backends() -> dict[str, str]:
-    """Backend -> its renderer, or "" where it gives no context. Each is asked in its own process."""
+    """Backend -> its renderer, or "" without a context; each asked in a process of its own."""
     probe = ("import sys; from gpgpu_rt.gpu import open_gpu; "
              "print(open_gpu(sys.argv[1]).renderer)")
     found = {}

@@ -154,7 +154,7 @@ def build_bvh(triangles: np.ndarray, *, build: str = "sah", **options: object) -
     ------
     OptionError, SceneError
     """
-    from . import insertion, median, sah_bvh       # they import this file's records
+    from . import insertion, median, sah_bvh  # they import this file's records
     builders = {"sah": sah_bvh.build, "kay-kajiya": median.build,
                 "goldsmith-salmon": insertion.build}
     builder = builders[choose("build", build, builders)]

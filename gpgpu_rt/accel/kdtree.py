@@ -167,7 +167,8 @@ def _child(level: Level, index: np.ndarray, owner: np.ndarray, across: np.ndarra
         empty = part_lo[0] > part_hi[0]
         side = side.copy()
         side[across[empty]] = False
-        box = np.concatenate([np.maximum(part_lo - pad, box_lo), np.minimum(part_hi + pad, box_hi)])
+        box = np.concatenate([np.maximum(part_lo - pad, box_lo),
+                             np.minimum(part_hi + pad, box_hi)])
         box = box[:, ~empty]
     clipped = np.zeros(len(index), bool)
     clipped[across] = True

@@ -15,7 +15,7 @@ TILE = 16   # rays a side
 
 
 class Tiles:
-    """Counts, tile by tile, the rays that wait for each kernel, and draws only where there are any.
+    """Counts by tile the rays that wait for each kernel, to draw only where there are any.
 
     Period hardware left out masked tiles by hierarchical depth. A renderer without one tests every
     fragment of every pass, which late in a traversal is all it does; the host's list of tiles
@@ -59,8 +59,8 @@ class Tiles:
         corners = np.stack([first, row, end, row + 1], 1)
         if len(corners) > MOST_RECTANGLES:
             corners = np.array([[0, 0, *self._shape]])
-        # Whole tiles, also past the last ray: what is outside the target is clipped, and a cut tile
-        # would miss the centre of its own texel in the counts.
+        # Whole tiles, also past the last ray: what is outside the target is clipped, and a cut
+        # tile would miss the centre of its own texel in the counts.
         self.rectangles.write(corners * TILE)
 
     def release(self) -> None:

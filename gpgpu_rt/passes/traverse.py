@@ -219,12 +219,13 @@ class Traversal:
                 **self.method.defines(self.options), **kernel_defines(self.method),
                 "ANY_HIT": any_hit, "START": start, "ONLY_KERNEL": kernel or None,
                 "STATISTICS": self.statistics_on, "TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2,
-                "INTERSECTION_" + str(self.options["intersection"]).upper().replace("-", "_"): True}
+                "INTERSECTION_" + self.options["intersection"].upper().replace("-", "_"): True}
             virtual = {
                 "method": "file:" + str(self.method.glsl),
                 "tables": "\n".join(r.table_glsl() for r in self.method.tables),
                 "streams": self._streams_glsl(writes=True)}
-            self._programs[key] = FullScreenPass(self.gpu, "passes/traverse.frag", defines, virtual)
+            self._programs[key] = FullScreenPass(
+                self.gpu, "passes/traverse.frag", defines, virtual)
             self._programs[key].set(**self.uniforms)
         return self._programs[key]
 

@@ -1,4 +1,4 @@
-"""Catalogue: the named scenes, where each is looked for, and what is built where it is not found."""
+"""Catalogue: the named scenes, where each is looked for, and what is built instead."""
 from __future__ import annotations
 
 import os
@@ -66,7 +66,8 @@ ROWS: dict[str, Row] = {row.name: row for row in (
     Row("tenk", 10_000, outdoors.tenk, None, "built in: 10,000 triangles for Table 1"),
     Row("stadium", 8_000, outdoors.stadium, None, "built in: a teapot in a stadium, "
         "stadium:RATIO sets teapot over stadium", takes_argument=True),
-    Row("teapot", 6_320, creatures.teapot, "the Utah teapot", "Martin Newell's teapot, tessellated"),
+    Row("teapot", 6_320, creatures.teapot, "the Utah teapot",
+        "Martin Newell's teapot, tessellated"),
     Row("cow", 5_804, creatures.cow, "Viewpoint's cow",
         "common-3d-test-models: cow.obj (Viewpoint Animation Engineering)"),
 )}
@@ -90,8 +91,8 @@ def find(text: str) -> tuple[Row, float | None] | None:
         except ValueError:
             value = np.nan
         if not 0 < value <= 1:
-            raise SceneError(f"scene {text!r}: {argument!r} is no ratio; give a number above 0 and "
-                             "at most 1, as in stadium:1e-3")
+            raise SceneError(f"scene {text!r}: {argument!r} is no ratio; give a number above 0 "
+                             "and at most 1, as in stadium:1e-3")
         return row, value
     path = Path(text)
     if path.suffix or path.parent != Path(".") or path.exists():

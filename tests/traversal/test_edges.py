@@ -19,8 +19,9 @@ def test_both_ends_of_the_interval_count(method: str) -> None:
     origins = np.tile(np.float32([0.5, 0.25, 2.0]), (5, 1))
     directions = np.tile(np.float32([0, 0, -1]), (5, 1))
     with rt.Tracer(scene, method) as tracer:
-        hits = tracer.trace(origins, directions, t_min=[0, 2, np.nextafter(np.float32(2), 3), 0, 0],
-                            t_max=[np.inf, np.inf, np.inf, 2, np.nextafter(np.float32(2), 1)])
+        above, below = (np.nextafter(np.float32(2), np.float32(end)) for end in (3, 1))
+        hits = tracer.trace(origins, directions, t_min=[0, 2, above, 0, 0],
+                            t_max=[np.inf, np.inf, np.inf, 2, below])
     assert hits.hit.tolist() == [True, True, False, True, False]
     assert hits.t[[0, 1, 3]].tolist() == [2, 2, 2]
     assert np.isinf(hits.t[[2, 4]]).all() and (hits.triangle[[2, 4]] == -1).all()

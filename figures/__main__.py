@@ -1,0 +1,63 @@
+"""``python -m gpgpu_rt.figures``: measure what is missing, then draw every figure."""
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from gpgpu_rt.errors import Error
+from gpgpu_rt.files import check_writable
+
+from . import fig08, fig12, fig20, schedules
+from .measure import measure
+from .output import write_text
+
+FIGURES = {
+    "fig12": (fig12.FIGURE, "Figure 12: eye rays by brute force, grid and kd-trees"),
+    "fig20": (fig20.FIGURE, "Figure 20: whole images by grid, kd-trees and threaded BVHs"),
+    "fig08": (fig08, "Figure 8: a teapot in a stadium"),
+    "schedules": (schedules, "The three schedules: what being literal costs"),
+}
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Exit status: 0, 1 for a user's mistake (one line on stderr), 130 when interrupted."""
+    parser = argparse.ArgumentParser(prog="python -m gpgpu_rt.figures", description=__doc__)
+    parser.add_argument("--full", action="store_true", help="the papers' resolutions")
+    parser.add_argument("--only", nargs="+", choices=FIGURES, default=list(FIGURES))
+    parser.add_argument("--again", action="store_true", help="measure finished cells again")
+    parser.add_argument("--data", type=Path, default=Path("figures/data"))
+    parser.add_argument("--out", type=Path, default=Path("figures/out"))
+    chosen = parser.parse_args(arguments)
+    try:
+        for folder in (chosen.data, chosen.out):
+            _make(folder)
+        figures = [FIGURES[name][0] for name in chosen.only]
+        measure([cell for figure in figures for cell in figure.cells(chosen.full)], chosen.data,
+                chosen.again)
+        for figure in figures:
+            figure.draw(chosen.data, chosen.out, chosen.full)
+        index = [f"* [{FIGURES[name][1]}]({name}.md): [chart]({name}.png), [CSV]({name}.csv)"
+                 for name in FIGURES if (chosen.out / f"{name}.md").exists()]
+        write_text(chosen.out / "index.md", "# Figures\n\n" + "\n".join(index) + "\n")
+    except KeyboardInterrupt:
+        print("figures: interrupted; finished cells are kept, run again to go on", file=sys.stderr)
+        return 130
+    except Error as failure:
+        print(f"figures: {' '.join(str(failure).split())}", file=sys.stderr)
+        return 1
+    print(f"wrote {chosen.out / 'index.md'}")
+    return 0
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as failure:
+        raise Error(f"cannot make the folder {folder}: {failure.strerror}; choose another with "
+                    "--data or --out") from failure
+    check_writable(folder / "index.md")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

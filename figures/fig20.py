@@ -1,0 +1,28 @@
+"""Figure 20: whole images by grid, kd-tree and threaded BVH (Thrane and Simonsen 2005)."""
+from __future__ import annotations
+
+from .comparison import Column, Comparison
+from .fig12 import GRID
+from .measure import Cell
+
+
+def _cell(scene: str, column: Column, full: bool) -> Cell:
+    options = (("resolution", GRID.get(scene, 50)),) if column.method == "grid" else column.options
+    return Cell(scene, column.method, options, 512 if full else 256, "picture",
+                5 if full else 3)
+
+
+def _bvh(build: str) -> Column:
+    return Column(f"bvh-threaded {build}", "bvh-threaded", (("build", build),), f"build={build}")
+
+
+FIGURE = Comparison(
+    "fig20", "Figure 20: whole images, time by method (Thrane and Simonsen 2005)",
+    "Thrane and Simonsen 2005, 512x512, GeForce 6800 Ultra",
+    ("cows", "robots", "kitchen", "bunny", "cornell"),
+    (*(Column(name, name) for name in ("grid", "kd-restart", "kd-backtrack")),
+     _bvh("kay-kajiya"), _bvh("goldsmith-salmon")),
+    _cell,
+    ("A picture here is eye rays, one point light and its shadow rays; what the thesis shaded is "
+     "not stated in the survey. Counters are of the eye rays.",
+     "Our schedule is `loop`; grids have 50 cells an axis (2 for cornell), as in Figure 12."))

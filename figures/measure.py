@@ -1,0 +1,121 @@
+"""Measuring: runs cells and keeps each as a JSON file; figures only read those.
+
+A cell that was finished with the same settings on the same renderer is not measured again.
+"""
+from __future__ import annotations
+
+import datetime
+import functools
+import importlib.metadata
+import json
+import statistics
+import subprocess
+import time
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+import gpgpu_rt as rt
+from gpgpu_rt.files import replacing
+from gpgpu_rt.gpu import open_gpu
+
+WARM_UPS = 1
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One measurement: a method with options on a scene, as eye rays alone or as a picture."""
+
+    scene: str
+    method: str
+    options: tuple[tuple[str, Any], ...] = ()
+    size: int = 256
+    work: str = "eye rays"     # or "picture": eye rays, shading and shadow rays
+    runs: int = 3
+
+    @property
+    def name(self) -> str:
+        """The name of its file."""
+        words = [self.scene, self.method, *(f"{k}={v}" for k, v in self.options),
+                 f"{self.size}x{self.size}", self.work]
+        return "".join(c if c.isalnum() or c in "=.-" else "_" for c in "-".join(words)) + ".json"
+
+
+def settings(cell: Cell) -> dict[str, Any]:
+    """What must be equal for a finished cell to count."""
+    return {**asdict(cell), "options": dict(cell.options), "renderer": open_gpu().renderer,
+            "version": importlib.metadata.version("gpgpu_rt")}
+
+
+def read(cell: Cell, data: Path) -> dict[str, Any] | None:
+    """A finished cell, or None: not there, damaged, or of other settings."""
+    try:
+        result = json.loads((data / cell.name).read_text())
+        return result if result["settings"] == json.loads(json.dumps(settings(cell))) else None
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def measure(cells: Iterable[Cell], data: Path, again: bool = False) -> None:
+    """Measure every cell that is not finished, in order, each written when it is done."""
+    data.mkdir(parents=True, exist_ok=True)
+    todo = [cell for cell in dict.fromkeys(cells) if again or read(cell, data) is None]
+    with tqdm(todo, unit="cell", dynamic_ncols=True) as progress:
+        for cell in progress:
+            options = " ".join(f"{k}={v}" for k, v in cell.options)
+            progress.set_description(f"{cell.scene} {cell.method} {options}".strip())
+            result = run(cell)
+            with replacing(data / cell.name) as path:
+                path.write_text(json.dumps(result, indent=1, default=str))
+
+
+def run(cell: Cell) -> dict[str, Any]:
+    """Measure one cell: warm-ups, timed runs without counters, then counters in a run apart."""
+    scene = _scene(cell.scene)
+    samples, walls = [], []
+    with rt.Tracer(scene, cell.method, **dict(cell.options)) as tracer:
+        for turn in range(WARM_UPS + cell.runs):
+            began = time.perf_counter()
+            _work(tracer, cell)
+            wall = time.perf_counter() - began
+            if turn >= WARM_UPS:
+                samples.append(tracer.statistics.trace_seconds)
+                walls.append(wall)
+        cost = tracer.statistics.to_dict()
+        gpu = tracer.gpu.info()
+    with rt.Tracer(scene, cell.method, **dict(cell.options), statistics=True) as tracer:
+        tracer.trace(*scene.camera.rays((cell.size, cell.size)))
+        counters = tracer.statistics.counters
+    rays = cell.size ** 2
+    median = statistics.median(samples)
+    return {"settings": settings(cell), "gpu": gpu, "commit": _commit(),
+            "date": datetime.date.today().isoformat(),
+            "scene": {"name": scene.name, "triangles": len(scene), "stand_in": scene.stand_in,
+                      "file": Path(scene.source).name, "camera": scene.camera.to_dict()},
+            "rays": rays, "warm_ups": WARM_UPS, "samples_ms": [1e3 * s for s in samples],
+            "median_ms": 1e3 * median, "wall_ms": 1e3 * statistics.median(walls),
+            "ns_per_ray": 1e9 * median / rays, "statistics": cost, "counters": counters}
+
+
+def _work(tracer: rt.Tracer, cell: Cell) -> None:
+    if cell.work == "picture":
+        tracer.render(size=(cell.size, cell.size))
+    else:
+        tracer.trace(*tracer.scene.camera.rays((cell.size, cell.size)))
+
+
+@functools.lru_cache(maxsize=2)
+def _scene(name: str) -> rt.Scene:
+    return rt.load_scene(name)
+
+
+@functools.cache
+def _commit() -> str | None:
+    try:
+        return subprocess.run(["git", "describe", "--always", "--dirty"], text=True, check=True,
+                              capture_output=True, cwd=Path(__file__).parent).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return None

@@ -1,0 +1,52 @@
+"""What figures write: CSV, Markdown and charts, each file whole or not at all."""
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402  (the backend must be chosen first)
+
+from gpgpu_rt.files import replacing  # noqa: E402
+
+COLOURS = {"brute-force": "#8c8c8c", "grid": "#c98a1b", "grid-proximity": "#e3b65b",
+           "kd-restart": "#2f6db3", "kd-backtrack": "#7fb2e5", "bvh-threaded": "#3d8b57",
+           "bvh-threaded kay-kajiya": "#3d8b57", "bvh-threaded goldsmith-salmon": "#8cc79d",
+           "bvh-threaded octants": "#1d5c37"}
+
+
+def write_csv(path: Path, heads: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
+    with replacing(path) as temporary, temporary.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(heads)
+        writer.writerows(rows)
+
+
+def write_text(path: Path, text: str) -> None:
+    with replacing(path) as temporary:
+        temporary.write_text(text)
+
+
+def markdown_table(heads: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
+    lines = [heads, ["---"] * len(heads), *rows]
+    return "\n".join("| " + " | ".join(str(cell) for cell in line) + " |" for line in lines) + "\n"
+
+
+def save_chart(figure: Any, path: Path, footnote: str) -> None:
+    """Write a chart with a footnote under it."""
+    figure.text(0.01, 0.005, footnote, fontsize=7, color="#444444", va="bottom", wrap=True)
+    with replacing(path) as temporary:
+        figure.savefig(temporary, dpi=130, format="png")
+    plt.close(figure)
+
+
+def number(value: float | None, digits: int = 3) -> str:
+    """A number to ``digits`` significant figures, or a dash."""
+    return "-" if value is None or value != value else f"{float(f'{value:.{digits}g}'):g}"
+
+
+__all__ = ["COLOURS", "markdown_table", "number", "plt", "save_chart", "write_csv", "write_text"]

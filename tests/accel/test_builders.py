@@ -1,0 +1,168 @@
+"""Builders: every triangle is where a ray will look for it, and the records hold together."""
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import trimesh
+from conftest import random_soup
+
+import gpgpu_rt as rt
+from gpgpu_rt import accel
+
+MESHES = {
+    "soup": lambda: random_soup(500, 1),
+    "ball": lambda: np.float32(trimesh.creation.icosphere(subdivisions=3).triangles),
+    "flat": lambda: random_soup(200, 2) * np.float32([1, 0, 1]),
+    "slivers": lambda: random_soup(100, 3) * np.float32([1, 1e-6, 1]),
+    "coincident": lambda: np.repeat(random_soup(2, 4)[1:], 1000, axis=0),
+    "far": lambda: random_soup(200, 5) + np.float32([1e5, -3e4, 2e4]),
+    "points": lambda: np.repeat(random_soup(50, 6)[:, :1], 3, axis=1),
+    "one": lambda: random_soup(1, 7),
+    "empty": lambda: np.zeros((0, 3, 3), np.float32),
+}
+BUILDS = ("sah", "kay-kajiya", "goldsmith-salmon")
+mesh = pytest.mark.parametrize("name", MESHES)
+
+
+def points_on(triangles: np.ndarray, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """(count, 3) points in float64 and the triangles they lie on, corners and edges among them."""
+    rng = np.random.default_rng(seed)
+    chosen = rng.integers(len(triangles), size=count)
+    weights = rng.dirichlet((0.5, 0.5, 0.5), count)
+    weights[::3] = np.eye(3)[rng.integers(3, size=len(weights[::3]))]
+    return np.einsum("nk,nkc->nc", weights, triangles[chosen].astype(float)), chosen
+
+
+def listed(runs: np.ndarray, references: np.ndarray, start: np.ndarray, end: np.ndarray,
+           triangles: np.ndarray) -> np.ndarray:
+    """Whether list runs[i] of references holds triangles[i]."""
+    return np.array([t in references[start[r]:end[r]] for r, t in zip(runs, triangles)])
+
+
+@mesh
+def test_grid_lists_what_lies_in_a_cell(name: str) -> None:
+    triangles = MESHES[name]()
+    grid = accel.build_grid(triangles)
+    assert len(grid.cell_start) == np.prod(grid.resolution) + 1
+    assert (np.diff(grid.cell_start) >= 0).all() and grid.cell_start[-1] == len(grid.references)
+    if not len(triangles):
+        return
+    points, chosen = points_on(triangles, 600, 8)
+    cell = np.clip(((points - grid.lo) / grid.cell_size).astype(int), 0, grid.resolution - 1)
+    index = cell @ [1, grid.resolution[0], grid.resolution[0] * grid.resolution[1]]
+    assert listed(index, grid.references, grid.cell_start[:-1], grid.cell_start[1:], chosen).all()
+
+
+@pytest.mark.parametrize("resolution", [1, 7, (3, 1, 9)])
+def test_proximity_is_the_chebyshev_distance(resolution) -> None:
+    grid = accel.build_grid(random_soup(4, 9, size=0.02), resolution=resolution)
+    shape = tuple(grid.resolution)
+    occupied = np.argwhere((np.diff(grid.cell_start) > 0).reshape(shape[::-1]))
+    cells = np.argwhere(np.ones(shape[::-1], bool))
+    expected = np.abs(cells[:, None] - occupied[None]).max(2).min(1)
+    assert (accel.proximity(grid) == expected).all()
+
+
+@pytest.mark.parametrize("split", ["binned", "exact"])
+@mesh
+def test_kdtree_lists_what_lies_in_a_leaf(name: str, split: str) -> None:
+    triangles = MESHES[name]()
+    tree = accel.build_kdtree(triangles, split=split)
+    inner = np.flatnonzero(tree.axis < 3)
+    parents = tree.parents()
+    assert parents[0] == -1 and (parents[tree.left[inner]] == inner).all()
+    assert (parents[tree.left[inner] + 1] == inner).all()
+    lo, hi = tree.boxes()
+    axis = tree.axis[inner]
+    assert (hi[tree.left[inner], axis] == tree.split[inner]).all()
+    assert (lo[tree.left[inner] + 1, axis] == tree.split[inner]).all()
+    if not len(triangles):
+        return
+    points, chosen = points_on(triangles, 500, 10)
+    for side in (0, 1):    # points in a plane lie in both children
+        node = np.zeros(len(points), int)
+        for _ in range(tree.depth + 1):
+            at = np.flatnonzero(tree.axis[node] < 3)
+            value = points[at, tree.axis[node[at]]]
+            right = value >= tree.split[node[at]] if side else value > tree.split[node[at]]
+            node[at] = tree.left[node[at]] + right
+        assert (tree.axis[node] == 3).all()
+        assert listed(node, tree.references, tree.left, tree.left + tree.count, chosen).all()
+
+
+@pytest.mark.parametrize("build", BUILDS)
+@mesh
+def test_bvh_is_a_threaded_tree(name: str, build: str) -> None:
+    triangles = MESHES[name]()
+    bvh = accel.build_bvh(triangles, build=build)
+    assert (np.sort(bvh.order) == np.arange(len(triangles))).all()
+    if not len(triangles):
+        return
+    nodes = np.arange(len(bvh.escape))
+    leaf = bvh.count > 0
+    assert (bvh.escape > nodes).all() and bvh.escape[0] == len(nodes)
+    assert (bvh.escape[leaf] == nodes[leaf] + 1).all()
+    left = nodes[~leaf] + 1
+    right = bvh.escape[left]
+    assert (bvh.escape[right] == bvh.escape[~leaf]).all()
+    for bound, corner in ((np.minimum, bvh.lo), (np.maximum, bvh.hi)):
+        assert (bound(corner[left], corner[right]) == corner[~leaf]).all()
+    owner = np.repeat(nodes[leaf], bvh.count[leaf])
+    at = np.concatenate([np.arange(f, f + c) for f, c in zip(bvh.first[leaf], bvh.count[leaf])])
+    inside = triangles[bvh.order[at]]
+    assert (inside >= bvh.lo[owner, None]).all() and (inside <= bvh.hi[owner, None]).all()
+
+
+@mesh
+def test_octant_copies_hold_the_same_leaves(name: str) -> None:
+    bvh = accel.build_bvh(MESHES[name]())
+    copies = bvh.octant_copies()
+    for octant in range(8):
+        runs = np.stack([copies.first[octant], copies.count[octant]], 1)
+        kept = runs[copies.count[octant] > 0]
+        expected = np.stack([bvh.first, bvh.count], 1)[bvh.count > 0]
+        assert sorted(map(tuple, kept)) == sorted(map(tuple, expected))
+        inner = np.flatnonzero(copies.count[octant] == 0)
+        lo, hi = copies.lo[octant].astype(float), copies.hi[octant].astype(float)
+        near, far = inner + 1, copies.escape[octant][inner + 1]
+        apart = (lo + hi)[far] - (lo + hi)[near]
+        axis = np.abs(apart).argmax(1)
+        sign = np.where((octant >> axis) & 1, -1, 1)
+        assert (sign * apart[np.arange(len(inner)), axis] >= 0).all()   # front to back
+
+
+def test_ten_thousand_coincident_triangles_end() -> None:
+    heap = np.repeat(random_soup(1, 3), 10_000, axis=0)
+    assert accel.build_kdtree(heap).depth < 40
+    assert accel.build_bvh(heap, build="kay-kajiya").depth < 40
+
+
+@pytest.mark.parametrize("build", [accel.build_grid, accel.build_kdtree, accel.build_bvh])
+def test_cache(build, tmp_path, monkeypatch) -> None:
+    monkeypatch.setenv("GPGPU_RT_CACHE", str(tmp_path))
+    triangles = random_soup(80, 12)
+    calls = []
+
+    def counting(given, **options):
+        calls.append(1)
+        return build(given, **options)
+    counting.__qualname__ = build.__qualname__
+    first = accel.cached(counting, triangles)
+    again = accel.cached(counting, triangles)
+    assert len(calls) == 1
+    for name, value in vars(first).items():
+        assert np.array_equal(getattr(again, name), value)
+    file, = tmp_path.glob("*.npz")
+    for damage in (lambda b: b[:len(b) // 2], lambda b: b"", lambda b: b[:200] + b"\0" * 64 + b[264:]):
+        file.write_bytes(damage(file.read_bytes()))
+        accel.cached(counting, triangles)
+    assert len(calls) == 4
+    accel.cached(counting, triangles + np.float32(1))
+    assert len(calls) == 5
+
+
+def test_unknown_options() -> None:
+    with pytest.raises(rt.OptionError, match="sah"):
+        accel.build_bvh(random_soup(3, 1), build="saah")
+    with pytest.raises(rt.OptionError):
+        accel.build_kdtree(random_soup(3, 1), binz=3)

@@ -1,0 +1,83 @@
+"""Records: packer and accessors agree, and an index past what a float holds is refused."""
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import gpgpu_rt as rt
+from gpgpu_rt import texel_layout
+from gpgpu_rt.gpu import open_gpu
+from gpgpu_rt.passes.full_screen import FullScreenPass
+from gpgpu_rt.ray_state import read_texture
+from gpgpu_rt.texel_layout import EXACT_INTEGER, Record
+from gpgpu_rt.textures import float_texture, table_texture
+
+RECORDS = [r for r in vars(texel_layout).values() if isinstance(r, Record)]
+pytestmark = pytest.mark.small
+
+
+def fields_of(record: Record, count: int, seed: int) -> dict[str, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    return {f.name: rng.integers(-1, EXACT_INTEGER, (count, f.width)) if f.is_integer
+            else rng.normal(size=(count, f.width)).astype(np.float32) for f in record.fields}
+
+
+@pytest.mark.parametrize("record", RECORDS, ids=lambda r: r.name)
+@given(seed=st.integers(0, 99))
+def test_pack_and_unpack(record: Record, seed: int) -> None:
+    fields = fields_of(record, 5, seed)
+    unpacked = record.unpack(record.pack(**fields))
+    for name, values in fields.items():
+        assert (unpacked[name].reshape(values.shape) == values).all()
+
+
+@pytest.mark.parametrize("record", RECORDS, ids=lambda r: r.name)
+def test_glsl_reads_what_python_packed(record: Record, tmp_path) -> None:
+    """Across the row wraps of a table, each accessor gives back its own field."""
+    gpu = open_gpu()
+    count = 4096 // record.texels + 40
+    fields = fields_of(record, count, 3)
+    table = table_texture(gpu, record, fields)
+    for field in record.fields:
+        probe = tmp_path / "probe.frag"
+        probe.write_text(
+            '#version 330 core\n#include "common/fetch.glsl"\n#include <tables>\n'
+            "out vec4 value;\nvoid main() {\n"
+            f"    {field.type} read = {record.name}_{field.name}(int(gl_FragCoord.x));\n"
+            "    value = vec4(" + ("read" if field.width == 1 else "vec3(read)"
+                                   if field.width == 3 else "read") + ", "
+            + ", ".join(["0.0"] * (4 - field.width)) + ");\n}\n")
+        reader = FullScreenPass(gpu, str(probe), {"TABLE_WIDTH_LOG2": 12},
+                                {"tables": record.table_glsl()})
+        target = gpu.context.framebuffer([float_texture(gpu, (count, 1), 4, "probe")])
+        gpu.context.enable_only(moderngl.NOTHING)
+        reader.draw(target, {f"{record.name}_table": table})
+        read = read_texture(target.color_attachments[0])[0, :, :field.width]
+        assert (read == fields[field.name]).all(), field.name
+
+
+@pytest.mark.parametrize("value, fits", [(EXACT_INTEGER - 1, True), (EXACT_INTEGER, True),
+                                         (EXACT_INTEGER + 1, False), (-EXACT_INTEGER - 1, False)])
+def test_integers_past_the_exact_ones_are_refused(value: int, fits: bool) -> None:
+    record = Record("r", "i:int")
+    if fits:
+        assert record.unpack(record.pack(i=np.array([value])))["i"][0] == value
+    else:
+        with pytest.raises(rt.LimitError, match="2\\^24"):
+            record.pack(i=np.array([value]))
+
+
+def test_a_texel_holds_four_channels() -> None:
+    with pytest.raises(ValueError, match="four channels"):
+        Record("r", "a:vec3 b:vec2").fields
+    with pytest.raises(ValueError, match="no field"):
+        Record("r", "a").pack(b=np.zeros(1))
+
+
+def test_texture_past_the_limit() -> None:
+    gpu = open_gpu()
+    with pytest.raises(rt.LimitError, match="fewer rays"):
+        float_texture(gpu, (gpu.max_texture_size + 1, 1), 4, "test")

@@ -1,0 +1,178 @@
+"""The table, options, contexts and the command line."""
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import gpgpu_rt as rt
+from gpgpu_rt import cli
+from gpgpu_rt.gpu import open_gpu
+from gpgpu_rt.methods import register
+
+METHODS = [row.name for row in rt.methods()]
+
+
+def test_table_rows_are_complete() -> None:
+    assert METHODS[:2] == ["brute-force", "grid"] and len(set(METHODS)) == len(METHODS)
+    for row in rt.methods():
+        fields = {field.name for field in row.state.fields}
+        assert {"phase", "steps"} <= fields
+        assert re.search(r"\d{4}", row.citation) and row.summary
+        json.dumps(row.to_dict())
+    with pytest.raises(rt.OptionError, match="already"):
+        register(rt.methods()[0])
+
+
+@pytest.mark.parametrize("arguments, message", [
+    (dict(method="kd-restrat"), "did you mean .*kd-restart"),
+    (dict(schedul="loop"), "did you mean schedule"),
+    (dict(schedule="lop"), "did you mean loop"),
+    (dict(steps_per_pass=0), "at least 1"),
+    (dict(steps_per_pass="many"), "must be int"),
+    (dict(octants=True, method="grid"), "has no option 'octants'"),
+    (dict(context="elg"), "none of auto, egl, osmesa"),
+    (dict(statistics="yes"), "must be bool"),
+    (dict(method="grid", resolution=-1), "resolution"),
+])
+def test_bad_options(arguments: dict, message: str) -> None:
+    with pytest.raises(rt.OptionError, match=message):
+        rt.Tracer("cornell", **arguments)
+
+
+def test_no_context_is_one_clear_line() -> None:
+    code = ("import sys, moderngl, gpgpu_rt.gpu as g\n"
+            "def no(*a, **k): raise Exception('none')\n"
+            "moderngl.create_context = no\n"
+            "g.OsMesaLoader._open = staticmethod(lambda: (_ for _ in ()).throw("
+            "g.ContextError('no libOSMesa found')))\n"
+            "from gpgpu_rt.cli import main\n"
+            "sys.exit(main(['render', 'cornell', '-o', 'x.png']))\n")
+    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True,
+                            env={"PATH": "", "GPGPU_RT_CONTEXT": "auto", "HOME": "/"})
+    assert answer.returncode == 1
+    assert answer.stderr.count("\n") == 1 and "install" in answer.stderr
+
+
+def test_an_existing_context_is_taken() -> None:
+    gpu = open_gpu()
+    with rt.Tracer("cornell", context=gpu.context) as tracer:
+        assert tracer.gpu.backend == "window" and tracer.gpu.context is gpu.context
+        assert tracer.trace([[0.0, 0, 1e4]], [[0, 0, -1.0]]) is not None
+
+
+def test_render_and_statistics() -> None:
+    with rt.Tracer("cornell", "kd-restart") as tracer:
+        image = tracer.render(size=(64, 48))
+        assert image.size == (64, 48) and image.mode == "RGB"
+        statistics = tracer.statistics.to_dict()
+    assert statistics["rays"] == 64 * 48 and statistics["passes"] >= 2
+    assert statistics["texture_bytes"] > 0 and statistics["trace_seconds"] > 0
+    json.dumps(statistics)
+    pixels = np.asarray(image).astype(int)
+    left, right = pixels[24, 4], pixels[24, 60]
+    assert left[0] > 2 * left[1] and right[1] > 1.5 * right[0]   # red left, green right
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_methods_draw_the_same_picture(exact_renderer, method: str) -> None:
+    pictures = []
+    for name in ("brute-force", method):
+        with rt.Tracer("shirley6", name) as tracer:
+            pictures.append(np.asarray(tracer.render(size=(48, 48))))
+    assert (pictures[0] == pictures[1]).all()
+    assert len(np.unique(pictures[0].reshape(-1, 3), axis=0)) > 50
+
+
+def test_eye_rays_of_the_gpu_are_the_cameras(exact_renderer) -> None:
+    scene = rt.load_scene("cornell")
+    with rt.Tracer(scene) as tracer:
+        tracer.render(size=(33, 20))
+        from gpgpu_rt.ray_state import read_texture
+        origin, direction = (read_texture(t)[..., :3] for t in tracer._rays.textures)
+    origins, directions = scene.camera.rays((33, 20))
+    assert (origin == origins).all()
+    np.testing.assert_allclose(direction, directions, atol=3e-7)
+
+
+# The command line ----------------------------------------------------------------------------
+
+
+def run(capsys, *arguments: str) -> tuple[int, str, str]:
+    try:
+        status = cli.main(arguments)
+    except SystemExit as stopped:
+        status = stopped.code
+    out, err = capsys.readouterr()
+    return status, out, err
+
+
+def test_tables(capsys) -> None:
+    for command in ("info", "methods", "scenes"):
+        status, out, _ = run(capsys, command)
+        assert status == 0 and len(out.splitlines()) >= 3
+        status, out, _ = run(capsys, command, "--json")
+        assert status == 0 and len(json.loads(out)) >= 2
+
+
+def test_render_command(capsys, tmp_path) -> None:
+    target = tmp_path / "box.png"
+    status, out, _ = run(capsys, "render", "cornell", "-m", "bvh-threaded", "--octants", "--build",
+                         "kay-kajiya", "--size", "40x30", "-o", str(target))
+    assert status == 0 and "passes" in out
+    assert Image.open(target).size == (40, 30)
+
+
+def test_trace_command(capsys, tmp_path) -> None:
+    scene = rt.load_scene("cornell")
+    origins, directions = scene.camera.rays((8, 8))
+    rays, found = tmp_path / "rays.npz", tmp_path / "hits.npz"
+    np.savez(rays, origins=origins, directions=directions)
+    status, out, _ = run(capsys, "trace", "cornell", str(rays), "-o", str(found), "--json",
+                         "--statistics")
+    assert status == 0 and json.loads(out)["method"] == "bvh-threaded"
+    hits = np.load(found)
+    assert (hits["triangle"] == rt.reference.trace(scene, origins, directions).triangle).all()
+    assert {"t", "u", "v", "status", "nodes_visited"} <= set(hits)
+
+
+def test_bench_command(capsys) -> None:
+    status, out, _ = run(capsys, "bench", "cornell", "--size", "32", "--runs", "1", "-m",
+                         "grid,kd-restart", "--json")
+    rows = json.loads(out)
+    assert status == 0 and [r["name"] for r in rows][:2] == ["grid", "kd-restart"]
+    assert all(r["rays_per_second"] > 0 for r in rows)
+
+
+@pytest.mark.parametrize("arguments, message", [
+    (["render", "cornel", "-o", "{}/x.png"], "did you mean cornell"),
+    (["render", "gone.ply", "-o", "{}/x.png"], "gone.ply: no such file"),
+    (["render", "stadium:7", "-o", "{}/x.png"], "ratio"),
+    (["render", "cornell", "-m", "bvh", "-o", "{}/x.png"], "did you mean bvh-threaded"),
+    (["render", "cornell", "-o", "{}/no/x.png"], "there is no folder"),
+    (["render", "cornell", "-o", "{}/x.txt"], "image format"),
+    (["render", "cornell", "-o", "{}/x.png", "--steps-per-pass", "0"], "at least 1"),
+    (["render", "cornell", "-o", "{}/x.png", "--octants", "-m", "grid"], "no option --octants"),
+    (["render", "cornell", "-o", "{}/x.png", "--size", "0x3"], "no size"),
+    (["render", "cornell", "-o", "{}/x.png", "--size", "999999x2"], "fewer rays"),
+    (["render", "cornell"], "-o/--output"),
+    (["trace", "cornell", "{}/gone.npz", "-o", "{}/h.npz"], "cannot read rays"),
+    (["trace", "cornell", "{}/bad.npz", "-o", "{}/h.npz"], "cannot read rays"),
+    (["trace", "cornell", "{}/empty.npz", "-o", "{}/h.npz"], "holds no directions"),
+    (["trace", "cornell", "{}/nan.npz", "-o", "{}/h.npz"], "ray 1 is invalid"),
+    (["fly"], "invalid choice"),
+])
+def test_mistakes_are_one_line(capsys, tmp_path, arguments: list[str], message: str) -> None:
+    (tmp_path / "bad.npz").write_bytes(b"PK not an archive")
+    np.savez(tmp_path / "empty.npz", stuff=np.zeros(3))
+    np.savez(tmp_path / "nan.npz", origins=[[0, 0, 0], [np.nan, 0, 0]], directions=np.ones((2, 3)))
+    before = sorted(tmp_path.iterdir())
+    status, out, err = run(capsys, *(a.replace("{}", str(tmp_path)) for a in arguments))
+    assert status in (1, 2) and message in err
+    assert err.count("\n") == 1 and "Traceback" not in err
+    assert sorted(tmp_path.iterdir()) == before    # nothing half written

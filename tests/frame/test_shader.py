@@ -1,0 +1,74 @@
+"""Shaders: includes, errors that say where, and the rules of the era over every file."""
+from __future__ import annotations
+
+import re
+
+import pytest
+
+import gpgpu_rt as rt
+from gpgpu_rt.gpu import open_gpu
+from gpgpu_rt.shader import ROOT, compile_program, resolve
+
+FILES = [p for p in sorted(ROOT.rglob("*")) if p.suffix in (".glsl", ".frag", ".vert")]
+BANNED = {
+    "compute": r"local_size_x", "storage buffer": r"layout\s*\(\s*std430|\bbuffer\b",
+    "image store": r"\bimage(Load|Store|Atomic)", "double": r"\bdouble\b|\bdvec[234]\b|\bdmat",
+    "not in GLSL 330": r"\b(packHalf2x16|bitCount|findMSB|umulExtended|fma)\s*\(",
+    "geometry shader": r"EmitVertex",
+}
+pytestmark = pytest.mark.small
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: p.name)
+def test_only_what_the_platform_has(path) -> None:
+    code = re.sub(r"//[^\n]*|/\*.*?\*/", "", path.read_text(), flags=re.S)
+    for what, pattern in BANNED.items():
+        assert not re.search(pattern, code), f"{path.name}: {what}"
+    for version in re.findall(r"#\s*version\s+(.*)", code):
+        assert version.split()[0] == "330"
+    if path.parent.name != "common":   # texels are addressed by generated accessors alone
+        assert not re.search(r"texelFetch\([^)]*\*", code)
+
+
+@pytest.mark.parametrize("path", [p for p in FILES if p.parent.name == "traverse"],
+                         ids=lambda p: p.name)
+def test_headers_name_their_paper(path) -> None:
+    header = path.read_text().split("\n\n")[0]
+    assert header.startswith("//") and re.search(r"\b(19|20)\d\d\b", header)
+
+
+def write(folder, **files: str) -> str:
+    for name, text in files.items():
+        (folder / f"{name}.glsl").write_text(text)
+    return str(folder / "main.glsl")
+
+
+def test_nested_includes_once_each(tmp_path) -> None:
+    main = write(tmp_path, main=f'#version 330 core\n#include "{tmp_path}/a.glsl"\n'
+                 f'#include "{tmp_path}/b.glsl"\nint end;\n',
+                 a=f'#include "{tmp_path}/b.glsl"\nint a;\n', b="int b;\n")
+    source = resolve(main, {"K": 3, "ON": True, "OFF": False, "NO": None})
+    assert source.text.count("int b;") == 1 and source.text.count("int a;") == 1
+    assert "#define K 3\n" in source.text and "#define ON\n" in source.text
+    assert "OFF" not in source.text and "NO" not in source.text
+    assert source.text.splitlines()[0] == "#version 330 core"
+
+
+def test_include_errors(tmp_path) -> None:
+    main = write(tmp_path, main=f'#include "{tmp_path}/a.glsl"\n',
+                 a=f'#include "{tmp_path}/main.glsl"\n')
+    with pytest.raises(rt.ShaderError, match="cycle"):
+        resolve(str(tmp_path / "a.glsl"))
+    with pytest.raises(rt.ShaderError, match=r"main.glsl:1: cannot read .*gone"):
+        resolve(write(tmp_path, main='#include "gone.glsl"\n'))
+    with pytest.raises(rt.ShaderError, match=r"main.glsl:2: nothing was generated for <x>"):
+        resolve(write(tmp_path, main="\n#include <x>\n"))
+    assert main
+
+
+def test_compile_error_names_file_line_and_defines(tmp_path) -> None:
+    write(tmp_path, bad="float f() {\n    return undeclared_name;\n}\n")
+    main = write(tmp_path, main=f'#version 330 core\nout vec4 c;\n#include "{tmp_path}/bad.glsl"\n'
+                 "void main() { c = vec4(f()); }\n")
+    with pytest.raises(rt.ShaderError, match=r"bad.glsl:2:.*undeclared_name.*MARK 7"):
+        compile_program(open_gpu(), main, {"MARK": 7})
