@@ -61,9 +61,10 @@ class Option:
             return self.check(words.get(text.lower(), text))
         if self.kind in (int, float):
             try:
-                return self.check(self.kind(text))
+                value: Any = self.kind(text)
             except ValueError:
-                return self.check(text)
+                value = text
+            return self.check(value)
         return self.check(text)
 
 

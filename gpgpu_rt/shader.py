@@ -3,6 +3,9 @@
 A program is an entry file in ``glsl/passes/`` that begins with ``#version`` and includes what it
 needs: ``#include "common/hit.glsl"`` names a file under ``glsl/``, ``#include <records>`` a text
 that Python generated (the accessors of the records in use). Each file is included once.
+
+Lines are traced back to their files by a table of ours and not by ``#line``: Mesa reports an
+undeclared name in file 0 whatever ``#line`` said.
 """
 from __future__ import annotations
 
@@ -21,7 +24,7 @@ ROOT = Path(str(importlib.resources.files("gpgpu_rt.glsl")))
 
 _INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"(?P<file>[^"]+)"|<(?P<virtual>\w+)>)\s*$')
 _VERSION = re.compile(r"^\s*#\s*version\b")
-# "1:12(5): error" (Mesa), "1(12) : error" (NVIDIA), "ERROR: 1:12:" (others)
+# "0:12(5): error" (Mesa), "0(12) : error" (NVIDIA), "ERROR: 0:12:" (others)
 _LOCATION = re.compile(r"(?P<a>\d+):(?P<b>\d+)(?:\(\d+\))?:|(?P<c>\d+)\((?P<d>\d+)\)\s*:")
 
 # Contraction to FMA breaks the watertight test; `precise` forbids it where a driver offers it.
@@ -35,10 +38,10 @@ _PREAMBLE = """#extension GL_ARB_gpu_shader5 : enable
 
 @dataclass
 class Source:
-    """A resolved program text and the files its ``#line`` numbers stand for."""
+    """A resolved program text, and for each of its lines the file and line it came from."""
 
     text: str
-    files: list[str] = field(default_factory=list)
+    origins: list[tuple[str, int]] = field(default_factory=list)
 
 
 def resolve(entry: str, defines: Mapping[str, object] | None = None,
@@ -63,21 +66,16 @@ def resolve(entry: str, defines: Mapping[str, object] | None = None,
     done: set[str] = set()
 
     def add(name: str, text: str, chain: tuple[str, ...]) -> None:
-        source.files.append(name)
-        number = len(source.files) - 1
-        if chain:
-            lines.append(f"#line 1 {number}")
         for at, line in enumerate(text.splitlines(), 1):
             include = _INCLUDE.match(line)
             if include:
                 include_one(include, name, at, (*chain, name))
-                lines.append(f"#line {at + 1} {number}")
-            elif _VERSION.match(line) and not chain:
-                lines.extend([line, _PREAMBLE])
-                lines.extend(_define_lines(defines or {}))
-                lines.append(f"#line {at + 1} {number}")
-            else:
-                lines.append(line)
+                continue
+            added = [line]
+            if _VERSION.match(line) and not chain:
+                added += [*_PREAMBLE.splitlines(), *_define_lines(defines or {})]
+            lines.extend(added)
+            source.origins.extend([(name, at)] * len(added))
 
     def include_one(include: re.Match[str], by: str, at: int, chain: tuple[str, ...]) -> None:
         name = include["file"] or f"<{include['virtual']}>"
@@ -129,14 +127,16 @@ def compile_program(gpu: Gpu, fragment: str, defines: Mapping[str, object] | Non
             gpu.programs[key] = gpu.context.program(vertex_shader=vertex_source.text,
                                                     fragment_shader=source.text)
         except moderngl.Error as failure:
-            raise ShaderError(_word_log(str(failure), source.files, defines or {})) from failure
+            raise ShaderError(_word_log(str(failure), source, defines or {})) from failure
     return gpu.programs[key]
 
 
-def _word_log(log: str, files: list[str], defines: Mapping[str, object]) -> str:
+def _word_log(log: str, source: Source, defines: Mapping[str, object]) -> str:
     def name_file(match: re.Match[str]) -> str:
-        number, line = int(match["a"] or match["c"]), match["b"] or match["d"]
-        return f"{files[number]}:{line}:" if number < len(files) else match[0]
+        line = int(match["b"] or match["d"])
+        if not 0 < line <= len(source.origins):
+            return match[0]
+        return "{}:{}:".format(*source.origins[line - 1])
 
     first = next((line for line in log.splitlines() if "error" in line.lower()
                   and _LOCATION.search(line)), None)

@@ -137,18 +137,27 @@ class Tracer:
         if stopped:
             phases = self.method.state.unpack(_flat(side.read(self.method.state)))["phase"]
             hits.status[phases[:batch.count] != 0] = UNFINISHED
-        statistics = self.statistics
         if self.options["statistics"]:
-            counters = COUNTERS.unpack(_flat(side.read(COUNTERS)))
-            counters["steps"] = self.method.state.unpack(
-                _flat(side.read(self.method.state)))["steps"]
-            for name, values in counters.items():
-                setattr(hits, name, values[:batch.count])
-                statistics.counters[name] = (float(values[:batch.count].mean())
-                                             if batch.count else 0.0)
-        statistics.texture_bytes = (sum(statistics.table_bytes.values()) + self._buffers.bytes()
-                                    + texture_bytes(self._rays.textures))
+            for name, values in self._count(side, batch.count).items():
+                setattr(hits, name, values)
+        self._add_texture_bytes()
         return hits
+
+    def _count(self, side: StateBuffer, rays: int) -> dict[str, np.ndarray]:
+        """Counters of the first ``rays`` rays by name; their means go to the statistics."""
+        counters = COUNTERS.unpack(_flat(side.read(COUNTERS)))
+        counters["steps"] = self.method.state.unpack(_flat(side.read(self.method.state)))["steps"]
+        counters = {name: values[:rays] for name, values in counters.items()}
+        self.statistics.counters = {name: float(values.mean()) if rays else 0.0
+                                    for name, values in counters.items()}
+        return counters
+
+    def _add_texture_bytes(self) -> None:
+        assert self._rays is not None and self._buffers is not None
+        self.statistics.texture_bytes = (
+            sum(self.statistics.table_bytes.values()) + self._buffers.bytes()
+            + texture_bytes(self._rays.textures)
+            + (self._shading.bytes() if self._shading is not None else 0))
 
     # Rendering ------------------------------------------------------------------------------
 
@@ -175,11 +184,14 @@ class Tracer:
             began = time.perf_counter()
             self._shading.eye_rays(rays, camera or self.scene.camera)
             eye, _ = self._traversal.run(rays, buffers, self.statistics)
+            if self.options["statistics"]:
+                self._count(eye, width * height)
             shadow_rays = self._shading.surfaces(rays, eye)
             shadow, _ = self._traversal.run(shadow_rays, buffers, self.statistics, any_hit=True)
             pixels = self._shading.picture(shadow)
             self.gpu.check_error("rendering")
         self.statistics.trace_seconds = time.perf_counter() - began
+        self._add_texture_bytes()
         return Image.fromarray(pixels)
 
     # Lifetime -------------------------------------------------------------------------------

@@ -37,9 +37,10 @@ def gpu() -> Gpu:
 @pytest.fixture(autouse=True)
 def no_gl_error(gpu: Gpu) -> Iterator[None]:
     """GL records errors and raises none: ask before and after each test."""
-    assert gpu.context.error == "GL_NO_ERROR", "an earlier test left a GL error"
-    yield
     with gpu:
+        assert gpu.context.error == "GL_NO_ERROR", "an earlier test left a GL error"
+        yield
+        gpu.context.__enter__()   # a test may have made another context current
         assert gpu.context.error == "GL_NO_ERROR"
 
 

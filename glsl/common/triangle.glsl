@@ -6,6 +6,9 @@
 // without its double precision fallback. Each edge function is computed from its two vertices
 // alone and only changes sign for the neighbour across the edge, so no ray slips between two
 // triangles. The axes are permuted without a swap: both windings are accepted.
+// We add that the ray must pass through the sheared triangle's box. Rounding never turns the sign of
+// an edge function but can make it zero, and three zeros are a hit: without the box a tiny triangle
+// is "hit" from far away. The comparisons are exact, so the box loses no ray that is inside.
 //
 // INTERSECTION_MOLLER_TRUMBORE: Moeller and Trumbore, "Fast, Minimum Storage Ray/Triangle
 // Intersection", 1997, with the determinant compared to zero alone.
@@ -32,7 +35,10 @@ void test_triangle(Ray ray, int i, inout Hit hit) {
     PRECISE float det = w0 + w1 + w2;
     float lowest = min(min(w0, w1), w2);
     float highest = max(max(w0, w1), w2);
-    if ((lowest >= 0.0 || highest <= 0.0) && det != 0.0) {
+    vec2 lo = min(min(sa, sb), sc);
+    vec2 hi = max(max(sa, sb), sc);
+    bool in_box = max(lo.x, lo.y) <= 0.0 && min(hi.x, hi.y) >= 0.0;
+    if (in_box && (lowest >= 0.0 || highest <= 0.0) && det != 0.0) {
         PRECISE float inv_det = 1.0 / det;
         PRECISE float t = (w0 * a.z + w1 * b.z + w2 * c.z) * ray.shear.z * inv_det;
         accept(ray, t, w1 * inv_det, w2 * inv_det, triangle_index(i), hit);

@@ -9,7 +9,7 @@ from ..gpu import Gpu
 from ..ray_state import RayTextures, StateBuffer, read_texture, stream_samplers
 from ..scene import Scene
 from ..texel_layout import HIT, LIT, RAY_TEXELS, SURFACE, TABLE_WIDTH_LOG2, Record
-from ..textures import stream_textures, table_texture
+from ..textures import stream_textures, table_texture, texture_bytes
 from .full_screen import FullScreenPass
 
 
@@ -57,6 +57,11 @@ class Shading:
                                           **shadows.samplers()})
         return (read_texture(self._screen.color_attachments[0])[:, :, :3] * 255 + 0.5).astype(
             np.uint8)
+
+    def bytes(self) -> int:
+        """Bytes of the textures that shading adds."""
+        return texture_bytes([self.surface_table, *self.shadow_rays.textures, *self.lit,
+                              *self._screen.color_attachments])
 
     def _make_room(self, size: tuple[int, int]) -> None:
         if self._size == size:

@@ -60,7 +60,7 @@ def cow() -> Built:
     """One cow: 5,804 triangles."""
     pieces = Pieces()
     pieces.add(bump(_cow(5_500), 0.02, 1.0), HIDE)
-    camera = Camera((-4.5, 3.6, 8.5), (0.0, 1.5, 0.0), fov=36)
+    camera = Camera((-4.5, 3.6, 8.5), (-0.3, 1.5, 0.0), fov=31)
     return pieces.finish(5_804, camera, (-6.0, 9.0, 7.0))
 
 

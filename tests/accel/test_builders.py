@@ -153,7 +153,8 @@ def test_cache(build, tmp_path, monkeypatch) -> None:
     for name, value in vars(first).items():
         assert np.array_equal(getattr(again, name), value)
     file, = tmp_path.glob("*.npz")
-    for damage in (lambda b: b[:len(b) // 2], lambda b: b"", lambda b: b[:200] + b"\0" * 64 + b[264:]):
+    for damage in (lambda b: b[:len(b) // 2], lambda b: b"",
+                   lambda b: b[:200] + b"\0" * 64 + b[264:]):
         file.write_bytes(damage(file.read_bytes()))
         accel.cached(counting, triangles)
     assert len(calls) == 4

@@ -68,8 +68,8 @@ def test_tables_hold_the_measured_numbers(figure, tmp_path) -> None:
             ns = 100.0 * (at + 1) + k
             result = {
                 "settings": measure.settings(cell), "gpu": {"renderer": "R", "backend": "egl"},
-                "date": "2020-01-01", "rays": cell.size ** 2, "median_ms": ns * cell.size ** 2 / 1e6,
-                "ns_per_ray": ns, "wall_ms": 1, "statistics": {"passes": 1},
+                "date": "2020-01-01", "rays": cell.size ** 2, "ns_per_ray": ns,
+                "median_ms": ns * cell.size ** 2 / 1e6, "wall_ms": 1, "statistics": {"passes": 1},
                 "counters": {"steps": 5, "nodes_visited": 3, "triangles_tested": 2},
                 "scene": {"triangles": 9, "stand_in": "something" if at == 1 else None}}
             (tmp_path / cell.name).write_text(json.dumps(result))

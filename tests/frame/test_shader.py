@@ -67,8 +67,9 @@ def test_include_errors(tmp_path) -> None:
 
 
 def test_compile_error_names_file_line_and_defines(tmp_path) -> None:
-    write(tmp_path, bad="float f() {\n    return undeclared_name;\n}\n")
+    write(tmp_path, bad="int fine;\nfloat f() {\n    float x = 1.0;\n    x += undeclared_name;\n"
+          "    return x;\n}\n")
     main = write(tmp_path, main=f'#version 330 core\nout vec4 c;\n#include "{tmp_path}/bad.glsl"\n'
                  "void main() { c = vec4(f()); }\n")
-    with pytest.raises(rt.ShaderError, match=r"bad.glsl:2:.*undeclared_name.*MARK 7"):
+    with pytest.raises(rt.ShaderError, match=r"bad.glsl:4:.*undeclared_name.*MARK 7"):
         compile_program(open_gpu(), main, {"MARK": 7})
