@@ -18,13 +18,6 @@ LIGHT_GREY = (0.60, 0.58, 0.54)
 
 
 @dataclass(frozen=True)
-class Material:
-    """A matt surface: `diffuse`, (3,) reflectance by channel in [0, 1]."""
-
-    diffuse: tuple[float, float, float] = LIGHT_GREY
-
-
-@dataclass(frozen=True)
 class Light:
     """A point light.
 
@@ -270,5 +263,4 @@ def _colours(colours: Any, count: int, name: str) -> np.ndarray:
     return np.ascontiguousarray(np.clip(array, 0, 1), np.float32)
 
 
-__all__: Sequence[str] = ("Light", "Material", "Scene", "list_scenes", "load_scene",
-                          "scene_names")
+__all__: Sequence[str] = ("Light", "Scene", "list_scenes", "load_scene", "scene_names")

@@ -5,6 +5,7 @@ file holds plain arrays and a checksum; one that does not read back whole is bui
 """
 from __future__ import annotations
 
+import functools
 import hashlib
 import json
 import os
@@ -21,7 +22,6 @@ from .grid import Grid
 from .kdtree import KdTree
 from .quality import Structure
 
-FORMAT = 1      # raise it whenever a builder gives other arrays for the same input
 RECORDS = {record.__name__: record for record in (Bvh, Grid, KdTree)}
 
 
@@ -61,10 +61,19 @@ def cache_folder() -> Path | None:
 
 
 def _key(build: Callable, triangles: np.ndarray, options: dict[str, object]) -> str:
-    settings = json.dumps([FORMAT, build.__module__, build.__qualname__, options],
+    settings = json.dumps([_builders_digest(), build.__module__, build.__qualname__, options],
                           sort_keys=True, default=_plain)
     digest = hashlib.sha256(settings.encode())
     digest.update(triangles)
+    return digest.hexdigest()
+
+
+@functools.cache
+def _builders_digest() -> str:
+    """Digest of the builders' own text: a changed builder never finds an old file."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.read_bytes())
     return digest.hexdigest()
 
 
