@@ -3,7 +3,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import FOLEY, RAY_SETS, assert_same_bits, assert_same_hits, real_scene, soup_scene
+from conftest import (
+    FOLEY, RAY_SETS, assert_same_bits, assert_same_hits, random_soup, real_scene, soup_scene
+)
 
 import gpgpu_rt as rt
 from gpgpu_rt.methods import find_method
