@@ -27,7 +27,10 @@ CASES = [pytest.param(row.name, options, id="-".join([row.name, *map(str, option
 SCHEDULES = [pytest.param({"schedule": "loop"}, id="loop"),
              pytest.param({"schedule": "step"}, id="step1"),
              pytest.param({"schedule": "step", "steps_per_pass": 16}, id="step16"),
-             pytest.param({"schedule": "kernels"}, id="kernels")]
+             # An odd interval: a ray masked before its state stood in both buffers would show.
+             pytest.param({"schedule": "step", "mask_interval": 3}, id="step1-mask3"),
+             pytest.param({"schedule": "kernels"}, id="kernels"),
+             pytest.param({"schedule": "kernels", "mask_interval": 2}, id="kernels-mask2")]
 
 
 def trace(scene: rt.Scene, method: str, rays, **options) -> rt.Hits:
