@@ -1,6 +1,7 @@
 """Mesh file: what trimesh reads, flattened to vertices, faces and colours as they were given."""
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -30,21 +31,53 @@ def read(path: Path) -> Arrays:
     """
     if not path.is_file():
         raise SceneError(f"{path}: no such file; check the path")
-    # By default trimesh collects an OBJ file's faces by material.
-    options = ({"maintain_order": True, "group_material": False}
-               if path.suffix.lower() == ".obj" else {})
     try:
-        loaded = trimesh.load_scene(str(path), process=False, **options)
-        if options:
-            # trimesh takes an OBJ file's runs of one material from the last to the first.
-            return _join([(mesh, None) for mesh in reversed(loaded.geometry.values())])
-        return flatten(loaded)
-    except SceneError:
-        raise
+        _check_whole(path)
+        if path.suffix.lower() == ".obj":
+            return _read_obj(path)
+        arrays = flatten(trimesh.load_scene(str(path), process=False))
+        if path.suffix.lower() == ".ply" and len(arrays[1]) < (declared := _declared(path)):
+            raise ValueError(f"{declared} faces declared, {len(arrays[1])} found")
+        return arrays
     except Exception as error:  # trimesh raises whatever its parsers meet
         reason = " ".join(str(error).split())[:160] or type(error).__name__
         raise SceneError(f"{path}: cannot read this mesh ({reason}); is it whole, and of the type "
                          f"its name says?") from None
+
+
+def _read_obj(path: Path) -> Arrays:
+    """An OBJ file's mesh: by default trimesh would collect its faces by material."""
+    loaded = trimesh.load_scene(str(path), process=False, maintain_order=True,
+                                group_material=False)
+    # trimesh takes the runs of one material from the last to the first.
+    return _join([(mesh, None) for mesh in reversed(loaded.geometry.values())])
+
+
+def _check_whole(path: Path) -> None:
+    """Raise ValueError for a cut file that trimesh takes for a shorter one."""
+    size = path.stat().st_size
+    if size == 0:
+        raise ValueError("the file is empty")
+    if path.suffix.lower() == ".stl":
+        with open(path, "rb") as file:
+            head = file.read(6)
+            file.seek(-min(size, 256), os.SEEK_END)
+            tail = file.read()
+        # A binary STL may begin with "solid" too, but holds zeros near its end.
+        if head.lstrip().startswith(b"solid") and b"\0" not in tail and b"endsolid" not in tail:
+            raise ValueError("no endsolid at its end")
+
+
+def _declared(path: Path) -> int:
+    """The number of faces that a PLY file's header promises."""
+    with open(path, "rb") as file:
+        for line in file:
+            words = line.split()
+            if words[:2] == [b"element", b"face"]:
+                return int(words[2])
+            if words[:1] == [b"end_header"]:
+                break
+    return 0
 
 
 def flatten(mesh: trimesh.Trimesh | trimesh.Scene) -> Arrays:
