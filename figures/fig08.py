@@ -15,8 +15,7 @@ METHODS = (("grid", (("resolution", 50),)), ("kd-restart", ()), ("kd-backtrack",
 
 
 def cell(ratio: float, method: str, options: tuple, full: bool) -> Cell:
-    return Cell(f"stadium:{ratio:g}", method, options, 512 if full else 192,
-                runs=5 if full else 3)
+    return Cell(f"stadium:{ratio:g}", method, options, 512 if full else 192)
 
 
 def cells(full: bool) -> list[Cell]:

@@ -11,7 +11,7 @@ def _cell(scene: str, column: Column, full: bool) -> Cell:
     options = (("resolution", GRID.get(scene, 50)),) if column.method == "grid" else ()
     slow = column.method == "brute-force" and scene != "cornell"
     size = 512 if full else (64 if slow else 256)
-    return Cell(scene, column.method, options, size, runs=5 if full and not slow else 3)
+    return Cell(scene, column.method, options, size, runs=3 if slow else 5)
 
 
 FIGURE = Comparison(

@@ -8,8 +8,7 @@ from .measure import Cell
 
 def _cell(scene: str, column: Column, full: bool) -> Cell:
     options = (("resolution", GRID.get(scene, 50)),) if column.method == "grid" else column.options
-    return Cell(scene, column.method, options, 512 if full else 256, "picture",
-                5 if full else 3)
+    return Cell(scene, column.method, options, 512 if full else 256, "picture")
 
 
 def _bvh(build: str) -> Column:

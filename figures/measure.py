@@ -35,7 +35,7 @@ class Cell:
     options: tuple[tuple[str, Any], ...] = ()
     size: int = 256
     work: str = "eye rays"     # or "picture": eye rays, shading and shadow rays
-    runs: int = 3
+    runs: int = 5
 
     @property
     def name(self) -> str:

@@ -12,8 +12,7 @@ METHODS = ("bvh-threaded", "kd-restart")
 
 
 def _cell(method: str, full: bool, **options: Any) -> Cell:
-    return Cell("bunny", method, tuple(options.items()), 512 if full else 256,
-                runs=5 if full else 3)
+    return Cell("bunny", method, tuple(options.items()), 512 if full else 256)
 
 
 def _cells_of(method: str, full: bool) -> dict[str, Cell]:
