@@ -148,7 +148,8 @@ def _create_egl() -> Gpu:
         context = moderngl.create_context(standalone=True, backend="egl", require=GL_VERSION,
                                           **settings)
     except Exception as failure:   # moderngl raises bare Exception for everything
-        raise ContextError(f"EGL gives no OpenGL 3.3 context ({failure}); {HINT}") from failure
+        hint = HINT if device is None else "set GPGPU_RT_EGL_DEVICE to another index, or unset it"
+        raise ContextError(f"EGL gives no OpenGL 3.3 context ({failure}); {hint}") from failure
     return Gpu(context, "egl")
 
 
