@@ -15,7 +15,7 @@ def eye_rays(scene: Any, n: int) -> Rays:
 
     Raises OptionError where n is no square.
     """
-    side = int(round(np.sqrt(n)))
+    side = round(np.sqrt(max(n, 0)))
     if side * side != n or n < 1:
         raise OptionError(f"{n} eye rays make no square image; give a square such as "
                           f"{max(side, 1) ** 2}")

@@ -82,7 +82,8 @@ def build_kdtree(triangles: np.ndarray, *, split: str = "binned", bins: int = 32
     bins : bins an axis and node
     traversal_cost, intersection_cost : of one node and of one triangle, in any common unit; the
         defaults give the bunny about the leaves of Popov et al. 2007 (the survey's Figure 17)
-    empty_bonus : share of its cost that a split is spared when one side is empty
+    empty_bonus : share of its cost that a split is spared when it cuts off a fifth or more of
+        its node as empty space
     max_depth : None for 8 + 1.3 log2 n
     clip : whether references are bounded by the triangle's part in the node, not by its box
 

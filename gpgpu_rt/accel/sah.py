@@ -20,6 +20,7 @@ from .runs import chunks, expand, owners, run_starts
 
 FEW = 16                              # up to here each candidate is counted against each box
 FEW_SIZES = (1, 2, 3, 4, 6, 8, 12, FEW)
+WORTH_CUTTING = 0.2                   # share of a node; thinner slices of empty space win no bonus
 NODE_CHUNK = 1 << 12                  # small nodes at a time, so that they stay in the cache
 
 
@@ -62,7 +63,9 @@ class Splits:
 class Costs:
     """The constants of the heuristic, in any common unit.
 
-    A split that cuts off empty space costs (1 - empty_bonus) of what it would.
+    A split that cuts off empty space costs (1 - empty_bonus) of what it would, if the space is
+    `WORTH_CUTTING`. Without that measure the bonus buys sliver after sliver until the depth
+    cap: at 0.4, a bunny of 5,000 leaves.
     """
 
     traversal: float
@@ -99,7 +102,9 @@ class SplitCost:
             cost = self.cap[node] * (left + right)
             cost += self.rim[node] * (share * left + (1 - share) * right)
         cost += self.traversal
-        cost = np.where((left == 0) | (right == 0), cost * np.float32(1 - self.bonus), cost)
+        thick = np.float32(WORTH_CUTTING)
+        empty = ((left == 0) & (share >= thick)) | ((right == 0) & (share <= 1 - thick))
+        cost = np.where(empty, cost * np.float32(1 - self.bonus), cost)
         inside = (plane > self.lo[node]) & (plane < self.hi[node])
         return np.where(inside, cost, np.float32(np.inf))
 

@@ -22,7 +22,7 @@ class TriangleLevel:
 
     order : (3, m) int64, triangles node by node, sorted by centroid along each axis
     count : (k,) int64, triangles of each node
-    lo, hi, centroid : (3, n) float32, of all triangles
+    lo, hi, centroid : (3, n) float32, of all triangles, in units of about the scene's size
     depth : int
     """
 
@@ -47,7 +47,10 @@ Splitter = Callable[[TriangleLevel], tuple[np.ndarray, np.ndarray]]
 
 def build(triangles: np.ndarray, splitter: Splitter) -> LooseTree:
     """Split until the splitter makes every node a leaf."""
-    lo, hi = triangle_boxes(triangles)
+    # By a power of two, which changes no bits but the exponent's: else areas of tiny or huge
+    # scenes under- or overflow.
+    _, exponent = np.frexp(np.abs(triangles).max(initial=0))
+    lo, hi = (np.ldexp(corner, -exponent) for corner in triangle_boxes(triangles))
     centroid = lo * np.float32(0.5) + hi * np.float32(0.5)
     order = np.argsort(centroid, axis=1, kind="stable")
     n = len(triangles)

@@ -60,12 +60,15 @@ def _check_whole(path: Path) -> None:
         raise ValueError("the file is empty")
     if path.suffix.lower() == ".stl":
         with open(path, "rb") as file:
-            head = file.read(6)
+            head = file.read(84)
             file.seek(-min(size, 256), os.SEEK_END)
-            tail = file.read()
+            tail = file.read().lower()
         # A binary STL may begin with "solid" too, but holds zeros near its end.
-        if head.lstrip().startswith(b"solid") and b"\0" not in tail and b"endsolid" not in tail:
-            raise ValueError("no endsolid at its end")
+        if head.lstrip()[:5].lower() == b"solid" and b"\0" not in tail:
+            if b"endsolid" not in tail:
+                raise ValueError("no endsolid at its end")
+        elif size < 84 or size < 84 + 50 * int.from_bytes(head[80:], "little"):
+            raise ValueError(f"{size} bytes are fewer than its header promises")
 
 
 def _declared(path: Path) -> int:

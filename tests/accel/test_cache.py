@@ -1,0 +1,127 @@
+"""Cache: nothing but the same build of the same triangles is ever read back."""
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import random_soup
+
+from gpgpu_rt import accel
+from gpgpu_rt.accel import cache
+
+STORE = """
+import numpy as np
+from gpgpu_rt import accel
+triangles = np.random.default_rng(7).random((2000, 3, 3)).astype(np.float32)
+for _ in range(15):
+    accel.cache._store(accel.cache.cache_folder() / "same.npz", accel.build_bvh(triangles))
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch) -> Path:
+    monkeypatch.setenv("GPGPU_RT_CACHE", str(tmp_path / "new" / "cache"))
+    return tmp_path / "new" / "cache"
+
+
+def files(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.glob("*"))
+
+
+def test_an_option_may_be_called_build_or_triangles(folder: Path) -> None:
+    triangles = random_soup(40, 1)
+    for build in ("sah", "kay-kajiya"):
+        bvh = accel.cached(accel.build_bvh, triangles, build=build)
+        expected = accel.build_bvh(triangles, build=build)
+        assert np.array_equal(bvh.escape, expected.escape)
+    assert len(files(folder)) == 2
+    seen = accel.cached(lambda given, **options: accel.build_grid(
+        given, resolution=options["triangles"]), triangles, triangles=3)
+    assert seen.resolution.tolist() == [3, 3, 3]
+
+
+def test_builder_options_triangles_and_text_all_make_another_file(folder, monkeypatch) -> None:
+    triangles = random_soup(40, 2)
+    nudged = triangles.copy()
+    nudged[-1, -1, -1] = np.nextafter(nudged[-1, -1, -1], np.float32(9))
+    accel.cached(accel.build_kdtree, triangles)
+    accel.cached(accel.build_kdtree, nudged)
+    accel.cached(accel.build_kdtree, triangles, bins=5)
+    accel.cached(accel.build_kdtree, triangles, bins=6)
+    accel.cached(accel.build_grid, triangles, resolution=np.array([2, 3, 4]))
+    accel.cached(accel.build_grid, triangles, resolution=np.array([2, 3, 5]))
+    assert len(files(folder)) == 6
+    accel.cached(accel.build_grid, triangles, resolution=[2, 3, 5])
+    assert len(files(folder)) == 6
+    monkeypatch.setattr(cache, "_builders_digest", lambda: "another text")
+    accel.cached(accel.build_kdtree, triangles)
+    assert len(files(folder)) == 7
+
+
+def test_the_digest_follows_every_file_of_the_builders(tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(cache, "__file__", str(tmp_path / "cache.py"))
+    digests = set()
+    for name, text in (("cache", "a"), ("sah", "a"), ("sah", "b")):
+        (tmp_path / f"{name}.py").write_text(text)
+        digests.add(cache._builders_digest.__wrapped__())
+    assert len(digests) == 3
+
+
+@pytest.mark.parametrize("build", [accel.build_grid, accel.build_kdtree, accel.build_bvh])
+def test_fields_come_back_with_their_types(folder: Path, build) -> None:
+    triangles = random_soup(30, 3)
+    built = accel.cached(build, triangles)
+    read = cache._load(next(folder.glob("*.npz")))
+    assert type(read) is type(built)
+    for name, value in vars(built).items():
+        again = getattr(read, name)
+        assert type(again) is type(value)
+        if isinstance(value, np.ndarray):
+            assert again.dtype == value.dtype and again.tobytes() == value.tobytes()
+
+
+def test_one_changed_value_is_never_trusted(folder: Path) -> None:
+    accel.cached(accel.build_bvh, random_soup(30, 4))
+    path, = folder.glob("*.npz")
+    with np.load(path) as file:
+        arrays = dict(file)
+    arrays["escape"][3] += 1
+    np.savez(path, **arrays)            # a whole file, but for its checksum
+    assert cache._load(path) is None
+
+
+def test_two_processes_may_store_at_once(folder: Path) -> None:
+    environment = {**os.environ, "GPGPU_RT_CACHE": str(folder)}
+    running = [subprocess.Popen([sys.executable, "-c", STORE], env=environment)
+               for _ in range(2)]
+    path, torn = folder / "same.npz", 0
+    while any(process.poll() is None for process in running):
+        torn += path.exists() and cache._load(path) is None
+    assert [process.returncode for process in running] == [0, 0]
+    assert torn == 0 and files(folder) == ["same.npz"]
+
+
+def test_a_folder_that_cannot_be_made_only_means_no_cache(tmp_path, monkeypatch) -> None:
+    (tmp_path / "file").write_text("in the way")
+    monkeypatch.setenv("GPGPU_RT_CACHE", str(tmp_path / "file"))
+    assert len(accel.cached(accel.build_bvh, random_soup(30, 5)).order) == 30
+
+
+def test_a_failed_write_leaves_nothing(folder: Path, monkeypatch) -> None:
+    def fill_up(file, **arrays):
+        file.write(b"half")
+        raise OSError(28, "No space left on device")
+    monkeypatch.setattr(np, "savez", fill_up)
+    assert len(accel.cached(accel.build_bvh, random_soup(30, 6)).order) == 30
+    assert files(folder) == []
+
+
+def test_an_empty_name_turns_it_off(tmp_path, monkeypatch) -> None:
+    monkeypatch.setenv("GPGPU_RT_CACHE", "")
+    monkeypatch.chdir(tmp_path)
+    accel.cached(accel.build_bvh, random_soup(30, 7))
+    assert cache.cache_folder() is None and files(tmp_path) == []

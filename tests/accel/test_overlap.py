@@ -1,0 +1,116 @@
+"""Overlap: a grid's cells and a kd-tree's leaves list the triangles that reach into them, and no
+others. The oracle cuts each triangle's polygon by the box, side after side, in float64."""
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import random_soup
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gpgpu_rt import accel
+from gpgpu_rt.accel.bounds import padding
+
+# Corners on a lattice: coplanar, coincident, edge-on and zero-area triangles all the time.
+LATTICE = st.lists(st.tuples(*[st.integers(-2, 2)] * 9), min_size=1, max_size=9).map(
+    lambda rows: np.float32(rows).reshape(-1, 3, 3))
+several = settings(max_examples=60, deadline=None, derandomize=True)
+
+
+def reaches(triangle: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> bool:
+    """Whether any part of the triangle lies in the closed box."""
+    polygon = [np.asarray(corner, float) for corner in triangle]
+    for axis in range(3):
+        for sign, bound in ((1, lo[axis]), (-1, -hi[axis])):
+            ahead = [sign * corner[axis] - bound for corner in polygon]
+            kept = []
+            for i, corner in enumerate(polygon):
+                j = i - 1
+                if (ahead[i] < 0) != (ahead[j] < 0):
+                    s = ahead[i] / (ahead[i] - ahead[j])
+                    kept.append(corner + s * (polygon[j] - corner))
+                if ahead[i] >= 0:
+                    kept.append(corner)
+            polygon = kept
+    return bool(polygon)
+
+
+def check_lists(triangles: np.ndarray, lo: np.ndarray, hi: np.ndarray, start: np.ndarray,
+                end: np.ndarray, references: np.ndarray) -> None:
+    """Each box's list holds what reaches into the box, and nothing that misses a wider one."""
+    slack = 6 * float(padding(triangles))
+    lo, hi = lo.astype(float), hi.astype(float)
+    least, most = triangles.min(1).astype(float), triangles.max(1).astype(float)
+    for box in range(len(lo)):
+        run = references[start[box]:end[box]]
+        assert (np.diff(run) > 0).all(), "not ascending, or twice"
+        for t in range(len(triangles)):
+            if (least[t] > hi[box] + slack).any() or (most[t] < lo[box] - slack).any():
+                assert t not in run
+            elif t in run:
+                assert reaches(triangles[t], lo[box] - slack, hi[box] + slack), (box, t, "waste")
+            else:
+                assert not reaches(triangles[t], lo[box], hi[box]), (box, t, "lost")
+
+
+def check_grid(triangles: np.ndarray, resolution) -> None:
+    grid = accel.build_grid(triangles, resolution=resolution)
+    rx, ry, rz = grid.resolution
+    z, y, x = np.indices((rz, ry, rx)).reshape(3, -1)
+    size = (grid.hi.astype(float) - grid.lo) / grid.resolution
+    lo = grid.lo + np.stack([x, y, z], 1) * size
+    check_lists(triangles, lo, lo + size, grid.cell_start[:-1], grid.cell_start[1:],
+                grid.references)
+
+
+def check_kdtree(triangles: np.ndarray, **options) -> None:
+    tree = accel.build_kdtree(triangles, **options)
+    lo, hi = tree.boxes()
+    leaf = tree.axis == 3
+    assert (lo <= hi).all()
+    check_lists(triangles, lo[leaf], hi[leaf], tree.left[leaf], (tree.left + tree.count)[leaf],
+                tree.references)
+
+
+@several
+@given(LATTICE, st.tuples(*[st.integers(1, 5)] * 3))
+def test_grid_on_a_lattice(triangles: np.ndarray, resolution: tuple[int, int, int]) -> None:
+    check_grid(triangles, resolution)
+
+
+@several
+@given(LATTICE, st.sampled_from(["binned", "exact"]), st.sampled_from([0.2, 0.9]))
+def test_kdtree_on_a_lattice(triangles: np.ndarray, split: str, bonus: float) -> None:
+    check_kdtree(triangles, split=split, empty_bonus=bonus, intersection_cost=20)
+
+
+@pytest.mark.parametrize("seed", [21, 22])
+def test_soup(seed: int) -> None:
+    triangles = random_soup(60, seed)
+    check_grid(triangles, 6)
+    check_kdtree(triangles, bins=4)
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_flat_triangle_in_a_split_plane_is_on_both_sides(axis: int) -> None:
+    wall = np.zeros((1, 3, 3), np.float32)
+    wall[0, :, (axis + 1) % 3] = [-1, 1, 0]
+    wall[0, :, (axis + 2) % 3] = [-1, -1, 1]
+    tree = accel.build_kdtree(wall, empty_bonus=0.9, intersection_cost=100)
+    lo, hi = tree.boxes()
+    holds = (tree.axis == 3) & (tree.count > 0)
+    assert holds.any()
+    assert (lo[holds, axis] < 0).all() and (hi[holds, axis] > 0).all()
+
+
+def test_unclipped_kdtree_loses_nothing_and_lists_more() -> None:
+    triangles = random_soup(200, 23)
+    clipped = accel.build_kdtree(triangles, max_depth=12)
+    boxes = accel.build_kdtree(triangles, max_depth=12, clip=False)
+    assert accel.quality(boxes)["sah_cost"] > accel.quality(clipped)["sah_cost"]
+    lo, hi = boxes.boxes()
+    for node in np.flatnonzero(boxes.axis == 3):
+        run = boxes.references[boxes.left[node]:boxes.left[node] + boxes.count[node]]
+        for t in np.setdiff1d(np.arange(len(triangles)), run):
+            least, most = triangles[t].min(0), triangles[t].max(0)
+            assert (least > hi[node]).any() or (most < lo[node]).any()

@@ -1,0 +1,79 @@
+"""Mesh files: cut ones are refused, and faces stay in the file's order whatever their material."""
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+import gpgpu_rt as rt
+
+KINDS = {"ply": {}, "ascii ply": {"encoding": "ascii"}, "stl": {}, "stl_ascii": {}, "glb": {}}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_cut_files_are_refused(kind: str, tmp_path: Path) -> None:
+    path = tmp_path / f"m.{kind.split()[-1].split('_')[0]}"
+    mesh = trimesh.creation.icosphere(subdivisions=1)
+    mesh.export(path, file_type=kind.split()[-1], **KINDS[kind])
+    whole = path.read_bytes().rstrip(b"\n") if "ascii" in kind else path.read_bytes()
+    assert len(rt.load_scene(path)) == 80
+    # The last number of an ASCII file may lose a digit unseen, so cut a whole line there.
+    most = whole.rindex(b"\n") if "ascii" in kind else len(whole) - 1
+    for length in (0, 1, 61, 83, 84, len(whole) // 3, len(whole) // 2, most):
+        path.write_bytes(whole[:length])
+        with pytest.raises(rt.SceneError, match="cannot read this mesh") as caught:
+            rt.load_scene(path)
+        assert "\n" not in str(caught.value)
+
+
+def test_an_stl_that_begins_with_solid_may_be_binary(tmp_path: Path) -> None:
+    path = tmp_path / "m.stl"
+    trimesh.creation.icosphere(subdivisions=1).export(path)
+    path.write_bytes(b"solid" + path.read_bytes()[5:])
+    assert len(rt.load_scene(path)) == 80
+
+
+def test_obj_faces_keep_their_order_and_material(tmp_path: Path) -> None:
+    (tmp_path / "m.mtl").write_text("newmtl red\nKd 1 0 0\nnewmtl green\nKd 0 1 0\n")
+    corners = "".join(f"v {i} {i * i % 7} {i % 3}\n" for i in range(12))
+    (tmp_path / "m.obj").write_text(
+        f"mtllib m.mtl\n{corners}usemtl red\nf 1 2 3\nusemtl green\nf 4 5 6\n"
+        "usemtl red\nf 7 8 9\nf 12 11 10\n")
+    scene = rt.load_scene(tmp_path / "m.obj")
+    assert scene.triangles[:, :, 0].tolist() == [[0, 1, 2], [3, 4, 5], [6, 7, 8], [11, 10, 9]]
+    assert scene.colours[:, 1].tolist() == [0, 1, 0, 0]
+
+
+def test_instances_are_placed_one_after_another(tmp_path: Path) -> None:
+    scene, box = trimesh.Scene(), trimesh.creation.box()
+    for x in (0.0, 5.0):
+        scene.add_geometry(box, transform=trimesh.transformations.translation_matrix([x, 0, 0]))
+    scene.export(tmp_path / "two.glb")
+    loaded = rt.load_scene(tmp_path / "two.glb")
+    assert len(loaded) == 24 and np.ptp(loaded.triangles[..., 0]) == 6
+
+
+def test_meshes_without_faces_are_empty_scenes(tmp_path: Path) -> None:
+    (tmp_path / "points.obj").write_text("v 0 0 0\nv 1 0 0\n")
+    assert len(rt.load_scene(tmp_path / "points.obj")) == 0
+
+
+@pytest.mark.parametrize("text, message", [
+    ("", "the file is empty"), ("v 0 0 0\nv 1 nan 0\nv 0 1 0\nf 1 2 3\n", "vertex 1 "),
+    ("v 0 0 0\nv 1 0 0\nv 0 1e39 0\nf 1 2 3\n", "vertex 2 "),
+    ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "cannot read")])
+def test_broken_obj_files(text: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / "m.obj").write_text(text)
+    with pytest.raises(rt.SceneError, match=message):
+        rt.load_scene(tmp_path / "m.obj")
+
+
+def test_vertices_are_not_dropped_on_the_way(tmp_path: Path) -> None:
+    """trimesh would drop the face of a broken vertex, and merge equal vertices."""
+    broken = np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0], [np.nan, 0, 0], [1, 1, 1], [0, 1, 0]])
+    mesh = trimesh.Trimesh(broken, [[0, 1, 2], [3, 4, 5]], process=False)
+    mesh.export(tmp_path / "m.ply")
+    with pytest.raises(rt.SceneError, match="vertex 3 "):
+        rt.load_scene(tmp_path / "m.ply")
