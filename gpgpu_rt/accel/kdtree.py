@@ -70,7 +70,7 @@ class KdTree:
 
 
 def build_kdtree(triangles: np.ndarray, *, split: str = "binned", bins: int = 32,
-                 traversal_cost: float = 1.0, intersection_cost: float = 2.3,
+                 traversal_cost: float = 1.0, intersection_cost: float = 2.0,
                  empty_bonus: float = 0.2, max_depth: int | None = None, clip: bool = True,
                  **unknown: object) -> KdTree:
     """Build a kd-tree.

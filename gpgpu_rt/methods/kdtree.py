@@ -34,9 +34,9 @@ _BUILD_OPTIONS = (
     Option("split", "binned", "where split planes are tried", choices=("binned", "exact")),
     Option("traversal_cost", 1.0, "cost of a node, for the surface area heuristic", float,
            minimum=0),
-    Option("intersection_cost", 2.3, "cost of a triangle, in the same unit", float, minimum=1e-6),
-    Option("empty_bonus", 0.2, "share of its cost that a split is spared when one side is empty",
-           float, minimum=0),
+    Option("intersection_cost", 2.0, "cost of a triangle, in the same unit", float, minimum=1e-6),
+    Option("empty_bonus", 0.2, "share of its cost that a split is spared when it cuts off a fifth "
+           "or more as empty", float, minimum=0),
     Option("max_depth", None, "deepest leaf; none: 8 + 1.3 log2 of the triangles", int, minimum=0),
 )
 

@@ -1,0 +1,104 @@
+"""The oracle by analysis: edges, ties, flat triangles, intervals, rounding, batches."""
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from conftest import random_soup
+
+from gpgpu_rt import reference, reference_tree
+from gpgpu_rt.reference import trace, trace_exact
+
+WAYS = {"brute force": {"accelerated": False}, "tree": {"accelerated": True}}
+
+
+def square(cells: int) -> np.ndarray:
+    """(2 cells^2, 3, 3) the square [0, cells]^2 in z = 0; its vertices are whole numbers."""
+    x, y = (axis.reshape(-1) for axis in np.meshgrid(np.arange(cells), np.arange(cells)))
+    a, b, c, d = (np.stack((x + i, y + j, 0 * x), 1) for i, j in ((0, 0), (1, 0), (1, 1), (0, 1)))
+    return np.stack((np.stack((a, b, c), 1), np.stack((a, c, d), 1)), 1).reshape(-1, 3, 3)
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("axis, mirror", list(itertools.product(range(3), (1, -1))))
+def test_edges_and_vertices_belong_to_the_triangle(way: str, axis: int, mirror: int) -> None:
+    """Rays along an axis, both ways, through every vertex, edge and middle of a square."""
+    triangles = np.roll(square(4) * (1, mirror, 1), axis, axis=2)
+    x, y = (points.reshape(-1) for points in np.meshgrid(np.arange(9) / 2, np.arange(9) / 2))
+    for side in (1, -1):
+        origins = np.roll(np.stack((x, mirror * y, 0 * x + 2 * side), 1), axis, axis=1)
+        directions = np.roll(np.tile((0.0, 0.0, -4.0 * side), (len(x), 1)), axis, axis=1)
+        hits = trace(triangles, origins, directions, **WAYS[way])
+        exact = trace_exact(triangles, origins, directions)
+        assert (hits.t == 0.5).all() and (exact.t == 0.5).all()
+        assert (hits.triangle == exact.triangle).all()
+        v0, v1, v2 = triangles[hits.triangle].transpose(1, 0, 2)
+        u, v = hits.u[:, None], hits.v[:, None]
+        assert ((1 - u - v) * v0 + u * v1 + v * v2 == origins + 0.5 * directions).all()
+        # The interval's two ends are in it, even where they are one.
+        t_end = trace(triangles, origins, directions, 0.5, 0.5, **WAYS[way])
+        assert (t_end.triangle == hits.triangle).all()
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("seed", [1, 2])
+def test_collinear_triangles_are_never_hit(way: str, seed: int) -> None:
+    """Corners on a line, their positions exact: the test's own rounding must not open them."""
+    rng = np.random.default_rng(seed)
+    start, step = rng.integers(-9, 9, (2, 2000, 1, 3)) / 8
+    triangles = start + step * np.array((0, 2, 1))[:, None]
+    target = start[:, 0] + step[:, 0] * rng.random((2000, 1))
+    origins = rng.normal(size=(2000, 3)) * 3
+    hits = trace(triangles, origins, target - origins, **WAYS[way])
+    assert not hits.hit.any()
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+def test_answers_do_not_depend_on_batches(seed: int, monkeypatch) -> None:
+    """Each triangle thrice, in another order: the lowest index wins across batches too."""
+    rng = np.random.default_rng(seed)
+    soup = np.tile(random_soup(60, seed, 0.5), (3, 1, 1))[rng.permutation(180)]
+    origins, directions = rng.random((50, 3)), rng.normal(size=(50, 3))
+    plain = trace(soup, origins, directions)
+    first = np.array([np.flatnonzero((soup == soup[i]).all(axis=(1, 2)))[0] for i in range(180)])
+    assert plain.hit.sum() > 20
+    assert (first[plain.triangle[plain.hit]] == plain.triangle[plain.hit]).all()
+    exact = trace_exact(soup, origins, directions)
+    assert (exact.triangle == plain.triangle).all()
+    monkeypatch.setattr(reference, "_PAIRS", 37)
+    monkeypatch.setattr(reference_tree, "_PAIRS", 11)
+    for way in WAYS.values():
+        again = trace(soup, origins, directions, **way)
+        for name in ("t", "u", "v", "triangle"):
+            assert (getattr(again, name) == getattr(plain, name)).all()
+
+
+def test_vertices_and_rays_are_rounded_on_entry() -> None:
+    triangles = np.array([[[0.1, 0.1, 0.1], [1.1, 0.1, 0.3], [0.1, 1.1, 0.7]]])
+    origins, directions = np.array([[0.3, 0.3, 3.3]]), np.array([[0.01, 0.02, -1.1]])
+    given = trace(triangles, origins, directions, t_max=1e300)
+    rounded = trace(*(np.float32(a) for a in (triangles, origins, directions)))
+    assert given.hit.all() and given.t == rounded.t and given.u == rounded.u
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("exponent", [-60, -20, 20, 60])
+def test_scale_changes_nothing(way: str, exponent: int) -> None:
+    rng = np.random.default_rng(5)
+    soup, origins = random_soup(200, 5, 0.4).astype(np.float32), np.float32(rng.random((300, 3)))
+    directions = np.float32(rng.normal(size=(300, 3)))
+    scale = np.float32(2.0) ** exponent
+    plain = trace(soup, origins, directions)
+    scaled = trace(soup * scale, origins * scale, directions, **WAYS[way])
+    assert (plain.triangle == scaled.triangle).all() and (plain.t * scale == scaled.t).all()
+
+
+@pytest.mark.parametrize("bad", [
+    dict(origins=np.zeros((2, 2))), dict(directions=np.ones((3, 3))), dict(invalid="ignore"),
+    dict(scene_or_triangles=np.zeros((4, 3))), dict(directions=np.zeros((2, 3))),
+    dict(directions=np.full((2, 3), np.inf)), dict(t_max=np.nan)])
+def test_bad_arguments(bad: dict) -> None:
+    good = dict(scene_or_triangles=square(1), origins=np.zeros((2, 3)), directions=np.ones((2, 3)))
+    with pytest.raises(ValueError):
+        trace(**{**good, **bad})
