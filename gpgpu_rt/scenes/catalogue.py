@@ -107,7 +107,9 @@ def folders() -> list[Path]:
 
 
 def mesh_path(name: str) -> Path | None:
-    """The mesh of a named scene, or None."""
+    """The mesh of a named scene, or None; one that takes an argument is always built."""
+    if ROWS[name].takes_argument:
+        return None
     candidates = (folder / (name + suffix) for folder in folders() for suffix in SUFFIXES)
     return next((path for path in candidates if path.is_file()), None)
 

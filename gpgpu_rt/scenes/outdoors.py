@@ -86,7 +86,7 @@ def stadium(ratio: float = 0.01) -> Built:
     tiers = revolve([(0.5 * side * (0.75 + 0.05 * k), side * 0.04 * (k // 2 + (k % 2)))
                      for k in range(6)], 64)
     pieces.add(tiers, (0.55, 0.53, 0.50))
-    pieces.add(floor((-0.5 * side, -0.5 * side), (0.5 * side, 0.5 * side), -1e-3 * side, 1),
+    pieces.add(floor((-0.5 * side, -0.5 * side), (0.5 * side, 0.5 * side), -0.01, 1),
                (0.34, 0.50, 0.24))
     pieces.add(pot(5_000), PORCELAIN)
     camera = Camera((1.2, 5.2, 9.0), (0.2, 1.2, 0.0), fov=45)
