@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from .errors import OptionError, nearest_names
+from .errors import OptionError, SceneError, nearest_names
 
 Rays = tuple[np.ndarray, np.ndarray]
 
@@ -38,6 +38,9 @@ def surface_rays(scene: Any, n: int, seed: int) -> Rays:
     triangles = np.asarray(scene.triangles, np.float64)
     normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     area = np.linalg.norm(normal, axis=1)
+    if not area.any():
+        raise SceneError(f"{scene.name}: no triangle has an area for rays to leave from; "
+                         "give a scene with a surface")
     chosen = rng.choice(len(triangles), n, p=area / area.sum())
     u, v = rng.random((2, n, 1))
     u, v = np.where(u + v > 1, (1 - u, 1 - v), (u, v))
@@ -60,6 +63,8 @@ def aimed_rays(scene: Any, n: int, seed: int, at: str = "vertices",
     """
     if at not in ("vertices", "edges"):
         raise OptionError(f"rays aimed at {at!r}{nearest_names(at, ('vertices', 'edges'))}")
+    if not len(scene.triangles):
+        raise SceneError(f"{scene.name}: no triangles to aim rays at; give a scene with some")
     rng = np.random.default_rng(seed)
     triangles = np.asarray(scene.triangles, np.float64)
     chosen, corner = rng.integers(len(triangles), size=n), rng.integers(3, size=n)

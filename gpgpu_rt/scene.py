@@ -64,7 +64,8 @@ class Scene:
     source: str = "arrays"
 
     def __post_init__(self) -> None:
-        self.triangles = np.ascontiguousarray(self.triangles, np.float32)
+        with np.errstate(over="ignore"):    # what overflows is named below
+            self.triangles = np.ascontiguousarray(self.triangles, np.float32)
         if self.triangles.ndim != 3 or self.triangles.shape[1:] != (3, 3):
             raise SceneError(f"{self.name}: triangles have shape {self.triangles.shape}; "
                              "give (n, 3, 3)")
@@ -220,6 +221,8 @@ def beside(camera: Camera) -> Light:
 def _array(values: Any, dtype: type, name: str, what: str) -> np.ndarray:
     """`values` as an (n, 3) array of a type; an empty list counts."""
     try:
+        if np.asarray(values).dtype.kind == "c":
+            raise TypeError("complex numbers would lose their imaginary parts")
         array = np.asarray(values, dtype)
     except (TypeError, ValueError, OverflowError):
         raise SceneError(f"{name}: {what} are not an array of numbers; give (n, 3)") from None

@@ -57,6 +57,17 @@ def test_eye_rays_need_a_square(ball: rt.Scene) -> None:
         rays.aimed_rays(ball, 4, 1, at="edge")
 
 
+def test_scenes_without_a_surface_have_no_rays_from_or_at_it() -> None:
+    empty = rt.Scene.from_arrays([], [])
+    flat = rt.Scene.from_arrays([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]])
+    for scene in (empty, flat):
+        with pytest.raises(rt.SceneError, match="area"):
+            rays.surface_rays(scene, 4, 1)
+    with pytest.raises(rt.SceneError, match="aim"):
+        rays.aimed_rays(empty, 4, 1)
+    assert len(rays.aimed_rays(flat, 4, 1)[0]) == 4
+
+
 def test_a_wide_image_keeps_the_vertical_angle() -> None:
     camera = rt.Camera((0, 0, 0), (0, 0, -2), up=(0, 5, 1), fov=90)
     right, up, forward = camera.basis((300, 100))

@@ -82,6 +82,7 @@ def test_trimesh_is_a_scene() -> None:
     (SQUARE[:, :2], FACES, "shape"),
     (SQUARE, [[0.5, 1, 2]], "whole numbers"),
     ("abc", FACES, "array of numbers"),
+    (SQUARE * 1j, FACES, "array of numbers"),
 ])
 def test_broken_arrays(vertices, faces, message: str) -> None:
     with pytest.raises(rt.SceneError, match=message) as caught:
