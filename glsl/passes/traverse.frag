@@ -5,9 +5,12 @@
 //   step     every ray runs the kernel that its own state asks for (1 step a pass: literal);
 //   loop     as step, with the longest run of steps that the renderer's loops allow, so that one
 //            pass, or very few, do it all.
-// With START a pass sets the state up first; the literal schedules do that in a pass of no steps.
+// START sets the state up; then SINGLE_STEP runs one step, MANY_STEPS `steps_per_pass`, or else none.
+//
 // Kernels nest as loops, each running on while rays want it: a renderer that executes both sides
-// of a branch still skips a loop no ray is in (Aila and Laine, HPG 2009, call it while-while).
+// of a branch still leaves a loop that no ray is in (Aila and Laine, HPG 2009, call it
+// while-while). Such a renderer runs the body of a loop that breaks at its top once more than rays
+// want, with nothing to do: hence `if` and `do while`, and for a single step no loop at all.
 
 #include "common/fetch.glsl"
 #include <streams>
@@ -30,17 +33,34 @@ uniform int step_cap;
 #define RUNS(kernel) true
 #endif
 
+#ifdef SINGLE_STEP
 #define RUN(number, kernel) \
-    while (RUNS(number) && state.phase == number && state.steps < limit) { \
+    if (RUNS(number) && phase == number) { \
         kernel(ray, state, hit); \
         ++state.steps; \
     }
-
-bool runs(int phase) {
-#ifdef ONLY_KERNEL
-    return phase == ONLY_KERNEL;
 #else
-    return phase > DONE;
+#define RUN(number, kernel) \
+    if (state.phase == number && state.steps < limit) { \
+        do { \
+            kernel(ray, state, hit); \
+            ++state.steps; \
+        } while (state.phase == number && state.steps < limit); \
+    }
+#endif
+
+// Each kernel that the ray is in for, in the order of their phases.
+void run_kernels(Ray ray, int limit, inout State state, inout Hit hit) {
+    int phase = state.steps < limit ? state.phase : DONE;
+    RUN(1, KERNEL_1)
+#ifdef KERNEL_2
+    RUN(2, KERNEL_2)
+#endif
+#ifdef KERNEL_3
+    RUN(3, KERNEL_3)
+#endif
+#ifdef KERNEL_4
+    RUN(4, KERNEL_4)
 #endif
 }
 
@@ -72,19 +92,14 @@ void main() {
 #endif
 #endif
 
+#ifdef SINGLE_STEP
+    run_kernels(ray, step_cap, state, hit);
+#elif defined(MANY_STEPS)
     int limit = min(state.steps + steps_per_pass, step_cap);
-    while (runs(state.phase) && state.steps < limit) {
-        RUN(1, KERNEL_1)
-#ifdef KERNEL_2
-        RUN(2, KERNEL_2)
+    do {
+        run_kernels(ray, limit, state, hit);
+    } while (state.phase > DONE && state.steps < limit);
 #endif
-#ifdef KERNEL_3
-        RUN(3, KERNEL_3)
-#endif
-#ifdef KERNEL_4
-        RUN(4, KERNEL_4)
-#endif
-    }
     if (state.phase > DONE && state.steps >= step_cap) {
         state.phase = UNFINISHED;
     }

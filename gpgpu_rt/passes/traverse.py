@@ -82,13 +82,13 @@ class Traversal:
                   any_hit: bool) -> tuple[StateBuffer, int]:
         self.gpu.context.enable_only(moderngl.NOTHING)
         now = buffers.side(0)
-        self._draw(self._traverse(any_hit, start=True), LOOP_STEPS, rays, None, now, statistics)
+        self._draw(self._traverse(any_hit, LOOP_STEPS, start=True), rays, None, now, statistics)
         live, stopped = self._live(now, buffers, statistics)
         side = 0
         while live:
             side = 1 - side
             now, before = buffers.side(side), now
-            self._draw(self._traverse(any_hit), LOOP_STEPS, rays, before, now, statistics)
+            self._draw(self._traverse(any_hit, LOOP_STEPS), rays, before, now, statistics)
             live, stopped = self._live(now, buffers, statistics)
         return now, stopped
 
@@ -96,17 +96,17 @@ class Traversal:
                   any_hit: bool) -> tuple[StateBuffer, int]:
         steps = self.options["steps_per_pass"]
         interval = self.options["mask_interval"] or max(2, 16 // steps)
-        program, mask = self._traverse(any_hit), self._pass("passes/mask.frag")
+        program, mask = self._traverse(any_hit, steps), self._pass("passes/mask.frag")
         before, now = buffers.side(1), buffers.side(0)
         tiles = self._tiles_for(buffers)
         self._clear_depth(buffers)
-        self._draw(self._traverse(any_hit, start=True), 0, rays, None, now, statistics)
+        self._draw(self._traverse(any_hit, 0, start=True), rays, None, now, statistics)
         live = counted = rays.size[0] * rays.size[1]
         while live > 0:
             self.gpu.context.enable_only(moderngl.DEPTH_TEST)
             for _ in range(interval):
                 before, now = now, before
-                self._draw(program, steps, rays, before, now, statistics, DRAWN, tiles)
+                self._draw(program, rays, before, now, statistics, DRAWN, tiles)
             live -= self._count(mask, before, buffers, MASKED, statistics, tiles)
             if live < FEWER * counted:
                 tiles.count(before.samplers())
@@ -124,30 +124,29 @@ class Traversal:
         now, scratch = buffers.side(0), buffers.side(1)
         tiles = self._tiles_for(buffers)
         context.enable_only(moderngl.NOTHING)
-        self._draw(self._traverse(any_hit, start=True), 0, rays, None, now, statistics)
+        self._draw(self._traverse(any_hit, 0, start=True), rays, None, now, statistics)
         while True:
             waiting = self._classify(now, buffers, tiles, statistics)
             kernel = max(waiting, key=waiting.__getitem__)
             if not waiting[kernel]:
                 return now, self._phase_count(UNFINISHED, now, buffers, statistics)
             name = self.method.kernels[kernel - 1]
-            program = self._traverse(any_hit, kernel=kernel)
+            program = self._traverse(any_hit, 1, kernel=kernel)
             # A kernel that no ray runs twice in a row gets no more passes than it can use.
             pairs = 1 if name in self.method.single_step else max(1, interval // 2)
             context.depth_func = "=="
             tiles.choose(kernel)
             for _ in range(pairs):
                 for source, target in ((now, scratch), (scratch, now)):
-                    self._draw(program, 1, rays, source, target, statistics,
-                               kernel_depth(kernel), tiles)
+                    self._draw(program, rays, source, target, statistics, kernel_depth(kernel),
+                               tiles)
             statistics.kernel_passes[name] = statistics.kernel_passes.get(name, 0) + 2 * pairs
 
     # What schedules are made of -------------------------------------------------------------
 
-    def _draw(self, program: FullScreenPass, steps: int, rays: RayTextures,
+    def _draw(self, program: FullScreenPass, rays: RayTextures,
               source: StateBuffer | None, target: StateBuffer, statistics: Statistics,
               depth: float = DRAWN, tiles: Tiles | None = None) -> None:
-        program.set(steps_per_pass=steps)
         program.draw(target.target, {**self.samplers, **rays.samplers(),
                                      **(source.samplers() if source else {})}, depth,
                      tiles and tiles.rectangles)
@@ -212,12 +211,14 @@ class Traversal:
 
     # Programs -------------------------------------------------------------------------------
 
-    def _traverse(self, any_hit: bool, start: bool = False, kernel: int = 0) -> FullScreenPass:
-        key = (any_hit, start, kernel)
+    def _traverse(self, any_hit: bool, steps: int, start: bool = False,
+                  kernel: int = 0) -> FullScreenPass:
+        key = (any_hit, steps, start, kernel)
         if key not in self._programs:
             defines = {
                 **self.method.defines(self.options), **kernel_defines(self.method),
                 "ANY_HIT": any_hit, "START": start, "ONLY_KERNEL": kernel or None,
+                "SINGLE_STEP": steps == 1, "MANY_STEPS": steps > 1,
                 "STATISTICS": self.statistics_on, "TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2,
                 "INTERSECTION_" + self.options["intersection"].upper().replace("-", "_"): True}
             virtual = {
@@ -226,7 +227,7 @@ class Traversal:
                 "streams": self._streams_glsl(writes=True)}
             self._programs[key] = FullScreenPass(
                 self.gpu, "passes/traverse.frag", defines, virtual)
-            self._programs[key].set(**self.uniforms)
+            self._programs[key].set(**self.uniforms, steps_per_pass=steps)
         return self._programs[key]
 
     def _streams_glsl(self, writes: bool) -> str:
