@@ -8,7 +8,11 @@
 
 #include "traverse/kd_common.glsl"
 
-void continue_search(Ray ray, inout State state, inout Hit hit) {
+void continue_search(inout State state) {
+    state.phase = CLIMB;
+}
+
+void climb(Ray ray, inout State state, inout Hit hit) {
     COUNT(nodes_visited);
     state.node = kd_bounds_parent(state.node);
     float t_leave = box_exit(ray, kd_bounds_lo(state.node), kd_bounds_hi(state.node));

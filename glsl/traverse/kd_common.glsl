@@ -34,6 +34,9 @@ void init(Ray ray, out State state) {
     state.phase = state.t_min <= min(interval.y, ray.t_max) ? DOWN : DONE;
 }
 
+// Where a method takes up the rest of a ray's interval.
+void continue_search(inout State state);
+
 // A hit before the leaf's end settles the ray, as does the end of its interval; otherwise the rest
 // of the interval is still to search. (Without a hit, hit.t is the ray's own end.)
 void leave_leaf(inout State state, Hit hit) {
@@ -42,7 +45,7 @@ void leave_leaf(inout State state, Hit hit) {
     } else {
         state.t_min = state.t_max;
         state.t_max = state.t_exit;
-        state.phase = CONTINUE_SEARCH;
+        continue_search(state);
     }
 }
 

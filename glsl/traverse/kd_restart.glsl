@@ -3,7 +3,7 @@
 
 #include "traverse/kd_common.glsl"
 
-void continue_search(Ray ray, inout State state, inout Hit hit) {
+void continue_search(inout State state) {
     state.node = 0;
     state.phase = DOWN;
 }

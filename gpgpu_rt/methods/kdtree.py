@@ -45,8 +45,7 @@ def _row(name: str, summary: str, backtrack: bool) -> Method:
     return Method(
         name=name, summary=summary, citation="Foley and Sugerman 2005",
         glsl=f"traverse/{name.replace('-', '_')}.glsl",
-        kernels=("down", "intersect", "continue_search"),
-        single_step=() if backtrack else ("continue_search",),
+        kernels=("down", "intersect") + (("climb",) if backtrack else ()),
         state=Record("state", "t_min t_max t_exit node:int "
                               "| cursor:int end:int phase:int steps:int"),
         tables=(TRIANGLE, KD_NODE, REFERENCE) + ((KD_BOUNDS,) if backtrack else ()),

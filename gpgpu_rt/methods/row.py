@@ -45,7 +45,6 @@ class Method:
     state : what a ray carries from pass to pass; has the fields ``phase`` and ``steps``
     tables : the records its programs read
     prepare : (triangles (n, 3, 3) float32, options) -> Accelerator
-    single_step : kernels that no ray runs twice in a row
     options : its own options, the builder's among them
     schedules : those it runs under
     stack, packet, dynamic : as in the survey's Table 1
@@ -60,7 +59,6 @@ class Method:
     tables: tuple[Record, ...]
     prepare: Callable[[np.ndarray, Mapping[str, Any]], Accelerator]
     options: tuple[Option, ...] = ()
-    single_step: tuple[str, ...] = ()
     schedules: tuple[str, ...] = SCHEDULES
     stack: bool = False
     packet: bool = False

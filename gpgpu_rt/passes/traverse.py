@@ -27,7 +27,7 @@ from .tiles import Tiles
 # phase says that it is not done) and goes on in the next pass; staying below keeps it rare.
 LOOP_STEPS = 60_000
 
-FEWER = 0.9     # tiles are counted anew when this share of the live rays is left
+FEWER = 0.7     # tiles are counted anew when this share of the live rays is left
 DONE, UNFINISHED = 0, -1   # phases that end a ray, as in common/phase.glsl
 MASKED, DRAWN = 0.0, 0.5   # depths of a masked ray and of the passes it is masked from
 
@@ -132,8 +132,7 @@ class Traversal:
                 return now, self._phase_count(UNFINISHED, now, buffers, statistics)
             name = self.method.kernels[kernel - 1]
             program = self._traverse(any_hit, 1, kernel=kernel)
-            # A kernel that no ray runs twice in a row gets no more passes than it can use.
-            pairs = 1 if name in self.method.single_step else max(1, interval // 2)
+            pairs = max(1, interval // 2)
             context.depth_func = "=="
             tiles.choose(kernel)
             for _ in range(pairs):
