@@ -39,8 +39,9 @@ class Option:
         if value is None and (self.optional or self.default is None):
             return None
         if self.choices is not None:
+            value = tuple(value) if isinstance(value, list) else value
             if value not in self.choices:
-                known = [str(c) for c in self.choices]
+                known = [spell(c) for c in self.choices]
                 raise OptionError(f"option {self.name}={value!r} is none of {', '.join(known)}"
                                   + (nearest_names(value, known) if isinstance(value, str)
                                      else ""))
@@ -57,12 +58,20 @@ class Option:
             raise OptionError(f"option {self.name}={value!r} must be at least {self.minimum:g}")
         return converted
 
+    def accepts(self, value: Any) -> bool:
+        """Whether ``check`` would take the value."""
+        try:
+            self.check(value)
+        except OptionError:
+            return False
+        return True
+
     def parse(self, text: str) -> Any:
         """The value that a word on the command line stands for, checked."""
         if text.lower() in ("none", "null"):
             return self.check(None)
         if self.choices is not None:
-            return self.check(next((c for c in self.choices if str(c) == text), text))
+            return self.check(next((c for c in self.choices if spell(c) == text), text))
         if self.kind is bool:
             words = {"1": True, "true": True, "yes": True, "on": True,
                      "0": False, "false": False, "no": False, "off": False}
@@ -96,6 +105,11 @@ TRACER_OPTIONS: tuple[Option, ...] = (
            "plus infinity", choices=("nearest", "chop", "up")),
     Option("context", None, "auto, egl, osmesa, or an existing context", object),
 )
+
+
+def spell(choice: Any) -> str:
+    """A choice as the command line spells it: (4, 2) is 4x2."""
+    return "x".join(map(str, choice)) if isinstance(choice, tuple) else str(choice)
 
 
 def word_define(prefix: str, word: str) -> str:

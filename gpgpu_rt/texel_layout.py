@@ -300,8 +300,8 @@ GRID_CELL = Record("grid_cell", "first:int")
 says no more than that it is)."""
 
 KD_NODE = Record("kd_node", "split axis:int left:int count:int")
-"""A node: plane, axis (3 plus its number for a leaf), left child (the right one follows) or first
-reference."""
+"""A node: plane; axis, or 3 plus a leaf's number; left child (the right one follows) or first
+reference; references of a leaf, or which children are leaves without: 1 the left, 2 the right."""
 
 KD_BOUNDS = Record("kd_bounds", "lo:vec3 parent:int | hi:vec3")
 """What kd-backtrack adds to a node: its box and its parent."""

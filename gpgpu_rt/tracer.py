@@ -16,6 +16,7 @@ from .gpu import open_gpu
 from .hits import STACK_OVERFLOW, UNFINISHED, Hits
 from .methods import find_method
 from .options import TRACER_OPTIONS, resolve_options
+from .passes.packets import PacketTraversal
 from .passes.shade import Shading
 from .passes.traverse import OVERFLOWN
 from .passes.traverse import UNFINISHED as OUT_OF_STEPS
@@ -66,8 +67,9 @@ class Tracer:
             self.step_cap = min(self.options["step_cap"] or self.accelerator.step_bound + 1,
                                 EXACT_INTEGER - 1)
             samplers = {k: v for tables in self._tables.values() for k, v in tables.items()}
-            self._traversal = Traversal(self.gpu, self.method, samplers,
-                                        self.accelerator, self.options, self.step_cap)
+            driver = PacketTraversal if self.method.packet else Traversal
+            self._traversal = driver(self.gpu, self.method, samplers, self.accelerator,
+                                     self.options, self.step_cap)
         self._rays: RayTextures | None = None
         self._buffers: StateBuffers | None = None
         self._shading: Shading | None = None

@@ -13,32 +13,13 @@
 // by a few ulp (rays still hang where the plane's t is off by more) or by 1e-6 (thin leaves are
 // skipped).
 
-const int LEAF = 3;   // from here on an axis is a leaf's number
+#include "common/kd.glsl"
 
 // What a method does at the start, on the way to a leaf, and behind it.
 void start_search(inout State state);
 void take_only_child(inout State state);
 void pass_far_child(int far, float t_max, inout State state);
 void leave_leaf(inout State state, Hit hit);
-
-// Where the ray crosses a plane across `axis`.
-float plane_t(Ray ray, int axis, float plane) {
-    float o = axis == 0 ? ray.origin.x : (axis == 1 ? ray.origin.y : ray.origin.z);
-    float inv = axis == 0 ? ray.inv_dir.x : (axis == 1 ? ray.inv_dir.y : ray.inv_dir.z);
-    return R(R(plane - o) * inv);
-}
-
-// Where it leaves a box, axis by axis.
-vec3 box_exits(Ray ray, vec3 lo, vec3 hi) {
-    vec3 far = vec3(ray.inv_dir.x < 0.0 ? lo.x : hi.x,
-                    ray.inv_dir.y < 0.0 ? lo.y : hi.y,
-                    ray.inv_dir.z < 0.0 ? lo.z : hi.z);
-    return R(R(far - ray.origin) * ray.inv_dir);
-}
-
-float box_exit(Ray ray, vec3 lo, vec3 hi) {
-    return min_component(box_exits(ray, lo, hi));
-}
 
 void init(Ray ray, out State state) {
     vec2 interval = box_interval(ray, scene_lo, scene_hi);

@@ -30,6 +30,8 @@ _OPTIONS = (*_BUILD_OPTIONS, Option(
     "as others do it", choices=("exact", *_NOT_EXACT), define="INTERVAL", relaxed=_NOT_EXACT))
 _PUSH_DOWN = Option("push_down", True, "restart at the last node that holds the whole rest of the "
                     "interval, not at the root", bool, define="PUSH_DOWN")
+_PACKET = Option("packet", (2, 2), "rays a fragment", tuple,
+                 choices=((1, 1), (2, 1), (2, 2), (4, 2), (4, 4)))
 _FULL_STACK = Option("stack_size", None, "levels; none: the tree's depth, which suffices", int,
                      minimum=1)
 
@@ -43,8 +45,12 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     """The tables and bounds that every method of the family needs."""
     tree = _tree(triangles, options)
     leaf = tree.axis == accel.KD_LEAF_AXIS
+    # An inner node's count tells which children are empty leaves: 1 the left, 2 the right one.
+    empty = np.append(leaf & (tree.count == 0), False)
+    child = np.where(leaf, 0, tree.left)
+    count = np.where(leaf, tree.count, empty[child] + 2 * empty[child + 1])
     tables = {**triangle_table(triangles),
-              KD_NODE.name: {"split": tree.split, "left": tree.left, "count": tree.count,
+              KD_NODE.name: {"split": tree.split, "left": tree.left, "count": count,
                              "axis": np.where(leaf, 3 + np.cumsum(leaf) - 1, tree.axis)},
               REFERENCE.name: {"triangle": tree.references}}
     uniforms = {"scene_lo": tuple(tree.lo), "scene_hi": tuple(tree.hi)}
@@ -70,15 +76,24 @@ def _prepare_stack(triangles: np.ndarray, options: Mapping[str, Any]) -> Acceler
     return prepared
 
 
-def _prepare_ropes(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
+def _prepare_ropes(triangles: np.ndarray, options: Mapping[str, Any],
+                   push_down: bool = True) -> Accelerator:
     prepared = _prepare(triangles, options)
-    ropes = accel.build_ropes(prepared.structure)
+    ropes = accel.build_ropes(prepared.structure, push_down)
     fields = {"lo": ropes.lo, "hi": ropes.hi}
     for axis, letter in enumerate("xyz"):
         fields["rope_lo_" + letter] = ropes.rope_lo[:, axis]
         fields["rope_hi_" + letter] = ropes.rope_hi[:, axis]
     prepared.tables[KD_LEAF.name] = fields
     return prepared
+
+
+def _packet_row(name: str, summary: str, citation: str, single: str, **more: Any) -> Method:
+    """The row of a packet method: its state is what single rays are left with."""
+    return Method(
+        name=name, summary=summary, citation=citation,
+        glsl=f"traverse/{name.replace('-', '_')}.glsl", kernels=("step_packet",), state=Record("state", "phase:int steps:int"),
+        schedules=("loop",), packet=True, single=single, **more)
 
 
 def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
@@ -111,4 +126,13 @@ ROWS = (
          schedules=tuple(s for s in SCHEDULES if s != "loop"), stack=True),
     _row("kd-ropes", "kd-tree, from leaf to leaf along ropes", "Popov et al. 2007",
          ("follow_rope",), tables=(KD_LEAF,), prepare=_prepare_ropes),
+    _packet_row("kd-packet", "several rays a fragment, with push-down and short stack",
+                "Horn et al. 2007", "kd-short-stack", tables=_TABLES, prepare=_prepare,
+                options=(*_BUILD_OPTIONS, _PACKET, _PUSH_DOWN, Option(
+                    "stack_size", 3, "entries of the stack; none: restarts alone", int,
+                    choices=(0, 1, 2, 3, 4), define="STACK_SIZE")), stack=True),
+    _packet_row("kd-ropes-packet", "several rays a fragment, along ropes that are not pushed down",
+                "Popov et al. 2007", "kd-ropes", tables=(*_TABLES, KD_LEAF),
+                prepare=lambda triangles, options: _prepare_ropes(triangles, options, False),
+                options=(*_BUILD_OPTIONS, _PACKET)),
 )

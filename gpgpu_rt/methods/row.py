@@ -54,6 +54,7 @@ class Method:
     options : its own options, the builder's among them
     schedules : those it runs under, the best one last
     stack_entry : what a level of its stack in textures holds, if it has one
+    single : the method that traces rays which a packet's limit on steps leaves behind
     stack, packet, dynamic : as in the survey's Table 1
     """
 
@@ -69,6 +70,7 @@ class Method:
     choose_tables: Callable[[Mapping[str, Any]], Tables] | None = None
     schedules: tuple[str, ...] = SCHEDULES
     stack_entry: Record | None = None
+    single: str | None = None
     stack: bool = False
     packet: bool = False
     dynamic: bool = False

@@ -1,4 +1,4 @@
-"""The kd-tree family: the same leaves by every way through the tree; stacks that fill up say so."""
+"""The kd-tree family: the same leaves by every way through the tree; full stacks say so."""
 from __future__ import annotations
 
 import numpy as np
@@ -119,3 +119,30 @@ def test_a_short_stack_costs_few_nodes_more(name: str) -> None:
         with rt.Tracer(scene, method, statistics=True) as tracer:
             nodes[method] = tracer.trace(*rays).nodes_visited.mean()
     assert nodes["kd-stack"] <= nodes["kd-short-stack"] <= 1.05 * nodes["kd-stack"]
+
+
+@pytest.mark.parametrize("packet", [(2, 2), (4, 4)], ids=str)
+@pytest.mark.parametrize("method", ["kd-packet", "kd-ropes-packet"])
+def test_packets_leave_no_ray_behind(monkeypatch, method: str, packet: tuple[int, int]) -> None:
+    """What a packet's limit on steps stops is traced to its end ray by ray."""
+    scene = soup_scene(300, 8)
+    rays = RAY_SETS["random"](scene, 1000, 8)
+    with rt.Tracer(scene, method, packet=packet) as tracer:
+        whole = tracer.trace(*rays)
+        occluded = tracer.occluded(*rays)
+    monkeypatch.setattr("gpgpu_rt.passes.packets.PACKET_STEPS", 60)
+    with rt.Tracer(scene, method, packet=packet) as tracer:
+        hits = tracer.trace(*rays)
+        assert tracer.statistics.passes > 2
+        assert_same_bits(hits, whole)
+        assert not hits.status.any() and (tracer.occluded(*rays) == occluded).all()
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (3, 5), (17, 4), (2, 31)], ids=str)
+def test_packets_at_the_edges_of_odd_images(shape: tuple[int, int]) -> None:
+    scene = soup_scene(100, 3)
+    origins, directions = RAY_SETS["random"](scene, shape[0] * shape[1], 5)
+    with rt.Tracer(scene, "brute-force") as tracer:
+        expected = tracer.trace(origins, directions, shape=shape)
+    with rt.Tracer(scene, "kd-packet", packet=(4, 4)) as tracer:
+        assert_same_bits(tracer.trace(origins, directions, shape=shape), expected)

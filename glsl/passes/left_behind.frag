@@ -1,0 +1,15 @@
+#version 330 core
+// The rays that packets left behind, for a single-ray method to trace; all others have an empty
+// interval.
+
+#include "common/precision.glsl"
+#include "common/phase.glsl"
+#include <streams>
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    Rays ray = rays_load(pixel);
+    bool left_behind = state_load(pixel).phase > DONE;
+    single_rays_store(Single_rays(ray.origin, left_behind ? ray.t_min : 1.0, ray.direction,
+                                  left_behind ? ray.t_max : -1.0));
+}

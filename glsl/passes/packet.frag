@@ -1,0 +1,76 @@
+#version 330 core
+// The driver of packet methods: traces RAYS rays a fragment, their whole way in one pass, and
+// writes two rays' t and triangle to each render target (Horn et al. 2007 write a ray to each).
+// What is left of each hit is computed again from these (passes/packet_hits.frag).
+//
+// A method defines start_packet; next_turn, which begins with rays that go together, and is false
+// when there are none; step_packet, false when they are through; and is_settled(r), which tells a ray
+// that is from one that the limit on steps left behind.
+
+#include "common/precision.glsl"
+#include "common/fetch.glsl"
+#include <streams>
+#include <tables>
+#include "common/stats.glsl"
+#include "common/slack.glsl"
+#include "common/ray.glsl"
+#include "common/hit.glsl"
+#include "common/box.glsl"
+#include "common/triangle.glsl"
+#include "common/packet.glsl"
+
+uniform ivec2 ray_texture_size;
+uniform int step_limit;
+
+// EACH(f) calls f(0), f(1), ...: with constant indices the arrays stay in registers.
+Ray rays[RAYS];
+Hit hits[RAYS];
+int steps = 0;
+
+#include <method>
+
+#ifdef STATISTICS
+out vec4 packet_counters;   // drawn apart: hits may fill all render targets
+#else
+layout(location = 0) out uvec4 packet_target[PACKET_TARGETS];
+#endif
+
+void load(int r) {
+    ivec2 texel = ivec2(gl_FragCoord.xy) * PACKET_SIZE
+                + ivec2(r % PACKET_WIDTH, r / PACKET_WIDTH);
+    bool inside = texel.x < ray_texture_size.x && texel.y < ray_texture_size.y;
+    Rays texels = rays_load(min(texel, ray_texture_size - 1));
+    texels.t_max = inside ? texels.t_max : -1.0;
+    texels.t_min = inside ? texels.t_min : 1.0;
+    rays[r] = ray_setup(texels);
+    hits[r] = no_hit(stored(rays[r].t_max));
+}
+
+#ifndef STATISTICS
+uvec2 packed_hit(int r) {
+    uint triangle = uint(hits[r].triangle) | (is_settled(r) ? 0u : UNSETTLED);
+    return uvec2(floatBitsToUint(hits[r].t), triangle);
+}
+
+#define STORE(k) packet_target[k] = uvec4(packed_hit(2 * k), packed_hit(min(2 * k + 1, RAYS - 1)));
+#endif
+
+void main() {
+#ifdef STATISTICS
+    counters = Counters(0, 0, 0);
+#endif
+    EACH(load)
+    start_packet();
+    while (next_turn() && steps < step_limit) {
+        bool on;
+        do {
+            on = step_packet();
+        } while (on && steps < step_limit);
+    }
+#ifdef STATISTICS
+    packet_counters = vec4(counters.nodes_visited, counters.leaves_visited,
+                           counters.triangles_tested, steps);
+#else
+    EACH_PAIR(STORE)
+#endif
+}

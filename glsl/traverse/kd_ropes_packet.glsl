@@ -1,0 +1,130 @@
+// kd-ropes-packet: Popov, Guenther, Seidel, Slusallek, "Stackless KD-Tree Traversal for High
+// Performance GPU Ray Tracing", Eurographics 2007 (survey, section 3.4, Figure 16). The rays of a
+// packet share the node that is fetched; each has a node and a t of its own, and those that are
+// elsewhere wait. Ropes are not pushed down: a leaf's rope names the root of the sibling subtree,
+// where rays that left by different leaves meet again.
+//
+// The next node is the smallest that any ray is at: nodes are numbered level by level, so the rays
+// that are highest in the tree come down first and join the others.
+
+#include "common/kd.glsl"
+
+const int SETTLED = 1 << 24;   // a node above every index
+
+float t_min[RAYS];
+float t_exit[RAYS];
+int ray_node[RAYS];
+int node;
+
+bool is_settled(int r) {
+    return ray_node[r] == SETTLED;
+}
+
+void start_ray(int r) {
+    Ray ray = rays[r];
+    vec2 interval = box_interval(ray, scene_lo, scene_hi);
+    t_min[r] = max(interval.x, ray.t_min);
+    t_exit[r] = min(max(box_exit(ray, scene_lo, scene_hi), t_min[r]), ray.t_max);
+    bool enters = t_min[r] <= min(interval.y, ray.t_max) && ray.t_min <= ray.t_max;
+    ray_node[r] = enters ? 0 : SETTLED;
+}
+
+void choose_node(int r) {
+    node = min(node, ray_node[r]);
+}
+
+bool next_node() {
+    node = SETTLED;
+    EACH(choose_node)
+    return node != SETTLED;
+}
+
+void start_packet() {
+    EACH(start_ray)
+}
+
+bool next_turn() {
+    return next_node();
+}
+
+float plane;
+int axis;
+int left;
+
+void split_ray(int r) {
+    vec3 inv_dir = rays[r].inv_dir;
+    bool takes_far = plane_t(rays[r], axis, plane) <= t_min[r];
+    bool negative = (axis == 0 ? inv_dir.x : (axis == 1 ? inv_dir.y : inv_dir.z)) < 0.0;
+    int child = left + int(takes_far != negative);
+    ray_node[r] = ray_node[r] == node ? child : ray_node[r];
+}
+
+int tested;
+
+void test_ray(int r) {
+    Hit hit = hits[r];
+    test_triangle(rays[r], tested, hit);
+    hit.t = stored(hit.t);
+    hits[r] = hit;
+}
+
+vec3 leaf_lo;
+vec3 leaf_hi;
+ivec3 ropes_lo;
+ivec3 ropes_hi;
+
+void follow_rope(int r) {
+    bvec3 negative = lessThan(rays[r].inv_dir, vec3(0.0));
+    vec3 exits = box_exits(rays[r], leaf_lo, leaf_hi);
+    float t_leave = min_component(exits);
+    int rope = exits.x == t_leave ? (negative.x ? ropes_lo.x : ropes_hi.x)
+             : exits.y == t_leave ? (negative.y ? ropes_lo.y : ropes_hi.y)
+             : (negative.z ? ropes_lo.z : ropes_hi.z);
+    bool settled = hits[r].t < t_leave || t_leave >= t_exit[r] || rope < 0
+                || search_over(hits[r]);
+    bool here = ray_node[r] == node;
+    ray_node[r] = here ? (settled ? SETTLED : rope) : ray_node[r];
+    t_min[r] = here ? max(t_min[r], t_leave) : t_min[r];
+}
+
+// Down to a leaf, through its triangles, and along the ropes of the rays that are there.
+bool step_packet() {
+    axis = kd_node_axis(node);
+    left = kd_node_left(node);
+    if (axis < LEAF && steps < step_limit) {
+        do {
+            COUNT(nodes_visited);
+            ++steps;
+            plane = kd_node_split(node);
+            EACH(split_ray)
+            next_node();
+            axis = kd_node_axis(node);
+            left = kd_node_left(node);
+        } while (axis < LEAF && steps < step_limit);
+    }
+    if (axis < LEAF) {   // out of steps
+        return false;
+    }
+    COUNT(nodes_visited);
+    COUNT(leaves_visited);
+    ++steps;
+    int end = left + kd_node_count(node);
+    if (left < end) {
+        do {
+            tested = reference_triangle(left);
+            EACH(test_ray)
+            ++left;
+            ++steps;
+        } while (left < end && steps < step_limit);
+    }
+    if (left < end) {
+        return false;
+    }
+    int leaf = axis - LEAF;
+    leaf_lo = kd_leaf_lo(leaf);
+    leaf_hi = kd_leaf_hi(leaf);
+    ropes_lo = ivec3(kd_leaf_rope_lo_x(leaf), kd_leaf_rope_lo_y(leaf), kd_leaf_rope_lo_z(leaf));
+    ropes_hi = ivec3(kd_leaf_rope_hi_x(leaf), kd_leaf_rope_hi_y(leaf), kd_leaf_rope_hi_z(leaf));
+    EACH(follow_rope)
+    return next_node();
+}
