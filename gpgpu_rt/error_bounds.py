@@ -22,8 +22,8 @@ lower case the exact value, in axes permuted so that z is the direction's larges
 6. ``DET = W0 + W1 + W2``: ``(1 + u)^2`` times the sum of their errors, plus ``gamma(2) sum |w|``.
 7. t. Let ``z`` be the depth where the ray meets the plane, so that ``sum w_i (z_i - z) = 0``. Then
    ``sum W_i Z_i - z DET = sum (W_i - w_i)(z_i - z) + sum W_i (Z_i - z_i)`` plus the roundings
-   of the two sums, ``gamma(3) sum |W_i Z_i| + |z| gamma(2) sum |W_i|``: an edge function's error
-   moves t only by how far its vertex's depth is from the hit's. Divided by the least DET can be,
+   of the two sums, ``gamma(3) sum |W_i Z_i| + |z| gamma(2) sum |W_i|``: the error of an edge
+   function moves t only by how far its vertex's depth is from the hit's. Divided by the least DET can be,
    this is the error of the depth; ``1 / d.z``, ``1 / DET`` and their two products add gamma(4).
 8. But where the test accepts, the W_i have one sign and T is a convex combination of the Z_i: then
    depth is off by no more than the vertex furthest from it along the ray, plus ``gamma(6) max |Z|``
