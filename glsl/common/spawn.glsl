@@ -25,12 +25,13 @@
 #endif
 
 const float FLOAT_UNIT = 5.9604645e-8;
-const int SPAWN_TRIES = 32;
+const int SPAWN_TRIES = 24;   // from 8 units of l to l
 
 struct Spawn {
     vec3 point;
     vec3 normal;     // of unit length, on the side to leave to
     float offset;
+    float most;      // offset
     int triangle;
 };
 
@@ -47,8 +48,9 @@ Spawn spawn_setup(Hit hit, vec3 normal) {
                + FLOAT_UNIT * abs(v0);
     vec3 off = abs(normal) * error;
     vec3 reach = max(max(abs(v0 - point), abs(v1 - point)), abs(v2 - point));
-    float seen = 8.0 * ARITHMETIC_UNIT * max(max(reach.x, reach.y), reach.z);
-    return Spawn(point, normal, off.x + off.y + off.z + seen, hit.triangle);
+    float most = max(max(reach.x, reach.y), reach.z);
+    float seen = 8.0 * ARITHMETIC_UNIT * most;
+    return Spawn(point, normal, off.x + off.y + off.z + seen, most, hit.triangle);
 }
 
 // The origin at the present offset, as a ray texture will hold it.
@@ -56,6 +58,29 @@ vec3 spawn_origin(Spawn spawn) {
     PRECISE vec3 shift = spawn.normal * spawn.offset;
     PRECISE vec3 origin = spawn.point + shift;
     return stored(origin);
+}
+
+float least_of(uint dropped, float smallest, float quantum, float largest) {
+    return quantum;
+}
+
+// A ray that starts off its surface meets nothing at t = 0: such a hit is a product that vanished.
+float spawn_t_min() {
+    float t_min = 1.17549435e-38;
+#ifdef STORAGE_FORMAT
+    t_min = max(t_min, least_of(STORAGE_FORMAT));
+#endif
+#ifdef ARITHMETIC_FORMAT
+    t_min = max(t_min, least_of(ARITHMETIC_FORMAT));
+#endif
+    return t_min;
+}
+
+// Whether the offset could be doubled.
+bool spawn_further(inout Spawn spawn) {
+    bool further = 2.0 * spawn.offset <= spawn.most;
+    spawn.offset *= further ? 2.0 : 1.0;
+    return further;
 }
 
 // Whether the ray, as its texture will hold it, hits the triangle that it leaves.
