@@ -126,15 +126,29 @@ def shadow_rays(tracer: rt.Tracer, size: tuple[int, int]) -> tuple[Hits, np.ndar
     return hits, *texels
 
 
-def test_the_shader_starts_where_numpy_does(exact_renderer) -> None:
-    """Bit for bit, over a scene with slivers, on the side that the light is on."""
-    with rt.Tracer(real_scene("kitchen")) as tracer:
+def slivers_scene() -> rt.Scene:
+    triangles = triangles_of("slivers", 600, np.random.default_rng(1)).astype(np.float64)
+    triangles /= np.abs(triangles).max(axis=(1, 2), keepdims=True)
+    return rt.Scene.from_arrays(triangles.reshape(-1, 3), np.arange(1800).reshape(-1, 3))
+
+
+@pytest.mark.parametrize("name", ["kitchen", "slivers"])
+def test_the_shader_starts_where_numpy_does(exact_renderer, name: str) -> None:
+    """Bit for bit, on the side that the light is on; and no ray hits what it leaves.
+
+    Slivers take several tries: each turns the shader's ray a little, numpy's is given the last.
+    """
+    with rt.Tracer(slivers_scene() if name == "slivers" else real_scene(name)) as tracer:
         hits, start, end = shadow_rays(tracer, (160, 120))
         lit = hits.hit & (end[:, 3] > 0)
         lit_hits = Hits(*(getattr(hits, name)[lit] for name in
                           ("t", "u", "v", "triangle", "status")))
         origins = ray_sets.spawn(tracer.scene, lit_hits, end[lit, :3])
-        assert lit.sum() > 2000 and (origins == start[lit, :3]).all()
+        same = (origins == start[lit, :3]).all(axis=1)
+        assert lit.sum() > 1000 and same.mean() >= (0.9 if name == "slivers" else 1)
+        accepted, t, _, _ = intersect_pairs(tracer.scene.triangles[lit_hits.triangle],
+                                            start[lit, :3], end[lit, :3])
+        assert not (accepted & (t >= start[lit, 3])).any()
 
 
 @pytest.mark.parametrize("precision", ["fp32", "fp24"])
