@@ -10,6 +10,7 @@ import numpy as np
 import trimesh
 from PIL import Image
 
+from .accel.bounds import shrink_flat
 from .camera import Camera
 from .errors import Error, OptionError
 from .gpu import open_gpu
@@ -58,8 +59,8 @@ class Tracer:
         self.statistics = Statistics()
         began = time.perf_counter()
         # Built from the vertices as stored: boxes then enclose what the kernels will read.
-        self.accelerator = self.method.prepare(self.precision.stored(self.scene.triangles),
-                                               self.options)
+        triangles = shrink_flat(self.precision.stored(self.scene.triangles))
+        self.accelerator = self.method.prepare(triangles, self.options)
         with self.gpu:
             self._tables = self._make_tables()
             self.statistics.build_seconds = time.perf_counter() - began
