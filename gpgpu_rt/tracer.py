@@ -10,6 +10,7 @@ import numpy as np
 import trimesh
 from PIL import Image
 
+from .accel.bounds import shrink_flat
 from .camera import Camera
 from .errors import Error, OptionError
 from .gpu import open_gpu
@@ -59,8 +60,8 @@ class Tracer:
         self.statistics = Statistics()
         began = time.perf_counter()
         # Built from the vertices as stored: boxes then enclose what the kernels will read.
-        self.accelerator = self.method.prepare(self.precision.stored(self.scene.triangles),
-                                               self.options)
+        triangles = shrink_flat(self.precision.stored(self.scene.triangles))
+        self.accelerator = self.method.prepare(triangles, self.options)
         with self.gpu:
             self._tables = self._make_tables()
             self.statistics.build_seconds = time.perf_counter() - began
@@ -211,7 +212,8 @@ class Tracer:
         with self.gpu:
             rays, buffers = self._room((width, height))
             if self._shading is None:
-                self._shading = Shading(self.gpu, self.scene, self.precision)
+                self._shading = Shading(self.gpu, self.scene, self.precision,
+                                        self.options["intersection"])
             began = time.perf_counter()
             self._shading.eye_rays(rays, camera or self.scene.camera)
             eye, _ = self._traversal.run(rays, buffers, self.statistics)
