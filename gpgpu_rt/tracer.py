@@ -49,6 +49,7 @@ class Tracer:
             raise OptionError(f"method {method} runs under {', '.join(self.method.schedules)} "
                               f"only, not {self.options['schedule']}")
         self.scene = load_scene(scene)
+        self._bounds = self.scene.bounds
         self.gpu = open_gpu(self.options["context"])
         self.statistics = Statistics()
         began = time.perf_counter()
@@ -87,7 +88,8 @@ class Tracer:
         ValueError
             for arrays that do not fit, or naming the first invalid ray.
         """
-        return self._trace(RayBatch(origins, directions, t_min, t_max, shape, invalid), False)
+        return self._trace(RayBatch(origins, directions, t_min, t_max, shape, invalid,
+                                    self._bounds), False)
 
     def occluded(self, origins: np.ndarray, directions: np.ndarray,
                  t_max: float | np.ndarray = np.inf, t_min: float | np.ndarray = 0.0,
@@ -96,7 +98,8 @@ class Tracer:
 
         Raises ``Error`` where the step cap leaves that open for some ray.
         """
-        hits = self._trace(RayBatch(origins, directions, t_min, t_max, shape, invalid), True)
+        hits = self._trace(RayBatch(origins, directions, t_min, t_max, shape, invalid,
+                                    self._bounds), True)
         open_rays = (hits.status == UNFINISHED) & ~hits.hit
         if open_rays.any():
             raise Error(f"{int(open_rays.sum())} rays reached the step cap of {self.step_cap} "
