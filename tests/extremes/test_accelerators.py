@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import assert_same_bits
+from conftest import assert_same_bits, variants
 from watching import Fields, watching
 
 import gpgpu_rt as rt
@@ -145,9 +145,13 @@ def test_grids_visit_the_exact_cells(method: str, name: str, row: int, share: fl
 
 @pytest.mark.parametrize("seed", [6], ids="seed{}".format)
 @pytest.mark.parametrize("far", [False, True], ids=["near", "moved-1e4"])
-@pytest.mark.parametrize("method", BVH)
-def test_row_31_nodes_visited_contain_the_exact_ones(method: str, far: bool, seed: int) -> None:
-    """Rays aimed at corners of boxes enter every box they meet in exact arithmetic."""
+@pytest.mark.parametrize("method, options", [
+    pytest.param(name, options, id="-".join([name, *map(str, options.values())]))
+    for name in BVH for options in variants(name) if set(options) <= {"quantise_nodes"}])
+def test_rows_31_and_32_nodes_visited_contain_the_exact_ones(method: str, options: dict, far: bool,
+                                                             seed: int) -> None:
+    """Rays aimed at corners of boxes enter every box they meet in exact arithmetic: also where
+    what is stored of a box is a wider one of few bits."""
     case = make_case("box-corners", 300, seed)
     if far:    # exactly representable there, corner by corner
         step = np.float32(2.0**-9)
@@ -158,7 +162,8 @@ def test_row_31_nodes_visited_contain_the_exact_ones(method: str, far: bool, see
 
     def look(state: Fields, hit: Fields) -> None:
         seen.append(state["node"][:300].copy())
-    with rt.Tracer(case.scene, method, schedule="step") as tracer, watching(tracer, look):
+    with (rt.Tracer(case.scene, method, schedule="step", **options) as tracer,
+          watching(tracer, look)):
         bvh = tracer.accelerator.structure
         hits = tracer.trace(case.origins, case.directions)
     visited = np.zeros((300, len(bvh.escape) + 1), bool)
