@@ -23,12 +23,14 @@ lower case the exact value, in axes permuted so that z is the direction's larges
 7. t. Let ``z`` be the depth where the ray meets the plane, so that ``sum w_i (z_i - z) = 0``. Then
    ``sum W_i Z_i - z DET = sum (W_i - w_i)(z_i - z) + sum W_i (Z_i - z_i)`` plus the roundings
    of the two sums, ``gamma(3) sum |W_i Z_i| + |z| gamma(2) sum |W_i|``: the error of an edge
-   function moves t only by how far its vertex's depth is from the hit's. Divided by the least DET can be,
-   this is the error of the depth; ``1 / d.z``, ``1 / DET`` and their two products add gamma(4).
-8. But where the test accepts, the W_i have one sign and T is a convex combination of the Z_i: then
-   depth is off by no more than the vertex furthest from it along the ray, plus ``gamma(6) max |Z|``
-   for the roundings of weights and sums. The smaller of 7 and 8 holds. Where the plane is met
-   outside the vertices' depths, z is moved to the nearest of them; T can only be nearer to that.
+   function moves t only by how far its vertex's depth is from the hit's. Divided by the least
+   that DET can be, this is the error of the depth; ``1 / d.z``, ``1 / DET`` and their two
+   products add gamma(4).
+8. But where the test accepts, the W_i have one sign and T is a convex combination of the Z_i: its
+   depth is off by no more than the vertex furthest from it along the ray, plus gamma(6) of the
+   largest ``|Z_i|`` for the roundings of weights and sums. The smaller of 7 and 8 holds. Where
+   the plane is met outside the vertices' depths, z is moved to the nearest of them; T can only be
+   nearer to that.
 9. ``U = W1 / DET``: as in 7, ``W1 - u DET = (W1 - w1) - u (DET - det)``, and gamma(3) for the
    roundings of DET's inverse and the product.
 

@@ -3,6 +3,7 @@
 // four kernels). From an eye far outside the scene's sphere rays start nearer, as in approach.py; the
 // picture needs no t, and a start that is off by its rounding is off by less than the direction is.
 
+#include "common/precision.glsl"
 #include <streams>
 
 uniform vec3 eye;

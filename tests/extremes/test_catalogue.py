@@ -24,8 +24,7 @@ SLOW_TO_INSERT = 3000    # triangles past which a one-by-one build has no place 
 NAMES = [pytest.param(name, id=f"row{kind.row}-{name}") for name, kind in CASES.items()]
 SETTINGS = [pytest.param(row.name, options, id="-".join([row.name, *map(str, options.values())]))
             for row in rt.methods() for options in variants(row.name)
-            # Interval policies are wrong on purpose: see test_precision.py.
-            if (row.name, options) != ("brute-force", {}) and "interval" not in options]
+            if (row.name, options) != ("brute-force", {})]
 
 
 def rays_of(name: str, full: bool) -> int:

@@ -8,8 +8,8 @@ from watching import Fields, watching
 
 import gpgpu_rt as rt
 from gpgpu_rt.figures.extreme_cases import make_case
-from gpgpu_rt.ray_state import read_texture
 from gpgpu_rt.texel_layout import EXACT_INTEGER
+from gpgpu_rt.textures import read_texture
 
 METHODS = {row.name: row for row in rt.methods()}
 SCHEDULED = [(name, schedule) for name, row in METHODS.items() for schedule in row.schedules]

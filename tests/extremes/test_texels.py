@@ -8,9 +8,8 @@ from conftest import assert_same_bits, soup_scene
 import gpgpu_rt as rt
 from gpgpu_rt.gpu import Gpu
 from gpgpu_rt.passes.full_screen import FullScreenPass
-from gpgpu_rt.ray_state import read_texture
 from gpgpu_rt.texel_layout import EXACT_INTEGER, TABLE_WIDTH_LOG2, Record
-from gpgpu_rt.textures import stream_textures, table_texture
+from gpgpu_rt.textures import read_texture, stream_textures, table_textures
 
 NUMBER = Record("number", "own:int twice:int")
 PROBE, ANSWER = Record("probe", "index:int"), Record("answer", "index:int own:int twice:int")
@@ -37,20 +36,20 @@ def test_row_35_indices_round_trip(gpu: Gpu, exponent: int, tmp_path) -> None:
     count = int(asked.max()) + 1
     numbers = np.arange(count)
     (tmp_path / "fetch.frag").write_text(FETCH)
-    table = table_texture(gpu, NUMBER, {"own": numbers, "twice": np.minimum(2 * numbers,
-                                                                           EXACT_INTEGER)})
+    tables = table_textures(gpu, NUMBER, {"own": numbers,
+                                          "twice": np.minimum(2 * numbers, EXACT_INTEGER)})
     streams = [stream_textures(gpu, record, (len(asked), 1)) for record in (PROBE, ANSWER)]
-    streams[0][0].write(np.pad(PROBE.pack(index=asked).reshape(-1, 1), ((0, 0), (0, 3))))
+    streams[0][0].write(PROBE.pack(index=asked))
     target = gpu.context.framebuffer(streams[1])
     program = FullScreenPass(
         gpu, str(tmp_path / "fetch.frag"), {"TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2},
         {"tables": NUMBER.table_glsl(),
          "streams": PROBE.stream_glsl(False) + "\n" + ANSWER.stream_glsl(True)})
-    program.draw(target, {"number_table": table, "probe_texel_0": streams[0][0]})
+    program.draw(target, {**tables, "probe_texel_0": streams[0][0]})
     answer = ANSWER.unpack(read_texture(streams[1][0]).reshape(-1, 1, 4))
     program.release()
     gpu.release(target)
-    for texture in (table, *streams[0], *streams[1]):
+    for texture in (*tables.values(), *streams[0], *streams[1]):
         texture.release()
     assert answer["index"].tolist() == answer["own"].tolist() == asked.tolist()
     assert answer["twice"].tolist() == np.minimum(2 * asked, EXACT_INTEGER).tolist()

@@ -18,15 +18,14 @@ def watching(tracer: rt.Tracer, look: Callable[[Fields, Fields], None]) -> Itera
     pass of the tracer's traversal; the buffers begin as zeros, as fresh textures need not."""
     traversal = tracer._traversal
     draw = traversal._draw
-    records = traversal.method.state, HIT
+    names = traversal.method.state.name, HIT.name
 
     def draw_and_look(program, rays, source, target, *rest, **more) -> None:
         if source is None:
             for side in (0, 1):
                 tracer._buffers.side(side).target.clear()
         draw(program, rays, source, target, *rest, **more)
-        look(*(record.unpack(texels.reshape(-1, *texels.shape[2:]))
-               for record in records for texels in [target.read(record)]))
+        look(*(target.fields(name) for name in names))
     traversal._draw = draw_and_look
     try:
         yield
