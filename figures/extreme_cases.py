@@ -214,7 +214,7 @@ for _k in (-20, 20):
 
 
 def moved(power: int, n: int, seed: int) -> Case:
-    """The sphere 10^power of its sizes from 0, rays aimed at its vertices and edges from inside."""
+    """The sphere 10^power of its sizes from 0, rays aimed at vertices and edges from inside."""
     rng = np.random.default_rng(seed)
     at = 2.0 * 10**power * np.float64([1, -0.6, 0.3])
     triangles = bumpy_sphere(at=at)

@@ -21,8 +21,8 @@ class RayBatch:
 
     A direction is scaled by the power of two that brings its largest component into [0.5, 1), and
     t with it: exact, so that kernels meet directions of one size whatever length the caller's
-    have. An origin far outside ``bounds`` is advanced along its ray (see ``approach``). ``Hits`` come
-    back in the caller's units.
+    have. An origin far outside ``bounds`` is advanced along its ray (see ``approach``). ``Hits``
+    come back in the caller's units.
 
     Parameters
     ----------

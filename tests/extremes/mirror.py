@@ -1,5 +1,5 @@
-"""A mirror of the watertight test as `triangle.glsl` computes it, operation by operation in float32,
-and the same with its products contracted into fused multiply-adds."""
+"""A mirror of the watertight test as `triangle.glsl` computes it, operation by operation in
+float32, and the same with its products contracted into fused multiply-adds."""
 from __future__ import annotations
 
 from collections.abc import Iterator

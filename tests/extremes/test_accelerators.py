@@ -127,8 +127,8 @@ def cells_visited(tracer: rt.Tracer, origins: np.ndarray,
                          ids=["row28", "row29"])
 @pytest.mark.parametrize("method", [name for name in GRID if "proximity" not in name])
 def test_grids_visit_the_exact_cells(method: str, name: str, row: int, share: float) -> None:
-    """Row 28: all that a ray crosses for longer than boxes are widened by. Row 29: at most 1.7 % of
-    rays miss any cell at all, however little of it they cross."""
+    """Row 28: all that a ray crosses for longer than boxes are widened by. Row 29: at most 1.7 %
+    of rays miss any cell at all, however little of it they cross."""
     case = make_case(name, 300, 5)
     with rt.Tracer(case.scene, method, schedule="step", **case.options[method]) as tracer:
         grid = tracer.accelerator.structure
@@ -241,7 +241,7 @@ def test_row_40_rays_at_the_cap_are_flagged(method: str, schedule: str) -> None:
 
 @pytest.mark.parametrize("method", ROWS)
 def test_row_36_more_iterations_than_a_loop_runs(method: str) -> None:
-    """llvmpipe ends loops after 65,535 iterations, silently: later passes must take up the rest."""
+    """llvmpipe ends loops after 65,535 iterations, silently: later passes take up the rest."""
     case = long_way(70_000 if method == "brute-force" else 40_000, 3, 9)
     with rt.Tracer(case.scene, method, statistics=True) as tracer:
         hits = tracer.trace(case.origins, case.directions)

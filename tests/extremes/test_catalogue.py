@@ -17,7 +17,7 @@ from gpgpu_rt.judge import judge
 
 QUICK, FULL = 1024, 65_536
 FEW = {"coincident": 100, "coplanar": 500, "one-centroid": 300, "long-way": 3}
-# Where options of builders and of traversal are tried in the quick suite; in full it is everywhere.
+# Where options of builders and of traversal are tried in the quick suite; in full: everywhere.
 TELLING = ("embree-vertices", "moved-1e4", "from-afar", "in-planes", "degenerate", "spanning",
            "box-corners")
 SLOW_TO_INSERT = 3000    # triangles past which a one-by-one build has no place in a quick test

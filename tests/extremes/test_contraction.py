@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 
 import mirror
-import numpy as np
 import pytest
 from conftest import assert_same_bits
 
@@ -38,7 +37,7 @@ def test_contraction_leaks(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [4])
 def test_row_6_double_hits(seed: int, record_property) -> None:
-    """Rays through a closed mesh's edges hit a triangle or two; how many hit two is written down."""
+    """Rays through a closed mesh's edges hit a triangle or two; how many hit two is noted."""
     case = make_case("sphere-edges", 3000, seed)
     count = mirror.hits_a_ray(case.triangles, case.origins, case.directions)
     record_property("rays that hit two triangles", int((count > 1).sum()))

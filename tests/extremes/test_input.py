@@ -58,6 +58,7 @@ def test_row_39_hardly_anything(method: str, triangles: int) -> None:
             hits = tracer.trace(np.zeros((rays, 3)) - [0, 0, 1], np.tile([0, 0, 1.0], (rays, 1)))
             assert len(hits) == rays and (hits.triangle == triangles - 1).all()
             assert (hits.t == (1.0 if triangles else np.inf)).all()
-            assert (tracer.occluded(np.zeros((rays, 3)) - [0, 0, 1], np.tile([0, 0, 1.0], (rays, 1)))
-                    == bool(triangles)).all()
+            occluded = tracer.occluded(np.zeros((rays, 3)) - [0, 0, 1],
+                                       np.tile([0, 0, 1.0], (rays, 1)))
+            assert (occluded == bool(triangles)).all()
         assert tracer.render(size=(1, 1)).size == (1, 1)

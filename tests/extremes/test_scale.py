@@ -1,5 +1,5 @@
-"""Rows 8, 10 and 20: exact symmetries. Scaling a scene by a power of two, permuting or mirroring its
-axes, or lengthening directions changes no answer but t, and t exactly."""
+"""Rows 8, 10 and 20: exact symmetries. Scaling a scene by a power of two, permuting or mirroring
+its axes, or lengthening directions changes no answer but t, and t exactly."""
 from __future__ import annotations
 
 import itertools
@@ -46,8 +46,8 @@ def test_row_8_scaled_by_other_factors(method: str, scale: float) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_row_10_permuted_and_mirrored(exact_renderer, method: str) -> None:
-    """Ten of the 48 symmetries of the axes. The ray's own dominant axis must be one alone: with two of one
-    size the choice between them is not symmetric, nor need it be."""
+    """Ten of the 48 symmetries of the axes. A ray's dominant axis must be one alone: with two of
+    one size the choice between them is not symmetric, nor need it be."""
     rng = np.random.default_rng(3)
     triangles = bumpy_sphere(1)
     origins = (rng.normal(size=(600, 3)) * 0.5).astype(np.float32)

@@ -25,7 +25,7 @@ def trace(case: Case, method: str, **options) -> rt.Hits:
 @pytest.mark.parametrize("seed", [1], ids="seed{}".format)
 @pytest.mark.parametrize("method", METHODS)
 def test_row_7_the_unit_triangle(method: str, seed: int) -> None:
-    """Interior points from up to 45 degrees off: t, u and v within 16 spacings (of 1, for u, v)."""
+    """Interior points, up to 45 degrees off: t, u and v within 16 spacings (of 1, for u, v)."""
     rng = np.random.default_rng(seed)
     points = rng.dirichlet((1, 1, 1), 300) @ UNIT[0].astype(np.float64)
     origins = (points + rng.uniform(-0.7, 0.7, (300, 3)) + [0, 0, 2]).astype(np.float32)
@@ -79,7 +79,7 @@ def test_row_14_ten_thousand_in_one_place() -> None:
 @pytest.mark.parametrize("size", [2.0**-62, 2.0**-70, 2.0**-100])
 @pytest.mark.parametrize("method", METHODS)
 def test_triangles_below_the_stated_limit_are_missed_not_guessed(method: str, size: float) -> None:
-    """Edge functions that underflow: such a triangle may be missed, but no hit lies at infinity."""
+    """Edge functions that underflow: such a triangle may be missed; no hit lies at infinity."""
     case = make_case("one-triangle", 300, 5)
     origins = case.triangles[0].mean(axis=0) - case.directions
     hits = trace(Case(case.triangles * np.float32(size), origins * np.float32(size),

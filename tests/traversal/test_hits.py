@@ -4,11 +4,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import (
-    FOLEY, RAY_SETS, assert_same_bits, assert_same_hits, random_soup, real_scene, soup_scene, variants
+    FOLEY, RAY_SETS, assert_same_bits, assert_same_hits, random_soup, real_scene, soup_scene,
+    variants
 )
 
 import gpgpu_rt as rt
-
 
 CASES = [pytest.param(row.name, options, id="-".join([row.name, *map(str, options.values())]))
          for row in rt.methods() for options in variants(row.name)]
