@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import trimesh
 
 import gpgpu_rt as rt
 
-Rays = tuple[np.ndarray, np.ndarray]
+from .extreme_shapes import aims_at, bumpy_sphere, lattice, outside_rays, soup, square, unit
+
 EMBREE_CASE = np.float64([148376, 1234, -223423])   # where Embree's own tests put their sphere
 AXES = np.eye(3)
 
@@ -56,7 +56,6 @@ class Kind:
     row: int
     what: str
     make: Callable[[int, int], Case]
-    methods: tuple[str, ...] | None = None   # None: all of the table
 
 
 CASES: dict[str, Kind] = {}
@@ -73,49 +72,7 @@ def make_case(name: str, rays: int, seed: int) -> Case:
     return CASES[name].make(rays, seed)
 
 
-# Shapes and rays ---------------------------------------------------------------------------------
-
-def bumpy_sphere(subdivisions: int = 3, at: np.ndarray | float = 0.0) -> np.ndarray:
-    """(20 4^subdivisions, 3, 3) float32: closed, shared vertices equal to the bit, centred at
-    ``at``, star-shaped around it with radii from 0.8 to 1.2."""
-    mesh = trimesh.creation.icosphere(subdivisions=subdivisions)
-    v = np.asarray(mesh.vertices)
-    v = v * (1 + 0.1 * np.sin(7 * v[:, :1]) + 0.1 * np.cos(5 * v[:, 1:2] + 3 * v[:, 2:]))
-    return (v + at).astype(np.float32)[np.asarray(mesh.faces)]
-
-
-def soup(count: int, seed: int, size: float = 0.2) -> np.ndarray:
-    """(count, 3, 3) float32 in about the unit box, every seventh triangle axis-parallel."""
-    rng = np.random.default_rng(seed)
-    corners = rng.random((count, 1, 3)) + size * rng.normal(size=(count, 3, 3))
-    corners[::7, :, seed % 3] = corners[::7, :1, seed % 3]
-    return corners.astype(np.float32)
-
-
-def lattice(cells: int) -> np.ndarray:
-    """(12 cells^3, 3, 3) float32 walls of every second cell of a lattice in the unit box:
-    coordinates are exact, so rays can run in planes, through edges and through corners."""
-    cube = np.asarray(trimesh.creation.box((1, 1, 1)).triangles) + 0.5
-    at = np.stack(np.meshgrid(*[np.arange(0, cells, 2)] * 3), -1).reshape(-1, 1, 1, 3)
-    return ((cube + at) / cells).reshape(-1, 3, 3).astype(np.float32)
-
-
-def unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
-
-
-def _aims(triangles: np.ndarray, n: int, rng: np.random.Generator, at: str) -> np.ndarray:
-    """(n, 3) points of vertices, of edges or of insides, float64."""
-    corners = triangles.astype(np.float64)[rng.integers(len(triangles), size=n)]
-    weights = rng.dirichlet((1, 1, 1), n)
-    if at != "insides":
-        weights[:, 2] = 0
-        if at == "vertices":
-            weights[:, 1] = 0
-        weights = np.take_along_axis(weights / weights.sum(1, keepdims=True),
-                                     (np.arange(3) + rng.integers(3, size=(n, 1))) % 3, 1)
-    return (corners * weights[..., None]).sum(axis=1)
-
+# Rows 1 to 6: closed meshes ----------------------------------------------------------------------
 
 def _inside(n: int, rng: np.random.Generator, at: np.ndarray | float = 0.0) -> np.ndarray:
     return (at + 0.4 * rng.uniform(-1, 1, (n, 3))).astype(np.float32)
@@ -126,11 +83,9 @@ def _sphere(n: int, seed: int, aim: str, at: np.ndarray | float = 0.0) -> Case:
     triangles = bumpy_sphere(at=at)
     origins = _inside(n, rng, at)
     directions = (rng.normal(size=(n, 3)) if aim == "random"
-                  else _aims(triangles, n, rng, aim) - origins)
+                  else aims_at(triangles, n, rng, aim) - origins)
     return Case(triangles, origins, directions, closed=True)
 
-
-# Rows 1 to 6: closed meshes ----------------------------------------------------------------------
 
 @_case("sphere-random", 1, "closed bumpy sphere, random rays from inside")
 def _(n: int, seed: int) -> Case:
@@ -157,15 +112,6 @@ def _(n: int, seed: int) -> Case:
     return _sphere(n, seed, "edges", EMBREE_CASE)
 
 
-def square(quads: int) -> np.ndarray:
-    """(2 quads^2, 3, 3) float32, the square [-1, 1]^2 at z = -1."""
-    side = np.linspace(-1, 1, quads + 1).astype(np.float32)
-    x, y = np.meshgrid(side, side)
-    v = np.stack([x, y, np.full_like(x, -1)], -1)
-    a, b, c, d = v[:-1, :-1], v[:-1, 1:], v[1:, 1:], v[1:, :-1]
-    return np.stack([a, b, c, a, c, d], 2).reshape(-1, 3, 3)
-
-
 def square_case(quads: int, n: int, seed: int) -> Case:
     """Half of the rays at vertices, half anywhere, from one point in front of the square."""
     rng = np.random.default_rng(seed)
@@ -185,16 +131,6 @@ def _(n: int, seed: int) -> Case:
 
 
 # Rows 8 to 10, 30: where the scene lies, and how large it is -------------------------------------
-
-def outside_rays(triangles: np.ndarray, n: int, rng: np.random.Generator,
-                 distance: float = 1.0) -> Rays:
-    """From a sphere of ``distance`` sizes around the scene at points of its triangles."""
-    corners = triangles.reshape(-1, 3).astype(np.float64)
-    lo, hi = corners.min(axis=0), corners.max(axis=0)
-    origins = (lo + hi) / 2 + distance * np.linalg.norm(hi - lo) * unit(rng.normal(size=(n, 3)))
-    origins = origins.astype(np.float32)
-    return origins, _aims(triangles, n, rng, "insides") - origins
-
 
 @_case("outside", 30, "soup from outside, all octants of directions")
 def _(n: int, seed: int) -> Case:
@@ -219,8 +155,8 @@ def moved(power: int, n: int, seed: int) -> Case:
     at = 2.0 * 10**power * np.float64([1, -0.6, 0.3])
     triangles = bumpy_sphere(at=at)
     origins = _inside(n, rng, at)
-    aims = np.concatenate([_aims(triangles, n // 2, rng, "vertices"),
-                           _aims(triangles, n - n // 2, rng, "edges")])
+    aims = np.concatenate([aims_at(triangles, n // 2, rng, "vertices"),
+                           aims_at(triangles, n - n // 2, rng, "edges")])
     return Case(triangles, origins, aims - origins, closed=power <= 5)
 
 
@@ -234,7 +170,7 @@ def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
     triangles = bumpy_sphere()
     origins = (unit(rng.normal(size=(n, 3))) * 10 ** rng.uniform(1, 6, (n, 1))).astype(np.float32)
-    return Case(triangles, origins, 0.9 * _aims(triangles, n, rng, "vertices") - origins)
+    return Case(triangles, origins, 0.9 * aims_at(triangles, n, rng, "vertices") - origins)
 
 
 @_case("stadium", 9, "sizes from 1 to 10^-5 in one scene")
@@ -244,8 +180,8 @@ def _(n: int, seed: int) -> Case:
     triangles = np.concatenate([hall, (pot.astype(np.float64) * 1e-5).astype(np.float32)])
     origins = (0.5 + rng.normal(size=(n, 3)) * 10 ** rng.uniform(-4.5, -0.5, (n, 1)))
     origins = origins.astype(np.float32)
-    aims = np.where(np.arange(n)[:, None] % 2 == 0, _aims(triangles[500:], n, rng, "vertices"),
-                    _aims(triangles[:500], n, rng, "insides"))
+    aims = np.where(np.arange(n)[:, None] % 2 == 0, aims_at(triangles[500:], n, rng, "vertices"),
+                    aims_at(triangles[:500], n, rng, "insides"))
     return Case(triangles, origins, aims - origins)
 
 
@@ -291,7 +227,7 @@ def _(n: int, seed: int) -> Case:
     repeated = np.stack([p, q, q], 1)
     flat = np.concatenate([points, needles, repeated])
     wall = np.float64([[[-64, -64, -4], [64, -64, -4], [0, 64, -4]]])
-    aims = _aims(flat.astype(np.float32), n, rng, "vertices")
+    aims = aims_at(flat.astype(np.float32), n, rng, "vertices")
     origins = (aims + [0, 0, 4] + 0.5 * rng.integers(-2, 3, (n, 3)) * [1, 1, 0])
     return Case(np.concatenate([flat, wall]), origins, aims - origins, closed=True)
 
@@ -416,7 +352,7 @@ def _(n: int, seed: int) -> Case:
     triangles = (soup(1500, seed, 0.004) * flat).astype(np.float32)
     corner = rng.integers(0, 2, (n, 3))
     origins = ((corner + 0.1 * rng.normal(size=(n, 3))) * flat).astype(np.float32)
-    aims = np.where(np.arange(n)[:, None] % 2 == 0, _aims(triangles, n, rng, "insides"),
+    aims = np.where(np.arange(n)[:, None] % 2 == 0, aims_at(triangles, n, rng, "insides"),
                     (1 - corner + 0.1 * rng.normal(size=(n, 3))) * flat)
     cells = {"resolution": (512, 512, 8)}
     return Case(triangles, origins, aims - origins,

@@ -90,7 +90,7 @@ def build_grid(triangles: np.ndarray, *, resolution: int | Sequence[int] | None 
 
 def _keys(triangles: np.ndarray, lo: np.ndarray, hi: np.ndarray, resolution: np.ndarray,
           most: int) -> list[np.ndarray] | None:
-    """Cell << 32 | triangle of every overlap, in pieces; None where they are more than ``most``."""
+    """Cell << 32 | triangle of every overlap, in pieces; None for more than ``most``."""
     keys = [np.zeros(0, np.int64)]
     total = 0
     for triangle, cell in _overlaps(triangles, lo, hi, resolution):

@@ -9,7 +9,8 @@ from watching import Fields, watching
 import gpgpu_rt as rt
 from gpgpu_rt import accel
 from gpgpu_rt.accel.bounds import padding
-from gpgpu_rt.figures.extreme_cases import Case, long_way, make_case, soup
+from gpgpu_rt.figures.extreme_cases import Case, long_way, make_case
+from gpgpu_rt.figures.extreme_shapes import soup
 from gpgpu_rt.texel_layout import EXACT_INTEGER
 
 ROWS = {row.name: row for row in rt.methods()}

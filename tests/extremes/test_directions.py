@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.figures.extreme_cases import Case, lattice, make_case
+from gpgpu_rt.figures.extreme_cases import Case, make_case
+from gpgpu_rt.figures.extreme_shapes import lattice
 
 METHODS = [row.name for row in rt.methods()]
 pytestmark = pytest.mark.small

@@ -40,7 +40,7 @@ def arithmetic(name: str, rounding: str) -> Arithmetic:
 
 def wrong(case: Case, hits: rt.Hits, chosen: Precision) -> np.ndarray:
     """(n,) bool: hits that are not there, by the bounds derived for the format's arithmetic on
-    what the format's textures hold; and t outside its bound where 1 / det is in the format's range."""
+    what the format's textures hold; and t outside its bound where 1 / det is in range."""
     at = np.flatnonzero(hits.hit)
     corners = chosen.stored(case.triangles[hits.triangle[at]])
     exponent = np.frexp(np.abs(case.directions[at]).max(axis=1))[1]
