@@ -15,7 +15,7 @@ from .output import markdown_table, number, plt, save_chart, write_csv, write_te
 
 PRECISIONS = ({"precision": "fp24"}, {"precision": "fp16"})
 STORED = tuple({"storage": "fp16", "rounding": rounding} for rounding in ("nearest", "chop", "up"))
-CAP = 10_000    # of settings in which rays may go round: far above what any other ray needs here
+CAP = 10_000    # of settings in which rays may go round: far above what most rays need here
 CATEGORIES = ("leak", "false hit", "wrong triangle", "wrong distance", "unfinished")
 
 
