@@ -35,7 +35,7 @@ def test_row_8_scaled_scenes(exact_renderer, method: str, exponent: int) -> None
     assert np.array_equal(np.ldexp(plain.t, exponent), other.t)
 
 
-@pytest.mark.parametrize("scale", [1e-6, 3e-4, 7e3, 1e6])
+@pytest.mark.parametrize("scale", [1e-12, 1e-6, 7e3, 1e6, 1e12])
 @pytest.mark.parametrize("method", METHODS)
 def test_row_8_scaled_by_other_factors(method: str, scale: float) -> None:
     """By factors that round: the mesh is another one, but closed, and no ray leaks from it."""

@@ -12,7 +12,6 @@ from gpgpu_rt.options import TRACER_OPTIONS
 METHODS = [row.name for row in rt.methods()]
 INTERSECTIONS = next(o.choices for o in TRACER_OPTIONS if o.name == "intersection")
 UNIT = np.float32([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]])
-pytestmark = pytest.mark.small
 
 
 def trace(case: Case, method: str, **options) -> rt.Hits:
@@ -22,6 +21,7 @@ def trace(case: Case, method: str, **options) -> rt.Hits:
     return hits
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("seed", [1], ids="seed{}".format)
 @pytest.mark.parametrize("method", METHODS)
 def test_row_7_the_unit_triangle(method: str, seed: int) -> None:
@@ -40,6 +40,7 @@ def test_row_7_the_unit_triangle(method: str, seed: int) -> None:
         assert error[inside].max() <= 16 * 2.0**-24
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("seed", [2], ids="seed{}".format)
 @pytest.mark.parametrize("method", METHODS)
 def test_row_12_grazing_hits_lie_in_the_box(method: str, seed: int) -> None:
@@ -76,6 +77,7 @@ def test_row_14_ten_thousand_in_one_place() -> None:
     assert hits.hit.mean() > 0.5 and (hits.triangle[hits.hit] == 0).all()
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("size", [2.0**-62, 2.0**-70, 2.0**-100])
 @pytest.mark.parametrize("method", METHODS)
 def test_triangles_below_the_stated_limit_are_missed_not_guessed(method: str, size: float) -> None:
