@@ -3,9 +3,9 @@ from . import reference
 from .camera import Camera
 from .errors import ContextError, Error, LimitError, OptionError, SceneError, ShaderError
 from .hits import Hits
-from .methods import methods
+from .methods import Method, methods
 from .scene import Scene, load_scene
 from .tracer import Tracer
 
-__all__ = ["Camera", "ContextError", "Error", "Hits", "LimitError", "OptionError", "Scene",
-           "SceneError", "ShaderError", "Tracer", "load_scene", "methods", "reference"]
+__all__ = ["Camera", "ContextError", "Error", "Hits", "LimitError", "Method", "OptionError",
+           "Scene", "SceneError", "ShaderError", "Tracer", "load_scene", "methods", "reference"]

@@ -30,6 +30,17 @@ def as_triangles(triangles: np.ndarray) -> np.ndarray:
     return triangles
 
 
+def shrink_flat(triangles: np.ndarray) -> np.ndarray:
+    """The triangles (n, 3, 3) float32, those without area shrunk to their first corner.
+
+    A triangle without area is never hit. Three corners on a line, sheared and rounded, may enclose
+    something after all; three equal ones do not: every test's determinant is then exactly zero.
+    """
+    v0, v1, v2 = triangles.astype(np.float64).transpose(1, 0, 2)
+    flat = (np.cross(v1 - v0, v2 - v0) == 0).all(axis=1)
+    return np.where(flat[:, None, None], triangles[:, :1], triangles) if flat.any() else triangles
+
+
 def padding(triangles: np.ndarray) -> np.float32:
     """How far the builders widen every box of this scene, world units."""
     largest = float(np.abs(triangles).max()) if len(triangles) else 0.0
