@@ -199,14 +199,15 @@ def test_row_34_the_deepest_trees(exact_renderer, method: str, build: str) -> No
 
 # Caps and loops ----------------------------------------------------------------------------------
 
-def stated_cap(structure: object, triangles: int) -> int:
+def stated_cap(structure: object, triangles: int, stack: bool) -> int:
     """The step bound as docs/extremes.md states it, from an accelerator's depth and size."""
     if isinstance(structure, accel.Grid):
         occupied = (np.diff(structure.cell_start) > 0).sum()
         return int(structure.resolution.sum() + len(structure.references) + occupied) + 3
     if isinstance(structure, accel.KdTree):
         leaves = (structure.axis == 3).sum()
-        return int(leaves * (2 * structure.depth + 3) + len(structure.references))
+        visits = leaves * (2 * structure.depth + 3) + 2 * stack * len(structure.axis)
+        return int(visits + len(structure.references))
     if isinstance(structure, accel.Bvh):
         return len(structure.escape) + len(structure.order)
     return triangles
@@ -215,12 +216,13 @@ def stated_cap(structure: object, triangles: int) -> int:
 @pytest.mark.parametrize("name", ["long-way", "in-planes", "box-corners"])
 @pytest.mark.parametrize("method", ROWS)
 def test_row_40_the_cap_follows_from_the_structure(method: str, name: str) -> None:
-    case = make_case(name, 200, 7) if name != "long-way" else long_way(2000, 4, 7)
+    case = make_case(name, 200, 7) if name != "long-way" else long_way(300, 4, 7)
     with rt.Tracer(case.scene, method, statistics=True) as tracer:
         structure = tracer.accelerator.structure
         hits = tracer.trace(case.origins, case.directions)
         if structure is None or type(structure) in (accel.Grid, accel.KdTree, accel.Bvh):
-            assert tracer.accelerator.step_bound == stated_cap(structure, len(case.triangles))
+            assert tracer.accelerator.step_bound == stated_cap(
+                structure, len(case.triangles), method in ("kd-stack", "kd-texture-stack"))
         assert tracer.step_cap == min(tracer.accelerator.step_bound + 1, EXACT_INTEGER - 1)
         assert not hits.status.any() and hits.steps.max() < tracer.step_cap
 
@@ -240,7 +242,7 @@ def test_row_40_rays_at_the_cap_are_flagged(method: str, schedule: str) -> None:
         assert not hits.status[whole.steps < cap].any()
 
 
-@pytest.mark.parametrize("method", ROWS)
+@pytest.mark.parametrize("method", [name for name, row in ROWS.items() if "loop" in row.schedules])
 def test_row_36_more_iterations_than_a_loop_runs(method: str) -> None:
     """llvmpipe ends loops after 65,535 iterations, silently: later passes take up the rest."""
     case = long_way(70_000 if method == "brute-force" else 40_000, 3, 9)

@@ -9,6 +9,7 @@ from conftest import (
 )
 
 import gpgpu_rt as rt
+from gpgpu_rt.methods import find_method
 
 CASES = [pytest.param(row.name, options, id="-".join([row.name, *map(str, options.values())]))
          for row in rt.methods() for options in variants(row.name)]
