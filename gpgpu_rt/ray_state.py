@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 import moderngl
 import numpy as np
 
+from .approach import approach
 from .gpu import Gpu
 from .hits import INVALID, Hits
 from .precision import Precision
@@ -20,7 +21,8 @@ class RayBatch:
 
     A direction is scaled by the power of two that brings its largest component into [0.5, 1), and
     t with it: exact, so that kernels meet directions of one size whatever length the caller's
-    have. ``Hits`` come back in the caller's units.
+    have. An origin far outside ``bounds`` is advanced along its ray (see ``approach``). ``Hits``
+    come back in the caller's units.
 
     Parameters
     ----------
@@ -28,6 +30,7 @@ class RayBatch:
     t_min, t_max : scalars, or one a ray; both ends count
     shape : (h, w) of the tile the rays form, or None: the shape of the arrays, else rows of 1024
     invalid : "raise" or "miss": what becomes of a ray with a NaN, an infinity or a zero direction
+    bounds : the scene's (lo, hi), or None to leave every origin as it is
 
     Raises
     ------
@@ -37,7 +40,8 @@ class RayBatch:
 
     def __init__(self, origins: np.ndarray, directions: np.ndarray,
                  t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf,
-                 shape: tuple[int, int] | None = None, invalid: str = "raise") -> None:
+                 shape: tuple[int, int] | None = None, invalid: str = "raise",
+                 bounds: tuple[np.ndarray, np.ndarray] | None = None) -> None:
         if invalid not in ("raise", "miss"):
             raise ValueError(f'invalid is "raise" or "miss", not {invalid!r}')
         origins, directions = _rays_array(
@@ -70,10 +74,16 @@ class RayBatch:
         # Texels past the last ray, and invalid rays, hold a ray whose interval is empty.
         texels = np.zeros((self.size[0] * self.size[1], 2, 4), np.float32)
         texels[:, 0, 3], texels[:, 1, 2], texels[:, 1, 3] = 1, 1, -1
-        with np.errstate(over="ignore"):
-            texels[:self.count] = RAY_TEXELS.pack(
-                origin=origins, direction=np.ldexp(directions, -self.exponents[:, None]),
-                t_min=np.ldexp(t_min, self.exponents), t_max=np.ldexp(t_max, self.exponents))
+        with np.errstate(over="ignore", invalid="ignore"):
+            directions = np.ldexp(directions, -self.exponents[:, None])
+            t_min, t_max = np.ldexp(t_min, self.exponents), np.ldexp(t_max, self.exponents)
+            self.shift: np.ndarray | None = None
+            if bounds is not None:
+                origins, shift = approach(origins, directions, *bounds)
+                if shift.any():
+                    self.shift, t_min, t_max = shift, t_min - shift, t_max - shift
+            texels[:self.count] = RAY_TEXELS.pack(origin=origins, direction=directions,
+                                                  t_min=t_min, t_max=t_max)
         texels[self.invalid] = [[0, 0, 0, 1], [0, 0, 1, -1]]
         self.texels = texels.reshape(self.size[1], self.size[0], 2, 4)
 
@@ -89,7 +99,10 @@ class RayBatch:
         fields = {name: values[:self.count] for name, values in fields.items()}
         missed = fields["triangle"] == EXACT_INTEGER
         with np.errstate(over="ignore"):
-            t = np.ldexp(fields["t"], -self.exponents)
+            t = fields["t"]
+            if self.shift is not None:
+                t = (t + self.shift).astype(np.float32)
+            t = np.ldexp(t, -self.exponents)
         t[missed] = np.inf
         triangle = np.where(missed, np.int32(-1), fields["triangle"])
         status = np.zeros(self.count, np.uint8)

@@ -56,6 +56,7 @@ class Tracer:
         self._check_schedule("schedule" in options)
         self.precision = Precision.of(self.options)
         self.scene = load_scene(scene)
+        self._bounds = self.scene.bounds
         self.gpu = open_gpu(self.options["context"])
         self.statistics = Statistics()
         began = time.perf_counter()
@@ -116,7 +117,8 @@ class Tracer:
         ValueError
             for arrays that do not fit, or naming the first invalid ray.
         """
-        return self._trace(RayBatch(origins, directions, t_min, t_max, shape, invalid), False)
+        return self._trace(RayBatch(origins, directions, t_min, t_max, shape, invalid,
+                                    self._bounds), False)
 
     def occluded(self, origins: np.ndarray, directions: np.ndarray,
                  t_max: float | np.ndarray = np.inf, t_min: float | np.ndarray = 0.0,
@@ -125,7 +127,8 @@ class Tracer:
 
         Raises ``Error`` where the step cap, or a full stack, leaves that open for some ray.
         """
-        hits = self._trace(RayBatch(origins, directions, t_min, t_max, shape, invalid), True)
+        hits = self._trace(RayBatch(origins, directions, t_min, t_max, shape, invalid,
+                                    self._bounds), True)
         for status, advice in ((UNFINISHED, f"reached the step cap of {self.step_cap} undecided; "
                                             "raise step_cap"),
                                (STACK_OVERFLOW, "overflowed their stack; raise stack_size")):

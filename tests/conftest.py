@@ -11,6 +11,7 @@ import pytest
 import gpgpu_rt as rt
 from gpgpu_rt import rays as ray_sets
 from gpgpu_rt.gpu import Gpu, open_gpu
+from gpgpu_rt.methods import find_method
 from gpgpu_rt.scenes import catalogue
 
 # Tests build what they test, but each structure once.
@@ -71,6 +72,18 @@ def exact_renderer(gpu: Gpu) -> Gpu:
     if "llvmpipe" not in gpu.renderer:
         pytest.skip(f"bits are compared on llvmpipe only, this is {gpu.renderer}")
     return gpu
+
+
+def variants(name: str) -> list[dict[str, object]]:
+    """Settings of a method that change what its programs do: each choice of its own options."""
+    settings: list[dict[str, object]] = [{}]
+    for option in find_method(name).options:
+        if option.choices:
+            settings += [{option.name: c} for c in option.choices
+                         if c != option.default and c not in option.relaxed]
+        elif option.kind is bool:
+            settings.append({option.name: not option.default})
+    return settings
 
 
 def real_scene(name: str) -> rt.Scene:

@@ -1,13 +1,17 @@
 // How far boxes are widened. Rounding must never lose a box that holds a hit, so they grow by
 // BOX_SLACK of the largest distance between origin and scene, per axis: this covers the rounding
 // of both the slabs and the triangle test (measured: no differing bit over millions of rays). It is
-// done once a ray, by moving the origin that a box's corners are measured from.
+// done once a ray, by moving the origin that a box's corners are measured from. SPACING of the origin
+// is added, at least half the distance to the next number: else, in a scene far from 0, the sum
+// would round back to the origin and widen nothing.
 
 uniform vec3 scene_lo;
 uniform vec3 scene_hi;
 
 const float BOX_SLACK = 64.0 * ARITHMETIC_UNIT;   // 3.8e-6 in float32
+const float SPACING = 2.0 * ARITHMETIC_UNIT;      // of numbers, relative to them, at most
 
 vec3 box_slack(vec3 origin) {
-    return R(BOX_SLACK * R(max(abs(scene_lo - origin), abs(scene_hi - origin))));
+    return R(R(BOX_SLACK * R(max(abs(scene_lo - origin), abs(scene_hi - origin))))
+             + SPACING * abs(origin));
 }

@@ -34,5 +34,7 @@ void climb(Ray ray, inout State state, inout Hit hit) {
     if (t_leave > state.t_min) {
         state.t_max = min(t_leave, state.t_exit);
         state.phase = DOWN;
+    } else if (state.node == 0) {
+        state.phase = DONE;   // bounds stored in few bits may end before the scene does
     }
 }

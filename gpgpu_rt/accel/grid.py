@@ -20,6 +20,7 @@ from .runs import chunks, expand, owners
 
 MOST_CELLS_AN_AXIS = 512
 MOST_REFERENCES = 1 << 27           # 0.5 GiB of int32
+USUAL_REFERENCES = 64               # a triangle, on average; past it a chosen resolution is halved
 FINEST_CELL = 8                     # paddings; below, every triangle fills its neighbourhood
 CHUNK = 1 << 18                     # columns or cells at a time
 
@@ -51,7 +52,8 @@ def build_grid(triangles: np.ndarray, *, resolution: int | Sequence[int] | None 
     ----------
     triangles : (n, 3, 3) float32, world units
     resolution : cells an axis, one number or three, 1 to 512; None: from `density`
-    density : cells a triangle, in a scene that is not flat
+    density : cells a triangle, in a scene that is not flat; fewer where triangles overlap so much
+        that each would lie in more than 64 cells on average
 
     Raises
     ------
@@ -63,21 +65,19 @@ def build_grid(triangles: np.ndarray, *, resolution: int | Sequence[int] | None 
     density = in_range("density", density, 1e-9, 1e9)
     triangles = as_triangles(triangles)
     lo, hi = scene_box(triangles)
-    if resolution is None:
-        resolution = _resolution(triangles, hi.astype(np.float64) - lo, density)
-    else:
+    if resolution is not None:
         resolution = _given_resolution(resolution)
-    cell_size = ((hi.astype(np.float64) - lo) / resolution).astype(np.float32)
-    cells = int(np.prod(resolution.astype(np.int64)))
-    keys = [np.zeros(0, np.int64)]
-    total = 0
-    for triangle, cell in _overlaps(triangles, lo, hi, resolution):
-        index = cell[:, 0] + resolution[0] * (cell[:, 1] + resolution[1] * cell[:, 2])
-        keys.append(index << 32 | triangle)
-        total += len(triangle)
-        if total > MOST_REFERENCES:
+        keys = _keys(triangles, lo, hi, resolution, MOST_REFERENCES)
+        if keys is None:
             raise LimitError(f"a grid of {' x '.join(map(str, resolution))} cells holds more "
                              f"than {MOST_REFERENCES} references; lower its resolution")
+    else:
+        resolution = _resolution(triangles, hi.astype(np.float64) - lo, density)
+        usual = USUAL_REFERENCES * len(triangles) + 4096
+        while (keys := _keys(triangles, lo, hi, resolution, usual)) is None:
+            resolution = np.maximum(resolution // 2, 1)    # one cell holds each triangle once
+    cell_size = ((hi.astype(np.float64) - lo) / resolution).astype(np.float32)
+    cells = int(np.prod(resolution.astype(np.int64)))
     key = np.concatenate(keys)
     key.sort()
     cell_start = np.zeros(cells + 1, np.int32)
@@ -86,6 +86,20 @@ def build_grid(triangles: np.ndarray, *, resolution: int | Sequence[int] | None 
     np.cumsum(cell_start, out=cell_start)
     return Grid(lo, hi, resolution.astype(np.int32), cell_size, cell_start,
                 (key & 0xffffffff).astype(np.int32))
+
+
+def _keys(triangles: np.ndarray, lo: np.ndarray, hi: np.ndarray, resolution: np.ndarray,
+          most: int) -> list[np.ndarray] | None:
+    """Cell << 32 | triangle of every overlap, in pieces; None for more than ``most``."""
+    keys = [np.zeros(0, np.int64)]
+    total = 0
+    for triangle, cell in _overlaps(triangles, lo, hi, resolution):
+        index = cell[:, 0] + resolution[0] * (cell[:, 1] + resolution[1] * cell[:, 2])
+        keys.append(index << 32 | triangle)
+        total += len(triangle)
+        if total > most:
+            return None
+    return keys
 
 
 def _given_resolution(resolution: int | Sequence[int]) -> np.ndarray:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import moderngl
 import numpy as np
 
+from ..approach import FAR, NEAR, sphere
 from ..camera import Camera
 from ..gpu import Gpu
 from ..options import word_define
@@ -58,7 +59,10 @@ class Shading:
         """Write the rays through the pixel centres of an image as large as ``rays``."""
         self._make_room(rays.size)
         right, up, forward = (tuple(axis) for axis in camera.basis(rays.size))
-        self._eye.set(eye=camera.eye, right=right, up=up, forward=forward, size=rays.size)
+        centre, radius = sphere(*self.scene.bounds)
+        far = np.linalg.norm(np.subtract(camera.eye, centre)) > FAR * radius
+        self._eye.set(eye=camera.eye, right=right, up=up, forward=forward, size=rays.size,
+                      centre=tuple(centre), beyond=NEAR * radius if far else 0.0)
         self._eye.draw(rays.target, {})
 
     def surfaces(self, rays: RayTextures, hits: StateBuffer) -> RayTextures:

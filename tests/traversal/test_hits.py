@@ -5,24 +5,11 @@ import numpy as np
 import pytest
 from conftest import (
     FOLEY, RAY_SETS, assert_same_bits, assert_same_hits, random_soup, real_scene, schedules_of,
-    soup_scene
+    soup_scene, variants
 )
 
 import gpgpu_rt as rt
 from gpgpu_rt.methods import find_method
-
-
-def variants(name: str) -> list[dict[str, object]]:
-    """Settings of a method that change what its programs do: each choice of its own options."""
-    settings: list[dict[str, object]] = [{}]
-    for option in find_method(name).options:
-        if option.choices:
-            settings += [{option.name: c} for c in option.choices
-                         if c != option.default and c not in option.relaxed]
-        elif option.kind is bool:
-            settings.append({option.name: not option.default})
-    return settings
-
 
 CASES = [pytest.param(row.name, options, id="-".join([row.name, *map(str, options.values())]))
          for row in rt.methods() for options in variants(row.name)]

@@ -1,0 +1,48 @@
+"""Measures the extreme cases: what became of each one's rays."""
+from __future__ import annotations
+
+import hashlib
+from typing import Any
+
+import gpgpu_rt as rt
+from gpgpu_rt.judge import judge, leaks
+
+from .extreme_cases import CASES, make_case
+
+FEW = {"coincident": 100, "coplanar": 500, "one-centroid": 300, "long-way": 3}
+SEED = 1
+LONG = ("coincident", "long-way")    # their few rays take more steps than a cell's cap allows
+
+
+def measure(method: str, options: dict[str, Any], rays: int) -> dict[str, dict[str, Any]]:
+    """Every case by one method with ``options``, judged: case -> what became of its rays."""
+    return {name: _measure_one(name, method, options, min(rays, FEW.get(name, rays)))
+            for name in CASES}
+
+
+def _measure_one(name: str, method: str, options: dict[str, Any], rays: int) -> dict[str, Any]:
+    case = make_case(name, rays, SEED)
+    chosen = {**case.options.get(method, {}), **options}
+    if name in LONG:
+        chosen.pop("step_cap", None)
+    with rt.Tracer(case.scene, method, statistics=True, **chosen) as tracer:
+        hits = tracer.trace(case.origins, case.directions)
+        cap = tracer.step_cap
+    reference = rt.reference.trace(case.triangles, case.origins, case.directions,
+                                   accelerated=True)
+    verdict = judge(case.triangles, case.origins, case.directions, hits, reference=reference)
+    assert hits.steps is not None
+    return {**verdict.to_dict(), "missed": int(leaks(reference, hits).sum()),
+            "closed_leaks": int((~hits.hit).sum()) if case.closed else None,
+            "steps": float(hits.steps.mean()), "most_steps": int(hits.steps.max()), "cap": cap,
+            "capped": int((hits.status == 2).sum())}
+
+
+def digest() -> str:
+    """Tells the cases from those of another version."""
+    total = hashlib.sha256()
+    for name in CASES:
+        case = make_case(name, 16, SEED)
+        for array in (case.triangles, case.origins, case.directions):
+            total.update(array.tobytes())
+    return total.hexdigest()

@@ -1,0 +1,68 @@
+"""Shapes of the extreme cases, and points to aim rays at."""
+from __future__ import annotations
+
+import numpy as np
+import trimesh
+
+Rays = tuple[np.ndarray, np.ndarray]
+
+
+def bumpy_sphere(subdivisions: int = 3, at: np.ndarray | float = 0.0) -> np.ndarray:
+    """(20 4^subdivisions, 3, 3) float32: closed, shared vertices equal to the bit, centred at
+    ``at``, star-shaped around it with radii from 0.8 to 1.2."""
+    mesh = trimesh.creation.icosphere(subdivisions=subdivisions)
+    v = np.asarray(mesh.vertices)
+    v = v * (1 + 0.1 * np.sin(7 * v[:, :1]) + 0.1 * np.cos(5 * v[:, 1:2] + 3 * v[:, 2:]))
+    return (v + at).astype(np.float32)[np.asarray(mesh.faces)]
+
+
+def soup(count: int, seed: int, size: float = 0.2) -> np.ndarray:
+    """(count, 3, 3) float32 in about the unit box, every seventh triangle axis-parallel."""
+    rng = np.random.default_rng(seed)
+    corners = rng.random((count, 1, 3)) + size * rng.normal(size=(count, 3, 3))
+    corners[::7, :, seed % 3] = corners[::7, :1, seed % 3]
+    return corners.astype(np.float32)
+
+
+def lattice(cells: int) -> np.ndarray:
+    """(12 cells^3, 3, 3) float32 walls of every second cell of a lattice in the unit box:
+    coordinates are exact, so rays can run in planes, through edges and through corners."""
+    cube = np.asarray(trimesh.creation.box((1, 1, 1)).triangles) + 0.5
+    at = np.stack(np.meshgrid(*[np.arange(0, cells, 2)] * 3), -1).reshape(-1, 1, 1, 3)
+    return ((cube + at) / cells).reshape(-1, 3, 3).astype(np.float32)
+
+
+def unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+
+
+def aims_at(triangles: np.ndarray, n: int, rng: np.random.Generator, at: str) -> np.ndarray:
+    """(n, 3) points of vertices, of edges or of insides, float64."""
+    corners = triangles.astype(np.float64)[rng.integers(len(triangles), size=n)]
+    weights = rng.dirichlet((1, 1, 1), n)
+    if at != "insides":
+        weights[:, 2] = 0
+        if at == "vertices":
+            weights[:, 1] = 0
+        weights = np.take_along_axis(weights / weights.sum(1, keepdims=True),
+                                     (np.arange(3) + rng.integers(3, size=(n, 1))) % 3, 1)
+    return (corners * weights[..., None]).sum(axis=1)
+
+
+def square(quads: int) -> np.ndarray:
+    """(2 quads^2, 3, 3) float32, the square [-1, 1]^2 at z = -1."""
+    side = np.linspace(-1, 1, quads + 1).astype(np.float32)
+    x, y = np.meshgrid(side, side)
+    v = np.stack([x, y, np.full_like(x, -1)], -1)
+    a, b, c, d = v[:-1, :-1], v[:-1, 1:], v[1:, 1:], v[1:, :-1]
+    return np.stack([a, b, c, a, c, d], 2).reshape(-1, 3, 3)
+
+
+def outside_rays(triangles: np.ndarray, n: int, rng: np.random.Generator,
+                 distance: float = 1.0) -> Rays:
+    """From a sphere of ``distance`` sizes around the scene at points of its triangles."""
+    corners = triangles.reshape(-1, 3).astype(np.float64)
+    lo, hi = corners.min(axis=0), corners.max(axis=0)
+    origins = (lo + hi) / 2 + distance * np.linalg.norm(hi - lo) * unit(rng.normal(size=(n, 3)))
+    origins = origins.astype(np.float32)
+    return origins, aims_at(triangles, n, rng, "insides") - origins

@@ -1,0 +1,51 @@
+"""Approach: rays that start far outside a scene start near it instead, on their own line.
+
+What a program computes of a ray carries errors in proportion to the distance from its origin: a
+few 2^-24 of it. Builders widen what they list by `bounds.PADDING` of the largest coordinate, and a
+ray that starts within a few of the scene's sizes errs by less. From farther off it would pass
+cells and leaves by without seeing them: kd-trees lost 0.01 % of vertex-aimed rays at eight times
+the scene's size and 5 % at 10^4 times. Advancing such an origin in float64 costs half a float32
+spacing at the scene, less than a triangle test from afar does.
+"""
+from __future__ import annotations
+
+import numpy as np
+
+FAR = 4.0    # times the radius of the scene's sphere, from its centre
+NEAR = 2.0   # where a ray from farther off starts, the same unit
+
+
+def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
+             hi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rays that start near the scene, or where they did.
+
+    Parameters
+    ----------
+    origins, directions : (n, 3) float32, world units, finite; directions of length near 1
+    lo, hi : (3,), the scene's bounds
+
+    Returns
+    -------
+    (n, 3) float32 origins, and (n,) float64, how far each was advanced in units of its direction
+    """
+    shift = np.zeros(len(origins))
+    centre, radius = sphere(lo, hi)
+    # The cheap test first, in float32: nearly all calls end here.
+    if radius == 0 or not (np.abs(origins - centre.astype(np.float32)) > radius).any():
+        return origins, shift
+    offset = centre - origins.astype(np.float64)
+    far = np.flatnonzero((offset ** 2).sum(axis=1) > (FAR * radius) ** 2)
+    d = directions[far].astype(np.float64)
+    length = np.sqrt((d ** 2).sum(axis=1))
+    ahead = np.maximum((offset[far] * d).sum(axis=1) / length - NEAR * radius, 0) / length
+    # 24 bits, so that the shift is exact in float32 and what lies at a round t stays there.
+    shift[far] = ahead.astype(np.float32)
+    moved = origins.copy()
+    moved[far] = origins[far] + shift[far, None] * d
+    return moved, shift
+
+
+def sphere(lo: np.ndarray, hi: np.ndarray) -> tuple[np.ndarray, float]:
+    """Centre, (3,) float64, and radius of the sphere around a box."""
+    lo, hi = np.asarray(lo, np.float64), np.asarray(hi, np.float64)
+    return (lo + hi) / 2, float(np.linalg.norm(hi - lo)) / 2

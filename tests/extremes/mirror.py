@@ -1,0 +1,96 @@
+"""A mirror of the watertight test as `triangle.glsl` computes it, operation by operation in
+float32, and the same with its products contracted into fused multiply-adds."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+import gpgpu_rt as rt
+
+Array = np.ndarray
+
+
+def fused(a: Array, b: Array, c: Array) -> Array:
+    """float32(a b + c): a product of two float32 is exact in float64, the sum is rounded twice at
+    worst, which differs from a true fused multiply-add once in 2^29."""
+    return (a.astype(np.float64) * b + c).astype(np.float32)
+
+
+def apart(a: Array, b: Array, c: Array) -> Array:
+    """a b + c in float32, each operation rounded."""
+    return a * b + c
+
+
+def pairs(corners: Array, origins: Array, directions: Array,
+          contract: bool = False) -> tuple[Array, Array, Array, Array]:
+    """The test of k pairs of triangle and ray: t, u, v (k,) float32 and accepted (k,) bool.
+
+    Parameters
+    ----------
+    corners : (k, 3, 3) float32
+    origins, directions : (k, 3) float32
+    contract : as a compiler may where `precise` does not forbid it
+    """
+    multiply_add = fused if contract else apart
+    size = np.abs(directions)
+    exponent = np.frexp(size.max(axis=1))[1]
+    d = np.ldexp(directions, -exponent[:, None])
+    size = np.abs(d)
+    x_first = (size[:, 0] >= size[:, 1]) & (size[:, 0] >= size[:, 2])
+    axis = np.where(x_first, 0, np.where(size[:, 1] >= size[:, 2], 1, 2))
+    order = (axis[:, None] + [1, 2, 3]) % 3
+    p = np.take_along_axis(d, order, 1)
+    with np.errstate(all="ignore"):
+        shear = p[:, :2] / p[:, 2:]
+        a, b, c = (np.take_along_axis(corners[:, k] - origins, order, 1) for k in range(3))
+        sa, sb, sc = (multiply_add(-shear, v[:, 2:], v[:, :2]) for v in (a, b, c))
+
+        def edge(one: Array, two: Array) -> Array:
+            return multiply_add(one[:, 0], two[:, 1], -(one[:, 1] * two[:, 0]))
+        w0, w1, w2 = edge(sc, sb), edge(sa, sc), edge(sb, sa)
+        det = w0 + w1 + w2
+        lo, hi = np.minimum(np.minimum(sa, sb), sc), np.maximum(np.maximum(sa, sb), sc)
+        in_box = (lo <= 0).all(axis=1) & (hi >= 0).all(axis=1)
+        lowest, highest = np.minimum(np.minimum(w0, w1), w2), np.maximum(np.maximum(w0, w1), w2)
+        inv_det = np.float32(1) / det
+        depth = multiply_add(w2, c[:, 2], multiply_add(w1, b[:, 2], w0 * a[:, 2]))
+        t = np.ldexp(depth * (np.float32(1) / p[:, 2]) * inv_det, -exponent)
+        accepted = in_box & ((lowest >= 0) | (highest <= 0)) & (det != 0) & (t >= 0)
+        return t, w1 * inv_det, w2 * inv_det, accepted
+
+
+def trace(triangles: Array, origins: Array, directions: Array, contract: bool = False) -> rt.Hits:
+    """Nearest hits of every ray among all triangles, lowest index first, in float32."""
+    n = len(origins)
+    hits = rt.Hits(np.full(n, np.inf, np.float32), np.zeros(n, np.float32),
+                   np.zeros(n, np.float32), np.full(n, -1, np.int32), np.zeros(n, np.uint8))
+    for first, t, u, v in _tables(triangles, origins, directions, contract):
+        best = t.argmin(axis=1)[:, None]
+        found = np.isfinite(np.take_along_axis(t, best, 1)[:, 0])
+        at = np.flatnonzero(found) + first
+        for name, values in (("t", t), ("u", u), ("v", v)):
+            getattr(hits, name)[at] = np.take_along_axis(values, best, 1)[found, 0]
+        hits.triangle[at] = best[found, 0]
+    return hits
+
+
+def hits_a_ray(triangles: Array, origins: Array, directions: Array) -> Array:
+    """(n,) int, how many triangles each ray hits within 4 spacings of the nearest distance."""
+    counts = [np.zeros(0, int)]
+    for _, t, _, _ in _tables(triangles, origins, directions, False):
+        nearest = t.min(axis=1, keepdims=True)
+        reach = nearest + 4 * np.spacing(np.where(np.isfinite(nearest), nearest, 0))
+        counts.append((np.isfinite(t) & (t <= reach)).sum(axis=1))
+    return np.concatenate(counts)
+
+
+def _tables(triangles: Array, origins: Array, directions: Array,
+            contract: bool) -> Iterator[tuple[int, Array, Array, Array]]:
+    """First ray, and t (inf where not accepted), u, v of it and the next ones: (r, m) each."""
+    n, m = len(origins), len(triangles)
+    rows = max(1, (1 << 18) // m)
+    for first in range(0, n, rows):
+        ray, triangle = (index.ravel() for index in np.mgrid[first:min(first + rows, n), 0:m])
+        t, u, v, accepted = pairs(triangles[triangle], origins[ray], directions[ray], contract)
+        yield first, *(x.reshape(-1, m) for x in (np.where(accepted, t, np.inf), u, v))

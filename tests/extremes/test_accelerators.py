@@ -1,0 +1,254 @@
+"""Rows 24 to 36: what each family of accelerators finds hard, seen from inside."""
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import assert_same_bits, variants
+from watching import Fields, watching
+
+import gpgpu_rt as rt
+from gpgpu_rt import accel
+from gpgpu_rt.accel.bounds import padding
+from gpgpu_rt.figures.extreme_cases import Case, long_way, make_case
+from gpgpu_rt.figures.extreme_shapes import soup
+from gpgpu_rt.texel_layout import EXACT_INTEGER
+
+ROWS = {row.name: row for row in rt.methods()}
+
+
+def built_on(kind: type) -> list[str]:
+    """Methods whose accelerator is a ``kind``, and which can be watched step by step."""
+    probe = make_case("one-triangle", 1, 0).scene
+    names = []
+    for name, row in ROWS.items():
+        with rt.Tracer(probe, name) as tracer:
+            if isinstance(tracer.accelerator.structure, kind) and "step" in row.schedules:
+                names.append(name)
+    return names
+
+
+KD, GRID, BVH = (built_on(kind) for kind in (accel.KdTree, accel.Grid, accel.Bvh))
+
+
+# kd-trees ----------------------------------------------------------------------------------------
+
+def plane_rays(tree: accel.KdTree, n: int, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
+    """Rays that start on split planes; a third of them run in their plane, a third all but so."""
+    inner = np.flatnonzero(tree.axis != 3)
+    node = inner[rng.integers(len(inner), size=n)]
+    origins = tree.lo + (tree.hi - tree.lo) * rng.random((n, 3)).astype(np.float32)
+    directions = rng.normal(size=(n, 3))
+    rows, axis = np.arange(n), tree.axis[node]
+    origins[rows, axis] = tree.split[node]
+    directions[rows[::3], axis[::3]] = rng.choice([0.0, -0.0], len(rows[::3]))
+    directions[rows[1::3], axis[1::3]] = rng.choice([1e-30, -1e-30, 1e-7, -1e-7],
+                                                    len(rows[1::3]))
+    return origins.astype(np.float32), directions.astype(np.float32)
+
+
+@pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
+@pytest.mark.parametrize("method", KD)
+def test_rows_24_and_25_rays_from_split_planes(exact_renderer, method: str, seed: int) -> None:
+    case = make_case("spanning", 1, seed)
+    with rt.Tracer(case.scene, method, statistics=True) as tracer:
+        tree = tracer.accelerator.structure
+        rays = plane_rays(tree, 3000, np.random.default_rng(seed))
+        hits = tracer.trace(*rays)
+    assert not hits.status.any()
+    leaves = int((tree.axis == 3).sum())
+    assert hits.leaves_visited.max() <= leaves
+    # From the root to a leaf and back at most, once a leaf, and each leaf's list.
+    assert (hits.steps - hits.triangles_tested
+            <= hits.leaves_visited * (2 * tree.depth + 2) + 1).all()
+    with rt.Tracer(case.scene, "brute-force") as tracer:
+        assert_same_bits(hits, tracer.trace(*rays))
+
+
+@pytest.mark.parametrize("seed", [3], ids="seed{}".format)
+@pytest.mark.parametrize("method", KD)
+def test_row_25_triangles_in_split_planes(exact_renderer, method: str, seed: int) -> None:
+    """Flat triangles in the planes of the tree without them, many of which split the new one."""
+    rng = np.random.default_rng(seed)
+    triangles = soup(400, seed, 0.05)
+    with rt.Tracer(Case(triangles, [[0, 0, 0]], [[1, 0, 0]]).scene, method) as tracer:
+        tree = tracer.accelerator.structure
+    inner = np.flatnonzero(tree.axis != 3)[:60]
+    flat = rng.random((len(inner), 1, 3)) + 0.1 * rng.normal(size=(len(inner), 3, 3))
+    flat[np.arange(len(inner)), :, tree.axis[inner]] = tree.split[inner, None]
+    case = Case(np.concatenate([triangles, flat.astype(np.float32)]), [[0, 0, 0]], [[1, 0, 0]])
+    origins = (rng.random((2000, 3)) * 2 - 0.5).astype(np.float32)
+    aims = case.triangles[400 + rng.integers(len(inner), size=2000)].mean(axis=1)
+    answers = []
+    for name in (method, "brute-force"):
+        with rt.Tracer(case.scene, name) as tracer:
+            answers.append(tracer.trace(origins, aims - origins))
+    assert answers[1].triangle.max() >= 400
+    assert_same_bits(*answers)
+
+
+# Grids -------------------------------------------------------------------------------------------
+
+def cells_crossed(grid: accel.Grid, origins: np.ndarray, directions: np.ndarray, end: np.ndarray,
+                  shortest: float) -> np.ndarray:
+    """Keys ray * cells + cell of what each ray crosses for longer than ``shortest``, float64."""
+    origins, directions = origins.astype(np.float64), directions.astype(np.float64)
+    lo, size = grid.lo.astype(np.float64), grid.cell_size.astype(np.float64)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = np.concatenate([(lo[a] + size[a] * np.arange(grid.resolution[a] + 1)
+                             - origins[:, a:a + 1]) / directions[:, a:a + 1]
+                            for a in range(3)], axis=1)
+    t = np.sort(np.clip(np.where(np.isfinite(t), t, 0), 0, end[:, None]), axis=1)
+    middle = (t[:, 1:] + t[:, :-1]) / 2
+    at = origins[:, None] + middle[..., None] * directions[:, None]
+    cell = np.floor((at - lo) / size).astype(np.int64)
+    length = (t[:, 1:] - t[:, :-1]) * np.linalg.norm(directions, axis=1)[:, None]
+    inside = ((cell >= 0) & (cell < grid.resolution)).all(axis=2) & (length > shortest)
+    return keys(grid, cell)[inside]
+
+
+def keys(grid: accel.Grid, cell: np.ndarray) -> np.ndarray:
+    """(n, ..., 3) cells -> (n, ...) keys, one range of them a ray."""
+    rx, ry, rz = (int(r) for r in grid.resolution)
+    ray = np.arange(len(cell)).reshape(-1, *[1] * (cell.ndim - 2))
+    return (ray * rz + cell[..., 2]) * rx * ry + cell[..., 1] * rx + cell[..., 0]
+
+
+def cells_visited(tracer: rt.Tracer, origins: np.ndarray,
+                  directions: np.ndarray) -> tuple[rt.Hits, np.ndarray]:
+    seen = []
+
+    def look(state: Fields, hit: Fields) -> None:
+        seen.append(keys(tracer.accelerator.structure, state["cell"][:len(origins)]))
+    with watching(tracer, look):
+        hits = tracer.trace(origins, directions)
+    return hits, np.unique(np.concatenate(seen))
+
+
+@pytest.mark.parametrize("name, row, share", [("cell-corners", 28, 0.0), ("diagonals", 29, 0.017)],
+                         ids=["row28", "row29"])
+@pytest.mark.parametrize("method", [name for name in GRID if "proximity" not in name])
+def test_grids_visit_the_exact_cells(method: str, name: str, row: int, share: float) -> None:
+    """Row 28: all that a ray crosses for longer than boxes are widened by. Row 29: at most 1.7 %
+    of rays miss any cell at all, however little of it they cross."""
+    case = make_case(name, 300, 5)
+    with rt.Tracer(case.scene, method, schedule="step", **case.options[method]) as tracer:
+        grid = tracer.accelerator.structure
+        hits, visited = cells_visited(tracer, case.origins, case.directions)
+    end = np.where(hits.hit, hits.t * (1 - 1e-6), 1e9).astype(np.float64)
+    shortest = 2 * float(padding(case.triangles)) if row == 28 else 1e-9
+    exact = cells_crossed(grid, case.origins, case.directions, end, shortest)
+    assert len(exact) > 300
+    missed = exact[~np.isin(exact, visited)] // int(np.prod(grid.resolution.astype(np.int64)))
+    assert len(np.unique(missed)) <= share * 300, missed[:10]
+
+
+# Bounding volume hierarchies ---------------------------------------------------------------------
+
+@pytest.mark.parametrize("seed", [6], ids="seed{}".format)
+@pytest.mark.parametrize("far", [False, True], ids=["near", "moved-1e4"])
+@pytest.mark.parametrize("method, options", [
+    pytest.param(name, options, id="-".join([name, *map(str, options.values())]))
+    for name in BVH for options in variants(name) if set(options) <= {"quantise_nodes"}])
+def test_rows_31_and_32_nodes_visited_contain_the_exact_ones(method: str, options: dict, far: bool,
+                                                             seed: int) -> None:
+    """Rays aimed at corners of boxes enter every box they meet in exact arithmetic: also where
+    what is stored of a box is a wider one of few bits."""
+    case = make_case("box-corners", 300, seed)
+    if far:    # exactly representable there, corner by corner
+        step = np.float32(2.0**-9)
+        case.triangles, case.origins = (np.round(a / step) * step + np.float32(10_000)
+                                        for a in (case.triangles, case.origins))
+        case.directions = case.triangles[np.arange(300) % 500, 0] - case.origins
+    seen = []
+
+    def look(state: Fields, hit: Fields) -> None:
+        seen.append(state["node"][:300].copy())
+    with (rt.Tracer(case.scene, method, schedule="step", **options) as tracer,
+          watching(tracer, look)):
+        bvh = tracer.accelerator.structure
+        hits = tracer.trace(case.origins, case.directions)
+    visited = np.zeros((300, len(bvh.escape) + 1), bool)
+    for nodes in seen:
+        visited[np.arange(300), nodes] = True     # -1, the end, is the last column
+    o, d = (a.astype(np.float64)[:, None] for a in (case.origins, case.directions))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t0, t1 = (bvh.lo - o) / d, (bvh.hi - o) / d
+    enter = np.fmax.reduce(np.fmin(t0, t1), axis=2)
+    leave = np.fmin.reduce(np.fmax(t0, t1), axis=2)
+    until = np.where(hits.hit, hits.t.astype(np.float64) * (1 - 1e-6), np.inf)[:, None]
+    meets = (np.fmax(enter, 0) <= leave) & (enter <= until)
+    assert meets.sum() > 2000
+    assert not (meets & ~visited[:, :-1]).any()
+
+
+@pytest.mark.parametrize("build", ["sah", "kay-kajiya", "goldsmith-salmon"])
+@pytest.mark.parametrize("method", BVH)
+def test_row_34_the_deepest_trees(exact_renderer, method: str, build: str) -> None:
+    """Triangles each a 0.8th of the last, one inside the other: as deep as builders go."""
+    size = 0.8 ** np.arange(120)[:, None, None]
+    corner = np.float64([[1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    case = Case(corner * size, np.full((200, 3), 2.0), np.random.default_rng(1).normal(
+        size=(200, 3)) * 0.05 - 1)
+    options = {"build": build} if any(o.name == "build" for o in ROWS[method].options) else {}
+    with rt.Tracer(case.scene, method, **options) as tracer:
+        hits = tracer.trace(case.origins, case.directions)
+    assert not hits.status.any(), "an overflow is flagged, and here is none"
+    with rt.Tracer(case.scene, "brute-force") as tracer:
+        assert_same_bits(hits, tracer.trace(case.origins, case.directions))
+
+
+# Caps and loops ----------------------------------------------------------------------------------
+
+def stated_cap(structure: object, triangles: int, stack: bool) -> int:
+    """The step bound as docs/extremes.md states it, from an accelerator's depth and size."""
+    if isinstance(structure, accel.Grid):
+        occupied = (np.diff(structure.cell_start) > 0).sum()
+        return int(structure.resolution.sum() + len(structure.references) + occupied) + 3
+    if isinstance(structure, accel.KdTree):
+        leaves = (structure.axis == 3).sum()
+        visits = leaves * (2 * structure.depth + 3) + 2 * stack * len(structure.axis)
+        return int(visits + len(structure.references))
+    if isinstance(structure, accel.Bvh):
+        return len(structure.escape) + len(structure.order)
+    return triangles
+
+
+@pytest.mark.parametrize("name", ["long-way", "in-planes", "box-corners"])
+@pytest.mark.parametrize("method", ROWS)
+def test_row_40_the_cap_follows_from_the_structure(method: str, name: str) -> None:
+    case = make_case(name, 200, 7) if name != "long-way" else long_way(300, 4, 7)
+    with rt.Tracer(case.scene, method, statistics=True) as tracer:
+        structure = tracer.accelerator.structure
+        hits = tracer.trace(case.origins, case.directions)
+        if structure is None or type(structure) in (accel.Grid, accel.KdTree, accel.Bvh):
+            assert tracer.accelerator.step_bound == stated_cap(
+                structure, len(case.triangles), method in ("kd-stack", "kd-texture-stack"))
+        assert tracer.step_cap == min(tracer.accelerator.step_bound + 1, EXACT_INTEGER - 1)
+        assert not hits.status.any() and hits.steps.max() < tracer.step_cap
+
+
+@pytest.mark.parametrize("method, schedule", [(name, schedule) for name, row in ROWS.items()
+                                              for schedule in row.schedules])
+def test_row_40_rays_at_the_cap_are_flagged(method: str, schedule: str) -> None:
+    """Never silent: with a cap of k, a ray either ended by step k or has status 2."""
+    case = make_case("box-corners", 200, 8)
+    case.triangles = case.triangles[:100]
+    with rt.Tracer(case.scene, method, statistics=True) as tracer:
+        whole = tracer.trace(case.origins, case.directions)
+    for cap in (1, 7, int(np.median(whole.steps))):
+        with rt.Tracer(case.scene, method, schedule=schedule, step_cap=cap) as tracer:
+            hits = tracer.trace(case.origins, case.directions)
+        assert (hits.status[whole.steps > cap] == 2).all()
+        assert not hits.status[whole.steps < cap].any()
+
+
+@pytest.mark.parametrize("method", [name for name, row in ROWS.items() if "loop" in row.schedules])
+def test_row_36_more_iterations_than_a_loop_runs(method: str) -> None:
+    """llvmpipe ends loops after 65,535 iterations, silently: later passes take up the rest."""
+    case = long_way(70_000 if method == "brute-force" else 40_000, 3, 9)
+    with rt.Tracer(case.scene, method, statistics=True) as tracer:
+        hits = tracer.trace(case.origins, case.directions)
+        passes = tracer.statistics.passes
+    assert hits.hit.all() and not hits.status.any()
+    assert (hits.triangle == len(case.triangles) - 1).all()
+    assert passes > 1 or hits.steps.max() < 60_000

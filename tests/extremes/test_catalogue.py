@@ -1,0 +1,157 @@
+"""Every case of the catalogue over every method of the table and each choice of its options.
+
+Brute force answers each case within its derived bounds (rows 1 to 33), and every method returns
+brute force's bits: so each method's share of wrong rays is brute force's, which is none.
+"""
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+import pytest
+from conftest import assert_same_bits, variants
+
+import gpgpu_rt as rt
+from gpgpu_rt.figures.extreme_cases import CASES, Case, make_case, square_case
+from gpgpu_rt.judge import judge
+from gpgpu_rt.methods import find_method
+
+QUICK, FULL = 512, 32_768
+FEW = {"coincident": 100, "coplanar": 500, "one-centroid": 300, "long-way": 3}
+# Where options of builders and of traversal are tried in the quick suite; in full: everywhere.
+TELLING = ("moved-1e4", "in-planes", "box-corners")
+# What other tests of the quick suite cover for every method, or what is slow to build.
+IN_FULL = ("scaled-2^-20", "scaled-2^20", "moved-1e0", "moved-1e2", "lengths", "coplanar",
+           "one-triangle")
+SLOW_TO_INSERT = 3000    # triangles past which a one-by-one build has no place in a quick test
+NAMES = [pytest.param(name, id=f"row{kind.row}-{name}") for name, kind in CASES.items()]
+SETTINGS = [pytest.param(row.name, options, id="-".join([row.name, *map(str, options.values())]))
+            for row in rt.methods() for options in variants(row.name)
+            if (row.name, options) != ("brute-force", {})]
+
+
+def rays_of(name: str, full: bool) -> int:
+    return FEW.get(name, QUICK) if not full else 10 * FEW[name] if name in FEW else FULL
+
+
+@functools.lru_cache(maxsize=4)
+def traced(name: str, rays: int, seed: int) -> tuple[Case, rt.Hits]:
+    """A case and brute force's answer."""
+    case = make_case(name, rays, seed)
+    return case, trace(case, "brute-force")
+
+
+def trace(case: Case, method: str, **options) -> rt.Hits:
+    with rt.Tracer(case.scene, method, **{**case.options.get(method, {}), **options}) as tracer:
+        hits = tracer.trace(case.origins, case.directions)
+    assert not hits.status.any(), "every ray ends within its cap"
+    return hits
+
+
+def check_right(name: str, rays: int, seed: int) -> None:
+    case, hits = traced(name, rays, seed)
+    verdict = judge(case.triangles, case.origins, case.directions, hits)
+    assert not verdict.wrong.any(), (verdict.counts, np.flatnonzero(verdict.wrong)[:5])
+    for values in (hits.t[hits.hit], hits.u, hits.v):
+        assert np.isfinite(values).all()
+    if case.closed:
+        assert hits.hit.all(), f"{(~hits.hit).sum()} rays leak"
+
+
+def check_method(name: str, method: str, options: dict, rays: int, seed: int) -> None:
+    case, brute = traced(name, rays, seed)
+    if options.get("build") == "goldsmith-salmon" and len(case.triangles) > SLOW_TO_INSERT:
+        pytest.skip("inserts one triangle at a time")
+    if name == "long-way" and "loop" not in find_method(method).schedules:
+        pytest.skip("a million passes")
+    assert_same_bits(trace(case, method, **options), brute)
+
+
+@pytest.mark.parametrize("seed", [1], ids="seed{}".format)
+@pytest.mark.parametrize("name", NAMES)
+def test_brute_force_is_right(name: str, seed: int) -> None:
+    check_right(name, rays_of(name, False), seed)
+
+
+@pytest.mark.parametrize("seed", [1], ids="seed{}".format)
+@pytest.mark.parametrize("method", [row.name for row in rt.methods()
+                                    if row.name != "brute-force"])
+@pytest.mark.parametrize("name", [p for p in NAMES if p.values[0] not in IN_FULL])
+def test_every_method_returns_its_bits(exact_renderer, name: str, method: str, seed: int) -> None:
+    check_method(name, method, {}, rays_of(name, False), seed)
+
+
+@pytest.mark.parametrize("seed", [1], ids="seed{}".format)
+@pytest.mark.parametrize("method, options", [p for p in SETTINGS if p.values[1]])
+@pytest.mark.parametrize("name", [p for p in NAMES if p.values[0] in TELLING])
+def test_every_option_returns_its_bits(exact_renderer, name: str, method: str, options: dict,
+                                       seed: int) -> None:
+    check_method(name, method, options, rays_of(name, False), seed)
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("seed", [2], ids="seed{}".format)
+@pytest.mark.parametrize("name", ["embree-vertices", "from-afar", "denormals", "slivers"])
+@pytest.mark.parametrize("method", [row.name for row in rt.methods()])
+def test_every_method_is_right(name: str, method: str, seed: int) -> None:
+    """Where renderers differ in their bits: each answer within its own bounds, and no leak."""
+    case = make_case(name, 150, seed)
+    hits = trace(case, method)
+    verdict = judge(case.triangles, case.origins, case.directions, hits)
+    assert not verdict.wrong.any(), verdict.counts
+    assert hits.hit.all() or not case.closed
+
+
+@pytest.mark.parametrize("seed", [3], ids="seed{}".format)
+@pytest.mark.parametrize("quads", [2, 16, 64])
+@pytest.mark.parametrize("method", [row.name for row in rt.methods()])
+def test_row_5_squares(method: str, quads: int, seed: int) -> None:
+    assert trace(square_case(quads, 2048, seed), method).hit.all()
+
+
+@pytest.mark.parametrize("schedule", ["step", "kernels"])
+@pytest.mark.parametrize("name", ["in-planes", "degenerate", "denormals", "from-afar"])
+@pytest.mark.parametrize("method", [row.name for row in rt.methods()
+                                    if {"step", "kernels"} <= set(row.schedules)])
+def test_schedules_agree_at_the_extremes(exact_renderer, method: str, name: str,
+                                         schedule: str) -> None:
+    case, brute = traced(name, 512, 4)
+    assert_same_bits(trace(case, method, schedule=schedule), brute)
+
+
+# Full sizes --------------------------------------------------------------------------------------
+
+@pytest.mark.full
+@pytest.mark.parametrize("seed", [11, 12, 13], ids="seed{}".format)
+@pytest.mark.parametrize("name", NAMES)
+def test_brute_force_is_right_in_full(name: str, seed: int) -> None:
+    check_right(name, rays_of(name, True), seed)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("seed", [11], ids="seed{}".format)
+@pytest.mark.parametrize("method, options", SETTINGS)
+@pytest.mark.parametrize("name", NAMES)
+def test_every_method_in_full(exact_renderer, name: str, method: str, options: dict,
+                              seed: int) -> None:
+    check_method(name, method, options, rays_of(name, True), seed)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("seed", [21], ids="seed{}".format)
+@pytest.mark.parametrize("name", [name for name, kind in CASES.items() if kind.row <= 4])
+@pytest.mark.parametrize("method", [row.name for row in rt.methods()])
+def test_rows_1_to_4_a_million_rays(name: str, method: str, seed: int) -> None:
+    rays = 10**5 if method == "brute-force" else 10**6
+    assert trace(make_case(name, rays, seed), method).hit.all()
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("seed", range(31, 41), ids="seed{}".format)
+@pytest.mark.parametrize("quads", [1, 2, 4, 8, 16, 32, 64, 181])
+@pytest.mark.parametrize("method", [row.name for row in rt.methods()])
+def test_row_5_squares_in_full(method: str, quads: int, seed: int) -> None:
+    """65,536 rays by 2 to 65,522 triangles; brute force up to 2,048."""
+    if method == "brute-force" and quads > 32:
+        pytest.skip("accelerators alone at this size")
+    assert trace(square_case(quads, 65_536, seed), method).hit.all()

@@ -1,0 +1,55 @@
+"""The watertight test against its mirror in numpy, bit for bit, and what contraction does to it.
+
+A compiler may turn a b - c d into a fused multiply-add, which rounds one product and not the
+other: the edge function of the neighbour across an edge is then no longer the exact negative, and
+rays slip through. No software renderer at hand contracts, so the mirror shows it.
+"""
+from __future__ import annotations
+
+import re
+
+import mirror
+import pytest
+from conftest import assert_same_bits
+
+import gpgpu_rt as rt
+from gpgpu_rt.figures.extreme_cases import make_case
+from gpgpu_rt.shader import ROOT
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("name", ["sphere-edges", "embree-vertices", "outside", "signed-zeros",
+                                  "grazing", "slivers"])
+def test_mirror_gives_the_bits(exact_renderer, name: str, seed: int) -> None:
+    case = make_case(name, 400, seed)
+    with rt.Tracer(case.scene, "brute-force") as tracer:
+        hits = tracer.trace(case.origins, case.directions)
+    assert_same_bits(hits, mirror.trace(case.triangles, case.origins, case.directions))
+
+
+@pytest.mark.parametrize("seed", [3])
+def test_contraction_leaks(seed: int) -> None:
+    case = make_case("sphere-edges", 3000, seed)
+    rays = case.triangles, case.origins, case.directions
+    assert mirror.trace(*rays).hit.all()
+    assert not mirror.trace(*rays, contract=True).hit.all()
+
+
+@pytest.mark.parametrize("seed", [4])
+def test_row_6_double_hits(seed: int, record_property) -> None:
+    """Rays through a closed mesh's edges hit a triangle or two; how many hit two is noted."""
+    case = make_case("sphere-edges", 3000, seed)
+    count = mirror.hits_a_ray(case.triangles, case.origins, case.directions)
+    record_property("rays that hit two triangles", int((count > 1).sum()))
+    assert count.min() >= 1 and count.max() <= 2
+
+
+def test_precise_stands_before_every_product_of_the_watertight_test() -> None:
+    """`precise` is what forbids contraction, so each value that is a sum with a product in it must
+    be declared with it."""
+    text = (ROOT / "common/triangle.glsl").read_text()
+    body = text.split("#ifdef INTERSECTION_WOOP_WATERTIGHT")[1].split("#endif")[0]
+    declared = re.findall(r"^\s*(PRECISE )?(?:float|vec[23]) (\w+) =(.*)$", body, re.M)
+    products = {name: bool(precise) for precise, name, value in declared if " * " in value}
+    assert {"xy", "area", "depth", "t"} <= set(products)
+    assert all(products.values()), products

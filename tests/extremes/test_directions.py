@@ -1,0 +1,67 @@
+"""Rows 16 to 19, 28: rays along axes and through corners of a lattice, against exact rationals."""
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+import pytest
+
+import gpgpu_rt as rt
+from gpgpu_rt.figures.extreme_cases import Case, make_case
+from gpgpu_rt.figures.extreme_shapes import lattice
+
+METHODS = [row.name for row in rt.methods()]
+pytestmark = pytest.mark.small
+CELLS = 4    # of the lattice: 96 triangles
+
+
+def small_case(name: str, n: int, seed: int) -> Case:
+    """A case on the lattice of 4 cells instead of 8: rationals are slow."""
+    case = make_case(name, n, seed)
+    return Case(lattice(CELLS), case.origins, case.directions)
+
+
+@functools.lru_cache(maxsize=8)
+def exact(name: str, n: int, seed: int, flushed: bool = False) -> rt.Hits:
+    """Exact hits; ``flushed``: with denormal components taken as 0."""
+    case = small_case(name, n, seed)
+    directions = case.directions
+    if flushed:
+        directions = np.where(np.abs(directions) < 2.0**-126, np.float32(0), directions)
+    return rt.reference.trace_exact(case.triangles, case.origins, directions)
+
+
+@pytest.mark.parametrize("seed", [1], ids="seed{}".format)
+@pytest.mark.parametrize("name", ["signed-zeros", "slab-planes"])
+@pytest.mark.parametrize("method", METHODS)
+def test_rows_16_and_17_are_exact(method: str, name: str, seed: int) -> None:
+    """A ray in a triangle's plane misses it, here as in exact arithmetic."""
+    case, expected = small_case(name, 260, seed), exact(name, 260, seed)
+    with rt.Tracer(case.scene, method) as tracer:
+        hits = tracer.trace(case.origins, case.directions)
+    assert expected.hit.any() and not expected.hit.all()
+    assert np.array_equal(hits.hit, expected.hit)
+    assert np.array_equal(hits.triangle, expected.triangle)
+    assert np.array_equal(hits.t, expected.t.astype(np.float32))
+
+
+@pytest.mark.parametrize("seed", [2], ids="seed{}".format)
+@pytest.mark.parametrize("method", METHODS)
+def test_row_19_denormal_components(method: str, seed: int) -> None:
+    case = small_case("denormals", 200, seed)
+    with rt.Tracer(case.scene, method) as tracer:
+        hits = tracer.trace(case.origins, case.directions)
+    same = [(hits.triangle == e.triangle) & (hits.t == e.t.astype(np.float32))
+            for e in (exact("denormals", 200, seed), exact("denormals", 200, seed, True))]
+    assert (same[0] | same[1]).all()
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("method", METHODS)
+def test_row_18_flat_scenes(method: str, axis: int) -> None:
+    case = make_case("flat-box", 300, 3 + axis)
+    with rt.Tracer(case.scene, method) as tracer:
+        hits = tracer.trace(case.origins, case.directions)
+    assert hits.hit.all()
+    assert np.array_equal(hits.t, np.abs(case.triangles[0, 0, (2 + axis) % 3]
+                                         - case.origins[:, (2 + axis) % 3]))

@@ -1,0 +1,131 @@
+"""Row 26, and precision at the extremes: a method may be wrong in few bits, but it ends within its
+cap, flags the rays it stopped, and reports no hit that is not there.
+
+Precisions, roundings and interval policies are those that the option tables offer.
+"""
+from __future__ import annotations
+
+import functools
+import itertools
+
+import numpy as np
+import pytest
+
+import gpgpu_rt as rt
+from gpgpu_rt.error_bounds import Arithmetic, bound_pairs
+from gpgpu_rt.figures.extreme_cases import Case, make_case
+from gpgpu_rt.options import TRACER_OPTIONS
+from gpgpu_rt.precision import FORMATS, Precision
+
+OFFERED = {option.name: option.choices for option in TRACER_OPTIONS}
+ROWS = {row.name: row for row in rt.methods()}
+CASES = ("sphere-edges", "spanning", "in-planes", "signed-zeros", "degenerate")
+SETTINGS = [{word: low, "rounding": rounding} for word, low, rounding in itertools.product(
+    ("precision", "storage"), ("fp24", "fp16"), OFFERED["rounding"])]
+POLICIES = [(name, choice) for name, row in ROWS.items() for option in row.options
+            if option.name == "interval" for choice in option.choices]
+
+
+@functools.lru_cache(maxsize=2)
+def case_of(name: str, seed: int) -> Case:
+    return make_case(name, 400, seed)
+
+
+def arithmetic(name: str, rounding: str) -> Arithmetic:
+    """What bounds a format's rounding: directed rounding is off by twice as much."""
+    form = FORMATS[name]
+    return Arithmetic(form.unit * (1 if rounding == "nearest" else 2), form.smallest,
+                      form.largest)
+
+
+def wrong(case: Case, hits: rt.Hits, chosen: Precision) -> np.ndarray:
+    """(n,) bool: hits that are not there, by the bounds derived for the format's arithmetic on
+    what the format's textures hold; and t outside its bound where 1 / det is in range."""
+    at = np.flatnonzero(hits.hit)
+    corners = chosen.stored(case.triangles[hits.triangle[at]])
+    exponent = np.frexp(np.abs(case.directions[at]).max(axis=1))[1]
+    origins = chosen.stored(case.origins[at])
+    directions = chosen.stored(np.ldexp(case.directions[at], -exponent[:, None]))
+    bounds = bound_pairs(corners, origins, directions,
+                         arithmetic(chosen.arithmetic, chosen.rounding))
+    v0, v1, v2 = corners.astype(np.float64).transpose(1, 0, 2)
+    det = (np.cross(v1 - v0, v2 - v0) * directions).sum(axis=1) / np.abs(directions).max(axis=1)
+    usual = np.abs(det) > 4 / FORMATS[chosen.arithmetic].largest
+    t = np.ldexp(hits.t[at].astype(np.float64), exponent)
+    kept = arithmetic(chosen.storage, chosen.rounding)   # as t is, once more
+    off = np.abs(t - bounds.t) > bounds.t_bound + 2 * kept.unit * np.abs(t) + kept.tiny
+    result = np.zeros(len(hits), bool)
+    result[at] = ~bounds.possible | (usual & off)
+    return result
+
+
+def check(case: Case, method: str, ends: bool, **options) -> None:
+    with rt.Tracer(case.scene, method, statistics=True, **options) as tracer:
+        hits = tracer.trace(case.origins, case.directions)
+        cap, chosen = tracer.step_cap, tracer.precision
+    assert np.isin(hits.status, (0, 2)).all() and hits.steps.max() <= cap
+    assert not ends or not hits.status.any(), f"{(hits.status == 2).sum()} rays went round"
+    for values in (hits.t[hits.hit], hits.u, hits.v):
+        assert np.isfinite(values).all()
+    bad = wrong(case, hits, chosen)
+    assert not bad.any(), f"{bad.sum()} hits are not there, first {np.flatnonzero(bad)[:5]}"
+
+
+def low_precisions() -> list:
+    """Every case by every method in every setting; what is stored in few bits but computed in many
+    is where kd-trees go round. The quick suite takes the cases and settings that tell most."""
+    combinations = []
+    for name, method, options in itertools.product(CASES, ROWS, SETTINGS):
+        quick = name == "degenerate" and (options.get("precision") == "fp16"
+                                          or options.get("storage") == "fp16")
+        combinations.append(pytest.param(
+            name, method, options, id="-".join([name, method, *options, *options.values()]),
+            marks=() if quick else pytest.mark.full))
+    return combinations
+
+
+@pytest.mark.parametrize("seed", [1], ids="seed{}".format)
+@pytest.mark.parametrize("name, method, options", low_precisions())
+def test_row_26_low_precision_ends(name: str, method: str, options: dict, seed: int) -> None:
+    """Rounded up, t_min of a kd-tree always moves on: no ray reaches its cap then. Otherwise rays
+    may go round until the cap stops and flags them."""
+    ends = options["rounding"] == "up" or not method.startswith("kd-")
+    cap = {} if ends else {"step_cap": 2000}
+    check(case_of(name, seed), method, ends, **options, **cap)
+
+
+@pytest.mark.parametrize("seed", [4], ids="seed{}".format)
+@pytest.mark.parametrize("method", [name for name in ROWS if name in ("kd-restart",
+                                                                      "kd-backtrack")])
+def test_row_26_how_it_fails(method: str, seed: int) -> None:
+    """Stored to nearest, t_min may fall back before the plane it came from: most rays go round,
+    are stopped and flagged. The figure `extremes` has the shares."""
+    case = case_of("spanning", seed)
+    shares = {}
+    for rounding in ("nearest", "chop", "up"):
+        with rt.Tracer(case.scene, method, storage="fp16", rounding=rounding,
+                       step_cap=2000) as tracer:
+            hits = tracer.trace(case.origins, case.directions)
+        shares[rounding] = (hits.status == 2).mean()
+    assert shares["nearest"] > 0.3 and shares["chop"] > 0.3 and shares["up"] == 0, shares
+
+
+@pytest.mark.parametrize("seed", [2], ids="seed{}".format)
+@pytest.mark.parametrize("method, policy", POLICIES)
+@pytest.mark.parametrize("name", [
+    name if name == "spanning" else pytest.param(name, marks=pytest.mark.full)
+    for name in CASES])
+def test_row_26_interval_policies_end(name: str, method: str, policy: str, seed: int) -> None:
+    """In fp32, rays that go round are stopped and flagged, whatever the policy."""
+    check(case_of(name, seed), method, False, interval=policy, step_cap=2000)
+
+
+def test_the_checks_notice_a_hit_that_is_not_there() -> None:
+    case = case_of("spanning", 3)
+    for method in ROWS:
+        check(case, method, True)
+    with rt.Tracer(case.scene) as tracer:
+        hits = tracer.trace(case.origins, case.directions)
+    hits.t[1] *= np.float32(1.01)
+    hits.triangle[2] += 1
+    assert np.flatnonzero(wrong(case, hits, Precision())).tolist() == [1, 2]

@@ -1,0 +1,75 @@
+"""Rows 8, 10 and 20: exact symmetries. Scaling a scene by a power of two, permuting or mirroring
+its axes, or lengthening directions changes no answer but t, and t exactly."""
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+import gpgpu_rt as rt
+from gpgpu_rt.figures.extreme_cases import Case, make_case, scaled
+from gpgpu_rt.figures.extreme_shapes import bumpy_sphere
+
+METHODS = [row.name for row in rt.methods()]
+QUICK = (-20, -9, -1, 3, 20)
+SYMMETRIES = list(itertools.product(itertools.permutations(range(3)),
+                                    itertools.product((1, -1), repeat=3)))
+
+
+def trace(case: Case, method: str) -> rt.Hits:
+    with rt.Tracer(case.scene, method) as tracer:
+        hits = tracer.trace(case.origins, case.directions)
+    assert not hits.status.any()
+    return hits
+
+
+@pytest.mark.parametrize("exponent", [
+    pytest.param(k, marks=() if k in QUICK else pytest.mark.full) for k in range(-20, 21) if k])
+@pytest.mark.parametrize("method", METHODS)
+def test_row_8_scaled_scenes(exact_renderer, method: str, exponent: int) -> None:
+    plain, other = (trace(scaled(k, 500, 1), method) for k in (0, exponent))
+    assert plain.hit.mean() > 0.9
+    for name in ("triangle", "u", "v"):
+        assert np.array_equal(getattr(plain, name), getattr(other, name)), name
+    assert np.array_equal(np.ldexp(plain.t, exponent), other.t)
+
+
+@pytest.mark.parametrize("scale", [1e-12, 1e-6, 7e3, 1e6, 1e12])
+@pytest.mark.parametrize("method", METHODS)
+def test_row_8_scaled_by_other_factors(method: str, scale: float) -> None:
+    """By factors that round: the mesh is another one, but closed, and no ray leaks from it."""
+    case = make_case("sphere-edges", 1000, 2)
+    triangles = (case.triangles.astype(np.float64) * scale).astype(np.float32)
+    origins = (case.origins.astype(np.float64) * scale).astype(np.float32)
+    assert trace(Case(triangles, origins, case.directions), method).hit.all()
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_row_10_permuted_and_mirrored(exact_renderer, method: str) -> None:
+    """Ten of the 48 symmetries of the axes. A ray's dominant axis must be one alone: with two of
+    one size the choice between them is not symmetric, nor need it be."""
+    rng = np.random.default_rng(3)
+    triangles = bumpy_sphere(1)
+    origins = (rng.normal(size=(600, 3)) * 0.5).astype(np.float32)
+    directions = rng.normal(size=(600, 3)).astype(np.float32)
+    plain = trace(Case(triangles, origins, directions), method)
+    assert plain.hit.mean() > 0.7
+    for order, signs in SYMMETRIES[::5]:
+        turned = [np.ascontiguousarray(a[..., order] * np.float32(signs))
+                  for a in (triangles, origins, directions)]
+        hits = trace(Case(*turned), method)
+        assert np.array_equal(hits.triangle, plain.triangle), (order, signs)
+        assert np.array_equal(hits.t, plain.t), (order, signs)
+
+
+@pytest.mark.parametrize("exponent", [-50, -13, 11, 50])
+@pytest.mark.parametrize("method", METHODS)
+def test_row_20_lengths_of_directions(exact_renderer, method: str, exponent: int) -> None:
+    """1e-15 to 1e15, by powers of two: t is divided exactly."""
+    case = make_case("from-afar", 500, 4)
+    plain = trace(case, method)
+    case.directions = np.ldexp(case.directions, exponent)
+    hits = trace(case, method)
+    assert np.array_equal(plain.triangle, hits.triangle) and plain.hit.mean() > 0.9
+    assert np.array_equal(np.ldexp(plain.t, -exponent), hits.t)

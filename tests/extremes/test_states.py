@@ -1,0 +1,102 @@
+"""What stands in the textures after every pass: no NaN, no infinity but the sentinels, and
+(row 23) nothing new for a ray that is over."""
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from watching import Fields, watching
+
+import gpgpu_rt as rt
+from gpgpu_rt.figures.extreme_cases import make_case
+from gpgpu_rt.texel_layout import EXACT_INTEGER
+from gpgpu_rt.textures import read_texture
+
+METHODS = {row.name: row for row in rt.methods()}
+SCHEDULED = [(name, schedule) for name, row in METHODS.items() for schedule in row.schedules]
+SMALL = {"brute-force": 40}     # triangles: a pass each
+NO_END = {"t_max", "t_exit"}    # fields that may hold infinity: "no end"
+
+
+def scan(state: Fields, hit: Fields) -> None:
+    for name, values in state.items():
+        assert not np.isnan(values).any(), f"NaN in {name}"
+        assert name in NO_END or np.isfinite(values).all(), f"infinity in {name}"
+    nothing = hit["triangle"] == EXACT_INTEGER
+    for name in ("t", "u", "v"):
+        assert not np.isnan(hit[name]).any(), f"NaN in hit.{name}"
+    assert np.isfinite(hit["t"][~nothing]).all(), "a hit at infinity"
+    assert np.isfinite(hit["u"]).all() and np.isfinite(hit["v"]).all()
+
+
+def few(name: str, method: str, rays: int, seed: int) -> tuple[rt.Scene, np.ndarray, np.ndarray]:
+    case = make_case(name, rays, seed)
+    case.triangles = case.triangles[-SMALL.get(method, 300):]
+    return case.scene, case.origins.copy(), case.directions.copy()
+
+
+@pytest.mark.parametrize("seed", [1], ids="seed{}".format)
+@pytest.mark.parametrize("name", [
+    pytest.param("near-planes", marks=pytest.mark.small), "denormals", "degenerate",
+    *(pytest.param(name, marks=pytest.mark.full)
+      for name in ("signed-zeros", "embree-vertices", "from-afar"))])
+@pytest.mark.parametrize("method, schedule", SCHEDULED)
+def test_no_nan_in_any_state(method: str, schedule: str, name: str, seed: int) -> None:
+    scene, origins, directions = few(name, method, 150, seed)
+    origins[3], directions[5], directions[7] = np.nan, np.inf, 0
+    passes = []
+
+    def look(state: Fields, hit: Fields) -> None:
+        passes.append(0)
+        scan(state, hit)
+    with rt.Tracer(scene, method, schedule=schedule) as tracer, watching(tracer, look):
+        hits = tracer.trace(origins, directions, invalid="miss")
+        tracer.occluded(origins, directions, 2.0, invalid="miss")
+    assert hits.status.tolist().count(1) == 3 and len(passes) >= 2
+    assert len(passes) > 4 or schedule == "loop"
+
+
+@pytest.mark.parametrize("scale", [2.0**-20, 1.0, 2.0**20])
+@pytest.mark.parametrize("method", METHODS)
+def test_no_nan_in_a_picture(method: str, scale: float) -> None:
+    """Rays, shading and colours: zero-area triangles among others, eye in the middle of it."""
+    case = make_case("degenerate", 1, 2)
+    case.triangles *= np.float32(scale)
+    scene = case.scene
+    with rt.Tracer(scene, method) as tracer, watching(tracer, scan):
+        tracer.render(size=(16, 16))
+        shading = tracer._shading
+        ends = [shading.shadow_rays.textures[1], tracer._rays.textures[1]]
+        starts = [shading.shadow_rays.textures[0], tracer._rays.textures[0]]
+        colours = [*shading.lit, *shading._screen.color_attachments]
+        with tracer.gpu:
+            starts, ends, colours = (list(map(read_texture, t)) for t in (starts, ends, colours))
+    for values in starts + colours:
+        assert np.isfinite(values).all()
+    for values in ends:    # t_max is the last channel
+        assert np.isfinite(values[..., :3]).all() and not np.isnan(values).any()
+    # What a target holds before it is drawn into is anybody's guess: this was drawn.
+    assert np.abs(np.linalg.norm(ends[1][..., :3], axis=2) - 1).max() < 1e-6
+
+
+@pytest.mark.parametrize("seed", [3], ids="seed{}".format)
+@pytest.mark.parametrize("method", [name for name, row in METHODS.items()
+                                    if "step" in row.schedules])
+def test_row_23_a_ray_that_is_over_stays_as_it_is(method: str, seed: int) -> None:
+    """Rays with an empty interval from the start, texels past the last ray, and finished rays."""
+    scene, origins, directions = few("signed-zeros", method, 150, seed)
+    t_max = np.full(150, np.inf, np.float32)
+    t_max[::5] = -1
+    first, last = {}, {}
+
+    def look(state: Fields, hit: Fields) -> None:
+        words = np.column_stack([np.float32(v).reshape(len(v), -1).view(np.uint32)
+                                 for v in (*state.values(), *hit.values())])
+        for ray in np.flatnonzero(state["phase"] <= 0):
+            first.setdefault(ray, words[ray])
+            last[ray] = words[ray]
+    # An interval longer than the longest ray: nothing is masked, so every pass writes every ray.
+    with rt.Tracer(scene, method, schedule="step", mask_interval=60) as tracer:
+        with watching(tracer, look):
+            hits = tracer.trace(origins, directions, t_max=t_max)
+    assert len(first) >= 150 and not hits.hit[::5].any() and hits.hit.any()
+    assert all((first[ray] == last[ray]).all() for ray in first)

@@ -1,0 +1,76 @@
+"""Row 35: indices around 2^11, 2^17 and 2^24 go through a texture and come back; odd widths."""
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import assert_same_bits, soup_scene
+
+import gpgpu_rt as rt
+from gpgpu_rt.gpu import Gpu
+from gpgpu_rt.passes.full_screen import FullScreenPass
+from gpgpu_rt.texel_layout import EXACT_INTEGER, TABLE_WIDTH_LOG2, Record
+from gpgpu_rt.textures import read_texture, stream_textures, table_textures
+
+NUMBER = Record("number", "own:int twice:int")
+PROBE, ANSWER = Record("probe", "index:int"), Record("answer", "index:int own:int twice:int")
+FETCH = """#version 330 core
+#include "common/fetch.glsl"
+#include <streams>
+#include <tables>
+void main() {
+    int i = probe_load(ivec2(gl_FragCoord.xy)).index;
+    answer_store(Answer(i, number_own(i), number_twice(i)));
+}
+"""
+
+
+def indices(exponent: int) -> list[int]:
+    return [2**exponent + offset for offset in (-1, 0, 1)]
+
+
+@pytest.mark.parametrize("exponent", [11, 17, pytest.param(23, marks=pytest.mark.full)])
+def test_row_35_indices_round_trip(gpu: Gpu, exponent: int, tmp_path) -> None:
+    """A table as long as the largest index asks for; what it holds goes past 2^24 by doubling."""
+    asked = np.array(indices(exponent) + [4095, 4096, 4097] if exponent > 11
+                     else indices(exponent))
+    count = int(asked.max()) + 1
+    numbers = np.arange(count)
+    (tmp_path / "fetch.frag").write_text(FETCH)
+    tables = table_textures(gpu, NUMBER, {"own": numbers,
+                                          "twice": np.minimum(2 * numbers, EXACT_INTEGER)})
+    streams = [stream_textures(gpu, record, (len(asked), 1)) for record in (PROBE, ANSWER)]
+    streams[0][0].write(PROBE.pack(index=asked))
+    target = gpu.context.framebuffer(streams[1])
+    program = FullScreenPass(
+        gpu, str(tmp_path / "fetch.frag"), {"TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2},
+        {"tables": NUMBER.table_glsl(),
+         "streams": PROBE.stream_glsl(False) + "\n" + ANSWER.stream_glsl(True)})
+    program.draw(target, {**tables, "probe_texel_0": streams[0][0]})
+    answer = ANSWER.unpack(read_texture(streams[1][0]).reshape(-1, 1, 4))
+    program.release()
+    gpu.release(target)
+    for texture in (*tables.values(), *streams[0], *streams[1]):
+        texture.release()
+    assert answer["index"].tolist() == answer["own"].tolist() == asked.tolist()
+    assert answer["twice"].tolist() == np.minimum(2 * asked, EXACT_INTEGER).tolist()
+
+
+def test_row_35_two_to_the_24() -> None:
+    """The last value a float texel holds is kept, the next one is refused."""
+    for value in indices(24)[:2]:
+        packed = NUMBER.pack(own=np.array([value, -value]))
+        assert NUMBER.unpack(packed)["own"].tolist() == [value, -value]
+    with pytest.raises(rt.LimitError, match="2.24"):
+        NUMBER.pack(own=np.array([indices(24)[2]]))
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("method", [row.name for row in rt.methods()])
+def test_row_35_odd_widths(exact_renderer, method: str) -> None:
+    scene = soup_scene(60, 2)
+    origins, directions = np.random.default_rng(3).random((2, 3075, 3)).astype(np.float32)
+    with rt.Tracer(scene, method) as tracer:
+        rows = tracer.trace(origins, directions)
+        for width in (1, 3, 41, 1025, 3075):
+            shape = (3075 // width, width)
+            assert_same_bits(tracer.trace(origins, directions, shape=shape), rows)
