@@ -9,4 +9,5 @@ from .scene import Scene, load_scene
 from .tracer import Tracer
 
 __all__ = ["Camera", "ContextError", "Error", "Hits", "LimitError", "OptionError", "Scene",
-           "SceneError", "SettingsError", "ShaderError", "Tracer", "load_scene", "methods", "reference"]
+           "SceneError", "SettingsError", "ShaderError", "Tracer", "load_scene", "methods",
+           "reference"]

@@ -17,7 +17,7 @@ from .hits import INVALID, TRACED, Hits
 from .reference_exact import trace_exact
 from .reference_tree import ReferenceTree
 
-__all__ = ["as_rays", "as_triangles", "trace", "trace_exact"]
+__all__ = ["as_rays", "as_triangles", "has_area", "trace", "trace_exact"]
 
 _PAIRS = 1 << 19
 
@@ -49,7 +49,7 @@ def trace(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
     hits = Hits(t=np.full(n, np.inf), u=np.zeros(n), v=np.zeros(n),
                 triangle=np.full(n, -1, np.int32),
                 status=np.where(valid, TRACED, INVALID).astype(np.uint8))
-    solid = np.flatnonzero(_has_area(vertices))
+    solid = np.flatnonzero(has_area(vertices))
     if not len(solid):
         return hits
     tree = ReferenceTree(vertices[solid]) if accelerated else None
@@ -129,7 +129,7 @@ def _all_pairs(rays: int, triangles: int) -> Iterator[tuple[np.ndarray, np.ndarr
         yield np.divmod(np.arange(start, min(start + _PAIRS, rays * triangles)), triangles)
 
 
-def _has_area(vertices: np.ndarray) -> np.ndarray:
+def has_area(vertices: np.ndarray) -> np.ndarray:
     """(m,) bool, false where the normal is exactly zero in float64."""
     normal = np.cross(vertices[:, 1] - vertices[:, 0], vertices[:, 2] - vertices[:, 0])
     return (normal != 0).any(axis=1)

@@ -69,11 +69,14 @@ class Settings:
                                 f"{renderer!r}; {advice}")
 
     def with_options(self, options: Mapping[str, Any], where: str = "settings") -> dict[str, Any]:
-        """The options with the caller's added; one that the settings decide is refused."""
+        """The options with the caller's added: those of ``PASSING``; any other is refused, unless
+        it asks for what the settings say."""
         for name, value in options.items():
-            if name in self.options and value != self.options[name]:
-                raise OptionError(f"{where} sets {name}={self.options[name]}, not {value}; leave "
-                                  "it out, or trace without the settings")
+            if name in PASSING or name in self.options and value == self.options[name]:
+                continue
+            said = f"say {name}={self.options[name]}" if name in self.options else "decide that"
+            raise OptionError(f"option {name}={value}: {where} {said}; leave it out, or go without "
+                              "the settings")
         return {**self.options, **options}
 
 

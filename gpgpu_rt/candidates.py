@@ -1,0 +1,110 @@
+"""Candidates: a method with values for its knobs, and which knobs there are.
+
+Knobs are taken from the option tables: every option of a method or of the tracer that has choices
+or is a switch, so that a new option joins by being declared.
+"""
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from typing import Any
+
+from .methods import find_method
+from .options import TRACER_OPTIONS, Option
+
+# Knobs that change what is hit and where. All others change time and bytes alone: hits stay the
+# same, to the bit where arithmetic is exact.
+ACCURACY = ("precision", "rounding", "intersection", "interval")
+# Not tried: how a call is watched, and what precision sets both of.
+_NO_KNOBS = ("statistics", "context", "storage", "arithmetic", "schedule")
+_STEPS = (16, 64)
+FULL_PRECISION = (None, "fp32")
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A method and the options that differ from its defaults, ready for `Tracer`."""
+
+    method: str
+    options: tuple[tuple[str, Any], ...] = ()
+
+    def changed(self, **options: Any) -> Candidate:
+        """The same with some options changed; one at its default is dropped."""
+        defaults = {name: option.default for name, option in option_table(self.method).items()}
+        merged = {**dict(self.options), **options}
+        return Candidate(self.method, tuple(sorted(
+            (name, value) for name, value in merged.items() if value != defaults[name])))
+
+    @property
+    def accuracy(self) -> tuple[tuple[str, Any], ...]:
+        """Those of its options that change what is hit."""
+        return tuple(pair for pair in self.options if pair[0] in ACCURACY)
+
+    def full_options(self) -> dict[str, Any]:
+        """Every knob with its value, defaults spelled out, so that a later default changes
+        nothing."""
+        table, given = option_table(self.method), dict(self.options)
+        names = ["schedule", *(name for name, option in table.items() if _is_knob(option))]
+        return {name: given.get(name, table[name].default) for name in names
+                if name in given or table[name].default is not None} | given
+
+    def __str__(self) -> str:
+        return " ".join([self.method, *(f"{name}={value}" for name, value in self.options)])
+
+
+def option_table(method: str) -> dict[str, Option]:
+    """The options of a method and of the tracer, by name."""
+    return {option.name: option for option in TRACER_OPTIONS + find_method(method).options}
+
+
+def speed_knobs(method: str) -> list[list[dict[str, Any]]]:
+    """For each knob that changes time and bytes alone, the changes that may be tried."""
+    row = find_method(method)
+    schedules: list[dict[str, Any]] = []
+    for schedule in row.schedules:
+        if schedule == "step":
+            schedules += [{"schedule": schedule, "steps_per_pass": steps} for steps in _STEPS]
+        else:
+            schedules.append({"schedule": schedule})
+    own = [[{name: value} for value in _values(option) if value != option.default]
+           for name, option in option_table(method).items()
+           if _is_knob(option) and name not in ACCURACY]
+    return [schedules, *own]
+
+
+def accuracy_variants(method: str) -> list[dict[str, Any]]:
+    """Every combination of the knobs that change what is hit, the defaults first."""
+    table = option_table(method)
+    names = [name for name in ACCURACY if name in table]
+    variants = []
+    for values in itertools.product(*(_values(table[name]) for name in names)):
+        variant = dict(zip(names, values))
+        rounds = variant.get("precision") not in FULL_PRECISION
+        # IEEE single is rounded one way only.
+        if "rounding" in variant and not rounds and (
+                variant["rounding"] != table["rounding"].default):
+            continue
+        variants.append(variant)
+    return variants
+
+
+def precisions(method: str) -> list[str]:
+    """The values of the option ``precision``; "fp32" alone where there is none."""
+    option = option_table(method).get("precision")
+    if option is None:
+        return ["fp32"]
+    return ["fp32", *(str(v) for v in option.choices or () if v not in FULL_PRECISION)]
+
+
+def _is_knob(option: Option) -> bool:
+    return option.name not in _NO_KNOBS and (option.choices is not None or option.kind is bool)
+
+
+def _values(option: Option) -> list[Any]:
+    """The values of a knob, its default first; None only where it means something of its own."""
+    values = list(option.choices) if option.choices is not None else [False, True]
+    if option.optional and None not in values:
+        values.append(None)
+    if option.name == "precision" and option.default in FULL_PRECISION:
+        values = [option.default, *(v for v in values if v not in FULL_PRECISION)]
+    return sorted(values, key=lambda value: value != option.default)
