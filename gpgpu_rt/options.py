@@ -14,7 +14,7 @@ class Option:
     """An option: its word, its values and what it stands for.
 
     ``choices`` are the values it takes; without them ``kind`` says which type. ``define`` is the
-    GLSL define that follows it: set where the option is true.
+    GLSL define that follows it: set where the option is true, or, for words, ``define``_WORD.
     """
 
     name: str
@@ -25,6 +25,13 @@ class Option:
     minimum: float | None = None
     optional: bool = False     # takes None as well
     define: str | None = None
+    relaxed: tuple[Any, ...] = ()   # choices that may lose hits: there to be measured
+
+    def glsl_define(self, value: Any) -> tuple[str, object]:
+        """The define that stands for a value, and whether it is set."""
+        if isinstance(value, str):
+            return word_define(str(self.define), value), True
+        return str(self.define), bool(value)
 
     def check(self, value: Any) -> Any:
         """The value, converted where that loses nothing; OptionError says what it takes."""
@@ -77,9 +84,22 @@ TRACER_OPTIONS: tuple[Option, ...] = (
            "bound that follows from the accelerator's size", int, minimum=1),
     Option("statistics", False, "count nodes, leaves and triangles a ray", bool),
     Option("intersection", "woop-watertight", "ray-triangle test",
-           choices=("woop-watertight", "moller-trumbore")),
+           choices=("woop-watertight", "moller-trumbore", "plucker", "kensler-shirley")),
+    Option("precision", None, "storage and arithmetic at once", choices=("fp32", "fp24", "fp16"),
+           optional=True),
+    Option("storage", None, "what geometric channels of textures hold; none: as precision",
+           choices=("fp32", "fp24", "fp16"), optional=True),
+    Option("arithmetic", None, "what each result of a kernel is rounded to; none: as precision",
+           choices=("fp32", "fp24", "fp16"), optional=True),
+    Option("rounding", "nearest", "how fp24 and fp16 round: to nearest, towards zero, or towards "
+           "plus infinity", choices=("nearest", "chop", "up")),
     Option("context", None, "auto, egl, osmesa, or an existing context", object),
 )
+
+
+def word_define(prefix: str, word: str) -> str:
+    """INTERSECTION, moller-trumbore -> INTERSECTION_MOLLER_TRUMBORE."""
+    return f"{prefix}_{word.upper().replace('-', '_')}"
 
 
 def resolve_options(given: Mapping[str, Any], known: Iterable[Option],

@@ -1,15 +1,16 @@
 """Rays on their way in, the state passes ping-pong, and hits on their way out."""
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import moderngl
 import numpy as np
 
 from .gpu import Gpu
 from .hits import INVALID, Hits
+from .precision import Precision
 from .texel_layout import COUNTERS, EXACT_INTEGER, HIT, RAY_TEXELS, Record
-from .textures import stream_textures, texture_bytes
+from .textures import read_texture, stream_textures, texture_bytes
 
 ROW = 1024   # rays in a row of the texture where the caller gave no shape
 
@@ -83,9 +84,9 @@ class RayBatch:
                 f"{name} holds {len(t)} values for {self.count} rays: one, or one each")
         return np.broadcast_to(t, self.count)
 
-    def hits(self, texels: np.ndarray) -> Hits:
-        """Hits in the caller's units from HIT texels, (h, w, 4) float32."""
-        fields = HIT.unpack(texels.reshape(-1, 1, 4)[:self.count])
+    def hits(self, fields: Mapping[str, np.ndarray]) -> Hits:
+        """Hits in the caller's units from the fields of HIT, one or more a ray."""
+        fields = {name: values[:self.count] for name, values in fields.items()}
         missed = fields["triangle"] == EXACT_INTEGER
         with np.errstate(over="ignore"):
             t = np.ldexp(fields["t"], -self.exponents)
@@ -116,16 +117,18 @@ class RayTextures:
     Parameters
     ----------
     size : (width, height)
+    precision : what they hold
     """
 
-    def __init__(self, gpu: Gpu, size: tuple[int, int]) -> None:
-        self.gpu, self.size = gpu, size
-        self.textures = stream_textures(gpu, RAY_TEXELS, size)
+    def __init__(self, gpu: Gpu, size: tuple[int, int], precision: Precision) -> None:
+        self.gpu, self.size, self.precision = gpu, size, precision
+        self.textures = stream_textures(gpu, precision.layout(RAY_TEXELS), size)
         self.target = gpu.context.framebuffer(self.textures)
 
     def upload(self, batch: RayBatch) -> None:
         for k, texture in enumerate(self.textures):
-            texture.write(np.ascontiguousarray(batch.texels[:, :, k]))
+            texels = self.precision.stored(batch.texels[:, :, k])
+            texture.write(np.ascontiguousarray(texels, "<" + texture.dtype))
 
     def samplers(self) -> dict[str, moderngl.Texture]:
         return stream_samplers(RAY_TEXELS.name, self.textures)
@@ -147,6 +150,7 @@ class StateBuffer:
     def __init__(self, gpu: Gpu, records: list[Record], size: tuple[int, int],
                  depth: moderngl.Renderbuffer) -> None:
         self.gpu = gpu
+        self.records = {r.name: r for r in records}
         self.streams = {r.name: stream_textures(gpu, r, size) for r in records}
         self.textures = [t for textures in self.streams.values() for t in textures]
         self.target = gpu.context.framebuffer(self.textures, depth)
@@ -156,11 +160,11 @@ class StateBuffer:
         return {sampler: texture for name, textures in self.streams.items()
                 for sampler, texture in stream_samplers(name, textures).items()}
 
-    def read(self, record: Record) -> np.ndarray:
-        """Texels of a record, (h, w, texels, 4) float32."""
-        textures = self.streams[record.name]
-        texels = [read_texture(texture) for texture in textures]
-        return texels[0][:, :, None] if len(texels) == 1 else np.stack(texels, axis=2)
+    def fields(self, name: str) -> dict[str, np.ndarray]:
+        """Fields of the record ``name``, one entry a texel, row by row."""
+        texels = [read_texture(texture).reshape(-1, 4) for texture in self.streams[name]]
+        return self.records[name].unpack(
+            texels[0][:, None] if len(texels) == 1 else np.stack(texels, axis=1))
 
     def release(self) -> None:
         self.gpu.release(self.target)
@@ -171,10 +175,12 @@ class StateBuffer:
 class StateBuffers:
     """The ping-pong pair of one method for ``size`` rays, and the depth buffer they share."""
 
-    def __init__(self, gpu: Gpu, state: Record, size: tuple[int, int], statistics: bool) -> None:
+    def __init__(self, gpu: Gpu, state: Record, size: tuple[int, int], statistics: bool,
+                 precision: Precision) -> None:
         gpu.check_size(*size, f"the state of {size[0] * size[1]} rays")
-        self.gpu, self.size, self.state = gpu, size, state
-        self.records = [state, HIT] + ([COUNTERS] if statistics else [])
+        self.gpu, self.size = gpu, size
+        self.records = [precision.layout(state), precision.layout(HIT)]
+        self.records += [COUNTERS] if statistics else []
         self.depth = gpu.context.depth_renderbuffer(size)
         self.mask = gpu.context.framebuffer(depth_attachment=self.depth)
         self._sides: list[StateBuffer] = []
@@ -196,10 +202,3 @@ class StateBuffers:
             side.release()
         self.gpu.release(self.mask)
         self.depth.release()
-
-
-def read_texture(texture: moderngl.Texture) -> np.ndarray:
-    """A float texture as (height, width, components) float32."""
-    values = np.empty((texture.height, texture.width, texture.components), np.float32)
-    texture.read_into(values)
-    return values

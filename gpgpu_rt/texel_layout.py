@@ -10,11 +10,15 @@ From one declaration come the numpy packer and the GLSL accessors. A record is o
 A declaration reads like the texels: ``"v0:vec3 index:int | v1:vec3 last:int | v2:vec3"``.
 Types are float (the default), vec2, vec3, vec4, int and ivec3. Integers are stored as float
 values, exact up to 2^24 either side of zero, and packing raises where one is past that.
+
+Fields that are no integers are geometric: they follow the option ``storage``. Under fp16 they move
+to texels of their own, in half float textures, and integers keep their float32 ones.
 """
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -58,11 +62,41 @@ class Field:
 
 
 @dataclass(frozen=True)
+class Plane:
+    """Texels of a record that lie in textures of one type.
+
+    ``suffix`` tells a table's textures apart; ``components`` is 1, 2 or 4 (three-channel targets
+    are not portable); ``dtype`` is f4 or f2.
+    """
+
+    suffix: str
+    first: int
+    texels: int
+    components: int
+    dtype: str
+
+
+@dataclass(frozen=True)
 class Record:
-    """A record named ``name`` (GLSL prefix) whose texels are declared in ``layout``."""
+    """A record named ``name`` (GLSL prefix) whose texels are declared in ``layout``.
+
+    ``half_texels`` of them, the first ones, lie in half float textures; ``storage`` is the format
+    that geometric fields are rounded to. Both come from ``stored``.
+    """
 
     name: str
     layout: str
+    storage: str = "fp32"
+    half_texels: int = 0
+
+    @lru_cache(maxsize=None)
+    def stored(self, storage: str) -> Record:
+        """This record under the option ``storage``; under fp16 regrouped, geometric first."""
+        if storage != "fp16":
+            return Record(self.name, self.layout, storage)
+        groups = [_cut_into_texels(f for f in self.fields if f.is_integer is integer)
+                  for integer in (False, True)]
+        return Record(self.name, " | ".join(groups[0] + groups[1]), storage, len(groups[0]))
 
     @cached_property
     def fields(self) -> tuple[Field, ...]:
@@ -84,10 +118,20 @@ class Record:
         return self.layout.count("|") + 1
 
     @cached_property
-    def components(self) -> int:
-        """Channels a texel needs: 1, 2 or 4 (three-channel targets are not portable)."""
-        used = max(f.channel + f.width for f in self.fields)
-        return 4 if used == 3 else used
+    def planes(self) -> tuple[Plane, ...]:
+        """The types of texture that the record's texels lie in."""
+        half = self.half_texels
+        parts = (("_half", 0, half, "f2"), ("", half, self.texels - half, "f4"))
+        planes = []
+        for suffix, first, texels, dtype in parts:
+            used = max((f.channel + f.width for f in self.fields
+                        if first <= f.texel < first + texels), default=0)
+            if used:
+                planes.append(Plane(suffix, first, texels, 4 if used == 3 else used, dtype))
+        return tuple(planes)
+
+    def plane_of(self, texel: int) -> Plane:
+        return next(p for p in self.planes if p.first <= texel < p.first + p.texels)
 
     def pack(self, **arrays: np.ndarray) -> np.ndarray:
         """Records from one array a field.
@@ -98,7 +142,7 @@ class Record:
 
         Returns
         -------
-        (n, texels, components) float32
+        (n, texels, 4) float32
 
         Raises
         ------
@@ -112,7 +156,7 @@ class Record:
         if count > EXACT_INTEGER:
             raise LimitError(f"{count} {self.name} records are past 2^24, the last index a float "
                              "texel holds exactly; take a smaller scene or a coarser build")
-        packed = np.zeros((count, self.texels, self.components), np.float32)
+        packed = np.zeros((count, self.texels, 4), np.float32)
         for field in self.fields:
             if field.name not in arrays:
                 continue
@@ -125,7 +169,7 @@ class Record:
         return packed
 
     def unpack(self, texels: np.ndarray) -> dict[str, np.ndarray]:
-        """The inverse of ``pack``: (n, texels, components) -> arrays by field name."""
+        """The inverse of ``pack``: (n, texels, 4) -> arrays by field name."""
         fields = {}
         for f in self.fields:
             values = texels[:, f.texel, f.channel:f.channel + f.width]
@@ -135,15 +179,16 @@ class Record:
 
     def table_glsl(self) -> str:
         """Accessors of a table record: ``kd_node_split(i)`` and one a field."""
-        lines = [f"uniform sampler2D {self.name}_table;"]
+        lines = [f"uniform sampler2D {self.name}{plane.suffix}_table;" for plane in self.planes]
         for f in self.fields:
-            fetch = (f"texelFetch({self.name}_table, "
-                     f"table_texel(i * {self.texels} + {f.texel}), 0)")
+            plane = self.plane_of(f.texel)
+            fetch = (f"texelFetch({self.name}{plane.suffix}_table, "
+                     f"table_texel(i * {plane.texels} + {f.texel - plane.first}), 0)")
             lines.append(f"{f.type} {self.name}_{f.name}(int i) {{ return {f.decode(fetch)}; }}")
         return "\n".join(lines)
 
     def stream_glsl(self, writes: bool, first_target: int = 0) -> str:
-        """Struct, load and, with ``writes``, store of a stream record.
+        """Struct and load of a stream record; with ``writes``, rounding to its storage and store.
 
         ``first_target`` is the render target of the record's first texel.
         """
@@ -158,9 +203,15 @@ class Record:
             lines.append(f"    record.{f.name} = {f.decode(f'texel_{f.texel}')};")
         lines += ["    return record;", "}"]
         if writes:
+            lines += [f"{struct} {name}_stored({struct} record) {{"]
+            if self.storage != "fp32":
+                lines += [f"    record.{f.name} = stored(record.{f.name});"
+                          for f in self.fields if not f.is_integer]
+            lines += ["    return record;", "}"]
             for k in range(self.texels):
                 lines.append(f"layout(location = {first_target + k}) out vec4 {name}_target_{k};")
-            lines.append(f"void {name}_store({struct} record) {{")
+            lines += [f"void {name}_store({struct} record) {{",
+                      f"    record = {name}_stored(record);"]
             for k in range(self.texels):
                 lines.append(f"    {name}_target_{k} = vec4(0.0);")
             for f in self.fields:
@@ -168,6 +219,71 @@ class Record:
                 lines.append(f"    {name}_target_{f.texel}.{f.swizzle} = {value};")
             lines.append("}")
         return "\n".join(lines)
+
+
+@dataclass(frozen=True)
+class PackedRecord:
+    """A table record of bit fields in one integer texel.
+
+    ``"lo:16 hi:16 | link:32"`` reads from the lowest bit of each channel up. GLSL reads
+    ``name_lo(i)``, a uint.
+    """
+
+    name: str
+    layout: str
+
+    @cached_property
+    def fields(self) -> tuple[tuple[str, int, int, int], ...]:
+        """Name, channel, lowest bit and number of bits of each field."""
+        found = []
+        for channel, word in enumerate(self.layout.split("|")):
+            shift = 0
+            for field in word.split():
+                name, _, bits = field.partition(":")
+                found.append((name, channel, shift, int(bits)))
+                shift += int(bits)
+            if shift > 32:
+                raise ValueError(f"record {self.name}: channel {channel} has over 32 bits")
+        return tuple(found)
+
+    @property
+    def channels(self) -> int:
+        return self.layout.count("|") + 1
+
+    def pack(self, **arrays: np.ndarray) -> np.ndarray:
+        """(n, channels) uint32 from one (n,) array a field; LimitError where one does not fit."""
+        packed = np.zeros((len(next(iter(arrays.values()))), self.channels), np.uint32)
+        for name, channel, shift, bits in self.fields:
+            values = np.asarray(arrays[name]).astype(np.int64)
+            if len(values) and (values.min() < 0 or values.max() >= 1 << bits):
+                raise LimitError(f"{self.name}.{name} does not fit its {bits} bits; take a "
+                                 "smaller scene, or no quantised nodes")
+            packed[:, channel] |= (values << shift).astype(np.uint32)
+        return packed
+
+    def table_glsl(self) -> str:
+        """Accessors: ``quantised_node_lo_x(i)`` and one a field."""
+        lines = [f"uniform usampler2D {self.name}_table;"]
+        for name, channel, shift, bits in self.fields:
+            texel = f"texelFetch({self.name}_table, table_texel(i), 0).{'xyzw'[channel]}"
+            value = texel if bits == 32 else f"({texel} >> {shift}) & {(1 << bits) - 1}u"
+            lines.append(f"uint {self.name}_{name}(int i) {{ return {value}; }}")
+        return "\n".join(lines)
+
+
+def _cut_into_texels(fields: Iterable[Field]) -> list[str]:
+    """Fields in order, as many a texel as fit: the parts of a layout."""
+    texels: list[str] = []
+    used = 4
+    for field in fields:
+        word = f"{field.name}:{field.type}"
+        if used + field.width > 4:
+            texels.append(word)
+            used = field.width
+        else:
+            texels[-1] += f" {word}"
+            used += field.width
+    return texels
 
 
 # Tables ------------------------------------------------------------------------------------------
@@ -193,6 +309,15 @@ BVH_NODE = Record("bvh_node", "lo:vec3 escape:int | hi:vec3 first:int")
 
 Octant copies store the corner a ray meets first in ``lo`` and the other one in ``hi``.
 """
+
+_LINK = "target:30 last:1 leaf:1"
+QUANTISED_NODE_16 = PackedRecord(
+    "quantised_node", "lo_x:16 hi_x:16 | lo_y:16 hi_y:16 | lo_z:16 hi_z:16 | " + _LINK)
+QUANTISED_NODE_8 = PackedRecord(
+    "quantised_node", "lo_x:8 hi_x:8 lo_y:8 hi_y:8 | lo_z:8 hi_z:8 | " + _LINK)
+"""A threaded node in one integer texel: bounds in steps of the scene's box, rounded outward;
+``target`` is a leaf's first triangle (its escape index is the next node) or an inner node's
+escape index; ``last`` marks a node with none."""
 
 SURFACE = Record("surface", "diffuse:vec3 | normal:vec3")
 """What shading needs of a triangle: colour and unit normal."""

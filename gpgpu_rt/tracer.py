@@ -5,6 +5,7 @@ import os
 import time
 from typing import Any
 
+import moderngl
 import numpy as np
 import trimesh
 from PIL import Image
@@ -18,11 +19,12 @@ from .methods import find_method
 from .options import TRACER_OPTIONS, resolve_options
 from .passes.shade import Shading
 from .passes.traverse import Traversal
+from .precision import Precision
 from .ray_state import RayBatch, RayTextures, StateBuffer, StateBuffers
 from .scene import Scene, load_scene
 from .statistics import Statistics
 from .texel_layout import COUNTERS, EXACT_INTEGER, HIT
-from .textures import table_texture, texture_bytes
+from .textures import table_textures, texture_bytes
 
 DEFAULT_METHOD = "bvh-threaded"
 AUTO = "auto"
@@ -53,24 +55,26 @@ class Tracer:
         self.method = find_method(method)
         self.options = resolve_options(options, TRACER_OPTIONS + self.method.options,
                                        f"method {method}")
+        for part in ("storage", "arithmetic"):
+            self.options[part] = self.options[part] or self.options["precision"] or "fp32"
         if self.options["schedule"] not in self.method.schedules:
             raise OptionError(f"method {method} runs under {', '.join(self.method.schedules)} "
                               f"only, not {self.options['schedule']}")
+        self.precision = Precision.of(self.options)
         self.scene = load_scene(scene)
         self.gpu = open_gpu(self.options["context"])
         self.statistics = Statistics()
         began = time.perf_counter()
-        self.accelerator = self.method.prepare(self.scene.triangles, self.options)
+        # Built from the vertices as stored: boxes then enclose what the kernels will read.
+        self.accelerator = self.method.prepare(self.precision.stored(self.scene.triangles),
+                                               self.options)
         with self.gpu:
-            self._tables = {record.name: table_texture(self.gpu, record,
-                                                       self.accelerator.tables[record.name])
-                            for record in self.method.tables}
-            self.statistics.table_bytes = {name: texture_bytes([texture])
-                                           for name, texture in self._tables.items()}
+            self._tables = self._make_tables()
             self.statistics.build_seconds = time.perf_counter() - began
             self.step_cap = min(self.options["step_cap"] or self.accelerator.step_bound + 1,
                                 EXACT_INTEGER - 1)
-            self._traversal = Traversal(self.gpu, self.method, self._tables,
+            samplers = {k: v for tables in self._tables.values() for k, v in tables.items()}
+            self._traversal = Traversal(self.gpu, self.method, samplers,
                                         self.accelerator.uniforms, self.options, self.step_cap)
         self._rays: RayTextures | None = None
         self._buffers: StateBuffers | None = None
@@ -99,6 +103,16 @@ class Tracer:
         tracer = cls(scene, found.method, **found.with_options(options, str(path)))
         tracer.settings = found
         return tracer
+
+    def _make_tables(self) -> dict[str, dict[str, moderngl.Texture]]:
+        """Record name -> sampler name -> texture; their bytes go to the statistics."""
+        tables = {}
+        for record in self.method.tables_for(self.options):
+            fields = self.precision.stored_fields(record, self.accelerator.tables[record.name])
+            tables[record.name] = table_textures(self.gpu, self.precision.layout(record), fields)
+        self.statistics.table_bytes = {name: texture_bytes(textures.values())
+                                       for name, textures in tables.items()}
+        return tables
 
     # Tracing --------------------------------------------------------------------------------
 
@@ -158,16 +172,16 @@ class Tracer:
         """Ray textures and state buffers of ``size``; those of the last call if they fit."""
         if self._rays is None or self._rays.size != size:
             self._release_room()
-            self._rays = RayTextures(self.gpu, size)
+            self._rays = RayTextures(self.gpu, size, self.precision)
         if self._buffers is None:
             self._buffers = StateBuffers(self.gpu, self.method.state, size,
-                                         self.options["statistics"])
+                                         self.options["statistics"], self.precision)
         return self._rays, self._buffers
 
     def _read(self, batch: RayBatch, side: StateBuffer, stopped: int) -> Hits:
-        hits = batch.hits(side.read(HIT))
+        hits = batch.hits(side.fields(HIT.name))
         if stopped:
-            phases = self.method.state.unpack(_flat(side.read(self.method.state)))["phase"]
+            phases = side.fields(self.method.state.name)["phase"]
             hits.status[phases[:batch.count] != 0] = UNFINISHED
         if self.options["statistics"]:
             for name, values in self._count(side, batch.count).items():
@@ -177,8 +191,8 @@ class Tracer:
 
     def _count(self, side: StateBuffer, rays: int) -> dict[str, np.ndarray]:
         """Counters of the first ``rays`` rays by name; their means go to the statistics."""
-        counters = COUNTERS.unpack(_flat(side.read(COUNTERS)))
-        counters["steps"] = self.method.state.unpack(_flat(side.read(self.method.state)))["steps"]
+        counters = side.fields(COUNTERS.name)
+        counters["steps"] = side.fields(self.method.state.name)["steps"]
         counters = {name: values[:rays] for name, values in counters.items()}
         self.statistics.counters = {name: float(values.mean()) if rays else 0.0
                                     for name, values in counters.items()}
@@ -212,7 +226,7 @@ class Tracer:
         with self.gpu:
             rays, buffers = self._room((width, height))
             if self._shading is None:
-                self._shading = Shading(self.gpu, self.scene)
+                self._shading = Shading(self.gpu, self.scene, self.precision)
             began = time.perf_counter()
             self._shading.eye_rays(rays, camera or self.scene.camera)
             eye, _ = self._traversal.run(rays, buffers, self.statistics)
@@ -241,8 +255,9 @@ class Tracer:
             if self._shading is not None:
                 self._shading.release()
             self._traversal.release()
-            for texture in self._tables.values():
-                texture.release()
+            for textures in self._tables.values():
+                for texture in textures.values():
+                    texture.release()
             self._tables = {}
 
     def __enter__(self) -> Tracer:
@@ -250,8 +265,3 @@ class Tracer:
 
     def __exit__(self, *exception: object) -> None:
         self.release()
-
-
-def _flat(texels: np.ndarray) -> np.ndarray:
-    """(h, w, texels, 4) -> (h * w, texels, 4)."""
-    return texels.reshape(-1, *texels.shape[2:])

@@ -11,8 +11,8 @@ float min_component(vec3 v) {
 // Interval of a ray in a box; empty where x > y. With OCTANTS the corners come ordered along the
 // ray, `lo` the one it meets first.
 vec2 box_interval(Ray ray, vec3 lo, vec3 hi) {
-    vec3 a = (lo - ray.lo_origin) * ray.inv_dir;
-    vec3 b = (hi - ray.hi_origin) * ray.inv_dir;
+    vec3 a = R(R(lo - ray.lo_origin) * ray.inv_dir);
+    vec3 b = R(R(hi - ray.hi_origin) * ray.inv_dir);
 #ifdef OCTANTS
     return vec2(max_component(a), min_component(b));
 #else

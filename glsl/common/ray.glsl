@@ -32,19 +32,19 @@ Ray ray_setup(Rays texels) {
     vec3 tiny = vec3(d.x < 0.0 ? -TINY_DIRECTION : TINY_DIRECTION,
                      d.y < 0.0 ? -TINY_DIRECTION : TINY_DIRECTION,
                      d.z < 0.0 ? -TINY_DIRECTION : TINY_DIRECTION);
-    ray.inv_dir = 1.0 / vec3(size.x < TINY_DIRECTION ? tiny.x : d.x,
-                             size.y < TINY_DIRECTION ? tiny.y : d.y,
-                             size.z < TINY_DIRECTION ? tiny.z : d.z);
+    ray.inv_dir = R(1.0 / vec3(size.x < TINY_DIRECTION ? tiny.x : d.x,
+                               size.y < TINY_DIRECTION ? tiny.y : d.y,
+                               size.z < TINY_DIRECTION ? tiny.z : d.z));
     ray.dominant.x = size.x >= size.y && size.x >= size.z;
     ray.dominant.y = size.y >= size.z;
     vec3 p = permute(ray, d);
-    ray.shear = vec3(p.xy / p.z, 1.0 / p.z);
+    ray.shear = R(vec3(p.xy / p.z, 1.0 / p.z));
     vec3 slack = box_slack(ray.origin);
 #ifdef OCTANTS
     slack = vec3(d.x < 0.0 ? -slack.x : slack.x, d.y < 0.0 ? -slack.y : slack.y,
                  d.z < 0.0 ? -slack.z : slack.z);
 #endif
-    ray.lo_origin = ray.origin + slack;
-    ray.hi_origin = ray.origin - slack;
+    ray.lo_origin = R(ray.origin + slack);
+    ray.hi_origin = R(ray.origin - slack);
     return ray;
 }

@@ -6,8 +6,8 @@
 uniform vec3 scene_lo;
 uniform vec3 scene_hi;
 
-const float BOX_SLACK = 3.8e-6;
+const float BOX_SLACK = 64.0 * ARITHMETIC_UNIT;   // 3.8e-6 in float32
 
 vec3 box_slack(vec3 origin) {
-    return BOX_SLACK * max(abs(scene_lo - origin), abs(scene_hi - origin));
+    return R(BOX_SLACK * R(max(abs(scene_lo - origin), abs(scene_hi - origin))));
 }

@@ -1,6 +1,6 @@
-// Ray against triangle. Both tests read the same record and report u, v with
-// p = (1 - u - v) v0 + u v1 + v v2; neither culls back faces, and a triangle without area is
-// never hit.
+// Ray against triangle. All tests read the same record and report u, v with
+// p = (1 - u - v) v0 + u v1 + v v2; none culls back faces, and a triangle without area is never
+// hit.
 //
 // INTERSECTION_WOOP_WATERTIGHT: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2013,
 // without its double precision fallback. Each edge function is computed from its two vertices
@@ -12,6 +12,12 @@
 //
 // INTERSECTION_MOLLER_TRUMBORE: Moeller and Trumbore, "Fast, Minimum Storage Ray/Triangle
 // Intersection", 1997, with the determinant compared to zero alone.
+//
+// INTERSECTION_PLUCKER: signed volumes of the ray and each edge (Plucker coordinates; Amanatides and
+// Choi 1997), vertices moved to the ray's origin. Zero is widened by one ulp of the volumes' sum.
+//
+// INTERSECTION_KENSLER_SHIRLEY: Kensler and Shirley, "Optimizing Ray-Triangle Intersection via
+// Automated Search", 2006: the ordering with two cross products, of which one is the normal.
 
 void accept(Ray ray, float t, float u, float v, int index, inout Hit hit) {
     if (t >= ray.t_min && (t < hit.t || (t == hit.t && index < hit.triangle))) {
@@ -21,27 +27,37 @@ void accept(Ray ray, float t, float u, float v, int index, inout Hit hit) {
 
 #ifdef INTERSECTION_WOOP_WATERTIGHT
 
+// A corner as the ray sees it: sheared onto its axis, and its depth along it.
+vec3 sheared(Ray ray, vec3 corner) {
+    PRECISE vec3 p = permute(ray, R(corner - ray.origin));
+    PRECISE vec2 xy = R(p.xy - R(ray.shear.xy * p.z));
+    return vec3(xy, p.z);
+}
+
+float edge_function(vec3 p, vec3 q) {
+    PRECISE float area = R(R(p.x * q.y) - R(p.y * q.x));
+    return area;
+}
+
 void test_triangle(Ray ray, int i, inout Hit hit) {
     COUNT(triangles_tested);
-    PRECISE vec3 a = permute(ray, triangle_v0(i) - ray.origin);
-    PRECISE vec3 b = permute(ray, triangle_v1(i) - ray.origin);
-    PRECISE vec3 c = permute(ray, triangle_v2(i) - ray.origin);
-    PRECISE vec2 sa = a.xy - ray.shear.xy * a.z;
-    PRECISE vec2 sb = b.xy - ray.shear.xy * b.z;
-    PRECISE vec2 sc = c.xy - ray.shear.xy * c.z;
-    PRECISE float w0 = sc.x * sb.y - sc.y * sb.x;
-    PRECISE float w1 = sa.x * sc.y - sa.y * sc.x;
-    PRECISE float w2 = sb.x * sa.y - sb.y * sa.x;
-    PRECISE float det = w0 + w1 + w2;
+    vec3 a = sheared(ray, triangle_v0(i));
+    vec3 b = sheared(ray, triangle_v1(i));
+    vec3 c = sheared(ray, triangle_v2(i));
+    float w0 = edge_function(c, b);
+    float w1 = edge_function(a, c);
+    float w2 = edge_function(b, a);
+    PRECISE float det = R(R(w0 + w1) + w2);
     float lowest = min(min(w0, w1), w2);
     float highest = max(max(w0, w1), w2);
-    vec2 lo = min(min(sa, sb), sc);
-    vec2 hi = max(max(sa, sb), sc);
+    vec2 lo = min(min(a.xy, b.xy), c.xy);
+    vec2 hi = max(max(a.xy, b.xy), c.xy);
     bool in_box = max(lo.x, lo.y) <= 0.0 && min(hi.x, hi.y) >= 0.0;
     if (in_box && (lowest >= 0.0 || highest <= 0.0) && det != 0.0) {
-        PRECISE float inv_det = 1.0 / det;
-        PRECISE float t = (w0 * a.z + w1 * b.z + w2 * c.z) * ray.shear.z * inv_det;
-        accept(ray, t, w1 * inv_det, w2 * inv_det, triangle_index(i), hit);
+        PRECISE float inv_det = R(1.0 / det);
+        PRECISE float depth = R(R(R(w0 * a.z) + R(w1 * b.z)) + R(w2 * c.z));
+        PRECISE float t = R(R(depth * ray.shear.z) * inv_det);
+        accept(ray, t, R(w1 * inv_det), R(w2 * inv_det), triangle_index(i), hit);
     }
 }
 
@@ -51,17 +67,58 @@ void test_triangle(Ray ray, int i, inout Hit hit) {
 void test_triangle(Ray ray, int i, inout Hit hit) {
     COUNT(triangles_tested);
     vec3 v0 = triangle_v0(i);
-    vec3 e1 = triangle_v1(i) - v0;
-    vec3 e2 = triangle_v2(i) - v0;
-    vec3 p = cross(ray.direction, e2);
-    float det = dot(e1, p);
-    float inv_det = 1.0 / det;
-    vec3 s = ray.origin - v0;
-    float u = dot(s, p) * inv_det;
-    vec3 q = cross(s, e1);
-    float v = dot(ray.direction, q) * inv_det;
-    if (det != 0.0 && u >= 0.0 && v >= 0.0 && u + v <= 1.0) {
-        accept(ray, dot(e2, q) * inv_det, u, v, triangle_index(i), hit);
+    vec3 e1 = R(triangle_v1(i) - v0);
+    vec3 e2 = R(triangle_v2(i) - v0);
+    vec3 p = R_cross(ray.direction, e2);
+    float det = R_dot(e1, p);
+    float inv_det = R(1.0 / det);
+    vec3 s = R(ray.origin - v0);
+    float u = R(R_dot(s, p) * inv_det);
+    vec3 q = R_cross(s, e1);
+    float v = R(R_dot(ray.direction, q) * inv_det);
+    if (det != 0.0 && u >= 0.0 && v >= 0.0 && R(u + v) <= 1.0) {
+        accept(ray, R(R_dot(e2, q) * inv_det), u, v, triangle_index(i), hit);
+    }
+}
+
+#endif
+#ifdef INTERSECTION_PLUCKER
+
+void test_triangle(Ray ray, int i, inout Hit hit) {
+    COUNT(triangles_tested);
+    vec3 a = R(triangle_v0(i) - ray.origin);
+    vec3 b = R(triangle_v1(i) - ray.origin);
+    vec3 c = R(triangle_v2(i) - ray.origin);
+    float w0 = R_dot(ray.direction, R_cross(c, b));
+    float w1 = R_dot(ray.direction, R_cross(a, c));
+    float w2 = R_dot(ray.direction, R_cross(b, a));
+    float sum = R(R(w0 + w1) + w2);
+    float ulp = 2.0 * ARITHMETIC_UNIT * abs(sum);
+    vec3 normal = R_cross(R(b - a), R(c - a));
+    float det = R_dot(ray.direction, normal);
+    bool inside = min(min(w0, w1), w2) >= -ulp || max(max(w0, w1), w2) <= ulp;
+    if (inside && det != 0.0 && sum != 0.0) {
+        accept(ray, R(R_dot(a, normal) / det), R(w1 / sum), R(w2 / sum), triangle_index(i), hit);
+    }
+}
+
+#endif
+#ifdef INTERSECTION_KENSLER_SHIRLEY
+
+void test_triangle(Ray ray, int i, inout Hit hit) {
+    COUNT(triangles_tested);
+    vec3 v0 = triangle_v0(i);
+    vec3 e1 = R(triangle_v1(i) - v0);
+    vec3 e2 = R(triangle_v2(i) - v0);
+    vec3 normal = R_cross(e1, e2);
+    float det = R_dot(ray.direction, normal);
+    float inv_det = R(1.0 / det);
+    vec3 s = R(v0 - ray.origin);
+    vec3 r = R_cross(s, ray.direction);
+    float u = R(R_dot(e2, r) * inv_det);
+    float v = -R(R_dot(e1, r) * inv_det);
+    if (det != 0.0 && u >= 0.0 && v >= 0.0 && R(u + v) <= 1.0) {
+        accept(ray, R(R_dot(normal, s) * inv_det), u, v, triangle_index(i), hit);
     }
 }
 

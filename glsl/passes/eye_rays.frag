@@ -2,6 +2,7 @@
 // Eye rays through the pixel centres, row 0 at the top (Purcell et al. 2002, the first of their
 // four kernels).
 
+#include "common/precision.glsl"
 #include <streams>
 
 uniform vec3 eye;

@@ -3,6 +3,7 @@
 // little ambient light give each hit, and the shadow ray that finds out whether the light arrives.
 
 #include "common/fetch.glsl"
+#include "common/precision.glsl"
 #include <streams>
 #include <tables>
 #include "common/hit.glsl"

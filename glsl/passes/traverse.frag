@@ -12,6 +12,7 @@
 // while-while). Such a renderer runs the body of a loop that breaks at its top once more than rays
 // want, with nothing to do: hence `if` and `do while`, and for a single step no loop at all.
 
+#include "common/precision.glsl"
 #include "common/fetch.glsl"
 #include <streams>
 #include <tables>
@@ -33,18 +34,23 @@ uniform int step_cap;
 #define RUNS(kernel) true
 #endif
 
+// A step leaves what the textures would hold, so that all schedules give the same hits.
+#define STEP(kernel) \
+    kernel(ray, state, hit); \
+    ++state.steps; \
+    state = state_stored(state); \
+    hit = hit_stored(hit);
+
 #ifdef SINGLE_STEP
 #define RUN(number, kernel) \
     if (RUNS(number) && phase == number) { \
-        kernel(ray, state, hit); \
-        ++state.steps; \
+        STEP(kernel) \
     }
 #else
 #define RUN(number, kernel) \
     if (state.phase == number && state.steps < limit) { \
         do { \
-            kernel(ray, state, hit); \
-            ++state.steps; \
+            STEP(kernel) \
         } while (state.phase == number && state.steps < limit); \
     }
 #endif
@@ -75,6 +81,8 @@ void start(Ray ray, out State state, out Hit hit) {
     if (!(ray.t_min <= ray.t_max)) {
         state.phase = DONE;
     }
+    state = state_stored(state);
+    hit = hit_stored(hit);
 }
 
 void main() {

@@ -7,6 +7,8 @@
 // times, threaded so that the child nearer to rays of a direction octant comes first; the thesis
 // has one order for all rays.
 
+#include "traverse/bvh_nodes.glsl"
+
 uniform int node_count;
 
 void init(Ray ray, out State state) {

@@ -15,11 +15,12 @@ uniform vec3 cell_size;
 // Where the ray leaves cell `cell`, axis by axis.
 vec3 cell_exit(Ray ray, ivec3 cell) {
     ivec3 ahead = ivec3(greaterThan(ray.inv_dir, vec3(0.0)));
-    return (scene_lo + vec3(cell + ahead) * cell_size - ray.origin) * ray.inv_dir;
+    vec3 border = R(scene_lo + R(vec3(cell + ahead) * cell_size));
+    return R(R(border - ray.origin) * ray.inv_dir);
 }
 
 ivec3 cell_at(Ray ray, float t) {
-    vec3 at = (ray.origin + t * ray.direction - scene_lo) / cell_size;
+    vec3 at = R(R(R(ray.origin + R(t * ray.direction)) - scene_lo) / cell_size);
     return clamp(ivec3(floor(at)), ivec3(0), grid_resolution - 1);
 }
 
@@ -60,7 +61,8 @@ void traverse(Ray ray, inout State state, inout Hit hit) {
 #ifdef PROXIMITY
     int clear = -state.cursor - 1;   // cells in a row that are empty for certain
     if (clear >= 2) {
-        float t = state.t_enter + float(clear) / max_component(abs(ray.direction) / cell_size);
+        float cells = max_component(R(abs(ray.direction) / cell_size));
+        float t = R(state.t_enter + R(float(clear) / cells));
         state.phase = DONE;
         if (t < state.t_exit) {
             visit(ray, cell_at(ray, t), t, state);

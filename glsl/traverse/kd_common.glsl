@@ -6,6 +6,11 @@
 // expression each time, so after a leaf's end became t_min the same plane compares as equal and
 // the ray always moves on: no epsilon. (The survey's Figure 10 also takes the near child where
 // t_split < 0, which is wrong for a ray that starts beyond the plane.)
+//
+// What others do instead stands behind the option `interval`, to be measured: `strict` leaves the
+// plane at t_min to the near child (and comes to the same leaf for ever); the nudges push t_min on
+// by a few ulp (rays still hang where the plane's t is off by more) or by 1e-6 (thin leaves are
+// skipped).
 
 const int LEAF = 3;
 
@@ -13,14 +18,14 @@ const int LEAF = 3;
 float plane_t(Ray ray, int axis, float plane) {
     float o = axis == 0 ? ray.origin.x : (axis == 1 ? ray.origin.y : ray.origin.z);
     float inv = axis == 0 ? ray.inv_dir.x : (axis == 1 ? ray.inv_dir.y : ray.inv_dir.z);
-    return (plane - o) * inv;
+    return R(R(plane - o) * inv);
 }
 
 float box_exit(Ray ray, vec3 lo, vec3 hi) {
     vec3 far = vec3(ray.inv_dir.x < 0.0 ? lo.x : hi.x,
                     ray.inv_dir.y < 0.0 ? lo.y : hi.y,
                     ray.inv_dir.z < 0.0 ? lo.z : hi.z);
-    return min_component((far - ray.origin) * ray.inv_dir);
+    return min_component(R(R(far - ray.origin) * ray.inv_dir));
 }
 
 void init(Ray ray, out State state) {
@@ -34,6 +39,16 @@ void init(Ray ray, out State state) {
     state.phase = state.t_min <= min(interval.y, ray.t_max) ? DOWN : DONE;
 }
 
+float resumed(float t) {
+#if defined(INTERVAL_NUDGE_RELATIVE)
+    return R(t + R(abs(t) * (4.0 * ARITHMETIC_UNIT)));
+#elif defined(INTERVAL_NUDGE_ABSOLUTE)
+    return R(t + 1e-6);
+#else
+    return t;
+#endif
+}
+
 // Where a method takes up the rest of a ray's interval.
 void continue_search(inout State state);
 
@@ -43,7 +58,7 @@ void leave_leaf(inout State state, Hit hit) {
     if (hit.t < state.t_max || state.t_max >= state.t_exit) {
         state.phase = DONE;
     } else {
-        state.t_min = state.t_max;
+        state.t_min = resumed(state.t_max);
         state.t_max = state.t_exit;
         continue_search(state);
     }
@@ -67,7 +82,11 @@ void down(Ray ray, inout State state, inout Hit hit) {
         float d = axis == 0 ? ray.inv_dir.x : (axis == 1 ? ray.inv_dir.y : ray.inv_dir.z);
         int near = d < 0.0 ? left + 1 : left;
         int far = d < 0.0 ? left : left + 1;
+#ifdef INTERVAL_STRICT
+        bool takes_far = t_split < state.t_min;
+#else
         bool takes_far = t_split <= state.t_min;
+#endif
         state.node = takes_far ? far : near;
         state.t_max = takes_far ? state.t_max : min(t_split, state.t_max);
     }

@@ -7,8 +7,11 @@ from typing import Any
 import numpy as np
 
 from .. import accel
+from ..accel.quantise import quantise
 from ..options import Option
-from ..texel_layout import BVH_NODE, TRIANGLE, Record
+from ..texel_layout import (
+    BVH_NODE, QUANTISED_NODE_8, QUANTISED_NODE_16, TRIANGLE, PackedRecord, Record
+)
 from .brute_force import triangle_table
 from .row import Accelerator, Method
 
@@ -20,9 +23,12 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     leaf = bvh.count > 0
     last[(bvh.first + bvh.count)[leaf] - 1] = 1
     table = _octant_nodes(bvh) if options["octants"] else _nodes(bvh)
+    bits = options["quantise_nodes"]
     lo, hi = (bvh.lo[0], bvh.hi[0]) if nodes else (np.zeros(3, np.float32),) * 2
     uniforms = {"scene_lo": tuple(lo), "scene_hi": tuple(hi), "node_count": nodes}
-    tables = {**triangle_table(triangles, bvh.order, last), BVH_NODE.name: table}
+    if bits:
+        uniforms["quantum"], table = _quantised(table, lo, hi, bits)
+    tables = {**triangle_table(triangles, bvh.order, last), _node_record(options).name: table}
     return Accelerator(tables, uniforms, step_bound=nodes + len(bvh.order), structure=bvh)
 
 
@@ -50,6 +56,25 @@ def _octant_nodes(bvh: accel.Bvh) -> dict[str, np.ndarray]:
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
+def _node_record(options: Mapping[str, Any]) -> Record | PackedRecord:
+    return {None: BVH_NODE, 16: QUANTISED_NODE_16, 8: QUANTISED_NODE_8}[options["quantise_nodes"]]
+
+
+def _quantised(table: dict[str, np.ndarray], lo: np.ndarray, hi: np.ndarray,
+               bits: int) -> tuple[tuple[float, ...], dict[str, np.ndarray]]:
+    """Step of the bounds, and the node table in such steps, as QUANTISED_NODE declares it."""
+    quantum, corners = quantise(np.minimum(table["lo"], table["hi"]),
+                                np.maximum(table["lo"], table["hi"]), lo, hi, bits)
+    swapped = table["lo"] > table["hi"]   # an octant's corners, in the order rays meet them
+    first, second = (np.where(swapped, a, b) for a, b in (corners[::-1], corners))
+    leaf, end = table["first"] >= 0, table["escape"] < 0
+    fields = {"leaf": leaf, "last": end,
+              "target": np.where(leaf, table["first"], np.where(end, 0, table["escape"]))}
+    for axis, letter in enumerate("xyz"):
+        fields["lo_" + letter], fields["hi_" + letter] = first[:, axis], second[:, axis]
+    return tuple(quantum), fields
+
+
 ROWS = (Method(
     name="bvh-threaded",
     summary="BVH in depth-first order, escape indices instead of a stack",
@@ -64,5 +89,8 @@ ROWS = (Method(
                choices=("sah", "kay-kajiya", "goldsmith-salmon")),
         Option("octants", False, "eight copies threaded front to back, one a direction octant",
                bool, define="OCTANTS"),
+        Option("quantise_nodes", None, "bits a bound, rounded outward: the same hits from smaller "
+               "nodes", int, choices=(8, 16), optional=True, define="QUANTISED_NODES"),
     ),
+    choose_tables=lambda options: (TRIANGLE, _node_record(options)),
 ),)

@@ -41,6 +41,14 @@ _BUILD_OPTIONS = (
 )
 
 
+_NOT_EXACT = ("strict", "nudge-relative", "nudge-absolute")
+_INTERVAL = (
+    Option("interval", "exact", "where a ray takes up its interval after a leaf: exactly at its "
+           "end, or as others do it", choices=("exact", *_NOT_EXACT), define="INTERVAL",
+           relaxed=_NOT_EXACT),
+)
+
+
 def _row(name: str, summary: str, backtrack: bool) -> Method:
     return Method(
         name=name, summary=summary, citation="Foley and Sugerman 2005",
@@ -50,7 +58,7 @@ def _row(name: str, summary: str, backtrack: bool) -> Method:
                               "| cursor:int end:int phase:int steps:int"),
         tables=(TRIANGLE, KD_NODE, REFERENCE) + ((KD_BOUNDS,) if backtrack else ()),
         prepare=lambda triangles, options: _prepare(triangles, options, backtrack),
-        options=_BUILD_OPTIONS)
+        options=_BUILD_OPTIONS + _INTERVAL)
 
 
 ROWS = (

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from ..options import Option
-from ..texel_layout import Record
+from ..texel_layout import PackedRecord, Record
 
+Tables = tuple[Record | PackedRecord, ...]
 SCHEDULES = ("kernels", "step", "loop")
 
 
@@ -44,6 +45,7 @@ class Method:
     kernels : their names in the order of their phases
     state : what a ray carries from pass to pass; has the fields ``phase`` and ``steps``
     tables : the records its programs read
+    choose_tables : (options) -> records, where an option replaces some
     prepare : (triangles (n, 3, 3) float32, options) -> Accelerator
     options : its own options, the builder's among them
     schedules : those it runs under
@@ -56,18 +58,23 @@ class Method:
     glsl: str | Path
     kernels: tuple[str, ...]
     state: Record
-    tables: tuple[Record, ...]
+    tables: Tables
     prepare: Callable[[np.ndarray, Mapping[str, Any]], Accelerator]
     options: tuple[Option, ...] = ()
+    choose_tables: Callable[[Mapping[str, Any]], Tables] | None = None
     schedules: tuple[str, ...] = SCHEDULES
     stack: bool = False
     packet: bool = False
     dynamic: bool = False
     fixed_defines: Mapping[str, object] = field(default_factory=dict)
 
+    def tables_for(self, options: Mapping[str, Any]) -> Tables:
+        """The records its programs read under these options."""
+        return self.choose_tables(options) if self.choose_tables else self.tables
+
     def defines(self, options: Mapping[str, Any]) -> dict[str, object]:
         """GLSL defines that follow from the method and its options."""
-        chosen = {o.define: bool(options[o.name]) for o in self.options if o.define}
+        chosen = dict(o.glsl_define(options[o.name]) for o in self.options if o.define)
         return {**self.fixed_defines, **chosen}
 
     def to_dict(self) -> dict[str, Any]:

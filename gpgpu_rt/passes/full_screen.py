@@ -10,7 +10,7 @@ from ..errors import Error
 from ..gpu import Gpu
 from ..shader import compile_program
 
-GL_SAMPLER_2D = 0x8B5E
+GL_SAMPLERS = (0x8B5E, 0x8DD2)   # sampler2D, usampler2D
 MOST_RECTANGLES = 1 << 14
 
 
@@ -45,7 +45,7 @@ class FullScreenPass:
         self._geometry: dict[int, moderngl.VertexArray] = {}
         self._size: tuple[int, int] | None = None
         self._samplers = [name for name in self.program
-                          if getattr(self.program[name], "gl_type", None) == GL_SAMPLER_2D]
+                          if getattr(self.program[name], "gl_type", None) in GL_SAMPLERS]
         for unit, name in enumerate(self._samplers):
             self.program[name].value = unit
 

@@ -1,39 +1,45 @@
 """The passes around traversal that make a picture: eye rays, surfaces and shadow rays, colours."""
 from __future__ import annotations
 
+from dataclasses import replace
+
 import moderngl
 import numpy as np
 
 from ..camera import Camera
 from ..gpu import Gpu
-from ..ray_state import RayTextures, StateBuffer, read_texture, stream_samplers
+from ..precision import Precision
+from ..ray_state import RayTextures, StateBuffer, stream_samplers
 from ..scene import Scene
-from ..texel_layout import HIT, LIT, RAY_TEXELS, SURFACE, TABLE_WIDTH_LOG2, Record
-from ..textures import stream_textures, table_texture, texture_bytes
+from ..texel_layout import HIT, LIT, RAY_TEXELS, SURFACE, TABLE_WIDTH_LOG2
+from ..textures import read_texture, stream_textures, table_textures, texture_bytes
 from .full_screen import FullScreenPass
 
 
 class Shading:
     """Diffuse surfaces under one point light with hard shadows, for one scene."""
 
-    def __init__(self, gpu: Gpu, scene: Scene) -> None:
-        self.gpu, self.scene = gpu, scene
+    def __init__(self, gpu: Gpu, scene: Scene, precision: Precision) -> None:
+        self.gpu, self.scene, self.precision = gpu, scene, precision
         corners = scene.triangles.astype(np.float64)
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         length = np.linalg.norm(normals, axis=1, keepdims=True)
         normals = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0)
-        self.surface_table = table_texture(gpu, SURFACE, {"diffuse": scene.colours,
-                                                          "normal": normals})
+        self.surface_tables = table_textures(gpu, SURFACE, {"diffuse": scene.colours,
+                                                            "normal": normals})
+        rays, hit = precision.layout(RAY_TEXELS), precision.layout(HIT)
         read, write = (lambda r: r.stream_glsl(writes=False)), (lambda r: r.stream_glsl(True))
-        self._eye = FullScreenPass(gpu, "passes/eye_rays.frag", {}, {"streams": write(RAY_TEXELS)})
-        shadow = Record("shadow_rays", RAY_TEXELS.layout)
+        self._eye = FullScreenPass(gpu, "passes/eye_rays.frag", precision.defines(),
+                                   {"streams": write(rays)})
+        shadow = replace(rays, name="shadow_rays")
         self._surfaces = FullScreenPass(
-            gpu, "passes/surfaces.frag", {"TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2},
-            {"streams": "\n".join((read(RAY_TEXELS), read(HIT), write(shadow),
+            gpu, "passes/surfaces.frag",
+            {"TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2, **precision.defines()},
+            {"streams": "\n".join((read(rays), read(hit), write(shadow),
                                    LIT.stream_glsl(True, first_target=shadow.texels))),
              "tables": SURFACE.table_glsl()})
         self._picture = FullScreenPass(gpu, "passes/picture.frag", {},
-                                       {"streams": "\n".join((read(LIT), read(HIT)))})
+                                       {"streams": "\n".join((read(LIT), read(hit)))})
         self._size: tuple[int, int] | None = None
 
     def eye_rays(self, rays: RayTextures, camera: Camera) -> None:
@@ -48,7 +54,7 @@ class Shading:
         light = self.scene.light
         self._surfaces.set(light_position=light.position, light_intensity=light.intensity)
         self._surfaces.draw(self._target, {**rays.samplers(), **hits.samplers(),
-                                           "surface_table": self.surface_table})
+                                           **self.surface_tables})
         return self.shadow_rays
 
     def picture(self, shadows: StateBuffer) -> np.ndarray:
@@ -60,7 +66,7 @@ class Shading:
 
     def bytes(self) -> int:
         """Bytes of the textures that shading adds."""
-        return texture_bytes([self.surface_table, *self.shadow_rays.textures, *self.lit,
+        return texture_bytes([*self.surface_tables.values(), *self.shadow_rays.textures, *self.lit,
                               *self._screen.color_attachments])
 
     def _make_room(self, size: tuple[int, int]) -> None:
@@ -68,7 +74,7 @@ class Shading:
             return
         self._release_room()
         self._size = size
-        self.shadow_rays = RayTextures(self.gpu, size)
+        self.shadow_rays = RayTextures(self.gpu, size, self.precision)
         self.lit = stream_textures(self.gpu, LIT, size)
         self._target = self.gpu.context.framebuffer([*self.shadow_rays.textures, *self.lit])
         screen = stream_textures(self.gpu, LIT, size)[:1]
@@ -87,6 +93,7 @@ class Shading:
 
     def release(self) -> None:
         self._release_room()
-        self.surface_table.release()
+        for texture in self.surface_tables.values():
+            texture.release()
         for program in (self._eye, self._surfaces, self._picture):
             program.release()

@@ -7,8 +7,7 @@ import moderngl
 import numpy as np
 
 from ..gpu import Gpu
-from ..ray_state import read_texture
-from ..textures import float_texture
+from ..textures import make_texture, read_texture
 from .full_screen import MOST_RECTANGLES, FullScreenPass, Rectangles
 
 TILE = 16   # rays a side
@@ -26,7 +25,7 @@ class Tiles:
         self.size = size
         self._gpu = gpu
         self._shape = (-(-size[0] // TILE), -(-size[1] // TILE))
-        self._texture = float_texture(gpu, self._shape, 4, "tile counts")
+        self._texture = make_texture(gpu, self._shape, 4, "tile counts")
         self._target = gpu.context.framebuffer([self._texture])
         self._program = FullScreenPass(gpu, "passes/tile_counts.frag", {"TILE": TILE},
                                        {"streams": streams})

@@ -17,6 +17,8 @@ import moderngl
 
 from ..gpu import Gpu
 from ..methods.row import Method
+from ..options import word_define
+from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..statistics import Statistics
 from ..texel_layout import COUNTERS, HIT, RAY_TEXELS, TABLE_WIDTH_LOG2
@@ -42,19 +44,20 @@ class Traversal:
 
     Parameters
     ----------
-    tables : record name -> texture
+    samplers : sampler name -> texture, the method's tables
     uniforms : what the method's GLSL asks for
     options : the tracer's options; schedule, steps_per_pass, mask_interval, step_cap,
         statistics and intersection are read here
     step_cap : steps after which a ray is stopped and flagged
     """
 
-    def __init__(self, gpu: Gpu, method: Method, tables: Mapping[str, moderngl.Texture],
+    def __init__(self, gpu: Gpu, method: Method, samplers: Mapping[str, moderngl.Texture],
                  uniforms: Mapping[str, object], options: Mapping[str, Any],
                  step_cap: int) -> None:
         self.gpu, self.method, self.options = gpu, method, options
         self.uniforms = {**uniforms, "step_cap": step_cap}
-        self.samplers = {f"{name}_table": texture for name, texture in tables.items()}
+        self.samplers = dict(samplers)
+        self.precision = Precision.of(options)
         self.statistics_on = bool(options["statistics"])
         self._programs: dict[object, FullScreenPass] = {}
         self._tiles: Tiles | None = None
@@ -204,7 +207,7 @@ class Traversal:
         if self._tiles is None or self._tiles.size != buffers.size:
             if self._tiles is not None:
                 self._tiles.release()
-            self._tiles = Tiles(self.gpu, buffers.size, self.method.state.stream_glsl(False))
+            self._tiles = Tiles(self.gpu, buffers.size, self._state_glsl())
         self._tiles.everywhere()
         return self._tiles
 
@@ -216,13 +219,15 @@ class Traversal:
         if key not in self._programs:
             defines = {
                 **self.method.defines(self.options), **kernel_defines(self.method),
+                **self.precision.defines(),
                 "ANY_HIT": any_hit, "START": start, "ONLY_KERNEL": kernel or None,
                 "SINGLE_STEP": steps == 1, "MANY_STEPS": steps > 1,
                 "STATISTICS": self.statistics_on, "TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2,
-                "INTERSECTION_" + self.options["intersection"].upper().replace("-", "_"): True}
+                word_define("INTERSECTION", self.options["intersection"]): True}
             virtual = {
                 "method": "file:" + str(self.method.glsl),
-                "tables": "\n".join(r.table_glsl() for r in self.method.tables),
+                "tables": "\n".join(self.precision.layout(r).table_glsl()
+                                    for r in self.method.tables_for(self.options)),
                 "streams": self._streams_glsl(writes=True)}
             self._programs[key] = FullScreenPass(
                 self.gpu, "passes/traverse.frag", defines, virtual)
@@ -230,8 +235,10 @@ class Traversal:
         return self._programs[key]
 
     def _streams_glsl(self, writes: bool) -> str:
-        texts, target = [RAY_TEXELS.stream_glsl(writes=False)], 0
-        for record in (self.method.state, HIT, *([COUNTERS] if self.statistics_on else [])):
+        layout = self.precision.layout
+        texts, target = [layout(RAY_TEXELS).stream_glsl(writes=False)], 0
+        for record in (layout(self.method.state), layout(HIT),
+                       *([COUNTERS] if self.statistics_on else [])):
             texts.append(record.stream_glsl(writes, target))
             target += record.texels
         return "\n".join(texts)
@@ -239,8 +246,11 @@ class Traversal:
     def _pass(self, entry: str) -> FullScreenPass:
         if entry not in self._programs:
             self._programs[entry] = FullScreenPass(
-                self.gpu, entry, {}, {"streams": self.method.state.stream_glsl(writes=False)})
+                self.gpu, entry, {}, {"streams": self._state_glsl()})
         return self._programs[entry]
+
+    def _state_glsl(self) -> str:
+        return self.precision.layout(self.method.state).stream_glsl(writes=False)
 
     def release(self) -> None:
         for program in self._programs.values():

@@ -11,9 +11,9 @@ import gpgpu_rt as rt
 from gpgpu_rt import texel_layout
 from gpgpu_rt.gpu import open_gpu
 from gpgpu_rt.passes.full_screen import FullScreenPass
-from gpgpu_rt.ray_state import read_texture
+from gpgpu_rt.precision import PRECISIONS, Precision
 from gpgpu_rt.texel_layout import EXACT_INTEGER, Record
-from gpgpu_rt.textures import float_texture, table_texture
+from gpgpu_rt.textures import make_texture, read_texture, table_textures
 
 RECORDS = [r for r in vars(texel_layout).values() if isinstance(r, Record)]
 pytestmark = pytest.mark.small
@@ -34,13 +34,16 @@ def test_pack_and_unpack(record: Record, seed: int) -> None:
         assert (unpacked[name].reshape(values.shape) == values).all()
 
 
+@pytest.mark.parametrize("storage", PRECISIONS)
 @pytest.mark.parametrize("record", RECORDS, ids=lambda r: r.name)
-def test_glsl_reads_what_python_packed(record: Record, tmp_path) -> None:
+def test_glsl_reads_what_python_packed(record: Record, storage: str, tmp_path) -> None:
     """Across the row wraps of a table, each accessor gives back its own field."""
     gpu = open_gpu()
     count = 4096 // record.texels + 40
-    fields = fields_of(record, count, 3)
-    table = table_texture(gpu, record, fields)
+    precision = Precision(storage=storage)
+    fields = precision.stored_fields(record, fields_of(record, count, 3))
+    record = precision.layout(record)
+    tables = table_textures(gpu, record, fields)
     for field in record.fields:
         probe = tmp_path / "probe.frag"
         probe.write_text(
@@ -52,9 +55,9 @@ def test_glsl_reads_what_python_packed(record: Record, tmp_path) -> None:
             + ", ".join(["0.0"] * (4 - field.width)) + ");\n}\n")
         reader = FullScreenPass(gpu, str(probe), {"TABLE_WIDTH_LOG2": 12},
                                 {"tables": record.table_glsl()})
-        target = gpu.context.framebuffer([float_texture(gpu, (count, 1), 4, "probe")])
+        target = gpu.context.framebuffer([make_texture(gpu, (count, 1), 4, "probe")])
         gpu.context.enable_only(moderngl.NOTHING)
-        reader.draw(target, {f"{record.name}_table": table})
+        reader.draw(target, tables)
         read = read_texture(target.color_attachments[0])[0, :, :field.width]
         assert (read == fields[field.name]).all(), field.name
 
@@ -80,4 +83,4 @@ def test_a_texel_holds_four_channels() -> None:
 def test_texture_past_the_limit() -> None:
     gpu = open_gpu()
     with pytest.raises(rt.LimitError, match="fewer rays"):
-        float_texture(gpu, (gpu.max_texture_size + 1, 1), 4, "test")
+        make_texture(gpu, (gpu.max_texture_size + 1, 1), 4, "test")

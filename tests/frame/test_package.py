@@ -14,7 +14,7 @@ import gpgpu_rt as rt
 from gpgpu_rt import cli
 from gpgpu_rt.gpu import open_gpu
 from gpgpu_rt.methods import register
-from gpgpu_rt.ray_state import read_texture
+from gpgpu_rt.textures import read_texture
 
 METHODS = [row.name for row in rt.methods()]
 

@@ -16,7 +16,8 @@ def variants(name: str) -> list[dict[str, object]]:
     settings: list[dict[str, object]] = [{}]
     for option in find_method(name).options:
         if option.choices:
-            settings += [{option.name: c} for c in option.choices if c != option.default]
+            settings += [{option.name: c} for c in option.choices
+                         if c != option.default and c not in option.relaxed]
         elif option.kind is bool:
             settings.append({option.name: not option.default})
     return settings
