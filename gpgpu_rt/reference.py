@@ -4,7 +4,9 @@ The triangle test is Woop, Benthin and Wald's, "Watertight Ray/Triangle Intersec
 2013: vertices are moved to the ray's origin, permuted so that its longest component is z, sheared
 onto the z axis, and three 2D edge functions decide. An edge function is a difference of two
 products, so its sign is never wrong and it is exactly negated for the neighbour across the edge:
-no ray is lost there. We accept both facings, and need no fallback to a higher precision.
+no ray is lost there. We accept both facings, and need no fallback to a higher precision; but a
+ray must pass through the sheared triangle's box, since all three functions of a speck far from the
+ray may vanish beside their rounding.
 """
 from __future__ import annotations
 
@@ -13,11 +15,12 @@ from typing import Any
 
 import numpy as np
 
+from .error_bounds import FLOAT64, bound_pairs
 from .hits import INVALID, TRACED, Hits
 from .reference_exact import trace_exact
 from .reference_tree import ReferenceTree
 
-__all__ = ["as_rays", "as_triangles", "has_area", "trace", "trace_exact"]
+__all__ = ["as_rays", "as_triangles", "has_area", "settle", "trace", "trace_exact"]
 
 _PAIRS = 1 << 19
 
@@ -63,9 +66,75 @@ def trace(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
         if tree is None:
             pairs = _all_pairs(len(rays), len(solid))
         else:
-            pairs = tree.pairs(origins[rays], directions[rays], t_min[rays], t_max[rays])
+            pairs = tree.pairs(origins[rays], directions[rays], t_min[rays], bundle.limit)
         _nearest(hits, rays, solid, bundle, corners, pairs)
     return hits
+
+
+def settle(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray, hits: Hits,
+           t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf
+           ) -> tuple[Hits, int]:
+    """Re-decide in rationals what float64 cannot be trusted with.
+
+    A ray is in doubt where more than one triangle, or one that is no certain hit, may be its
+    nearest within the bounds that `error_bounds` derives for float64: it passes an edge or an end
+    of its interval, or two triangles are as good as equally far. `trace_exact` then chooses among
+    those triangles. Copies of a triangle raise no doubt: the lowest index wins.
+
+    Parameters
+    ----------
+    scene_or_triangles, origins, directions, t_min, t_max : as for `trace`; invalid rays stay
+    hits : what `trace` found, left as it is
+
+    Returns
+    -------
+    The hits with those of the doubtful rays exact, and how many such rays there were.
+    """
+    vertices = as_triangles(scene_or_triangles)
+    origins, directions, t_min, t_max, valid = as_rays(origins, directions, t_min, t_max, "miss")
+    settled = Hits(**{name: array.copy() for name, array in hits.to_dict().items()})
+    different = np.unique(vertices.reshape(-1, 9), axis=0, return_index=True)[1]
+    different = np.sort(different[has_area(vertices[different])])
+    rays = np.flatnonzero(valid)
+    if not len(different) or not len(rays):
+        return settled, 0
+    ray, triangle, doubtful = _candidates(vertices, different, origins[rays], directions[rays],
+                                          t_min[rays], t_max[rays])
+    chosen = doubtful[ray]
+    ray, triangle = rays[ray[chosen]], triangle[chosen]
+    order = np.lexsort((triangle, ray))
+    ray, triangle = ray[order], triangle[order]
+    ones, starts = np.unique(ray, return_index=True)
+    for one, few in zip(ones, np.split(triangle, starts[1:])):
+        exact = trace_exact(vertices[few], origins[one:one + 1], directions[one:one + 1],
+                            t_min[one], t_max[one])
+        settled.t[one], settled.u[one], settled.v[one] = exact.t[0], exact.u[0], exact.v[0]
+        settled.triangle[one] = few[exact.triangle[0]] if exact.hit[0] else -1
+    return settled, len(ones)
+
+
+def _candidates(vertices: np.ndarray, different: np.ndarray, origins: np.ndarray,
+                directions: np.ndarray, t_min: np.ndarray, t_max: np.ndarray
+                ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pairs of ray and triangle that may be the ray's nearest hit, (k,) each, and for each ray
+    whether they leave that in doubt, (n,) bool."""
+    limit = t_max.copy()        # the furthest that the nearest hit can be
+    kept = []
+    for ray, some in ReferenceTree(vertices[different]).pairs(origins, directions, t_min, limit):
+        triangle = different[some]
+        pair = bound_pairs(vertices[triangle], origins[ray], directions[ray], FLOAT64)
+        first, last = pair.t - pair.t_bound, pair.t + pair.t_bound
+        may = pair.possible & (last >= t_min[ray]) & (first <= t_max[ray])
+        sure = pair.inside & (first >= t_min[ray]) & (last <= t_max[ray])
+        np.minimum.at(limit, ray[sure], last[sure])
+        kept.append([a[may] for a in (ray, triangle, first, sure)])
+    ray, triangle, first, sure = (np.concatenate(parts) for parts in
+                                  (zip(*kept) if kept else [[np.zeros(0, np.int64)]] * 4))
+    near = first <= limit[ray]
+    ray, triangle, sure = ray[near], triangle[near], sure[near].astype(bool)
+    doubtful = np.bincount(ray, minlength=len(origins)) > 1
+    doubtful[ray[~sure]] = True
+    return ray, triangle, doubtful
 
 
 class _Bundle:
@@ -78,6 +147,7 @@ class _Bundle:
             self.shear = (directions[:, :2] / directions[:, 2:]).T.copy()
         self.inv_z = 1.0 / directions[:, 2]
         self.t_min, self.t_max = t_min, t_max
+        self.limit = t_max.copy()       # the nearest hit so far: nothing beyond it matters
 
 
 def _nearest(hits: Hits, rays: np.ndarray, solid: np.ndarray, bundle: _Bundle,
@@ -89,10 +159,12 @@ def _nearest(hits: Hits, rays: np.ndarray, solid: np.ndarray, bundle: _Bundle,
         if not len(found):
             continue
         t, u, v = t[found], u[found], v[found]
-        ray, triangle = rays[ray[found]], solid[triangle[found]]
+        ray, triangle = ray[found], solid[triangle[found]]
         first = np.lexsort((triangle, t, ray))
         first = first[np.r_[True, np.diff(ray[first]) > 0]]
         ray, triangle, t, u, v = (a[first] for a in (ray, triangle, t, u, v))
+        bundle.limit[ray] = np.minimum(bundle.limit[ray], t)
+        ray = rays[ray]
         best, held = hits.t[ray], hits.triangle[ray]
         nearer = (held < 0) | (t < best) | ((t == best) & (triangle < held))
         ray = ray[nearer]
@@ -115,6 +187,8 @@ def _intersect(bundle: _Bundle, corners: np.ndarray, ray: np.ndarray, triangle: 
     edge_2 = x[1] * y[0] - y[1] * x[0]
     inside = ((edge_0 >= 0) & (edge_1 >= 0) & (edge_2 >= 0)
               | (edge_0 <= 0) & (edge_1 <= 0) & (edge_2 <= 0))
+    for a, b, c in (x, y):
+        inside &= ((a <= 0) | (b <= 0) | (c <= 0)) & ((a >= 0) | (b >= 0) | (c >= 0))
     det = edge_0 + edge_1 + edge_2
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         b0, b1, b2 = edge_0 / det, edge_1 / det, edge_2 / det

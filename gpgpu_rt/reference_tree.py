@@ -66,45 +66,67 @@ class ReferenceTree:
               t_max: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Every (ray, triangle) whose leaf's box the ray meets, a bounded number at a time.
 
+        ``t_max`` is read as it is when a node is looked at: who seeks the nearest hits lowers it
+        between batches. Nearer nodes come first, as far as whole batches go.
+
         Parameters
         ----------
         origins, directions : (n, 3) float64
         t_min, t_max : (n,) float64
         """
-        self._origins = origins.T.copy()
-        self._inv_dir = (1.0 / np.where(directions == 0, _TINY, directions)).T.copy()
-        scale = np.abs(self.boxes[0]).max() + np.abs(origins).max(axis=1, initial=0)
-        self._padding = _PADDING * scale + _TINY
-        self._interval = t_min, t_max
+        self._set_rays(origins, directions, t_min, t_max)
         starts = self._starts(len(self.boxes) - 1)
-        work = [(0, np.arange(i, min(i + _PAIRS, len(origins))), None)
-                for i in range(0, len(origins), _PAIRS)]
+        work = []
+        for i in reversed(range(0, len(origins), _PAIRS)):
+            ray = np.arange(i, min(i + _PAIRS, len(origins)))
+            enter, keep = self._meets(0, ray, np.zeros(len(ray), np.int64))
+            work.append((0, ray[keep], np.zeros(keep.sum(), np.int64), enter[keep]))
         while work:
-            level, ray, node = work.pop()
-            if node is None:
-                node = np.zeros(len(ray), np.int64)
-            keep = self._meets(level, ray, node)
-            ray, node = ray[keep], node[keep]
+            level, ray, node, enter = work.pop()
+            near = enter <= t_max[ray]
+            if not near.all():
+                ray, node = ray[near], node[near]
+            if not len(ray):
+                continue
             if level == len(self.boxes) - 1:
                 count = starts[node + 1] - starts[node]
                 offset = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
                 yield np.repeat(ray, count), self.order[np.repeat(starts[node], count) + offset]
                 continue
-            ray, node = np.tile(ray, 2), np.concatenate((2 * node, 2 * node + 1))
-            for i in range(0, len(ray), _PAIRS):
-                work.append((level + 1, ray[i:i + _PAIRS], node[i:i + _PAIRS]))
+            level, left = level + 1, 2 * node
+            enter, keep = self._meets(level, ray, left)
+            other, keep_other = self._meets(level, ray, left + 1)
+            # The child entered first, and the other one; both in one batch if that is small.
+            swap = other < enter
+            first = np.where(swap, keep_other, keep), left + swap, np.minimum(enter, other)
+            second = np.where(swap, keep, keep_other), left + ~swap, np.maximum(enter, other)
+            halves = [[a[half[0]] for a in (ray, *half[1:])] for half in (second, first)]
+            if sum(len(half[0]) for half in halves) <= _PAIRS // 2:
+                halves = [[np.concatenate(pair) for pair in zip(*halves[::-1])]]
+            work += [(level, *half) for half in halves]
 
-    def _meets(self, level: int, ray: np.ndarray, node: np.ndarray) -> np.ndarray:
-        """(p,) bool, whether each pair's ray meets its node's widened box within its interval."""
+    def _set_rays(self, origins: np.ndarray, directions: np.ndarray, t_min: np.ndarray,
+                  t_max: np.ndarray) -> None:
+        """What the slabs need of each ray: as boxes are widened, lo and hi have an origin each."""
+        scale = np.abs(self.boxes[0]).max() + np.abs(origins).max(axis=1, initial=0)
+        padding = (_PADDING * scale + _TINY)[:, None]
+        self._inv_dir = (1.0 / np.where(directions == 0, _TINY, directions)).T.copy()
+        self._lo_origins, self._hi_origins = ((origins + side * padding).T.copy()
+                                              for side in (1, -1))
+        self._interval = t_min, t_max
+
+    def _meets(self, level: int, ray: np.ndarray, node: np.ndarray
+               ) -> tuple[np.ndarray, np.ndarray]:
+        """Where each pair's ray enters its node's widened box, or its own interval: (p,); and
+        whether it meets the box within that interval, (p,) bool."""
         t_min, t_max = self._interval
         enter, leave = t_min[ray], t_max[ray]
-        padding = self._padding[ray]
         lo, hi = self.boxes[level]
         with np.errstate(over="ignore"):
             for axis in range(3):
-                origin, inv_dir = self._origins[axis][ray], self._inv_dir[axis][ray]
-                t0 = (lo[axis][node] - padding - origin) * inv_dir
-                t1 = (hi[axis][node] + padding - origin) * inv_dir
-                enter = np.maximum(enter, np.minimum(t0, t1))
-                leave = np.minimum(leave, np.maximum(t0, t1))
-        return enter <= leave
+                inv_dir = self._inv_dir[axis][ray]
+                t0 = (lo[axis][node] - self._lo_origins[axis][ray]) * inv_dir
+                t1 = (hi[axis][node] - self._hi_origins[axis][ray]) * inv_dir
+                np.maximum(enter, np.minimum(t0, t1), out=enter)
+                np.minimum(leave, np.maximum(t0, t1), out=leave)
+        return enter, enter <= leave

@@ -1,0 +1,254 @@
+"""The judge: which of a trace's answers float32 excuses, and what is wrong with the others.
+
+An answer is right when the watertight test, in exact arithmetic give or take its own rounding
+(`error_bounds`), may have given it: its triangle is possibly hit, t is within its bound, and no
+certain hit lies nearer by more than both bounds. A miss is right when no triangle is certainly
+hit. So a ray through an edge or a vertex may miss here; whether a closed mesh let it out
+is what `leaks` asks.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from . import reference as oracle
+from .error_bounds import PairBounds, bound_pairs
+from .hits import INVALID, STACK_OVERFLOW, UNFINISHED, Hits
+from .reference_tree import ReferenceTree
+
+CATEGORIES = ("right", "leak", "false hit", "wrong triangle", "wrong distance", "unfinished")
+RIGHT, LEAK, FALSE_HIT, WRONG_TRIANGLE, WRONG_DISTANCE, UNFINISHED_RAY = range(len(CATEGORIES))
+
+_PAIRS = 1 << 17
+
+
+@dataclass
+class Verdict:
+    """What became of n rays.
+
+    Attributes
+    ----------
+    category : (n,) uint8, an index of CATEGORIES
+    within_bound : (n,) bool, right, though the reference found another triangle, or none
+    t_ulps : (n,) float64, |t - exact t| on the answer's own triangle in units in the last place
+        of the exact t as a float32; NaN for misses and false hits
+    t_bounds : (n,) float64, the same in units of the derived bound
+    barycentric_error : (n,) float64, the larger of u's and v's errors, NaN likewise
+    """
+
+    category: np.ndarray
+    within_bound: np.ndarray
+    t_ulps: np.ndarray
+    t_bounds: np.ndarray
+    barycentric_error: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.category)
+
+    @property
+    def wrong(self) -> np.ndarray:
+        """(n,) bool, not right."""
+        return self.category != RIGHT
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Rays in each category."""
+        counted = np.bincount(self.category, minlength=len(CATEGORIES))
+        return dict(zip(CATEGORIES, counted.tolist()))
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """Shares of the rays in each category; zeros where there are no rays."""
+        return {name: count / max(len(self), 1) for name, count in self.counts.items()}
+
+    @property
+    def wrong_share(self) -> float:
+        return float(self.wrong.mean()) if len(self) else 0.0
+
+    @property
+    def upper_95(self) -> float:
+        """What the share of wrong rays is below with 95 % confidence, over rays drawn alike."""
+        return upper_confidence(int(self.wrong.sum()), len(self))
+
+    def quantiles(self, errors: str = "t_ulps") -> dict[str, float]:
+        """Median, 99.9 % and maximum of one of the error arrays over the rays it is known for;
+        zeros where there are none."""
+        values = getattr(self, errors)
+        values = values[~np.isnan(values)]
+        if not len(values):
+            return {"median": 0.0, "99.9 %": 0.0, "max": 0.0}
+        # An infinite error has no neighbour to interpolate with.
+        found = np.quantile(values, [0.5, 0.999, 1], method="higher")
+        return dict(zip(("median", "99.9 %", "max"), found.tolist()))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything but the arrays, ready for JSON."""
+        return {"rays": len(self), "counts": self.counts, "wrong_share": self.wrong_share,
+                "upper_95": self.upper_95, "within_bound": int(self.within_bound.sum()),
+                **{name: self.quantiles(name) for name in
+                   ("t_ulps", "t_bounds", "barycentric_error")}}
+
+
+def judge(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray, hits: Hits,
+          t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf,
+          reference: Hits | None = None) -> Verdict:
+    """Judge each ray's answer.
+
+    Parameters
+    ----------
+    scene_or_triangles, origins, directions, t_min, t_max : what was traced, see
+        `reference.trace`; invalid rays are right if they are misses with the status that says so
+    hits : the answers, in the rays' order
+    reference : what `reference.trace` says of the same rays, if it is at hand
+
+    Raises
+    ------
+    ValueError
+        arrays of lengths that do not fit
+    """
+    vertices = oracle.as_triangles(scene_or_triangles)
+    origins, directions, t_min, t_max, valid = oracle.as_rays(origins, directions, t_min, t_max,
+                                                              "miss")
+    if reference is None:
+        reference = oracle.trace(vertices, origins, directions, t_min, t_max, accelerated=True,
+                                 invalid="miss")
+    if not len(hits) == len(reference) == len(origins):
+        raise ValueError(f"{len(origins)} rays, {len(hits)} hits and {len(reference)} of the "
+                         "reference; give one hit a ray")
+    case = _Case(vertices, origins, directions, t_min, t_max)
+    return case.verdict(hits, reference, valid)
+
+
+def leaks(reference_hits: Hits, hits: Hits) -> np.ndarray:
+    """(n,) bool, missed where the reference hits: from inside a closed mesh not even a ray aimed at
+    an edge or a vertex, which no single triangle certainly stops, may get out."""
+    return reference_hits.hit & ~hits.hit
+
+
+def upper_confidence(wrong: int, rays: int, confidence: float = 0.95) -> float:
+    """The share p at which no more than ``wrong`` of ``rays`` would be wrong with a probability of
+    just 1 - confidence: Clopper and Pearson's one-sided bound, Biometrika 26, 1934.
+
+    None wrong of n gives 1 - (1 - confidence)^(1/n), about 3/n; no rays give 1.
+    """
+    if wrong >= rays:
+        return 1.0
+    k = np.arange(wrong + 1)
+    choices = np.zeros(wrong + 1)       # logarithms of the binomial coefficients
+    choices[1:] = np.cumsum(np.log((rays - k[1:] + 1) / k[1:]))
+    # The probability falls as p rises: halve an interval of log p.
+    low, high, goal = np.log(wrong / rays) if wrong else -700.0, 0.0, np.log1p(-confidence)
+    while high - low > 1e-13 * -low:
+        middle = (low + high) / 2
+        terms = choices + k * middle + (rays - k) * np.log1p(-np.exp(middle))
+        most = terms.max()
+        low, high = ((middle, high) if most + np.log(np.exp(terms - most).sum()) > goal
+                     else (low, middle))
+    return float(np.exp(high))
+
+
+class _Case:
+    """Triangles and rays in float64, and what is asked of their pairs."""
+
+    def __init__(self, vertices: np.ndarray, origins: np.ndarray, directions: np.ndarray,
+                 t_min: np.ndarray, t_max: np.ndarray) -> None:
+        self.vertices, self.solid = vertices, oracle.has_area(vertices)
+        self.origins, self.directions = origins, directions
+        self.t_min, self.t_max = t_min, t_max
+
+    def verdict(self, hits: Hits, reference: Hits, valid: np.ndarray) -> Verdict:
+        n = len(hits)
+        none = np.full(n, np.nan)
+        verdict = Verdict(np.full(n, RIGHT, np.uint8), np.zeros(n, bool), none, none.copy(),
+                          none.copy())
+        category = verdict.category
+        broken = hits.hit & ((hits.triangle >= len(self.vertices)) | ~valid)
+        # The answers' own triangles: are they hit, and are t, u and v right?
+        answered = np.flatnonzero(hits.hit & ~broken)
+        t_exact, t_bound = np.full(n, np.nan), np.full(n, np.nan)
+        may_hit, t_right = np.zeros(n, bool), np.zeros(n, bool)
+        for part in _parts(answered):
+            triangle = hits.triangle[part]
+            pair = self._pairs(part, triangle)
+            t_exact[part], t_bound[part] = pair.t, pair.t_bound
+            t = hits.t[part].astype(np.float64)
+            with np.errstate(over="ignore", invalid="ignore"):
+                error = np.abs(t - pair.t)
+                # Both beyond what a float32 holds: nothing nearer can be asked for.
+                error[(t == pair.t.astype(np.float32)) & np.isinf(t)] = 0
+                in_range = ((pair.t + pair.t_bound >= self.t_min[part])
+                            & (pair.t - pair.t_bound <= self.t_max[part]))
+                ulp = np.spacing(np.abs(np.minimum(pair.t, 3.4e38)).astype(np.float32))
+            may_hit[part] = pair.possible & self.solid[triangle] & in_range
+            t_right[part] = error <= pair.t_bound
+            verdict.t_ulps[part] = error / np.maximum(ulp.astype(np.float64), 2.0 ** -149)
+            verdict.t_bounds[part] = error / pair.t_bound
+            verdict.barycentric_error[part] = np.maximum(np.abs(hits.u[part] - pair.u),
+                                                         np.abs(hits.v[part] - pair.v))
+        # t is NaN where the trace broke down; it must not look like an error that is not known.
+        for errors in (verdict.t_ulps, verdict.t_bounds, verdict.barycentric_error):
+            errors[answered[np.isnan(errors[answered])]] = np.inf
+
+        hit = hits.hit & ~broken
+        category[hit & ~t_right] = WRONG_DISTANCE
+        category[hit & ~may_hit] = FALSE_HIT
+        category[hit & ~t_right & ~reference.hit] = FALSE_HIT
+        category[broken] = FALSE_HIT
+        # What is left is undisputed where the reference found the same. Else a certain hit
+        # decides: nearer than the answer by both bounds, or anywhere on a ray that missed.
+        other = (category == RIGHT) & (hits.triangle != reference.triangle) & reference.hit & valid
+        with np.errstate(invalid="ignore"):
+            last = np.where(hits.hit, np.fmin(t_exact - t_bound, self.t_max), self.t_max)
+        beaten = np.zeros(n, bool)
+        rays = np.flatnonzero(other)
+        beaten[rays] = self._certain_before(rays, last[rays], reference)
+        category[beaten] = np.where(hits.hit[beaten], WRONG_TRIANGLE, LEAK)
+        # A ray is invalid by its entries, not by what the answer says of it.
+        category[~valid & (hits.status != INVALID)] = FALSE_HIT
+        category[(hits.status == UNFINISHED) | (hits.status == STACK_OVERFLOW)] = UNFINISHED_RAY
+        for errors in (verdict.t_ulps, verdict.t_bounds, verdict.barycentric_error):
+            errors[category == FALSE_HIT] = np.nan
+        verdict.within_bound = (category == RIGHT) & (hits.triangle != reference.triangle)
+        return verdict
+
+    def _pairs(self, rays: np.ndarray, triangles: np.ndarray) -> PairBounds:
+        return bound_pairs(self.vertices[triangles], self.origins[rays], self.directions[rays])
+
+    def _certain(self, rays: np.ndarray, triangles: np.ndarray, last: np.ndarray) -> np.ndarray:
+        """(k,) bool, pairs that are certain hits no later than ``last``, bounds included."""
+        pair = self._pairs(rays, triangles)
+        return (pair.inside & self.solid[triangles] & (pair.t - pair.t_bound >= self.t_min[rays])
+                & (pair.t + pair.t_bound < last) & (pair.t + pair.t_bound <= self.t_max[rays]))
+
+    def _certain_before(self, rays: np.ndarray, last: np.ndarray, reference: Hits) -> np.ndarray:
+        """(k,) bool, whether any triangle is certainly hit before ``last``, (k,) t a ray.
+
+        The reference's triangle is asked first. Only where it does not settle the matter do the
+        others that an exact ray meets before ``last``, which hold every certain hit.
+        """
+        found = np.zeros(len(rays), bool)
+        for part in _parts(np.arange(len(rays))):
+            found[part] = self._certain(rays[part], reference.triangle[rays[part]], last[part])
+        # Nothing lies before the reference's hit, give or take float64's rounding.
+        with np.errstate(invalid="ignore"):
+            near = reference.t[rays] - 2.0 ** -40 * np.abs(reference.t[rays]) <= last
+        left = np.flatnonzero(~found & near)
+        solid = np.flatnonzero(self.solid)
+        if not len(left) or not len(solid):
+            return found
+        tree = ReferenceTree(self.vertices[solid])
+        some = rays[left]
+        for ray, triangle in tree.pairs(self.origins[some], self.directions[some],
+                                        self.t_min[some], last[left]):
+            for part in _parts(np.arange(len(ray))):
+                one = left[ray[part]]
+                certain = self._certain(rays[one], solid[triangle[part]], last[one])
+                found[one[certain]] = True
+        return found
+
+
+def _parts(indices: np.ndarray) -> list[np.ndarray]:
+    """Indices, a bounded number at a time."""
+    return [indices[i:i + _PAIRS] for i in range(0, len(indices), _PAIRS)]
