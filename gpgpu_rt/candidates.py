@@ -5,7 +5,6 @@ or is a switch, so that a new option joins by being declared.
 """
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,8 +13,8 @@ from .options import TRACER_OPTIONS, Option
 
 # Knobs that change what is hit and where. All others change time and bytes alone: hits stay the
 # same, to the bit where arithmetic is exact.
-ACCURACY = ("precision", "rounding", "intersection", "interval")
-# Not tried: how a call is watched, and what precision sets both of.
+_ACCURACY = ("precision", "storage", "rounding", "intersection", "interval")
+# No knobs of their own: how a call is watched, what precision sets both of, and how that rounds.
 _NO_KNOBS = ("statistics", "context", "storage", "arithmetic", "schedule")
 _STEPS = (16, 64)
 FULL_PRECISION = (None, "fp32")
@@ -38,7 +37,8 @@ class Candidate:
     @property
     def accuracy(self) -> tuple[tuple[str, Any], ...]:
         """Those of its options that change what is hit."""
-        return tuple(pair for pair in self.options if pair[0] in ACCURACY)
+        table = option_table(self.method)
+        return tuple(pair for pair in self.options if _is_for_accuracy(table[pair[0]]))
 
     def full_options(self) -> dict[str, Any]:
         """Every knob with its value, defaults spelled out, so that a later default changes
@@ -68,24 +68,26 @@ def speed_knobs(method: str) -> list[list[dict[str, Any]]]:
             schedules.append({"schedule": schedule})
     own = [[{name: value} for value in _values(option) if value != option.default]
            for name, option in option_table(method).items()
-           if _is_knob(option) and name not in ACCURACY]
+           if _is_knob(option) and not _is_for_accuracy(option)]
     return [schedules, *own]
 
 
-def accuracy_variants(method: str) -> list[dict[str, Any]]:
-    """Every combination of the knobs that change what is hit, the defaults first."""
+def accuracy_knobs(method: str) -> list[list[dict[str, Any]]]:
+    """For each knob that changes what is hit, the changes that may be tried.
+
+    Precision, storage alone and rounding are one knob: IEEE single rounds one way only, and
+    arithmetic below what is stored buys nothing.
+    """
     table = option_table(method)
-    names = [name for name in ACCURACY if name in table]
-    variants = []
-    for values in itertools.product(*(_values(table[name]) for name in names)):
-        variant = dict(zip(names, values))
-        rounds = variant.get("precision") not in FULL_PRECISION
-        # IEEE single is rounded one way only.
-        if "rounding" in variant and not rounds and (
-                variant["rounding"] != table["rounding"].default):
-            continue
-        variants.append(variant)
-    return variants
+    ways = [{"rounding": way} for way in _values(table["rounding"])] if "rounding" in table else [{}]
+    formats, others = [], []
+    for name, option in table.items():
+        if name in ("precision", "storage"):
+            formats += [{name: value, **way} for value in option.choices or ()
+                        if value not in FULL_PRECISION for way in ways]
+        elif name != "rounding" and _is_knob(option) and _is_for_accuracy(option):
+            others.append([{name: value} for value in _values(option)[1:]])
+    return [*others, formats]
 
 
 def precisions(method: str) -> list[str]:
@@ -100,11 +102,13 @@ def _is_knob(option: Option) -> bool:
     return option.name not in _NO_KNOBS and (option.choices is not None or option.kind is bool)
 
 
+def _is_for_accuracy(option: Option) -> bool:
+    return option.name in _ACCURACY or bool(option.relaxed)
+
+
 def _values(option: Option) -> list[Any]:
     """The values of a knob, its default first; None only where it means something of its own."""
     values = list(option.choices) if option.choices is not None else [False, True]
     if option.optional and None not in values:
         values.append(None)
-    if option.name == "precision" and option.default in FULL_PRECISION:
-        values = [option.default, *(v for v in values if v not in FULL_PRECISION)]
     return sorted(values, key=lambda value: value != option.default)

@@ -1,7 +1,7 @@
 """Known rays: rays drawn by a seed with the float64 reference's answers, and scores against them."""
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -137,6 +137,13 @@ class KnownRays:
         names = ("t", "u", "v", "triangle", "status")
         return Hits(*(np.concatenate([getattr(h, name) for h in hits])
                       for name in names)), seconds
+
+    def most_steps(self, method: str, options: Mapping[str, Any]) -> int:
+        """The most kernel runs that one of the rays takes."""
+        with Tracer(self.scene, method, **{**options, "statistics": True}) as tracer:
+            steps = tracer.trace(self.origins, self.directions).steps
+        assert steps is not None
+        return int(steps.max(initial=1))
 
     def judge(self, hits: Hits) -> Answers:
         """Hits of all rays against the truth."""

@@ -1,18 +1,20 @@
 """Tune: the fastest method, schedule, precision and options that keep a promise on a scene.
 
 1. Every method with its defaults on a few rays: those far behind are put aside.
-2. The others' speed knobs one after another, the best few kept (a beam), on default accuracy.
-3. The best of those with every accuracy knob on some thousand rays: what these already disprove
-   is out, and of the rest the faster half stays, on ever more rays (successive halving).
+2. The others' speed knobs one after another, the best few kept (a beam), at default accuracy.
+3. The best of those with every accuracy option, on some thousand rays: what these already disprove
+   is out. Of the rest the faster half is timed on ever more rays (successive halving).
 4. Fastest first, as many rays as the promise takes, and again as many drawn anew: the one chosen
    was picked for what the first rays said of it, so others must confirm it.
 
-Times are medians of alternating runs in one process. Which options are faster is found at default
-accuracy; stated here because it is an assumption.
+Times are medians of alternating runs in one process. Two assumptions spare most of the product
+of all options: what is slower at default accuracy is slower at any, and what breaks the promise
+alone breaks it in company.
 """
 from __future__ import annotations
 
 import hashlib
+import itertools
 import statistics
 import time
 from collections.abc import Callable, Sequence
@@ -20,7 +22,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from . import settings
-from .candidates import Candidate, accuracy_variants, speed_knobs
+from .candidates import Candidate, accuracy_knobs, speed_knobs
 from .errors import Error
 from .gpu import open_gpu
 from .hits import Hits
@@ -35,7 +37,8 @@ FAR_BEHIND = 8.0      # times slower on a few rays: put aside
 BEHIND = 2.0          # times slower with its best options: put aside
 BEAM = 2
 WAVE = 4              # candidates that go on together
-RUNS = 3
+RUNS = 5
+STEP_ROOM = 8         # steps of a relaxed candidate over the most a ray takes at full accuracy
 
 
 @dataclass
@@ -74,14 +77,15 @@ class Trial:
         found = self.finding
         return {"method": self.candidate.method, "options": dict(self.candidate.options),
                 "outcome": self.outcome, "note": self.note,
-                "rays_per_second": self.rays_per_second, "texture_bytes": self.texture_bytes,
+                "rates": self.rates, "texture_bytes": self.texture_bytes,
                 "misses": self.misses, "t_error": None if found is None else found.t_error,
                 "score": None if found is None else found.score.to_dict()}
 
 
 @dataclass
 class Tuning:
-    """What `tune` found: the trials, fastest first, the chosen one and its settings."""
+    """What `tune` found: the trials, fastest on ``SCREEN`` rays first, the chosen one, None where
+    the promise cannot be kept, and its settings."""
 
     promise: Promise
     rays: int
@@ -140,6 +144,7 @@ class _Search:
         self.trials: dict[Candidate, Trial] = {}
         self._known: dict[tuple[int, int], KnownRays] = {}
         self._findings: dict[bytes, Finding] = {}
+        self._steps: dict[Candidate, int] = {}
         self.rays = self._enough(rays)
 
     def _enough(self, rays: int | None) -> int:
@@ -155,7 +160,7 @@ class _Search:
             chosen = self._settle(wave)
             if chosen is not None:
                 break
-        trials = sorted(self.trials.values(), key=lambda t: -t.rays_per_second)
+        trials = sorted(self.trials.values(), key=lambda t: -t.rates.get(SCREEN, 0.0))
         if chosen is not None:
             for trial in trials:
                 if trial.outcome == "not reached":
@@ -183,8 +188,8 @@ class _Search:
         best: list[Trial] = []
         for trial in near:
             best += self._beam(trial.candidate)
-        best.sort(key=lambda t: -t.rays_per_second)
-        fit = [t for t in best if not t.misses]
+        # Once more by turns: what else the machine did while one method was tried is not its fault.
+        fit = [t for t in self._timed([t.candidate for t in best], SCREEN, RUNS) if not t.misses]
         close = [t for t in fit if BEHIND * t.rays_per_second >= fit[0].rays_per_second]
         for part in (close, [t for t in fit if t not in close], far):
             for at in range(0, len(part), WAVE):
@@ -194,14 +199,14 @@ class _Search:
 
     def _beam(self, start: Candidate) -> list[Trial]:
         """The fastest few of a method's speed options, tried one knob after another."""
-        beam = self._timed([start], SCREEN, 1)
+        beam = self._timed([start], SCREEN, RUNS)
         for changes in speed_knobs(start.method):
             if self._late():
                 break
             self.report(f"{start.method}: {', '.join(sorted({k for c in changes for k in c}))}")
             more = [t.candidate.changed(**change) for t in beam for change in changes]
             more = [c for c in dict.fromkeys(more) if c not in self.trials]
-            beam = _fastest(beam + self._timed(more, SCREEN, 1))[:BEAM]
+            beam = _fastest(beam + self._timed(more, SCREEN, RUNS))[:BEAM]
         return beam
 
     def _settle(self, wave: list[Trial]) -> Trial | None:
@@ -209,30 +214,53 @@ class _Search:
         alive: list[Candidate] = []
         for method in dict.fromkeys(t.candidate.method for t in wave):
             mine = [t.candidate for t in wave if t.candidate.method == method]
-            for variant in accuracy_variants(method):
-                if variant and self._late() and mine[0].changed(**variant).accuracy:
-                    continue
-                if self._screen(mine[0].changed(**variant)):
-                    alive += [c.changed(**variant) for c in mine]
-        size, order = SCREEN, alive
-        ahead: list[Trial] = []
-        while True:
-            trials = self._timed(order, size, RUNS)
-            ahead = [t for t in trials if not t.misses] + [
-                t for t in ahead if t.candidate not in order]
-            if len(order) <= WAVE and size >= FIELD or self._late():
-                break
-            order = [t.candidate for t in trials if not t.misses][:max(WAVE, len(order) // 2)]
-            size = min(FIELD, 2 * size)
-            self.report(f"the {len(order)} fastest on {size:,} rays")
-            if not order:
-                break
+            alive += [self._relaxed(config, change) for change in self._hopeful(mine[0])
+                      for config in mine]
+        ahead = self._halved(alive)
         for trial in ahead:
             if self._proved(trial):
                 return trial
             if self._late() and not trial.candidate.accuracy:
                 break
         return None
+
+    def _hopeful(self, config: Candidate) -> list[dict[str, Any]]:
+        """Combinations of accuracy options that some thousand rays leave a chance. A value that
+        these rule out alone is not tried with others."""
+        combinations: list[dict[str, Any]] = [{}] if self._screen(config) else []
+        survivors = []
+        for changes in accuracy_knobs(config.method):
+            survivors.append([{}, *(change for change in changes if not self._late()
+                                    and self._screen(self._relaxed(config, change)))])
+        for parts in itertools.product(*survivors):
+            change = {name: value for part in parts for name, value in part.items()}
+            several = sum(map(bool, parts)) > 1
+            if change and (not several or not self._late()
+                           and self._screen(self._relaxed(config, change))):
+                combinations.append(change)
+        return combinations
+
+    def _relaxed(self, config: Candidate, change: dict[str, Any]) -> Candidate:
+        """A candidate of changed accuracy: with a step cap, for a ray that low precision sends
+        round in circles would go on for as long as the structure is large."""
+        if set(change) <= {"intersection"}:
+            return config.changed(**change)
+        if config not in self._steps:
+            self._steps[config] = self._rays(SCREEN).most_steps(config.method,
+                                                                dict(config.options))
+        return config.changed(**change, step_cap=STEP_ROOM * self._steps[config])
+
+    def _halved(self, candidates: list[Candidate]) -> list[Trial]:
+        """All candidates, the fastest first: the faster half of them on twice the rays, and so
+        on until few are left."""
+        size, ahead = SCREEN, self._timed(candidates, SCREEN, RUNS)
+        while size < FIELD and not self._late():
+            size = min(FIELD, 2 * size)
+            ahead = [t for t in ahead if not t.misses]
+            half = max(WAVE, len(ahead) // 2)
+            self.report(f"the {min(half, len(ahead))} fastest on {size:,} rays")
+            ahead = self._timed([t.candidate for t in ahead[:half]], size, RUNS) + ahead[half:]
+        return [t for t in ahead if not t.misses]
 
     def _screen(self, candidate: Candidate) -> bool:
         """Whether some thousand rays leave a candidate a chance."""
