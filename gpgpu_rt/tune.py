@@ -177,7 +177,6 @@ class _Search:
         probed = self._timed([Candidate(name) for name in names], PROBE, 1)
         known = [t for t in probed if not t.misses]
         if not known:
-            yield probed
             return
         fastest = known[0].rays_per_second
         near = [t for t in known if FAR_BEHIND * t.rays_per_second >= fastest]
