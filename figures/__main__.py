@@ -8,7 +8,7 @@ from pathlib import Path
 from gpgpu_rt.errors import Error
 from gpgpu_rt.files import check_writable
 
-from . import fig08, fig12, fig20, schedules
+from . import fig08, fig12, fig20, schedules, tradeoff
 from .measure import measure
 from .output import write_text
 
@@ -17,6 +17,7 @@ FIGURES = {
     "fig20": (fig20.FIGURE, "Figure 20: whole images by grid, kd-trees and threaded BVHs"),
     "fig08": (fig08, "Figure 8: a teapot in a stadium"),
     "schedules": (schedules, "The three schedules: what being literal costs"),
+    "tradeoff": (tradeoff, "Speed against accuracy: precision, intersection tests, intervals"),
 }
 
 

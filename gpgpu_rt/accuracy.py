@@ -18,7 +18,7 @@ from .tracer import Tracer
 
 RUNS = 3
 STEP_ROOM = 8        # steps of a relaxed candidate over the most a ray takes at full accuracy
-MOST_PAIRS = 1 << 26    # of rays and triangles, for the method that tests every pair
+MOST_PAIRS = 1 << 25    # of rays and triangles, for the method that tests every pair
 FORMATS = ("precision", "storage", "arithmetic")
 FLIP_MISSING = "FLIP needs the package flip-evaluator: pip install 'gpgpu_rt[figures]'"
 
@@ -133,7 +133,7 @@ def accuracy(scene: Scene, names: Sequence[str] | None = None,
     names : methods; None: all of the table
     formats : precisions; None: all that there are
     options : more options of the tracer and the methods; a method goes without those it has not
-    rays : of each kind; `brute-force` takes fewer where its pairs would pass 2^26
+    rays : of each kind; `brute-force` takes fewer where its pairs would pass 2^25
     report : told of the progress, a line at a time
     """
     candidates = []
