@@ -9,7 +9,7 @@ import numpy as np
 
 from . import rays as ray_sets
 from . import reference
-from .error_bounds import bound_pairs
+from .error_bounds import PairBounds, bound_pairs
 from .errors import OptionError, nearest_names
 from .hits import Hits
 from .judge import CATEGORIES, RIGHT, WRONG_DISTANCE, judge, upper_confidence
@@ -36,7 +36,7 @@ class Score:
 
     Attributes
     ----------
-    rays, hits : rays judged, and those among them whose t is compared: the reference's triangle
+    rays, hits : rays judged, and those among them that hit rightly, whose t is compared
     wrong : rays with a wrong hit or miss; ``wrong_share`` of the rays, at most ``upper_95``
     counts : rays by category; "wrong distance" is t past its float32 bound and not among the
         wrong ones, "within bound" are other answers than the reference's that float32 excuses
@@ -160,21 +160,27 @@ class KnownRays:
         categories["leak"] |= past
         categories["wrong distance"] = verdict.category == WRONG_DISTANCE
         categories[WITHIN_BOUND] = excused & ~past
-        same = (hits.triangle == truth.triangle) & truth.hit
+        # An excused answer is as far off as from its own triangle.
+        own = np.flatnonzero(excused & ~past & hits.hit)
+        exact = truth.t.copy()
+        exact[own] = self._pairs(own, hits.triangle[own]).t
+        compared = (hits.triangle == truth.triangle) & truth.hit
+        compared[own] = True
         with np.errstate(invalid="ignore", divide="ignore"):
-            error = np.abs(hits.t.astype(np.float64) - truth.t)
-            t_error = np.where(error == 0, 0.0, error / truth.t)
-        return Answers(categories, *(np.where(same, values, np.nan) for values in (
+            error = np.abs(hits.t.astype(np.float64) - exact)
+            t_error = np.where(error == 0, 0.0, error / exact)
+        return Answers(categories, *(np.where(compared, values, np.nan) for values in (
             verdict.t_ulps, t_error, verdict.barycentric_error)))
+
+    def _pairs(self, rays: np.ndarray, triangles: np.ndarray) -> PairBounds:
+        return bound_pairs(*(a.astype(np.float64) for a in (
+            self.scene.triangles[triangles], self.origins[rays], self.directions[rays])))
 
     def _choice(self, hits: Hits, rays: np.ndarray) -> np.ndarray:
         """(k,) categories of some rays' answers, had they been at their triangles' distances."""
-        origins, directions = self.origins[rays], self.directions[rays]
-        triangle = hits.triangle[rays]
-        pairs = bound_pairs(self.scene.triangles[triangle].astype(np.float64),
-                            origins.astype(np.float64), directions.astype(np.float64))
-        corrected = Hits(pairs.t, hits.u[rays], hits.v[rays], triangle, hits.status[rays])
-        return judge(self.scene, origins, directions, corrected,
+        corrected = _part(hits, rays)
+        corrected.t = self._pairs(rays, corrected.triangle).t
+        return judge(self.scene, self.origins[rays], self.directions[rays], corrected,
                      reference=_part(self.truth, rays)).category
 
     def _through_the_surface(self, hits: Hits, excused: np.ndarray) -> np.ndarray:

@@ -23,11 +23,11 @@ from typing import Any
 
 from . import settings
 from .candidates import Candidate, accuracy_knobs, speed_knobs
-from .errors import Error
+from .errors import LimitError, OptionError
 from .gpu import open_gpu
 from .hits import Hits
 from .known_rays import KnownRays, bytes_in_flight
-from .methods import methods
+from .methods import find_method, methods
 from .promise import Finding, Promise
 from .scene import Scene
 from .tracer import Tracer
@@ -120,8 +120,10 @@ def tune(scene: Scene, promise: Promise, rays: int | None = None, seed: int = 0,
     names : methods to try; None: all of the table
     report : told of the progress, a line at a time
     """
-    return _Search(scene, promise, rays, seed, budget, report).run(
-        [row.name for row in methods()] if names is None else list(names))
+    chosen = [row.name for row in methods()] if names is None else list(names)
+    for name in chosen:
+        find_method(name)
+    return _Search(scene, promise, rays, seed, budget, report).run(chosen)
 
 
 def keeps(found: settings.Settings, scene: Scene, seed: int) -> bool:
@@ -148,8 +150,9 @@ class _Search:
         self.rays = self._enough(rays)
 
     def _enough(self, rays: int | None) -> int:
+        """As many rays as the promise takes, if not more, some wrong ones allowed for in t."""
         hit_share = float(self._rays(SCREEN).truth.hit.mean())
-        needed = self.promise.rays_needed(0.8 * hit_share)
+        needed = self.promise.rays_needed(0.9 * hit_share)
         if rays is not None and rays < needed:
             self._say(f"{rays:,} rays cannot prove these bounds, raised to {needed:,}")
         return max(rays or 0, needed)
@@ -319,7 +322,7 @@ class _Search:
     def _open(self, trial: Trial) -> Tracer | None:
         try:
             return Tracer(self.scene, trial.candidate.method, **dict(trial.candidate.options))
-        except Error as failure:
+        except (OptionError, LimitError) as failure:    # options that do not go together
             trial.outcome, trial.note = "not possible", " ".join(str(failure).split())
             return None
 
