@@ -97,7 +97,8 @@ def run(cell: Cell) -> dict[str, Any]:
         counters = tracer.statistics.counters
     rays = cell.size ** 2
     median = statistics.median(samples)
-    return {**_heading(cell, scene, gpu), "rays": rays, "warm_ups": WARM_UPS, "samples_ms": [1e3 * s for s in samples],
+    return {**_heading(cell, scene, gpu), "rays": rays, "warm_ups": WARM_UPS,
+            "samples_ms": [1e3 * s for s in samples],
             "median_ms": 1e3 * median, "wall_ms": 1e3 * statistics.median(walls),
             "ns_per_ray": 1e9 * median / rays, "statistics": cost, "counters": counters}
 

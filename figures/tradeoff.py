@@ -78,8 +78,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
                for word, marker in MARKERS.items()]
     handles += [plt.Line2D([], [], marker="o", linestyle="", color="#555555", fillstyle="none",
                            label="none wrong: 95 % bound")]
-    handles += [plt.Line2D([], [], marker="o", linestyle="", color=COLOURS.get(row.name, "#555555"),
-                           label=row.name) for row in rt.methods() if row.name != "brute-force"]
+    handles += [plt.Line2D([], [], marker="o", linestyle="", label=row.name,
+                           color=COLOURS.get(row.name, "#555555"))
+                for row in rt.methods() if row.name != "brute-force"]
     figure.legend(handles=handles, frameon=False, fontsize=8, ncols=5, loc="lower center",
                   bbox_to_anchor=(0.5, 0.02))
     figure.suptitle("Speed against accuracy", fontsize=11)
@@ -139,8 +140,8 @@ def _page(rows: list[dict[str, Any]], renderer: str, stand_ins: list[str],
              for row in rows]
     parts = ["# Speed against accuracy\n", f"Renderer: {renderer}. Eye, random, vertex-aimed and "
              "edge-aimed rays in equal shares, against the float64 reference. A share of zero is "
-             "drawn hollow, at its upper 95 % confidence bound. Rays that a step cap stopped count "
-             "as unfinished.", *stand_ins, "", markdown_table(heads, table),
+             "drawn hollow, at its upper 95 % confidence bound. Rays that a step cap stopped "
+             "count as unfinished.", *stand_ins, "", markdown_table(heads, table),
              "Not beaten in both rate and the bound on the wrong share:\n",
              "\n".join(f"* {line}" for line in on_front), ""]
     return "\n".join(parts)

@@ -2,7 +2,8 @@
 from . import reference
 from .camera import Camera
 from .errors import (
-    ContextError, Error, LimitError, OptionError, SceneError, SettingsError, ShaderError)
+    ContextError, Error, LimitError, OptionError, SceneError, SettingsError, ShaderError
+)
 from .hits import Hits
 from .methods import methods
 from .scene import Scene, load_scene

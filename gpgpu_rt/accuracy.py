@@ -1,4 +1,4 @@
-"""Accuracy: how far every method in every precision is from the float64 reference, and its cost."""
+"""Accuracy: how far methods and precisions are from the float64 reference, and what they cost."""
 from __future__ import annotations
 
 import functools

@@ -79,7 +79,9 @@ def accuracy_knobs(method: str) -> list[list[dict[str, Any]]]:
     arithmetic below what is stored buys nothing.
     """
     table = option_table(method)
-    ways = [{"rounding": way} for way in _values(table["rounding"])] if "rounding" in table else [{}]
+    ways: list[dict[str, Any]] = [{}]
+    if "rounding" in table:
+        ways = [{"rounding": way} for way in _values(table["rounding"])]
     formats, others = [], []
     for name, option in table.items():
         if name in ("precision", "storage"):

@@ -12,8 +12,7 @@ import numpy as np
 
 from . import cli_tuning
 from .bench import bench
-from .cli_shared import (
-    add_options, given_options, options_for, print_json, print_table, size_word)
+from .cli_shared import add_options, given_options, options_for, print_json, print_table, size_word
 from .errors import Error, OptionError
 from .files import check_writable, replacing
 from .gpu import probe
@@ -70,9 +69,9 @@ def _methods(chosen: argparse.Namespace) -> None:
     if chosen.json:
         return print_json([row.to_dict() for row in methods()])
     print_table(("method", "paper", "what it does", "own options"),
-                 [(row.name, row.citation, row.summary,
-                   " ".join("--" + o.name.replace("_", "-") for o in row.options) or "-")
-                  for row in methods()])
+                [(row.name, row.citation, row.summary,
+                  " ".join("--" + o.name.replace("_", "-") for o in row.options) or "-")
+                 for row in methods()])
 
 
 def _scenes(chosen: argparse.Namespace) -> None:
@@ -80,8 +79,8 @@ def _scenes(chosen: argparse.Namespace) -> None:
     if chosen.json:
         return print_json(rows)
     print_table(("scene", "triangles", "found", "original"),
-                 [(r["name"], "?" if r["triangles"] is None else f"{r['triangles']:,}", r["found"],
-                   r["original"]) for r in rows])
+                [(r["name"], "?" if r["triangles"] is None else f"{r['triangles']:,}", r["found"],
+                  r["original"]) for r in rows])
     print("\nMeshes are looked for in the folders of GPGPU_RT_SCENES, then in ./scenes.")
 
 
@@ -149,10 +148,10 @@ def _report(chosen: argparse.Namespace, tracer: Tracer, line: str) -> None:
     statistics = tracer.statistics
     if chosen.json:
         print_json({"scene": tracer.scene.name, "triangles": len(tracer.scene),
-                     "source": tracer.scene.source, "stand_in": tracer.scene.stand_in,
-                     "method": tracer.method.name, "gpu": tracer.gpu.info(),
-                     "options": {k: v for k, v in tracer.options.items() if k != "context"},
-                     "statistics": statistics.to_dict()})
+                    "source": tracer.scene.source, "stand_in": tracer.scene.stand_in,
+                    "method": tracer.method.name, "gpu": tracer.gpu.info(),
+                    "options": {k: v for k, v in tracer.options.items() if k != "context"},
+                    "statistics": statistics.to_dict()})
         return
     if tracer.scene.stand_in:
         print(f"{tracer.scene.name} is a procedural stand-in for {tracer.scene.stand_in} "
@@ -203,8 +202,8 @@ def _parser() -> argparse.ArgumentParser:
         return sub
 
     def add_method(sub: argparse.ArgumentParser) -> None:
-        sub.add_argument("-m", "--method", help="a method's name, or auto: as `tune` found for the "
-                         f"scene where it was run; default {DEFAULT_METHOD}")
+        sub.add_argument("-m", "--method", help="a method's name, or auto: as `tune` found for "
+                         f"the scene where it was run; default {DEFAULT_METHOD}")
         sub.add_argument("--settings", metavar="FILE", help="method and options of a file that "
                          "`tune` wrote")
         sub.add_argument("--force", action="store_true", help="take the settings for another "

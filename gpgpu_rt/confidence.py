@@ -5,7 +5,6 @@ import math
 
 import numpy as np
 
-from .judge import upper_confidence
 
 LEVEL = 0.95
 

@@ -1,4 +1,4 @@
-"""Known rays: rays drawn by a seed with the float64 reference's answers, and scores against them."""
+"""Known rays: drawn by a seed, with the float64 reference's answers and scores against them."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence

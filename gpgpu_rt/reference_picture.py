@@ -1,4 +1,4 @@
-"""The reference picture: what `Tracer.render` draws, with hits and shadows by the float64 oracle."""
+"""The reference picture: what `Tracer.render` draws, hits and shadows by the float64 oracle."""
 from __future__ import annotations
 
 import numpy as np

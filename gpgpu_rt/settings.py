@@ -75,8 +75,8 @@ class Settings:
             if name in PASSING or name in self.options and value == self.options[name]:
                 continue
             said = f"say {name}={self.options[name]}" if name in self.options else "decide that"
-            raise OptionError(f"option {name}={value}: {where} {said}; leave it out, or go without "
-                              "the settings")
+            raise OptionError(f"option {name}={value}: {where} {said}; leave it out, or go "
+                              "without the settings")
         return {**self.options, **options}
 
 
@@ -175,8 +175,8 @@ _SCENE_KEYS: dict[str, type] = {"name": str, "triangles": int, "sha256": str}
 def _checked(entries: dict[str, Any], where: str) -> Settings:
     _check_keys(entries, _KEYS, where, "")
     if entries["format"] != FORMAT:
-        raise SettingsError(f"{where}: format is {entries['format']}, this version reads {FORMAT}; "
-                            "write it anew with `gpgpu-rt tune`")
+        raise SettingsError(f"{where}: format is {entries['format']}, this version reads "
+                            f"{FORMAT}; write it anew with `gpgpu-rt tune`")
     _check_keys(entries["scene"], _SCENE_KEYS, where, "scene.")
     try:
         find_method(entries["method"])

@@ -190,7 +190,7 @@ class _Search:
         best: list[Trial] = []
         for trial in near:
             best += self._beam(trial.candidate)
-        # Once more by turns: what else the machine did while one method was tried is not its fault.
+        # Once more by turns: what else the machine did meanwhile is no method's fault.
         fit = [t for t in self._timed([t.candidate for t in best], SCREEN, RUNS) if not t.misses]
         close = [t for t in fit if BEHIND * t.rays_per_second >= fit[0].rays_per_second]
         for part in (close, [t for t in fit if t not in close], far):
