@@ -5,7 +5,6 @@ import math
 
 import numpy as np
 
-
 LEVEL = 0.95
 
 

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from conftest import assert_same_bits, soup_scene
 
 import gpgpu_rt as rt
 from gpgpu_rt import cli, settings
 from gpgpu_rt.gpu import open_gpu
-from tests.conftest import assert_same_bits, soup_scene
 
 
 @pytest.fixture
