@@ -146,11 +146,11 @@ def _tune(chosen: argparse.Namespace) -> None:
 
 def _print_tuning(found: Tuning) -> None:
     promise = found.promise
-    print_table(("candidate", "Mrays/s", "rays judged", "wrong", "at most (95 %)",
+    print_table(("candidate", "Mrays/s", "rays timed", "rays judged", "wrong", "at most (95 %)",
                  f"t error at {promise.t_quantile:g}", "MB", "outcome"),
                 [_trial_line(trial) for trial in found.trials])
-    print(f"\nMrays/s: medians on {SCREEN:,} rays, in equal shares {', '.join(promise.kinds)}. "
-          "MB: textures with 512 x 512 rays in flight.\nwrong is decided by the upper 95 % bound "
+    print(f"\nRays in equal shares {', '.join(promise.kinds)}; MB: textures with 512 x 512 "
+          "rays in flight.\nwrong is decided by the upper 95 % bound "
           f"of its share, t by the {promise.t_quantile:g} quantile of its relative error over "
           "right hits,\nat that quantile's upper 95 % confidence bound.")
     for note in found.notes:
@@ -162,12 +162,13 @@ def _print_tuning(found: Tuning) -> None:
 
 
 def _trial_line(trial: Trial) -> list[str]:
-    finding, rate = trial.finding, trial.rates.get(SCREEN)
+    finding, timed = trial.finding, [size for size in trial.rates if size <= SCREEN]
+    rate = [f"{trial.rates[max(timed)] / 1e6:.2f}", f"{max(timed):,}"] if timed else ["-"] * 2
     judged = ["-"] * 4 if finding is None else [
         f"{finding.score.rays:,}", _number(finding.score.wrong_share),
         _number(finding.score.upper_95), _number(finding.t_error)]
-    return [str(trial.candidate), "-" if rate is None else f"{rate / 1e6:.2f}", *judged,
-            f"{trial.texture_bytes / 1e6:.1f}", f"{trial.outcome}: {trial.note}".rstrip(": ")]
+    return [str(trial.candidate), *rate, *judged, f"{trial.texture_bytes / 1e6:.1f}",
+            f"{trial.outcome}: {trial.note}".rstrip(": ")]
 
 
 def _unreachable(found: Tuning) -> str:

@@ -163,7 +163,7 @@ class _Search:
             chosen = self._settle(wave)
             if chosen is not None:
                 break
-        trials = sorted(self.trials.values(), key=lambda t: -t.rates.get(SCREEN, 0.0))
+        trials = sorted(self.trials.values(), key=lambda t: (-t.rates.get(SCREEN, 0.0), -t.rays_per_second))
         if chosen is not None:
             for trial in trials:
                 if trial.outcome == "not reached":
@@ -265,16 +265,17 @@ class _Search:
         return [t for t in ahead if not t.misses]
 
     def _screen(self, candidate: Candidate) -> bool:
-        """Whether some thousand rays leave a candidate a chance."""
+        """Whether some thousand rays leave a candidate a chance; most lose it on fewer."""
         trial = self._trial(candidate)
-        self.report(f"{candidate}: screened on {SCREEN:,} rays")
-        finding = self._find(trial, self._rays(SCREEN))
-        if finding is None:
-            return False
-        if not finding.is_hopeless(self.promise):
-            return True
-        self._reject(trial, finding, f"on {SCREEN:,} rays")
-        return False
+        self.report(f"{candidate}: screened")
+        for size in (PROBE, SCREEN):
+            finding = self._find(trial, self._rays(size))
+            if finding is None:
+                return False
+            if finding.is_hopeless(self.promise):
+                self._reject(trial, finding, f"on {size:,} rays")
+                return False
+        return True
 
     def _proved(self, trial: Trial) -> bool:
         for turn, what in ((1, "proof"), (2, "confirmation")):

@@ -159,6 +159,16 @@ def test_a_promise_that_is_broken_is_noticed(ball, few_rays) -> None:
     assert keeps(found.settings, ball, 77) and not keeps(leaky, ball, 77)
 
 
+def test_proof_and_confirmation_decide(ball) -> None:
+    search = tuning._Search(ball, Promise(1e-3, 1e-2, kinds=("vertices",)), None, 1, 20, print)
+    exact, leaky = (tuning.Trial(Candidate("grid", options)) for options in
+                    ((), (("intersection", "moller-trumbore"),)))
+    assert search._proved(exact) and exact.outcome == "chosen"
+    assert not search._proved(leaky) and leaky.outcome == "missed" and leaky.misses["wrong"] > 1
+    assert {turn for _, turn in search._known} == {0, 1, 2}     # other rays confirm
+    assert len({known.directions.tobytes() for known in search._known.values()}) == 3
+
+
 def test_bytes_are_a_bound(ball, few_rays) -> None:
     free = tune(ball, Promise(**LOOSE), names=["bvh-threaded"], budget=0)
     sizes = {t.texture_bytes for t in free.trials if t.texture_bytes}
