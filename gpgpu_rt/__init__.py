@@ -5,10 +5,10 @@ from .errors import (
     ContextError, Error, LimitError, OptionError, SceneError, SettingsError, ShaderError
 )
 from .hits import Hits
-from .methods import methods
+from .methods import Method, methods
 from .scene import Scene, load_scene
 from .tracer import Tracer
 
-__all__ = ["Camera", "ContextError", "Error", "Hits", "LimitError", "OptionError", "Scene",
-           "SceneError", "SettingsError", "ShaderError", "Tracer", "load_scene", "methods",
-           "reference"]
+__all__ = ["Camera", "ContextError", "Error", "Hits", "LimitError", "Method", "OptionError",
+           "Scene", "SceneError", "SettingsError", "ShaderError", "Tracer", "load_scene",
+           "methods", "reference"]

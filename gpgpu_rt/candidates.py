@@ -30,6 +30,7 @@ class Candidate:
     def changed(self, **options: Any) -> Candidate:
         """The same with some options changed; one at its default is dropped."""
         defaults = {name: option.default for name, option in option_table(self.method).items()}
+        defaults["schedule"] = _own_schedule(self.method)
         merged = {**dict(self.options), **options}
         return Candidate(self.method, tuple(sorted(
             (name, value) for name, value in merged.items() if value != defaults[name])))
@@ -44,9 +45,9 @@ class Candidate:
         """Every knob with its value, defaults spelled out, so that a later default changes
         nothing."""
         table, given = option_table(self.method), dict(self.options)
-        names = ["schedule", *(name for name, option in table.items() if _is_knob(option))]
-        return {name: given.get(name, table[name].default) for name in names
-                if name in given or table[name].default is not None} | given
+        knobs = {name: option.default for name, option in table.items()
+                 if _is_knob(option) and option.default is not None}
+        return {"schedule": _own_schedule(self.method), **knobs, **given}
 
     def __str__(self) -> str:
         return " ".join([self.method, *(f"{name}={value}" for name, value in self.options)])
@@ -98,6 +99,12 @@ def precisions(method: str) -> list[str]:
     if option is None:
         return ["fp32"]
     return ["fp32", *(str(v) for v in option.choices or () if v not in FULL_PRECISION)]
+
+
+def _own_schedule(method: str) -> str:
+    """The schedule a method runs under unless another is asked for, as `Tracer` has it."""
+    row, default = find_method(method), option_table(method)["schedule"].default
+    return str(default if default in row.schedules else row.schedules[-1])
 
 
 def _is_knob(option: Option) -> bool:

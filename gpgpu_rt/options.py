@@ -14,7 +14,8 @@ class Option:
     """An option: its word, its values and what it stands for.
 
     ``choices`` are the values it takes; without them ``kind`` says which type. ``define`` is the
-    GLSL define that follows it: set where the option is true, or, for words, ``define``_WORD.
+    GLSL define that follows it: set where the option is true, with its value for a number, and
+    for a word ``define``_WORD.
     """
 
     name: str
@@ -31,7 +32,7 @@ class Option:
         """The define that stands for a value, and whether it is set."""
         if isinstance(value, str):
             return word_define(str(self.define), value), True
-        return str(self.define), bool(value)
+        return str(self.define), value
 
     def check(self, value: Any) -> Any:
         """The value, converted where that loses nothing; OptionError says what it takes."""

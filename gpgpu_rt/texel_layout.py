@@ -8,7 +8,7 @@ From one declaration come the numpy packer and the GLSL accessors. A record is o
   ``state_load(pixel)`` and ``state_store(state)`` that read and write it whole.
 
 A declaration reads like the texels: ``"v0:vec3 index:int | v1:vec3 last:int | v2:vec3"``.
-Types are float (the default), vec2, vec3, vec4, int and ivec3. Integers are stored as float
+Types are float (the default), vec2, vec3, vec4, int, ivec3 and ivec4. Integers are stored as float
 values, exact up to 2^24 either side of zero, and packing raises where one is past that.
 
 Fields that are no integers are geometric: they follow the option ``storage``. Under fp16 they move
@@ -26,7 +26,8 @@ from .errors import LimitError
 
 TABLE_WIDTH_LOG2 = 12     # tables are 4096 texels wide: shifts and masks, no division
 EXACT_INTEGER = 1 << 24   # float32 holds every integer up to here
-_WIDTHS = {"float": 1, "int": 1, "vec2": 2, "vec3": 3, "vec4": 4, "ivec3": 3}
+_WIDTHS = {"float": 1, "int": 1, "vec2": 2, "vec3": 3, "vec4": 4, "ivec3": 3,
+           "ivec4": 4}
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,7 @@ class Field:
 
     @property
     def is_integer(self) -> bool:
-        return self.type in ("int", "ivec3")
+        return self.type in ("int", "ivec3", "ivec4")
 
     def decode(self, texel: str) -> str:
         """GLSL that reads the field from a texel."""
@@ -57,7 +58,7 @@ class Field:
 
     def encode(self, value: str) -> str:
         """GLSL that turns the field's value into what its channels hold."""
-        floats = {"int": "float", "ivec3": "vec3"}
+        floats = {"int": "float", "ivec3": "vec3", "ivec4": "vec4"}
         return f"{floats[self.type]}({value})" if self.is_integer else value
 
 
@@ -299,10 +300,15 @@ GRID_CELL = Record("grid_cell", "first:int")
 says no more than that it is)."""
 
 KD_NODE = Record("kd_node", "split axis:int left:int count:int")
-"""A node: plane, axis (3 a leaf), left child (the right one follows) or first reference."""
+"""A node: plane, axis (3 plus its number for a leaf), left child (the right one follows) or first
+reference."""
 
 KD_BOUNDS = Record("kd_bounds", "lo:vec3 parent:int | hi:vec3")
 """What kd-backtrack adds to a node: its box and its parent."""
+
+KD_LEAF = Record("kd_leaf", "lo:vec3 rope_lo_x:int | hi:vec3 rope_hi_x:int "
+                            "| rope_lo_y:int rope_hi_y:int rope_lo_z:int rope_hi_z:int")
+"""What kd-ropes adds to a leaf, by its number: its box, and the node behind each face or -1."""
 
 BVH_NODE = Record("bvh_node", "lo:vec3 escape:int | hi:vec3 first:int")
 """A threaded node: box, escape index (-1 ends), first triangle of a leaf or -1.
@@ -332,6 +338,9 @@ HIT = Record("hit", "t u v triangle:int")
 
 COUNTERS = Record("counters", "nodes_visited:int leaves_visited:int triangles_tested:int")
 """What a ray did; exists only in programs with statistics."""
+
+STACK_ENTRY = Record("stack_entry", "t_max node:int")
+"""A level of a ray's stack in an atlas: a node to visit, and where the interval in it ends."""
 
 LIT = Record("lit", "ambient:vec3 | direct:vec3")
 """Light that leaves a hit towards the eye: what always arrives, and what a shadow takes away."""

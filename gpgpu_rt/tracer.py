@@ -14,10 +14,12 @@ from . import settings
 from .camera import Camera
 from .errors import Error, OptionError
 from .gpu import open_gpu
-from .hits import UNFINISHED, Hits
+from .hits import STACK_OVERFLOW, UNFINISHED, Hits
 from .methods import find_method
 from .options import TRACER_OPTIONS, resolve_options
 from .passes.shade import Shading
+from .passes.traverse import OVERFLOWN
+from .passes.traverse import UNFINISHED as OUT_OF_STEPS
 from .passes.traverse import Traversal
 from .precision import Precision
 from .ray_state import RayBatch, RayTextures, StateBuffer, StateBuffers
@@ -57,9 +59,7 @@ class Tracer:
                                        f"method {method}")
         for part in ("storage", "arithmetic"):
             self.options[part] = self.options[part] or self.options["precision"] or "fp32"
-        if self.options["schedule"] not in self.method.schedules:
-            raise OptionError(f"method {method} runs under {', '.join(self.method.schedules)} "
-                              f"only, not {self.options['schedule']}")
+        self._check_schedule("schedule" in options)
         self.precision = Precision.of(self.options)
         self.scene = load_scene(scene)
         self.gpu = open_gpu(self.options["context"])
@@ -75,7 +75,7 @@ class Tracer:
                                 EXACT_INTEGER - 1)
             samplers = {k: v for tables in self._tables.values() for k, v in tables.items()}
             self._traversal = Traversal(self.gpu, self.method, samplers,
-                                        self.accelerator.uniforms, self.options, self.step_cap)
+                                        self.accelerator, self.options, self.step_cap)
         self._rays: RayTextures | None = None
         self._buffers: StateBuffers | None = None
         self._shading: Shading | None = None
@@ -103,6 +103,18 @@ class Tracer:
         tracer = cls(scene, found.method, **found.with_options(options, str(path)))
         tracer.settings = found
         return tracer
+
+    def _check_schedule(self, asked: bool) -> None:
+        """Take the method's own best schedule where none was asked; refuse one it has not."""
+        options, row = self.options, self.method
+        if not asked and options["schedule"] not in row.schedules:
+            options["schedule"] = row.schedules[-1]
+        if options["schedule"] not in row.schedules:
+            raise OptionError(f"method {row.name} runs under {', '.join(row.schedules)} only, not "
+                              f"{options['schedule']}")
+        if row.stack_entry is not None and options["steps_per_pass"] != 1:
+            raise OptionError(f"method {row.name} runs one step a pass, as its stack is drawn "
+                              "between them; leave steps_per_pass at 1")
 
     def _make_tables(self) -> dict[str, dict[str, moderngl.Texture]]:
         """Record name -> sampler name -> texture; their bytes go to the statistics."""
@@ -140,13 +152,15 @@ class Tracer:
                  shape: tuple[int, int] | None = None, invalid: str = "raise") -> np.ndarray:
         """(n,) bool: whether anything lies in [t_min, t_max] of each ray; any hit ends a ray.
 
-        Raises ``Error`` where the step cap leaves that open for some ray.
+        Raises ``Error`` where the step cap, or a full stack, leaves that open for some ray.
         """
         hits = self._trace(RayBatch(origins, directions, t_min, t_max, shape, invalid), True)
-        open_rays = (hits.status == UNFINISHED) & ~hits.hit
-        if open_rays.any():
-            raise Error(f"{int(open_rays.sum())} rays reached the step cap of {self.step_cap} "
-                        "undecided; raise step_cap")
+        for status, advice in ((UNFINISHED, f"reached the step cap of {self.step_cap} undecided; "
+                                            "raise step_cap"),
+                               (STACK_OVERFLOW, "overflowed their stack; raise stack_size")):
+            undecided = int(((hits.status == status) & ~hits.hit).sum())
+            if undecided:
+                raise Error(f"{undecided} rays {advice}")
         return hits.hit
 
     def _trace(self, batch: RayBatch, any_hit: bool) -> Hits:
@@ -181,8 +195,9 @@ class Tracer:
     def _read(self, batch: RayBatch, side: StateBuffer, stopped: int) -> Hits:
         hits = batch.hits(side.fields(HIT.name))
         if stopped:
-            phases = side.fields(self.method.state.name)["phase"]
-            hits.status[phases[:batch.count] != 0] = UNFINISHED
+            phases = side.fields(self.method.state.name)["phase"][:batch.count]
+            hits.status[phases == OUT_OF_STEPS] = UNFINISHED
+            hits.status[phases == OVERFLOWN] = STACK_OVERFLOW
         if self.options["statistics"]:
             for name, values in self._count(side, batch.count).items():
                 setattr(hits, name, values)
@@ -202,7 +217,7 @@ class Tracer:
         assert self._rays is not None and self._buffers is not None
         self.statistics.texture_bytes = (
             sum(self.statistics.table_bytes.values()) + self._buffers.bytes()
-            + texture_bytes(self._rays.textures)
+            + texture_bytes(self._rays.textures) + self._traversal.bytes()
             + (self._shading.bytes() if self._shading is not None else 0))
 
     # Rendering ------------------------------------------------------------------------------

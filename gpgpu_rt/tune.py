@@ -163,7 +163,8 @@ class _Search:
             chosen = self._settle(wave)
             if chosen is not None:
                 break
-        trials = sorted(self.trials.values(), key=lambda t: (-t.rates.get(SCREEN, 0.0), -t.rays_per_second))
+        trials = sorted(self.trials.values(),
+                        key=lambda t: (-t.rates.get(SCREEN, 0.0), -t.rays_per_second))
         if chosen is not None:
             for trial in trials:
                 if trial.outcome == "not reached":

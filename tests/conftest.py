@@ -2,7 +2,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+import tempfile
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 import pytest
@@ -12,7 +13,9 @@ from gpgpu_rt import rays as ray_sets
 from gpgpu_rt.gpu import Gpu, open_gpu
 from gpgpu_rt.scenes import catalogue
 
-os.environ.setdefault("GPGPU_RT_CACHE", "")   # tests build what they test
+# Tests build what they test, but each structure once.
+_CACHE = tempfile.TemporaryDirectory(prefix="gpgpu_rt_tests")
+os.environ["GPGPU_RT_CACHE"] = _CACHE.name
 
 FOLEY = ("cornell", "bunny", "robots", "kitchen")
 RAY_SETS = {
@@ -22,6 +25,24 @@ RAY_SETS = {
     "vertices": lambda scene, n, seed: ray_sets.aimed_rays(scene, n, seed, at="vertices"),
     "edges": lambda scene, n, seed: ray_sets.aimed_rays(scene, n, seed, at="edges"),
 }
+
+
+SCHEDULES: dict[str, dict[str, object]] = {
+    "loop": {"schedule": "loop"},
+    "step1": {"schedule": "step"},
+    "step16": {"schedule": "step", "steps_per_pass": 16},
+    # An odd interval: a ray masked before its state stood in both buffers would show.
+    "step1-mask3": {"schedule": "step", "mask_interval": 3},
+    "kernels": {"schedule": "kernels"},
+    "kernels-mask2": {"schedule": "kernels", "mask_interval": 2},
+}
+
+
+def schedules_of(row: rt.Method, names: Iterable[str] = SCHEDULES) -> dict[str, dict[str, object]]:
+    """Those schedules' settings that a method runs under."""
+    return {name: SCHEDULES[name] for name in names
+            if SCHEDULES[name]["schedule"] in row.schedules
+            and not (row.stack_entry is not None and "steps_per_pass" in SCHEDULES[name])}
 
 
 def pytest_report_header() -> str:

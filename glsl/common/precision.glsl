@@ -35,7 +35,10 @@ vec2 stored(vec2 v) {
     return vec2(stored(v.x), stored(v.y));
 }
 vec3 stored(vec3 v) {
-    return vec3(stored(v.x), stored(v.y), stored(v.z));
+    return vec3(stored(v.xy), stored(v.z));
+}
+vec4 stored(vec4 v) {
+    return vec4(stored(v.xy), stored(v.zw));
 }
 #else
 #define stored(x) (x)
@@ -49,7 +52,7 @@ vec2 R(vec2 v) {
     return vec2(R(v.x), R(v.y));
 }
 vec3 R(vec3 v) {
-    return vec3(R(v.x), R(v.y), R(v.z));
+    return vec3(R(v.xy), R(v.z));
 }
 #else
 #define R(x) (x)

@@ -8,8 +8,23 @@
 
 #include "traverse/kd_common.glsl"
 
-void continue_search(inout State state) {
-    state.phase = CLIMB;
+void start_search(inout State state) {
+}
+
+void take_only_child(inout State state) {
+}
+
+void pass_far_child(int far, float t_max, inout State state) {
+}
+
+void leave_leaf(inout State state, Hit hit) {
+    if (is_settled(state, hit)) {
+        state.phase = DONE;
+    } else {
+        state.t_min = resumed(state.t_max);
+        state.t_max = state.t_exit;
+        state.phase = CLIMB;
+    }
 }
 
 void climb(Ray ray, inout State state, inout Hit hit) {

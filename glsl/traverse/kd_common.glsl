@@ -1,6 +1,7 @@
-// What kd-restart and kd-backtrack share: Foley and Sugerman, "KD-Tree Acceleration Structures for
-// a GPU Raytracer", Graphics Hardware 2005 (survey, section 3.4, Figures 10 to 12). A ray descends
-// to the leaf at its t_min, tests the leaf's triangles, and takes up the rest of its interval.
+// What all kd-tree traversals share: a ray descends to the leaf at its t_min, tests the leaf's
+// triangles one by one, and leaves it. Foley and Sugerman, "KD-Tree Acceleration Structures for a
+// GPU Raytracer", Graphics Hardware 2005 (survey, section 3.4, Figures 10 to 12). What a method does
+// about the child it passed by, and behind a leaf, stands in its own file.
 //
 // A plane at or before t_min sends the ray to the far child. t_split is computed by the same
 // expression each time, so after a leaf's end became t_min the same plane compares as equal and
@@ -12,7 +13,13 @@
 // by a few ulp (rays still hang where the plane's t is off by more) or by 1e-6 (thin leaves are
 // skipped).
 
-const int LEAF = 3;
+const int LEAF = 3;   // from here on an axis is a leaf's number
+
+// What a method does at the start, on the way to a leaf, and behind it.
+void start_search(inout State state);
+void take_only_child(inout State state);
+void pass_far_child(int far, float t_max, inout State state);
+void leave_leaf(inout State state, Hit hit);
 
 // Where the ray crosses a plane across `axis`.
 float plane_t(Ray ray, int axis, float plane) {
@@ -21,11 +28,16 @@ float plane_t(Ray ray, int axis, float plane) {
     return R(R(plane - o) * inv);
 }
 
-float box_exit(Ray ray, vec3 lo, vec3 hi) {
+// Where it leaves a box, axis by axis.
+vec3 box_exits(Ray ray, vec3 lo, vec3 hi) {
     vec3 far = vec3(ray.inv_dir.x < 0.0 ? lo.x : hi.x,
                     ray.inv_dir.y < 0.0 ? lo.y : hi.y,
                     ray.inv_dir.z < 0.0 ? lo.z : hi.z);
-    return min_component(R(R(far - ray.origin) * ray.inv_dir));
+    return R(R(far - ray.origin) * ray.inv_dir);
+}
+
+float box_exit(Ray ray, vec3 lo, vec3 hi) {
+    return min_component(box_exits(ray, lo, hi));
 }
 
 void init(Ray ray, out State state) {
@@ -37,8 +49,16 @@ void init(Ray ray, out State state) {
     state.cursor = 0;
     state.end = 0;
     state.phase = state.t_min <= min(interval.y, ray.t_max) ? DOWN : DONE;
+    start_search(state);
 }
 
+// A hit before the leaf's end settles the ray, as does the end of its interval. (Without a hit,
+// hit.t is the ray's own end.)
+bool is_settled(State state, Hit hit) {
+    return hit.t < state.t_max || state.t_max >= state.t_exit;
+}
+
+// The t that takes up a ray's interval behind a leaf that ends at t.
 float resumed(float t) {
 #if defined(INTERVAL_NUDGE_RELATIVE)
     return R(t + R(abs(t) * (4.0 * ARITHMETIC_UNIT)));
@@ -49,19 +69,12 @@ float resumed(float t) {
 #endif
 }
 
-// Where a method takes up the rest of a ray's interval.
-void continue_search(inout State state);
-
-// A hit before the leaf's end settles the ray, as does the end of its interval; otherwise the rest
-// of the interval is still to search. (Without a hit, hit.t is the ray's own end.)
-void leave_leaf(inout State state, Hit hit) {
-    if (hit.t < state.t_max || state.t_max >= state.t_exit) {
-        state.phase = DONE;
-    } else {
-        state.t_min = resumed(state.t_max);
-        state.t_max = state.t_exit;
-        continue_search(state);
-    }
+// From a node down again, with all that is left of the interval.
+void search_rest(int node, inout State state) {
+    state.t_min = resumed(state.t_max);
+    state.t_max = state.t_exit;
+    state.node = node;
+    state.phase = DOWN;
 }
 
 void down(Ray ray, inout State state, inout Hit hit) {
@@ -69,7 +82,7 @@ void down(Ray ray, inout State state, inout Hit hit) {
     int node = state.node;
     int axis = kd_node_axis(node);
     int left = kd_node_left(node);
-    if (axis == LEAF) {
+    if (axis >= LEAF) {
         COUNT(leaves_visited);
         state.cursor = left;
         state.end = left + kd_node_count(node);
@@ -88,7 +101,13 @@ void down(Ray ray, inout State state, inout Hit hit) {
         bool takes_far = t_split <= state.t_min;
 #endif
         state.node = takes_far ? far : near;
-        state.t_max = takes_far ? state.t_max : min(t_split, state.t_max);
+        if (takes_far || t_split >= state.t_max) {
+            take_only_child(state);
+        } else {
+            float t_max = state.t_max;
+            state.t_max = t_split;
+            pass_far_child(far, t_max, state);
+        }
     }
 }
 

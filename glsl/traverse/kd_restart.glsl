@@ -3,7 +3,19 @@
 
 #include "traverse/kd_common.glsl"
 
-void continue_search(inout State state) {
-    state.node = 0;
-    state.phase = DOWN;
+void start_search(inout State state) {
+}
+
+void take_only_child(inout State state) {
+}
+
+void pass_far_child(int far, float t_max, inout State state) {
+}
+
+void leave_leaf(inout State state, Hit hit) {
+    if (is_settled(state, hit)) {
+        state.phase = DONE;
+    } else {
+        search_rest(0, state);
+    }
 }

@@ -1,34 +1,19 @@
-"""kd-restart and kd-backtrack: stackless kd-tree traversal (Foley and Sugerman 2005)."""
+"""The kd-tree family: one tree, and per method what its traversal adds to it."""
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 from .. import accel
 from ..options import Option
-from ..texel_layout import KD_BOUNDS, KD_NODE, REFERENCE, TRIANGLE, Record
+from ..texel_layout import KD_BOUNDS, KD_LEAF, KD_NODE, REFERENCE, STACK_ENTRY, TRIANGLE, Record
 from .brute_force import triangle_table
-from .row import Accelerator, Method
+from .row import SCHEDULES, Accelerator, Method
 
-
-def _prepare(triangles: np.ndarray, options: Mapping[str, Any], backtrack: bool) -> Accelerator:
-    build = {option.name: options[option.name] for option in _BUILD_OPTIONS}
-    tree = accel.cached(accel.build_kdtree, triangles, **build)
-    tables = {**triangle_table(triangles),
-              KD_NODE.name: {"split": tree.split, "axis": tree.axis, "left": tree.left,
-                             "count": tree.count},
-              REFERENCE.name: {"triangle": tree.references}}
-    if backtrack:
-        lo, hi = tree.boxes()
-        tables[KD_BOUNDS.name] = {"lo": lo, "hi": hi, "parent": tree.parents()}
-    uniforms = {"scene_lo": tuple(tree.lo), "scene_hi": tuple(tree.hi)}
-    # Every leaf is entered at most once, after a descent from the root and a climb back to it.
-    leaves = int((tree.axis == 3).sum())
-    bound = leaves * (2 * tree.depth + 3) + len(tree.references)
-    return Accelerator(tables, uniforms, bound, tree)
-
+_TABLES = (TRIANGLE, KD_NODE, REFERENCE)
+_STATE = "t_min t_max t_exit node:int | cursor:int end:int phase:int steps:int"
 
 _BUILD_OPTIONS = (
     Option("split", "binned", "where split planes are tried", choices=("binned", "exact")),
@@ -39,29 +24,91 @@ _BUILD_OPTIONS = (
            "or more as empty", float, minimum=0),
     Option("max_depth", None, "deepest leaf; none: 8 + 1.3 log2 of the triangles", int, minimum=0),
 )
-
-
 _NOT_EXACT = ("strict", "nudge-relative", "nudge-absolute")
-_INTERVAL = (
-    Option("interval", "exact", "where a ray takes up its interval after a leaf: exactly at its "
-           "end, or as others do it", choices=("exact", *_NOT_EXACT), define="INTERVAL",
-           relaxed=_NOT_EXACT),
-)
+_OPTIONS = (*_BUILD_OPTIONS, Option(
+    "interval", "exact", "where a ray takes up its interval after a leaf: exactly at its end, or "
+    "as others do it", choices=("exact", *_NOT_EXACT), define="INTERVAL", relaxed=_NOT_EXACT))
+_PUSH_DOWN = Option("push_down", True, "restart at the last node that holds the whole rest of the "
+                    "interval, not at the root", bool, define="PUSH_DOWN")
+_FULL_STACK = Option("stack_size", None, "levels; none: the tree's depth, which suffices", int,
+                     minimum=1)
 
 
-def _row(name: str, summary: str, backtrack: bool) -> Method:
+def _tree(triangles: np.ndarray, options: Mapping[str, Any]) -> accel.KdTree:
+    build = {option.name: options[option.name] for option in _BUILD_OPTIONS}
+    return accel.cached(accel.build_kdtree, triangles, **build)
+
+
+def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
+    """The tables and bounds that every method of the family needs."""
+    tree = _tree(triangles, options)
+    leaf = tree.axis == accel.KD_LEAF_AXIS
+    tables = {**triangle_table(triangles),
+              KD_NODE.name: {"split": tree.split, "left": tree.left, "count": tree.count,
+                             "axis": np.where(leaf, 3 + np.cumsum(leaf) - 1, tree.axis)},
+              REFERENCE.name: {"triangle": tree.references}}
+    uniforms = {"scene_lo": tuple(tree.lo), "scene_hi": tuple(tree.hi)}
+    # Every leaf is entered at most once, after a descent from the root and a climb back to it.
+    bound = int(leaf.sum()) * (2 * tree.depth + 3) + len(tree.references)
+    return Accelerator(tables, uniforms, bound, tree)
+
+
+def _prepare_bounds(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
+    prepared = _prepare(triangles, options)
+    lo, hi = prepared.structure.boxes()
+    prepared.tables[KD_BOUNDS.name] = {"lo": lo, "hi": hi,
+                                       "parent": prepared.structure.parents()}
+    return prepared
+
+
+def _prepare_stack(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
+    prepared = _prepare(triangles, options)
+    prepared.stack_levels = options["stack_size"] or max(1, prepared.structure.depth)
+    prepared.defines = {"STACK_SIZE": prepared.stack_levels}
+    # Each node below the root is pushed and popped at most once.
+    prepared.step_bound += 2 * len(prepared.structure.axis)
+    return prepared
+
+
+def _prepare_ropes(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
+    prepared = _prepare(triangles, options)
+    ropes = accel.build_ropes(prepared.structure)
+    fields = {"lo": ropes.lo, "hi": ropes.hi}
+    for axis, letter in enumerate("xyz"):
+        fields["rope_lo_" + letter] = ropes.rope_lo[:, axis]
+        fields["rope_hi_" + letter] = ropes.rope_hi[:, axis]
+    prepared.tables[KD_LEAF.name] = fields
+    return prepared
+
+
+def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
+         state: str = "", tables: tuple[Record, ...] = (), options: tuple[Option, ...] = (),
+         prepare: Callable[..., Accelerator] = _prepare, **more: Any) -> Method:
+    """A row from what a method adds to the family's kernels, state, tables and options."""
     return Method(
-        name=name, summary=summary, citation="Foley and Sugerman 2005",
-        glsl=f"traverse/{name.replace('-', '_')}.glsl",
-        kernels=("down", "intersect") + (("climb",) if backtrack else ()),
-        state=Record("state", "t_min t_max t_exit node:int "
-                              "| cursor:int end:int phase:int steps:int"),
-        tables=(TRIANGLE, KD_NODE, REFERENCE) + ((KD_BOUNDS,) if backtrack else ()),
-        prepare=lambda triangles, options: _prepare(triangles, options, backtrack),
-        options=_BUILD_OPTIONS + _INTERVAL)
+        name=name, summary=summary, citation=citation,
+        glsl=f"traverse/{name.replace('-', '_')}.glsl", kernels=("down", "intersect", *kernels),
+        state=Record("state", _STATE + state), tables=(*_TABLES, *tables), prepare=prepare,
+        options=(*_OPTIONS, *options), **more)
 
 
 ROWS = (
-    _row("kd-restart", "kd-tree, from the root again after each leaf", False),
-    _row("kd-backtrack", "kd-tree, up the parents after each leaf", True),
+    _row("kd-restart", "kd-tree, from the root again after each leaf",
+         "Foley and Sugerman 2005"),
+    _row("kd-backtrack", "kd-tree, up the parents after each leaf", "Foley and Sugerman 2005",
+         ("climb",), tables=(KD_BOUNDS,), prepare=_prepare_bounds),
+    _row("kd-push-down", "kd-restart, from the last node that holds the rest of the interval",
+         "Horn et al. 2007", state=" | pushed:int pushing:int"),
+    _row("kd-short-stack", "kd-push-down with a stack of a few far children", "Horn et al. 2007",
+         state=" | pushed:int pushing:int stacked:int | stack_t_max:vec4 | stack_node:ivec4",
+         options=(Option("stack_size", 3, "entries of the stack", int, choices=(1, 2, 3, 4),
+                         define="STACK_SIZE"), _PUSH_DOWN), stack=True),
+    _row("kd-stack", "kd-tree with a full stack a ray, in a local array", "Budge et al. 2008",
+         options=(_FULL_STACK,), prepare=_prepare_stack, schedules=("loop",), stack=True),
+    _row("kd-texture-stack", "kd-tree with a full stack a ray, in the tiles of a texture",
+         "Ernst et al. 2004", ("push", "pop"), state=" | far_t_max far:int stacked:int",
+         options=(_FULL_STACK,), prepare=_prepare_stack, stack_entry=STACK_ENTRY,
+         schedules=tuple(s for s in SCHEDULES if s != "loop"), stack=True),
+    _row("kd-ropes", "kd-tree, from leaf to leaf along ropes", "Popov et al. 2007",
+         ("follow_rope",), tables=(KD_LEAF,), prepare=_prepare_ropes),
 )

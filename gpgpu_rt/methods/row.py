@@ -25,12 +25,16 @@ class Accelerator:
     uniforms : uniform name -> value
     step_bound : kernel runs no ray can need more of: a function of the structure's size
     structure : what the builder made, or None
+    defines : GLSL defines that follow from the structure
+    stack_levels : tiles of the stack's atlas, for a method that has one
     """
 
     tables: dict[str, dict[str, np.ndarray]]
     uniforms: dict[str, Any]
     step_bound: int
     structure: Any = None
+    defines: Mapping[str, object] = field(default_factory=dict)
+    stack_levels: int = 0
 
 
 @dataclass(frozen=True)
@@ -48,7 +52,8 @@ class Method:
     choose_tables : (options) -> records, where an option replaces some
     prepare : (triangles (n, 3, 3) float32, options) -> Accelerator
     options : its own options, the builder's among them
-    schedules : those it runs under
+    schedules : those it runs under, the best one last
+    stack_entry : what a level of its stack in textures holds, if it has one
     stack, packet, dynamic : as in the survey's Table 1
     """
 
@@ -63,6 +68,7 @@ class Method:
     options: tuple[Option, ...] = ()
     choose_tables: Callable[[Mapping[str, Any]], Tables] | None = None
     schedules: tuple[str, ...] = SCHEDULES
+    stack_entry: Record | None = None
     stack: bool = False
     packet: bool = False
     dynamic: bool = False

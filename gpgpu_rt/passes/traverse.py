@@ -16,13 +16,14 @@ from typing import Any
 import moderngl
 
 from ..gpu import Gpu
-from ..methods.row import Method
+from ..methods.row import Accelerator, Method
 from ..options import word_define
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..statistics import Statistics
 from ..texel_layout import COUNTERS, HIT, RAY_TEXELS, TABLE_WIDTH_LOG2
 from .full_screen import FullScreenPass
+from .stack_atlas import StackAtlas
 from .tiles import Tiles
 
 # llvmpipe ends a shader's loops silently after 65,535 iterations. A ray stopped so is noticed (its
@@ -30,7 +31,7 @@ from .tiles import Tiles
 LOOP_STEPS = 60_000
 
 FEWER = 0.7     # tiles are counted anew when this share of the live rays is left
-DONE, UNFINISHED = 0, -1   # phases that end a ray, as in common/phase.glsl
+DONE, UNFINISHED, OVERFLOWN = 0, -1, -2   # phases that end a ray, as in common/phase.glsl
 MASKED, DRAWN = 0.0, 0.5   # depths of a masked ray and of the passes it is masked from
 
 
@@ -45,22 +46,22 @@ class Traversal:
     Parameters
     ----------
     samplers : sampler name -> texture, the method's tables
-    uniforms : what the method's GLSL asks for
+    accelerator : uniforms and defines that the method's GLSL asks for
     options : the tracer's options; schedule, steps_per_pass, mask_interval, step_cap,
         statistics and intersection are read here
     step_cap : steps after which a ray is stopped and flagged
     """
 
     def __init__(self, gpu: Gpu, method: Method, samplers: Mapping[str, moderngl.Texture],
-                 uniforms: Mapping[str, object], options: Mapping[str, Any],
-                 step_cap: int) -> None:
+                 accelerator: Accelerator, options: Mapping[str, Any], step_cap: int) -> None:
         self.gpu, self.method, self.options = gpu, method, options
-        self.uniforms = {**uniforms, "step_cap": step_cap}
+        self.accelerator, self.step_cap = accelerator, step_cap
         self.samplers = dict(samplers)
         self.precision = Precision.of(options)
         self.statistics_on = bool(options["statistics"])
         self._programs: dict[object, FullScreenPass] = {}
         self._tiles: Tiles | None = None
+        self._atlas: StackAtlas | None = None
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[StateBuffer, int]:
@@ -73,6 +74,8 @@ class Traversal:
         """
         schedule = {"kernels": self._run_kernels, "step": self._run_step, "loop": self._run_loop}
         context = self.gpu.context
+        if self.method.stack_entry is not None:
+            self._make_atlas(buffers.size)
         try:
             return schedule[str(self.options["schedule"])](rays, buffers, statistics, any_hit)
         finally:
@@ -110,6 +113,7 @@ class Traversal:
             for _ in range(interval):
                 before, now = now, before
                 self._draw(program, rays, before, now, statistics, DRAWN, tiles)
+                self._push(now, statistics)
             live -= self._count(mask, before, buffers, MASKED, statistics, tiles)
             if live < FEWER * counted:
                 tiles.count(before.samplers())
@@ -136,6 +140,8 @@ class Traversal:
             name = self.method.kernels[kernel - 1]
             program = self._traverse(any_hit, 1, kernel=kernel)
             pairs = max(1, interval // 2)
+            if name == "push":
+                self._push(now, statistics)
             context.depth_func = "=="
             tiles.choose(kernel)
             for _ in range(pairs):
@@ -149,11 +155,19 @@ class Traversal:
     def _draw(self, program: FullScreenPass, rays: RayTextures,
               source: StateBuffer | None, target: StateBuffer, statistics: Statistics,
               depth: float = DRAWN, tiles: Tiles | None = None) -> None:
-        program.draw(target.target, {**self.samplers, **rays.samplers(),
-                                     **(source.samplers() if source else {})}, depth,
-                     tiles and tiles.rectangles)
+        samplers = {**self.samplers, **rays.samplers(), **(source.samplers() if source else {})}
+        if self._atlas is not None:
+            samplers.update(self._atlas.samplers())
+            program.set(**self._atlas.uniforms)
+        program.draw(target.target, samplers, depth, tiles and tiles.rectangles)
         statistics.passes += 1
         statistics.draw_calls += 1
+
+    def _push(self, now: StateBuffer, statistics: Statistics) -> None:
+        """Take up in the atlas, where the method has one, what rays in phase PUSH leave there."""
+        if self._atlas is not None:
+            self._atlas.push(now.samplers())
+            statistics.draw_calls += 1
 
     def _classify(self, now: StateBuffer, buffers: StateBuffers, tiles: Tiles,
                   statistics: Statistics) -> dict[int, int]:
@@ -211,6 +225,20 @@ class Traversal:
         self._tiles.everywhere()
         return self._tiles
 
+    def _make_atlas(self, size: tuple[int, int]) -> None:
+        if self._atlas is not None and self._atlas.size == size:
+            return
+        if self._atlas is not None:
+            self._atlas.release()
+        assert self.method.stack_entry is not None
+        self._atlas = StackAtlas(
+            self.gpu, self.method.stack_entry, self.precision.layout(self.method.state),
+            self.accelerator.stack_levels, size, self.precision, kernel_defines(self.method))
+
+    def bytes(self) -> int:
+        """Bytes of the stack's atlas, where the method has one."""
+        return self._atlas.bytes() if self._atlas is not None else 0
+
     # Programs -------------------------------------------------------------------------------
 
     def _traverse(self, any_hit: bool, steps: int, start: bool = False,
@@ -219,7 +247,7 @@ class Traversal:
         if key not in self._programs:
             defines = {
                 **self.method.defines(self.options), **kernel_defines(self.method),
-                **self.precision.defines(),
+                **self.precision.defines(), **self.accelerator.defines,
                 "ANY_HIT": any_hit, "START": start, "ONLY_KERNEL": kernel or None,
                 "SINGLE_STEP": steps == 1, "MANY_STEPS": steps > 1,
                 "STATISTICS": self.statistics_on, "TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2,
@@ -231,7 +259,8 @@ class Traversal:
                 "streams": self._streams_glsl(writes=True)}
             self._programs[key] = FullScreenPass(
                 self.gpu, "passes/traverse.frag", defines, virtual)
-            self._programs[key].set(**self.uniforms, steps_per_pass=steps)
+            self._programs[key].set(**self.accelerator.uniforms, step_cap=self.step_cap,
+                                    steps_per_pass=steps)
         return self._programs[key]
 
     def _streams_glsl(self, writes: bool) -> str:
@@ -241,6 +270,8 @@ class Traversal:
                        *([COUNTERS] if self.statistics_on else [])):
             texts.append(record.stream_glsl(writes, target))
             target += record.texels
+        if self.method.stack_entry is not None:
+            texts.append(layout(self.method.stack_entry).stream_glsl(writes=False))
         return "\n".join(texts)
 
     def _pass(self, entry: str) -> FullScreenPass:
@@ -255,8 +286,9 @@ class Traversal:
     def release(self) -> None:
         for program in self._programs.values():
             program.release()
-        if self._tiles is not None:
-            self._tiles.release()
+        for part in (self._tiles, self._atlas):
+            if part is not None:
+                part.release()
 
 
 def kernel_defines(method: Method) -> dict[str, object]:

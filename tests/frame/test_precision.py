@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import RAY_SETS, assert_same_bits, soup_scene
+from conftest import RAY_SETS, assert_same_bits, schedules_of, soup_scene
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -80,26 +80,25 @@ def test_fp32_programs_hold_no_trace_of_rounding() -> None:
         assert tracer.precision == Precision("fp32", "fp16")
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("row", rt.methods(), ids=lambda row: row.name)
 @pytest.mark.parametrize("lower", [{"storage": "fp16"}, {"arithmetic": "fp24"},
                                    {"precision": "fp16", "rounding": "up"}],
                          ids=lambda lower: "-".join(lower.values()))
-def test_schedules_agree_in_low_precision(exact_renderer, method: str, lower: dict) -> None:
+def test_schedules_agree_in_low_precision(exact_renderer, row: rt.Method, lower: dict) -> None:
     """Under `loop` a step leaves what the others' textures would have held."""
     scene = soup_scene(60, seed=12)
     rays = RAY_SETS["random"](scene, 400, 3)
     options = {**lower, "step_cap": 500}
-    with rt.Tracer(scene, method, **options) as tracer:
-        loop = tracer.trace(*rays)
-    with rt.Tracer(scene, method) as tracer:
+    with rt.Tracer(scene, row.name, **options) as tracer:
+        best = tracer.trace(*rays)
+    with rt.Tracer(scene, row.name) as tracer:
         full = tracer.trace(*rays)
-    assert (loop.t != full.t).mean() > 0.1 * full.hit.mean(), "the option changed nothing"
-    for schedule in ({"schedule": "step"}, {"schedule": "kernels"},
-                     {"schedule": "step", "steps_per_pass": 16}):
-        with rt.Tracer(scene, method, **options, **schedule) as tracer:
+    assert (best.t != full.t).mean() > 0.1 * full.hit.mean(), "the option changed nothing"
+    for schedule in schedules_of(row, ("step1", "kernels", "step16")).values():
+        with rt.Tracer(scene, row.name, **options, **schedule) as tracer:
             hits = tracer.trace(*rays)
-        assert_same_bits(hits, loop)
-        assert (hits.status == loop.status).all()
+        assert_same_bits(hits, best)
+        assert (hits.status == best.status).all()
 
 
 @pytest.mark.parametrize("method", METHODS)

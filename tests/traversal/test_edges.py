@@ -6,6 +6,7 @@ import pytest
 from conftest import assert_same_bits, soup_scene
 
 import gpgpu_rt as rt
+from gpgpu_rt.methods import find_method
 
 METHODS = [row.name for row in rt.methods()]
 pytestmark = pytest.mark.small
@@ -113,8 +114,8 @@ def test_any_number_of_rays(count: int) -> None:
         assert len(tracer.occluded(origins, np.tile(np.float32([0, 0, -1]), (count, 1)))) == count
 
 
-@pytest.mark.parametrize("schedule", ["loop", "step", "kernels"])
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method, schedule", [(row.name, schedule) for row in rt.methods()
+                                              for schedule in row.schedules])
 def test_step_cap_flags_rays(method: str, schedule: str) -> None:
     scene = soup_scene(200, 8)
     origins, directions = np.random.default_rng(8).normal(size=(2, 500, 3)).astype(np.float32)
@@ -129,14 +130,14 @@ def test_step_cap_flags_rays(method: str, schedule: str) -> None:
     assert (capped.triangle[done] == whole.triangle[done]).all()
 
 
-@pytest.mark.parametrize("schedule", ["step", "kernels"])
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method, schedule", [(row.name, schedule) for row in rt.methods()
+                                              for schedule in row.schedules[:-1]])
 def test_counters_do_not_depend_on_the_schedule(exact_renderer, method: str,
                                                 schedule: str) -> None:
     scene = soup_scene(200, 14)
     origins, directions = np.random.default_rng(9).normal(size=(2, 500, 3)).astype(np.float32)
     counted = []
-    for chosen in ("loop", schedule):
+    for chosen in (find_method(method).schedules[-1], schedule):
         with rt.Tracer(scene, method, schedule=chosen, statistics=True) as tracer:
             counted.append(tracer.trace(origins, directions))
             means = tracer.statistics.counters

@@ -4,7 +4,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import (
-    FOLEY, RAY_SETS, assert_same_bits, assert_same_hits, random_soup, real_scene, soup_scene
+    FOLEY, RAY_SETS, assert_same_bits, assert_same_hits, random_soup, real_scene, schedules_of,
+    soup_scene
 )
 
 import gpgpu_rt as rt
@@ -25,13 +26,9 @@ def variants(name: str) -> list[dict[str, object]]:
 
 CASES = [pytest.param(row.name, options, id="-".join([row.name, *map(str, options.values())]))
          for row in rt.methods() for options in variants(row.name)]
-SCHEDULES = [pytest.param({"schedule": "loop"}, id="loop"),
-             pytest.param({"schedule": "step"}, id="step1"),
-             pytest.param({"schedule": "step", "steps_per_pass": 16}, id="step16"),
-             # An odd interval: a ray masked before its state stood in both buffers would show.
-             pytest.param({"schedule": "step", "mask_interval": 3}, id="step1-mask3"),
-             pytest.param({"schedule": "kernels"}, id="kernels"),
-             pytest.param({"schedule": "kernels", "mask_interval": 2}, id="kernels-mask2")]
+SCHEDULE_CASES = [pytest.param(*case.values, settings, id=f"{case.id}-{name}")
+                  for case in CASES
+                  for name, settings in schedules_of(find_method(case.values[0])).items()]
 
 
 def trace(scene: rt.Scene, method: str, rays, **options) -> rt.Hits:
@@ -68,19 +65,17 @@ def test_soup_matches_brute_force(exact_renderer, method: str, options: dict, ra
     assert_same_bits(trace(scene, method, chosen, **options), trace(scene, "brute-force", chosen))
 
 
-@pytest.mark.parametrize("schedule", SCHEDULES)
-@pytest.mark.parametrize("method, options", CASES)
+@pytest.mark.parametrize("method, options, schedule", SCHEDULE_CASES)
 def test_schedules_agree(exact_renderer, method: str, options: dict, schedule: dict) -> None:
     scene = soup_scene(250, seed=9)
     for rays in ("eye", "random"):
         chosen = RAY_SETS[rays](scene, 1600, 4)
-        loop = trace(scene, method, chosen, **options)
-        assert loop.hit.any() and not loop.hit.all()
-        assert_same_bits(trace(scene, method, chosen, **schedule, **options), loop)
+        best = trace(scene, method, chosen, **options)
+        assert best.hit.any() and not best.hit.all()
+        assert_same_bits(trace(scene, method, chosen, **schedule, **options), best)
 
 
-@pytest.mark.parametrize("schedule", SCHEDULES)
-@pytest.mark.parametrize("method, options", CASES)
+@pytest.mark.parametrize("method, options, schedule", SCHEDULE_CASES)
 def test_any_hit_agrees_with_closest(method: str, options: dict, schedule: dict) -> None:
     scene = soup_scene(250, seed=10)
     origins, directions = RAY_SETS["random"](scene, 1500, 3)
@@ -120,13 +115,12 @@ def test_real_scene_bars(exact_renderer, name: str, rays: str) -> None:
         for options in variants(row.name):
             if row.name == "brute-force" or options.get("build") == "goldsmith-salmon":
                 continue
-            loop = trace(scene, row.name, chosen, **options)
-            assert_same_bits(loop, brute, 1e-5)
-            assert_same_hits(loop, oracle, scene.extent, 1e-4)
+            best = trace(scene, row.name, chosen, **options)
+            assert_same_bits(best, brute, 1e-5)
+            assert_same_hits(best, oracle, scene.extent, 1e-4)
             if not options:
-                for schedule in ({"schedule": "step", "steps_per_pass": 16},
-                                 {"schedule": "step"}, {"schedule": "kernels"}):
-                    assert_same_bits(trace(scene, row.name, chosen, **schedule), loop)
+                for schedule in schedules_of(row, ("step16", "step1", "kernels")).values():
+                    assert_same_bits(trace(scene, row.name, chosen, **schedule), best)
 
 
 @pytest.mark.parametrize("method", [row.name for row in rt.methods() if row.name != "brute-force"])

@@ -1,0 +1,17 @@
+#version 330 core
+// The push of kd-texture-stack: drawn over every tile of the atlas, kept where the tile is the one
+// that the stack pointer of the tile's ray names.
+
+#include "common/precision.glsl"
+#include "common/tiles.glsl"
+#include <streams>
+
+void main() {
+    ivec2 texel = ivec2(gl_FragCoord.xy);
+    int tile = tile_at(texel);
+    State state = state_load(texel - tile_corner(tile));
+    if (state.phase != PUSH || state.stacked != tile) {
+        discard;
+    }
+    stack_entry_store(Stack_entry(state.far_t_max, state.far));
+}

@@ -1,0 +1,121 @@
+"""The kd-tree family: the same leaves by every way through the tree; stacks that fill up say so."""
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import RAY_SETS, assert_same_bits, random_soup, real_scene, soup_scene
+
+import gpgpu_rt as rt
+from gpgpu_rt.accel import KD_LEAF_AXIS, build_kdtree, build_ropes
+from gpgpu_rt.passes.traverse import Traversal
+
+STEPPING = [row.name for row in rt.methods()
+            if row.name.startswith("kd-") and "step" in row.schedules]
+
+
+def leaf_sequences(monkeypatch, scene: rt.Scene, method: str, rays, **options) -> list[list[int]]:
+    """First reference of each leaf that each ray visits, read from the states after every pass."""
+    sequences: list[list[int]] = [[] for _ in rays[0]]
+    before = np.zeros(len(rays[0]), np.int64)
+    draw = Traversal._draw
+
+    def watch(self, program, rays, source, target, *rest) -> None:
+        draw(self, program, rays, source, target, *rest)
+        visited = target.fields("counters")["leaves_visited"][:len(sequences)]
+        cursor = target.fields("state")["cursor"][:len(sequences)]
+        for ray in np.flatnonzero(visited > before):
+            sequences[ray].append(int(cursor[ray]))
+        before[:] = np.maximum(before, visited)
+
+    monkeypatch.setattr(Traversal, "_draw", watch)
+    with rt.Tracer(scene, method, schedule="step", statistics=True, **options) as tracer:
+        tracer.trace(*rays)
+    monkeypatch.undo()
+    return sequences
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("method", [name for name in STEPPING if name != "kd-restart"])
+def test_leaf_sequences_are_those_of_restart(monkeypatch, method: str, seed: int) -> None:
+    scene = soup_scene(150, seed)
+    rays = RAY_SETS["random"](scene, 300, seed)
+    expected = leaf_sequences(monkeypatch, scene, "kd-restart", rays)
+    assert np.mean([len(sequence) for sequence in expected]) > 3
+    found = leaf_sequences(monkeypatch, scene, method, rays)
+    # A leaf of zero length along the ray, through an edge, may be passed or not: no ray does here.
+    assert found == expected
+
+
+@pytest.mark.parametrize("options", [{"stack_size": 1}, {"stack_size": 4}, {"push_down": False}],
+                         ids=str)
+def test_short_stacks_of_any_size_visit_the_same_leaves(monkeypatch, options: dict) -> None:
+    scene = soup_scene(150, 3)
+    rays = RAY_SETS["random"](scene, 300, 3)
+    assert (leaf_sequences(monkeypatch, scene, "kd-short-stack", rays, **options)
+            == leaf_sequences(monkeypatch, scene, "kd-restart", rays))
+
+
+@pytest.mark.parametrize("method", ["kd-stack", "kd-texture-stack"])
+def test_a_full_stack_is_flagged(method: str) -> None:
+    scene = soup_scene(300, 5)
+    rays = RAY_SETS["random"](scene, 800, 4)
+    with rt.Tracer(scene, method) as tracer:
+        whole = tracer.trace(*rays)
+    with rt.Tracer(scene, method, stack_size=1) as tracer:
+        cut = tracer.trace(*rays)
+        with pytest.raises(rt.Error, match="raise stack_size"):
+            tracer.occluded(*rays)
+    flagged = cut.status == 3
+    assert not whole.status.any() and flagged.any() and not flagged.all()
+    assert (cut.triangle == whole.triangle)[~flagged].all()
+
+
+def test_a_stack_in_textures_takes_one_step_a_pass() -> None:
+    with pytest.raises(rt.OptionError, match="one step a pass"):
+        rt.Tracer(soup_scene(9, 1), "kd-texture-stack", steps_per_pass=4)
+    with pytest.raises(rt.OptionError, match="runs under kernels, step only"):
+        rt.Tracer(soup_scene(9, 1), "kd-texture-stack", schedule="loop")
+
+
+def test_a_stack_lost_between_passes_is_replaced_by_a_restart(monkeypatch) -> None:
+    scene = soup_scene(300, 6)
+    rays = RAY_SETS["random"](scene, 600, 6)
+    with rt.Tracer(scene, "kd-stack") as tracer:
+        whole = tracer.trace(*rays)
+    monkeypatch.setattr("gpgpu_rt.passes.traverse.LOOP_STEPS", 7)
+    with rt.Tracer(scene, "kd-stack") as tracer:
+        assert_same_bits(tracer.trace(*rays), whole)
+        assert tracer.statistics.passes > 3
+
+
+@pytest.mark.parametrize("push_down", [True, False])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_ropes_lead_to_what_lies_behind_a_face(seed: int, push_down: bool) -> None:
+    tree = build_kdtree(random_soup(200, seed))
+    lo, hi = tree.boxes()
+    ropes = build_ropes(tree, push_down)
+    assert (tree.axis[ropes.node] == KD_LEAF_AXIS).all()
+    for axis in range(3):
+        others = [a for a in range(3) if a != axis]
+        for face, rope, outer in ((ropes.lo, ropes.rope_lo, tree.lo),
+                                  (ropes.hi, ropes.rope_hi, tree.hi)):
+            nil = rope[:, axis] < 0
+            assert (nil == (face[:, axis] == outer[axis])).all()
+            node, at = rope[~nil, axis], face[~nil, axis]
+            touching = hi[node, axis] if outer is tree.lo else lo[node, axis]
+            inside = (lo[node, axis] <= at) & (at <= hi[node, axis])
+            assert (touching == at).all() if push_down else inside.all()
+            assert (lo[node][:, others] <= ropes.lo[~nil][:, others]).all()
+            assert (hi[node][:, others] >= ropes.hi[~nil][:, others]).all()
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("name", ["cornell", "bunny", "robots", "kitchen", "conference"])
+def test_a_short_stack_costs_few_nodes_more(name: str) -> None:
+    scene = real_scene(name)
+    rays = RAY_SETS["eye"](scene, 65_536, 0)
+    nodes = {}
+    for method in ("kd-stack", "kd-short-stack"):
+        with rt.Tracer(scene, method, statistics=True) as tracer:
+            nodes[method] = tracer.trace(*rays).nodes_visited.mean()
+    assert nodes["kd-stack"] <= nodes["kd-short-stack"] <= 1.05 * nodes["kd-stack"]
