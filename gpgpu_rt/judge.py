@@ -122,8 +122,8 @@ def judge(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray, 
 
 
 def leaks(reference_hits: Hits, hits: Hits) -> np.ndarray:
-    """(n,) bool, missed where the reference hits: from inside a closed mesh not even a ray aimed at
-    an edge or a vertex, which no single triangle certainly stops, may get out."""
+    """(n,) bool, missed where the reference hits: from inside a closed mesh not even a ray aimed
+    at an edge or a vertex, which no single triangle certainly stops, may get out."""
     return reference_hits.hit & ~hits.hit
 
 

@@ -241,7 +241,8 @@ class Tracer:
         with self.gpu:
             rays, buffers = self._room((width, height))
             if self._shading is None:
-                self._shading = Shading(self.gpu, self.scene, self.precision)
+                self._shading = Shading(self.gpu, self.scene, self.precision,
+                                        self.options["intersection"])
             began = time.perf_counter()
             self._shading.eye_rays(rays, camera or self.scene.camera)
             eye, _ = self._traversal.run(rays, buffers, self.statistics)

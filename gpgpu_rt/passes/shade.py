@@ -8,18 +8,24 @@ import numpy as np
 
 from ..camera import Camera
 from ..gpu import Gpu
+from ..options import word_define
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, stream_samplers
 from ..scene import Scene
-from ..texel_layout import HIT, LIT, RAY_TEXELS, SURFACE, TABLE_WIDTH_LOG2
+from ..texel_layout import HIT, LIT, RAY_TEXELS, SURFACE, TABLE_WIDTH_LOG2, TRIANGLE
 from ..textures import read_texture, stream_textures, table_textures, texture_bytes
 from .full_screen import FullScreenPass
 
 
 class Shading:
-    """Diffuse surfaces under one point light with hard shadows, for one scene."""
+    """Diffuse surfaces under one point light with hard shadows, for one scene.
 
-    def __init__(self, gpu: Gpu, scene: Scene, precision: Precision) -> None:
+    Parameters
+    ----------
+    intersection : the triangle test, which shadow rays are spawned clear of
+    """
+
+    def __init__(self, gpu: Gpu, scene: Scene, precision: Precision, intersection: str) -> None:
         self.gpu, self.scene, self.precision = gpu, scene, precision
         corners = scene.triangles.astype(np.float64)
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -27,6 +33,11 @@ class Shading:
         normals = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0)
         self.surface_tables = table_textures(gpu, SURFACE, {"diffuse": scene.colours,
                                                             "normal": normals})
+        # The tracer's own table has its method's order; hits count in the scene's.
+        triangle = precision.layout(TRIANGLE)
+        v0, v1, v2 = scene.triangles.transpose(1, 0, 2)
+        self.surface_tables |= table_textures(gpu, triangle, precision.stored_fields(
+            triangle, {"v0": v0, "v1": v1, "v2": v2, "index": np.arange(len(v0))}))
         rays, hit = precision.layout(RAY_TEXELS), precision.layout(HIT)
         read, write = (lambda r: r.stream_glsl(writes=False)), (lambda r: r.stream_glsl(True))
         self._eye = FullScreenPass(gpu, "passes/eye_rays.frag", precision.defines(),
@@ -34,10 +45,11 @@ class Shading:
         shadow = replace(rays, name="shadow_rays")
         self._surfaces = FullScreenPass(
             gpu, "passes/surfaces.frag",
-            {"TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2, **precision.defines()},
+            {"TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2, **precision.defines(),
+             word_define("INTERSECTION", intersection): True},
             {"streams": "\n".join((read(rays), read(hit), write(shadow),
                                    LIT.stream_glsl(True, first_target=shadow.texels))),
-             "tables": SURFACE.table_glsl()})
+             "tables": SURFACE.table_glsl() + "\n" + triangle.table_glsl()})
         self._picture = FullScreenPass(gpu, "passes/picture.frag", {},
                                        {"streams": "\n".join((read(LIT), read(hit)))})
         self._size: tuple[int, int] | None = None

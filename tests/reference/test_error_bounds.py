@@ -5,11 +5,12 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from aimed import KINDS, aimed_pairs
 from conftest import soup_scene
-from float32_mirror import KINDS, aimed_pairs, mirror
 
 import gpgpu_rt as rt
 from gpgpu_rt.error_bounds import FLOAT32, FLOAT64, bound_pairs, distance_bound, gamma
+from gpgpu_rt.watertight import intersect_pairs
 
 
 def counts(quick: int, full: int) -> list:
@@ -45,7 +46,7 @@ def depths(triangle: np.ndarray, origin: np.ndarray, direction: np.ndarray) -> l
 def test_against_rationals(kind: str, seed: int) -> None:
     """float32's mirror and float64's own evaluation, each within its bound of the exact answer."""
     pairs = aimed_pairs(kind, 120, seed)
-    accepted, *found = mirror(*pairs)
+    accepted, *found = intersect_pairs(*pairs)
     bounds = {arithmetic: bound_pairs(*pairs, arithmetic) for arithmetic in (FLOAT32, FLOAT64)}
     decided = 0
     for k, pair in enumerate(zip(*pairs)):
@@ -79,7 +80,7 @@ def test_the_float32_test_stays_within(kind: str, seed: int, count: int) -> None
     reached = 0.0
     for part in range(-(-count // 100_000)):
         pairs = aimed_pairs(kind, min(count, 100_000), seed + 1000 * part)
-        accepted, t, u, v = mirror(*pairs)
+        accepted, t, u, v = intersect_pairs(*pairs)
         b = bound_pairs(*pairs)
         assert not (accepted & ~b.possible).any() and not (b.inside & ~accepted).any()
         for value, true, bound in ((t, b.t, b.t_bound), (u, b.u, b.u_bound), (v, b.v, b.v_bound)):
@@ -131,7 +132,7 @@ def test_the_mirror_is_the_shader(exact_renderer, seed: int) -> None:
         hits = tracer.trace(origins, directions)
     some = np.flatnonzero(hits.hit)
     pairs = scene.triangles[hits.triangle[some]], origins[some], directions[some]
-    accepted, t, u, v = mirror(*pairs)
+    accepted, t, u, v = intersect_pairs(*pairs)
     assert accepted.all()
     for ours, theirs in ((t, hits.t), (u, hits.u), (v, hits.v)):
         assert (ours == theirs[some]).all()

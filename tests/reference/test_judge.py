@@ -136,6 +136,25 @@ def test_neighbours_are_excused_and_leaks_told(at: str, seed: int) -> None:
     assert leaks(reference, hits).sum() == len(hits.triangle[::3])
 
 
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_miss_through_an_edge_leaks_at_what_is_behind(seed: int) -> None:
+    """The reference's own triangle settles nothing there: the tree must be asked."""
+    rng = np.random.default_rng(seed)
+    ball = rt.load_scene(trimesh.creation.icosphere(subdivisions=3))
+    corner = rng.integers(len(ball.triangles), size=500)
+    aims = ball.triangles[corner, :2].mean(axis=1)              # the middle of an edge
+    origins = (3 * aims + 0.3 * rng.normal(size=aims.shape)).astype(np.float32)
+    directions = aims - origins
+    reference = rt.reference.trace(ball, origins, directions)
+    pair = bound_pairs(ball.triangles[reference.triangle], origins, directions)
+    unsure = reference.hit & ~pair.inside
+    missed = rt.Hits(np.full(500, np.inf), *np.zeros((2, 500)), np.full(500, -1, np.int32),
+                     np.zeros(500, np.uint8))
+    found = np.array(CATEGORIES)[judge(ball, origins, directions, missed,
+                                       reference=reference).category]
+    assert unsure.mean() > 0.5 and (found[unsure] == "leak").mean() > 0.99
+
+
 def test_every_method_is_right_on_a_soup() -> None:
     scene = soup_scene(300, 5)
     for name, rays in RAY_SETS.items():

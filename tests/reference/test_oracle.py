@@ -5,10 +5,10 @@ import itertools
 
 import numpy as np
 import pytest
-from conftest import random_soup
+from conftest import RAY_SETS, random_soup, soup_scene
 
 from gpgpu_rt import reference, reference_tree
-from gpgpu_rt.reference import trace, trace_exact
+from gpgpu_rt.reference import settle, trace, trace_exact
 
 WAYS = {"brute force": {"accelerated": False}, "tree": {"accelerated": True}}
 
@@ -102,3 +102,68 @@ def test_bad_arguments(bad: dict) -> None:
     good = dict(scene_or_triangles=square(1), origins=np.zeros((2, 3)), directions=np.ones((2, 3)))
     with pytest.raises(ValueError):
         trace(**{**good, **bad})
+
+
+@pytest.mark.parametrize("seed", [7])
+def test_a_speck_far_from_the_ray_is_not_hit(seed: int) -> None:
+    """Beside the origin's coordinates the edge functions of a tiny triangle are all rounding."""
+    rng = np.random.default_rng(seed)
+    specks = (10 ** rng.uniform(-17, -15, (400, 1, 1)) * rng.normal(size=(400, 3, 3)))
+    origins, directions = rng.normal(size=(2, 400, 3))      # past them all, by far
+    for way in WAYS.values():
+        assert not trace(specks, origins, directions, **way).hit.any()
+
+
+@pytest.mark.parametrize("seed", [8, 9])
+def test_settle_agrees_with_rationals(seed: int) -> None:
+    """Rays in a plane with the vertices' coordinates whole: through edges, corners and ties."""
+    rng = np.random.default_rng(seed)
+    triangles = np.concatenate((square(4), square(4)[:, ::-1], square(2) * (2, 2, 1)))
+    triangles = triangles @ np.array(((1, 0, 1), (0, 1, -1), (0, 0, 1)))    # tilted
+    aims = triangles[rng.integers(len(triangles), size=300), rng.integers(3, size=300)]
+    aims = aims + rng.integers(0, 2, (300, 1)) * rng.integers(-1, 2, (300, 3)) / 3
+    origins = (rng.normal(size=(300, 3)) * 9).astype(np.float32)
+    directions = (aims - origins).astype(np.float32)
+    exact = trace_exact(triangles, origins, directions)
+    float64 = trace(triangles, origins, directions)
+    settled, doubtful = settle(triangles, origins, directions, float64)
+    assert (settled.triangle == exact.triangle).all() and 50 < doubtful <= 300
+    np.testing.assert_allclose(settled.t, exact.t, rtol=1e-12)
+    # Float64 alone takes one of two triangles at the same t by its rounding.
+    assert (float64.triangle != exact.triangle).any()
+    again, _ = settle(triangles, origins, directions, settled)
+    assert (again.triangle == exact.triangle).all() and (again.t == settled.t).all()
+
+
+@pytest.mark.parametrize("seed", [10])
+def test_settle_leaves_sure_rays_alone(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    soup = np.tile(random_soup(80, seed, 0.5), (2, 1, 1))    # copies raise no doubt
+    origins, directions = rng.random((500, 3)), rng.normal(size=(500, 3))
+    directions[7] = 0
+    hits = trace(soup, origins, directions, invalid="miss")
+    settled, doubtful = settle(soup, origins, directions, hits)
+    assert doubtful == 0
+    for name in ("t", "u", "v", "triangle", "status"):
+        assert (getattr(settled, name) == getattr(hits, name)).all()
+    # A hit that stands exactly at an end of the interval is in doubt, and is in the interval.
+    flat = np.float32([[[0, 0, 0], [3, 0, 0], [0, 3, 0]]])
+    ray = np.float32([[1, 1, 2]]), np.float32([[0, 0, -1]])
+    hits = trace(flat, *ray, 0, 2)
+    settled, doubtful = settle(flat, *ray, hits, 0, 2)
+    assert doubtful == 1 and settled.triangle[0] == 0 and settled.t[0] == 2
+
+
+@pytest.mark.parametrize("seed", [11])
+@pytest.mark.parametrize("rays", RAY_SETS)
+def test_the_tree_prunes_nothing_that_counts(rays: str, seed: int, monkeypatch) -> None:
+    """Small batches, so that nearest hits cut the search short; ends that cut it too."""
+    scene = soup_scene(500, seed, 0.1)
+    origins, directions = RAY_SETS[rays](scene, 400, seed)
+    ends = np.random.default_rng(seed).uniform(0.1, 2, (2, 400))
+    monkeypatch.setattr(reference_tree, "_PAIRS", 64)
+    for t_min, t_max in ((0, np.inf), (0, ends[0]), (ends[0], ends[0] + ends[1]), (-1, 1)):
+        plain = trace(scene, origins, directions, t_min, t_max)
+        fast = trace(scene, origins, directions, t_min, t_max, accelerated=True)
+        for name in ("t", "u", "v", "triangle"):
+            assert (getattr(plain, name) == getattr(fast, name)).all()

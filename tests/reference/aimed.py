@@ -1,42 +1,7 @@
-"""The watertight test of glsl/common/triangle.glsl in numpy float32, and pairs to try it on."""
+"""Pairs of triangle and ray to try the triangle test and its bounds on."""
 from __future__ import annotations
 
 import numpy as np
-
-
-def mirror(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray
-           ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Accepted, t, u and v of k pairs, operation for operation as the shader has them.
-
-    triangles : (k, 3, 3); origins, directions : (k, 3), all float32
-    """
-    one = np.float32(1)
-    exponent = np.frexp(np.abs(directions).max(axis=1))[1]
-    d = np.ldexp(directions, -exponent[:, None])
-    order = (np.abs(d).argmax(axis=1)[:, None] + (1, 2, 3)) % 3
-    o, d = (np.take_along_axis(a, order, 1).T for a in (origins, d))
-    x, y, z = [], [], []
-    with np.errstate(all="ignore"):
-        shear_x, shear_y, shear_z = d[0] / d[2], d[1] / d[2], one / d[2]
-        for corner in np.take_along_axis(triangles, order[:, None], 2).transpose(1, 2, 0):
-            a = corner - o
-            x.append(a[0] - shear_x * a[2])
-            y.append(a[1] - shear_y * a[2])
-            z.append(a[2])
-        w0 = x[2] * y[1] - y[2] * x[1]
-        w1 = x[0] * y[2] - y[0] * x[2]
-        w2 = x[1] * y[0] - y[1] * x[0]
-        det = w0 + w1 + w2
-        in_box = np.ones(len(det), bool)
-        for axis in (x, y):
-            in_box &= (np.min(axis, axis=0) <= 0) & (np.max(axis, axis=0) >= 0)
-        w = np.stack((w0, w1, w2))
-        accepted = in_box & ((w >= 0).all(axis=0) | (w <= 0).all(axis=0)) & (det != 0)
-        inv_det = one / det
-        t = (w0 * z[0] + w1 * z[1] + w2 * z[2]) * shear_z * inv_det
-        u, v = w1 * inv_det, w2 * inv_det
-    assert t.dtype == u.dtype == np.float32
-    return accepted, np.ldexp(t, -exponent), u, v
 
 
 def aimed_pairs(kind: str, count: int, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
