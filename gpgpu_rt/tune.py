@@ -33,7 +33,7 @@ from .scene import Scene
 from .tracer import Tracer
 
 PROBE, SCREEN, FIELD = 1 << 10, 1 << 14, 1 << 16   # rays; squares, so that textures are full
-FAR_BEHIND = 8.0      # times slower on a few rays: put aside
+FAR_BEHIND = 4.0      # times slower on a few rays: put aside
 BEHIND = 2.0          # times slower with its best options: put aside
 BEAM = 2
 WAVE = 4              # candidates that go on together
@@ -116,7 +116,8 @@ def tune(scene: Scene, promise: Promise, rays: int | None = None, seed: int = 0,
     ----------
     rays : to prove the promise with, and once more to confirm it; raised to what it takes
     seed : of all rays
-    budget : seconds after which no new candidates are timed, and the fastest of those known go on
+    budget : seconds after which no new candidates are tried, and the fastest of those known go
+        on to their proof; speed options are tried for half as long
     names : methods to try; None: all of the table
     report : told of the progress, a line at a time
     """
@@ -141,6 +142,7 @@ class _Search:
     def __init__(self, scene: Scene, promise: Promise, rays: int | None, seed: int,
                  budget: float, report: Callable[[str], None]) -> None:
         self.scene, self.promise, self.seed, self.report = scene, promise, seed, report
+        self.half_time = time.monotonic() + budget / 2      # for what is fast at all
         self.deadline = time.monotonic() + budget
         self.notes: list[str] = []
         self.trials: dict[Candidate, Trial] = {}
@@ -204,7 +206,7 @@ class _Search:
         """The fastest few of a method's speed options, tried one knob after another."""
         beam = self._timed([start], SCREEN, RUNS)
         for changes in speed_knobs(start.method):
-            if self._late():
+            if time.monotonic() > self.half_time:
                 break
             self.report(f"{start.method}: {', '.join(sorted({k for c in changes for k in c}))}")
             more = [t.candidate.changed(**change) for t in beam for change in changes]
