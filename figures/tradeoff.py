@@ -12,16 +12,25 @@ from gpgpu_rt.known_rays import WRONG
 from .measure import Cell, read
 from .output import COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
 
-SCENES = ("cornell", "bunny")
+SCENES = ("bunny", "cornell")
+DETAIL = ("kd-restart", "bvh-threaded")     # all options of these, precision alone of the others
 MARKERS = {"fp32": "o", "fp24": "s", "fp16": "^"}
 
 
-def _options(method: str) -> list[dict[str, Any]]:
+def scenes(full: bool) -> tuple[str, ...]:
+    """The scenes of the figure, one where it must be quick."""
+    return SCENES if full else SCENES[:1]
+
+
+def _options(row: rt.Method, full: bool) -> list[dict[str, Any]]:
     """What is measured of a method: every precision, and every other value of what may lose hits,
     in full precision."""
-    table = option_table(method)
-    found: list[dict[str, Any]] = [{} if word == "fp32" else {"precision": word}
-                                   for word in precisions(method)]
+    table = option_table(row.name)
+    found: list[dict[str, Any]] = [{}]
+    if full or "loop" in row.schedules:     # in passes rays that never end take minutes
+        found += [{"precision": word} for word in precisions(row.name) if word != "fp32"]
+    if not full and row.name not in DETAIL:
+        return found
     for name, option in table.items():
         values = option.choices if name == "intersection" else option.relaxed
         found += [{name: value} for value in values or () if value != option.default]
@@ -32,11 +41,11 @@ def cells_of(scene: str, full: bool) -> list[Cell]:
     """The cells of one scene. ``brute-force`` would take minutes and hits what the grid hits."""
     return [Cell(scene, row.name, tuple(options.items()), 192 if full else 64, "accuracy", 3)
             for row in rt.methods() if row.name != "brute-force"
-            for options in _options(row.name)]
+            for options in _options(row, full)]
 
 
 def cells(full: bool) -> list[Cell]:
-    return [cell for scene in SCENES for cell in cells_of(scene, full)]
+    return [cell for scene in scenes(full) for cell in cells_of(scene, full)]
 
 
 def pareto(points: Sequence[tuple[float, float]]) -> list[int]:
@@ -52,8 +61,9 @@ def pareto(points: Sequence[tuple[float, float]]) -> list[int]:
 def draw(data: Path, out: Path, full: bool) -> None:
     """Write out/tradeoff.csv, .md and .png."""
     rows, renderer, stand_ins, on_front = [], "?", [], []
-    figure, axes = plt.subplots(2, len(SCENES), figsize=(5.6 * len(SCENES), 8.4), squeeze=False)
-    for column, scene in enumerate(SCENES):
+    figure, axes = plt.subplots(2, len(scenes(full)), squeeze=False,
+                                figsize=(1.5 + 5.6 * len(scenes(full)), 8.4))
+    for column, scene in enumerate(scenes(full)):
         results = [r for r in (read(c, data) for c in cells_of(scene, full)) if r is not None]
         if not results:
             continue
@@ -81,10 +91,11 @@ def draw(data: Path, out: Path, full: bool) -> None:
     handles += [plt.Line2D([], [], marker="o", linestyle="", label=row.name,
                            color=COLOURS.get(row.name, "#555555"))
                 for row in rt.methods() if row.name != "brute-force"]
-    figure.legend(handles=handles, frameon=False, fontsize=8, ncols=5, loc="lower center",
+    figure.legend(handles=handles, frameon=False, fontsize=8, ncols=5 if full else 4,
+                  loc="lower center",
                   bbox_to_anchor=(0.5, 0.02))
     figure.suptitle("Speed against accuracy", fontsize=11)
-    figure.tight_layout(rect=(0, 0.09, 1, 1))
+    figure.tight_layout(rect=(0, 0.12, 1, 1))
     save_chart(figure, out / "tradeoff.png", f"Renderer: {renderer}. " + " ".join(stand_ins))
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 import csv
 import json
 
+import pytest
+
 import gpgpu_rt as rt
 from gpgpu_rt.figures import measure, tradeoff
 from gpgpu_rt.figures.measure import Cell
@@ -15,8 +17,9 @@ def test_the_front_is_not_beaten() -> None:
     assert tradeoff.pareto([]) == []
 
 
-def test_cells_cover_methods_and_precisions() -> None:
-    cells = tradeoff.cells(False)
+@pytest.mark.parametrize("full", [False, True])
+def test_cells_cover_methods_and_precisions(full: bool) -> None:
+    cells = tradeoff.cells(full)
     assert len(set(cells)) == len(cells) and {c.work for c in cells} == {"accuracy"}
     assert {c.method for c in cells} == {r.name for r in rt.methods()} - {"brute-force"}
     assert all(("precision", "fp16") in [pair for c in cells if c.method == name
@@ -26,8 +29,8 @@ def test_cells_cover_methods_and_precisions() -> None:
 def test_a_measured_cell_is_drawn(tmp_path, monkeypatch) -> None:
     cells = [Cell("cornell", "bvh-threaded", options, 8, "accuracy", 1)
              for options in ((), (("precision", "fp16"),))]
-    monkeypatch.setattr(tradeoff, "cells_of", lambda scene, full: cells if scene == "cornell"
-                        else [])
+    monkeypatch.setattr(tradeoff, "scenes", lambda full: ("cornell",))
+    monkeypatch.setattr(tradeoff, "cells_of", lambda scene, full: cells)
     measure.measure(cells, tmp_path)
     exact, coarse = (json.loads((tmp_path / cell.name).read_text()) for cell in cells)
     assert exact["rays"] == 256 and exact["accuracy"]["all"]["wrong"] == 0 < exact["median_ms"]
