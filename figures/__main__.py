@@ -8,7 +8,7 @@ from pathlib import Path
 from gpgpu_rt.errors import Error
 from gpgpu_rt.files import check_writable
 
-from . import extremes, fig08, fig12, fig20, schedules
+from . import extremes, fig08, fig12, fig20, schedules, tradeoff
 from .measure import measure
 from .output import write_text
 
@@ -18,6 +18,7 @@ FIGURES = {
     "fig08": (fig08, "Figure 8: a teapot in a stadium"),
     "schedules": (schedules, "The three schedules: what being literal costs"),
     "extremes": (extremes, "The extremes: what is wrong where, and how each method ends"),
+    "tradeoff": (tradeoff, "Speed against accuracy: precision, intersection tests, intervals"),
 }
 
 

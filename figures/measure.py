@@ -20,6 +20,7 @@ from typing import Any
 from tqdm import tqdm
 
 import gpgpu_rt as rt
+from gpgpu_rt.accuracy import Yardstick
 from gpgpu_rt.files import replacing
 from gpgpu_rt.gpu import open_gpu
 
@@ -36,7 +37,8 @@ class Cell:
     method: str
     options: tuple[tuple[str, Any], ...] = ()
     size: int = 256
-    work: str = "eye rays"     # or "picture": eye rays, shading and shadow rays
+    work: str = "eye rays"     # "picture": eye rays, shading, shadow rays; or "accuracy":
+    #                            size squared rays of each kind of `known_rays`, judged
     runs: int = 5
 
     @property
@@ -82,6 +84,8 @@ def run(cell: Cell) -> dict[str, Any]:
         return {"settings": settings(cell), "gpu": open_gpu().info(), "commit": _commit(),
                 "date": datetime.date.today().isoformat(), "warm_ups": 0,
                 "cases": extreme_runs.measure(cell.method, dict(cell.options), cell.size ** 2)}
+    if cell.work == "accuracy":
+        return _run_accuracy(cell)
     scene = _scene(cell.scene)
     samples, walls = [], []
     with rt.Tracer(scene, cell.method, **dict(cell.options)) as tracer:
@@ -99,13 +103,31 @@ def run(cell: Cell) -> dict[str, Any]:
         counters = tracer.statistics.counters
     rays = cell.size ** 2
     median = statistics.median(samples)
+    return {**_heading(cell, scene, gpu), "rays": rays, "warm_ups": WARM_UPS,
+            "samples_ms": [1e3 * s for s in samples],
+            "median_ms": 1e3 * median, "wall_ms": 1e3 * statistics.median(walls),
+            "ns_per_ray": 1e9 * median / rays, "statistics": cost, "counters": counters}
+
+
+def _heading(cell: Cell, scene: rt.Scene, gpu: dict[str, Any]) -> dict[str, Any]:
+    """What every result begins with: of what, on what, when."""
     return {"settings": settings(cell), "gpu": gpu, "commit": _commit(),
             "date": datetime.date.today().isoformat(),
             "scene": {"name": scene.name, "triangles": len(scene), "stand_in": scene.stand_in,
-                      "file": Path(scene.source).name, "camera": scene.camera.to_dict()},
-            "rays": rays, "warm_ups": WARM_UPS, "samples_ms": [1e3 * s for s in samples],
-            "median_ms": 1e3 * median, "wall_ms": 1e3 * statistics.median(walls),
-            "ns_per_ray": 1e9 * median / rays, "statistics": cost, "counters": counters}
+                      "file": Path(scene.source).name, "camera": scene.camera.to_dict()}}
+
+
+def _run_accuracy(cell: Cell) -> dict[str, Any]:
+    """Measure one cell's errors against the float64 reference, and its time on the same rays."""
+    row = _yardstick(cell.scene, cell.size).measure(cell.method, dict(cell.options), cell.runs)
+    return {**_heading(cell, _scene(cell.scene), open_gpu().info()), "rays": row["all"]["rays"],
+            "warm_ups": WARM_UPS, "median_ms": 1e3 * row["all"]["seconds"],
+            "ns_per_ray": 1e9 / row["all"]["rays_per_second"], "accuracy": row}
+
+
+@functools.lru_cache(maxsize=1)
+def _yardstick(name: str, size: int) -> Yardstick:
+    return Yardstick(_scene(name), size ** 2)
 
 
 def _work(tracer: rt.Tracer, cell: Cell) -> None:

@@ -1,11 +1,14 @@
 """Ray tracing on graphics hardware, as fragment programs did it in 2002-2007."""
 from . import reference
 from .camera import Camera
-from .errors import ContextError, Error, LimitError, OptionError, SceneError, ShaderError
+from .errors import (
+    ContextError, Error, LimitError, OptionError, SceneError, SettingsError, ShaderError
+)
 from .hits import Hits
 from .methods import Method, methods
 from .scene import Scene, load_scene
 from .tracer import Tracer
 
 __all__ = ["Camera", "ContextError", "Error", "Hits", "LimitError", "Method", "OptionError",
-           "Scene", "SceneError", "ShaderError", "Tracer", "load_scene", "methods", "reference"]
+           "Scene", "SceneError", "SettingsError", "ShaderError", "Tracer", "load_scene",
+           "methods", "reference"]

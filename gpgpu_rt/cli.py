@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import sys
 import zipfile
@@ -11,14 +10,15 @@ from typing import Any
 
 import numpy as np
 
+from . import cli_tuning
 from .bench import bench
+from .cli_shared import add_options, given_options, options_for, print_json, print_table, size_word
 from .errors import Error, OptionError
 from .files import check_writable, replacing
 from .gpu import probe
-from .methods import find_method, methods
-from .options import TRACER_OPTIONS, Option
+from .methods import methods
 from .scene import list_scenes, load_scene
-from .tracer import DEFAULT_METHOD, Tracer
+from .tracer import AUTO, DEFAULT_METHOD, Tracer
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -52,7 +52,7 @@ def _info(chosen: argparse.Namespace) -> None:
         rows.append({"backend": backend, "missing": str(found)} if isinstance(found, Error)
                     else found.info())
     if chosen.json:
-        return _print_json(rows)
+        return print_json(rows)
     for row in rows:
         if "missing" in row:
             print(f"{row['backend']}: not here ({row['missing']})")
@@ -67,20 +67,20 @@ def _info(chosen: argparse.Namespace) -> None:
 
 def _methods(chosen: argparse.Namespace) -> None:
     if chosen.json:
-        return _print_json([row.to_dict() for row in methods()])
-    _print_table(("method", "paper", "what it does", "own options"),
-                 [(row.name, row.citation, row.summary,
-                   " ".join("--" + o.name.replace("_", "-") for o in row.options) or "-")
-                  for row in methods()])
+        return print_json([row.to_dict() for row in methods()])
+    print_table(("method", "paper", "what it does", "own options"),
+                [(row.name, row.citation, row.summary,
+                  " ".join("--" + o.name.replace("_", "-") for o in row.options) or "-")
+                 for row in methods()])
 
 
 def _scenes(chosen: argparse.Namespace) -> None:
     rows = list_scenes()
     if chosen.json:
-        return _print_json(rows)
-    _print_table(("scene", "triangles", "found", "original"),
-                 [(r["name"], "?" if r["triangles"] is None else f"{r['triangles']:,}", r["found"],
-                   r["original"]) for r in rows])
+        return print_json(rows)
+    print_table(("scene", "triangles", "found", "original"),
+                [(r["name"], "?" if r["triangles"] is None else f"{r['triangles']:,}", r["found"],
+                  r["original"]) for r in rows])
     print("\nMeshes are looked for in the folders of GPGPU_RT_SCENES, then in ./scenes.")
 
 
@@ -109,16 +109,16 @@ def _trace(chosen: argparse.Namespace) -> None:
 
 def _bench(chosen: argparse.Namespace) -> None:
     if chosen.methods:
-        candidates = [(name, _options(chosen, name)) for name in chosen.methods.split(",")]
+        candidates = [(name, options_for(chosen, name)) for name in chosen.methods.split(",")]
     else:
         candidates = [("bvh-threaded", {"octants": True})] + [
             (row.name, {}) for row in methods() if row.name != "brute-force"]
     scene = load_scene(chosen.scene)
     rows = bench(scene, candidates, chosen.size, chosen.runs)
     if chosen.json:
-        return _print_json(rows)
+        return print_json(rows)
     print(f"{scene.name}, {len(scene):,} triangles, {chosen.size[0]} x {chosen.size[1]} eye rays")
-    _print_table(
+    print_table(
         ("method", "options", "Mrays/s", "over embreex", "ms", "ms arrays in to out", "spread"),
         [(r["name"], " ".join(f"{k}={v}" for k, v in r["options"].items()) or "-",
           f"{r['rays_per_second'] / 1e6:.2f}",
@@ -129,32 +129,29 @@ def _bench(chosen: argparse.Namespace) -> None:
 # What commands share -------------------------------------------------------------------------
 
 
-def _options(chosen: argparse.Namespace, method: str) -> dict[str, Any]:
-    known = {option.name: option for option in TRACER_OPTIONS + find_method(method).options}
-    options = {}
-    for name in _option_table():
-        text = getattr(chosen, "option_" + name)
-        if text is None:
-            continue
-        if name not in known:
-            raise OptionError(f"method {method} has no option --{name.replace('_', '-')}")
-        options[name] = known[name].parse(text)
-    return options
-
-
 def _tracer(chosen: argparse.Namespace) -> Tracer:
-    options = _options(chosen, chosen.method)
-    return Tracer(load_scene(chosen.scene), chosen.method, **options)
+    if chosen.settings is not None:
+        if chosen.method is not None:
+            raise OptionError("give --method or --settings, not both")
+        return Tracer.from_settings(chosen.scene, chosen.settings, chosen.force,
+                                    **given_options(chosen))
+    if chosen.force:
+        raise OptionError("--force goes with --settings; give both")
+    if chosen.method == AUTO:
+        return Tracer(chosen.scene, AUTO, **given_options(chosen))
+    method = chosen.method or DEFAULT_METHOD
+    options = options_for(chosen, method)
+    return Tracer(load_scene(chosen.scene), method, **options)
 
 
 def _report(chosen: argparse.Namespace, tracer: Tracer, line: str) -> None:
     statistics = tracer.statistics
     if chosen.json:
-        _print_json({"scene": tracer.scene.name, "triangles": len(tracer.scene),
-                     "source": tracer.scene.source, "stand_in": tracer.scene.stand_in,
-                     "method": tracer.method.name, "gpu": tracer.gpu.info(),
-                     "options": {k: v for k, v in tracer.options.items() if k != "context"},
-                     "statistics": statistics.to_dict()})
+        print_json({"scene": tracer.scene.name, "triangles": len(tracer.scene),
+                    "source": tracer.scene.source, "stand_in": tracer.scene.stand_in,
+                    "method": tracer.method.name, "gpu": tracer.gpu.info(),
+                    "options": {k: v for k, v in tracer.options.items() if k != "context"},
+                    "statistics": statistics.to_dict()})
         return
     if tracer.scene.stand_in:
         print(f"{tracer.scene.name} is a procedural stand-in for {tracer.scene.stand_in} "
@@ -182,36 +179,7 @@ def _read_rays(path: str) -> dict[str, np.ndarray]:
     return rays
 
 
-def _print_json(value: Any) -> None:
-    print(json.dumps(value, indent=2, default=str))
-
-
-def _print_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    widths = [max(len(str(row[k])) for row in [heads, *rows]) for k in range(len(heads))]
-    for row in [heads, ["-" * w for w in widths], *rows]:
-        print("  ".join(str(cell).ljust(w) for cell, w in zip(row, widths)).rstrip())
-
-
 # The parser ----------------------------------------------------------------------------------
-
-
-def _option_table() -> dict[str, Option]:
-    """Every option of every method, by name."""
-    table = {option.name: option for option in TRACER_OPTIONS}
-    for row in methods():
-        table.update({option.name: option for option in row.options})
-    return table
-
-
-def _size(text: str) -> tuple[int, int]:
-    width, _, height = text.lower().partition("x")
-    try:
-        size = int(width), int(height or width)
-    except ValueError:
-        size = 0, 0
-    if min(size) < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is no size; give WIDTHxHEIGHT, as in 512x512")
-    return size
 
 
 class _Parser(argparse.ArgumentParser):
@@ -233,28 +201,27 @@ def _parser() -> argparse.ArgumentParser:
         sub.add_argument("--json", action="store_true", help="print JSON")
         return sub
 
-    def add_options(sub: argparse.ArgumentParser) -> None:
-        group = sub.add_argument_group("options of the tracer and its methods")
-        for option in _option_table().values():
-            choices = f" ({', '.join(map(str, option.choices))})" if option.choices else ""
-            bare = {"nargs": "?", "const": "true"} if option.kind is bool else {}
-            group.add_argument("--" + option.name.replace("_", "-"), dest="option_" + option.name,
-                               metavar="VALUE", help=f"{option.help}{choices}; "
-                               f"default {option.default}".replace("%", "%%"), **bare)
+    def add_method(sub: argparse.ArgumentParser) -> None:
+        sub.add_argument("-m", "--method", help="a method's name, or auto: as `tune` found for "
+                         f"the scene where it was run; default {DEFAULT_METHOD}")
+        sub.add_argument("--settings", metavar="FILE", help="method and options of a file that "
+                         "`tune` wrote")
+        sub.add_argument("--force", action="store_true", help="take the settings for another "
+                         "scene or renderer too")
 
     command("info", _info, "contexts found, renderer and limits")
     command("methods", _methods, "the method table")
     command("scenes", _scenes, "named scenes, and where each was found")
     sub = command("render", _render, "render a scene to an image file")
     sub.add_argument("scene", help="a scene's name or a mesh file")
-    sub.add_argument("-m", "--method", default=DEFAULT_METHOD)
+    add_method(sub)
     sub.add_argument("-o", "--output", required=True, metavar="IMAGE.png")
-    sub.add_argument("--size", type=_size, default=(512, 512), metavar="WIDTHxHEIGHT")
+    sub.add_argument("--size", type=size_word, default=(512, 512), metavar="WIDTHxHEIGHT")
     add_options(sub)
     sub = command("trace", _trace, "trace a file of rays to a file of hits")
     sub.add_argument("scene", help="a scene's name or a mesh file")
     sub.add_argument("rays", metavar="RAYS.npz")
-    sub.add_argument("-m", "--method", default=DEFAULT_METHOD)
+    add_method(sub)
     sub.add_argument("-o", "--output", required=True, metavar="HITS.npz")
     sub.add_argument("--invalid", choices=("raise", "miss"), default="raise",
                      help="what becomes of a ray with NaN, infinity or no direction")
@@ -262,7 +229,8 @@ def _parser() -> argparse.ArgumentParser:
     sub = command("bench", _bench, "eye rays per second of the methods, beside embreex")
     sub.add_argument("scene", help="a scene's name or a mesh file")
     sub.add_argument("-m", "--methods", metavar="NAME,NAME,...")
-    sub.add_argument("--size", type=_size, default=(1024, 1024), metavar="WIDTHxHEIGHT")
+    sub.add_argument("--size", type=size_word, default=(1024, 1024), metavar="WIDTHxHEIGHT")
     sub.add_argument("--runs", type=int, default=5, help="timed runs of each after a warm-up")
     add_options(sub)
+    cli_tuning.add_commands(command)
     return parser

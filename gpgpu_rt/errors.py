@@ -29,6 +29,10 @@ class OptionError(Error, ValueError):
     """An option or a name is not one that exists."""
 
 
+class SettingsError(Error):
+    """A settings file is unreadable, or made for another scene or renderer."""
+
+
 def nearest_names(name: str, known: Iterable[str]) -> str:
     """A clause that suggests the nearest known names: "; did you mean a or b?"."""
     known = sorted(known)

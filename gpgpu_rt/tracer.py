@@ -10,6 +10,7 @@ import numpy as np
 import trimesh
 from PIL import Image
 
+from . import settings
 from .accel.bounds import shrink_flat
 from .camera import Camera
 from .errors import Error, OptionError
@@ -30,6 +31,7 @@ from .texel_layout import COUNTERS, EXACT_INTEGER, HIT
 from .textures import table_textures, texture_bytes
 
 DEFAULT_METHOD = "bvh-threaded"
+AUTO = "auto"
 
 
 class Tracer:
@@ -38,7 +40,8 @@ class Tracer:
     Parameters
     ----------
     scene : Scene, trimesh.Trimesh, a scene's name or a mesh file
-    method : a name from ``methods()``
+    method : a name from ``methods()``, or "auto": what `tune` found for this scene and renderer
+        where it was run, else a safe default
     options : those of ``options.TRACER_OPTIONS`` and the method's own; any other is refused
 
     Raises
@@ -48,6 +51,11 @@ class Tracer:
 
     def __init__(self, scene: Scene | trimesh.Trimesh | str | os.PathLike[str],
                  method: str = DEFAULT_METHOD, **options: Any) -> None:
+        self.settings: settings.Settings | None = None   # what "auto" and from_settings took
+        if method == AUTO:
+            scene = load_scene(scene)
+            method, options, self.settings = settings.automatic(
+                scene, open_gpu(options.get("context")).renderer, options)
         self.method = find_method(method)
         self.options = resolve_options(options, TRACER_OPTIONS + self.method.options,
                                        f"method {method}")
@@ -75,6 +83,30 @@ class Tracer:
         self._rays: RayTextures | None = None
         self._buffers: StateBuffers | None = None
         self._shading: Shading | None = None
+
+    @classmethod
+    def from_settings(cls, scene: Scene | trimesh.Trimesh | str | os.PathLike[str],
+                      path: str | os.PathLike[str], force: bool = False,
+                      **options: Any) -> Tracer:
+        """A tracer with the method and options of a settings file.
+
+        Parameters
+        ----------
+        path : a file that `gpgpu-rt tune` wrote
+        force : take it for another scene or renderer too; its promise then holds no longer
+        options : more options; one that the file decides is refused
+
+        Raises
+        ------
+        SettingsError, OptionError
+            besides what the constructor raises; the difference is named
+        """
+        found, scene = settings.load(path), load_scene(scene)
+        if not force:
+            found.check_fits(scene, open_gpu(options.get("context")).renderer, str(path))
+        tracer = cls(scene, found.method, **found.with_options(options, str(path)))
+        tracer.settings = found
+        return tracer
 
     def _check_schedule(self, asked: bool) -> None:
         """Take the method's own best schedule where none was asked; refuse one it has not."""

@@ -92,8 +92,9 @@ def _packet_row(name: str, summary: str, citation: str, single: str, **more: Any
     """The row of a packet method: its state is what single rays are left with."""
     return Method(
         name=name, summary=summary, citation=citation,
-        glsl=f"traverse/{name.replace('-', '_')}.glsl", kernels=("step_packet",), state=Record("state", "phase:int steps:int"),
-        schedules=("loop",), packet=True, single=single, **more)
+        glsl=f"traverse/{name.replace('-', '_')}.glsl", kernels=("step_packet",),
+        state=Record("state", "phase:int steps:int"), schedules=("loop",), packet=True,
+        single=single, **more)
 
 
 def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),

@@ -1,0 +1,195 @@
+"""Accuracy: how far methods and precisions are from the float64 reference, and what they cost."""
+from __future__ import annotations
+
+import functools
+import statistics
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from .candidates import FULL_PRECISION, option_table, precisions
+from .errors import OptionError, nearest_names
+from .known_rays import KINDS, KnownRays, check_kinds
+from .methods import methods
+from .reference_picture import reference_picture
+from .scene import Scene
+from .tracer import Tracer
+
+RUNS = 3
+STEP_ROOM = 8        # steps of a relaxed candidate over the most a ray takes at full accuracy
+MOST_PAIRS = 1 << 25    # of rays and triangles, for the method that tests every pair
+FORMATS = ("precision", "storage", "arithmetic")
+FLIP_MISSING = "FLIP needs the package flip-evaluator: pip install 'gpgpu_rt[figures]'"
+
+
+class Yardstick:
+    """A scene's known rays and its reference picture, made once for all that is measured.
+
+    Parameters
+    ----------
+    scene : Scene
+    rays : of each kind
+    seed : of the rays
+    size : (width, height) of the picture
+    kinds : of ``known_rays.KINDS``
+    """
+
+    def __init__(self, scene: Scene, rays: int, seed: int = 0, size: tuple[int, int] = (256, 256),
+                 kinds: Sequence[str] = KINDS) -> None:
+        if rays < 1:
+            raise OptionError(f"{rays} rays tell nothing; give 1 or more")
+        check_kinds(kinds)
+        self.scene, self.count, self.seed, self.size = scene, rays, seed, size
+        self.kinds = tuple(kinds)
+        self._known: dict[int, KnownRays] = {}
+
+    def rays(self, most: int | None = None) -> KnownRays:
+        """The known rays, ``most`` of each kind at most."""
+        count = self.count if most is None else max(1, min(self.count, most))
+        if count not in self._known:
+            self._known[count] = KnownRays(self.scene, count * len(self.kinds), self.seed,
+                                           self.kinds)
+        return self._known[count]
+
+    @functools.cached_property
+    def picture(self) -> np.ndarray:
+        """(height, width, 3) float64 sRGB in [0, 1]."""
+        return reference_picture(self.scene, self.size)
+
+    def measure(self, method: str, options: Mapping[str, Any], runs: int = RUNS) -> dict[str, Any]:
+        """What one method with options costs, and how wrong it is.
+
+        Returns
+        -------
+        dict
+            ``method``, ``precision``, ``options``; ``rays`` of each kind; ``kinds``: kind ->
+            score (`known_rays.Score`), ``seconds`` (median of passes alone), ``rays_per_second``
+            and ``passes``; ``all``: the same of all kinds together; ``texture_bytes``; ``image``:
+            ``rmse``, ``differing`` (share of pixels more than 1/255 off), ``flip`` (mean, or
+            None) against the reference picture; None where drawing it would take minutes
+        """
+        with_cap, known = self._capped(method, options), self.rays(self._most(method))
+        row: dict[str, Any] = {"method": method, "precision": _precision(options),
+                               "options": with_cap, "rays": len(known) // len(self.kinds)}
+        with Tracer(self.scene, method, **with_cap) as tracer:
+            hits, _ = known.trace(tracer)
+            answers = known.judge(hits)
+            row["kinds"] = {}
+            for kind, part in known.parts.items():
+                known.trace(tracer, part)
+                seconds = [known.trace(tracer, part)[1] for _ in range(runs)]
+                row["kinds"][kind] = _cost(answers.score(part).to_dict(), seconds)
+                row["kinds"][kind]["passes"] = tracer.statistics.passes
+                row["texture_bytes"] = tracer.statistics.texture_bytes
+            total = sum(k["seconds"] for k in row["kinds"].values())
+            row["all"] = _cost(answers.score().to_dict(), [total])
+            row["all"]["passes"] = sum(k["passes"] for k in row["kinds"].values())
+            row["image"] = self._image_error(tracer)
+        return row
+
+    def _capped(self, method: str, options: Mapping[str, Any]) -> dict[str, Any]:
+        """The options, with a step cap below full accuracy, where rays may go round in circles:
+        some times what the method takes at full accuracy."""
+        table = option_table(method)
+        relaxed = [name for name, value in options.items() if value in table[name].relaxed or (
+            name in FORMATS and value not in FULL_PRECISION)]
+        if not relaxed or "step_cap" in options:
+            return dict(options)
+        exact = {name: value for name, value in options.items() if name not in relaxed}
+        return {**options, "step_cap": STEP_ROOM * self._steps(method, tuple(exact.items()))}
+
+    @functools.lru_cache(maxsize=64)
+    def _steps(self, method: str, options: tuple[tuple[str, Any], ...]) -> int:
+        most = self._most(method)
+        return self.rays(4096 if most is None else min(most, 4096)).most_steps(
+            method, dict(options))
+
+    def _most(self, method: str) -> int | None:
+        """Rays of each kind that a method may be asked for; None: any number."""
+        if method != "brute-force":
+            return None
+        return max(1, MOST_PAIRS // (max(1, len(self.scene)) * len(self.kinds)))
+
+    def _image_error(self, tracer: Tracer) -> dict[str, float | None] | None:
+        most = self._most(tracer.method.name)
+        if most is not None and self.size[0] * self.size[1] > 8 * most:
+            return None
+        picture = np.asarray(tracer.render(size=self.size), np.float64) / 255
+        difference = picture - self.picture
+        return {"rmse": float(np.sqrt((difference ** 2).mean())),
+                "differing": float((np.abs(difference).max(axis=2) > 1 / 255).mean()),
+                "flip": _flip(self.picture, picture)}
+
+
+def accuracy(scene: Scene, names: Sequence[str] | None = None,
+             formats: Sequence[str] | None = None, options: Mapping[str, Any] | None = None,
+             rays: int = 1 << 14, size: tuple[int, int] = (256, 256), seed: int = 0,
+             report: Callable[[str], None] = lambda line: None) -> list[dict[str, Any]]:
+    """A row of `Yardstick.measure` for every method and precision.
+
+    Parameters
+    ----------
+    names : methods; None: all of the table
+    formats : precisions; None: all that there are
+    options : more options of the tracer and the methods; a method goes without those it has not
+    rays : of each kind; `brute-force` takes fewer where its pairs would pass 2^25
+    report : told of the progress, a line at a time
+    """
+    candidates = []
+    names = [row.name for row in methods()] if names is None else names
+    unused = set(options or {})
+    for name in names:
+        table, known = option_table(name), precisions(name)
+        unused -= set(table)
+        own = {k: v for k, v in (options or {}).items() if k in table}
+        for word in known if formats is None else formats:
+            if word not in known:
+                raise OptionError(f"method {name} has no precision {word!r}"
+                                  + nearest_names(word, known))
+            candidates.append((name, {**own, "precision": word} if "precision" in table else own))
+    if unused:
+        raise OptionError(f"none of the methods has an option {sorted(unused)[0]!r}")
+    report(f"{scene.name}: {rays:,} rays of each kind, and the reference's answers")
+    yardstick = Yardstick(scene, rays, seed, size)
+    rows = []
+    for at, (name, chosen) in enumerate(candidates, 1):
+        report(f"{at} of {len(candidates)}: "
+               + " ".join([name, *(f"{k}={v}" for k, v in chosen.items())]))
+        rows.append(yardstick.measure(name, chosen))
+    return rows
+
+
+def flip_note() -> str | None:
+    """Why there is no FLIP, or None where there is."""
+    return None if _flip_evaluator() is not None else FLIP_MISSING
+
+
+def _precision(options: Mapping[str, Any]) -> str:
+    whole = options.get("precision")
+    parts = [options.get(part) or whole or "fp32" for part in ("storage", "arithmetic")]
+    return parts[0] if parts[0] == parts[1] else "/".join(parts)
+
+
+def _cost(score: dict[str, Any], seconds: list[float]) -> dict[str, Any]:
+    median = statistics.median(seconds)
+    return {**score, "seconds": median,
+            "rays_per_second": score["rays"] / median if median else 0.0}
+
+
+@functools.cache
+def _flip_evaluator() -> Any:
+    try:
+        import flip_evaluator
+    except ImportError:
+        return None
+    return flip_evaluator
+
+
+def _flip(reference: np.ndarray, picture: np.ndarray) -> float | None:
+    """Mean FLIP (Andersson et al., HPG 2020) of two sRGB pictures, at its default distance."""
+    evaluator = _flip_evaluator()
+    if evaluator is None:
+        return None
+    return float(evaluator.evaluate(reference.astype(np.float32), picture.astype(np.float32),
+                                    "LDR", applyMagma=False)[1])

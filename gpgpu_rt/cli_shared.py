@@ -1,0 +1,73 @@
+"""What the commands share: options from words, sizes, tables and JSON."""
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from typing import Any
+
+from .errors import OptionError
+from .methods import find_method, methods
+from .options import TRACER_OPTIONS, Option
+
+
+def all_options() -> dict[str, Option]:
+    """Every option of every method, by name."""
+    table = {option.name: option for option in TRACER_OPTIONS}
+    for row in methods():
+        table.update({option.name: option for option in row.options})
+    return table
+
+
+def add_options(sub: argparse.ArgumentParser) -> None:
+    """A ``--word`` for every option of the tracer and its methods."""
+    group = sub.add_argument_group("options of the tracer and its methods")
+    for option in all_options().values():
+        choices = f" ({', '.join(map(str, option.choices))})" if option.choices else ""
+        bare = {"nargs": "?", "const": "true"} if option.kind is bool else {}
+        group.add_argument("--" + option.name.replace("_", "-"), dest="option_" + option.name,
+                           metavar="VALUE", help=f"{option.help}{choices}; "
+                           f"default {option.default}".replace("%", "%%"), **bare)
+
+
+def given_options(chosen: argparse.Namespace) -> dict[str, Any]:
+    """The options that were given, whatever method they belong to."""
+    table = all_options()
+    words = {name: getattr(chosen, "option_" + name) for name in table}
+    return {name: table[name].parse(text) for name, text in words.items() if text is not None}
+
+
+def options_for(chosen: argparse.Namespace, method: str) -> dict[str, Any]:
+    """The options that were given; one that the method has not is refused."""
+    known = {option.name: option for option in TRACER_OPTIONS + find_method(method).options}
+    options = {}
+    for name in all_options():
+        text = getattr(chosen, "option_" + name)
+        if text is None:
+            continue
+        if name not in known:
+            raise OptionError(f"method {method} has no option --{name.replace('_', '-')}")
+        options[name] = known[name].parse(text)
+    return options
+
+
+def size_word(text: str) -> tuple[int, int]:
+    """(width, height) of a word such as 512x512."""
+    width, _, height = text.lower().partition("x")
+    try:
+        size = int(width), int(height or width)
+    except ValueError:
+        size = 0, 0
+    if min(size) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is no size; give WIDTHxHEIGHT, as in 512x512")
+    return size
+
+
+def print_json(value: Any) -> None:
+    print(json.dumps(value, indent=2, default=str))
+
+
+def print_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    widths = [max(len(str(row[k])) for row in [heads, *rows]) for k in range(len(heads))]
+    for row in [heads, ["-" * w for w in widths], *rows]:
+        print("  ".join(str(cell).ljust(w) for cell, w in zip(row, widths)).rstrip())

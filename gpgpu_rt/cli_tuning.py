@@ -1,0 +1,179 @@
+"""The commands that measure accuracy: ``accuracy`` and ``tune``."""
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from . import settings
+from .accuracy import accuracy, flip_note
+from .cli_shared import add_options, given_options, print_json, print_table, size_word
+from .errors import Error
+from .files import check_writable, replacing
+from .gpu import open_gpu
+from .known_rays import KINDS, WITHIN_BOUND, WRONG
+from .promise import Promise
+from .scene import load_scene
+from .tune import SCREEN, Trial, Tuning, tune
+
+Command = Callable[[str, Callable[[argparse.Namespace], None], str], argparse.ArgumentParser]
+
+
+def add_commands(command: Command) -> None:
+    """Declare the commands; ``command(name, run, text)`` makes a parser."""
+    sub = command("accuracy", _accuracy, "errors of methods and precisions against the float64 "
+                  "reference")
+    sub.add_argument("scene", help="a scene's name or a mesh file")
+    sub.add_argument("-m", "--methods", metavar="NAME,NAME,...")
+    sub.add_argument("--precisions", metavar="NAME,NAME,...", help="of fp32, fp24, fp16")
+    sub.add_argument("--rays", type=int, default=1 << 14, help=f"of each kind ({', '.join(KINDS)})"
+                     "; default %(default)s")
+    sub.add_argument("--size", type=size_word, default=(256, 256), metavar="WIDTHxHEIGHT",
+                     help="of the pictures that are compared; default 256x256")
+    sub.add_argument("--seed", type=int, default=0, help="of the rays")
+    sub.add_argument("-o", "--output", metavar="FILE.json", help="write the JSON to a file too")
+    add_options(sub)
+    sub = command("tune", _tune, "find the fastest method and options that keep bounds on errors")
+    sub.add_argument("scene", help="a scene's name or a mesh file")
+    sub.add_argument("--max-wrong", type=float, required=True, metavar="SHARE",
+                     help="share of rays with a wrong hit or miss, as 1e-5; decided by its upper "
+                     "95 %% confidence bound")
+    sub.add_argument("--max-t-error", type=float, required=True, metavar="RATIO",
+                     help="relative error of t, as 1e-5")
+    sub.add_argument("--t-quantile", type=float, default=0.999, metavar="SHARE",
+                     help="share of right hits that must stay within it; default %(default)s")
+    sub.add_argument("--max-bytes", type=int, metavar="N",
+                     help="texture bytes with 512 x 512 rays in flight")
+    sub.add_argument("--rays", type=int, metavar="N", help="to prove the bounds with, and as many "
+                     "to confirm them; raised to what they take, which is the default")
+    sub.add_argument("--kinds", default=",".join(KINDS), metavar="NAME,NAME,...",
+                     help="rays the promise is for, in equal shares; default %(default)s")
+    sub.add_argument("--seed", type=int, default=0, help="of the rays")
+    sub.add_argument("--budget", type=float, default=300.0, metavar="SECONDS",
+                     help="time for trying candidates; default %(default)s")
+    sub.add_argument("-m", "--methods", metavar="NAME,NAME,...")
+    sub.add_argument("-o", "--output", metavar="SETTINGS.json")
+
+
+def _say(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
+def _names(text: str | None) -> list[str] | None:
+    return None if text is None else text.split(",")
+
+
+# accuracy ------------------------------------------------------------------------------------
+
+
+def _accuracy(chosen: argparse.Namespace) -> None:
+    if chosen.output:
+        check_writable(chosen.output)
+    scene = load_scene(chosen.scene)
+    rows = accuracy(scene, _names(chosen.methods), _names(chosen.precisions),
+                    given_options(chosen), chosen.rays, chosen.size, chosen.seed, _say)
+    result = {"scene": settings.describe(scene), "stand_in": scene.stand_in,
+              "gpu": open_gpu().info(), "seed": chosen.seed, "rows": rows,
+              "flip_note": flip_note()}
+    if chosen.output:
+        with replacing(chosen.output) as path:
+            path.write_text(json.dumps(result, indent=1, default=str) + "\n", encoding="utf-8")
+    if chosen.json:
+        return print_json(result)
+    print(f"{scene.name}, {len(scene):,} triangles; up to {chosen.rays:,} rays of each kind: "
+          f"{', '.join(KINDS)}")
+    print_table(("method", "precision", "rays", "wrong", "at most (95 %)", "leak", "false",
+                 "triangle", "unfinished", "excused", "t past bound", "t ulp 50 %", "99.9 %",
+                 "max", "u, v max", "RMSE", "FLIP", "Mrays/s", "ms", "MB", "passes"),
+                [_accuracy_line(row) for row in rows])
+    print("\nwrong: leaks, false hits, wrong triangles and unfinished rays. excused: another "
+          "triangle than the\nreference's that float32 cannot tell from it. t past bound: of "
+          "what float32 allows the watertight test.")
+    if flip_note():
+        print(flip_note())
+    if chosen.output:
+        print(f"wrote {chosen.output}")
+
+
+def _accuracy_line(row: dict[str, Any]) -> list[str]:
+    score, image = row["all"], row["image"] or {}
+    ulps = score["t_ulps"] or {}
+    counts = score["counts"]
+    return [row["method"], row["precision"], f"{score['rays']:,}", _number(score["wrong_share"]),
+            _number(score["upper_95"]), *(str(counts[name]) for name in WRONG),
+            str(counts[WITHIN_BOUND]), str(counts["wrong distance"]),
+            *(_number(ulps.get(name)) for name in ("median", "99.9 %", "max")),
+            _number((score["barycentric"] or {}).get("max")), _number(image.get("rmse")),
+            _number(image.get("flip")), f"{score['rays_per_second'] / 1e6:.2f}",
+            f"{score['seconds'] * 1e3:.0f}", f"{row['texture_bytes'] / 1e6:.1f}",
+            str(score["passes"])]
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.2g}"
+
+
+# tune ----------------------------------------------------------------------------------------
+
+
+def _tune(chosen: argparse.Namespace) -> None:
+    if chosen.output:
+        check_writable(chosen.output)
+    promise = Promise(chosen.max_wrong, chosen.max_t_error, chosen.max_bytes, chosen.t_quantile,
+                      tuple(chosen.kinds.split(",")))
+    scene = load_scene(chosen.scene)
+    found = tune(scene, promise, chosen.rays, chosen.seed, chosen.budget, _names(chosen.methods),
+                 _say)
+    kept = None
+    if found.settings is not None:
+        kept = settings.store(found.settings)
+        if chosen.output:
+            found.settings.save(chosen.output)
+    if chosen.json:
+        print_json({"scene": settings.describe(scene), **found.to_dict()})
+    else:
+        _print_tuning(found)
+        if kept is not None:
+            print(f"kept for method auto: {kept}")
+        if chosen.output and found.settings is not None:
+            print(f"wrote {chosen.output}")
+    if found.settings is None:
+        sys.stdout.flush()
+        raise Error(_unreachable(found))
+
+
+def _print_tuning(found: Tuning) -> None:
+    promise = found.promise
+    print_table(("candidate", "Mrays/s", "rays timed", "rays judged", "wrong", "at most (95 %)",
+                 f"t error at {promise.t_quantile:g}", "MB", "outcome"),
+                [_trial_line(trial) for trial in found.trials])
+    print(f"\nRays in equal shares {', '.join(promise.kinds)}; MB: textures with 512 x 512 "
+          "rays in flight.\nwrong is decided by the upper 95 % bound "
+          f"of its share, t by the {promise.t_quantile:g} quantile of its relative error over "
+          "right hits,\nat that quantile's upper 95 % confidence bound.")
+    for note in found.notes:
+        print(note)
+    if found.chosen is not None:
+        trial = found.chosen
+        print(f"chosen: {trial.candidate}, {trial.rays_per_second / 1e6:.2f} Mrays/s, "
+              f"{trial.note}")
+
+
+def _trial_line(trial: Trial) -> list[str]:
+    finding, timed = trial.finding, [size for size in trial.rates if size <= SCREEN]
+    rate = [f"{trial.rates[max(timed)] / 1e6:.2f}", f"{max(timed):,}"] if timed else ["-"] * 2
+    judged = ["-"] * 4 if finding is None else [
+        f"{finding.score.rays:,}", _number(finding.score.wrong_share),
+        _number(finding.score.upper_95), _number(finding.t_error)]
+    return [str(trial.candidate), *rate, *judged, f"{trial.texture_bytes / 1e6:.1f}",
+            f"{trial.outcome}: {trial.note}".rstrip(": ")]
+
+
+def _unreachable(found: Tuning) -> str:
+    closest = found.closest
+    if closest is None:
+        return "no candidate could be tried; give other methods, or more time with --budget"
+    return (f"no candidate keeps the bounds; the closest is {closest.candidate}: {closest.note}; "
+            "relax the bounds")

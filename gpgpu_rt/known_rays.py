@@ -1,0 +1,287 @@
+"""Known rays: drawn by a seed, with the float64 reference's answers and scores against them."""
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from . import rays as ray_sets
+from . import reference
+from .error_bounds import PairBounds, bound_pairs
+from .errors import OptionError, nearest_names
+from .hits import Hits
+from .judge import CATEGORIES, RIGHT, WRONG_DISTANCE, judge, upper_confidence
+from .scene import Scene
+from .tracer import Tracer
+
+KINDS = ("eye", "random", "vertices", "edges")
+# What makes a ray's hit or miss wrong. A distance past its bound is counted, but apart: how far
+# t may be off is a bound of its own.
+WRONG = ("leak", "false hit", "wrong triangle", "unfinished")
+WITHIN_BOUND = "within bound"
+FLIGHT = 1 << 18          # rays traced at a time: those of a 512 x 512 picture
+UNIT_ROUNDOFF = 2.0 ** -24
+# Rays in the rings around a ray that may have leaked. A gap between two rays of a ring would be
+# taken for closed, so where few rays are left a wider choice of angles asks again; where many
+# are, one more or less decides nothing.
+RINGS = (8, 32, 256)
+FEW = 200
+
+
+@dataclass
+class Score:
+    """How far answers are from the reference.
+
+    Attributes
+    ----------
+    rays, hits : rays judged, and those among them that hit rightly, whose t is compared
+    wrong : rays with a wrong hit or miss; ``wrong_share`` of the rays, at most ``upper_95``
+    counts : rays by category; "wrong distance" is t past its float32 bound and not among the
+        wrong ones, "within bound" are other answers than the reference's that float32 excuses
+    t_ulps, t_error, barycentric : "median", "99.9 %" and "max" of the error of t in ulps of
+        float32 and relative to t, and of u and v, over ``hits``; None without any
+    """
+
+    rays: int
+    hits: int
+    wrong: int
+    wrong_share: float
+    upper_95: float
+    counts: dict[str, int]
+    t_ulps: dict[str, float] | None
+    t_error: dict[str, float] | None
+    barycentric: dict[str, float] | None
+
+    def to_dict(self) -> dict[str, Any]:
+        return asdict(self)
+
+
+@dataclass
+class Answers:
+    """Judged hits, an entry a ray.
+
+    Attributes
+    ----------
+    categories : name -> (n,) bool; the names of ``Score.counts``
+    t_ulps, t_error, barycentric : (n,) float64, as in ``Score``, NaN where t is not compared
+    """
+
+    categories: dict[str, np.ndarray]
+    t_ulps: np.ndarray
+    t_error: np.ndarray
+    barycentric: np.ndarray
+
+    @property
+    def wrong(self) -> np.ndarray:
+        """(n,) bool, true for a wrong hit or miss."""
+        return np.logical_or.reduce([self.categories[name] for name in WRONG])
+
+    def over(self, bound: float) -> tuple[int, int]:
+        """Rays whose relative error of t is above ``bound``, and rays where it is compared."""
+        compared = ~np.isnan(self.t_error)
+        return int((self.t_error[compared] > bound).sum()), int(compared.sum())
+
+    def score(self, part: slice = slice(None)) -> Score:
+        """The score of all rays, or of a part of them."""
+        wrong, rays = int(self.wrong[part].sum()), len(self.t_error[part])
+        return Score(rays, int((~np.isnan(self.t_error[part])).sum()), wrong,
+                     wrong / max(rays, 1), upper_confidence(wrong, rays),
+                     {name: int(mask[part].sum()) for name, mask in self.categories.items()},
+                     *(_quantiles(values[part])
+                       for values in (self.t_ulps, self.t_error, self.barycentric)))
+
+
+class KnownRays:
+    """Rays of several kinds, in equal shares, and what the float64 reference says of them.
+
+    Parameters
+    ----------
+    scene : Scene
+    count : rays, of all kinds together
+    seed : another seed gives other rays of every kind, eye rays among them
+    kinds : of ``KINDS``
+
+    Attributes
+    ----------
+    origins, directions : (count, 3) float32
+    truth : Hits in float64
+    parts : kind -> slice of its rays
+    """
+
+    def __init__(self, scene: Scene, count: int, seed: int,
+                 kinds: Sequence[str] = KINDS) -> None:
+        check_kinds(kinds)
+        self.scene, self.seed = scene, seed
+        seeds = np.random.SeedSequence(seed).generate_state(len(KINDS))
+        ends = np.linspace(0, count, len(kinds) + 1).astype(int)
+        self.parts = {kind: slice(int(a), int(b))
+                      for kind, a, b in zip(kinds, ends[:-1], ends[1:])}
+        drawn = [_draw(scene, kind, part.stop - part.start, int(seeds[KINDS.index(kind)]))
+                 for kind, part in self.parts.items()]
+        self.origins, self.directions = (np.concatenate(arrays) for arrays in zip(*drawn))
+        self.truth = reference.trace(scene, self.origins, self.directions, accelerated=True)
+
+    def __len__(self) -> int:
+        return len(self.origins)
+
+    def trace(self, tracer: Tracer, part: slice = slice(None)) -> tuple[Hits, float]:
+        """The tracer's hits, and the seconds its passes took."""
+        origins, directions = self.origins[part], self.directions[part]
+        hits, seconds = [], 0.0
+        for start in range(0, len(origins), FLIGHT):
+            flight = slice(start, start + FLIGHT)
+            hits.append(tracer.trace(origins[flight], directions[flight]))
+            seconds += tracer.statistics.trace_seconds
+        names = ("t", "u", "v", "triangle", "status")
+        return Hits(*(np.concatenate([getattr(h, name) for h in hits])
+                      for name in names)), seconds
+
+    def most_steps(self, method: str, options: Mapping[str, Any]) -> int:
+        """The most kernel runs that one of the rays takes."""
+        with Tracer(self.scene, method, **{**options, "statistics": True}) as tracer:
+            steps = tracer.trace(self.origins, self.directions).steps
+        assert steps is not None
+        return int(steps.max(initial=1))
+
+    def judge(self, hits: Hits) -> Answers:
+        """Hits of all rays against the truth."""
+        truth = self.truth
+        verdict = judge(self.scene, self.origins, self.directions, hits, reference=truth)
+        category, excused = verdict.category.copy(), verdict.within_bound.copy()
+        # Is another triangle than the truth's, at a wrong distance, at least one to be hit? Ask
+        # again with the distance put right.
+        other = np.flatnonzero((category == WRONG_DISTANCE) & (hits.triangle != truth.triangle))
+        category[other] = self._choice(hits, other)
+        excused[other] = category[other] == RIGHT
+        past = self._through_the_surface(hits, excused)
+        categories = {name: category == i for i, name in enumerate(CATEGORIES) if i != RIGHT}
+        categories["leak"] |= past
+        categories["wrong distance"] = verdict.category == WRONG_DISTANCE
+        categories[WITHIN_BOUND] = excused & ~past
+        # An excused answer is as far off as from its own triangle.
+        own = np.flatnonzero(excused & ~past & hits.hit)
+        exact = truth.t.copy()
+        exact[own] = self._pairs(own, hits.triangle[own]).t
+        compared = (hits.triangle == truth.triangle) & truth.hit
+        compared[own] = True
+        with np.errstate(invalid="ignore", divide="ignore"):
+            error = np.abs(hits.t.astype(np.float64) - exact)
+            t_error = np.where(error == 0, 0.0, error / exact)
+        return Answers(categories, *(np.where(compared, values, np.nan) for values in (
+            verdict.t_ulps, t_error, verdict.barycentric_error)))
+
+    def _pairs(self, rays: np.ndarray, triangles: np.ndarray) -> PairBounds:
+        return bound_pairs(*(a.astype(np.float64) for a in (
+            self.scene.triangles[triangles], self.origins[rays], self.directions[rays])))
+
+    def _choice(self, hits: Hits, rays: np.ndarray) -> np.ndarray:
+        """(k,) categories of some rays' answers, had they been at their triangles' distances."""
+        corrected = _part(hits, rays)
+        corrected.t = self._pairs(rays, corrected.triangle).t
+        return judge(self.scene, self.origins[rays], self.directions[rays], corrected,
+                     reference=_part(self.truth, rays)).category
+
+    def _through_the_surface(self, hits: Hits, excused: np.ndarray) -> np.ndarray:
+        """(n,) bool, answers beyond a surface that all rays around meet: leaks at an edge.
+
+        A ray aimed at an edge is a sure hit of neither triangle, so each of them may be missed;
+        missing both is a leak all the same, unless the edge is the rim of what the ray sees. A
+        ring of rays tells: where all of them meet something nearer, nothing excuses the answer.
+        The ring must be wider than what rounding moves in float32. A vertex as the watertight
+        test sees it, sheared by slopes of at most 1, is off by at most 5 roundings of each of two
+        terms no larger than M, the largest |vertex - origin|; the edge functions add 3 more:
+        under 16 u M across the ray. The ring lies at twice that.
+        """
+        past = np.zeros(len(hits), bool)
+        left = np.flatnonzero(self.truth.hit & (hits.triangle != self.truth.triangle)
+                              & (hits.t > self.truth.t) & excused)
+        corners = self.scene.triangles[self.truth.triangle[left]].astype(np.float64)
+        origins, directions = (a.astype(np.float64) for a in (self.origins, self.directions))
+        reach = np.abs(corners - origins[left, None]).max(axis=(1, 2))
+        length = np.linalg.norm(directions[left], axis=1)
+        # The answer's own t may be off by as much along the ray.
+        nearest = hits.t[left] - 64 * UNIT_ROUNDOFF * reach / length
+        with np.errstate(divide="ignore"):
+            width = 32 * UNIT_ROUNDOFF * reach / (self.truth.t[left] * length)
+        # Where the origin all but touches the surface, a ring proves nothing.
+        usable = (self.truth.t[left] < nearest) & (width < 1e-2)
+        left, nearest, width = left[usable], nearest[usable], width[usable]
+        for ring in RINGS:
+            if len(left) > FEW and ring != RINGS[0]:
+                break
+            # Two opposite rays first: at a rim one of them settles it.
+            for turns in (np.arange(2) / 2, np.arange(ring) / ring):
+                if not len(left):
+                    return past
+                around = np.concatenate([_turned(directions[left], width, turn + 0.01)
+                                         for turn in turns])
+                t = reference.trace(self.scene, np.tile(origins[left], (len(turns), 1)), around,
+                                    accelerated=True).t
+                stays = t.reshape(len(turns), -1).max(axis=0) < nearest
+                left, nearest, width = left[stays], nearest[stays], width[stays]
+        past[left] = True
+        return past
+
+
+def _part(hits: Hits, rays: np.ndarray) -> Hits:
+    return Hits(hits.t[rays], hits.u[rays], hits.v[rays], hits.triangle[rays], hits.status[rays])
+
+
+def _turned(directions: np.ndarray, width: np.ndarray, turn: float) -> np.ndarray:
+    """(n, 3) directions, each moved by ``width`` of its length to the side at ``turn`` of a
+    full turn around it."""
+    length = np.linalg.norm(directions, axis=1)
+    side = np.cross(directions, np.eye(3)[np.abs(directions).argmin(axis=1)])
+    side *= (length / np.linalg.norm(side, axis=1))[:, None]
+    other = np.cross(directions, side) / length[:, None]
+    angle = 2 * np.pi * turn
+    return directions + width[:, None] * (np.cos(angle) * side + np.sin(angle) * other)
+
+
+def check_kinds(kinds: Sequence[str]) -> None:
+    """Raise OptionError for the first kind of rays that there is not."""
+    for kind in kinds:
+        if kind not in KINDS:
+            raise OptionError(f"no rays of kind {kind!r}{nearest_names(kind, KINDS)}")
+    if not kinds or len(set(kinds)) < len(kinds):
+        raise OptionError("give each kind of rays once, and one at least")
+
+
+def bytes_in_flight(tracer: Tracer, rays: int = FLIGHT) -> int:
+    """Texture bytes with ``rays`` rays in flight, from those of the tracer's last call."""
+    tables = sum(tracer.statistics.table_bytes.values())
+    texels = max(1, tracer.statistics.rays)
+    return tables + round((tracer.statistics.texture_bytes - tables) * rays / texels)
+
+
+def _draw(scene: Scene, kind: str, count: int, seed: int) -> ray_sets.Rays:
+    if kind == "eye":
+        return _jittered_eye_rays(scene, count, seed)
+    if kind == "random":
+        return ray_sets.random_rays(scene, count, seed)
+    return ray_sets.aimed_rays(scene, count, seed, at=kind)
+
+
+def _jittered_eye_rays(scene: Scene, count: int, seed: int) -> ray_sets.Rays:
+    """The camera's rays, one somewhere in each pixel, row by row from the top."""
+    rng = np.random.default_rng(seed)
+    width = max(1, int(np.sqrt(count)))
+    height = max(1, -(-count // width))
+    right, up, forward = scene.camera.basis((width, height))
+    row, column = np.divmod(np.arange(count), width)
+    x = 2 * (column + rng.random(count)) / width - 1
+    y = 1 - 2 * (row + rng.random(count)) / height
+    directions = forward + x[:, None] * right + y[:, None] * up
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    origins = np.broadcast_to(np.asarray(scene.camera.eye, np.float32), (count, 3))
+    return origins.copy(), directions.astype(np.float32)
+
+
+def _quantiles(values: np.ndarray) -> dict[str, float] | None:
+    known = values[~np.isnan(values)]
+    if not len(known):
+        return None
+    median, high = np.quantile(known, (0.5, 0.999), method="higher")
+    return {"median": float(median), "99.9 %": float(high), "max": float(known.max())}

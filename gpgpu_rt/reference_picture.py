@@ -1,0 +1,58 @@
+"""The reference picture: what `Tracer.render` draws, hits and shadows by the float64 oracle."""
+from __future__ import annotations
+
+import numpy as np
+
+from . import reference
+from .scene import Scene
+
+SKY_LOW, SKY_HIGH = np.array((0.86, 0.88, 0.90)), np.array((0.42, 0.55, 0.72))
+GROUND, OVERHEAD = np.array((0.16, 0.14, 0.12)), np.array((0.26, 0.29, 0.33))
+
+
+def reference_picture(scene: Scene, size: tuple[int, int]) -> np.ndarray:
+    """(height, width, 3) float64 sRGB in [0, 1], by the scene's own camera.
+
+    The formulas are those of ``passes/surfaces.frag`` and ``passes/picture.frag``; a test holds
+    the two together.
+    """
+    width, height = size
+    origins, directions = (a.reshape(-1, 3) for a in scene.camera.rays(size))
+    hits = reference.trace(scene, origins, directions, accelerated=True)
+    origins, directions = origins.astype(np.float64), directions.astype(np.float64)
+    up = np.clip((directions[:, 1:2] + 0.3) / 1.2, 0, 1)
+    light = SKY_LOW + (SKY_HIGH - SKY_LOW) * up * up * (3 - 2 * up)
+    rays = np.flatnonzero(hits.hit)
+    if len(rays):
+        light[rays] = _surfaces(scene, origins[rays], directions[rays], hits.t[rays],
+                                hits.triangle[rays])
+    light = np.clip(light, 0, 1)
+    return np.where(light < 0.0031308, 12.92 * light,
+                    1.055 * light ** (1 / 2.4) - 0.055).reshape(height, width, 3)
+
+
+def _surfaces(scene: Scene, origins: np.ndarray, directions: np.ndarray, t: np.ndarray,
+              triangle: np.ndarray) -> np.ndarray:
+    """(n, 3) linear light that n hits send back."""
+    corners = scene.triangles[triangle].astype(np.float64)
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    normal = np.where(_dot(normal, directions) > 0, -normal, normal)
+    points = origins + t[:, None] * directions
+    to_light = np.asarray(scene.light.position) - points
+    distance = np.linalg.norm(to_light, axis=1, keepdims=True)
+    cosine = np.maximum(_dot(normal, to_light / distance), 0)
+    # From the light to the point, so that no offset is needed: what it meets first is the point's
+    # own triangle, or a nearer one. At 1 - 1e-5 of the way only directions rounded to float32
+    # at grazing angles, where there is next to no light, are taken for the other.
+    back = reference.trace(scene, np.broadcast_to(scene.light.position, points.shape), -to_light,
+                           accelerated=True)
+    lit = ((back.triangle == triangle) | (back.t >= 1 - 1e-5))[:, None]
+    ambient = (GROUND + (OVERHEAD - GROUND) * (0.5 + 0.5 * normal[:, 1:2])) * (
+        0.7 + 0.3 * np.maximum(-_dot(normal, directions), 0))
+    return scene.colours[triangle] * (ambient + lit * cosine * np.asarray(scene.light.intensity))
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(n, 1) products of (n, 3) vectors."""
+    return (a * b).sum(axis=1, keepdims=True)

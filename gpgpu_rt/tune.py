@@ -1,0 +1,403 @@
+"""Tune: the fastest method, schedule, precision and options that keep a promise on a scene.
+
+1. Every method with its defaults on a few rays: those far behind are put aside.
+2. The others' speed knobs one after another, the best few kept (a beam), at default accuracy.
+3. The best of those with every accuracy option, on some thousand rays: what these already disprove
+   is out. Of the rest the faster half is timed on ever more rays (successive halving).
+4. Fastest first, as many rays as the promise takes, and again as many drawn anew: the one chosen
+   was picked for what the first rays said of it, so others must confirm it.
+
+Times are medians of alternating runs in one process. Two assumptions spare most of the product
+of all options: what is slower at default accuracy is slower at any, and what breaks the promise
+alone breaks it in company.
+"""
+from __future__ import annotations
+
+import hashlib
+import itertools
+import statistics
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from . import settings
+from .candidates import Candidate, accuracy_knobs, speed_knobs
+from .errors import LimitError, OptionError
+from .gpu import open_gpu
+from .hits import Hits
+from .known_rays import KnownRays, bytes_in_flight
+from .methods import find_method, methods
+from .promise import Finding, Promise
+from .scene import Scene
+from .tracer import Tracer
+
+PROBE, SCREEN, FIELD = 1 << 10, 1 << 14, 1 << 16   # rays; squares, so that textures are full
+FAR_BEHIND = 4.0      # times slower on a few rays: put aside
+BEHIND = 2.0          # times slower with its best options: put aside
+BEAM = 2
+WAVE = 4              # candidates that go on together
+RUNS = 5
+STEP_ROOM = 8         # steps of a relaxed candidate over the most a ray takes at full accuracy
+
+
+@dataclass
+class Trial:
+    """A candidate and what was found of it.
+
+    Attributes
+    ----------
+    rates : rays timed together -> rays per second
+    texture_bytes : with 2^18 rays in flight
+    finding : against the reference, None where it was not asked
+    misses : bound -> how many times too large
+    outcome : "chosen", "missed", "slower", "not possible" or "not reached"
+    note : why, in words
+    """
+
+    candidate: Candidate
+    rates: dict[int, float] = field(default_factory=dict)
+    texture_bytes: int = 0
+    finding: Finding | None = None
+    misses: dict[str, float] = field(default_factory=dict)
+    outcome: str = "not reached"
+    note: str = ""
+
+    @property
+    def rays_per_second(self) -> float:
+        """At the largest number of rays it was timed with; 0 where it was not."""
+        return self.rates[max(self.rates)] if self.rates else 0.0
+
+    def times_slower(self, other: Trial) -> float | None:
+        """Than another trial, at the largest number of rays both were timed with."""
+        common = set(self.rates) & set(other.rates)
+        return other.rates[max(common)] / self.rates[max(common)] if common else None
+
+    def to_dict(self) -> dict[str, Any]:
+        found = self.finding
+        return {"method": self.candidate.method, "options": dict(self.candidate.options),
+                "outcome": self.outcome, "note": self.note,
+                "rates": self.rates, "texture_bytes": self.texture_bytes,
+                "misses": self.misses, "t_error": None if found is None else found.t_error,
+                "score": None if found is None else found.score.to_dict()}
+
+
+@dataclass
+class Tuning:
+    """What `tune` found: the trials, fastest on ``SCREEN`` rays first, the chosen one, None where
+    the promise cannot be kept, and its settings."""
+
+    promise: Promise
+    rays: int
+    seed: int
+    notes: list[str]
+    trials: list[Trial]
+    chosen: Trial | None
+    settings: settings.Settings | None
+
+    @property
+    def closest(self) -> Trial | None:
+        """The trial that misses its worst bound by least; None where there was none."""
+        missed = [t for t in self.trials if t.misses]
+        return min(missed, key=lambda t: max(t.misses.values()), default=None)
+
+    def to_dict(self) -> dict[str, Any]:
+        return {"promise": self.promise.to_dict(), "rays": self.rays, "seed": self.seed,
+                "notes": self.notes, "trials": [t.to_dict() for t in self.trials],
+                "chosen": None if self.chosen is None else self.chosen.to_dict()}
+
+
+def tune(scene: Scene, promise: Promise, rays: int | None = None, seed: int = 0,
+         budget: float = 300.0, names: Sequence[str] | None = None,
+         report: Callable[[str], None] = lambda line: None) -> Tuning:
+    """Find the fastest candidate that keeps a promise.
+
+    Parameters
+    ----------
+    rays : to prove the promise with, and once more to confirm it; raised to what it takes
+    seed : of all rays
+    budget : seconds after which no new candidates are tried, and the fastest of those known go
+        on to their proof; speed options are tried for half as long
+    names : methods to try; None: all of the table
+    report : told of the progress, a line at a time
+    """
+    chosen = [row.name for row in methods()] if names is None else list(names)
+    for name in chosen:
+        find_method(name)
+    return _Search(scene, promise, rays, seed, budget, report).run(chosen)
+
+
+def keeps(found: settings.Settings, scene: Scene, seed: int) -> bool:
+    """Whether settings keep their promise on as many rays of another seed, as counted there."""
+    asked, measured = found.promise, found.measured
+    known = KnownRays(scene, measured["rays"], seed, asked["kinds"])
+    with Tracer(scene, found.method, **found.options) as tracer:
+        answers = known.judge(known.trace(tracer)[0])
+    past, compared = answers.over(asked["max_t_error"])
+    return (answers.wrong.mean() <= asked["max_wrong"]
+            and past <= (1 - asked["t_quantile"]) * compared)
+
+
+class _Search:
+    def __init__(self, scene: Scene, promise: Promise, rays: int | None, seed: int,
+                 budget: float, report: Callable[[str], None]) -> None:
+        self.scene, self.promise, self.seed, self.report = scene, promise, seed, report
+        self.half_time = time.monotonic() + budget / 2      # for what is fast at all
+        self.deadline = time.monotonic() + budget
+        self.notes: list[str] = []
+        self.trials: dict[Candidate, Trial] = {}
+        self._known: dict[tuple[int, int], KnownRays] = {}
+        self._findings: dict[bytes, Finding] = {}
+        self._steps: dict[Candidate, int] = {}
+        self.rays = self._enough(rays)
+
+    def _enough(self, rays: int | None) -> int:
+        """As many rays as the promise takes, if not more, some wrong ones allowed for in t."""
+        hit_share = float(self._rays(SCREEN).truth.hit.mean())
+        needed = self.promise.rays_needed(0.9 * hit_share)
+        if rays is not None and rays < needed:
+            self._say(f"{rays:,} rays cannot prove these bounds, raised to {needed:,}")
+        return max(rays or 0, needed)
+
+    def run(self, names: list[str]) -> Tuning:
+        chosen = None
+        for wave in self._waves(names):
+            chosen = self._settle(wave)
+            if chosen is not None:
+                break
+        trials = sorted(self.trials.values(),
+                        key=lambda t: (-t.rates.get(SCREEN, 0.0), -t.rays_per_second))
+        if chosen is not None:
+            for trial in trials:
+                if trial.outcome == "not reached":
+                    trial.outcome, slower = "slower", trial.times_slower(chosen)
+                    trial.note = trial.note or f"{slower:.2f} times slower" if slower else ""
+        return Tuning(self.promise, self.rays, self.seed, self.notes, trials, chosen,
+                      None if chosen is None else self._settings(chosen))
+
+    # The stages -----------------------------------------------------------------------------
+
+    def _waves(self, names: list[str]) -> Any:
+        """Lists of speed-tuned candidates of default accuracy, the fastest first."""
+        self.report(f"{len(names)} methods on {PROBE:,} rays")
+        probed = self._timed([Candidate(name) for name in names], PROBE, 1)
+        known = [t for t in probed if not t.misses]
+        if not known:
+            return
+        fastest = known[0].rays_per_second
+        near = [t for t in known if FAR_BEHIND * t.rays_per_second >= fastest]
+        far = [t for t in known if t not in near]
+        for trial in far:
+            trial.note = (f"{fastest / trial.rays_per_second:.0f} times slower than "
+                          f"{known[0].candidate} on {PROBE:,} rays")
+        best: list[Trial] = []
+        for trial in near:
+            best += self._beam(trial.candidate)
+        # Once more by turns: what else the machine did meanwhile is no method's fault.
+        fit = [t for t in self._timed([t.candidate for t in best], SCREEN, RUNS) if not t.misses]
+        close = [t for t in fit if BEHIND * t.rays_per_second >= fit[0].rays_per_second]
+        for part in (close, [t for t in fit if t not in close], far):
+            for at in range(0, len(part), WAVE):
+                if part is far and self._late():
+                    return
+                yield part[at:at + WAVE]
+
+    def _beam(self, start: Candidate) -> list[Trial]:
+        """The fastest few of a method's speed options, tried one knob after another."""
+        beam = self._timed([start], SCREEN, RUNS)
+        for changes in speed_knobs(start.method):
+            if time.monotonic() > self.half_time:
+                break
+            self.report(f"{start.method}: {', '.join(sorted({k for c in changes for k in c}))}")
+            more = [t.candidate.changed(**change) for t in beam for change in changes]
+            more = [c for c in dict.fromkeys(more) if c not in self.trials]
+            beam = _fastest(beam + self._timed(more, SCREEN, RUNS))[:BEAM]
+        return beam
+
+    def _settle(self, wave: list[Trial]) -> Trial | None:
+        """The fastest of a wave's candidates, at any accuracy, that keeps the promise."""
+        alive: list[Candidate] = []
+        for method in dict.fromkeys(t.candidate.method for t in wave):
+            mine = [t.candidate for t in wave if t.candidate.method == method]
+            alive += [self._relaxed(config, change) for change in self._hopeful(mine[0])
+                      for config in mine]
+        ahead = self._halved(alive)
+        for trial in ahead:
+            if self._proved(trial):
+                return trial
+            if self._late() and not trial.candidate.accuracy:
+                break
+        return None
+
+    def _hopeful(self, config: Candidate) -> list[dict[str, Any]]:
+        """Combinations of accuracy options that some thousand rays leave a chance. A value that
+        these rule out alone is not tried with others."""
+        combinations: list[dict[str, Any]] = [{}] if self._screen(config) else []
+        survivors = []
+        for changes in accuracy_knobs(config.method):
+            survivors.append([{}, *(change for change in changes if not self._late()
+                                    and self._screen(self._relaxed(config, change)))])
+        for parts in itertools.product(*survivors):
+            change = {name: value for part in parts for name, value in part.items()}
+            several = sum(map(bool, parts)) > 1
+            if change and (not several or not self._late()
+                           and self._screen(self._relaxed(config, change))):
+                combinations.append(change)
+        return combinations
+
+    def _relaxed(self, config: Candidate, change: dict[str, Any]) -> Candidate:
+        """A candidate of changed accuracy: with a step cap, for a ray that low precision sends
+        round in circles would go on for as long as the structure is large."""
+        if set(change) <= {"intersection"}:
+            return config.changed(**change)
+        if config not in self._steps:
+            self._steps[config] = self._rays(SCREEN).most_steps(config.method,
+                                                                dict(config.options))
+        return config.changed(**change, step_cap=STEP_ROOM * self._steps[config])
+
+    def _halved(self, candidates: list[Candidate]) -> list[Trial]:
+        """All candidates, the fastest first: the faster half of them on twice the rays, and so
+        on until few are left."""
+        size, ahead = SCREEN, self._timed(candidates, SCREEN, RUNS)
+        while size < FIELD and not self._late():
+            size = min(FIELD, 2 * size)
+            ahead = [t for t in ahead if not t.misses]
+            half = max(WAVE, len(ahead) // 2)
+            self.report(f"the {min(half, len(ahead))} fastest on {size:,} rays")
+            ahead = self._timed([t.candidate for t in ahead[:half]], size, RUNS) + ahead[half:]
+        return [t for t in ahead if not t.misses]
+
+    def _screen(self, candidate: Candidate) -> bool:
+        """Whether some thousand rays leave a candidate a chance; most lose it on fewer."""
+        trial = self._trial(candidate)
+        self.report(f"{candidate}: screened")
+        for size in (PROBE, SCREEN):
+            finding = self._find(trial, self._rays(size))
+            if finding is None:
+                return False
+            if finding.is_hopeless(self.promise):
+                self._reject(trial, finding, f"on {size:,} rays")
+                return False
+        return True
+
+    def _proved(self, trial: Trial) -> bool:
+        for turn, what in ((1, "proof"), (2, "confirmation")):
+            self.report(f"{trial.candidate}: {what} on {self.rays:,} rays")
+            finding = self._find(trial, self._rays(self.rays, turn))
+            if finding is None:
+                return False
+            if finding.misses(self.promise, trial.texture_bytes):
+                self._reject(trial, finding, f"{what} on {self.rays:,} rays")
+                return False
+        trial.outcome, trial.note = "chosen", f"proved on {2 * self.rays:,} rays"
+        return True
+
+    # What stages are made of ----------------------------------------------------------------
+
+    def _timed(self, candidates: Sequence[Candidate], size: int, runs: int) -> list[Trial]:
+        """Trials of the candidates that can run, timed by turns, the fastest first."""
+        known, done = self._rays(size), []
+        ready: list[tuple[Trial, Tracer, list[float]]]
+        for at in range(0, len(candidates), WAVE):      # so many textures at a time
+            ready = []
+            for candidate in candidates[at:at + WAVE]:
+                trial = self._trial(candidate)
+                tracer = self._open(trial)
+                if tracer is not None:
+                    known.trace(tracer)     # warms up: programs are compiled
+                    ready.append((trial, tracer, []))
+            for _ in range(runs):
+                for _, tracer, seconds in ready:
+                    seconds.append(known.trace(tracer)[1])
+            for trial, tracer, seconds in ready:
+                trial.rates[size] = size / statistics.median(seconds)
+                self._weigh(trial, tracer)
+                tracer.release()
+                done.append(trial)
+        return _fastest(done)
+
+    def _weigh(self, trial: Trial, tracer: Tracer) -> None:
+        trial.texture_bytes = bytes_in_flight(tracer)
+        most = self.promise.max_bytes
+        if most is not None and trial.texture_bytes > most:
+            trial.misses = {**trial.misses, "bytes": trial.texture_bytes / most}
+            trial.outcome, trial.note = "missed", _missed(trial.misses)
+
+    def _open(self, trial: Trial) -> Tracer | None:
+        try:
+            return Tracer(self.scene, trial.candidate.method, **dict(trial.candidate.options))
+        except (OptionError, LimitError) as failure:    # options that do not go together
+            trial.outcome, trial.note = "not possible", " ".join(str(failure).split())
+            return None
+
+    def _find(self, trial: Trial, known: KnownRays) -> Finding | None:
+        """The finding of a trial; judged once for all that answer with the same bits."""
+        tracer = self._open(trial)
+        if tracer is None:
+            return None
+        with tracer:
+            hits, _ = known.trace(tracer)
+            if not trial.rates:
+                trial.rates[len(known)] = len(known) / known.trace(tracer)[1]
+                self._weigh(trial, tracer)
+        key = _digest(hits, known)
+        if key not in self._findings:
+            self._findings[key] = Finding.of(known.judge(hits), self.promise.t_quantile)
+        trial.finding = self._findings[key]
+        return trial.finding
+
+    def _reject(self, trial: Trial, finding: Finding, where: str) -> None:
+        trial.misses = finding.misses(self.promise, trial.texture_bytes)
+        trial.outcome, trial.note = "missed", f"{_missed(trial.misses)}, {where}"
+
+    def _trial(self, candidate: Candidate) -> Trial:
+        return self.trials.setdefault(candidate, Trial(candidate))
+
+    def _rays(self, count: int, turn: int = 0) -> KnownRays:
+        """Rays of a stage; a turn's seed follows from the given one."""
+        if (count, turn) not in self._known:
+            self._known[count, turn] = KnownRays(self.scene, count, _seed(self.seed, turn),
+                                                 self.promise.kinds)
+        return self._known[count, turn]
+
+    def _late(self) -> bool:
+        if time.monotonic() < self.deadline:
+            return False
+        note = "the time is up: candidates that were not tried yet were left out"
+        if note not in self.notes:
+            self._say(note)
+        return True
+
+    def _say(self, note: str) -> None:
+        self.notes.append(note)
+        self.report(note)
+
+    def _settings(self, chosen: Trial) -> settings.Settings:
+        finding = chosen.finding
+        assert finding is not None
+        return settings.Settings(
+            settings.describe(self.scene), open_gpu().renderer, chosen.candidate.method,
+            chosen.candidate.full_options(), self.promise.to_dict(),
+            {"rays": self.rays, "seed": self.seed, "t_error": finding.t_error,
+             "wrong": finding.score.wrong, "wrong_share": finding.score.wrong_share,
+             "upper_95": finding.score.upper_95, "rays_per_second": chosen.rays_per_second,
+             "texture_bytes": chosen.texture_bytes})
+
+
+def _fastest(trials: Sequence[Trial]) -> list[Trial]:
+    return sorted(trials, key=lambda t: -t.rays_per_second)
+
+
+def _missed(misses: dict[str, float]) -> str:
+    return ", ".join(f"{name} {ratio:.3g} times its bound" for name, ratio in misses.items())
+
+
+def _digest(hits: Hits, known: KnownRays) -> bytes:
+    digest = hashlib.sha256(f"{known.seed} {len(known)}".encode())
+    for array in (hits.t, hits.u, hits.v, hits.triangle, hits.status):
+        digest.update(array)
+    return digest.digest()
+
+
+def _seed(seed: int, turn: int) -> int:
+    return 3 * seed + turn

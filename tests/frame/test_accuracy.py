@@ -1,0 +1,205 @@
+"""Known rays, their scores, the reference picture and `gpgpu-rt accuracy`."""
+from __future__ import annotations
+
+import copy
+import json
+
+import numpy as np
+import pytest
+import trimesh
+
+import gpgpu_rt as rt
+from gpgpu_rt import cli
+from gpgpu_rt.accuracy import Yardstick, accuracy
+from gpgpu_rt.candidates import precisions
+from gpgpu_rt.known_rays import WITHIN_BOUND, WRONG, KnownRays, bytes_in_flight
+from gpgpu_rt.methods import find_method
+from gpgpu_rt.reference_picture import reference_picture
+
+METHODS = [row.name for row in rt.methods()]
+
+
+@pytest.fixture(scope="module")
+def ball() -> rt.Scene:
+    """A closed mesh, seen from within and from outside."""
+    mesh = trimesh.creation.icosphere(subdivisions=3)
+    return rt.Scene.from_arrays(mesh.vertices * 3.7 + 1.3, mesh.faces, name="ball")
+
+
+@pytest.fixture(scope="module")
+def known(ball: rt.Scene) -> KnownRays:
+    return KnownRays(ball, 2000, seed=5)
+
+
+def test_rays_follow_the_seed(ball) -> None:
+    one, again, other = (KnownRays(ball, 403, seed) for seed in (1, 1, 2))
+    assert (one.directions == again.directions).all() and (one.truth.t == again.truth.t).all()
+    assert [p.stop - p.start for p in one.parts.values()] == [100, 101, 101, 101]
+    for kind, part in one.parts.items():
+        assert (one.directions[part] != other.directions[part]).any(axis=1).mean() > 0.9, kind
+    eye = KnownRays(ball, 100, 7, ["eye"]).directions.astype(float)
+    pixels = ball.camera.rays((10, 10))[1].reshape(-1, 3)
+    angle = np.arccos(np.clip((eye * pixels).sum(axis=1), -1, 1))
+    assert 0 < np.degrees(angle).max() < ball.camera.fov / 10     # each within its pixel
+    for kinds in ((), ("eye", "eye"), ("ey",)):
+        with pytest.raises(rt.OptionError):
+            KnownRays(ball, 10, 1, kinds)
+
+
+def answers(known: KnownRays, **changes: tuple[np.ndarray, object]):
+    hits = copy.deepcopy(known.truth)
+    for name, (rays, values) in changes.items():
+        getattr(hits, name)[rays] = values
+    return known.judge(hits)
+
+
+def test_the_truth_is_right(known) -> None:
+    score = answers(known).score()
+    assert score.wrong == 0 and score.wrong_share == 0
+    assert score.upper_95 == pytest.approx(1 - 0.05 ** (1 / 2000))
+    assert score.t_error == {"median": 0, "99.9 %": 0, "max": 0}
+
+
+@pytest.mark.parametrize("kind", ["random", "vertices", "edges"])
+def test_a_miss_inside_a_closed_mesh_is_a_leak(known, kind: str) -> None:
+    part = known.parts[kind]
+    rays = np.arange(part.start, part.stop)[known.truth.hit[part]]
+    assert len(rays) > 200
+    found = answers(known, t=(rays, np.inf), triangle=(rays, -1))
+    assert found.categories["leak"][rays].all()
+    assert found.score().wrong == len(rays) == found.score(part).wrong
+    assert not found.categories[WITHIN_BOUND].any()
+
+
+def test_a_leak_to_what_lies_behind(ball) -> None:
+    """From outside a ray that slips through an edge hits the back: no triangle is missed for
+    sure, but all the rays around it meet the front."""
+    rng = np.random.default_rng(3)
+    known = KnownRays(ball, 400, 3, ["edges"])
+    known.origins[:] = np.float32((1.3, 1.3, 9.0)) + rng.uniform(-1, 1, (400, 3)).astype("f4")
+    aim = rng.integers(len(ball), size=400)
+    corners = ball.triangles[aim].astype(float)
+    share = rng.random((400, 1))
+    known.directions[:] = corners[:, 0] * share + corners[:, 1] * (1 - share) - known.origins
+    known.truth = rt.reference.trace(ball, known.origins, known.directions)
+    behind = rt.reference.trace(ball, known.origins, known.directions,
+                                np.where(known.truth.hit, known.truth.t * 1.02, 0))
+    through = np.flatnonzero(behind.hit & (behind.t > 1.1 * known.truth.t))
+    assert len(through) > 300
+    found = answers(known, t=(through, behind.t[through]),
+                    triangle=(through, behind.triangle[through]))
+    assert found.wrong[through].all()
+    # The same at a distance that is off besides, as in low precision.
+    found = answers(known, t=(through, behind.t[through] * 1.01),
+                    triangle=(through, behind.triangle[through]))
+    assert found.categories["wrong distance"][through].all() and found.wrong[through].all()
+
+
+def test_the_rim_of_an_open_mesh_may_be_missed() -> None:
+    """A ring around a ray at the rim sees past it; around one at the diagonal it does not."""
+    corners = np.array([[0, 0, 0], [3, 0, 0.5], [3, 3, 1], [0, 3, 0.5]])
+    square = rt.Scene.from_arrays(corners, [[0, 1, 2], [0, 2, 3]], name="square")
+    known = KnownRays(square, 600, 3, ["edges"])
+    rng = np.random.default_rng(3)
+    ends = np.array([[0, 2], [0, 1], [1, 2], [2, 3], [3, 0]])[np.arange(600) % 5]
+    along = rng.uniform(0.01, 0.99, (600, 1))
+    known.origins[:] = rng.uniform((0, 0, 3), (3, 3, 5), (600, 3))
+    known.directions[:] = (corners[ends[:, 0]] * along + corners[ends[:, 1]] * (1 - along)
+                           - known.origins)
+    known.truth = rt.reference.trace(square, known.origins, known.directions)
+    rays = np.flatnonzero(known.truth.hit)
+    diagonal = rays % 5 == 0
+    assert diagonal.sum() == 120 and len(rays) > 200
+    found = answers(known, t=(rays, np.inf), triangle=(rays, -1))
+    assert found.categories["leak"][rays[diagonal]].all()
+    assert not found.wrong[rays[~diagonal]].any()
+
+
+def test_wrong_distances_are_no_wrong_hits(known) -> None:
+    part = known.parts["random"]
+    rays = np.arange(part.start, part.stop)[known.truth.hit[part]]
+    found = answers(known, t=(rays, known.truth.t[rays] * (1 + 1e-3)))
+    assert not found.wrong.any() and found.categories["wrong distance"][rays].all()
+    assert found.t_error[rays] == pytest.approx(1e-3)
+    assert found.over(0.5e-3) == (len(rays), int(known.truth.hit.sum()))
+    # Another triangle at a wrong distance is wrong still.
+    other = (known.truth.triangle[rays] + 640) % 1280
+    found = answers(known, t=(rays, known.truth.t[rays] * 1.5), triangle=(rays, other))
+    assert found.wrong[rays].all() and np.isnan(found.t_error[rays]).all()
+    eye = np.flatnonzero(known.truth.hit)
+    eye = eye[eye < known.parts["eye"].stop]
+    back = rt.reference.trace(known.scene, known.origins[eye], known.directions[eye],
+                              known.truth.t[eye] * 1.02)
+    eye, t, triangle = eye[back.hit], 1.01 * back.t[back.hit], back.triangle[back.hit]
+    found = answers(known, t=(eye, t), triangle=(eye, triangle))
+    assert len(eye) > 100 and found.categories["wrong triangle"][eye].mean() > 0.95
+    assert found.wrong[eye].all()
+
+
+def test_unfinished_rays_are_wrong(known) -> None:
+    assert answers(known, status=(slice(3, 6), 2)).score().counts["unfinished"] == 3
+
+
+@pytest.mark.parametrize("name", ["cornell", "shirley6"])
+def test_the_reference_picture_is_what_is_drawn(name: str) -> None:
+    scene = rt.load_scene(name)
+    with rt.Tracer(scene) as tracer:
+        drawn = np.asarray(tracer.render(size=(96, 64))) / 255
+    differing = np.abs(drawn - reference_picture(scene, (96, 64))).max(axis=2) > 1 / 255
+    assert differing.mean() < 2e-3
+
+
+def test_bytes_in_flight(ball) -> None:
+    with rt.Tracer(ball) as tracer:
+        for side in (16, 64):
+            tracer.trace(*ball.camera.rays((side, side)))
+            many = bytes_in_flight(tracer, 64 * 64)
+            assert many == pytest.approx(tracer.statistics.texture_bytes, abs=8) or side == 16
+        assert bytes_in_flight(tracer, 128 * 128) > many
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_full_precision_is_right_and_less_is_measured(method: str, ball) -> None:
+    loops = "loop" in find_method(method).schedules     # in passes it takes long
+    yardstick = Yardstick(ball, 128, seed=11, size=(16, 16))
+    rows = {word: yardstick.measure(method, {"precision": word}, 1)
+            for word in precisions(method) if word == "fp32" or word == "fp16" and loops}
+    json.dumps(rows)
+    exact = rows["fp32"]
+    assert exact["all"]["wrong"] == 0 and exact["all"]["counts"]["wrong distance"] == 0
+    assert exact["all"]["t_ulps"]["99.9 %"] < 500 and exact["image"]["rmse"] < 0.05
+    assert set(exact["kinds"]) == {"eye", "random", "vertices", "edges"}
+    for word, row in rows.items():
+        assert row["precision"] == word and row["texture_bytes"] > 0
+        assert row["all"]["rays"] == 512 == sum(k["rays"] for k in row["kinds"].values())
+        assert row["all"]["wrong"] == sum(row["all"]["counts"][name] for name in WRONG)
+        assert ("step_cap" in row["options"]) == (word != "fp32")
+    if "fp16" in rows:
+        assert rows["fp16"]["all"]["t_ulps"]["median"] > 100 * exact["all"]["t_ulps"]["median"]
+
+
+def test_accuracy_command(capsys, tmp_path) -> None:
+    path = tmp_path / "accuracy.json"
+    arguments = ["accuracy", "cornell", "-m", "bvh-threaded,grid", "--precisions", "fp32",
+                 "--octants", "--rays", "64", "--size", "16", "-o", str(path)]
+    assert cli.main([*arguments, "--json"]) == 0
+    out, progress = capsys.readouterr()
+    result = json.loads(out)
+    assert result == json.loads(path.read_text()) and "2 of 2" in progress
+    assert [r["method"] for r in result["rows"]] == ["bvh-threaded", "grid"]
+    assert [r["options"].get("octants") for r in result["rows"]] == [True, None]
+    assert cli.main(arguments) == 0
+    out = capsys.readouterr().out
+    assert "0.012" in out and "wrong" in out     # none of 256 wrong: at most 0.012
+    path.unlink()
+    for more, message in ((["--precisions", "fp12"], "no precision"), (["--rays", "0"], "rays"),
+                          (["-m", "gird"], "did you mean grid"),
+                          (["-m", "grid"], "has an option 'octants'")):
+        assert cli.main([*arguments, *more]) == 1
+        error = capsys.readouterr().err
+        assert message in error.splitlines()[-1] and not path.exists()
+
+
+def test_options_no_method_has(ball) -> None:
+    with pytest.raises(rt.OptionError, match="octants"):
+        accuracy(ball, ["grid"], options={"octants": True}, rays=4)

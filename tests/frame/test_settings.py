@@ -1,0 +1,150 @@
+"""Settings files, `Tracer.from_settings` and the method "auto"."""
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from conftest import assert_same_bits, soup_scene
+
+import gpgpu_rt as rt
+from gpgpu_rt import cli, settings
+from gpgpu_rt.gpu import open_gpu
+
+
+@pytest.fixture
+def scene() -> rt.Scene:
+    return soup_scene(200, seed=1)
+
+
+@pytest.fixture
+def found(scene: rt.Scene) -> settings.Settings:
+    return settings.Settings(settings.describe(scene), open_gpu().renderer, "kd-restart",
+                             {"schedule": "loop", "intersection": "moller-trumbore"},
+                             {"max_wrong": 1e-3}, {"rays": 10})
+
+
+def test_settings_trace_as_their_options_do(scene, found, tmp_path) -> None:
+    path = tmp_path / "settings.json"
+    found.save(path)
+    assert settings.load(path) == found
+    rays = scene.camera.rays((16, 16))
+    with rt.Tracer.from_settings(scene, path) as tracer:
+        assert tracer.method.name == "kd-restart" and tracer.settings == found
+        assert tracer.options["intersection"] == "moller-trumbore"
+        hits = tracer.trace(*rays)
+    with rt.Tracer(scene, "kd-restart", intersection="moller-trumbore") as tracer:
+        assert tracer.settings is None
+        assert_same_bits(hits, tracer.trace(*rays))
+
+
+DROP = object()
+
+
+@pytest.mark.parametrize("change, message", [
+    ({"format": 2}, "format is 2"), ({"format": True}, "format"), ({"format": DROP}, "format"),
+    ({"scene": DROP}, "scene is missing"), ({"scene": []}, "scene is"),
+    ({"scene": {"name": "x", "triangles": 1}}, "scene.sha256 is missing"),
+    ({"scene": {"name": "x", "triangles": "1", "sha256": ""}}, "scene.triangles"),
+    ({"renderer": 3}, "renderer"), ({"method": "kd-restrat"}, "method: .*did you mean kd-restart"),
+    ({"options": {"octants": True}}, "options: .*octants"),
+    ({"options": {"schedule": "lop"}}, "options: .*schedule"),
+    ({"options": {"statistics": True}}, "options.statistics"),
+    ({"promise": None}, "promise"), ({"measured": 1}, "measured"),
+    ({"sceen": {}}, "sceen .*did you mean scene"),
+])
+def test_a_bad_key_is_named(found, tmp_path, change: dict, message: str) -> None:
+    path = tmp_path / "settings.json"
+    found.save(path)
+    entries = {**json.loads(path.read_text()), **change}
+    path.write_text(json.dumps({k: v for k, v in entries.items() if v is not DROP}))
+    with pytest.raises(rt.SettingsError, match=message) as caught:
+        settings.load(path)
+    assert "\n" not in str(caught.value) and str(path) in str(caught.value)
+
+
+@pytest.mark.parametrize("content", [b"", b"[1]", b"{", b"\xff\xfe\x00"])
+def test_what_is_no_settings_file(tmp_path, content: bytes) -> None:
+    path = tmp_path / "settings.json"
+    path.write_bytes(content)
+    with pytest.raises(rt.SettingsError, match="settings.json"):
+        settings.load(path)
+    with pytest.raises(rt.SettingsError, match="No such file"):
+        settings.load(tmp_path / "gone.json")
+
+
+def test_another_scene_or_renderer_is_refused(scene, found, tmp_path) -> None:
+    path = tmp_path / "settings.json"
+    found.save(path)
+    other = soup_scene(201, seed=1)
+    with pytest.raises(rt.SettingsError, match="200 triangles, this is soup with 201"):
+        rt.Tracer.from_settings(other, path)
+    moved = soup_scene(200, seed=2)
+    with pytest.raises(rt.SettingsError, match="another content"):
+        rt.Tracer.from_settings(moved, path)
+    with rt.Tracer.from_settings(moved, path, force=True) as tracer:
+        assert tracer.method.name == "kd-restart"
+    replace(found, renderer="GeForce 6800").save(path)
+    with pytest.raises(rt.SettingsError, match="'GeForce 6800', this is"):
+        rt.Tracer.from_settings(scene, path)
+
+
+def test_options_beside_settings(scene, found, tmp_path) -> None:
+    path = tmp_path / "settings.json"
+    found.save(path)
+    with rt.Tracer.from_settings(scene, path, statistics=True, schedule="loop") as tracer:
+        assert tracer.options["statistics"]
+    for name, value in (("schedule", "step"), ("storage", "fp16")):
+        with pytest.raises(rt.OptionError, match=f"option {name}={value}"):
+            rt.Tracer.from_settings(scene, path, **{name: value})
+
+
+def test_auto(scene, found, tmp_path, monkeypatch) -> None:
+    def chosen(**options) -> tuple[str, settings.Settings | None]:
+        with rt.Tracer(scene, "auto", **options) as tracer:
+            return tracer.method.name, tracer.settings
+
+    safe = ("bvh-threaded", None)
+    monkeypatch.setenv("GPGPU_RT_CACHE", "")
+    assert settings.store(found) is None and chosen() == safe
+    monkeypatch.setenv("GPGPU_RT_CACHE", str(tmp_path / "cache"))
+    assert chosen() == safe
+    path = settings.store(found)
+    assert chosen() == ("kd-restart", found) == chosen(statistics=True)
+    assert chosen(octants=False) == safe == chosen(schedule="step")   # not what was measured
+    settings.store(replace(found, renderer="GeForce 6800"))
+    assert chosen() == ("kd-restart", found)
+    path.write_text(path.read_text()[:-20])
+    assert chosen() == safe
+    with rt.Tracer(scene, "auto") as tracer:
+        assert tracer.options["octants"]
+
+
+def test_commands_take_settings(capsys, tmp_path, monkeypatch) -> None:
+    monkeypatch.setenv("GPGPU_RT_CACHE", "")
+    scene = rt.load_scene("cornell")
+    path, image = tmp_path / "settings.json", tmp_path / "box.png"
+    settings.Settings(settings.describe(scene), open_gpu().renderer, "grid",
+                      {"schedule": "step"}).save(path)
+    render = ["render", "cornell", "--size", "8", "-o", str(image)]
+    assert cli.main([*render, "--settings", str(path), "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["method"] == "grid" and report["options"]["schedule"] == "step"
+    assert cli.main([*render, "-m", "auto"]) == 0
+    assert "bvh-threaded" in capsys.readouterr().out
+    origins, directions = scene.camera.rays((4, 4))
+    np.savez(tmp_path / "rays.npz", origins=origins, directions=directions)
+    trace = [str(tmp_path / "rays.npz"), "-o", str(tmp_path / "hits.npz"), "--settings", str(path)]
+    assert cli.main(["trace", "cornell", *trace]) == 0
+    assert "grid" in capsys.readouterr().out
+    image.unlink()
+    for more, message in ((["--settings", str(path), "-m", "grid"], "not both"),
+                          (["--force"], "--settings"),
+                          (["--settings", str(path), "--schedule", "loop"], "schedule=loop"),
+                          (["--settings", str(tmp_path / "gone")], "cannot read settings")):
+        assert cli.main([*render, *more]) == 1
+        error = capsys.readouterr().err
+        assert message in error and error.count("\n") == 1 and not image.exists()
+    assert cli.main(["render", "shirley6", "-o", str(image), "--settings", str(path)]) == 1
+    assert "shirley6" in capsys.readouterr().err
