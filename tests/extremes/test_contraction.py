@@ -29,7 +29,7 @@ def test_mirror_gives_the_bits(exact_renderer, name: str, seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [3])
 def test_contraction_leaks(seed: int) -> None:
-    case = make_case("sphere-edges", 3000, seed)
+    case = make_case("sphere-edges", 1200, seed)
     rays = case.triangles, case.origins, case.directions
     assert mirror.trace(*rays).hit.all()
     assert not mirror.trace(*rays, contract=True).hit.all()
@@ -38,7 +38,7 @@ def test_contraction_leaks(seed: int) -> None:
 @pytest.mark.parametrize("seed", [4])
 def test_row_6_double_hits(seed: int, record_property) -> None:
     """Rays through a closed mesh's edges hit a triangle or two; how many hit two is noted."""
-    case = make_case("sphere-edges", 3000, seed)
+    case = make_case("sphere-edges", 1000, seed)
     count = mirror.hits_a_ray(case.triangles, case.origins, case.directions)
     record_property("rays that hit two triangles", int((count > 1).sum()))
     assert count.min() >= 1 and count.max() <= 2
