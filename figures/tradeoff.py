@@ -27,8 +27,7 @@ def _options(row: rt.Method, full: bool) -> list[dict[str, Any]]:
     in full precision."""
     table = option_table(row.name)
     found: list[dict[str, Any]] = [{}]
-    if full or "loop" in row.schedules:     # in passes rays that never end take minutes
-        found += [{"precision": word} for word in precisions(row.name) if word != "fp32"]
+    found += [{"precision": word} for word in precisions(row.name) if word != "fp32"]
     if not full and row.name not in DETAIL:
         return found
     for name, option in table.items():
@@ -38,9 +37,11 @@ def _options(row: rt.Method, full: bool) -> list[dict[str, Any]]:
 
 
 def cells_of(scene: str, full: bool) -> list[Cell]:
-    """The cells of one scene. ``brute-force`` would take minutes and hits what the grid hits."""
+    """The cells of one scene. ``brute-force`` would take minutes and hits what the grid hits; so
+    would, where it must be quick, a method that runs in passes alone."""
     return [Cell(scene, row.name, tuple(options.items()), 192 if full else 64, "accuracy", 3)
-            for row in rt.methods() if row.name != "brute-force"
+            for row in rt.methods()
+            if row.name != "brute-force" and (full or "loop" in row.schedules)
             for options in _options(row, full)]
 
 

@@ -356,7 +356,7 @@ class _Search:
     def _rays(self, count: int, turn: int = 0) -> KnownRays:
         """Rays of a stage; a turn's seed follows from the given one."""
         if (count, turn) not in self._known:
-            self._known[count, turn] = KnownRays(self.scene, count, _seed(self.seed, turn),
+            self._known[count, turn] = KnownRays(self.scene, count, 3 * self.seed + turn,
                                                  self.promise.kinds)
         return self._known[count, turn]
 
@@ -397,7 +397,3 @@ def _digest(hits: Hits, known: KnownRays) -> bytes:
     for array in (hits.t, hits.u, hits.v, hits.triangle, hits.status):
         digest.update(array)
     return digest.digest()
-
-
-def _seed(seed: int, turn: int) -> int:
-    return 3 * seed + turn
