@@ -88,6 +88,12 @@ def _prepare_ropes(triangles: np.ndarray, options: Mapping[str, Any],
     return prepared
 
 
+def _for_packets(prepared: Accelerator, options: Mapping[str, Any]) -> Accelerator:
+    """A packet takes at most the steps that its rays would take one after another."""
+    prepared.step_bound *= options["packet"][0] * options["packet"][1]
+    return prepared
+
+
 def _packet_row(name: str, summary: str, citation: str, single: str, **more: Any) -> Method:
     """The row of a packet method: its state is what single rays are left with."""
     return Method(
@@ -128,12 +134,15 @@ ROWS = (
     _row("kd-ropes", "kd-tree, from leaf to leaf along ropes", "Popov et al. 2007",
          ("follow_rope",), tables=(KD_LEAF,), prepare=_prepare_ropes),
     _packet_row("kd-packet", "several rays a fragment, with push-down and short stack",
-                "Horn et al. 2007", "kd-short-stack", tables=_TABLES, prepare=_prepare,
+                "Horn et al. 2007", "kd-short-stack", tables=_TABLES,
+                prepare=lambda triangles, options: _for_packets(_prepare(triangles, options),
+                                                                options),
                 options=(*_BUILD_OPTIONS, _PACKET, _PUSH_DOWN, Option(
                     "stack_size", 3, "entries of the stack; none: restarts alone", int,
                     choices=(0, 1, 2, 3, 4), define="STACK_SIZE")), stack=True),
     _packet_row("kd-ropes-packet", "several rays a fragment, along ropes that are not pushed down",
                 "Popov et al. 2007", "kd-ropes", tables=(*_TABLES, KD_LEAF),
-                prepare=lambda triangles, options: _prepare_ropes(triangles, options, False),
+                prepare=lambda triangles, options: _for_packets(
+                    _prepare_ropes(triangles, options, False), options),
                 options=(*_BUILD_OPTIONS, _PACKET)),
 )

@@ -17,6 +17,10 @@ def watching(tracer: rt.Tracer, look: Callable[[Fields, Fields], None]) -> Itera
     """Within, ``look(state, hit)`` gets the target's fields by name, one entry a texel, after each
     pass of the tracer's traversal; the buffers begin as zeros, as fresh textures need not."""
     traversal = tracer._traversal
+    if tracer.method.packet:
+        with _watching_packets(tracer, look):
+            yield
+        return
     draw = traversal._draw
     names = traversal.method.state.name, HIT.name
 
@@ -31,3 +35,20 @@ def watching(tracer: rt.Tracer, look: Callable[[Fields, Fields], None]) -> Itera
         yield
     finally:
         del traversal._draw
+
+
+@contextmanager
+def _watching_packets(tracer: rt.Tracer, look: Callable[[Fields, Fields], None]) -> Iterator[None]:
+    """Packets keep their state in registers: what they leave behind a whole run is looked at."""
+    traversal, run = tracer._traversal, tracer._traversal.run
+
+    def run_and_look(*arguments, **more):
+        tracer._buffers.side(0).target.clear()
+        side, stopped = run(*arguments, **more)
+        look(side.fields(tracer.method.state.name), side.fields(HIT.name))
+        return side, stopped
+    traversal.run = run_and_look
+    try:
+        yield
+    finally:
+        del traversal.run
