@@ -1,7 +1,8 @@
 #version 330 core
 // The driver of packet methods: traces RAYS rays a fragment, their whole way in one pass, and
-// writes two rays' t and triangle to each render target (Horn et al. 2007 write a ray to each).
-// What is left of each hit is computed again from these (passes/packet_hits.frag).
+// writes each one's hit to a render target of its own, as Horn et al. 2007 do. With PAIRS there are
+// more rays than targets: each takes two rays' t and triangle, and passes/packet_hits.frag computes
+// the rest of a hit again.
 //
 // A method defines start_packet; next_turn, which begins with rays that go together, and is false
 // when there are none; step_packet, false when they are through; and is_settled(r), which tells a ray
@@ -32,7 +33,11 @@ int steps = 0;
 #ifdef STATISTICS
 out vec4 packet_counters;   // drawn apart: hits may fill all render targets
 #else
+#ifdef PAIRS
 layout(location = 0) out uvec4 packet_target[PACKET_TARGETS];
+#else
+layout(location = 0) out vec4 packet_target[PACKET_TARGETS];
+#endif
 #endif
 
 void load(int r) {
@@ -46,13 +51,18 @@ void load(int r) {
     hits[r] = no_hit(stored(rays[r].t_max));
 }
 
-#ifndef STATISTICS
+#ifdef PAIRS
 uvec2 packed_hit(int r) {
     uint triangle = uint(hits[r].triangle) | (is_settled(r) ? 0u : UNSETTLED);
     return uvec2(floatBitsToUint(hits[r].t), triangle);
 }
-
-#define STORE(k) packet_target[k] = uvec4(packed_hit(2 * k), packed_hit(min(2 * k + 1, RAYS - 1)));
+#define STORE(k) packet_target[k] = uvec4(packed_hit(2 * k), packed_hit(2 * k + 1));
+#else
+vec4 whole_hit(int r) {
+    int triangle = is_settled(r) ? hits[r].triangle : -1 - hits[r].triangle;
+    return vec4(hits[r].t, hits[r].u, hits[r].v, triangle);
+}
+#define STORE(k) packet_target[k] = whole_hit(k);
 #endif
 
 void main() {
@@ -71,6 +81,6 @@ void main() {
     packet_counters = vec4(counters.nodes_visited, counters.leaves_visited,
                            counters.triangles_tested, steps);
 #else
-    EACH_PAIR(STORE)
+    EACH_TARGET(STORE)
 #endif
 }

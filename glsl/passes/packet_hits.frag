@@ -1,6 +1,6 @@
 #version 330 core
-// From packets to rays: each ray's state, hit and counters, as single-ray methods leave them. u and
-// v come from testing the triangle once more, which gives the same bits.
+// From packets to rays: each ray's state, hit and counters, as single-ray methods leave them. With
+// PAIRS, u and v come from testing the triangle once more, which gives the same bits.
 
 #include "common/precision.glsl"
 #include "common/fetch.glsl"
@@ -14,40 +14,52 @@
 #include "common/phase.glsl"
 #include "common/packet.glsl"
 
+#ifdef PAIRS
 #define DECLARE(k) uniform usampler2D packet_texels_##k;
-EACH_PAIR(DECLARE)
+#else
+#define DECLARE(k) uniform sampler2D packet_texels_##k;
+#endif
+EACH_TARGET(DECLARE)
 #ifdef STATISTICS
 uniform sampler2D packet_counters;
 #endif
 uniform int unsettled_phase;   // of a ray that its packet's limit on steps left behind
 
-#define READ(k) texel = pair == k ? texelFetch(packet_texels_##k, packet, 0) : texel;
+#define READ(k) texel = target == k ? texelFetch(packet_texels_##k, packet, 0) : texel;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     ivec2 packet = pixel / PACKET_SIZE;
     ivec2 place = pixel - packet * PACKET_SIZE;
     int r = place.x + PACKET_WIDTH * place.y;
-    int pair = r / 2;
+#ifdef PAIRS
+    int target = r / 2;
     uvec4 texel = uvec4(0u);
-    EACH_PAIR(READ)
+    EACH_TARGET(READ)
     uint triangle = r % 2 == 0 ? texel.y : texel.w;
-
+    bool settled = (triangle & UNSETTLED) == 0u;
     Ray ray = ray_setup(rays_load(pixel));
     Hit hit = no_hit(ray.t_max);
-    State state = State((triangle & UNSETTLED) != 0u ? unsettled_phase : DONE, 0);
+#ifdef STATISTICS
+    counters = Counters(0, 0, 0);
+#endif
+    if (int(triangle & ~UNSETTLED) != NO_TRIANGLE) {
+        test_triangle(ray, int(triangle & ~UNSETTLED), hit);
+    }
+#else
+    int target = r;
+    vec4 texel = vec4(0.0);
+    EACH_TARGET(READ)
+    int triangle = int(texel.w);
+    bool settled = triangle >= 0;
+    Hit hit = Hit(texel.x, texel.y, texel.z, settled ? triangle : -1 - triangle);
+#endif
+    State state = State(settled ? DONE : unsettled_phase, 0);
 #ifdef STATISTICS
     vec4 counted = texelFetch(packet_counters, packet, 0);
     state.steps = int(counted.w);
-    counters = Counters(0, 0, 0);
-#endif
-    int index = int(triangle & ~UNSETTLED);
-    if (index != NO_TRIANGLE) {
-        test_triangle(ray, index, hit);
-    }
-    state_store(state);
-    hit_store(hit_stored(hit));
-#ifdef STATISTICS
     counters_store(Counters(int(counted.x), int(counted.y), int(counted.z)));
 #endif
+    state_store(state);
+    hit_store(hit_stored(hit));
 }

@@ -35,7 +35,9 @@ class PacketTraversal:
         self.samplers = dict(samplers)
         self.precision = Precision.of(options)
         self.packet: tuple[int, int] = options["packet"]
-        self.pairs = -(-self.packet[0] * self.packet[1] // 2)   # of rays, one a target
+        self.rays = self.packet[0] * self.packet[1]
+        self.pairs = self.rays > gpu.max_draw_buffers   # of rays a target, where one each is too many
+        self.targets = self.rays // 2 if self.pairs else self.rays
         self.statistics_on = bool(options["statistics"])
         self._programs: dict[object, FullScreenPass] = {}
         self._room: _PacketRoom | None = None
@@ -119,14 +121,13 @@ class PacketTraversal:
         return self._programs[name, any_hit]
 
     def _defines(self, any_hit: bool) -> dict[str, object]:
-        count = self.packet[0] * self.packet[1]
         return {
             **self.method.defines(self.options), **self.precision.defines(),
             **self.accelerator.defines,
             "PACKET_WIDTH": self.packet[0], "PACKET_HEIGHT": self.packet[1],
-            "PACKET_TARGETS": self.pairs,
-            "EACH(f)": " ".join(f"f({r});" for r in range(count)),
-            "EACH_PAIR(f)": " ".join(f"f({k})" for k in range(self.pairs)),
+            "PACKET_TARGETS": self.targets, "PAIRS": self.pairs,
+            "EACH(f)": " ".join(f"f({r});" for r in range(self.rays)),
+            "EACH_TARGET(f)": " ".join(f"f({k})" for k in range(self.targets)),
             "ANY_HIT": any_hit, "STATISTICS": self.statistics_on,
             "TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2,
             word_define("INTERSECTION", self.options["intersection"]): True}
@@ -166,7 +167,8 @@ class PacketTraversal:
         if self._room is None or self._room.size != packets:
             if self._room is not None:
                 self._room.release()
-            self._room = _PacketRoom(self.gpu, packets, self.pairs, self.statistics_on)
+            self._room = _PacketRoom(self.gpu, packets, self.targets, self.pairs,
+                                     self.statistics_on)
         return self._room
 
     def bytes(self) -> int:
@@ -189,12 +191,14 @@ class PacketTraversal:
 
 
 class _PacketRoom:
-    """What packets draw into: two rays' hits a target, and their counters in a pass apart."""
+    """What packets draw into: one or two rays' hits a target; their counters in a pass apart."""
 
-    def __init__(self, gpu: Gpu, size: tuple[int, int], pairs: int, statistics: bool) -> None:
+    def __init__(self, gpu: Gpu, size: tuple[int, int], targets: int, pairs: bool,
+                 statistics: bool) -> None:
         self.gpu, self.size = gpu, size
         what = f"{size[0] * size[1]} packets"
-        self.hits = [make_texture(gpu, size, 4, what, dtype="u4") for _ in range(pairs)]
+        self.hits = [make_texture(gpu, size, 4, what, dtype="u4" if pairs else "f4")
+                     for _ in range(targets)]
         self.counters = [make_texture(gpu, size, 4, what)] if statistics else []
         self.targets = {"packet": gpu.context.framebuffer(self.hits)}
         if statistics:

@@ -1,0 +1,55 @@
+"""The four Foley scenes: no ray is wrong beyond its own derived bound, by any method."""
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import FOLEY, RAY_SETS, real_scene
+
+import gpgpu_rt as rt
+from gpgpu_rt.judge import judge
+
+KINDS = ("eye", "random", "vertices", "edges")
+SIDE = 500   # 10^6 rays a scene: 250,000 of each kind
+# A pass for each triangle, and passes over every level of a stack: these take fewer rays.
+SIDES = {"brute-force": 160, "kd-texture-stack": 160}
+
+
+def check(name: str, kind: str, side: int, sides: dict[str, int], seed: int) -> None:
+    scene = real_scene(name)
+    origins, directions = RAY_SETS[kind](scene, side * side, seed)
+    reference = rt.reference.trace(scene, origins, directions, accelerated=True)
+    wrong = {}
+    for row in rt.methods():
+        n = sides.get(row.name, side) ** 2
+        some = slice(0, len(origins), max(1, len(origins) // n))
+        with rt.Tracer(scene, row.name) as tracer:
+            hits = tracer.trace(origins[some], directions[some])
+        expected = rt.Hits(*(getattr(reference, field)[some]
+                             for field in ("t", "u", "v", "triangle", "status")))
+        verdict = judge(scene, origins[some], directions[some], hits, reference=expected)
+        if verdict.wrong_share:
+            wrong[row.name] = verdict.counts
+    assert not wrong
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("seed", [41], ids="seed{}".format)
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("name", FOLEY)
+def test_no_ray_of_a_million_is_wrong(name: str, kind: str, seed: int) -> None:
+    check(name, kind, SIDE, SIDES, seed)
+
+
+@pytest.mark.parametrize("kind", ["vertices", "edges"])
+@pytest.mark.parametrize("name", ["bunny", "kitchen"])
+def test_few_rays_find_no_fault(name: str, kind: str) -> None:
+    check(name, kind, 64, {"brute-force": 8, "kd-texture-stack": 16}, 42)
+
+
+def test_the_judge_is_not_asleep() -> None:
+    scene = real_scene("cornell")
+    origins, directions = RAY_SETS["random"](scene, 400, 1)
+    with rt.Tracer(scene) as tracer:
+        hits = tracer.trace(origins, directions)
+    hits.t[np.flatnonzero(hits.hit)[:7]] *= 1.01
+    assert judge(scene, origins, directions, hits).wrong_share == pytest.approx(7 / 400)
