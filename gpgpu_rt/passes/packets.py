@@ -36,7 +36,7 @@ class PacketTraversal:
         self.precision = Precision.of(options)
         self.packet: tuple[int, int] = options["packet"]
         self.rays = self.packet[0] * self.packet[1]
-        self.pairs = self.rays > gpu.max_draw_buffers   # of rays a target, where one each is too many
+        self.pairs = self.rays > gpu.max_draw_buffers   # of rays a target: one each is too many
         self.targets = self.rays // 2 if self.pairs else self.rays
         self.statistics_on = bool(options["statistics"])
         self._programs: dict[object, FullScreenPass] = {}
