@@ -16,6 +16,7 @@ from .output import markdown_table, number, plt, save_chart, write_csv, write_te
 PRECISIONS = ({"precision": "fp24"}, {"precision": "fp16"})
 STORED = tuple({"storage": "fp16", "rounding": rounding} for rounding in ("nearest", "chop", "up"))
 CAP = 10_000    # of settings in which rays may go round: far above what most rays need here
+DETAIL = ("grid", "kd-restart", "bvh-threaded")   # where it must be quick, all settings of these
 CATEGORIES = ("leak", "false hit", "wrong triangle", "wrong distance", "unfinished")
 
 
@@ -34,8 +35,11 @@ def settings_of(row: Any) -> list[dict[str, Any]]:
 
 
 def cells(full: bool) -> list[Cell]:
+    """Every setting of every method; where it must be quick, the defaults of most, and no method
+    that runs in passes alone."""
     return [Cell("extremes", row.name, tuple(options.items()), 128 if full else 24, "extremes", 1)
-            for row in rt.methods() for options in settings_of(row)]
+            for row in rt.methods() if full or "loop" in row.schedules
+            for options in settings_of(row)[:None if full or row.name in DETAIL else 1]]
 
 
 def label(cell: Cell) -> str:
