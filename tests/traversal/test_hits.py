@@ -117,7 +117,8 @@ def test_any_hit_agrees_with_closest(method: str, options: dict, schedule: dict)
     assert long[closest.hit].mean() > 0.998
 
 
-@pytest.mark.parametrize("name", FOLEY)
+@pytest.mark.parametrize("name", [
+    name if name != "robots" else pytest.param(name, marks=pytest.mark.full) for name in FOLEY])
 def test_real_scene_matches_oracle(name: str) -> None:
     """Quick: every method on 4,096 rays of each kind, against the float64 oracle."""
     scene = real_scene(name)
@@ -165,7 +166,7 @@ def test_a_hit_ends_the_search(method: str) -> None:
                                  np.arange(triangles.size // 3).reshape(-1, 3))
     start = np.random.default_rng(3).random((600, 3)).astype(np.float32) * np.float32([1, 1, 0])
     directions = np.tile(np.float32([0.01, 0.02, -1]), (600, 1))
-    shares = {}
+    shares: dict[str, float] = {}
     for options in variants(method):
         before, behind = (trace(scene, method, (start + np.float32([0, 0, z]), directions),
                                 statistics=True, **options) for z in (1.6, 1.4))
@@ -173,4 +174,6 @@ def test_a_hit_ends_the_search(method: str) -> None:
         missed = ~behind.hit
         shares[str(options)] = (before.nodes_visited[missed].mean()
                                 / behind.nodes_visited[missed].mean())
-    assert min(shares.values()) < 0.5, shares
+        if shares[str(options)] < 0.5:
+            return
+    pytest.fail(str(shares))
