@@ -107,6 +107,11 @@ def soup_scene(count: int, seed: int, size: float = 0.2) -> rt.Scene:
     return rt.Scene.from_arrays(corners, np.arange(len(corners)).reshape(-1, 3), name="soup")
 
 
+def part_of(hits: rt.Hits, some: slice) -> rt.Hits:
+    """The answers to some of the rays."""
+    return rt.Hits(*(getattr(hits, name)[some] for name in ("t", "u", "v", "triangle", "status")))
+
+
 def assert_same_bits(hits: rt.Hits, expected: rt.Hits, allowed: float = 0.0) -> None:
     """t, triangle, u and v equal to the bit, but for a share ``allowed`` of the rays."""
     differing = np.zeros(len(hits), bool)

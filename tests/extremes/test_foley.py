@@ -3,12 +3,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import FOLEY, RAY_SETS, real_scene
+from conftest import FOLEY, RAY_SETS, part_of, real_scene
 
 import gpgpu_rt as rt
 from gpgpu_rt.judge import judge
 
 KINDS = ("eye", "random", "vertices", "edges")
+ANSWER = ("t", "u", "v", "triangle", "status")
 SIDE = 500   # 10^6 rays a scene: 250,000 of each kind
 # A pass for each triangle, and passes over every level of a stack: these take fewer rays.
 SIDES = {"brute-force": 160, "kd-texture-stack": 160}
@@ -18,7 +19,7 @@ def check(name: str, kind: str, side: int, sides: dict[str, int], seed: int) -> 
     scene = real_scene(name)
     origins, directions = RAY_SETS[kind](scene, side * side, seed)
     reference = rt.reference.trace(scene, origins, directions, accelerated=True)
-    wrong = {}
+    wrong, verdicts = {}, {}    # most methods answer alike: a verdict an answer
     for row in rt.methods():
         n = sides.get(row.name, side) ** 2
         if not n:
@@ -26,9 +27,11 @@ def check(name: str, kind: str, side: int, sides: dict[str, int], seed: int) -> 
         some = slice(0, len(origins), max(1, len(origins) // n))
         with rt.Tracer(scene, row.name) as tracer:
             hits = tracer.trace(origins[some], directions[some])
-        expected = rt.Hits(*(getattr(reference, field)[some]
-                             for field in ("t", "u", "v", "triangle", "status")))
-        verdict = judge(scene, origins[some], directions[some], hits, reference=expected)
+        answer = some.step, *(getattr(hits, field).tobytes() for field in ANSWER)
+        if answer not in verdicts:
+            verdicts[answer] = judge(scene, origins[some], directions[some], hits,
+                                     reference=part_of(reference, some))
+        verdict = verdicts[answer]
         if verdict.wrong_share:
             wrong[row.name] = verdict.counts
     assert not wrong
@@ -42,9 +45,9 @@ def test_no_ray_of_a_million_is_wrong(name: str, kind: str, seed: int) -> None:
     check(name, kind, SIDE, SIDES, seed)
 
 
-@pytest.mark.parametrize("kind", ["vertices", "edges"])
-def test_few_rays_find_no_fault(kind: str) -> None:
-    check("bunny", kind, 64, dict.fromkeys(SIDES, 0), 42)
+@pytest.mark.parametrize("name, kind", [("bunny", "edges"), ("kitchen", "vertices")])
+def test_few_rays_find_no_fault(name: str, kind: str) -> None:
+    check(name, kind, 64, dict.fromkeys(SIDES, 0), 42)
 
 
 def test_the_judge_is_not_asleep() -> None:

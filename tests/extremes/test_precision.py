@@ -76,8 +76,9 @@ def low_precisions() -> list:
     is where kd-trees go round. The quick suite takes the cases and settings that tell most."""
     combinations = []
     for name, method, options in itertools.product(CASES, ROWS, SETTINGS):
-        quick = name == "degenerate" and (options.get("precision") == "fp16"
-                                          or options.get("storage") == "fp16")
+        quick = name == "degenerate" and (
+            options.get("precision") == "fp16" and options["rounding"] == "up"
+            or options.get("storage") == "fp16" and options["rounding"] != "chop")
         combinations.append(pytest.param(
             name, method, options, id="-".join([name, method, *options, *options.values()]),
             marks=() if quick else pytest.mark.full))

@@ -158,24 +158,37 @@ def test_bytes_in_flight(ball) -> None:
         assert bytes_in_flight(tracer, 128 * 128) > many
 
 
+@pytest.fixture(scope="module")
+def yardstick(ball: rt.Scene) -> Yardstick:
+    return Yardstick(ball, 128, seed=11, size=(16, 16))
+
+
+def check_row(row: dict, word: str) -> None:
+    json.dumps(row)
+    assert row["precision"] == word and row["texture_bytes"] > 0
+    assert set(row["kinds"]) == {"eye", "random", "vertices", "edges"}
+    assert row["all"]["rays"] == 512 == sum(k["rays"] for k in row["kinds"].values())
+    assert row["all"]["wrong"] == sum(row["all"]["counts"][name] for name in WRONG)
+    assert ("step_cap" in row["options"]) == (word != "fp32")
+
+
 @pytest.mark.parametrize("method", METHODS)
-def test_full_precision_is_right_and_less_is_measured(method: str, ball) -> None:
-    loops = "loop" in find_method(method).schedules     # in passes it takes long
-    yardstick = Yardstick(ball, 128, seed=11, size=(16, 16))
-    rows = {word: yardstick.measure(method, {"precision": word}, 1)
-            for word in precisions(method) if word == "fp32" or word == "fp16" and loops}
-    json.dumps(rows)
-    exact = rows["fp32"]
+def test_full_precision_is_right(method: str, yardstick: Yardstick) -> None:
+    exact = yardstick.measure(method, {"precision": "fp32"}, 1)
+    check_row(exact, "fp32")
     assert exact["all"]["wrong"] == 0 and exact["all"]["counts"]["wrong distance"] == 0
     assert exact["all"]["t_ulps"]["99.9 %"] < 500 and exact["image"]["rmse"] < 0.05
-    assert set(exact["kinds"]) == {"eye", "random", "vertices", "edges"}
-    for word, row in rows.items():
-        assert row["precision"] == word and row["texture_bytes"] > 0
-        assert row["all"]["rays"] == 512 == sum(k["rays"] for k in row["kinds"].values())
-        assert row["all"]["wrong"] == sum(row["all"]["counts"][name] for name in WRONG)
-        assert ("step_cap" in row["options"]) == (word != "fp32")
-    if "fp16" in rows:
-        assert rows["fp16"]["all"]["t_ulps"]["median"] > 100 * exact["all"]["t_ulps"]["median"]
+
+
+@pytest.mark.parametrize("method", [
+    name if name in ("bvh-threaded", "grid", "kd-restart") else
+    pytest.param(name, marks=pytest.mark.full) for name in METHODS
+    if "loop" in find_method(name).schedules and "fp16" in precisions(name)])   # else too slow
+def test_less_precision_is_measured(method: str, yardstick: Yardstick) -> None:
+    rows = {word: yardstick.measure(method, {"precision": word}, 1) for word in ("fp32", "fp16")}
+    check_row(rows["fp16"], "fp16")
+    assert (rows["fp16"]["all"]["t_ulps"]["median"]
+            > 100 * rows["fp32"]["all"]["t_ulps"]["median"])
 
 
 def test_accuracy_command(capsys, tmp_path) -> None:

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import RAY_SETS, assert_same_bits, schedules_of, soup_scene
+from conftest import RAY_SETS, SCHEDULES, assert_same_bits, schedules_of, soup_scene
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -80,25 +80,44 @@ def test_fp32_programs_hold_no_trace_of_rounding() -> None:
         assert tracer.precision == Precision("fp32", "fp16")
 
 
-@pytest.mark.parametrize("row", rt.methods(), ids=lambda row: row.name)
-@pytest.mark.parametrize("lower", [{"storage": "fp16"}, {"arithmetic": "fp24"},
-                                   {"precision": "fp16", "rounding": "up"}],
-                         ids=lambda lower: "-".join(lower.values()))
-def test_schedules_agree_in_low_precision(exact_renderer, row: rt.Method, lower: dict) -> None:
+LOWER = {"fp16-stored": {"storage": "fp16"}, "fp24-computed": {"arithmetic": "fp24"},
+         "fp16-up": {"precision": "fp16", "rounding": "up"}}
+# A program each: the quick suite takes every schedule once, and every format.
+QUICK = {("fp16-stored", "step1"), ("fp16-stored", "kernels"), ("fp24-computed", "step16")}
+IN_PASSES = [pytest.param(row.name, lower, name, id=f"{lower}-{name}-{row.name}",
+                          marks=() if (lower, name) in QUICK else pytest.mark.full)
+             for row in rt.methods() for lower in LOWER
+             for name in schedules_of(row, ("step1", "kernels", "step16"))]
+
+
+@pytest.mark.parametrize("method, lower, schedule", IN_PASSES)
+def test_schedules_agree_in_low_precision(exact_renderer, method: str, lower: str,
+                                          schedule: str) -> None:
     """Under `loop` a step leaves what the others' textures would have held."""
     scene = soup_scene(60, seed=12)
     rays = RAY_SETS["random"](scene, 400, 3)
-    options = {**lower, "step_cap": 500}
-    with rt.Tracer(scene, row.name, **options) as tracer:
-        best = tracer.trace(*rays)
-    with rt.Tracer(scene, row.name) as tracer:
-        full = tracer.trace(*rays)
-    assert (best.t != full.t).mean() > 0.1 * full.hit.mean(), "the option changed nothing"
-    for schedule in schedules_of(row, ("step1", "kernels", "step16")).values():
-        with rt.Tracer(scene, row.name, **options, **schedule) as tracer:
-            hits = tracer.trace(*rays)
-        assert_same_bits(hits, best)
-        assert (hits.status == best.status).all()
+    options = {**LOWER[lower], "step_cap": 500}
+    answers = []
+    for more in ({}, SCHEDULES[schedule]):
+        with rt.Tracer(scene, method, **options, **more) as tracer:
+            answers.append(tracer.trace(*rays))
+    assert_same_bits(*answers)
+    assert (answers[0].status == answers[1].status).all()
+
+
+@pytest.mark.parametrize("lower", [
+    lower if lower == "fp16-stored" else pytest.param(lower, marks=pytest.mark.full)
+    for lower in LOWER])
+@pytest.mark.parametrize("method", METHODS)
+def test_low_precision_changes_hits(method: str, lower: str) -> None:
+    scene = soup_scene(60, seed=12)
+    rays = RAY_SETS["random"](scene, 400, 3)
+    answers = []
+    for options in ({}, {**LOWER[lower], "step_cap": 500}):
+        with rt.Tracer(scene, method, **options) as tracer:
+            answers.append(tracer.trace(*rays))
+    full, low = answers
+    assert (low.t != full.t).mean() > 0.1 * full.hit.mean(), "the option changed nothing"
 
 
 @pytest.mark.parametrize("method", METHODS)

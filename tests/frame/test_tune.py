@@ -129,7 +129,8 @@ def few_rays(monkeypatch) -> None:
 # Tuning ------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("seed, method", [(1, "bvh-threaded"), (2, "grid")])
+@pytest.mark.parametrize("seed, method", [
+    (1, "bvh-threaded"), pytest.param(2, "grid", marks=pytest.mark.full)])
 def test_the_chosen_keeps_its_promise(ball, few_rays, seed: int, method: str) -> None:
     lines: list[str] = []
     found = tune(ball, Promise(**LOOSE), rays=100, seed=seed, names=[method], budget=20,

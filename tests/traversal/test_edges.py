@@ -114,8 +114,10 @@ def test_any_number_of_rays(count: int) -> None:
         assert len(tracer.occluded(origins, np.tile(np.float32([0, 0, -1]), (count, 1)))) == count
 
 
-@pytest.mark.parametrize("method, schedule", [(row.name, schedule) for row in rt.methods()
-                                              for schedule in row.schedules])
+# The quick suite has the other schedules in tests/extremes, row 40.
+@pytest.mark.parametrize("method, schedule", [
+    pytest.param(row.name, schedule, marks=() if schedule == row.schedules[-1]
+                 else pytest.mark.full) for row in rt.methods() for schedule in row.schedules])
 def test_step_cap_flags_rays(method: str, schedule: str) -> None:
     scene = soup_scene(200, 8)
     origins, directions = np.random.default_rng(8).normal(size=(2, 500, 3)).astype(np.float32)
