@@ -8,12 +8,16 @@ from pathlib import Path
 from gpgpu_rt.errors import Error
 from gpgpu_rt.files import check_writable
 
-from . import extremes, fig08, fig12, fig20, schedules, tradeoff
+from . import extremes, fig08, fig12, fig13, fig14, fig16, fig17, fig20, schedules, tradeoff
 from .measure import measure
 from .output import write_text
 
 FIGURES = {
     "fig12": (fig12.FIGURE, "Figure 12: eye rays by brute force, grid and kd-trees"),
+    "fig13": (fig13.FIGURE, "Figure 13: restart, packets, push-down, short stack"),
+    "fig14": (fig14, "Figure 14: mirrors upon mirrors, with and without packets"),
+    "fig16": (fig16.FIGURE, "Figure 16: ropes for single rays and packets"),
+    "fig17": (fig17, "Figure 17: what ropes add to a kd-tree's size"),
     "fig20": (fig20.FIGURE, "Figure 20: whole images by grid, kd-trees and threaded BVHs"),
     "fig08": (fig08, "Figure 8: a teapot in a stadium"),
     "schedules": (schedules, "The three schedules: what being literal costs"),

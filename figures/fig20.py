@@ -1,14 +1,14 @@
 """Figure 20: whole images by grid, kd-tree and threaded BVH (Thrane and Simonsen 2005)."""
 from __future__ import annotations
 
-from .comparison import Column, Comparison
+from .comparison import Column, Comparison, Panel
 from .fig12 import GRID
 from .measure import Cell
 
 
-def _cell(scene: str, column: Column, full: bool) -> Cell:
-    options = (("resolution", GRID.get(scene, 50)),) if column.method == "grid" else column.options
-    return Cell(scene, column.method, options, 512 if full else 256, "picture")
+def _cell(panel: Panel, column: Column, full: bool) -> Cell:
+    options = (("resolution", GRID.get(panel.scene, 50)),) if column.method == "grid" else column.options
+    return Cell(panel.scene, column.method, options, 512 if full else 256, "picture")
 
 
 def _bvh(build: str) -> Column:
@@ -18,7 +18,7 @@ def _bvh(build: str) -> Column:
 FIGURE = Comparison(
     "fig20", "Figure 20: whole images, time by method (Thrane and Simonsen 2005)",
     "Thrane and Simonsen 2005, 512x512, GeForce 6800 Ultra",
-    ("cows", "robots", "kitchen", "bunny", "cornell"),
+    tuple(map(Panel, ("cows", "robots", "kitchen", "bunny", "cornell"))),
     (*(Column(name, name) for name in ("grid", "kd-restart", "kd-backtrack")),
      _bvh("kay-kajiya"), _bvh("goldsmith-salmon")),
     _cell,

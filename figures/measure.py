@@ -21,24 +21,28 @@ from tqdm import tqdm
 
 import gpgpu_rt as rt
 from gpgpu_rt.accuracy import Yardstick
+from gpgpu_rt.bench import embree_runner
 from gpgpu_rt.files import replacing
 from gpgpu_rt.gpu import open_gpu
 
-from . import extreme_runs
+from . import extreme_runs, tree_sizes
+from .workloads import EYE, load, workload
 
 WARM_UPS = 1
+EMBREE = "embreex"   # stands as a method for embreex on one thread of the CPU
 
 
 @dataclass(frozen=True)
 class Cell:
-    """One measurement: a method with options on a scene, as eye rays alone or as a picture."""
+    """One measurement: a method with options on a scene, and what it is to do there."""
 
     scene: str
     method: str
     options: tuple[tuple[str, Any], ...] = ()
     size: int = 256
-    work: str = "eye rays"     # "picture": eye rays, shading, shadow rays; or "accuracy":
-    #                            size squared rays of each kind of `known_rays`, judged
+    work: str = EYE            # a workload; "picture": eye rays, shading, shadow rays; "tree":
+    #                            what a kd-tree holds; "accuracy": size squared rays of each kind
+    #                            of `known_rays`, judged
     runs: int = 5
 
     @property
@@ -86,12 +90,21 @@ def run(cell: Cell) -> dict[str, Any]:
                 "cases": extreme_runs.measure(cell.method, dict(cell.options), cell.size ** 2)}
     if cell.work == "accuracy":
         return _run_accuracy(cell)
-    scene = _scene(cell.scene)
+    if cell.work == "tree":
+        return {**_heading(cell, load(cell.scene), open_gpu().info()),
+                "tree": tree_sizes.measure(load(cell.scene))}
+    if cell.method == EMBREE:
+        return _run_embree(cell)
+    scene = load(cell.scene)
+    rays = workload(cell.scene, EYE if cell.work == "picture" else cell.work, cell.size)
     samples, walls = [], []
     with rt.Tracer(scene, cell.method, **dict(cell.options)) as tracer:
         for turn in range(WARM_UPS + cell.runs):
             began = time.perf_counter()
-            _work(tracer, cell)
+            if cell.work == "picture":
+                tracer.render(size=(cell.size, cell.size))
+            else:
+                rays.trace(tracer)
             wall = time.perf_counter() - began
             if turn >= WARM_UPS:
                 samples.append(tracer.statistics.trace_seconds)
@@ -99,14 +112,31 @@ def run(cell: Cell) -> dict[str, Any]:
         cost = tracer.statistics.to_dict()
         gpu = tracer.gpu.info()
     with rt.Tracer(scene, cell.method, **dict(cell.options), statistics=True) as tracer:
-        tracer.trace(*scene.camera.rays((cell.size, cell.size)))
-        counters = tracer.statistics.counters
-    rays = cell.size ** 2
+        rays.trace(tracer)
+        # Pixels without a ray count nothing by themselves, and each of a packet what all do.
+        width, height = tracer.options.get("packet", (1, 1))
+        share = cell.size ** 2 / (max(rays.live, 1) * width * height)
+        counters = {name: share * mean for name, mean in tracer.statistics.counters.items()}
+    return {**_heading(cell, scene, gpu), **_timing(samples, walls, rays.live),
+            "statistics": cost, "counters": counters}
+
+
+def _timing(samples: list[float], walls: list[float], rays: int) -> dict[str, Any]:
     median = statistics.median(samples)
-    return {**_heading(cell, scene, gpu), "rays": rays, "warm_ups": WARM_UPS,
-            "samples_ms": [1e3 * s for s in samples],
+    return {"rays": rays, "warm_ups": WARM_UPS, "samples_ms": [1e3 * s for s in samples],
             "median_ms": 1e3 * median, "wall_ms": 1e3 * statistics.median(walls),
-            "ns_per_ray": 1e9 * median / rays, "statistics": cost, "counters": counters}
+            "ns_per_ray": 1e9 * median / max(rays, 1)}
+
+
+def _run_embree(cell: Cell) -> dict[str, Any]:
+    """Eye rays by embreex; what it counts inside is not known."""
+    scene, rays = load(cell.scene), workload(cell.scene, cell.work, cell.size)
+    run_once = embree_runner(scene, rays.origins, rays.directions)
+    if run_once is None:
+        raise rt.Error("embreex is not installed; run `make setup`")
+    samples = [run_once() for _ in range(WARM_UPS + cell.runs)][WARM_UPS:]
+    return {**_heading(cell, scene, open_gpu().info()), **_timing(samples, samples, rays.live),
+            "statistics": {}, "counters": {}}
 
 
 def _heading(cell: Cell, scene: rt.Scene, gpu: dict[str, Any]) -> dict[str, Any]:
@@ -120,26 +150,14 @@ def _heading(cell: Cell, scene: rt.Scene, gpu: dict[str, Any]) -> dict[str, Any]
 def _run_accuracy(cell: Cell) -> dict[str, Any]:
     """Measure one cell's errors against the float64 reference, and its time on the same rays."""
     row = _yardstick(cell.scene, cell.size).measure(cell.method, dict(cell.options), cell.runs)
-    return {**_heading(cell, _scene(cell.scene), open_gpu().info()), "rays": row["all"]["rays"],
+    return {**_heading(cell, load(cell.scene), open_gpu().info()), "rays": row["all"]["rays"],
             "warm_ups": WARM_UPS, "median_ms": 1e3 * row["all"]["seconds"],
             "ns_per_ray": 1e9 / row["all"]["rays_per_second"], "accuracy": row}
 
 
 @functools.lru_cache(maxsize=1)
 def _yardstick(name: str, size: int) -> Yardstick:
-    return Yardstick(_scene(name), size ** 2)
-
-
-def _work(tracer: rt.Tracer, cell: Cell) -> None:
-    if cell.work == "picture":
-        tracer.render(size=(cell.size, cell.size))
-    else:
-        tracer.trace(*tracer.scene.camera.rays((cell.size, cell.size)))
-
-
-@functools.lru_cache(maxsize=2)
-def _scene(name: str) -> rt.Scene:
-    return rt.load_scene(name)
+    return Yardstick(load(name), size ** 2)
 
 
 @functools.cache

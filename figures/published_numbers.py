@@ -4,6 +4,7 @@ from __future__ import annotations
 import csv
 import functools
 import importlib.resources
+import math
 
 
 @functools.cache
@@ -13,13 +14,34 @@ def _rows() -> tuple[dict[str, str], ...]:
         return tuple(csv.DictReader(lines))
 
 
-def published(figure: str, scene: str, method: str, options: str = "") -> float | None:
-    """A published time or rate, in the survey's unit, or None where it printed none."""
-    for row in _rows():
-        if (row["figure"], row["scene"], row["method"], row["options"]) == (figure, scene, method,
-                                                                            options):
-            return float(row["value"])
-    return None
+def published_row(figure: str, scene: str, method: str, options: str = "",
+                  rays: str | None = None, quantity: str | None = None) -> dict[str, str] | None:
+    """The row of a published number, or None where the survey printed none.
+
+    Parameters
+    ----------
+    rays : such as "primary" where a figure has several kinds
+    quantity : such as "leaves" where a figure has several
+    """
+    asked = {"figure": figure, "scene": scene, "method": method, "options": options,
+             "rays": rays, "quantity": quantity}
+    return next((row for row in _rows() if all(value is None or row[name] == value
+                                               for name, value in asked.items())), None)
+
+
+def published(*names: str, **more: str | None) -> float | None:
+    """A published number in the survey's unit, or None; named as for `published_row`."""
+    row = published_row(*names, **more)
+    return None if row is None else float(row["value"])
+
+
+def nanoseconds(row: dict[str, str] | None) -> float | None:
+    """What a published time or rate comes to for one ray (of whole images: for one pixel)."""
+    if row is None:
+        return None
+    value, pixels = float(row["value"]), math.prod(map(int, row["resolution"].split("x")))
+    return {"ms": 1e6 * value / pixels, "Mrays/s": 1e3 / value,
+            "frames/s": 1e9 / (value * pixels)}[row["unit"]]
 
 
 def published_triangles(figure: str, scene: str) -> int | None:

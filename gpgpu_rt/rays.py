@@ -116,7 +116,7 @@ def spawn(scene: Any, hits: Hits, directions: np.ndarray) -> np.ndarray:
     corners, leaving = triangles[hits.triangle[some]], directions[some]
     u, v = (np.asarray(b, np.float32)[some, None] for b in (hits.u, hits.v))
     point, error, reach = _hit_points(corners, u, v)
-    normal = _normals(corners)
+    normal = unit_normals(corners)
     with np.errstate(over="ignore"):
         away = (normal.astype(np.float64) * leaving).sum(axis=1, keepdims=True) < 0
         normal = np.where(away, -normal, normal)
@@ -146,7 +146,7 @@ def _hit_points(corners: np.ndarray, u: np.ndarray, v: np.ndarray
     return point, error, reach
 
 
-def _normals(corners: np.ndarray) -> np.ndarray:
+def unit_normals(corners: np.ndarray) -> np.ndarray:
     """(k, 3) float32 unit normals of triangles (k, 3, 3)."""
     v0, v1, v2 = corners.astype(np.float64).transpose(1, 0, 2)
     return _unit(np.cross(v1 - v0, v2 - v0)).astype(np.float32)

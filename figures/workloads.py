@@ -1,0 +1,118 @@
+"""Workloads: the rays that cells trace, each made once from the hits of those before."""
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+
+import gpgpu_rt as rt
+from gpgpu_rt.error_bounds import FLOAT32
+from gpgpu_rt.hits import Hits
+from gpgpu_rt.rays import spawn, unit_normals
+
+EYE, SHADOW, MIRROR = "eye rays", "shadow rays", "mirror rays"
+_BEFORE_LIGHT = np.float32(1 - 12 * FLOAT32.unit)   # as passes/surfaces.frag ends shadow rays
+
+
+@dataclass(frozen=True)
+class Workload:
+    """Rays of an image, row by row; a pixel that has none holds NaN.
+
+    Attributes
+    ----------
+    origins, directions : (n, 3) float32
+    size : pixels a side, n = size squared
+    t_max : (n,) float32, where each ray ends; or None, without an end
+    any_hit : whether the first hit found answers
+    """
+
+    origins: np.ndarray
+    directions: np.ndarray
+    size: int
+    t_max: np.ndarray | None = None
+    any_hit: bool = False
+
+    @functools.cached_property
+    def live(self) -> int:
+        """Pixels that have a ray."""
+        return int(np.isfinite(self.origins).all(axis=1).sum())
+
+    def trace(self, tracer: rt.Tracer) -> Hits | None:
+        """The hits; None where any hit answers, as that is all that is asked."""
+        shape = (self.size, self.size)
+        t_max = np.inf if self.t_max is None else self.t_max
+        if self.any_hit:
+            tracer.occluded(self.origins, self.directions, t_max, shape=shape, invalid="miss")
+            return None
+        return tracer.trace(self.origins, self.directions, t_max=t_max, shape=shape,
+                            invalid="miss")
+
+
+def mirror(bounces: int) -> str:
+    """The name of the workload of rays that mirrors have thrown back so often."""
+    return f"{MIRROR} {bounces}" if bounces else EYE
+
+
+@functools.lru_cache(maxsize=8)
+def workload(scene: str, name: str, size: int) -> Workload:
+    """The workload of a name: ``eye rays``, ``shadow rays``, or ``mirror rays 2`` of a scene all
+    mirrors after two bounces."""
+    if name == EYE:
+        origins, directions = load(scene).camera.rays((size, size))
+        return Workload(origins.reshape(-1, 3), directions.reshape(-1, 3), size)
+    if name == SHADOW:
+        return _shadows(load(scene), workload(scene, EYE, size), _hits(scene, EYE, size))
+    if not name.startswith(MIRROR):
+        raise ValueError(f"no workload {name!r}")
+    before = mirror(int(name.removeprefix(MIRROR)) - 1)
+    return _mirrored(load(scene), workload(scene, before, size), _hits(scene, before, size))
+
+
+def _shadows(scene: rt.Scene, seen: Workload, hits: Hits) -> Workload:
+    """A ray from each hit that faces the light; a surface that faces away is dark without one."""
+    light = np.asarray(scene.light.position, np.float32)
+    points, normals = _surfaces(scene, seen, hits)
+    towards = light - points
+    lit = hits.hit & ((normals * towards).sum(axis=1) > 0)
+    origins = np.where(lit[:, None], spawn(scene, hits, towards), np.float32(np.nan))
+    towards = light - origins
+    distance = np.linalg.norm(towards, axis=1, keepdims=True)
+    return Workload(origins, towards / distance, seen.size,
+                    np.where(lit, distance[:, 0] * _BEFORE_LIGHT, np.float32(0)), True)
+
+
+def _mirrored(scene: rt.Scene, seen: Workload, hits: Hits) -> Workload:
+    normals = _surfaces(scene, seen, hits)[1]
+    along = (seen.directions * normals).sum(axis=1, keepdims=True)
+    directions = seen.directions - np.float32(2) * along * normals
+    return Workload(spawn(scene, hits, directions), directions, seen.size)
+
+
+def _surfaces(scene: rt.Scene, seen: Workload, hits: Hits) -> tuple[np.ndarray, np.ndarray]:
+    """Hit points and the unit normals there that face where the ray came from, (n, 3) each; NaN
+    where nothing was hit."""
+    points = np.full_like(seen.origins, np.nan)
+    normals = points.copy()
+    some = np.flatnonzero(hits.hit)
+    corners = scene.triangles[hits.triangle[some]]
+    points[some] = seen.origins[some] + hits.t[some, None] * seen.directions[some]
+    facing = unit_normals(corners)
+    away = (facing * seen.directions[some]).sum(axis=1, keepdims=True) > 0
+    normals[some] = np.where(away, -facing, facing)
+    return points, normals
+
+
+@functools.lru_cache(maxsize=8)
+def _hits(scene: str, name: str, size: int) -> Hits:
+    """Every method has the same hits; this one shares its tree with those that are measured."""
+    with rt.Tracer(load(scene), "kd-short-stack") as tracer:
+        found = workload(scene, name, size).trace(tracer)
+    assert found is not None
+    return found
+
+
+@functools.lru_cache(maxsize=2)
+def load(name: str) -> rt.Scene:
+    """A scene by name; the last ones are kept."""
+    return rt.load_scene(name)
