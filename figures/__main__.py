@@ -8,11 +8,16 @@ from pathlib import Path
 from gpgpu_rt.errors import Error
 from gpgpu_rt.files import check_writable
 
-from . import extremes, fig08, fig12, fig20, schedules, tradeoff
+from . import extremes, fig03, fig08, fig09, fig10, fig11, fig12, fig15, fig20, schedules, tradeoff
 from .measure import measure
 from .output import write_text
 
 FIGURES = {
+    "fig03": (fig03, "Figure 3: a pass as stream processing"),
+    "fig09": (fig09, "Figure 9: a kd-tree, and its nodes"),
+    "fig10": (fig10, "Figure 10: the traversal of a kd-tree, step by step"),
+    "fig11": (fig11, "Figure 11: kd-restart against kd-backtrack"),
+    "fig15": (fig15, "Figure 15: a kd-tree with ropes"),
     "fig12": (fig12.FIGURE, "Figure 12: eye rays by brute force, grid and kd-trees"),
     "fig20": (fig20.FIGURE, "Figure 20: whole images by grid, kd-trees and threaded BVHs"),
     "fig08": (fig08, "Figure 8: a teapot in a stadium"),
