@@ -8,18 +8,26 @@ from pathlib import Path
 from gpgpu_rt.errors import Error
 from gpgpu_rt.files import check_writable
 
-from . import extremes, fig08, fig12, fig13, fig14, fig16, fig17, fig20, schedules, tradeoff
+from . import (
+    extremes, fig03, fig08, fig09, fig10, fig11, fig12, fig13, fig14, fig15, fig16, fig17, fig20,
+    schedules, tradeoff
+)
 from .measure import measure
 from .output import write_text
 
 FIGURES = {
+    "fig03": (fig03, "Figure 3: a pass as stream processing"),
+    "fig08": (fig08, "Figure 8: a teapot in a stadium"),
+    "fig09": (fig09, "Figure 9: a kd-tree, and its nodes"),
+    "fig10": (fig10, "Figure 10: the traversal of a kd-tree, step by step"),
+    "fig11": (fig11, "Figure 11: kd-restart against kd-backtrack"),
     "fig12": (fig12.FIGURE, "Figure 12: eye rays by brute force, grid and kd-trees"),
     "fig13": (fig13.FIGURE, "Figure 13: restart, packets, push-down, short stack"),
     "fig14": (fig14, "Figure 14: mirrors upon mirrors, with and without packets"),
+    "fig15": (fig15, "Figure 15: a kd-tree with ropes"),
     "fig16": (fig16.FIGURE, "Figure 16: ropes for single rays and packets"),
     "fig17": (fig17, "Figure 17: what ropes add to a kd-tree's size"),
     "fig20": (fig20.FIGURE, "Figure 20: whole images by grid, kd-trees and threaded BVHs"),
-    "fig08": (fig08, "Figure 8: a teapot in a stadium"),
     "schedules": (schedules, "The three schedules: what being literal costs"),
     "extremes": (extremes, "The extremes: what is wrong where, and how each method ends"),
     "tradeoff": (tradeoff, "Speed against accuracy: precision, intersection tests, intervals"),

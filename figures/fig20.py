@@ -7,7 +7,9 @@ from .measure import Cell
 
 
 def _cell(panel: Panel, column: Column, full: bool) -> Cell:
-    options = (("resolution", GRID.get(panel.scene, 50)),) if column.method == "grid" else column.options
+    options = column.options
+    if column.method == "grid":
+        options = (("resolution", GRID.get(panel.scene, 50)),)
     return Cell(panel.scene, column.method, options, 512 if full else 256, "picture")
 
 

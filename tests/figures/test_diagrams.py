@@ -1,0 +1,219 @@
+"""The diagrams: what they draw is what a ray did, which geometry alone tells as well."""
+from __future__ import annotations
+
+import csv
+import re
+
+import numpy as np
+import pytest
+
+import gpgpu_rt as rt
+from gpgpu_rt.accel import build_kdtree
+from gpgpu_rt.figures import fig03, fig09, fig10, fig11, fig15
+from gpgpu_rt.figures.__main__ import FIGURES
+from gpgpu_rt.figures.small_world import MAX_DEPTH, Walk, World, walk, world
+from gpgpu_rt.methods import find_method
+
+DIAGRAMS = {"fig03": fig03, "fig09": fig09, "fig10": fig10, "fig11": fig11, "fig15": fig15}
+SMALL = world()
+
+
+def crossed(small: World) -> list[int]:
+    """Leaves in the order of the ray, up to the hit: by float64 slabs of their boxes."""
+    origin, direction = small.origin.astype(float), small.direction.astype(float)
+    with np.errstate(divide="ignore"):
+        t0, t1 = (small.lo - origin) / direction, (small.hi - origin) / direction
+    enter = np.maximum(np.minimum(t0, t1)[:, :2].max(axis=1), 0)
+    leave = np.maximum(t0, t1)[:, :2].min(axis=1)
+    hit = rt.reference.trace(small.scene, small.origin[None], small.direction[None])
+    leaves = [node for node in np.flatnonzero(enter < np.minimum(leave, hit.t[0]))
+              if small.is_leaf(node)]
+    return sorted(map(int, leaves), key=lambda node: enter[node])
+
+
+def path(small: World, top: int, node: int) -> list[int]:
+    """From ``top`` down to ``node``, both included."""
+    way = [node]
+    while way[-1] != top:
+        way.append(int(small.parents[way[-1]]))
+    return way[::-1]
+
+
+def common(small: World, one: int, two: int) -> int:
+    """The lowest node above both."""
+    above = set(path(small, 0, one))
+    return next(node for node in path(small, 0, two)[::-1] if node in above)
+
+
+def expected(small: World, method: str) -> list[int]:
+    """Nodes in the order a method must visit them."""
+    leaves = crossed(small)
+    visits = path(small, 0, leaves[0])
+    for last, leaf in zip(leaves, leaves[1:]):
+        meet = common(small, last, leaf)
+        if method == "kd-restart":
+            visits += path(small, 0, leaf)
+        elif method == "kd-backtrack":
+            visits += path(small, meet, last)[-2::-1] + path(small, meet, leaf)
+        else:    # a stack: on from the child of the node where the ways part
+            visits += path(small, meet, leaf)[1:]
+    return visits
+
+
+def test_the_world_shows_what_it_is_for() -> None:
+    tree = SMALL.tree
+    assert 2 not in tree.axis and tree.depth == MAX_DEPTH
+    assert len(crossed(SMALL)) == 4 and all(SMALL.inside(leaf) for leaf in crossed(SMALL))
+    assert 0.5 <= np.abs(SMALL.direction).max() < 1
+    again = build_kdtree(SMALL.triangles, max_depth=MAX_DEPTH)
+    assert all(np.array_equal(getattr(again, name), getattr(tree, name))
+               for name in ("axis", "split", "left", "count", "references"))
+
+
+@pytest.mark.parametrize("method", ["kd-texture-stack", "kd-restart", "kd-backtrack"])
+def test_visits_are_those_of_geometry(method: str) -> None:
+    found = walk(method)
+    assert found.visited == expected(SMALL, method)
+    assert len(found.visited) == found.hits.nodes_visited[0]
+    truth = rt.reference.trace(SMALL.scene, SMALL.origin[None], SMALL.direction[None])
+    assert found.hits.triangle[0] == truth.triangle[0] >= 0
+
+
+@pytest.mark.parametrize("name", DIAGRAMS)
+def test_diagrams_are_drawn(name: str, tmp_path) -> None:
+    assert FIGURES[name][0] is DIAGRAMS[name] and not DIAGRAMS[name].cells(True)
+    DIAGRAMS[name].draw(tmp_path, tmp_path, False)
+    assert (tmp_path / f"{name}.png").stat().st_size > 20_000
+    assert (tmp_path / f"{name}.md").read_text().startswith("# Figure")
+    with (tmp_path / f"{name}.csv").open() as file:
+        assert len(list(csv.reader(file))) > 5
+
+
+def test_figure_3_streams_are_those_of_the_linked_programs() -> None:
+    row, passes = find_method(fig03.METHOD), fig03.passes()
+    assert {one.kernel for one in passes} == {"init", *row.kernels}
+    streams, tables = fig03.streams(row.name), fig03.tables(row.name)
+    for one in passes:
+        assert set(one.samples) <= set(streams) | set(tables)
+        assert one.targets == tuple(fig03.written(row.name)) and one.source != one.target
+    gathered = {one.kernel: set(one.samples) & set(tables) for one in passes}
+    assert gathered == {"init": set(), "down": {"kd_node_table"},
+                        "intersect": {"reference_table", "triangle_table"}}
+    assert set().union(*gathered.values()) == set(tables)
+
+
+def test_figure_3_passes_do_all_the_steps() -> None:
+    count = fig03.SIDE ** 2
+    with rt.Tracer(SMALL.scene, fig03.METHOD, max_depth=MAX_DEPTH, statistics=True) as tracer:
+        hits = tracer.trace(*fig03.rays())
+    done = {kernel: sum(one.rays for one in fig03.passes() if one.kernel == kernel)
+            for kernel in ("init", "down", "intersect")}
+    assert done == {"init": count, "down": hits.nodes_visited.sum(),
+                    "intersect": hits.triangles_tested.sum()}
+
+
+def test_figure_9_lists_the_tree() -> None:
+    for node, (name, number, _, holds) in enumerate(fig09.rows(SMALL)):
+        assert int(number) == node and name == SMALL.name(node)
+        if SMALL.is_leaf(node):
+            assert list(map(int, re.findall(r"\d+", holds))) == SMALL.inside(node)
+        else:
+            assert f"{SMALL.tree.split[node]:.4f}" in holds
+    # Every triangle that reaches into a leaf's box is listed there, and no other (their boxes do
+    # not mislead: each triangle's own does not reach into a leaf that it stays out of).
+    for node in filter(SMALL.is_leaf, range(len(SMALL.tree.axis))):
+        lo, hi = (SMALL.triangles[:, :2, :2].min(1), SMALL.triangles[:, :2, :2].max(1))
+        meets = ((lo < SMALL.hi[node, :2]) & (hi > SMALL.lo[node, :2])).all(axis=1)
+        assert set(SMALL.inside(node)) <= set(np.flatnonzero(meets).tolist())
+    assert set().union(*(SMALL.inside(n) for n in range(len(SMALL.tree.axis))
+                         if SMALL.is_leaf(n))) == set(range(len(SMALL.triangles)))
+
+
+def test_figure_10_is_the_walk_and_shows_the_slip() -> None:
+    found = walk(fig10.METHOD)
+    rows = fig10.rows(SMALL, found)
+    assert len(rows) == found.hits.steps[0]
+    down = [row for row in rows if row[1] == "down"]
+    assert [row[2] for row in down] == [SMALL.name(node) for node in found.visited]
+    for row, step in zip(rows, found.steps):
+        assert row[4:6] == [f"{step.after['t_min']:.3f}", f"{step.after['t_max']:.3f}"]
+        # The stack that the rows keep is as high as the state says, and a pop takes its top.
+        assert row[7].count("(") == step.after["stacked"]
+    for before, row in zip(rows, rows[1:]):
+        if row[1] == "pop":
+            top = re.findall(r"\((\w+), ([\d.]+)\)", before[7])[-1]
+            assert top == (row[2], row[5])
+    assert re.search(r"triangle (\d+)", rows[-1][6])[1] == str(found.hits.triangle[0])
+    start = found.steps[0].before
+    printed = fig10.printed_rule(SMALL, start["t_min"], start["t_max"])
+    behind = [node for node in found.visited
+              if not SMALL.is_leaf(node) and SMALL.plane_t(node) < 0]
+    assert printed.wrong == behind and printed.hit == -1
+    assert not set(printed.visited) >= set(found.visited)
+
+
+def test_the_printed_rule_is_right_where_no_plane_lies_behind(monkeypatch) -> None:
+    """From outside, t_split < 0 nowhere: then the printed and the mended rule agree."""
+    outside = World(SMALL.scene, SMALL.triangles, SMALL.tree, SMALL.lo, SMALL.hi,
+                    (SMALL.origin - SMALL.direction).astype(np.float32), SMALL.direction)
+    found = walk(fig10.METHOD, outside)
+    start = found.steps[0].before
+    printed = fig10.printed_rule(outside, start["t_min"], start["t_max"])
+    assert printed.visited == found.visited and not printed.wrong
+    assert printed.hit == found.hits.triangle[0]
+
+
+@pytest.mark.parametrize("method", fig11.METHODS)
+def test_figure_11_numbers_every_visit(method: str) -> None:
+    found = walk(method)
+    turns = fig11.turns(found)
+    assert sorted(turn for numbers in turns.values() for turn in numbers) == list(
+        range(1, found.hits.nodes_visited[0] + 1))
+    assert [row[3] for row in fig11.rows(SMALL, found)] == [
+        SMALL.name(node) for node in expected(SMALL, method)]
+    assert fig11.intervals(found) == fig11.intervals(walk(fig11.METHODS[0]))
+
+
+def test_figure_15_follows_ropes_of_the_tree() -> None:
+    ropes, found = fig15.ropes_of(SMALL), walk(fig15.METHOD)
+    taken, leaves = fig15.followed(found), crossed(SMALL)
+    assert [rope.leaf for rope in taken] == leaves[:-1]
+    for rope, leaf in zip(taken, leaves[1:]):
+        faces = {face for (one, face), node in ropes.items()
+                 if (one, node) == (rope.leaf, rope.node)}
+        axis = int(np.argmin(np.abs(np.array([
+            np.abs(SMALL.at(rope.t)[a] - np.array([SMALL.lo[leaf, a], SMALL.hi[leaf, a]])).min()
+            for a in (0, 1)]))))
+        ahead = int(SMALL.direction[axis] > 0)
+        assert (("left", "right"), ("below", "above"))[axis][ahead] in faces
+        assert leaf in subtree(SMALL, rope.node)
+    visits = path(SMALL, 0, leaves[0])
+    for rope, leaf in zip(taken, leaves[1:]):
+        visits += path(SMALL, rope.node, leaf)
+    assert found.visited == visits and len(visits) == found.hits.nodes_visited[0]
+
+
+def test_figure_15_ropes_name_the_smallest_node() -> None:
+    """Behind a face lies its rope's node, and neither child of it holds the whole face."""
+    for (leaf, face), node in fig15.ropes_of(SMALL).items():
+        axis, upper = next((a, u) for name, a, u in fig15.FACES if name == face)
+        other = 1 - axis
+        lo, hi = SMALL.lo[leaf, other], SMALL.hi[leaf, other]
+
+        def holds(candidate: int) -> bool:
+            touches = (SMALL.lo[candidate, axis] == SMALL.hi[leaf, axis] if upper
+                       else SMALL.hi[candidate, axis] == SMALL.lo[leaf, axis])
+            return bool(touches and SMALL.lo[candidate, other] <= lo
+                        and hi <= SMALL.hi[candidate, other])
+        assert holds(node)
+        left = int(SMALL.tree.left[node])
+        assert SMALL.is_leaf(node) or not (holds(left) or holds(left + 1))
+
+
+def subtree(small: World, top: int) -> set[int]:
+    return {node for node in range(len(small.tree.axis)) if top in path(small, 0, node)}
+
+
+def test_a_walk_is_one_ray() -> None:
+    assert all(isinstance(walk(name), Walk) and len(walk(name).hits) == 1 for name in
+               (fig10.METHOD, *fig11.METHODS, fig15.METHOD))
