@@ -22,12 +22,14 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     last = np.zeros(len(bvh.order), np.int32)
     leaf = bvh.count > 0
     last[(bvh.first + bvh.count)[leaf] - 1] = 1
-    table = _octant_nodes(bvh) if options["octants"] else _nodes(bvh)
+    table, swapped = _octant_nodes(bvh) if options["octants"] else (_nodes(bvh), False)
     bits = options["quantise_nodes"]
     lo, hi = (bvh.lo[0], bvh.hi[0]) if nodes else (np.zeros(3, np.float32),) * 2
     uniforms = {"scene_lo": tuple(lo), "scene_hi": tuple(hi), "node_count": nodes}
     if bits:
-        uniforms["quantum"], table = _quantised(table, lo, hi, bits)
+        uniforms["quantum"], table = _quantised(table, swapped, lo, hi, bits)
+    else:
+        table["lo"], table["hi"] = _swap(swapped, table["lo"], table["hi"])
     tables = {**triangle_table(triangles, bvh.order, last), _node_record(options).name: table}
     return Accelerator(tables, uniforms, step_bound=nodes + len(bvh.order), structure=bvh)
 
@@ -43,30 +45,34 @@ def _nodes(bvh: accel.Bvh) -> dict[str, np.ndarray]:
     return {"lo": bvh.lo, "hi": bvh.hi, **_links(bvh.escape, bvh.first, bvh.count, 0)}
 
 
-def _octant_nodes(bvh: accel.Bvh) -> dict[str, np.ndarray]:
-    """Eight copies, one a direction octant, each box by the corner its rays meet first."""
-    copies = bvh.octant_copies()
-    parts = []
-    for octant in range(8):
-        negative = (octant >> np.arange(3)) & 1 == 1
-        lo, hi = copies.lo[octant], copies.hi[octant]
-        parts.append({"lo": np.where(negative, hi, lo), "hi": np.where(negative, lo, hi),
-                      **_links(copies.escape[octant], copies.first[octant],
-                               copies.count[octant], octant * len(bvh.escape))})
-    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+def _octant_nodes(bvh: accel.Bvh) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Eight copies, one a direction octant, and which bounds, (n, 3) bool, its rays meet in
+    reverse."""
+    copies, nodes = bvh.octant_copies(), len(bvh.escape)
+    links = [_links(copies.escape[octant], copies.first[octant], copies.count[octant],
+                    octant * nodes) for octant in range(8)]
+    negative = np.arange(8)[:, None] >> np.arange(3) & 1 == 1
+    return ({"lo": copies.lo.reshape(-1, 3), "hi": copies.hi.reshape(-1, 3),
+             **{name: np.concatenate([part[name] for part in links]) for name in links[0]}},
+            np.repeat(negative, nodes, axis=0))
+
+
+def _swap(swapped: np.ndarray | bool, lo: np.ndarray,
+          hi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Bounds in the order that an octant's rays meet them."""
+    return np.where(swapped, hi, lo), np.where(swapped, lo, hi)
 
 
 def _node_record(options: Mapping[str, Any]) -> Record | PackedRecord:
     return {None: BVH_NODE, 16: QUANTISED_NODE_16, 8: QUANTISED_NODE_8}[options["quantise_nodes"]]
 
 
-def _quantised(table: dict[str, np.ndarray], lo: np.ndarray, hi: np.ndarray,
-               bits: int) -> tuple[tuple[float, ...], dict[str, np.ndarray]]:
+def _quantised(table: dict[str, np.ndarray], swapped: np.ndarray | bool, lo: np.ndarray,
+               hi: np.ndarray, bits: int) -> tuple[tuple[float, ...], dict[str, np.ndarray]]:
     """Step of the bounds, and the node table in such steps, as QUANTISED_NODE declares it."""
-    quantum, corners = quantise(np.minimum(table["lo"], table["hi"]),
-                                np.maximum(table["lo"], table["hi"]), lo, hi, bits)
-    swapped = table["lo"] > table["hi"]   # an octant's corners, in the order rays meet them
-    first, second = (np.where(swapped, a, b) for a, b in (corners[::-1], corners))
+    # Swapped only here: a box without thickness has some once its bounds are rounded outward.
+    quantum, corners = quantise(table["lo"], table["hi"], lo, hi, bits)
+    first, second = _swap(swapped, *corners)
     leaf, end = table["first"] >= 0, table["escape"] < 0
     fields = {"leaf": leaf, "last": end,
               "target": np.where(leaf, table["first"], np.where(end, 0, table["escape"]))}

@@ -156,6 +156,19 @@ def test_quantised_nodes_are_smaller(bits: int, least: float, octants: bool) -> 
     assert sizes[0]["bvh_node"] >= least * sizes[1]["quantised_node"]
 
 
+@pytest.mark.parametrize("bits", [16, 8])
+def test_quantised_octants_hit_the_same(bits: int) -> None:
+    """Also where boxes are flat: rounding gives those a thickness, and rays an order of bounds."""
+    scene = rt.load_scene("cornell")
+    rays = RAY_SETS["random"](scene, 400, 3)
+    answers = []
+    for options in ({}, {"octants": True, "quantise_nodes": bits}):
+        with rt.Tracer(scene, "bvh-threaded", **options) as tracer:
+            answers.append(tracer.trace(*rays))
+    assert answers[0].hit.any()
+    assert_same_bits(*answers)
+
+
 def test_packed_records_round_trip(tmp_path) -> None:
     gpu = open_gpu()
     record = PackedRecord("mixed", "a:8 b:24 | c:32 | d:30 e:1 f:1")
