@@ -7,8 +7,9 @@ import math
 
 import pytest
 
-from gpgpu_rt.figures import fig12, fig20, measure
+from gpgpu_rt.figures import fig12, fig13, fig16, fig20, measure
 from gpgpu_rt.figures.__main__ import main
+from gpgpu_rt.figures.comparison import Panel
 from gpgpu_rt.figures.kendall import tau_b
 from gpgpu_rt.figures.measure import Cell
 from gpgpu_rt.figures.published_numbers import published
@@ -59,28 +60,34 @@ def test_interrupting_loses_only_the_running_cell(tmp_path, monkeypatch) -> None
     assert [p.name for p in tmp_path.iterdir()] == [CELL.name]
 
 
-@pytest.mark.parametrize("figure", [fig12.FIGURE, fig20.FIGURE], ids=lambda f: f.name)
+FIGURES = (fig12.FIGURE, fig13.FIGURE, fig16.FIGURE, fig20.FIGURE)
+
+
+@pytest.mark.parametrize("figure", FIGURES, ids=lambda f: f.name)
 def test_tables_hold_the_measured_numbers(figure, tmp_path) -> None:
     expected = {}
-    for at, scene in enumerate(figure.scenes):
-        for k, column in enumerate(figure.columns):
-            cell = figure.cell(scene, column, False)
-            ns = 100.0 * (at + 1) + k
-            result = {
-                "settings": measure.settings(cell), "gpu": {"renderer": "R", "backend": "egl"},
-                "date": "2020-01-01", "rays": cell.size ** 2, "ns_per_ray": ns,
-                "median_ms": ns * cell.size ** 2 / 1e6, "wall_ms": 1, "statistics": {"passes": 1},
-                "counters": {"steps": 5, "nodes_visited": 3, "triangles_tested": 2},
-                "scene": {"triangles": 9, "stand_in": "something" if at == 1 else None}}
-            (tmp_path / cell.name).write_text(json.dumps(result))
-            expected[scene, column.label] = ns
+    stand_in = figure.panels[-1].scene
+    for at, (panel, column) in enumerate(figure.pairs()):
+        cell = figure.cell(panel, column, False)
+        ns = 100.0 + at
+        result = {
+            "settings": measure.settings(cell), "gpu": {"renderer": "R", "backend": "egl"},
+            "date": "2020-01-01", "rays": cell.size ** 2, "ns_per_ray": ns,
+            "median_ms": ns * cell.size ** 2 / 1e6, "wall_ms": 1, "statistics": {"passes": 1},
+            "counters": {"steps": 5, "nodes_visited": 3, "triangles_tested": 2},
+            "scene": {"triangles": 9,
+                      "stand_in": "something" if panel.scene == stand_in else None}}
+        (tmp_path / cell.name).write_text(json.dumps(result))
+        expected[panel.scene, panel.rays or "", column.label] = ns
     figure.draw(tmp_path, tmp_path, False)
     with (tmp_path / f"{figure.name}.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert {(r["scene"], r["method"]): float(r["ns_per_ray"]) for r in rows} == expected
-    for row, (scene, column) in zip(rows, [(s, c) for s in figure.scenes for c in figure.columns]):
-        value = published(figure.name, scene, column.method, column.published_options)
-        assert float(row["published_ms"]) == value
+    assert {(r["scene"], r["rays"], r["method"]): float(r["ns_per_ray"])
+            for r in rows} == expected
+    for row, (panel, column) in zip(rows, figure.pairs()):
+        value = published(figure.name, panel.scene, column.published_method or column.method,
+                          column.published_options, panel.rays)
+        assert row["published"] == ("" if value is None else str(value))
     page = (tmp_path / f"{figure.name}.md").read_text()
     assert "Renderer: R" in page and "stand-in for something" in page
     assert (tmp_path / f"{figure.name}.png").stat().st_size > 10_000
@@ -97,7 +104,7 @@ def test_an_order_unlike_the_published_one_is_explained(tmp_path) -> None:
     """Times that rise where the paper's fall: every pair of columns is named with its counters."""
     figure = fig20.FIGURE
     for k, column in enumerate(figure.columns):
-        cell = figure.cell("kitchen", column, False)
+        cell = figure.cell(Panel("kitchen"), column, False)
         theirs = published("fig20", "kitchen", column.method, column.published_options)
         assert theirs is not None
         (tmp_path / cell.name).write_text(json.dumps({
