@@ -12,10 +12,10 @@ float plane_t(Ray ray, int axis, float plane) {
 
 // Where it leaves a box, axis by axis.
 vec3 box_exits(Ray ray, vec3 lo, vec3 hi) {
-    vec3 far = vec3(ray.inv_dir.x < 0.0 ? lo.x : hi.x,
-                    ray.inv_dir.y < 0.0 ? lo.y : hi.y,
-                    ray.inv_dir.z < 0.0 ? lo.z : hi.z);
-    return R(R(far - ray.origin) * ray.inv_dir);
+    vec3 last = vec3(ray.inv_dir.x < 0.0 ? lo.x : hi.x,
+                     ray.inv_dir.y < 0.0 ? lo.y : hi.y,
+                     ray.inv_dir.z < 0.0 ? lo.z : hi.z);
+    return R(R(last - ray.origin) * ray.inv_dir);
 }
 
 float box_exit(Ray ray, vec3 lo, vec3 hi) {

@@ -27,6 +27,14 @@ uniform int step_limit;
 Ray rays[RAYS];
 Hit hits[RAYS];
 int steps = 0;
+int tested;   // the triangle that EACH(test_ray) tests
+
+void test_ray(int r) {
+    Hit hit = hits[r];
+    test_triangle(rays[r], tested, hit);
+    hit.t = stored(hit.t);
+    hits[r] = hit;
+}
 
 #include <method>
 

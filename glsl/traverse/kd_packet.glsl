@@ -165,15 +165,6 @@ bool enter(int left, int empty) {
 
 // Leaves -----------------------------------------------------------------------------------------
 
-int tested;
-
-void test_ray(int r) {
-    Hit hit = hits[r];
-    test_triangle(rays[r], tested, hit);
-    hit.t = stored(hit.t);
-    hits[r] = hit;
-}
-
 // A hit before the leaf's end settles a ray, as does the end of its interval.
 void leave_ray(int r) {
     bool awake = t_min[r] < t_max[r];

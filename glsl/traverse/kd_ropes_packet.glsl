@@ -59,15 +59,6 @@ void split_ray(int r) {
     ray_node[r] = ray_node[r] == node ? child : ray_node[r];
 }
 
-int tested;
-
-void test_ray(int r) {
-    Hit hit = hits[r];
-    test_triangle(rays[r], tested, hit);
-    hit.t = stored(hit.t);
-    hits[r] = hit;
-}
-
 vec3 leaf_lo;
 vec3 leaf_hi;
 ivec3 ropes_lo;
