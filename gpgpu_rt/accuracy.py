@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .candidates import FULL_PRECISION, option_table, precisions
+from .candidates import FULL_PRECISION, STEP_ROOM, option_table, precisions
 from .errors import OptionError, nearest_names
 from .known_rays import KINDS, KnownRays, check_kinds
 from .methods import methods
@@ -17,7 +17,6 @@ from .scene import Scene
 from .tracer import Tracer
 
 RUNS = 3
-STEP_ROOM = 8        # steps of a relaxed candidate over the most a ray takes at full accuracy
 MOST_PAIRS = 1 << 25    # of rays and triangles, for the method that tests every pair
 FORMATS = ("precision", "storage", "arithmetic")
 FLIP_MISSING = "FLIP needs the package flip-evaluator: pip install 'gpgpu_rt[figures]'"

@@ -18,6 +18,7 @@ _ACCURACY = ("precision", "storage", "rounding", "intersection", "interval")
 _NO_KNOBS = ("statistics", "context", "storage", "arithmetic", "schedule")
 _STEPS = (16, 64)
 FULL_PRECISION = (None, "fp32")
+STEP_ROOM = 8   # steps of a relaxed candidate over the most a ray takes at full accuracy
 
 
 @dataclass(frozen=True)

@@ -84,8 +84,12 @@ class Finding:
 
     def misses(self, promise: Promise, texture_bytes: int) -> dict[str, float]:
         """Bound -> how many times too large, for the bounds that are not kept."""
+        # Where the rays are too few for an upper bound, it is at least as large as the lower one.
+        t_error = self.t_error
+        if math.isinf(t_error) and self.t_lower > promise.max_t_error:
+            t_error = self.t_lower
         ratios = {"wrong": self.score.upper_95 / promise.max_wrong,
-                  "t error": self.t_error / promise.max_t_error}
+                  "t error": t_error / promise.max_t_error}
         if promise.max_bytes is not None:
             ratios["bytes"] = texture_bytes / promise.max_bytes
         return {name: ratio for name, ratio in ratios.items() if ratio > 1}

@@ -36,7 +36,7 @@ class Settings:
     scene : "name", "triangles" (how many) and "sha256" of the scene's triangles
     renderer : OpenGL's name for what it was measured on
     method, options : as `Tracer` takes them
-    promise : the bounds that were asked for, see `tune.Promise`
+    promise : the bounds that were asked for, see `promise.Promise`
     measured : what was found: rays, wrong, upper_95, t_error, rays_per_second, bytes, ...
     """
 

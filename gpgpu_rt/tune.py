@@ -22,7 +22,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from . import settings
-from .candidates import Candidate, accuracy_knobs, speed_knobs
+from .candidates import STEP_ROOM, Candidate, accuracy_knobs, speed_knobs
 from .errors import LimitError, OptionError
 from .gpu import open_gpu
 from .hits import Hits
@@ -38,7 +38,6 @@ BEHIND = 2.0          # times slower with its best options: put aside
 BEAM = 2
 WAVE = 4              # candidates that go on together
 RUNS = 5
-STEP_ROOM = 8         # steps of a relaxed candidate over the most a ray takes at full accuracy
 
 
 @dataclass
@@ -259,7 +258,7 @@ class _Search:
         """All candidates, the fastest first: the faster half of them on twice the rays, and so
         on until few are left."""
         size, ahead = SCREEN, self._timed(candidates, SCREEN, RUNS)
-        while size < FIELD and not self._late():
+        while ahead and size < FIELD and not self._late():
             size = min(FIELD, 2 * size)
             ahead = [t for t in ahead if not t.misses]
             half = max(WAVE, len(ahead) // 2)
