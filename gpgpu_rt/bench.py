@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from .errors import OptionError
 from .scene import Scene
 from .tracer import Tracer
 
@@ -33,7 +34,8 @@ def embree_runner(scene: Scene, origins: np.ndarray,
 
 
 def bench(scene: Scene, candidates: Sequence[tuple[str, dict[str, Any]]],
-          size: tuple[int, int] = (1024, 1024), runs: int = 5) -> list[dict[str, Any]]:
+          size: tuple[int, int] = (1024, 1024), runs: int = 5,
+          report: Callable[[str], None] = lambda line: None) -> list[dict[str, Any]]:
     """Eye rays per second of each candidate, runs alternating, medians.
 
     Parameters
@@ -41,6 +43,7 @@ def bench(scene: Scene, candidates: Sequence[tuple[str, dict[str, Any]]],
     candidates : (method, options) each
     size : (width, height) of the image the rays go through
     runs : timed runs of each, after one warm-up
+    report : told of the progress, a line at a time
 
     Returns
     -------
@@ -49,14 +52,18 @@ def bench(scene: Scene, candidates: Sequence[tuple[str, dict[str, Any]]],
         numpy arrays out), ``rays_per_second``, ``spread`` (slowest over fastest run) and, where
         embreex is installed, ``over_embree``: its rate over embreex's on one thread.
     """
+    if runs < 1:
+        raise OptionError(f"{runs} runs tell nothing; give 1 or more")
     origins, directions = scene.camera.rays(size)
     count = size[0] * size[1]
+    report(f"{scene.name}: building for {len(candidates)} candidates")
     tracers = [(name, options, Tracer(scene, name, **options)) for name, options in candidates]
     embree = embree_runner(scene, origins, directions)
     passes: list[list[float]] = [[] for _ in tracers]
     walls: list[list[float]] = [[] for _ in tracers]
     embree_times = []
     for turn in range(runs + 1):   # the first one warms up
+        report(f"run {turn} of {runs}" if turn else "warm-up")
         for at, (_, _, tracer) in enumerate(tracers):
             began = time.perf_counter()
             tracer.trace(origins, directions)

@@ -12,7 +12,9 @@ import numpy as np
 
 from . import cli_tuning
 from .bench import bench
-from .cli_shared import add_options, given_options, options_for, print_json, print_table, size_word
+from .cli_shared import (
+    add_options, given_options, options_for, print_json, print_table, say, size_word
+)
 from .errors import Error, OptionError
 from .files import check_writable, replacing
 from .gpu import probe
@@ -114,7 +116,7 @@ def _bench(chosen: argparse.Namespace) -> None:
         candidates = [("bvh-threaded", {"octants": True})] + [
             (row.name, {}) for row in methods() if row.name != "brute-force"]
     scene = load_scene(chosen.scene)
-    rows = bench(scene, candidates, chosen.size, chosen.runs)
+    rows = bench(scene, candidates, chosen.size, chosen.runs, say)
     if chosen.json:
         return print_json(rows)
     print(f"{scene.name}, {len(scene):,} triangles, {chosen.size[0]} x {chosen.size[1]} eye rays")
@@ -159,6 +161,13 @@ def _report(chosen: argparse.Namespace, tracer: Tracer, line: str) -> None:
     print(f"{line}\n{tracer.method.name} on {tracer.gpu.renderer}: {statistics.passes} passes, "
           f"{statistics.trace_seconds * 1e3:.0f} ms for {statistics.rays:,} rays, built in "
           f"{statistics.build_seconds:.2f} s")
+    if chosen.method == AUTO:
+        print("auto took " + ("the settings that `tune` kept for this scene and renderer"
+                              if tracer.settings is not None else
+                              "a safe default: `tune` kept no settings that fit"))
+    if statistics.stopped:
+        print(f"{statistics.stopped:,} rays were stopped before their end was known, by the step "
+              f"cap of {tracer.step_cap:,} or a full stack")
     if statistics.counters:
         print("a ray: " + ", ".join(f"{k.replace('_', ' ')} {v:.2f}"
                                     for k, v in statistics.counters.items()))
@@ -216,11 +225,13 @@ def _parser() -> argparse.ArgumentParser:
     sub.add_argument("scene", help="a scene's name or a mesh file")
     add_method(sub)
     sub.add_argument("-o", "--output", required=True, metavar="IMAGE.png")
-    sub.add_argument("--size", type=size_word, default=(512, 512), metavar="WIDTHxHEIGHT")
+    sub.add_argument("--size", type=size_word, default=(512, 512), metavar="WIDTHxHEIGHT",
+                     help="pixels; default 512x512")
     add_options(sub)
     sub = command("trace", _trace, "trace a file of rays to a file of hits")
     sub.add_argument("scene", help="a scene's name or a mesh file")
-    sub.add_argument("rays", metavar="RAYS.npz")
+    sub.add_argument("rays", metavar="RAYS.npz", help="arrays origins and directions, (n, 3) "
+                     "each, and optionally t_min and t_max")
     add_method(sub)
     sub.add_argument("-o", "--output", required=True, metavar="HITS.npz")
     sub.add_argument("--invalid", choices=("raise", "miss"), default="raise",
@@ -228,9 +239,12 @@ def _parser() -> argparse.ArgumentParser:
     add_options(sub)
     sub = command("bench", _bench, "eye rays per second of the methods, beside embreex")
     sub.add_argument("scene", help="a scene's name or a mesh file")
-    sub.add_argument("-m", "--methods", metavar="NAME,NAME,...")
-    sub.add_argument("--size", type=size_word, default=(1024, 1024), metavar="WIDTHxHEIGHT")
-    sub.add_argument("--runs", type=int, default=5, help="timed runs of each after a warm-up")
+    sub.add_argument("-m", "--methods", metavar="NAME,NAME,...", help="default: all but "
+                     "brute-force")
+    sub.add_argument("--size", type=size_word, default=(1024, 1024), metavar="WIDTHxHEIGHT",
+                     help="eye rays; default 1024x1024")
+    sub.add_argument("--runs", type=int, default=5, help="timed runs of each after a warm-up; "
+                     "default %(default)s")
     add_options(sub)
     cli_tuning.add_commands(command)
     return parser

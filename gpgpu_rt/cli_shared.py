@@ -3,12 +3,13 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from collections.abc import Sequence
 from typing import Any
 
 from .errors import OptionError
 from .methods import find_method, methods
-from .options import TRACER_OPTIONS, Option
+from .options import TRACER_OPTIONS, Option, spell
 
 
 def all_options() -> dict[str, Option]:
@@ -23,11 +24,14 @@ def add_options(sub: argparse.ArgumentParser) -> None:
     """A ``--word`` for every option of the tracer and its methods."""
     group = sub.add_argument_group("options of the tracer and its methods")
     for option in all_options().values():
-        choices = f" ({', '.join(map(str, option.choices))})" if option.choices else ""
+        choices = f" ({', '.join(map(spell, option.choices))})" if option.choices else ""
         bare = {"nargs": "?", "const": "true"} if option.kind is bool else {}
+        default = spell(option.default).lower() if bare or option.default is None else spell(
+            option.default)
         group.add_argument("--" + option.name.replace("_", "-"), dest="option_" + option.name,
-                           metavar="VALUE", help=f"{option.help}{choices}; "
-                           f"default {option.default}".replace("%", "%%"), **bare)
+                           metavar="true|false" if bare else "VALUE",
+                           help=f"{option.help}{choices}; default {default}".replace("%", "%%"),
+                           **bare)
 
 
 def given_options(chosen: argparse.Namespace) -> dict[str, Any]:
@@ -61,6 +65,11 @@ def size_word(text: str) -> tuple[int, int]:
     if min(size) < 1:
         raise argparse.ArgumentTypeError(f"{text!r} is no size; give WIDTHxHEIGHT, as in 512x512")
     return size
+
+
+def say(line: str) -> None:
+    """Progress: to stderr, for stdout may be a table or JSON that something reads."""
+    print(line, file=sys.stderr, flush=True)
 
 
 def print_json(value: Any) -> None:

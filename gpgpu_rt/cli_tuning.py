@@ -9,7 +9,7 @@ from typing import Any
 
 from . import settings
 from .accuracy import accuracy, flip_note
-from .cli_shared import add_options, given_options, print_json, print_table, size_word
+from .cli_shared import add_options, given_options, print_json, print_table, say, size_word
 from .errors import Error
 from .files import check_writable, replacing
 from .gpu import open_gpu
@@ -57,10 +57,6 @@ def add_commands(command: Command) -> None:
     sub.add_argument("-o", "--output", metavar="SETTINGS.json")
 
 
-def _say(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)
-
-
 def _names(text: str | None) -> list[str] | None:
     return None if text is None else text.split(",")
 
@@ -73,7 +69,7 @@ def _accuracy(chosen: argparse.Namespace) -> None:
         check_writable(chosen.output)
     scene = load_scene(chosen.scene)
     rows = accuracy(scene, _names(chosen.methods), _names(chosen.precisions),
-                    given_options(chosen), chosen.rays, chosen.size, chosen.seed, _say)
+                    given_options(chosen), chosen.rays, chosen.size, chosen.seed, say)
     result = {"scene": settings.describe(scene), "stand_in": scene.stand_in,
               "gpu": open_gpu().info(), "seed": chosen.seed, "rows": rows,
               "flip_note": flip_note()}
@@ -125,7 +121,7 @@ def _tune(chosen: argparse.Namespace) -> None:
                       tuple(chosen.kinds.split(",")))
     scene = load_scene(chosen.scene)
     found = tune(scene, promise, chosen.rays, chosen.seed, chosen.budget, _names(chosen.methods),
-                 _say)
+                 say)
     kept = None
     if found.settings is not None:
         kept = settings.store(found.settings)

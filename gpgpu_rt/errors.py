@@ -34,7 +34,12 @@ class SettingsError(Error):
 
 
 def nearest_names(name: str, known: Iterable[str]) -> str:
-    """A clause that suggests the nearest known names: "; did you mean a or b?"."""
+    """A clause that suggests the nearest known names: "; did you mean a or b?"; else all."""
     known = sorted(known)
-    near = difflib.get_close_matches(name, known, n=3, cutoff=0.4)
-    return f"; did you mean {' or '.join(near)}?" if near else f"; known: {', '.join(known)}"
+    return did_you_mean(name, known) or f"; known: {', '.join(known)}"
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """The same, empty where no name is near: for messages that list the known ones anyway."""
+    near = difflib.get_close_matches(name, sorted(known), n=3, cutoff=0.4)
+    return f"; did you mean {' or '.join(near)}?" if near else ""

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from .errors import OptionError, nearest_names
+from .errors import OptionError, did_you_mean, nearest_names
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Option:
             if value not in self.choices:
                 known = [spell(c) for c in self.choices]
                 raise OptionError(f"option {self.name}={value!r} is none of {', '.join(known)}"
-                                  + (nearest_names(value, known) if isinstance(value, str)
+                                  + (did_you_mean(value, known) if isinstance(value, str)
                                      else ""))
             return value
         try:
@@ -82,6 +82,10 @@ class Option:
             except ValueError:
                 value = text
             return self.check(value)
+        words = text.split(",")
+        if self.kind is object and all(word.strip().isdecimal() for word in words):
+            numbers = tuple(map(int, words))
+            return self.check(numbers if len(numbers) > 1 else numbers[0])
         return self.check(text)
 
 

@@ -62,8 +62,8 @@ class RayBatch:
             first = int(bad.argmax())
             raise ValueError(f"ray {first} is invalid: origin {origins[first]}, direction "
                              f"{directions[first]}, t_min {t_min[first]}, t_max {t_max[first]}; "
-                             'entries must be finite and a direction not zero (invalid="miss" '
-                             "makes such rays misses)")
+                             'entries must be finite and a direction not zero (invalid="miss", '
+                             "or --invalid miss, makes such rays misses)")
         self.invalid = np.flatnonzero(bad)
         size = np.abs(directions).max(1, initial=0)
         size[self.invalid] = 1

@@ -15,6 +15,7 @@ class Statistics:
     passes : traversal passes, the set-up pass included
     draw_calls : draws, passes that mask or count among them
     queries : occlusion queries read back
+    stopped : rays that the step cap or a full stack stopped; of a picture, shadow rays too
     kernel_passes : passes by kernel, under the ``kernels`` schedule
     texture_bytes : scene tables, rays and state
     table_bytes : the scene tables by record
@@ -28,6 +29,7 @@ class Statistics:
     passes: int = 0
     draw_calls: int = 0
     queries: int = 0
+    stopped: int = 0
     kernel_passes: dict[str, int] = field(default_factory=dict)
     texture_bytes: int = 0
     table_bytes: dict[str, int] = field(default_factory=dict)

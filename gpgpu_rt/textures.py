@@ -80,7 +80,7 @@ def _in_rows(gpu: Gpu, name: str, texels: np.ndarray, dtype: str) -> moderngl.Te
 
 def stream_textures(gpu: Gpu, record: Record, size: tuple[int, int]) -> list[moderngl.Texture]:
     """The textures of a stream record: one a texel, ``size`` = (width, height) rays."""
-    return [make_texture(gpu, size, 4, f"{record.name} of {size[0] * size[1]} rays",
+    return [make_texture(gpu, size, 4, f"a {record.name} texture of {size[0] * size[1]:,} rays",
                          dtype=record.plane_of(texel).dtype)
             for texel in range(record.texels)]
 

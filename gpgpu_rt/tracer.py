@@ -181,6 +181,7 @@ class Tracer:
             side, stopped = self._traversal.run(rays, buffers, statistics, any_hit)
             self.gpu.finish()
             traced = time.perf_counter()
+            statistics.stopped = stopped
             hits = self._read(batch, side, stopped)
             self.gpu.check_error(f"tracing {batch.count} rays")
         statistics.upload_seconds = uploaded - began
@@ -251,11 +252,12 @@ class Tracer:
                                         self.options["intersection"])
             began = time.perf_counter()
             self._shading.eye_rays(rays, camera or self.scene.camera)
-            eye, _ = self._traversal.run(rays, buffers, self.statistics)
+            eye, stopped = self._traversal.run(rays, buffers, self.statistics)
             if self.options["statistics"]:
                 self._count(eye, width * height)
             shadow_rays = self._shading.surfaces(rays, eye)
-            shadow, _ = self._traversal.run(shadow_rays, buffers, self.statistics, any_hit=True)
+            shadow, more = self._traversal.run(shadow_rays, buffers, self.statistics, any_hit=True)
+            self.statistics.stopped = stopped + more
             pixels = self._shading.picture(shadow)
             self.gpu.check_error("rendering")
         self.statistics.trace_seconds = time.perf_counter() - began

@@ -30,7 +30,8 @@ def read(path: Path) -> Arrays:
         no such file, or trimesh cannot read it
     """
     if not path.is_file():
-        raise SceneError(f"{path}: no such file; check the path")
+        what = "a folder, no mesh file" if path.is_dir() else "no such file"
+        raise SceneError(f"{path}: {what}; check the path")
     try:
         _check_whole(path)
         if path.suffix.lower() == ".obj":

@@ -13,7 +13,7 @@ from PIL import Image
 import gpgpu_rt as rt
 from gpgpu_rt import cli
 from gpgpu_rt.gpu import open_gpu
-from gpgpu_rt.methods import register
+from gpgpu_rt.methods import find_method, register
 from gpgpu_rt.textures import read_texture
 
 METHODS = [row.name for row in rt.methods()]
@@ -130,6 +130,19 @@ def test_render_command(capsys, tmp_path) -> None:
     assert Image.open(target).size == (40, 30)
 
 
+def test_pictures_of_stopped_rays_say_so(capsys, tmp_path) -> None:
+    status, out, _ = run(capsys, "render", "cornell", "-m", "kd-restart", "--step-cap", "1",
+                         "--size", "8", "-o", str(tmp_path / "box.png"))
+    assert status == 0 and "64 rays were stopped" in out
+
+
+@pytest.mark.parametrize("word, cells", [("9", [9, 9, 9]), ("5,6,7", [5, 6, 7])])
+def test_words_of_resolutions(word: str, cells: list[int]) -> None:
+    option = next(o for o in find_method("grid").options if o.name == "resolution")
+    with rt.Tracer("cornell", "grid", resolution=option.parse(word)) as tracer:
+        assert tracer.accelerator.structure.resolution.tolist() == cells
+
+
 def test_trace_command(capsys, tmp_path) -> None:
     scene = rt.load_scene("cornell")
     origins, directions = scene.camera.rays((8, 8))
@@ -160,6 +173,9 @@ def test_bench_command(capsys) -> None:
     (["render", "cornell", "-o", "{}/x.txt"], "image format"),
     (["render", "cornell", "-o", "{}/x.png", "--steps-per-pass", "0"], "at least 1"),
     (["render", "cornell", "-o", "{}/x.png", "--octants", "-m", "grid"], "no option --octants"),
+    (["render", "cornell", "-o", "{}/x.png", "--resolution", "5,6", "-m", "grid"],
+     "give one, or three"),
+    (["bench", "cornell", "--size", "8", "--runs", "0"], "give 1 or more"),
     (["render", "cornell", "-o", "{}/x.png", "--size", "0x3"], "no size"),
     (["render", "cornell", "-o", "{}/x.png", "--size", "999999x2"], "fewer rays"),
     (["render", "cornell"], "-o/--output"),
