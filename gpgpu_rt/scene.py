@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -56,8 +56,8 @@ class Scene:
     """
 
     name: str
-    triangles: np.ndarray
-    colours: np.ndarray
+    triangles: np.ndarray = field(repr=False)
+    colours: np.ndarray = field(repr=False)
     light: Light
     camera: Camera
     stand_in: str | None = None
