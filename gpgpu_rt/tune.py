@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import hashlib
 import itertools
+import math
 import statistics
 import time
 from collections.abc import Callable, Sequence
@@ -77,7 +78,8 @@ class Trial:
         return {"method": self.candidate.method, "options": dict(self.candidate.options),
                 "outcome": self.outcome, "note": self.note,
                 "rates": self.rates, "texture_bytes": self.texture_bytes,
-                "misses": self.misses, "t_error": None if found is None else found.t_error,
+                "misses": self.misses,     # JSON knows no infinity: too few rays to tell
+                "t_error": None if found is None or math.isinf(found.t_error) else found.t_error,
                 "score": None if found is None else found.score.to_dict()}
 
 
