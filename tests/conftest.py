@@ -1,6 +1,7 @@
 """What all tests share: the context, scenes, aimed rays, and the check for GL errors."""
 from __future__ import annotations
 
+import itertools
 import os
 import tempfile
 from collections.abc import Iterable, Iterator
@@ -84,6 +85,13 @@ def variants(name: str) -> list[dict[str, object]]:
         elif option.kind is bool:
             settings.append({option.name: not option.default})
     return settings
+
+
+def variant_pairs(name: str) -> list[dict[str, object]]:
+    """Every two variants together that set different options."""
+    single = variants(name)[1:]
+    return [{**one, **other} for one, other in itertools.combinations(single, 2)
+            if not set(one) & set(other)]
 
 
 def real_scene(name: str) -> rt.Scene:

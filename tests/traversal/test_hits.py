@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from conftest import (
     FOLEY, RAY_SETS, assert_same_bits, assert_same_hits, part_of, random_soup, real_scene,
-    schedules_of, soup_scene, variants
+    schedules_of, soup_scene, variant_pairs, variants
 )
 
 import gpgpu_rt as rt
@@ -177,3 +177,16 @@ def test_a_hit_ends_the_search(method: str) -> None:
         if shares[str(options)] < 0.5:
             return
     pytest.fail(str(shares))
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("method, options", [
+    pytest.param(row.name, options, id="-".join([row.name, *map(str, options.values())]))
+    for row in rt.methods() for options in variant_pairs(row.name)])
+def test_options_in_pairs(exact_renderer, method: str, options: dict) -> None:
+    """Among boxes without thickness, where rounding one outward gives it some."""
+    scene = rt.load_scene("cornell")
+    for rays in ("eye", "edges"):
+        chosen = RAY_SETS[rays](scene, 1024, 6)
+        assert_same_bits(trace(scene, method, chosen, **options),
+                         trace(scene, "brute-force", chosen))
