@@ -113,7 +113,8 @@ def test_row_5_squares(method: str, quads: int, seed: int) -> None:
 
 
 @pytest.mark.parametrize("schedule", ["step", "kernels"])
-@pytest.mark.parametrize("name", ["in-planes", "degenerate", "denormals", "from-afar"])
+@pytest.mark.parametrize("name", ["in-planes", "denormals", *(
+    pytest.param(name, marks=pytest.mark.full) for name in ("degenerate", "from-afar"))])
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()
                                     if {"step", "kernels"} <= set(row.schedules)])
 def test_schedules_agree_at_the_extremes(exact_renderer, method: str, name: str,

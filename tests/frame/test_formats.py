@@ -82,10 +82,14 @@ def test_fp32_programs_hold_no_trace_of_rounding() -> None:
 
 LOWER = {"fp16-stored": {"storage": "fp16"}, "fp24-computed": {"arithmetic": "fp24"},
          "fp16-up": {"precision": "fp16", "rounding": "up"}}
-# A program each: the quick suite takes every schedule once, and every format.
-QUICK = {("fp16-stored", "step1"), ("fp16-stored", "kernels"), ("fp24-computed", "step16")}
+# A program each: the quick suite takes every schedule once, and every format; `kernels`, which has
+# the most programs, by a method of each family.
+QUICK = {("fp16-stored", "step1"), ("fp24-computed", "step16")}
+FAMILIES = ("grid", "kd-backtrack", "bvh-threaded")
 IN_PASSES = [pytest.param(row.name, lower, name, id=f"{lower}-{name}-{row.name}",
-                          marks=() if (lower, name) in QUICK else pytest.mark.full)
+                          marks=() if (lower, name) in QUICK or (lower, name) == (
+                              "fp16-stored", "kernels") and row.name in FAMILIES
+                          else pytest.mark.full)
              for row in rt.methods() for lower in LOWER
              for name in schedules_of(row, ("step1", "kernels", "step16"))]
 

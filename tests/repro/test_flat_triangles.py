@@ -15,9 +15,15 @@ from gpgpu_rt.options import TRACER_OPTIONS
 TESTS = next(option.choices for option in TRACER_OPTIONS if option.name == "intersection")
 
 
+# Other tests than the default by every method: in full; quickly, by brute force and a packet.
+CASES = [pytest.param(row.name, name, id=f"{row.name}-{name}",
+                      marks=() if name == "woop-watertight" or row.name in (
+                          "brute-force", "kd-packet") else pytest.mark.full)
+         for row in rt.methods() for name in TESTS]
+
+
 @pytest.mark.parametrize("seed", [1])
-@pytest.mark.parametrize("intersection", TESTS)
-@pytest.mark.parametrize("method", [row.name for row in rt.methods()])
+@pytest.mark.parametrize("method, intersection", CASES)
 def test_three_corners_on_a_line_are_never_hit(method: str, intersection: str, seed: int) -> None:
     rng = np.random.default_rng(seed)
     start, step = rng.integers(-4000, 4000, (2, 300, 1, 3)) * 2.0 ** -12     # sums are exact
