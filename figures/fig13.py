@@ -8,7 +8,7 @@ from .workloads import EYE, SHADOW
 
 WORK = {"primary": EYE, "shadow": SHADOW}
 PLAIN, PACKETS, PUSH_DOWN, SHORT_STACK = LABELS = (
-    "kd-restart", "packets", "and push-down", "and short stack")
+    "kd-restart", "packets", "+ push-down", "+ short stack")
 SETTINGS: tuple[tuple[tuple[str, object], ...], ...] = (
     (("push_down", False), ("stack_size", 0)), (("push_down", True), ("stack_size", 0)), ())
 

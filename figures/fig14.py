@@ -15,7 +15,7 @@ BOUNCES = range(6)
 
 
 def cell(scene: str, method: str, bounces: int, full: bool) -> Cell:
-    return Cell(scene, method, (), 1024 if full else 256, mirror(bounces), 5 if full else 3)
+    return Cell(scene, method, (), 1024 if full else 256, mirror(bounces))
 
 
 def cells(full: bool) -> list[Cell]:
@@ -58,7 +58,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
         "no ray any more. A packet's nodes are shared out among four rays.", *stand_ins, "",
         *parts)))
     axes[0].set_ylabel("million pixels a second, all bounces up to here")
-    axes[0].legend(frameon=False, fontsize=8)
+    figure.legend(handles=[plt.Line2D([], [], marker="o", color=COLOURS[method], label=method)
+                           for method in METHODS], frameon=False, fontsize=8, loc="upper right")
     figure.suptitle("Figure 14: mirrors, with and without packets", fontsize=11)
     figure.tight_layout(rect=(0, 0.05, 1, 1))
     save_chart(figure, out / "fig14.png", f"Renderer: {renderer}. " + " ".join(stand_ins))
@@ -71,7 +72,7 @@ HEADS = ("bounce", "rays", "single: ns a ray", "packets: ns a ray", "packets ove
 
 def _table(results: list[list[dict[str, Any]]]) -> list[list[float]]:
     """A row a bounce, as HEADS names it."""
-    sums = list(zip(*(accumulate(pair[at]["median_ms"] for pair in results) for at in (0, 1))))
+    sums = list(zip(*(accumulate(r["median_ms"] for r in column) for column in zip(*results))))
     rows = []
     for bounces, ((single, packet), (so_far, packets_so_far)) in enumerate(zip(results, sums)):
         nodes = [r["counters"]["nodes_visited"] for r in (single, packet)]

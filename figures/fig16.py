@@ -14,8 +14,7 @@ SCENES = ("shirley6", "bunny", "fairyforest", "conference")
 
 def _cell(panel: Panel, column: Column, full: bool) -> Cell:
     assert panel.rays is not None
-    return Cell(panel.scene, column.method, (), 1024 if full else 256, WORK[panel.rays],
-                5 if full else 3)
+    return Cell(panel.scene, column.method, (), 1024 if full else 256, WORK[panel.rays])
 
 
 def _remarks(results: Results) -> list[str]:

@@ -92,7 +92,7 @@ def run(cell: Cell) -> dict[str, Any]:
         return _run_accuracy(cell)
     if cell.work == "tree":
         return {**_heading(cell, load(cell.scene), open_gpu().info()),
-                "tree": tree_sizes.measure(load(cell.scene))}
+                "tree": tree_sizes.measure(load(cell.scene), dict(cell.options))}
     if cell.method == EMBREE:
         return _run_embree(cell)
     scene = load(cell.scene)

@@ -4,16 +4,25 @@ from __future__ import annotations
 import csv
 import json
 import math
+from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
-from gpgpu_rt.figures import fig12, fig13, fig16, fig20, measure
+import gpgpu_rt as rt
+from gpgpu_rt import accel
+from gpgpu_rt.figures import (
+    fig12, fig13, fig14, fig16, fig17, fig20, measure, published_numbers, tree_sizes
+)
 from gpgpu_rt.figures.__main__ import main
 from gpgpu_rt.figures.comparison import Panel
 from gpgpu_rt.figures.kendall import tau_b
 from gpgpu_rt.figures.measure import Cell
-from gpgpu_rt.figures.published_numbers import published
+from gpgpu_rt.figures.published_numbers import nanoseconds, published, published_row
+from gpgpu_rt.figures.workloads import workload
 
+COMPARISONS = [fig12.FIGURE, fig13.FIGURE, fig16.FIGURE, fig20.FIGURE]
 CELL = Cell("cornell", "kd-restart", size=16, runs=1)
 
 
@@ -60,25 +69,24 @@ def test_interrupting_loses_only_the_running_cell(tmp_path, monkeypatch) -> None
     assert [p.name for p in tmp_path.iterdir()] == [CELL.name]
 
 
-FIGURES = (fig12.FIGURE, fig13.FIGURE, fig16.FIGURE, fig20.FIGURE)
+def _fake(cell: Cell, folder: Path, ns: float, nodes: float = 3, stand_in: str | None = None,
+          **more: Any) -> None:
+    """Write a cell's file as if it had been measured."""
+    (folder / cell.name).write_text(json.dumps({
+        "settings": measure.settings(cell), "gpu": {"renderer": "R", "backend": "egl"},
+        "date": "2020-01-01", "rays": cell.size ** 2, "ns_per_ray": ns,
+        "median_ms": ns * cell.size ** 2 / 1e6, "wall_ms": 1, "statistics": {"passes": 1},
+        "counters": {"steps": 5, "nodes_visited": nodes, "triangles_tested": 2},
+        "scene": {"triangles": 9, "stand_in": stand_in}, **more}))
 
 
-@pytest.mark.parametrize("figure", FIGURES, ids=lambda f: f.name)
+@pytest.mark.parametrize("figure", COMPARISONS, ids=lambda f: f.name)
 def test_tables_hold_the_measured_numbers(figure, tmp_path) -> None:
     expected = {}
-    stand_in = figure.panels[-1].scene
     for at, (panel, column) in enumerate(figure.pairs()):
-        cell = figure.cell(panel, column, False)
-        ns = 100.0 + at
-        result = {
-            "settings": measure.settings(cell), "gpu": {"renderer": "R", "backend": "egl"},
-            "date": "2020-01-01", "rays": cell.size ** 2, "ns_per_ray": ns,
-            "median_ms": ns * cell.size ** 2 / 1e6, "wall_ms": 1, "statistics": {"passes": 1},
-            "counters": {"steps": 5, "nodes_visited": 3, "triangles_tested": 2},
-            "scene": {"triangles": 9,
-                      "stand_in": "something" if panel.scene == stand_in else None}}
-        (tmp_path / cell.name).write_text(json.dumps(result))
-        expected[panel.scene, panel.rays or "", column.label] = ns
+        _fake(figure.cell(panel, column, False), tmp_path, 100.0 + at,
+              stand_in="something" if panel == figure.panels[1] else None)
+        expected[panel.scene, panel.rays or "", column.label] = 100.0 + at
     figure.draw(tmp_path, tmp_path, False)
     with (tmp_path / f"{figure.name}.csv").open() as file:
         rows = list(csv.DictReader(file))
@@ -87,9 +95,10 @@ def test_tables_hold_the_measured_numbers(figure, tmp_path) -> None:
     for row, (panel, column) in zip(rows, figure.pairs()):
         value = published(figure.name, panel.scene, column.published_method or column.method,
                           column.published_options, panel.rays)
-        assert row["published"] == ("" if value is None else str(value))
+        assert value is not None and float(row["published"]) == value
     page = (tmp_path / f"{figure.name}.md").read_text()
     assert "Renderer: R" in page and "stand-in for something" in page
+    assert all(f"## {panel.label}" in page for panel in figure.panels)
     assert (tmp_path / f"{figure.name}.png").stat().st_size > 10_000
 
 
@@ -104,16 +113,93 @@ def test_an_order_unlike_the_published_one_is_explained(tmp_path) -> None:
     """Times that rise where the paper's fall: every pair of columns is named with its counters."""
     figure = fig20.FIGURE
     for k, column in enumerate(figure.columns):
-        cell = figure.cell(Panel("kitchen"), column, False)
         theirs = published("fig20", "kitchen", column.method, column.published_options)
         assert theirs is not None
-        (tmp_path / cell.name).write_text(json.dumps({
-            "settings": measure.settings(cell), "gpu": {"renderer": "R", "backend": "egl"},
-            "date": "2020-01-01", "rays": cell.size ** 2, "ns_per_ray": 1e6 / theirs,
-            "median_ms": 1, "wall_ms": 1, "statistics": {"passes": 1},
-            "counters": {"steps": 5, "nodes_visited": 100 + k, "triangles_tested": 2},
-            "scene": {"triangles": 9, "stand_in": None}}))
+        _fake(figure.cell(Panel("kitchen"), column, False), tmp_path, 1e6 / theirs, 100 + k)
     figure.draw(tmp_path, tmp_path, False)
     page = (tmp_path / "fig20.md").read_text()
     assert "Where the order differs" in page
     assert "grid takes 1/" in page and "visits 100 nodes" in page and "visits 104 nodes" in page
+
+
+def test_every_published_cell_has_a_column() -> None:
+    """Figures 13 and 16: nothing that the survey printed is left out but two CPU columns."""
+    for figure, left_out in ((fig13.FIGURE, set()),
+                             (fig16.FIGURE, {"openrt-frustum-packet", "rope-packet-cpu"})):
+        ours = {(panel.scene, column.published_method or column.method, column.published_options,
+                 panel.rays) for panel, column in figure.pairs()}
+        theirs = {(row["scene"], row["method"], row["options"], row["rays"])
+                  for row in published_numbers._rows() if row["figure"] == figure.name
+                  and row["method"] not in left_out}
+        assert ours == theirs
+
+
+@pytest.mark.parametrize("asked, expected", [
+    (("fig12", "cornell", "brute-force"), 23e6 / 512 ** 2),
+    (("fig13", "cornell", "kd-restart"), 1e3 / 38.3),
+    (("fig16", "bunny", "kd-ropes"), 1e9 / 8.9 / 1024 ** 2)], ids=["ms", "Mrays/s", "frames/s"])
+def test_published_nanoseconds(asked: tuple[str, ...], expected: float) -> None:
+    assert nanoseconds(published_row(*asked)) == pytest.approx(expected)
+
+
+def test_another_cpu_is_left_out_of_tau(tmp_path) -> None:
+    """Figure 16: embreex may be as fast as it likes."""
+    figure, panel = fig16.FIGURE, Panel("bunny", "primary")
+    for ns, column in zip((1, 300, 200), figure.columns):
+        _fake(figure.cell(panel, column, False), tmp_path, ns)
+    figure.draw(tmp_path, tmp_path, False)
+    page = (tmp_path / "fig16.md").read_text()
+    assert "bunny, primary, 9 triangles: tau-b 1" in page
+    assert "packets have 1.5 times the rate of single rays, 1.43 times it in the paper" in page
+
+
+def test_packets_counters_are_shared_out() -> None:
+    """What a packet fetches is fetched once for its four rays; pixels without a ray count
+    nothing."""
+    cell = Cell("cornell", "kd-packet", size=16, work="mirror rays 3", runs=1)
+    result = measure.run(cell)
+    rays = workload("cornell", "mirror rays 3", 16)
+    with rt.Tracer("cornell", "kd-packet", statistics=True) as tracer:
+        hits = rays.trace(tracer)
+    first = hits.nodes_visited.reshape(16, 16)[::2, ::2]   # each of a packet holds its count
+    assert result["rays"] == rays.live < 256
+    assert result["counters"]["nodes_visited"] == pytest.approx(first.sum() / rays.live)
+
+
+@pytest.mark.parametrize("last, says", [
+    (0.5, "The claim holds on"), (1.5, "The claim holds in tendency on"),
+    (3.0, "The claim does not hold on")])
+def test_mirrors_and_packets(last: float, says: str, tmp_path) -> None:
+    """Figure 14: the ratio of rates by bounce, all bounces so far, and the verdict."""
+    for bounces in fig14.BOUNCES:
+        ratio = 2 + (last - 2) * bounces / 5
+        for method, ns in ((fig14.SINGLE, 100.0), (fig14.PACKET, 100.0 / ratio)):
+            _fake(fig14.cell("robots", method, bounces, False), tmp_path, ns)
+    fig14.draw(tmp_path, tmp_path, False)
+    with (tmp_path / "fig14.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    ratios = np.array([float(row["packets over single, rate"]) for row in rows])
+    assert ratios == pytest.approx(np.linspace(2, last, 6))
+    so_far = [float(row["packets over single so far, rate"]) for row in rows]
+    assert so_far == pytest.approx(np.arange(1, 7) / np.cumsum(1 / ratios))
+    page = (tmp_path / "fig14.md").read_text()
+    assert says in page and ("less than single rays at bounce" in page) == (last < 1)
+
+
+def test_sizes_with_ropes(tmp_path) -> None:
+    """Figure 17: the bytes from the tree's own arrays."""
+    scene = rt.load_scene("shirley6")
+    found = tree_sizes.measure(scene, {"max_depth": 6})
+    with rt.Tracer(scene, "kd-ropes", max_depth=6) as tracer:
+        tree = tracer.accelerator.structure
+    leaves = int((tree.axis == accel.KD_LEAF_AXIS).sum())
+    assert tree.depth == 6 and found["leaves"] == leaves
+    assert found["bytes"] == 8 * len(tree.axis) + 4 * len(tree.references)
+    assert found["bytes_ropes"] == found["bytes"] + 48 * leaves
+    for scene_name, overhead in (("bunny", 3.2), ("conference", 2.7)):
+        _fake(fig17.cell(scene_name), tmp_path, 1, tree={**found, "overhead": overhead})
+    fig17.draw(tmp_path, tmp_path, False)
+    page = (tmp_path / "fig17.md").read_text()
+    assert "3.2 times as large, within 10%" in page
+    assert "2.7 times as large, not within 10%" in page
+    assert f"| {leaves:,} |" in page and "| 349,833 |" in page
