@@ -1,0 +1,47 @@
+"""docs/kd-trees.md: its tables hold what is measured."""
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import gpgpu_rt as rt
+from gpgpu_rt.scenes import catalogue
+
+PAGE = Path(__file__).parents[2] / "docs" / "kd-trees.md"
+SCENES = ("cornell", "bunny", "robots", "kitchen", "conference")
+SLOW = ("kd-texture-stack",)   # seconds a scene
+
+
+def _rows() -> dict[str, dict[str, float]]:
+    """First cell of a row -> scene -> number, of all tables."""
+    lines = [line.strip("|").split("|") for line in PAGE.read_text().splitlines()
+             if line.startswith("|") and "---" not in line]
+    return {name.strip(" `"): dict(zip(SCENES, map(float, values)))
+            for name, *values in lines if values[0].strip() != SCENES[0]}
+
+
+def _cases() -> list:
+    return [pytest.param(scene, method, id=f"{scene}-{method}", marks=[pytest.mark.full]
+                         if scene != "cornell" or method in SLOW else [])
+            for scene in SCENES for method in _rows() if method.startswith("kd-")]
+
+
+@pytest.mark.parametrize("scene, method", _cases())
+def test_counters_are_as_the_page_says(scene: str, method: str) -> None:
+    if catalogue.mesh_path(scene) is None:
+        pytest.skip(f"the page is about the mesh of {scene}; name its folder in GPGPU_RT_SCENES")
+    with rt.Tracer(scene, method, statistics=True) as tracer:
+        tracer.trace(*tracer.scene.camera.rays((256, 256)))
+        counters, single = tracer.statistics.counters, not tracer.method.packet
+    rows = _rows()
+    assert counters["nodes_visited"] == pytest.approx(rows[method][scene], rel=0.006)
+    if single:
+        for name in ("leaves visited", "triangles tested"):
+            assert counters[name.replace(" ", "_")] == pytest.approx(rows[name][scene], rel=0.006)
+
+
+def test_every_method_of_the_family_has_its_row_and_paragraph() -> None:
+    family = {row.name for row in rt.methods() if row.name.startswith("kd-")}
+    assert family == {name for name in _rows() if name.startswith("kd-")}
+    assert all(f"**`{name}`**" in PAGE.read_text() for name in family)
