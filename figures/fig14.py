@@ -5,6 +5,7 @@ from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
+from .fig13 import size
 from .measure import Cell, read
 from .output import COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
 from .workloads import mirror
@@ -15,7 +16,7 @@ BOUNCES = range(6)
 
 
 def cell(scene: str, method: str, bounces: int, full: bool) -> Cell:
-    return Cell(scene, method, (), 1024 if full else 256, mirror(bounces))
+    return Cell(scene, method, (), size(scene, full), mirror(bounces))
 
 
 def cells(full: bool) -> list[Cell]:
@@ -25,7 +26,6 @@ def cells(full: bool) -> list[Cell]:
 
 def draw(data: Path, out: Path, full: bool) -> None:
     """Write out/fig14.csv, .md and .png."""
-    size = 1024 if full else 256
     parts, rows, renderer, stand_ins = [], [], "?", []
     figure, axes = plt.subplots(1, len(SCENES), figsize=(3.4 * len(SCENES), 4.4))
     for axis, scene in zip(axes, SCENES):
@@ -44,19 +44,19 @@ def draw(data: Path, out: Path, full: bool) -> None:
                   markdown_table(HEADS, [[row[0], f"{row[1]:,}", *map(number, row[2:])]
                                          for row in mine]), verdict(scene, mine) + "\n"]
         for at, method in enumerate(METHODS):
-            axis.plot(BOUNCES, [size ** 2 / row[7 + at] / 1e3 for row in mine], "o-",
+            axis.plot(BOUNCES, [size(scene, full) ** 2 / row[7 + at] / 1e3 for row in mine], "o-",
                       color=COLOURS[method], label=method)
         axis.set(xlabel="bounces", title=scene, yscale="log")
         axis.spines[["top", "right"]].set_visible(False)
     write_csv(out / "fig14.csv", ("scene", *HEADS), rows)
     write_text(out / "fig14.md", "\n".join((
         "# Figure 14: mirrors, with and without packets (Horn et al. 2007)\n",
-        f"Renderer: {renderer}. {size}x{size} eye rays; every surface is a mirror, and a ray that "
+        f"Renderer: {renderer}. Every surface is a mirror, and a ray that "
         "hits is thrown back from there. The survey's chart has no numbers; tested is what it "
         "says of it: \"the packet optimization actually decreases the performance as we increase "
         "the number of bounces\". Packets are 2x2 of neighbouring pixels, one of which may have "
-        "no ray any more. A packet's nodes are shared out among four rays.", *stand_ins, "",
-        *parts)))
+        "no ray any more. A packet's nodes are shared out among four rays. At the quick size rays "
+        "are two to four times as far apart as at 1024x1024.", *stand_ins, "", *parts)))
     axes[0].set_ylabel("million pixels a second, all bounces up to here")
     figure.legend(handles=[plt.Line2D([], [], marker="o", color=COLOURS[method], label=method)
                            for method in METHODS], frameon=False, fontsize=8, loc="upper right")
