@@ -14,7 +14,7 @@ SCENES = ("shirley6", "bunny", "fairyforest", "conference")
 
 def _cell(panel: Panel, column: Column, full: bool) -> Cell:
     assert panel.rays is not None
-    return Cell(panel.scene, column.method, (), 1024 if full else 256, WORK[panel.rays])
+    return Cell(panel.scene, column.method, (), 1024 if full else 512, WORK[panel.rays])
 
 
 def _remarks(results: Results) -> list[str]:
@@ -66,5 +66,5 @@ FIGURE = Comparison(
      "Which secondary rays the paper traced the survey does not say. Counters are of the eye "
      "rays, times a pixel; a packet's are shared out among its rays.",
      "Packets are 2x2, the paper's as wide as a warp. At the quick size neighbouring rays are "
-     "four times as far apart as at 1024x1024, and packets share less."),
+     "twice as far apart as at 1024x1024, and packets share less."),
     _remarks)

@@ -95,14 +95,16 @@ def _chart(results: dict[str, dict], out: Path) -> None:
     for at, (scene, result) in enumerate(results.items()):
         theirs = [published("fig17", scene, "kd-ropes", quantity=name) or 0
                   for name in ("kd-tree size", "kd-tree size with ropes")]
-        pairs = ((-0.2, (result["tree"]["bytes"], result["tree"]["bytes_ropes"]), 1.0, ""),
-                 (0.2, theirs, 0.45, "///"))
-        for shift, (bare, whole), alpha, hatch in pairs:
-            for height, colour in ((whole, "#df8a6a"), (bare, "#2f6db3")):
-                axis.bar(at + shift, height / 2 ** 20, 0.38, color=colour, alpha=alpha,
+        pairs = ((-0.2, (result["tree"]["bytes"], result["tree"]["bytes_ropes"]),
+                  result["tree"]["overhead"], 1.0, ""),
+                 (0.2, theirs, _published(scene)[-1], 0.45, "///"))
+        for shift, sizes, overhead, alpha, hatch in pairs:
+            bare, whole = (size / 2 ** 20 for size in sizes)
+            for bottom, height, colour in ((0, bare, "#2f6db3"), (bare, whole - bare, "#df8a6a")):
+                axis.bar(at + shift, height, 0.38, bottom, color=colour, alpha=alpha,
                          hatch=hatch, edgecolor="white")
-            axis.annotate(f"x {number(whole / bare)}", (at + shift, whole / 2 ** 20),
-                          ha="center", va="bottom", fontsize=8)
+            axis.annotate(f"x {number(overhead)}", (at + shift, whole), ha="center",
+                          va="bottom", fontsize=8)
     axis.set_xticks(range(len(results)), [
         f"{scene}{' (stand-in)' if result['scene']['stand_in'] else ''}"
         for scene, result in results.items()], fontsize=9)
