@@ -108,7 +108,7 @@ def _chart(results: dict[str, dict], out: Path) -> None:
     axis.set_xticks(range(len(results)), [
         f"{scene}{' (stand-in)' if result['scene']['stand_in'] else ''}"
         for scene, result in results.items()], fontsize=9)
-    axis.set(yscale="log", ylabel="MiB (log)")
+    axis.set(yscale="log", ylabel="MiB (log)", ylim=(0.02, None))
     axis.margins(y=0.15)
     axis.spines[["top", "right"]].set_visible(False)
     figure.suptitle("Figure 17: a kd-tree (blue) and what ropes add (red)\nplain: here; hatched: "
