@@ -5,67 +5,13 @@ name, a number of rays and a seed; scenes do not depend on the number of rays.
 """
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Any
-
 import numpy as np
 
-import gpgpu_rt as rt
-
+from .extreme_case import CASES, Case, Kind, entry
 from .extreme_shapes import aims_at, bumpy_sphere, lattice, outside_rays, soup, square, unit
 
 EMBREE_CASE = np.float64([148376, 1234, -223423])   # where Embree's own tests put their sphere
 AXES = np.eye(3)
-
-
-@dataclass
-class Case:
-    """A scene and its rays.
-
-    Attributes
-    ----------
-    triangles : (m, 3, 3) float32
-    origins, directions : (n, 3) float32
-    closed : whether every ray must hit, whatever the test's rounding
-    options : of a method by name, where the case is about them
-    """
-
-    triangles: np.ndarray
-    origins: np.ndarray
-    directions: np.ndarray
-    closed: bool = False
-    options: dict[str, dict[str, Any]] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        self.triangles, self.origins, self.directions = (
-            np.ascontiguousarray(a, np.float32)
-            for a in (self.triangles, self.origins, self.directions))
-
-    @property
-    def scene(self) -> rt.Scene:
-        corners = self.triangles.reshape(-1, 3)
-        return rt.Scene.from_arrays(corners, np.arange(len(corners)).reshape(-1, 3))
-
-
-@dataclass(frozen=True)
-class Kind:
-    """A row of the table below: ``make(rays, seed)`` gives the case."""
-
-    name: str
-    row: int
-    what: str
-    make: Callable[[int, int], Case]
-
-
-CASES: dict[str, Kind] = {}
-
-
-def _case(name: str, row: int, what: str) -> Callable:
-    def register(make: Callable) -> Callable:
-        CASES[name] = Kind(name, row, what, make)
-        return make
-    return register
 
 
 def make_case(name: str, rays: int, seed: int) -> Case:
@@ -87,27 +33,27 @@ def _sphere(n: int, seed: int, aim: str, at: np.ndarray | float = 0.0) -> Case:
     return Case(triangles, origins, directions, closed=True)
 
 
-@_case("sphere-random", 1, "closed bumpy sphere, random rays from inside")
+@entry("sphere-random", 1, "closed bumpy sphere, random rays from inside")
 def _(n: int, seed: int) -> Case:
     return _sphere(n, seed, "random")
 
 
-@_case("sphere-vertices", 2, "the same, aimed at vertices")
+@entry("sphere-vertices", 2, "the same, aimed at vertices")
 def _(n: int, seed: int) -> Case:
     return _sphere(n, seed, "vertices")
 
 
-@_case("sphere-edges", 3, "the same, aimed at edges")
+@entry("sphere-edges", 3, "the same, aimed at edges")
 def _(n: int, seed: int) -> Case:
     return _sphere(n, seed, "edges")
 
 
-@_case("embree-vertices", 4, "2 with the mesh at (148376, 1234, -223423)")
+@entry("embree-vertices", 4, "2 with the mesh at (148376, 1234, -223423)")
 def _(n: int, seed: int) -> Case:
     return _sphere(n, seed, "vertices", EMBREE_CASE)
 
 
-@_case("embree-edges", 4, "3 with the mesh at (148376, 1234, -223423)")
+@entry("embree-edges", 4, "3 with the mesh at (148376, 1234, -223423)")
 def _(n: int, seed: int) -> Case:
     return _sphere(n, seed, "edges", EMBREE_CASE)
 
@@ -125,14 +71,14 @@ def square_case(quads: int, n: int, seed: int) -> Case:
     return Case(triangles, np.tile(origin, (n, 1)), aims - origin, closed=True)
 
 
-@_case("square-32", 5, "a square of 2,048 triangles")
+@entry("square-32", 5, "a square of 2,048 triangles")
 def _(n: int, seed: int) -> Case:
     return square_case(32, n, seed)
 
 
 # Rows 8 to 10, 30: where the scene lies, and how large it is -------------------------------------
 
-@_case("outside", 30, "soup from outside, all octants of directions")
+@entry("outside", 30, "soup from outside, all octants of directions")
 def _(n: int, seed: int) -> Case:
     triangles = soup(400, seed)
     return Case(triangles, *outside_rays(triangles, n, np.random.default_rng(seed)))
@@ -165,7 +111,7 @@ for _k in (0, 2, 4, 5, 6):
                                   lambda n, seed, k=_k: moved(k, n, seed))
 
 
-@_case("from-afar", 9, "rays from 10 to 10^6 scene sizes away, aimed at vertices")
+@entry("from-afar", 9, "rays from 10 to 10^6 scene sizes away, aimed at vertices")
 def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
     triangles = bumpy_sphere()
@@ -173,7 +119,7 @@ def _(n: int, seed: int) -> Case:
     return Case(triangles, origins, 0.9 * aims_at(triangles, n, rng, "vertices") - origins)
 
 
-@_case("stadium", 9, "sizes from 1 to 10^-5 in one scene")
+@entry("stadium", 9, "sizes from 1 to 10^-5 in one scene")
 def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
     hall, pot = soup(500, seed, 0.3), bumpy_sphere(2, 0.5 / 1e-5)
@@ -187,7 +133,7 @@ def _(n: int, seed: int) -> Case:
 
 # Rows 7, 11 to 15: odd triangles -----------------------------------------------------------------
 
-@_case("slivers", 11, "triangles of aspect 10^6, at them and past them")
+@entry("slivers", 11, "triangles of aspect 10^6, at them and past them")
 def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
     count = 300
@@ -203,7 +149,7 @@ def _(n: int, seed: int) -> Case:
     return Case(triangles, origins, aims - origins)
 
 
-@_case("grazing", 12, "rays 10^-6 radian off the planes of large triangles")
+@entry("grazing", 12, "rays 10^-6 radian off the planes of large triangles")
 def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
     count = 40
@@ -219,7 +165,7 @@ def _(n: int, seed: int) -> Case:
     return Case(triangles @ frame, origins, end @ frame - origins)
 
 
-@_case("degenerate", 13, "zero area: points, needles and repeated vertices, before a wall")
+@entry("degenerate", 13, "zero area: points, needles and repeated vertices, before a wall")
 def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
     p, q = rng.integers(-8, 9, (2, 150, 3)) / 8.0
@@ -232,7 +178,7 @@ def _(n: int, seed: int) -> Case:
     return Case(np.concatenate([flat, wall]), origins, aims - origins, closed=True)
 
 
-@_case("coincident", 14, "10,000 coincident triangles")
+@entry("coincident", 14, "10,000 coincident triangles")
 def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
     triangle = np.float64([[-1, -1, 0.25], [1, -1, 0.5], [0, 1, 0.125]])
@@ -241,7 +187,7 @@ def _(n: int, seed: int) -> Case:
                 - [0, 0, 1])
 
 
-@_case("coplanar", 14, "10,000 overlapping triangles in one plane")
+@entry("coplanar", 14, "10,000 overlapping triangles in one plane")
 def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
     triangles = rng.uniform(-1, 1, (10_000, 1, 3)) + 0.05 * rng.normal(size=(10_000, 3, 3))
@@ -250,7 +196,7 @@ def _(n: int, seed: int) -> Case:
     return Case(triangles, origins, rng.normal(size=(n, 3)) * 0.2 - [0, 0, 1])
 
 
-@_case("near-planes", 15, "two planes 1 to 8 float32 spacings apart")
+@entry("near-planes", 15, "two planes 1 to 8 float32 spacings apart")
 def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
     triangles = []
@@ -271,7 +217,7 @@ def _(n: int, seed: int) -> Case:
 SIGNS = np.stack(np.meshgrid(*[[0.0, 1.0, -1.0]] * 3), -1).reshape(-1, 3)[1:]   # 26
 
 
-@_case("signed-zeros", 16, "the 26 directions of components 0, 1 and -1, each zero of both signs")
+@entry("signed-zeros", 16, "the 26 directions of components 0, 1 and -1, each zero of both signs")
 def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
     triangles = lattice(8)
@@ -281,7 +227,7 @@ def _(n: int, seed: int) -> Case:
     return Case(triangles, origins, np.where(directions == 0, zeros, directions))
 
 
-@_case("slab-planes", 17, "origins on planes of boxes and cells, direction components 0")
+@entry("slab-planes", 17, "origins on planes of boxes and cells, direction components 0")
 def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
     directions = SIGNS[rng.integers(26, size=n)]
@@ -290,7 +236,7 @@ def _(n: int, seed: int) -> Case:
     return Case(lattice(8), origins, directions)
 
 
-@_case("flat-box", 18, "flat scenes, rays along the normal of their box")
+@entry("flat-box", 18, "flat scenes, rays along the normal of their box")
 def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
     axis = seed % 3
@@ -300,7 +246,7 @@ def _(n: int, seed: int) -> Case:
     return Case(triangles, np.roll(origins, axis, 1), np.roll(directions, axis, 1), closed=True)
 
 
-@_case("denormals", 19, "direction components from 1e-38 to 1e-45")
+@entry("denormals", 19, "direction components from 1e-38 to 1e-45")
 def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
     case = make_case("signed-zeros", n, seed)
@@ -309,7 +255,7 @@ def _(n: int, seed: int) -> Case:
     return Case(case.triangles, case.origins, directions)
 
 
-@_case("lengths", 20, "directions of length 1e-15 to 1e15")
+@entry("lengths", 20, "directions of length 1e-15 to 1e15")
 def _(n: int, seed: int) -> Case:
     case = make_case("outside", n, seed)
     length = 10 ** np.random.default_rng(seed).uniform(-15, 15, (n, 1))
@@ -318,7 +264,7 @@ def _(n: int, seed: int) -> Case:
 
 # Rows 24 to 36: what accelerators find hard ------------------------------------------------------
 
-@_case("in-planes", 25, "rays and triangles in the planes that split a lattice")
+@entry("in-planes", 25, "rays and triangles in the planes that split a lattice")
 def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
     axis = rng.integers(3, size=n)[:, None] == np.arange(3)
@@ -326,7 +272,7 @@ def _(n: int, seed: int) -> Case:
     return Case(lattice(8), origins, np.where(axis, 0, rng.normal(size=(n, 3))))
 
 
-@_case("spanning", 27, "long triangles across many leaves, small ones between them")
+@entry("spanning", 27, "long triangles across many leaves, small ones between them")
 def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
     long = rng.random((40, 1, 3)) + rng.normal(size=(40, 3, 3)) * rng.permuted(
@@ -335,7 +281,7 @@ def _(n: int, seed: int) -> Case:
     return Case(triangles, *outside_rays(triangles[:800], n, rng, 0.3))
 
 
-@_case("cell-corners", 28, "rays through the corners and edges of cells")
+@entry("cell-corners", 28, "rays through the corners and edges of cells")
 def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
     origins = rng.integers(-8, 24, (n, 3)) / 16
@@ -345,7 +291,7 @@ def _(n: int, seed: int) -> Case:
                 options={"grid": {"resolution": 8}, "grid-proximity": {"resolution": 8}})
 
 
-@_case("diagonals", 29, "long diagonals through 512 x 512 x 8 cells")
+@entry("diagonals", 29, "long diagonals through 512 x 512 x 8 cells")
 def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
     flat = np.float64([1, 1, 1 / 64])
@@ -359,7 +305,7 @@ def _(n: int, seed: int) -> Case:
                 options={"grid": cells, "grid-proximity": cells})
 
 
-@_case("box-corners", 31, "triangles that reach into a corner of their box, rays aimed there")
+@entry("box-corners", 31, "triangles that reach into a corner of their box, rays aimed there")
 def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
     count = 500
@@ -375,7 +321,7 @@ def _(n: int, seed: int) -> Case:
     return Case(triangles, origins, triangles[chosen, 0].astype(np.float64) - origins)
 
 
-@_case("one-centroid", 33, "centroids, and so Morton codes, all equal")
+@entry("one-centroid", 33, "centroids, and so Morton codes, all equal")
 def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
     corners = rng.integers(-512, 513, (2000, 3, 3)) / 1024
@@ -394,12 +340,12 @@ def long_way(count: int, n: int, seed: int) -> Case:
     return Case(triangles, origins, np.tile([0.0, 0, -1], (n, 1)), closed=True)
 
 
-@_case("long-way", 36, "boxes of 40,000 triangles in the way: more steps than one loop runs")
+@entry("long-way", 36, "boxes of 40,000 triangles in the way: more steps than one loop runs")
 def _(n: int, seed: int) -> Case:
     return long_way(40_000, min(n, 4), seed)
 
 
-@_case("one-triangle", 39, "one triangle")
+@entry("one-triangle", 39, "one triangle")
 def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
     return Case(np.float64([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]]), rng.normal(size=(n, 3)),

@@ -16,7 +16,8 @@ from .gpu import open_gpu
 from .known_rays import KINDS, WITHIN_BOUND, WRONG
 from .promise import Promise
 from .scene import load_scene
-from .tune import SCREEN, Trial, Tuning, tune
+from .trial import Trial, Tuning
+from .tune import SCREEN, tune
 
 Command = Callable[[str, Callable[[argparse.Namespace], None], str], argparse.ArgumentParser]
 

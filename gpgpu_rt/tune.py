@@ -15,11 +15,9 @@ from __future__ import annotations
 
 import hashlib
 import itertools
-import math
 import statistics
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 from . import settings
@@ -32,6 +30,7 @@ from .methods import find_method, methods
 from .promise import Finding, Promise
 from .scene import Scene
 from .tracer import Tracer
+from .trial import Trial, Tuning
 
 PROBE, SCREEN, FIELD = 1 << 10, 1 << 14, 1 << 16   # rays; squares, so that textures are full
 FAR_BEHIND = 4.0      # times slower on a few rays: put aside
@@ -39,73 +38,6 @@ BEHIND = 2.0          # times slower with its best options: put aside
 BEAM = 2
 WAVE = 4              # candidates that go on together
 RUNS = 5
-
-
-@dataclass
-class Trial:
-    """A candidate and what was found of it.
-
-    Attributes
-    ----------
-    rates : rays timed together -> rays per second
-    texture_bytes : with 2^18 rays in flight
-    finding : against the reference, None where it was not asked
-    misses : bound -> how many times too large
-    outcome : "chosen", "missed", "slower", "not possible" or "not reached"
-    note : why, in words
-    """
-
-    candidate: Candidate
-    rates: dict[int, float] = field(default_factory=dict)
-    texture_bytes: int = 0
-    finding: Finding | None = None
-    misses: dict[str, float] = field(default_factory=dict)
-    outcome: str = "not reached"
-    note: str = ""
-
-    @property
-    def rays_per_second(self) -> float:
-        """At the largest number of rays it was timed with; 0 where it was not."""
-        return self.rates[max(self.rates)] if self.rates else 0.0
-
-    def times_slower(self, other: Trial) -> float | None:
-        """Than another trial, at the largest number of rays both were timed with."""
-        common = set(self.rates) & set(other.rates)
-        return other.rates[max(common)] / self.rates[max(common)] if common else None
-
-    def to_dict(self) -> dict[str, Any]:
-        found = self.finding
-        return {"method": self.candidate.method, "options": dict(self.candidate.options),
-                "outcome": self.outcome, "note": self.note,
-                "rates": self.rates, "texture_bytes": self.texture_bytes,
-                "misses": self.misses,     # JSON knows no infinity: too few rays to tell
-                "t_error": None if found is None or math.isinf(found.t_error) else found.t_error,
-                "score": None if found is None else found.score.to_dict()}
-
-
-@dataclass
-class Tuning:
-    """What `tune` found: the trials, fastest on ``SCREEN`` rays first, the chosen one, None where
-    the promise cannot be kept, and its settings."""
-
-    promise: Promise
-    rays: int
-    seed: int
-    notes: list[str]
-    trials: list[Trial]
-    chosen: Trial | None
-    settings: settings.Settings | None
-
-    @property
-    def closest(self) -> Trial | None:
-        """The trial that misses its worst bound by least; None where there was none."""
-        missed = [t for t in self.trials if t.misses]
-        return min(missed, key=lambda t: max(t.misses.values()), default=None)
-
-    def to_dict(self) -> dict[str, Any]:
-        return {"promise": self.promise.to_dict(), "rays": self.rays, "seed": self.seed,
-                "notes": self.notes, "trials": [t.to_dict() for t in self.trials],
-                "chosen": None if self.chosen is None else self.chosen.to_dict()}
 
 
 def tune(scene: Scene, promise: Promise, rays: int | None = None, seed: int = 0,
@@ -171,8 +103,7 @@ class _Search:
         if chosen is not None:
             for trial in trials:
                 if trial.outcome == "not reached":
-                    trial.outcome, slower = "slower", trial.times_slower(chosen)
-                    trial.note = trial.note or f"{slower:.2f} times slower" if slower else ""
+                    trial.compare(chosen)
         return Tuning(self.promise, self.rays, self.seed, self.notes, trials, chosen,
                       None if chosen is None else self._settings(chosen))
 

@@ -3,11 +3,13 @@
 
 const int LEAF = 3;   // from here on an axis is a leaf's number
 
+float along(int axis, vec3 v) {
+    return axis == 0 ? v.x : (axis == 1 ? v.y : v.z);
+}
+
 // Where the ray crosses a plane across `axis`.
 float plane_t(Ray ray, int axis, float plane) {
-    float o = axis == 0 ? ray.origin.x : (axis == 1 ? ray.origin.y : ray.origin.z);
-    float inv = axis == 0 ? ray.inv_dir.x : (axis == 1 ? ray.inv_dir.y : ray.inv_dir.z);
-    return R(R(plane - o) * inv);
+    return R(R(plane - along(axis, ray.origin)) * along(axis, ray.inv_dir));
 }
 
 // Where it leaves a box, axis by axis.
@@ -20,4 +22,12 @@ vec3 box_exits(Ray ray, vec3 lo, vec3 hi) {
 
 float box_exit(Ray ray, vec3 lo, vec3 hi) {
     return min_component(box_exits(ray, lo, hi));
+}
+
+// The rope of the face that a ray leaves a leaf by, from where it crosses each (box_exits).
+int rope_behind(Ray ray, vec3 exits, ivec3 ropes_lo, ivec3 ropes_hi) {
+    float t_leave = min_component(exits);
+    return exits.x == t_leave ? (ray.inv_dir.x < 0.0 ? ropes_lo.x : ropes_hi.x)
+         : exits.y == t_leave ? (ray.inv_dir.y < 0.0 ? ropes_lo.y : ropes_hi.y)
+         : (ray.inv_dir.z < 0.0 ? ropes_lo.z : ropes_hi.z);
 }

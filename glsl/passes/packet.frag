@@ -59,18 +59,11 @@ void load(int r) {
     hits[r] = no_hit(stored(rays[r].t_max));
 }
 
+#define PACKED(r) packed_hit(hits[r], is_settled(r))
 #ifdef PAIRS
-uvec2 packed_hit(int r) {
-    uint triangle = uint(hits[r].triangle) | (is_settled(r) ? 0u : UNSETTLED);
-    return uvec2(floatBitsToUint(hits[r].t), triangle);
-}
-#define STORE(k) packet_target[k] = uvec4(packed_hit(2 * k), packed_hit(2 * k + 1));
+#define STORE(k) packet_target[k] = uvec4(PACKED(2 * k), PACKED(2 * k + 1));
 #else
-vec4 whole_hit(int r) {
-    int triangle = is_settled(r) ? hits[r].triangle : -1 - hits[r].triangle;
-    return vec4(hits[r].t, hits[r].u, hits[r].v, triangle);
-}
-#define STORE(k) packet_target[k] = whole_hit(k);
+#define STORE(k) packet_target[k] = PACKED(k);
 #endif
 
 void main() {

@@ -32,27 +32,25 @@ void main() {
     ivec2 packet = pixel / PACKET_SIZE;
     ivec2 place = pixel - packet * PACKET_SIZE;
     int r = place.x + PACKET_WIDTH * place.y;
+    bool settled;
 #ifdef PAIRS
     int target = r / 2;
     uvec4 texel = uvec4(0u);
     EACH_TARGET(READ)
-    uint triangle = r % 2 == 0 ? texel.y : texel.w;
-    bool settled = (triangle & UNSETTLED) == 0u;
+    Hit handed = unpacked_hit(r % 2 == 0 ? texel.xy : texel.zw, settled);
     Ray ray = ray_setup(rays_load(pixel));
     Hit hit = no_hit(ray.t_max);
 #ifdef STATISTICS
     counters = Counters(0, 0, 0);
 #endif
-    if (int(triangle & ~UNSETTLED) != NO_TRIANGLE) {
-        test_triangle(ray, int(triangle & ~UNSETTLED), hit);
+    if (hit_found(handed)) {
+        test_triangle(ray, handed.triangle, hit);
     }
 #else
     int target = r;
     vec4 texel = vec4(0.0);
     EACH_TARGET(READ)
-    int triangle = int(texel.w);
-    bool settled = triangle >= 0;
-    Hit hit = Hit(texel.x, texel.y, texel.z, settled ? triangle : -1 - triangle);
+    Hit hit = unpacked_hit(texel, settled);
 #endif
     State state = State(settled ? DONE : unsettled_phase, 0);
 #ifdef STATISTICS

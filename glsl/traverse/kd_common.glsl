@@ -73,7 +73,7 @@ void down(Ray ray, inout State state, inout Hit hit) {
         }
     } else {
         float t_split = plane_t(ray, axis, kd_node_split(node));
-        float d = axis == 0 ? ray.inv_dir.x : (axis == 1 ? ray.inv_dir.y : ray.inv_dir.z);
+        float d = along(axis, ray.inv_dir);
         int near = d < 0.0 ? left + 1 : left;
         int far = d < 0.0 ? left : left + 1;
 #ifdef INTERVAL_STRICT

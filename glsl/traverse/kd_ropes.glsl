@@ -27,12 +27,10 @@ void follow_rope(Ray ray, inout State state, inout Hit hit) {
     int leaf = kd_node_axis(state.node) - LEAF;
     vec3 exits = box_exits(ray, kd_leaf_lo(leaf), kd_leaf_hi(leaf));
     float t_leave = min_component(exits);
-    bvec3 negative = lessThan(ray.inv_dir, vec3(0.0));
-    int rope = exits.x == t_leave
-        ? (negative.x ? kd_leaf_rope_lo_x(leaf) : kd_leaf_rope_hi_x(leaf))
-        : exits.y == t_leave
-        ? (negative.y ? kd_leaf_rope_lo_y(leaf) : kd_leaf_rope_hi_y(leaf))
-        : (negative.z ? kd_leaf_rope_lo_z(leaf) : kd_leaf_rope_hi_z(leaf));
+    int rope = rope_behind(
+        ray, exits,
+        ivec3(kd_leaf_rope_lo_x(leaf), kd_leaf_rope_lo_y(leaf), kd_leaf_rope_lo_z(leaf)),
+        ivec3(kd_leaf_rope_hi_x(leaf), kd_leaf_rope_hi_y(leaf), kd_leaf_rope_hi_z(leaf)));
     state.phase = DOWN;
     if (hit.t < t_leave || t_leave >= state.t_exit || rope < 0) {
         state.phase = DONE;

@@ -52,9 +52,8 @@ int axis;
 int left;
 
 void split_ray(int r) {
-    vec3 inv_dir = rays[r].inv_dir;
     bool takes_far = plane_t(rays[r], axis, plane) <= t_min[r];
-    bool negative = (axis == 0 ? inv_dir.x : (axis == 1 ? inv_dir.y : inv_dir.z)) < 0.0;
+    bool negative = along(axis, rays[r].inv_dir) < 0.0;
     int child = left + int(takes_far != negative);
     ray_node[r] = ray_node[r] == node ? child : ray_node[r];
 }
@@ -65,12 +64,9 @@ ivec3 ropes_lo;
 ivec3 ropes_hi;
 
 void follow_rope(int r) {
-    bvec3 negative = lessThan(rays[r].inv_dir, vec3(0.0));
     vec3 exits = box_exits(rays[r], leaf_lo, leaf_hi);
     float t_leave = min_component(exits);
-    int rope = exits.x == t_leave ? (negative.x ? ropes_lo.x : ropes_hi.x)
-             : exits.y == t_leave ? (negative.y ? ropes_lo.y : ropes_hi.y)
-             : (negative.z ? ropes_lo.z : ropes_hi.z);
+    int rope = rope_behind(rays[r], exits, ropes_lo, ropes_hi);
     bool settled = hits[r].t < t_leave || t_leave >= t_exit[r] || rope < 0
                 || search_over(hits[r]);
     bool here = ray_node[r] == node;

@@ -10,14 +10,14 @@ import moderngl
 from ..gpu import Gpu
 from ..methods import find_method
 from ..methods.row import Accelerator, Method
-from ..options import TRACER_OPTIONS, resolve_options, word_define
+from ..options import TRACER_OPTIONS, resolve_options
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..statistics import Statistics
-from ..texel_layout import COUNTERS, HIT, RAY_TEXELS, TABLE_WIDTH_LOG2, Record
+from ..texel_layout import COUNTERS, HIT, RAY_TEXELS, Record
 from ..textures import make_texture, texture_bytes
 from .full_screen import FullScreenPass
-from .traverse import UNFINISHED, Traversal
+from .traverse import UNFINISHED, Traversal, method_defines, method_texts
 
 # Steps a packet may take in its pass. Every step is an iteration of one loop, and no more than two
 # further iterations come with it: this stays below the 65,535 at which llvmpipe ends all loops.
@@ -122,15 +122,11 @@ class PacketTraversal:
 
     def _defines(self, any_hit: bool) -> dict[str, object]:
         return {
-            **self.method.defines(self.options), **self.precision.defines(),
-            **self.accelerator.defines,
+            **method_defines(self.method, self.accelerator, self.options, any_hit),
             "PACKET_WIDTH": self.packet[0], "PACKET_HEIGHT": self.packet[1],
             "PACKET_TARGETS": self.targets, "PAIRS": self.pairs,
             "EACH(f)": " ".join(f"f({r});" for r in range(self.rays)),
-            "EACH_TARGET(f)": " ".join(f"f({k})" for k in range(self.targets)),
-            "ANY_HIT": any_hit, "STATISTICS": self.statistics_on,
-            "TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2,
-            word_define("INTERSECTION", self.options["intersection"]): True}
+            "EACH_TARGET(f)": " ".join(f"f({k})" for k in range(self.targets))}
 
     def _virtual(self, name: str) -> dict[str, str]:
         """What a pass includes: the streams that it reads and writes, tables and method."""
@@ -158,9 +154,7 @@ class PacketTraversal:
         for record in writes:
             texts.append(record.stream_glsl(True, target))
             target += record.texels
-        return {"streams": "\n".join(texts), "method": "file:" + str(self.method.glsl),
-                "tables": "\n".join(layout(r).table_glsl()
-                                    for r in self.method.tables_for(self.options))}
+        return {**method_texts(self.method, self.options), "streams": "\n".join(texts)}
 
     def _room_for(self, size: tuple[int, int]) -> _PacketRoom:
         packets = (-(-size[0] // self.packet[0]), -(-size[1] // self.packet[1]))

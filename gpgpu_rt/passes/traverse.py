@@ -246,17 +246,11 @@ class Traversal:
         key = (any_hit, steps, start, kernel)
         if key not in self._programs:
             defines = {
-                **self.method.defines(self.options), **kernel_defines(self.method),
-                **self.precision.defines(), **self.accelerator.defines,
-                "ANY_HIT": any_hit, "START": start, "ONLY_KERNEL": kernel or None,
-                "SINGLE_STEP": steps == 1, "MANY_STEPS": steps > 1,
-                "STATISTICS": self.statistics_on, "TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2,
-                word_define("INTERSECTION", self.options["intersection"]): True}
-            virtual = {
-                "method": "file:" + str(self.method.glsl),
-                "tables": "\n".join(self.precision.layout(r).table_glsl()
-                                    for r in self.method.tables_for(self.options)),
-                "streams": self._streams_glsl(writes=True)}
+                **method_defines(self.method, self.accelerator, self.options, any_hit),
+                **kernel_defines(self.method), "START": start, "ONLY_KERNEL": kernel or None,
+                "SINGLE_STEP": steps == 1, "MANY_STEPS": steps > 1}
+            virtual = {**method_texts(self.method, self.options),
+                       "streams": self._streams_glsl(writes=True)}
             self._programs[key] = FullScreenPass(
                 self.gpu, "passes/traverse.frag", defines, virtual)
             self._programs[key].set(**self.accelerator.uniforms, step_cap=self.step_cap,
@@ -289,6 +283,22 @@ class Traversal:
         for part in (self._tiles, self._atlas):
             if part is not None:
                 part.release()
+
+
+def method_defines(method: Method, accelerator: Accelerator, options: Mapping[str, Any],
+                   any_hit: bool) -> dict[str, object]:
+    """Defines that every program of a method is compiled with."""
+    return {**method.defines(options), **accelerator.defines, **Precision.of(options).defines(),
+            "ANY_HIT": any_hit, "STATISTICS": bool(options["statistics"]),
+            "TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2,
+            word_define("INTERSECTION", options["intersection"]): True}
+
+
+def method_texts(method: Method, options: Mapping[str, Any]) -> dict[str, str]:
+    """What its programs include: the method's own file, and the accessors of its tables."""
+    layout = Precision.of(options).layout
+    return {"method": "file:" + str(method.glsl),
+            "tables": "\n".join(layout(r).table_glsl() for r in method.tables_for(options))}
 
 
 def kernel_defines(method: Method) -> dict[str, object]:

@@ -1,0 +1,60 @@
+"""An extreme case, and the table that all of them are entered in."""
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+import gpgpu_rt as rt
+
+
+@dataclass
+class Case:
+    """A scene and its rays.
+
+    Attributes
+    ----------
+    triangles : (m, 3, 3) float32
+    origins, directions : (n, 3) float32
+    closed : whether every ray must hit, whatever the test's rounding
+    options : of a method by name, where the case is about them
+    """
+
+    triangles: np.ndarray
+    origins: np.ndarray
+    directions: np.ndarray
+    closed: bool = False
+    options: dict[str, dict[str, Any]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.triangles, self.origins, self.directions = (
+            np.ascontiguousarray(a, np.float32)
+            for a in (self.triangles, self.origins, self.directions))
+
+    @property
+    def scene(self) -> rt.Scene:
+        corners = self.triangles.reshape(-1, 3)
+        return rt.Scene.from_arrays(corners, np.arange(len(corners)).reshape(-1, 3))
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A row of the table below: ``make(rays, seed)`` gives the case."""
+
+    name: str
+    row: int
+    what: str
+    make: Callable[[int, int], Case]
+
+
+CASES: dict[str, Kind] = {}
+
+
+def entry(name: str, row: int, what: str) -> Callable:
+    """Enters a maker of cases, (rays, seed) -> Case, under its name and catalogue row."""
+    def register(make: Callable) -> Callable:
+        CASES[name] = Kind(name, row, what, make)
+        return make
+    return register
