@@ -82,13 +82,15 @@ class Record:
     """A record named ``name`` (GLSL prefix) whose texels are declared in ``layout``.
 
     ``half_texels`` of them, the first ones, lie in half float textures; ``storage`` is the format
-    that geometric fields are rounded to. Both come from ``stored``.
+    that geometric fields are rounded to. Both come from ``stored``. ``uniform_texels`` of a stream
+    are the same for all its records: a program reads them from uniforms, not from textures.
     """
 
     name: str
     layout: str
     storage: str = "fp32"
     half_texels: int = 0
+    uniform_texels: tuple[int, ...] = ()
 
     @lru_cache(maxsize=None)
     def stored(self, storage: str) -> Record:
@@ -196,10 +198,13 @@ class Record:
         name, struct = self.name, self.name.capitalize()
         lines = [f"struct {struct} {{"]
         lines += [f"    {f.type} {f.name};" for f in self.fields] + ["};"]
-        lines += [f"uniform sampler2D {name}_texel_{k};" for k in range(self.texels)]
+        kinds = ["vec4" if k in self.uniform_texels else "sampler2D" for k in range(self.texels)]
+        lines += [f"uniform {kind} {name}_texel_{k};" for k, kind in enumerate(kinds)]
         lines += [f"{struct} {name}_load(ivec2 pixel) {{", f"    {struct} record;"]
-        for k in range(self.texels):
-            lines.append(f"    vec4 texel_{k} = texelFetch({name}_texel_{k}, pixel, 0);")
+        for k, kind in enumerate(kinds):
+            value = f"{name}_texel_{k}"
+            value = value if kind == "vec4" else f"texelFetch({value}, pixel, 0)"
+            lines.append(f"    vec4 texel_{k} = {value};")
         for f in self.fields:
             lines.append(f"    record.{f.name} = {f.decode(f'texel_{f.texel}')};")
         lines += ["    return record;", "}"]

@@ -56,8 +56,9 @@ class PacketTraversal:
         context.enable_only(moderngl.DEPTH_TEST)
         context.depth_func = "1"
         for name, target in room.targets.items():
-            program = self._program(name, any_hit)
-            program.set(ray_texture_size=buffers.size, step_limit=min(PACKET_STEPS, self.step_cap))
+            program = self._program(name, any_hit, rays.record)
+            program.set(ray_texture_size=buffers.size, **rays.uniforms(),
+                        step_limit=min(PACKET_STEPS, self.step_cap))
             program.draw(target, {**self.samplers, **rays.samplers()})
         statistics.passes += 1
         statistics.draw_calls += len(room.targets)
@@ -146,17 +147,20 @@ class PacketTraversal:
 
     # Programs and textures ------------------------------------------------------------------
 
-    def _program(self, name: str, any_hit: bool) -> FullScreenPass:
-        if (name, any_hit) not in self._programs:
+    def _program(self, name: str, any_hit: bool, rays: Record | None = None) -> FullScreenPass:
+        """``rays`` as the program reads them; None: from textures."""
+        rays = rays or self.precision.layout(RAY_TEXELS)
+        key = (name, any_hit, rays)
+        if key not in self._programs:
             entry = "packet" if name == "packet_counters" else name
             defines = self._defines(any_hit)
             if name == "packet":
                 defines["STATISTICS"] = False
             program = FullScreenPass(self.gpu, f"passes/{entry}.frag", defines,
-                                     self._virtual(name))
+                                     self._virtual(name, rays))
             program.set(**self.accelerator.uniforms)
-            self._programs[name, any_hit] = program
-        return self._programs[name, any_hit]
+            self._programs[key] = program
+        return self._programs[key]
 
     def _defines(self, any_hit: bool) -> dict[str, object]:
         return {
@@ -166,12 +170,12 @@ class PacketTraversal:
             "EACH(f)": " ".join(f"f({r});" for r in range(self.rays)),
             "EACH_TARGET(f)": " ".join(f"f({k})" for k in range(self.targets))}
 
-    def _virtual(self, name: str) -> dict[str, str]:
+    def _virtual(self, name: str, rays: Record) -> dict[str, str]:
         """What a pass includes: the streams that it reads and writes, tables and method."""
         layout = self.precision.layout
         written = [layout(self.method.state), layout(HIT)]
         written += [COUNTERS] if self.statistics_on else []
-        reads: list[Record] = [layout(RAY_TEXELS)]
+        reads: list[Record] = [rays]
         writes: list[Record] = []
         if name in ("packet", "packet_counters"):
             reads += [r for r in written if r.name != "state"]   # their structs alone are of use

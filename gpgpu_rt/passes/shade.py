@@ -65,6 +65,7 @@ class Shading:
         self._eye.set(eye=camera.eye, right=right, up=up, forward=forward, size=rays.size,
                       centre=tuple(centre), beyond=NEAR * radius if far else 0.0)
         self._eye.draw(rays.target, {})
+        rays.share_start(None if far else np.float32([*camera.eye, 0]))
 
     def surfaces(self, rays: RayTextures, hits: StateBuffer | PacketHits) -> RayTextures:
         """What the light gives each hit, and the rays from there towards the light."""
