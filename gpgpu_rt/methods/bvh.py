@@ -11,10 +11,10 @@ from ..accel.quantise import quantise
 from ..options import Option
 from ..texel_layout import (
     BVH_NODE, BVH_PAIR, QUANTISED_NODE_8, QUANTISED_NODE_16, QUANTISED_PAIR_8, QUANTISED_PAIR_16,
-    TRIANGLE, PackedRecord, Record
+    STACK_ENTRY, TRIANGLE, PackedRecord, Record
 )
 from .brute_force import triangle_table
-from .row import PACKET, Accelerator, Method
+from .row import PACKET, Accelerator, Method, Stepwise
 
 
 def _built(triangles: np.ndarray, options: Mapping[str, Any]) -> tuple[accel.Bvh, np.ndarray]:
@@ -149,13 +149,25 @@ _INTERVAL_TEST = Option("interval_test", False, "one test of a box for all rays 
                         "interval arithmetic", bool, define="INTERVAL_TEST")
 
 
+_PACKET_STATE = "node:int cursor:int phase:int steps:int | turn:int turns:int"
+
+
+def _stepwise(options: Mapping[str, Any]) -> Stepwise:
+    """One texel or two a packet, and what a push takes up where there is a stack."""
+    if options.get("octants"):
+        return Stepwise(Record("state", _PACKET_STATE), ("traverse", "intersect"))
+    return Stepwise(Record("state", _PACKET_STATE + " far:int stacked:int | far_t_max"),
+                    ("traverse", "intersect", "push", "pop"), STACK_ENTRY)
+
+
 def _stack_row(name: str, summary: str, **more: Any) -> Method:
     """A row of Guenther's method: its state is what single rays are left with."""
     return Method(
         name=name, summary=summary, citation="Guenther et al. 2007",
         glsl="traverse/bvh_packet.glsl", kernels=("step_packet",),
         state=Record("state", "phase:int steps:int"), tables=(TRIANGLE, BVH_PAIR),
-        schedules=("loop",), single="bvh-threaded", stack=True, **more)
+        schedules=("step", "loop"), packet_state=_stepwise, single="bvh-threaded", stack=True,
+        **more)
 
 
 ROWS = (
