@@ -14,12 +14,13 @@ from ..texel_layout import (
     STACK_ENTRY, TRIANGLE, PackedRecord, Record
 )
 from .brute_force import triangle_table
+from .bvh_build import BUILD_OPTIONS, built_bvh
 from .row import PACKET, Accelerator, Method, Stepwise
 
 
 def _built(triangles: np.ndarray, options: Mapping[str, Any]) -> tuple[accel.Bvh, np.ndarray]:
     """The tree, and for each place in its order whether a leaf's run ends there."""
-    bvh = accel.cached(accel.build_bvh, triangles, build=options["build"])
+    bvh = built_bvh(triangles, options)
     last = np.zeros(len(bvh.order), np.int32)
     leaf = bvh.count > 0
     last[(bvh.first + bvh.count)[leaf] - 1] = 1
@@ -139,8 +140,6 @@ def _prepare_packet(triangles: np.ndarray, options: Mapping[str, Any]) -> Accele
     return prepared
 
 
-_BUILD = Option("build", "sah", "who builds the tree",
-                choices=("sah", "kay-kajiya", "goldsmith-salmon"))
 _OCTANTS = Option("octants", False, "eight copies threaded front to back, one a direction octant",
                   bool, define="OCTANTS")
 _QUANTISE = Option("quantise_nodes", None, "bits a bound, rounded outward: the same hits from "
@@ -180,15 +179,16 @@ ROWS = (
         state=Record("state", "node:int cursor:int phase:int steps:int"),
         tables=(TRIANGLE, BVH_NODE),
         prepare=_prepare,
-        options=(_BUILD, _OCTANTS, _QUANTISE),
+        options=(*BUILD_OPTIONS, _OCTANTS, _QUANTISE),
         choose_tables=lambda options: (TRIANGLE, _node_record(options))),
     _stack_row(
         "bvh-stack", "BVH with a stack a ray, in a local array, the nearer child first",
-        prepare=_prepare_pairs, options=(_BUILD, _QUANTISE),
+        prepare=_prepare_pairs, options=(*BUILD_OPTIONS, _QUANTISE),
         choose_tables=lambda options: (TRIANGLE, _pair_record(options))),
     _stack_row(
         "bvh-packet", "several rays a fragment with one stack, the child first that most meet",
-        prepare=_prepare_packet, options=(_BUILD, PACKET, _OCTANTS, _QUANTISE, _INTERVAL_TEST),
+        prepare=_prepare_packet, options=(
+            *BUILD_OPTIONS, PACKET, _OCTANTS, _QUANTISE, _INTERVAL_TEST),
         choose_tables=lambda options: (
             TRIANGLE, (_node_record if options["octants"] else _pair_record)(options)),
         packet=True),
