@@ -10,6 +10,6 @@ from .methods import Method, methods
 from .scene import Scene, load_scene
 from .tracer import Tracer
 
-__all__ = ["Animation", "Camera", "ContextError", "Error", "Hits", "LimitError", "Method", "OptionError",
-           "Scene", "SceneError", "SettingsError", "ShaderError", "Tracer", "load_animation", "load_scene",
-           "methods", "reference"]
+__all__ = ["Animation", "Camera", "ContextError", "Error", "Hits", "LimitError", "Method",
+           "OptionError", "Scene", "SceneError", "SettingsError", "ShaderError", "Tracer",
+           "load_animation", "load_scene", "methods", "reference"]
