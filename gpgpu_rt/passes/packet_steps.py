@@ -43,6 +43,16 @@ class PacketSteps:
         self._programs: dict[object, FullScreenPass] = {}
         self._room: _Room | None = None
 
+    def follow(self, samplers: Mapping[str, moderngl.Texture], accelerator: Accelerator,
+               step_cap: int) -> None:
+        """Read these tables from now on: the same records, of triangles that moved."""
+        if accelerator.defines != self.accelerator.defines:
+            self.release()
+            self._programs, self._room = {}, None
+        self.samplers, self.accelerator, self.step_cap = dict(samplers), accelerator, step_cap
+        for program in self._programs.values():
+            program.set(**accelerator.uniforms)
+
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[StateBuffer, int]:
         """Trace every ray; where the hits are, and how many rays the step cap stopped."""

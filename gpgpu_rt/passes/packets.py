@@ -48,6 +48,19 @@ class PacketTraversal:
         self._single: Traversal | None = None
         self._single_room: tuple[RayTextures, StateBuffers] | None = None
 
+    def follow(self, samplers: Mapping[str, moderngl.Texture], accelerator: Accelerator,
+               step_cap: int) -> None:
+        """Read these tables from now on: the same records, of triangles that moved."""
+        if accelerator.defines != self.accelerator.defines:
+            self.release()
+            self._programs, self._room = {}, None
+        elif self._single is not None:   # made again of what is there now
+            self._single.release()
+        self._single = None
+        self.samplers, self.accelerator, self.step_cap = dict(samplers), accelerator, step_cap
+        for program in self._programs.values():
+            program.set(**accelerator.uniforms)
+
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[StateBuffer | PacketHits, int]:
         """Trace every ray; where the hits are, and how many rays the step cap stopped."""
