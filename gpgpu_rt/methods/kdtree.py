@@ -1,6 +1,7 @@
 """The kd-tree family: one tree, and per method what its traversal adds to it."""
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -16,7 +17,11 @@ _TABLES = (TRIANGLE, KD_NODE, REFERENCE)
 _STATE = "t_min t_max t_exit node:int | cursor:int end:int phase:int steps:int"
 
 _BUILD_OPTIONS = (
-    Option("split", "binned", "where split planes are tried", choices=("binned", "exact")),
+    Option("build", "sah", "who builds the tree: by the surface area heuristic throughout, or "
+           "large nodes at their middle as Zhou et al. do", choices=("sah", "zhou")),
+    Option("split", "binned", "where the build sah tries split planes",
+           choices=("binned", "exact")),
+    Option("workers", 1, "processes of the build sah", int, minimum=1),
     Option("traversal_cost", 1.0, "cost of a node, for the surface area heuristic", float,
            minimum=0),
     Option("intersection_cost", 2.0, "cost of a triangle, in the same unit", float, minimum=1e-6),
@@ -38,7 +43,14 @@ _FULL_STACK = Option("stack_size", None, "levels; none: the tree's depth, which 
 
 def _tree(triangles: np.ndarray, options: Mapping[str, Any]) -> accel.KdTree:
     build = {option.name: options[option.name] for option in _BUILD_OPTIONS}
-    return accel.cached(accel.build_kdtree, triangles, **build)
+    workers = build.pop("workers")
+    if options["build"] != "sah":
+        build.pop("split")
+        return accel.cached(accel.build_kdtree, triangles, **build)
+    # Workers change the time and not the tree: it is kept under the same name.
+    parallel = functools.update_wrapper(
+        functools.partial(accel.build_kdtree, workers=workers), accel.build_kdtree)
+    return accel.cached(parallel, triangles, **build)
 
 
 def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
