@@ -33,10 +33,10 @@ def draw(data: Path, out: Path, full: bool) -> None:
     text = ("# Figure 18: a bounding volume hierarchy\n\n"
             f"The {len(found.small.triangles)} triangles of Figure 9, seen from above, in a tree "
             f"of {len(found) - leaves} boxes of boxes and {leaves} leaves, halved by their "
-            "centroids as Kay and Kajiya do. A node's box is the smallest around those of its children, "
-            "the root's is the whole scene's. Each triangle lies in one leaf alone, where a "
-            "kd-tree lists it in every leaf that it reaches into; in return boxes may overlap, "
-            "and the first hit found need not be the nearest.\n")
+            "centroids as Kay and Kajiya do. A node's box is the smallest around those of its "
+            "children, the root's is the whole scene's. Each triangle lies in one leaf alone, "
+            "where a kd-tree lists it in every leaf that it reaches into; in return boxes may "
+            "overlap, and the first hit found need not be the nearest.\n")
     write_csv(out / "fig18.csv", HEADS, rows(found))
     write_text(out / "fig18.md", text + "\n" + markdown_table(HEADS, rows(found)))
     figure, (ground, tree) = plt.subplots(1, 2, figsize=(11, 5.4), width_ratios=(1, 1.1))
