@@ -13,6 +13,7 @@ import gpgpu_rt as rt
 from gpgpu_rt import rays as ray_sets
 from gpgpu_rt.gpu import Gpu, open_gpu
 from gpgpu_rt.methods import find_method
+from gpgpu_rt.passes.build import GPU_BUILDS
 from gpgpu_rt.scenes import catalogue
 
 # Tests build what they test, but each structure once.
@@ -84,14 +85,21 @@ def variants(name: str) -> list[dict[str, object]]:
                          if c != option.default and c not in option.relaxed]
         elif option.kind is bool:
             settings.append({option.name: not option.default})
-    return settings
+    return [given for given in settings if buildable(name, given)]
+
+
+def buildable(name: str, given: dict[str, object]) -> bool:
+    """Whether the device that is asked for has the builder."""
+    options = {**{option.name: option.default for option in find_method(name).options}, **given}
+    return options.get("build_device") != "gpu" or options["build"] in GPU_BUILDS
 
 
 def variant_pairs(name: str) -> list[dict[str, object]]:
     """Every two variants together that set different options."""
     single = variants(name)[1:]
-    return [{**one, **other} for one, other in itertools.combinations(single, 2)
-            if not set(one) & set(other)]
+    pairs = ({**one, **other} for one, other in itertools.combinations(single, 2)
+             if not set(one) & set(other))
+    return [pair for pair in pairs if buildable(name, pair)]
 
 
 def real_scene(name: str) -> rt.Scene:

@@ -147,16 +147,17 @@ def build_bvh(triangles: np.ndarray, *, build: str = "sah", **options: object) -
     Parameters
     ----------
     triangles : (n, 3, 3) float32, world units
-    build : "sah", "kay-kajiya" or "goldsmith-salmon"
-    options : of that builder: see `sah_bvh.build`, `median.build`, `insertion.build`
+    build : "sah", "kay-kajiya", "goldsmith-salmon" or "lbvh"
+    options : of that builder: see `sah_bvh.build`, `median.build`, `insertion.build`,
+        `lbvh.build`
 
     Raises
     ------
     OptionError, SceneError
     """
-    from . import insertion, median, sah_bvh  # they import this file's records
+    from . import insertion, lbvh, median, sah_bvh  # they import this file's records
     builders = {"sah": sah_bvh.build, "kay-kajiya": median.build,
-                "goldsmith-salmon": insertion.build}
+                "goldsmith-salmon": insertion.build, "lbvh": lbvh.build}
     builder = builders[choose("build", build, builders)]
     triangles = as_triangles(triangles)
     return builder(triangles, **options).thread(triangles)

@@ -13,11 +13,12 @@ from ..texel_layout import (
     BVH_NODE, QUANTISED_NODE_8, QUANTISED_NODE_16, TRIANGLE, PackedRecord, Record
 )
 from .brute_force import triangle_table
+from .bvh_build import BUILD_OPTIONS, built_bvh
 from .row import Accelerator, Method
 
 
 def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
-    bvh = accel.cached(accel.build_bvh, triangles, build=options["build"])
+    bvh = built_bvh(triangles, options)
     nodes = len(bvh.escape)
     last = np.zeros(len(bvh.order), np.int32)
     leaf = bvh.count > 0
@@ -91,8 +92,7 @@ ROWS = (Method(
     tables=(TRIANGLE, BVH_NODE),
     prepare=_prepare,
     options=(
-        Option("build", "sah", "who builds the tree",
-               choices=("sah", "kay-kajiya", "goldsmith-salmon")),
+        *BUILD_OPTIONS,
         Option("octants", False, "eight copies threaded front to back, one a direction octant",
                bool, define="OCTANTS"),
         Option("quantise_nodes", None, "bits a bound, rounded outward: the same hits from smaller "

@@ -20,7 +20,7 @@ MESHES = {
     "one": lambda: random_soup(1, 7),
     "empty": lambda: np.zeros((0, 3, 3), np.float32),
 }
-BUILDS = ("sah", "kay-kajiya", "goldsmith-salmon")
+BUILDS = ("sah", "kay-kajiya", "goldsmith-salmon", "lbvh")
 mesh = pytest.mark.parametrize("name", MESHES)
 
 

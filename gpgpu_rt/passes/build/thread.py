@@ -1,0 +1,81 @@
+"""Threading: from nodes that span slots to the finished hierarchy, boxes and escape indices.
+
+Any tree over slots in order will do. A node's place in depth-first order follows from how many
+leaves begin before it and how many of its ancestors have it on their left; its box from the boxes
+of runs of 2^k slots, of which two cover it. So neither needs the tree level by level.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...accel.bvh import Bvh
+from ...errors import LimitError
+from ...texel_layout import BOX, BVH_NODE, EXACT_INTEGER, SOURCE
+from ..streams import Stream, StreamRoom
+
+
+@dataclass
+class NodeList:
+    """Nodes of one kind.
+
+    intervals : INTERVAL, in any order, those with first = -1 are none
+    leaves : whether all are leaves, or none is
+    """
+
+    intervals: Stream
+    leaves: bool
+
+
+def thread(room: StreamRoom, triangles: Stream, keys: Stream, sums: Stream,
+           lists: list[NodeList]) -> Bvh:
+    """The hierarchy of all nodes in the lists, read back.
+
+    Parameters
+    ----------
+    triangles : TRIANGLE, as uploaded
+    keys : SORT_KEY, whose index is the triangle in each slot
+    sums : scan of the flags of slots that begin a leaf
+    """
+    slots = keys.length
+    leaf_count = int(sums.read_one(slots)["value"][0])
+    nodes = 2 * leaf_count - 1
+    if nodes > EXACT_INTEGER:
+        raise LimitError(f"{nodes:,} nodes are past 2^24, the last index a float texel holds "
+                         "exactly; take leaves of more triangles")
+    threaded = room.stream(BVH_NODE, nodes)
+    boxes = [room.stream(BOX, part.intervals.length) for part in lists]
+    runs, other = (room.stream(BOX, slots) for _ in range(2))
+    room.draw("triangle_boxes", runs, [triangles, keys], defines={"ORDERED": True})
+    run = 1
+    while run <= slots:
+        for part, box in zip(lists, boxes):
+            room.draw("node_boxes", box.called("node_box"),
+                      [runs, part.intervals.called("interval")], run=run)
+        room.draw("box_runs", other, [runs], slots=slots, half_run=run)
+        runs, other, run = other, runs, 2 * run
+    for part, box in zip(lists, boxes):
+        intervals = part.intervals.called("interval")
+        room.scatter("thread", threaded, [intervals, box.called("node_box"), sums],
+                     intervals.length, nodes=nodes, leaves=part.leaves)
+    order = room.stream(SOURCE, slots)
+    room.draw("leaf_order", order, [keys, sums], slots=slots)
+    return pack(threaded.read(), order.read()["index"])
+
+
+def pack(nodes: dict[str, np.ndarray], order: np.ndarray) -> Bvh:
+    """The record from nodes in depth-first order, fields as in BVH_NODE, and each slot's
+    triangle."""
+    total = len(nodes["first"])
+    escape = np.where(nodes["escape"] < 0, total, nodes["escape"])
+    leaves = np.flatnonzero(nodes["first"] >= 0)
+    first, count = (np.zeros(total, np.int32) for _ in range(2))
+    first[leaves] = nodes["first"][leaves]
+    count[leaves] = np.diff(nodes["first"][leaves], append=len(order))
+    # A node is below all inner nodes before it whose subtree does not end before it.
+    opened = np.cumsum(count == 0) - (count == 0)
+    inner = np.flatnonzero(count == 0)
+    closed = np.cumsum(np.bincount(escape[inner], minlength=total + 1))[:total]
+    return Bvh(nodes["lo"], nodes["hi"], escape.astype(np.int32), first, count, order,
+               int((opened - closed).max()))
