@@ -19,38 +19,31 @@
 
 #define INFINITY uintBitsToFloat(0x7f800000u)
 
-// Masks of 64 bits ------------------------------------------------------------------------------
+// Masks of 64 bits: in textures four numbers of 16 bits, at work two of 32.
 
-int population(vec4 mask) {
-    uvec4 n = uvec4(mask);
-    n -= (n >> 1) & 0x5555u;
-    n = (n & 0x3333u) + ((n >> 2) & 0x3333u);
-    n = (n + (n >> 4)) & 0x0f0fu;
-    n = (n + (n >> 8)) & 0x1fu;
-    return int(n.x + n.y + n.z + n.w);
+uvec2 mask_bits(vec4 mask) {
+    uvec4 m = uvec4(mask);
+    return m.xz | m.yw << 16;
 }
 
-bool has_bit(vec4 mask, int bit) {
-    return ((uint(mask[bit >> 4]) >> (bit & 15)) & 1u) != 0u;
+vec4 mask_floats(uvec2 mask) {
+    return vec4(mask.x & 0xffffu, mask.x >> 16, mask.y & 0xffffu, mask.y >> 16);
 }
 
-vec4 common_bits(vec4 a, vec4 b) {
-    return vec4(uvec4(a) & uvec4(b));
+int population(uvec2 n) {
+    n -= (n >> 1) & 0x55555555u;
+    n = (n & 0x33333333u) + ((n >> 2) & 0x33333333u);
+    n = (n + (n >> 4)) & 0x0f0f0f0fu;
+    n = (n * 0x01010101u) >> 24;
+    return int(n.x + n.y);
 }
 
-// The lowest `count` bits.
-vec4 lowest_bits(int count) {
-    ivec4 bits = clamp(count - ivec4(0, 16, 32, 48), 0, 16);
-    return vec4((uvec4(1u) << uvec4(bits)) - 1u);
-}
-
-// The place of the set bit that `rank` others stand below.
-int nth_bit(vec4 mask, int rank) {
-    int bit = 0;
-    for (; bit < 64; ++bit) {
-        if (has_bit(mask, bit) && rank-- == 0) {
-            break;
-        }
-    }
-    return bit;
+// Takes the lowest bit out of a mask that has one; its place, from its exponent as a float.
+int take_bit(inout uvec2 mask) {
+    bool low = mask.x != 0u;
+    uint word = low ? mask.x : mask.y;
+    uint bit = word & (~word + 1u);
+    mask.x ^= low ? bit : 0u;
+    mask.y ^= low ? 0u : bit;
+    return (floatBitsToInt(float(bit)) >> 23) - 127 + (low ? 0 : 32);
 }

@@ -39,25 +39,28 @@ float split_cost(Node node, int axis, float plane, float left, float right) {
     return plane > node.lo[axis] && plane < node.hi[axis] ? cost : INFINITY;
 }
 
+float held(uvec2 mask, vec4 side) {
+    return float(population(mask & mask_bits(side)));
+}
+
 void main() {
     Node node = node_load(table_texel(element()));
     measure(node);
     float cheapest = INFINITY;
     Choice choice = Choice(0.0, 1 << 20, 0, 0);
-    for (int bit = 0; bit < 64; ++bit) {
-        if (!has_bit(node.mask, bit)) {
-            continue;
-        }
+    uvec2 mask = mask_bits(node.mask), rest = mask;
+    while (rest != uvec2(0u)) {
+        int bit = take_bit(rest);
         for (int axis = 0; axis < 3; ++axis) {
             int i = 3 * (node.base + bit) + axis;
             Sides sides = sides_load(table_texel(i));
             Extent extent = extent_load(table_texel(i));
             float lower = split_cost(node, axis, extent.lo,
-                                     float(population(common_bits(node.mask, sides.lower_left))),
-                                     float(population(common_bits(node.mask, sides.lower_right))));
+                                     held(mask, sides.lower_left),
+                                     held(mask, sides.lower_right));
             float upper = split_cost(node, axis, extent.hi,
-                                     float(population(common_bits(node.mask, sides.upper_left))),
-                                     float(population(common_bits(node.mask, sides.upper_right))));
+                                     held(mask, sides.upper_left),
+                                     held(mask, sides.upper_right));
             // Of equal costs the first in the order of pieces, and of lower before upper faces.
             int before = 6 * bit + axis;
             if (lower < cheapest || (lower == cheapest && before < choice.face)) {
@@ -71,7 +74,6 @@ void main() {
         }
     }
     choice.face = choice.face % 6;
-    int count = population(node.mask);
-    choice.inner = int(cheapest < intersection_cost * float(count) && node.depth < max_depth);
+    choice.inner = int(cheapest < intersection_cost * float(population(mask)) && node.depth < max_depth);
     choice_store(choice);
 }

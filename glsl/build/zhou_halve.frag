@@ -19,7 +19,8 @@ void main() {
     vec4 left = lower ? sides.lower_left : sides.upper_left;
     vec4 right = lower ? sides.lower_right : sides.upper_right;
     Node node = Node(above.lo, above.base, above.hi, above.depth + 1,
-                     common_bits(above.mask, side == 0 ? left : right));
+                     mask_floats(mask_bits(above.mask)
+                                 & mask_bits(side == 0 ? left : right)));
     if (side == 0) {
         node.hi[choice.face % 3] = choice.plane;
     } else {

@@ -10,7 +10,7 @@ void main() {
     int i = element();
     int axis = i % 3;
     Node root = node_load(table_texel(piece_load(table_texel(i / 3)).node));
-    int count = population(root.mask);
+    int count = population(mask_bits(root.mask));
     Extent own = extent_load(table_texel(i));
     Sides sides = Sides(vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
     for (int bit = 0; bit < count; ++bit) {

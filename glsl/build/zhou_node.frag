@@ -28,7 +28,7 @@ void main() {
     Node node = node_load(texel);
     Built built = choice.inner != 0
         ? Built(choice.plane, choice.face % 3, pair, 0, vec4(0.0), 0)
-        : Built(0.0, 3, 0, population(node.mask), node.mask, node.base);
+        : Built(0.0, 3, 0, population(mask_bits(node.mask)), node.mask, node.base);
 #endif
     built_store(built);
 }

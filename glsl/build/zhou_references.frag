@@ -15,6 +15,12 @@ void main() {
     int leaf = leaf_owner(slot, 0, 0, nodes);
     int rank = slot - int(sums_load(table_texel(leaf)).value.x);
     Built built = built_load(table_texel(leaf));
-    int at = built.mask == vec4(0.0) ? rank : nth_bit(built.mask, rank);
+    uvec2 mask = mask_bits(built.mask);
+    int at = rank;
+    if (mask != uvec2(0u)) {
+        for (; rank >= 0; --rank) {
+            at = take_bit(mask);
+        }
+    }
     source_store(Source(piece_load(table_texel(built.base + at)).triangle));
 }
