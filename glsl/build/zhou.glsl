@@ -1,5 +1,5 @@
 // What the programs of Zhou's kd-tree build share: K. Zhou, Q. Hou, R. Wang, B. Guo, "Real-Time
-// KD-Tree Construction on Graphics Hardware", SIGGRAPH Asia 2008 (survey, section 3.4.5). They
+// KD-Tree Construction on Graphics Hardware", SIGGRAPH Asia 2008 (survey, section 5). They
 // compute what gpgpu_rt/accel/zhou.py computes, operation by operation, and its header says where
 // both depart from the paper. Counts, ranks and masks are held in floats: integers below 2^24, and
 // 64 bits as four channels of 16.

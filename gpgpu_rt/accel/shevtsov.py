@@ -1,12 +1,13 @@
 """Parallel build: the SAH kd-tree on several processes.
 
 M. Shevtsov, A. Soupikov, A. Kapustin, "Highly parallel fast kd-tree construction for interactive
-ray tracing of dynamic scenes", Eurographics 2007 (survey, section 3.4.6; fact sheet C7): min-max
-binning (see `sah`), the top levels formed together, then a subtree a worker, exact SAH near the
+ray tracing of dynamic scenes", Eurographics 2007 (survey, section 5): min-max
+binning (see `sah`), the top levels formed together, then subtrees by worker, exact SAH near the
 leaves. Here threads share the top levels by axis and by side, not by triangle, as numpy lets go of
 the interpreter in its loops; then processes grow the subtrees, dealt out by their references, from
-arrays in shared memory. A node's split depends on nothing but the node, so the tree is that of one worker,
-node for node (but for `MOST_REFERENCES`, which each subtree then keeps for itself).
+arrays in shared memory. A node's split depends on nothing but the node, so the tree is that of one
+worker, node for node (but for `MOST_REFERENCES`, which each group of subtrees then keeps for
+itself).
 
 Processes are spawned, not forked: a fork would take an OpenGL context along.
 """
@@ -66,7 +67,7 @@ def _awake() -> None:
 
 
 def _deal_out(count: np.ndarray, groups: int) -> list[np.ndarray]:
-    """Nodes in groups of about the same number of references, the largest nodes dealt out first."""
+    """Nodes in groups of about as many references each, the largest nodes dealt out first."""
     dealt: list[list[int]] = [[] for _ in range(groups)]
     held = np.zeros(groups, np.int64)
     for node in np.argsort(-count, kind="stable").tolist():

@@ -1,7 +1,7 @@
 """Zhou's build: large nodes at their middle, small ones by the surface area heuristic on masks.
 
 K. Zhou, Q. Hou, R. Wang, B. Guo, "Real-time KD-tree construction on graphics hardware", SIGGRAPH
-Asia 2008 (survey, section 3.4.5; fact sheet C6). The numpy form, which defines the tree: the
+Asia 2008 (survey, section 5). The numpy form, which defines the tree: the
 fragment programs of `passes/build/zhou.py` give the same one, node for node. So all that decides
 is computed in float32, in the order that the programs have.
 
