@@ -11,6 +11,7 @@ import pytest
 
 import gpgpu_rt as rt
 from gpgpu_rt import rays as ray_sets
+from gpgpu_rt.accel import Bvh
 from gpgpu_rt.gpu import Gpu, open_gpu
 from gpgpu_rt.methods import find_method
 from gpgpu_rt.passes.build import GPU_BUILDS, GPU_KD_BUILDS
@@ -149,3 +150,23 @@ def assert_same_hits(hits: rt.Hits, oracle: rt.Hits, extent: float, allowed: flo
     assert wrong.sum() <= allowed * len(hits), (
         f"{wrong.sum()} of {len(hits)} rays wrong, first {np.flatnonzero(wrong)[:5]}: "
         f"{hits.t[wrong][:3]} against {oracle.t[wrong][:3]}")
+
+
+def assert_threaded(bvh: Bvh, triangles: np.ndarray) -> None:
+    """A tree in depth-first order over all triangles, each box the union of what is in it."""
+    assert (np.sort(bvh.order) == np.arange(len(triangles))).all()
+    if not len(triangles):
+        return
+    nodes = np.arange(len(bvh.escape))
+    leaf = bvh.count > 0
+    assert (bvh.escape > nodes).all() and bvh.escape[0] == len(nodes)
+    assert (bvh.escape[leaf] == nodes[leaf] + 1).all()
+    left = nodes[~leaf] + 1
+    right = bvh.escape[left]
+    assert (bvh.escape[right] == bvh.escape[~leaf]).all()
+    for bound, corner in ((np.minimum, bvh.lo), (np.maximum, bvh.hi)):
+        assert (bound(corner[left], corner[right]) == corner[~leaf]).all()
+    owner = np.repeat(nodes[leaf], bvh.count[leaf])
+    at = np.concatenate([np.arange(f, f + c) for f, c in zip(bvh.first[leaf], bvh.count[leaf])])
+    inside = triangles[bvh.order[at]]
+    assert (inside >= bvh.lo[owner, None]).all() and (inside <= bvh.hi[owner, None]).all()

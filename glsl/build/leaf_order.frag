@@ -15,10 +15,10 @@ void main() {
     int end = find_flagged(leaf + 1, slot + 1, slots);
     int found = -1;
     for (int i = first; i < end; ++i) {
-        int index = sort_key_load(table_texel(i)).index;
+        int index = source_load(table_texel(i)).index;
         int before = 0;
         for (int k = first; k < end; ++k) {
-            before += int(sort_key_load(table_texel(k)).index < index);
+            before += int(source_load(table_texel(k)).index < index);
         }
         found = before == slot - first ? index : found;
     }

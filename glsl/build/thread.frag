@@ -6,8 +6,7 @@
 #include "common/fetch.glsl"
 #include "build/thread.glsl"
 
-uniform int nodes;      // of the whole tree
-uniform bool leaves;    // whether these are its leaves
+uniform int nodes;   // of the whole tree
 
 flat in int source;
 
@@ -18,5 +17,5 @@ void main() {
                    - sums_load(table_texel(node.first)).value.x);
     int escape = node_place(node) + 2 * held - 1;
     bvh_node_store(Bvh_node(box.lo, escape < nodes ? escape : -1, box.hi,
-                            leaves ? node.first : -1));
+                            held == 1 ? node.first : -1));
 }

@@ -147,17 +147,18 @@ def build_bvh(triangles: np.ndarray, *, build: str = "sah", **options: object) -
     Parameters
     ----------
     triangles : (n, 3, 3) float32, world units
-    build : "sah", "kay-kajiya", "goldsmith-salmon" or "lbvh"
+    build : "sah", "kay-kajiya", "goldsmith-salmon", "lbvh" or "hybrid"
     options : of that builder: see `sah_bvh.build`, `median.build`, `insertion.build`,
-        `lbvh.build`
+        `lbvh.build`, `hybrid.build`
 
     Raises
     ------
     OptionError, SceneError
     """
-    from . import insertion, lbvh, median, sah_bvh  # they import this file's records
+    from . import hybrid, insertion, lbvh, median, sah_bvh  # they import this file's records
     builders = {"sah": sah_bvh.build, "kay-kajiya": median.build,
-                "goldsmith-salmon": insertion.build, "lbvh": lbvh.build}
+                "goldsmith-salmon": insertion.build, "lbvh": lbvh.build,
+                "hybrid": hybrid.build}
     builder = builders[choose("build", build, builders)]
     triangles = as_triangles(triangles)
     return builder(triangles, **options).thread(triangles)

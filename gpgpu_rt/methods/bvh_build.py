@@ -14,13 +14,13 @@ from ..passes.build import GPU_BUILDS, build_bvh
 
 BUILD_OPTIONS = (
     Option("build", "sah", "who builds the tree",
-           choices=("sah", "kay-kajiya", "goldsmith-salmon", "lbvh")),
+           choices=("sah", "kay-kajiya", "goldsmith-salmon", "lbvh", "hybrid")),
     Option("build_device", "cpu", "what builds it: numpy, or fragment passes (not kay-kajiya, nor "
            "goldsmith-salmon)", choices=("cpu", "gpu")),
-    Option("morton_bits", None, "bits of an axis in the codes that lbvh sorts by; none: 10", int,
-           minimum=1),
+    Option("morton_bits", None, "bits of an axis in the codes that lbvh sorts by, or in "
+           "those that hybrid makes clusters of; none: 10, and 2", int, minimum=1),
 )
-_WITH_CODES = ("lbvh",)
+_WITH_CODES = ("lbvh", "hybrid")
 
 
 def built_bvh(triangles: np.ndarray, options: Mapping[str, Any]) -> accel.Bvh:

@@ -101,6 +101,8 @@ class StreamRoom:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
                  trace: TracebackType | None) -> None:
+        self.gpu.context.enable_only(moderngl.NOTHING)
+        self.gpu.context.blend_equation = moderngl.FUNC_ADD
         self.release()
 
     def stream(self, record: Record, length: int, **arrays: np.ndarray) -> Stream:

@@ -10,12 +10,12 @@ from ...errors import LimitError
 from ...gpu import Gpu
 from ...texel_layout import EXACT_INTEGER
 from ..streams import StreamRoom
-from . import lbvh
+from . import hybrid, lbvh, sah
 
-GPU_BUILDS = {"lbvh": lbvh.build}
+GPU_BUILDS = {"sah": sah.build, "lbvh": lbvh.build, "hybrid": hybrid.build}
 
 
-def build_bvh(gpu: Gpu, triangles: np.ndarray, *, build: str = "lbvh", **options: object) -> Bvh:
+def build_bvh(gpu: Gpu, triangles: np.ndarray, *, build: str = "sah", **options: object) -> Bvh:
     """Build a bounding volume hierarchy by fragment passes.
 
     Parameters

@@ -11,12 +11,12 @@ import numpy as np
 from ...accel.bvh import Bvh
 from ...accel.lbvh import AXIS_BITS, MAX_LEAF, SLOT_BITS, unit_exponent
 from ...accel.options import in_range, refuse_unknown
-from ...texel_layout import BOX, INTERVAL, SORT_KEY, TRIANGLE, VALUES
+from ...texel_layout import BOX, INTERVAL, SORT_KEY, SOURCE, TRIANGLE, VALUES
 from ..reduce import reduce_stream
 from ..scan import scan
 from ..sort import sort
 from ..streams import Stream, StreamRoom
-from .thread import NodeList, thread
+from .thread import thread
 
 DEPTH = 3 * AXIS_BITS + SLOT_BITS       # a level a bit, at most
 JUMPS = (DEPTH - 1).bit_length()
@@ -29,9 +29,11 @@ def build(room: StreamRoom, triangles: np.ndarray, *, morton_bits: int = AXIS_BI
     morton_bits = in_range("morton_bits", morton_bits, 1, AXIS_BITS, int)
     max_leaf = in_range("max_leaf", max_leaf, 1, 64, int)
     source = upload(room, triangles)
-    keys = sorted_keys(room, source, unit_of(triangles), morton_bits)
+    keys = sorted_keys(room, scaled_boxes(room, source, triangles), morton_bits)
     inner, leaves, sums = radix_nodes(room, keys, max_leaf=max_leaf)
-    return thread(room, source, keys, sums, [NodeList(inner, False), NodeList(leaves, True)])
+    order = room.stream(SOURCE, keys.length)
+    room.draw("key_order", order, [keys])
+    return thread(room, source, order, sums, [(inner, keys.length), (leaves, max_leaf)])
 
 
 def upload(room: StreamRoom, triangles: np.ndarray) -> Stream:
@@ -40,22 +42,23 @@ def upload(room: StreamRoom, triangles: np.ndarray) -> Stream:
     return room.stream(TRIANGLE, len(triangles), v0=v0, v1=v1, v2=v2)
 
 
-def unit_of(triangles: np.ndarray) -> float:
-    """What coordinates are multiplied by."""
-    return float(np.ldexp(1.0, unit_exponent(triangles)))
+def scaled_boxes(room: StreamRoom, source: Stream, triangles: np.ndarray) -> Stream:
+    """BOX of each triangle, in units of about the scene's size: else areas, and cells of a
+    lattice, of tiny or huge scenes would under- or overflow."""
+    boxes = room.stream(BOX, source.length)
+    room.draw("triangle_boxes", boxes, [source],
+              unit=float(np.ldexp(1.0, unit_exponent(triangles))))
+    return boxes
 
 
-def sorted_keys(room: StreamRoom, triangles: Stream, unit: float, bits: int) -> Stream:
+def sorted_keys(room: StreamRoom, boxes: Stream, bits: int) -> Stream:
     """SORT_KEY: Morton codes of `bits` an axis in order, and the triangles they belong to."""
-    boxes = room.stream(BOX, triangles.length)
-    room.draw("triangle_boxes", boxes, [triangles])
-    centres = room.stream(VALUES, triangles.length)
-    room.draw("centroids", centres, [boxes], unit=unit)
+    centres = room.stream(VALUES, boxes.length)
+    room.draw("centroids", centres, [boxes])
     low, high = (reduce_stream(room, centres, which).called(name)
                  for which, name in (("min", "low"), ("max", "high")))
-    keys = room.stream(SORT_KEY, triangles.length)
-    room.draw("morton_codes", keys, [boxes, low, high], unit=unit, bits=bits)
-    room.drop(boxes)
+    keys = room.stream(SORT_KEY, boxes.length)
+    room.draw("morton_codes", keys, [boxes, low, high], bits=bits)
     return sort(room, keys)
 
 

@@ -2,11 +2,11 @@
 
 Any tree over slots in order will do. A node's place in depth-first order follows from how many
 leaves begin before it and how many of its ancestors have it on their left; its box from the boxes
-of runs of 2^k slots, of which two cover it. So neither needs the tree level by level.
+of runs of 4^k slots, of which four cover it. So neither needs the tree level by level.
 """
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -16,52 +16,40 @@ from ...texel_layout import BOX, BVH_NODE, EXACT_INTEGER, SOURCE
 from ..streams import Stream, StreamRoom
 
 
-@dataclass
-class NodeList:
-    """Nodes of one kind.
-
-    intervals : INTERVAL, in any order, those with first = -1 are none
-    leaves : whether all are leaves, or none is
-    """
-
-    intervals: Stream
-    leaves: bool
-
-
-def thread(room: StreamRoom, triangles: Stream, keys: Stream, sums: Stream,
-           lists: list[NodeList]) -> Bvh:
+def thread(room: StreamRoom, triangles: Stream, order: Stream, sums: Stream,
+           lists: Sequence[tuple[Stream, int]]) -> Bvh:
     """The hierarchy of all nodes in the lists, read back.
 
     Parameters
     ----------
     triangles : TRIANGLE, as uploaded
-    keys : SORT_KEY, whose index is the triangle in each slot
+    order : SOURCE, the triangle in each slot
     sums : scan of the flags of slots that begin a leaf
+    lists : INTERVAL each, nodes in any order, those with first = -1 are none; and the most slots
+        that one of them spans
     """
-    slots = keys.length
+    slots = order.length
     leaf_count = int(sums.read_one(slots)["value"][0])
     nodes = 2 * leaf_count - 1
     if nodes > EXACT_INTEGER:
         raise LimitError(f"{nodes:,} nodes are past 2^24, the last index a float texel holds "
                          "exactly; take leaves of more triangles")
     threaded = room.stream(BVH_NODE, nodes)
-    boxes = [room.stream(BOX, part.intervals.length) for part in lists]
+    boxes = [room.stream(BOX, part.length).called("node_box") for part, _ in lists]
     runs, other = (room.stream(BOX, slots) for _ in range(2))
-    room.draw("triangle_boxes", runs, [triangles, keys], defines={"ORDERED": True})
+    room.draw("triangle_boxes", runs, [triangles, order], defines={"ORDERED": True}, unit=1.0)
     run = 1
     while run <= slots:
-        for part, box in zip(lists, boxes):
-            room.draw("node_boxes", box.called("node_box"),
-                      [runs, part.intervals.called("interval")], run=run)
-        room.draw("box_runs", other, [runs], slots=slots, half_run=run)
-        runs, other, run = other, runs, 2 * run
-    for part, box in zip(lists, boxes):
-        intervals = part.intervals.called("interval")
-        room.scatter("thread", threaded, [intervals, box.called("node_box"), sums],
-                     intervals.length, nodes=nodes, leaves=part.leaves)
-    order = room.stream(SOURCE, slots)
-    room.draw("leaf_order", order, [keys, sums], slots=slots)
-    return pack(threaded.read(), order.read()["index"])
+        for (part, longest), box in zip(lists, boxes):
+            if longest >= run:
+                room.draw("node_boxes", box, [runs, part], run=run)
+        room.draw("box_runs", other, [runs], slots=slots, run=run)
+        runs, other, run = other, runs, 4 * run
+    for (part, _), box in zip(lists, boxes):
+        room.scatter("thread", threaded, [part, box, sums], part.length, nodes=nodes)
+    ascending = room.stream(SOURCE, slots)
+    room.draw("leaf_order", ascending, [order, sums], slots=slots)
+    return pack(threaded.read(), ascending.read()["index"])
 
 
 def pack(nodes: dict[str, np.ndarray], order: np.ndarray) -> Bvh:
