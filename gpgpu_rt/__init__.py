@@ -4,11 +4,13 @@ from .camera import Camera
 from .errors import (
     ContextError, Error, LimitError, OptionError, SceneError, SettingsError, ShaderError
 )
+from .geometry_image import GeometryImage
 from .hits import Hits
 from .methods import Method, methods
+from .remesh import remesh
 from .scene import Scene, load_scene
 from .tracer import Tracer
 
-__all__ = ["Camera", "ContextError", "Error", "Hits", "LimitError", "Method", "OptionError",
-           "Scene", "SceneError", "SettingsError", "ShaderError", "Tracer", "load_scene",
-           "methods", "reference"]
+__all__ = ["Camera", "ContextError", "Error", "GeometryImage", "Hits", "LimitError", "Method",
+           "OptionError", "Scene", "SceneError", "SettingsError", "ShaderError", "Tracer",
+           "load_scene", "methods", "reference", "remesh"]

@@ -53,6 +53,8 @@ class Scene:
     camera : the camera a picture is taken with unless another is given
     stand_in : what a procedural scene stands in for, None for a real one
     source : where it was found
+    charts : (rows, columns) of texels of each image, where the triangles are the cells of a
+        geometry image (see `GeometryImage`); empty for any other mesh
     """
 
     name: str
@@ -62,6 +64,7 @@ class Scene:
     camera: Camera
     stand_in: str | None = None
     source: str = "arrays"
+    charts: tuple[tuple[int, int], ...] = ()
 
     def __post_init__(self) -> None:
         with np.errstate(over="ignore"):    # what overflows is named below
@@ -74,6 +77,10 @@ class Scene:
             raise SceneError(f"{self.name}: triangle {np.argmin(finite)} has a vertex that is not "
                              "finite; repair or drop it")
         self.colours = _colours(self.colours, len(self.triangles), self.name)
+        cells = sum((rows - 1) * (columns - 1) for rows, columns in self.charts)
+        if self.charts and 2 * cells != len(self):
+            raise SceneError(f"{self.name}: charts of {cells} cells have {2 * cells} triangles, "
+                             f"not {len(self)}; leave charts out for another mesh")
 
     def __len__(self) -> int:
         return len(self.triangles)
@@ -167,7 +174,8 @@ def load_scene(source: str | os.PathLike | trimesh.Trimesh | trimesh.Scene | Sce
         return _read(path, row)
     made = row.make() if argument is None else row.make(argument)
     return Scene(os.fspath(source), made.triangles, made.colours,
-                 Light(made.light, made.intensity), made.camera, row.stand_in, "built in")
+                 Light(made.light, made.intensity), made.camera, row.stand_in, "built in",
+                 made.charts)
 
 
 def _read(path: Path, row: catalogue.Row | None = None) -> Scene:

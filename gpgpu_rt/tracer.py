@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import os
 import time
+from dataclasses import replace
 from typing import Any
 
 import moderngl
@@ -70,13 +71,17 @@ class Tracer:
         began = time.perf_counter()
         # Built from the vertices as stored: boxes then enclose what the kernels will read.
         triangles = shrink_flat(self.precision.stored(self.scene.triangles))
-        self.accelerator = self.method.prepare(triangles, self.options)
+        self.accelerator = self.method.prepare(triangles, {**self.options,
+                                                           "charts": self.scene.charts})
         with self.gpu:
             self._tables = self._make_tables()
+            samplers = {k: v for tables in self._tables.values() for k, v in tables.items()}
+            if self.accelerator.finisher is not None:
+                self.accelerator.finisher.run(self.gpu, samplers)
+                self.gpu.finish()
             self.statistics.build_seconds = time.perf_counter() - began
             self.step_cap = min(self.options["step_cap"] or self.accelerator.step_bound + 1,
                                 EXACT_INTEGER - 1)
-            samplers = {k: v for tables in self._tables.values() for k, v in tables.items()}
             driver = PacketTraversal if self.method.packet else Traversal
             self._traversal = driver(self.gpu, self.method, samplers, self.accelerator,
                                      self.options, self.step_cap)
@@ -248,7 +253,9 @@ class Tracer:
         with self.gpu:
             rays, buffers = self._room((width, height))
             if self._shading is None:
-                self._shading = Shading(self.gpu, self.scene, self.precision,
+                shown = self.accelerator.shown
+                scene = self.scene if shown is None else replace(self.scene, triangles=shown)
+                self._shading = Shading(self.gpu, scene, self.precision,
                                         self.options["intersection"])
             began = time.perf_counter()
             self._shading.eye_rays(rays, camera or self.scene.camera)
@@ -279,6 +286,8 @@ class Tracer:
             if self._shading is not None:
                 self._shading.release()
             self._traversal.release()
+            if self.accelerator.finisher is not None:
+                self.accelerator.finisher.release()
             for textures in self._tables.values():
                 for texture in textures.values():
                     texture.release()

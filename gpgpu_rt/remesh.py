@@ -1,0 +1,285 @@
+"""Remesh: a disc or a closed surface of genus 0 as one geometry image (Gu, Gortler, Hoppe 2002).
+
+A closed surface is cut open along paths over its edges. The boundary goes around the square, each
+stretch of it over a whole number of texels, so that both sides of a cut get the very same samples:
+the image closes without a seam. The inside is an embedding by convex weights (W. Tutte, "How to
+draw a graph", 1963; mean value weights, M. Floater, 2003, made symmetric, so that conjugate
+gradients solve for it), sampled at the texels. More paths are cut to where it is most stretched.
+"""
+from __future__ import annotations
+
+import os
+
+import numpy as np
+import trimesh
+
+from .accel.runs import expand, owners
+from .errors import OptionError, SceneError
+from .geometry_image import GeometryImage
+from .scene import Scene, load_scene
+from .surface_mesh import SurfaceMesh
+
+CUTS = 5              # further paths that open a closed surface, at most
+TOLERANCE = 1e-6      # of conjugate gradients, relative
+
+
+def remesh(scene: Scene | trimesh.Trimesh | str | os.PathLike[str], size: int = 128,
+           cuts: int = CUTS) -> GeometryImage:
+    """A geometry image of (size + 1, size + 1) texels of a connected surface.
+
+    Parameters
+    ----------
+    scene : what `load_scene` takes; equal corners count as one vertex. Holes are closed, but for
+        the longest boundary unless that is short as well
+    size : cells a side
+    cuts : paths at most to places that come out too small, on a surface that must be cut open
+
+    Raises
+    ------
+    SceneError
+        a surface that is not connected, not oriented alike, or has handles
+    OptionError
+        a size below 4 or cuts below 0
+    """
+    if size < 4 or cuts < 0:
+        raise OptionError(f"remesh: size {size} and cuts {cuts}; give a size of 4 or more and "
+                          "cuts of 0 or more")
+    scene = load_scene(scene)
+    mesh = SurfaceMesh.of_triangles(scene.triangles, scene.name)
+    if not len(mesh.faces):
+        raise SceneError(f"{scene.name}: has no triangle with area to make an image of")
+    loops = mesh.loops()
+    # A small opening is closed: cut open anew, the surface is stretched less.
+    whole = len(loops) > 0 and mesh.lengths[loops[0]].sum() < 0.1 * size_of(mesh)
+    mesh = mesh.filled(loops if whole else loops[1:])
+    parts, euler = mesh.parts(), mesh.euler()
+    closed = whole or not loops
+    if parts != 1 or euler != (2 if closed else 1):
+        what = f"{parts} parts" if parts != 1 else "handles"
+        raise SceneError(f"{scene.name}: has {what}; only a disc, or a closed surface without "
+                         "handles, can be made a geometry image")
+    if not closed:
+        return GeometryImage([_disc(mesh, size)])
+    return GeometryImage([_closed(mesh, size, cuts)])
+
+
+def size_of(mesh: SurfaceMesh) -> float:
+    """The diagonal of its box."""
+    return float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
+
+
+def _disc(mesh: SurfaceMesh, size: int) -> np.ndarray:
+    loop = mesh.loops()[0]
+    if len(loop) < 4:
+        raise SceneError(f"{mesh.name}: its boundary has {len(loop)} edges; four or more go "
+                         "around an image")
+    loop = np.roll(loop, -_sharpest(mesh, loop))
+    at, ring = _along(mesh, loop, 4 * size)
+    return _sampled(mesh, loop, at, ring, size)[0]
+
+
+def _sharpest(mesh: SurfaceMesh, loop: np.ndarray) -> int:
+    """Where along a loop it turns most."""
+    ahead = mesh.vertices[mesh.end[loop]] - mesh.vertices[mesh.start[loop]]
+    ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-300)
+    return int(np.argmin((ahead * np.roll(ahead, 1, axis=0)).sum(axis=1)))
+
+
+def _closed(mesh: SurfaceMesh, size: int, cuts: int) -> np.ndarray:
+    """Cut from a far vertex to the one furthest from it, then to where the image is worst."""
+    middle = mesh.vertices.mean(axis=0)
+    one = int(np.argmax(np.linalg.norm(mesh.vertices - middle, axis=1)))
+    distance = mesh.distances(np.array([one]))
+    way = mesh.path(distance, int(np.argmax(distance)))
+    along = mesh.edges_along(way)
+    guess = None
+    for attempt in range(cuts + 1):
+        opened, was = mesh.cut(along)
+        loop, at, ring = _around(mesh, opened, was, along, size)
+        image, flat, stretch = _sampled(opened, loop, at, ring, size, guess)
+        distance = mesh.distances(np.unique(mesh.start[along]))
+        # The face that comes out smallest, of those that a path can still be led to.
+        score = np.where((distance[mesh.faces] > 0).all(axis=1), stretch, 0)
+        worst = int(np.argmax(score))
+        if attempt == cuts or score[worst] < 30 * np.median(stretch):
+            break
+        centre = flat[opened.faces].mean(axis=1)
+        guess = centre
+        way = mesh.path(distance, int(mesh.faces[worst, 0]))
+        along = along | mesh.edges_along(way)
+    return image
+
+
+def _along(mesh: SurfaceMesh, edges: np.ndarray, samples: int) -> tuple[np.ndarray, np.ndarray]:
+    """Where half-edges in a row start, (k,) in samples from the first one on; and the (samples, 3)
+    positions at equal distances along them, without the end."""
+    length = np.concatenate([[0], np.cumsum(mesh.lengths[edges])])
+    places = mesh.vertices[np.append(mesh.start[edges], mesh.end[edges[-1]])]
+    wanted = np.arange(samples) / samples * length[-1]
+    ring = np.stack([np.interp(wanted, length, places[:, axis]) for axis in range(3)], axis=1)
+    return length[:-1] / length[-1] * samples, ring
+
+
+def _around(mesh: SurfaceMesh, opened: SurfaceMesh, was: np.ndarray, along: np.ndarray,
+            size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The boundary of a surface that was cut open, as a loop of half-edges; where each starts, in
+    texels around the image; and the (4 size, 3) positions around it, the same on both sides of
+    each path between ends and forks of the cut."""
+    loop = opened.loops()[0]
+    cut = np.bincount(mesh.start[along], minlength=len(mesh.vertices))
+    forks = np.flatnonzero(cut[was[opened.start[loop]]] != 2)
+    loop = np.roll(loop, -forks[0])
+    paths = np.split(loop, forks[1:] - forks[0])
+    which = {int(path[0]): k for k, path in enumerate(paths)}
+    mate = [which[int(mesh.twin[path[-1]])] for path in paths]
+    first = np.array([k for k, other in enumerate(mate) if k < other])
+    length = np.array([opened.lengths[path].sum() for path in paths])
+    samples = np.zeros(len(paths), np.int64)
+    samples[first] = _shares(length[first], 2 * size)
+    samples[np.array(mate)[first]] = samples[first]
+    at, rings = [], []
+    for k, path in enumerate(paths):
+        place, ring = _along(opened, path, samples[k])
+        if mate[k] < k:     # the other side's samples, the other way round
+            ring = np.concatenate([opened.vertices[opened.start[path[:1]]], rings[mate[k]][:0:-1]])
+        at.append(place + samples[:k].sum())
+        rings.append(ring)
+    return loop, np.concatenate(at), np.concatenate(rings)
+
+
+def _shares(length: np.ndarray, total: int) -> np.ndarray:
+    """Whole numbers, 1 or more, in proportion to lengths, that add up to ``total``."""
+    if len(length) > total:
+        raise OptionError(f"remesh: {len(length)} cuts need a larger size")
+    wanted = length / length.sum() * (total - len(length))
+    share = np.floor(wanted).astype(np.int64)
+    most = np.argsort(share - wanted, kind="stable")[:total - len(length) - int(share.sum())]
+    share[most] += 1
+    return share + 1
+
+
+def _square(at: np.ndarray, size: int) -> np.ndarray:
+    """(k, 2) row and column of places around an image of this many cells a side, from its first
+    texel along the first row on."""
+    side, along = np.divmod(at, size)
+    ends = np.full_like(at, size)
+    rows = np.choose(side.astype(int) % 4, [0 * at, along, ends, ends - along])
+    columns = np.choose(side.astype(int) % 4, [along, ends, ends - along, 0 * at])
+    return np.stack([rows, columns], axis=1)
+
+
+def _sampled(mesh: SurfaceMesh, loop: np.ndarray, at: np.ndarray, ring: np.ndarray, size: int,
+             guess: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The (size + 1, size + 1, 3) image; where each vertex is in it, (v, 2); and how many times
+    smaller than it is each triangle comes out, (f,)."""
+    at = at.copy()
+    for corner in range(1, 4):    # the nearest vertex goes to the corner, else it is cut off
+        at[np.argmin(np.abs(at - corner * size))] = corner * size
+    border = mesh.start[loop]
+    flat = embed(mesh, border, _square(at, size), size, guess)
+    image = rasterised(flat, mesh, size)
+    edge = _square(np.arange(4.0 * size), size).astype(int)
+    image[edge[:, 0], edge[:, 1]] = ring
+    a, b, c = mesh.vertices[mesh.faces].transpose(1, 0, 2)
+    p, q, r = flat[mesh.faces].transpose(1, 0, 2)
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    shown = np.abs((q - p)[:, 0] * (r - p)[:, 1] - (q - p)[:, 1] * (r - p)[:, 0])
+    return image, flat, area / np.maximum(shown, 1e-12 * size**2)
+
+
+def embed(mesh: SurfaceMesh, border: np.ndarray, places: np.ndarray, size: int,
+          guess: np.ndarray | None = None) -> np.ndarray:
+    """(v, 2): each inner vertex at the mean of its neighbours, by positive weights.
+
+    Parameters
+    ----------
+    border : (b,) vertices of the boundary; places : (b, 2) where they are
+    guess : (f, 2) where the faces may be about, to start from
+    """
+    corners = mesh.vertices[mesh.faces]
+    one = np.roll(corners, -1, axis=1) - corners      # along each corner's own half-edge
+    two = np.roll(corners, 1, axis=1) - corners
+    sine = np.linalg.norm(np.cross(one, two), axis=2)
+    half = np.clip(np.arctan2(sine, (one * two).sum(axis=2)) / 2, 1e-3, np.pi / 2 - 1e-3)
+    length = np.maximum(mesh.lengths.reshape(-1, 3), 1e-9 * size_of(mesh))
+    # Of the mean value weights of an edge from both its ends, the halves that lie in this face.
+    weight = ((np.tan(half) + np.tan(np.roll(half, -1, axis=1))) / length).reshape(-1)
+    count = len(mesh.vertices)
+    total = (np.bincount(mesh.start, weight, count) + np.bincount(mesh.end, weight, count))
+    free = np.ones(count)
+    free[border] = 0
+
+    def residual(at: np.ndarray) -> np.ndarray:
+        """Weights times (own place less neighbours'), where a vertex is free."""
+        pulled = [np.bincount(mesh.start, weight * at[mesh.end, axis], count)
+                  + np.bincount(mesh.end, weight * at[mesh.start, axis], count)
+                  for axis in (0, 1)]
+        return (total[:, None] * at - np.stack(pulled, axis=1)) * free[:, None]
+
+    at = np.full((count, 2), size / 2)
+    if guess is not None:
+        near = np.bincount(mesh.start, minlength=count)
+        for axis in (0, 1):
+            at[:, axis] = np.bincount(mesh.start, np.repeat(guess[:, axis], 3), count) / near
+    at[border] = places
+    left = -residual(at)
+    goal = TOLERANCE * size * np.sqrt((total**2 * free).sum())
+    scaled = left / total[:, None]
+    way, power = scaled.copy(), (left * scaled).sum(axis=0)
+    for _ in range(20 * int(np.sqrt(count)) + 100):
+        if np.abs(left).sum() <= goal or not power.any():
+            break
+        bent = residual(way)
+        step = power / np.maximum((way * bent).sum(axis=0), 1e-300)
+        at += step * way
+        left -= step * bent
+        scaled = left / total[:, None]
+        now = (left * scaled).sum(axis=0)
+        way = scaled + now / np.maximum(power, 1e-300) * way
+        power = now
+    return at
+
+
+def rasterised(flat: np.ndarray, mesh: SurfaceMesh, size: int) -> np.ndarray:
+    """(size + 1, size + 1, 3) float64: the surface at every texel, by the triangle it lies in.
+
+    Parameters
+    ----------
+    flat : (v, 2), row and column of each vertex
+    """
+    corners = flat[mesh.faces]
+    slack = 1e-9 * size
+    lo = np.clip(np.ceil(corners.min(axis=1) - slack), 0, size).astype(np.int64)
+    hi = np.clip(np.floor(corners.max(axis=1) + slack), 0, size).astype(np.int64)
+    rows, columns = np.maximum(hi - lo + 1, 0).T
+    face = owners(rows * columns)      # pairs of a triangle and a texel in its box
+    within = expand(np.zeros(len(rows), np.int64), rows * columns)
+    at = lo[face] + np.stack([within // columns[face], within % columns[face]], axis=1)
+    p, q, r = (corners[face, k] - at for k in range(3))
+    areas = np.stack([_cross(q, r), _cross(r, p), _cross(p, q)], axis=1)
+    whole = areas.sum(axis=1)
+    usable = np.abs(whole) > 1e-14 * size**2
+    weights = areas[usable] / whole[usable, None]
+    face, texel = face[usable], (at[usable] * (size + 1, 1)).sum(axis=1)
+    # Of those that claim a texel the one it lies deepest in; rounding leaves none without.
+    order = np.lexsort((weights.min(axis=1), texel))
+    last = np.append(texel[order][1:] != texel[order][:-1], True)
+    chosen = order[last[:len(order)]]
+    chosen = chosen[weights[chosen].min(axis=1) > -1e-6]
+    image = np.zeros(((size + 1) ** 2, 3))
+    image[texel[chosen]] = (weights[chosen, :, None]
+                            * mesh.vertices[mesh.faces[face[chosen]]]).sum(axis=1)
+    missing = np.setdiff1d(np.arange(len(image)), texel[chosen])
+    if len(missing):    # off the embedding: at its nearest vertex
+        image[missing] = mesh.vertices[_nearest(flat, np.stack(np.divmod(missing, size + 1), 1))]
+    return image.reshape(size + 1, size + 1, 3)
+
+
+def _cross(p: np.ndarray, q: np.ndarray) -> np.ndarray:
+    return p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
+
+
+def _nearest(flat: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """(k,) the vertex nearest to each of (k, 2) places."""
+    return np.concatenate([np.argmin(((flat - place) ** 2).sum(axis=2), axis=1) for place in
+                           np.array_split(places[:, None], len(places) // 64 + 1)])
