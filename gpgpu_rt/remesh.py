@@ -19,7 +19,8 @@ from .geometry_image import GeometryImage
 from .scene import Scene, load_scene
 from .surface_mesh import SurfaceMesh
 
-CUTS = 5              # further paths that open a closed surface, at most
+CUTS = 8              # paths at most that open a surface further
+STRETCHED = 30.0      # times smaller than the median: worth a cut
 TOLERANCE = 1e-6      # of conjugate gradients, relative
 
 
@@ -49,18 +50,12 @@ def remesh(scene: Scene | trimesh.Trimesh | str | os.PathLike[str], size: int = 
     if not len(mesh.faces):
         raise SceneError(f"{scene.name}: has no triangle with area to make an image of")
     loops = mesh.loops()
-    # A small opening is closed: cut open anew, the surface is stretched less.
-    whole = len(loops) > 0 and mesh.lengths[loops[0]].sum() < 0.1 * size_of(mesh)
-    mesh = mesh.filled(loops if whole else loops[1:])
-    parts, euler = mesh.parts(), mesh.euler()
-    closed = whole or not loops
-    if parts != 1 or euler != (2 if closed else 1):
-        what = f"{parts} parts" if parts != 1 else "handles"
-        raise SceneError(f"{scene.name}: has {what}; only a disc, or a closed surface without "
-                         "handles, can be made a geometry image")
-    if not closed:
-        return GeometryImage([_disc(mesh, size)])
-    return GeometryImage([_closed(mesh, size, cuts)])
+    mesh = mesh.filled(loops[1:])
+    parts, handles = mesh.parts(), mesh.euler() != (1 if loops else 2)
+    if parts != 1 or handles:
+        raise SceneError(f"{scene.name}: has {f'{parts} parts' if parts != 1 else 'handles'}; only "
+                         "one surface without handles can be made a geometry image")
+    return GeometryImage([_opened(mesh, size, cuts)])
 
 
 def size_of(mesh: SurfaceMesh) -> float:
@@ -68,45 +63,28 @@ def size_of(mesh: SurfaceMesh) -> float:
     return float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
 
 
-def _disc(mesh: SurfaceMesh, size: int) -> np.ndarray:
-    loop = mesh.loops()[0]
-    if len(loop) < 4:
-        raise SceneError(f"{mesh.name}: its boundary has {len(loop)} edges; four or more go "
-                         "around an image")
-    loop = np.roll(loop, -_sharpest(mesh, loop))
-    at, ring = _along(mesh, loop, 4 * size)
-    return _sampled(mesh, loop, at, ring, size)[0]
-
-
-def _sharpest(mesh: SurfaceMesh, loop: np.ndarray) -> int:
-    """Where along a loop it turns most."""
-    ahead = mesh.vertices[mesh.end[loop]] - mesh.vertices[mesh.start[loop]]
-    ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-300)
-    return int(np.argmin((ahead * np.roll(ahead, 1, axis=0)).sum(axis=1)))
-
-
-def _closed(mesh: SurfaceMesh, size: int, cuts: int) -> np.ndarray:
-    """Cut from a far vertex to the one furthest from it, then to where the image is worst."""
-    middle = mesh.vertices.mean(axis=0)
-    one = int(np.argmax(np.linalg.norm(mesh.vertices - middle, axis=1)))
-    distance = mesh.distances(np.array([one]))
-    way = mesh.path(distance, int(np.argmax(distance)))
-    along = mesh.edges_along(way)
+def _opened(mesh: SurfaceMesh, size: int, cuts: int) -> np.ndarray:
+    """The image, after paths were cut from the boundary to where it is worst; a closed surface is
+    cut first from a far vertex to the one furthest from it."""
+    along = np.zeros(len(mesh.start), bool)
+    if (mesh.twin >= 0).all():
+        middle = mesh.vertices.mean(axis=0)
+        one = int(np.argmax(np.linalg.norm(mesh.vertices - middle, axis=1)))
+        distance = mesh.distances(np.array([one]))
+        along = mesh.edges_along(mesh.path(distance, int(np.argmax(distance))))
     guess = None
     for attempt in range(cuts + 1):
         opened, was = mesh.cut(along)
         loop, at, ring = _around(mesh, opened, was, along, size)
         image, flat, stretch = _sampled(opened, loop, at, ring, size, guess)
-        distance = mesh.distances(np.unique(mesh.start[along]))
+        distance = mesh.distances(np.unique(was[opened.start[loop]]))
         # The face that comes out smallest, of those that a path can still be led to.
         score = np.where((distance[mesh.faces] > 0).all(axis=1), stretch, 0)
         worst = int(np.argmax(score))
-        if attempt == cuts or score[worst] < 30 * np.median(stretch):
+        if attempt == cuts or score[worst] < STRETCHED * np.median(stretch):
             break
-        centre = flat[opened.faces].mean(axis=1)
-        guess = centre
-        way = mesh.path(distance, int(mesh.faces[worst, 0]))
-        along = along | mesh.edges_along(way)
+        guess = flat[opened.faces].mean(axis=1)
+        along = along | mesh.edges_along(mesh.path(distance, int(mesh.faces[worst, 0])))
     return image
 
 
@@ -126,17 +104,20 @@ def _around(mesh: SurfaceMesh, opened: SurfaceMesh, was: np.ndarray, along: np.n
     texels around the image; and the (4 size, 3) positions around it, the same on both sides of
     each path between ends and forks of the cut."""
     loop = opened.loops()[0]
-    cut = np.bincount(mesh.start[along], minlength=len(mesh.vertices))
-    forks = np.flatnonzero(cut[was[opened.start[loop]]] != 2)
+    if len(loop) < 4:
+        raise SceneError(f"{mesh.name}: its boundary has {len(loop)} edges; four or more go around "
+                         "an image")
+    cut = np.bincount(mesh.start[along], minlength=len(mesh.vertices))[was[opened.start[loop]]]
+    own = mesh.twin[loop] < 0     # the surface's own boundary
+    forks = np.flatnonzero((cut > 0) & (cut != 2) | (own != np.roll(own, 1)))
+    if not len(forks):
+        forks = np.array([_sharpest(mesh, loop)])
     loop = np.roll(loop, -forks[0])
     paths = np.split(loop, forks[1:] - forks[0])
     which = {int(path[0]): k for k, path in enumerate(paths)}
-    mate = [which[int(mesh.twin[path[-1]])] for path in paths]
-    first = np.array([k for k, other in enumerate(mate) if k < other])
-    length = np.array([opened.lengths[path].sum() for path in paths])
-    samples = np.zeros(len(paths), np.int64)
-    samples[first] = _shares(length[first], 2 * size)
-    samples[np.array(mate)[first]] = samples[first]
+    mate = np.array([which[int(mesh.twin[path[-1]])] if mesh.twin[path[0]] >= 0 else k
+                     for k, path in enumerate(paths)])
+    samples = _shares(np.array([opened.lengths[path].sum() for path in paths]), mate, 4 * size)
     at, rings = [], []
     for k, path in enumerate(paths):
         place, ring = _along(opened, path, samples[k])
@@ -147,15 +128,32 @@ def _around(mesh: SurfaceMesh, opened: SurfaceMesh, was: np.ndarray, along: np.n
     return loop, np.concatenate(at), np.concatenate(rings)
 
 
-def _shares(length: np.ndarray, total: int) -> np.ndarray:
-    """Whole numbers, 1 or more, in proportion to lengths, that add up to ``total``."""
-    if len(length) > total:
-        raise OptionError(f"remesh: {len(length)} cuts need a larger size")
-    wanted = length / length.sum() * (total - len(length))
-    share = np.floor(wanted).astype(np.int64)
-    most = np.argsort(share - wanted, kind="stable")[:total - len(length) - int(share.sum())]
-    share[most] += 1
-    return share + 1
+def _sharpest(mesh: SurfaceMesh, loop: np.ndarray) -> int:
+    """Where along a loop it turns most."""
+    ahead = mesh.vertices[mesh.end[loop]] - mesh.vertices[mesh.start[loop]]
+    ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-300)
+    return int(np.argmin((ahead * np.roll(ahead, 1, axis=0)).sum(axis=1)))
+
+
+def _shares(length: np.ndarray, mate: np.ndarray, total: int) -> np.ndarray:
+    """Whole numbers, 1 or more, about in proportion to lengths, alike for mates (a path may be its
+    own), that add up to ``total``, an even number."""
+    spare = total - 2 * len(length)
+    if spare < 0:
+        raise OptionError(f"remesh: {len(length)} stretches of boundary do not fit around an image "
+                          f"of {total // 4} cells a side; give a larger size or fewer cuts")
+    share = 1 + np.floor(length / length.sum() * spare).astype(np.int64)
+    share = np.minimum(share, share[mate])
+    alone = np.flatnonzero(mate == np.arange(len(mate)))
+    left = total - int(share.sum())
+    if len(alone):
+        share[alone[0]] += left
+        return share
+    pairs = np.flatnonzero(mate > np.arange(len(mate)))
+    extra = np.zeros(len(mate), np.int64)
+    extra[pairs] = left // 2 // len(pairs)
+    extra[pairs[:left // 2 % len(pairs)]] += 1
+    return share + extra + extra[mate]
 
 
 def _square(at: np.ndarray, size: int) -> np.ndarray:
