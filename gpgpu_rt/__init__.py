@@ -1,5 +1,6 @@
 """Ray tracing on graphics hardware, as fragment programs did it in 2002-2007."""
 from . import reference
+from .animation import Animation, load_animation
 from .camera import Camera
 from .errors import (
     ContextError, Error, LimitError, OptionError, SceneError, SettingsError, ShaderError
@@ -11,6 +12,6 @@ from .remesh import remesh
 from .scene import Scene, load_scene
 from .tracer import Tracer
 
-__all__ = ["Camera", "ContextError", "Error", "GeometryImage", "Hits", "LimitError", "Method",
-           "OptionError", "Scene", "SceneError", "SettingsError", "ShaderError", "Tracer",
-           "load_scene", "methods", "reference", "remesh"]
+__all__ = ["Animation", "Camera", "ContextError", "Error", "GeometryImage", "Hits", "LimitError",
+           "Method", "OptionError", "Scene", "SceneError", "SettingsError", "ShaderError", "Tracer",
+           "load_animation", "load_scene", "methods", "reference", "remesh"]

@@ -154,9 +154,7 @@ class Record:
         if unknown:
             raise ValueError(f"record {self.name} has no field {', '.join(sorted(unknown))}")
         count = len(next(iter(arrays.values())))
-        if count > EXACT_INTEGER:
-            raise LimitError(f"{count} {self.name} records are past 2^24, the last index a float "
-                             "texel holds exactly; take a smaller scene or a coarser build")
+        check_count(self.name, count)
         packed = np.zeros((count, self.texels, 4), np.float32)
         for field in self.fields:
             if field.name not in arrays:
@@ -252,15 +250,21 @@ class PackedRecord:
         return self.layout.count("|") + 1
 
     def pack(self, **arrays: np.ndarray) -> np.ndarray:
-        """(n, channels) uint32 from one (n,) array a field; LimitError where one does not fit."""
-        packed = np.zeros((len(next(iter(arrays.values()))), self.channels), np.uint32)
+        """(n, 1, channels) uint32 from one (n,) array a field; LimitError where one does not fit.
+        """
+        packed = np.zeros((len(next(iter(arrays.values()))), 1, self.channels), np.uint32)
         for name, channel, shift, bits in self.fields:
             values = np.asarray(arrays[name]).astype(np.int64)
             if len(values) and (values.min() < 0 or values.max() >= 1 << bits):
                 raise LimitError(f"{self.name}.{name} does not fit its {bits} bits; take a "
                                  "smaller scene, or no quantised nodes")
-            packed[:, channel] |= (values << shift).astype(np.uint32)
+            packed[:, 0, channel] |= (values << shift).astype(np.uint32)
         return packed
+
+    @property
+    def planes(self) -> tuple[Plane, ...]:
+        """As of a Record: one texture of integers."""
+        return (Plane("", 0, 1, self.channels, "u4"),)
 
     def table_glsl(self) -> str:
         """Accessors: ``quantised_node_lo_x(i)`` and one a field."""
@@ -270,6 +274,13 @@ class PackedRecord:
             value = texel if bits == 32 else f"({texel} >> {shift}) & {(1 << bits) - 1}u"
             lines.append(f"uint {self.name}_{name}(int i) {{ return {value}; }}")
         return "\n".join(lines)
+
+
+def check_count(name: str, count: int) -> None:
+    """Raise LimitError for more records than a state in float texels can point at."""
+    if count > EXACT_INTEGER:
+        raise LimitError(f"{count} {name} records are past 2^24, the last index a float texel "
+                         "holds exactly; take a smaller scene or a coarser build")
 
 
 def _cut_into_texels(fields: Iterable[Field]) -> list[str]:
@@ -315,6 +326,14 @@ BVH_NODE = Record("bvh_node", "lo:vec3 escape:int | hi:vec3 first:int")
 
 Octant copies store the corner a ray meets first in ``lo`` and the other one in ``hi``.
 """
+
+BIH_NODE = Record("bih_node", "left_hi right_lo axis:int child:int")
+"""A node of intervals: where its left child ends and its right one begins, axis (3 for a leaf),
+left child (the right one follows) or a leaf's first triangle."""
+
+BIH_BOUNDS = Record("bih_bounds", "lo:vec3 parent:int | hi:vec3 side:int")
+"""What climbing adds to such a node: its box, its parent, and which child it is: of the parent's
+axis, 3 more if the right one, 6 for the root."""
 
 _LINK = "target:30 last:1 leaf:1"
 QUANTISED_NODE_16 = PackedRecord(

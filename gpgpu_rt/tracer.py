@@ -12,12 +12,13 @@ import trimesh
 from PIL import Image
 
 from . import settings
+from .accel import sah_cost, uncached
 from .accel.bounds import shrink_flat
 from .camera import Camera
 from .errors import Error, OptionError
 from .gpu import open_gpu
 from .hits import STACK_OVERFLOW, UNFINISHED, Hits
-from .methods import find_method
+from .methods import Accelerator, find_method
 from .options import TRACER_OPTIONS, resolve_options
 from .passes.packets import PacketTraversal
 from .passes.shade import Shading
@@ -69,19 +70,13 @@ class Tracer:
         self.gpu = open_gpu(self.options["context"])
         self.statistics = Statistics()
         began = time.perf_counter()
-        # Built from the vertices as stored: boxes then enclose what the kernels will read.
-        triangles = shrink_flat(self.precision.stored(self.scene.triangles))
-        self.accelerator = self.method.prepare(triangles, {**self.options,
-                                                           "charts": self.scene.charts})
+        self.accelerator = self._prepared(self._stored(self.scene))
+        self._built_cost: float | None = None   # its SAH cost, once an update asks
+        self._tables: dict[str, dict[str, moderngl.Texture]] = {}
+        self._filled: dict[str, object] = {}    # what was written into them
         with self.gpu:
-            self._tables = self._make_tables()
-            samplers = {k: v for tables in self._tables.values() for k, v in tables.items()}
-            if self.accelerator.finisher is not None:
-                self.accelerator.finisher.run(self.gpu, samplers)
-                self.gpu.finish()
+            samplers = self._fill_tables()
             self.statistics.build_seconds = time.perf_counter() - began
-            self.step_cap = min(self.options["step_cap"] or self.accelerator.step_bound + 1,
-                                EXACT_INTEGER - 1)
             driver = PacketTraversal if self.method.packet else Traversal
             self._traversal = driver(self.gpu, self.method, samplers, self.accelerator,
                                      self.options, self.step_cap)
@@ -125,15 +120,98 @@ class Tracer:
             raise OptionError(f"method {row.name} runs one step a pass, as its stack is drawn "
                               "between them; leave steps_per_pass at 1")
 
-    def _make_tables(self) -> dict[str, dict[str, moderngl.Texture]]:
-        """Record name -> sampler name -> texture; their bytes go to the statistics."""
-        tables = {}
+    def _stored(self, scene: Scene) -> np.ndarray:
+        """Its triangles as textures hold them: boxes then enclose what the kernels will read."""
+        return shrink_flat(self.precision.stored(scene.triangles))
+
+    def _prepared(self, triangles: np.ndarray) -> Accelerator:
+        return self.method.prepare(triangles, {**self.options, "charts": self.scene.charts})
+
+    @property
+    def step_cap(self) -> int:
+        """Steps after which a ray is stopped and flagged."""
+        return min(self.options["step_cap"] or self.accelerator.step_bound + 1, EXACT_INTEGER - 1)
+
+    def _fill_tables(self) -> dict[str, moderngl.Texture]:
+        """Write the accelerator's tables into textures, those of the last one where they fit; a table
+        that is the very one written last stays.
+
+        Returns sampler name -> texture; their bytes go to the statistics.
+        """
         for record in self.method.tables_for(self.options):
-            fields = self.precision.stored_fields(record, self.accelerator.tables[record.name])
-            tables[record.name] = table_textures(self.gpu, self.precision.layout(record), fields)
+            arrays = self.accelerator.tables[record.name]
+            if self._filled.get(record.name) is not arrays:
+                self._tables[record.name] = table_textures(
+                    self.gpu, self.precision.layout(record), arrays, self.precision,
+                    self._tables.get(record.name))
+                self._filled[record.name] = arrays
         self.statistics.table_bytes = {name: texture_bytes(textures.values())
-                                       for name, textures in tables.items()}
-        return tables
+                                       for name, textures in self._tables.items()}
+        samplers = {k: v for tables in self._tables.values() for k, v in tables.items()}
+        if self.accelerator.finisher is not None:
+            self.accelerator.finisher.run(self.gpu, samplers)
+            self.gpu.finish()
+        return samplers
+
+    # Moving ---------------------------------------------------------------------------------
+
+    def update(self, vertices: np.ndarray) -> None:
+        """Trace the scene's triangles where they are now.
+
+        A method whose row has ``refit`` keeps its structure, unless that has become so much worse
+        that the option ``rebuild_ratio`` asks for a new one; any other builds anew. ``statistics``
+        says which, and what it took. Programs, and textures that still fit, are kept. ``scene`` is
+        another one from now on: the one that was given stays as it is.
+
+        Parameters
+        ----------
+        vertices : (v, 3) float, world units, what the scene's faces count; or (n, 3, 3), the
+            triangles themselves, as many as before
+
+        Raises
+        ------
+        SceneError, LimitError
+        """
+        scene, statistics = self.scene.moved(vertices), self.statistics
+        began = time.perf_counter()
+        triangles = self._stored(scene)
+        stored = time.perf_counter()
+        accelerator = self._refitted(triangles)
+        tried = time.perf_counter() - stored
+        statistics.rebuilt = accelerator is None
+        if accelerator is None:
+            with uncached():
+                accelerator = self._prepared(triangles)
+            self._built_cost = None
+        before = self.accelerator.finisher
+        self.accelerator, self.scene, self._bounds = accelerator, scene, scene.bounds
+        with self.gpu:
+            if before is not None and before is not accelerator.finisher:
+                before.release()
+            self._traversal.follow(self._fill_tables(), accelerator, self.step_cap)
+            if self._shading is not None:
+                self._shading.take(self._shown())
+        took = time.perf_counter() - began
+        if statistics.rebuilt:
+            statistics.build_seconds, statistics.refit_seconds = took - tried, tried
+        else:
+            statistics.refit_seconds = took
+
+    def _shown(self) -> Scene:
+        """What hits lie on: the scene, or a coarser level of it."""
+        shown = self.accelerator.shown
+        return self.scene if shown is None else replace(self.scene, triangles=shown)
+
+    def _refitted(self, triangles: np.ndarray) -> Accelerator | None:
+        """The accelerator around (n, 3, 3) triangles, or None where it must be built anew."""
+        ratio = self.options.get("rebuild_ratio", np.inf)
+        if self.method.refit is None or ratio == 0:
+            return None
+        if ratio < np.inf and self._built_cost is None:
+            self._built_cost = sah_cost(self.accelerator.structure)
+        accelerator = self.method.refit(self.accelerator, triangles, self.options)
+        worse = ratio < np.inf and sah_cost(accelerator.structure) > ratio * self._built_cost
+        return None if worse else accelerator
 
     # Tracing --------------------------------------------------------------------------------
 
@@ -253,9 +331,7 @@ class Tracer:
         with self.gpu:
             rays, buffers = self._room((width, height))
             if self._shading is None:
-                shown = self.accelerator.shown
-                scene = self.scene if shown is None else replace(self.scene, triangles=shown)
-                self._shading = Shading(self.gpu, scene, self.precision,
+                self._shading = Shading(self.gpu, self._shown(), self.precision,
                                         self.options["intersection"])
             began = time.perf_counter()
             self._shading.eye_rays(rays, camera or self.scene.camera)

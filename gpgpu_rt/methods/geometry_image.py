@@ -61,6 +61,9 @@ def _with_positions(accelerator: Accelerator, triangles: np.ndarray, level: int)
     signs = [np.where(flat[tree.face + half], -1, 1) for half in (0, 1)]
     cells = {"corner": tree.corner, "across": tree.across * signs[0],
              "down": tree.down * signs[1], "face": tree.face}
+    written = accelerator.tables.get(IMAGE_CELL.name)
+    if written and all(np.array_equal(cells[name], written[name]) for name in cells):
+        cells = written     # the very same table need not be written again
     lo, hi = ((shown.min(axis=(0, 1)), shown.max(axis=(0, 1))) if len(shown)
               else (np.zeros(3, np.float32),) * 2)
     return replace(
@@ -81,6 +84,7 @@ ROWS = (Method(
     state=Record("state", "node:int cursor:int phase:int steps:int"),
     tables=_TABLES,
     prepare=_prepare,
+    refit=_refit,
     options=(
         Option("level", 0, "level of detail of a scene that is a geometry image: quads of 2^level "
                "x 2^level cells", int, minimum=0),

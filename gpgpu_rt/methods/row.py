@@ -9,6 +9,7 @@ from typing import Any, Protocol
 import moderngl
 import numpy as np
 
+from ..column import Column
 from ..gpu import Gpu
 from ..options import Option
 from ..texel_layout import PackedRecord, Record
@@ -33,7 +34,7 @@ class Accelerator:
 
     Attributes
     ----------
-    tables : record name -> field name -> array, to be packed into textures
+    tables : record name -> field name -> array (or Column), to be packed into textures
     uniforms : uniform name -> value
     step_bound : kernel runs no ray can need more of: a function of the structure's size
     structure : what the builder made, or None
@@ -41,9 +42,10 @@ class Accelerator:
     stack_levels : tiles of the stack's atlas, for a method that has one
     finisher : passes that complete the tables once they are textures
     shown : (n, 3, 3) float32, what hits lie on where it is not the scene (a coarser level of it)
+    kept : what the row's ``refit`` wants to find again
     """
 
-    tables: dict[str, dict[str, np.ndarray]]
+    tables: dict[str, dict[str, np.ndarray | Column]]
     uniforms: dict[str, Any]
     step_bound: int
     structure: Any = None
@@ -51,6 +53,7 @@ class Accelerator:
     stack_levels: int = 0
     finisher: Finisher | None = None
     shown: np.ndarray | None = None
+    kept: Any = None
 
 
 @dataclass(frozen=True)
@@ -67,6 +70,9 @@ class Method:
     tables : the records its programs read
     choose_tables : (options) -> records, where an option replaces some
     prepare : (triangles (n, 3, 3) float32, options) -> Accelerator
+    refit : (accelerator, triangles, options) -> Accelerator, the same structure over triangles
+        that moved; None where it is built anew. The tracer builds anew as well where the option
+        ``rebuild_ratio``, if the method has it, says so
     options : its own options, the builder's among them
     schedules : those it runs under, the best one last
     stack_entry : what a level of its stack in textures holds, if it has one
@@ -82,6 +88,7 @@ class Method:
     state: Record
     tables: Tables
     prepare: Callable[[np.ndarray, Mapping[str, Any]], Accelerator]
+    refit: Callable[[Accelerator, np.ndarray, Mapping[str, Any]], Accelerator] | None = None
     options: tuple[Option, ...] = ()
     choose_tables: Callable[[Mapping[str, Any]], Tables] | None = None
     schedules: tuple[str, ...] = SCHEDULES
@@ -106,4 +113,4 @@ class Method:
         return {"name": self.name, "summary": self.summary, "citation": self.citation,
                 "kernels": list(self.kernels), "schedules": list(self.schedules),
                 "options": {o.name: o.default for o in self.options}, "stack": self.stack,
-                "packet": self.packet, "dynamic": self.dynamic}
+                "packet": self.packet, "dynamic": self.dynamic, "refit": self.refit is not None}

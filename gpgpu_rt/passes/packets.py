@@ -44,6 +44,18 @@ class PacketTraversal:
         self._single: Traversal | None = None
         self._single_room: tuple[RayTextures, StateBuffers] | None = None
 
+    def follow(self, samplers: Mapping[str, moderngl.Texture], accelerator: Accelerator,
+               step_cap: int) -> None:
+        """Read these tables from now on: the same records, of triangles that moved."""
+        if accelerator.defines != self.accelerator.defines:
+            self.release()
+            self._programs, self._room, self._single = {}, None, None
+        self.samplers, self.accelerator, self.step_cap = dict(samplers), accelerator, step_cap
+        for program in self._programs.values():
+            program.set(**accelerator.uniforms)
+        if self._single is not None:
+            self._single.follow(samplers, accelerator, step_cap)
+
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[StateBuffer, int]:
         """Trace every ray; the buffer with hits, and how many rays the step cap stopped."""

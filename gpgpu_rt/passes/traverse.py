@@ -63,6 +63,17 @@ class Traversal:
         self._tiles: Tiles | None = None
         self._atlas: StackAtlas | None = None
 
+    def follow(self, samplers: Mapping[str, moderngl.Texture], accelerator: Accelerator,
+               step_cap: int) -> None:
+        """Read these tables from now on: the same records, of triangles that moved."""
+        if (accelerator.defines, accelerator.stack_levels) != (self.accelerator.defines,
+                                                               self.accelerator.stack_levels):
+            self.release()
+            self._programs, self._tiles, self._atlas = {}, None, None
+        self.samplers, self.accelerator, self.step_cap = dict(samplers), accelerator, step_cap
+        for program in self._programs.values():
+            program.set(**accelerator.uniforms, step_cap=step_cap)
+
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[StateBuffer, int]:
         """Trace every ray.
