@@ -12,6 +12,7 @@ from .remesh import remesh
 from .scene import Scene, load_scene
 from .tracer import Tracer
 
-__all__ = ["Animation", "Camera", "ContextError", "Error", "GeometryImage", "Hits", "LimitError",
-           "Method", "OptionError", "Scene", "SceneError", "SettingsError", "ShaderError", "Tracer",
-           "load_animation", "load_scene", "methods", "reference", "remesh"]
+__all__ = [
+    "Animation", "Camera", "ContextError", "Error", "GeometryImage", "Hits", "LimitError", "Method",
+    "OptionError", "Scene", "SceneError", "SettingsError", "ShaderError", "Tracer",
+    "load_animation", "load_scene", "methods", "reference", "remesh"]

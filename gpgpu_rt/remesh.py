@@ -53,8 +53,10 @@ def remesh(scene: Scene | trimesh.Trimesh | str | os.PathLike[str], size: int = 
     mesh = mesh.filled(loops[1:])
     parts, handles = mesh.parts(), mesh.euler() != (1 if loops else 2)
     if parts != 1 or handles:
-        raise SceneError(f"{scene.name}: has {f'{parts} parts' if parts != 1 else 'handles'}; only "
-                         "one surface without handles can be made a geometry image")
+        what = f"{parts} parts" if parts != 1 else "handles"
+        raise SceneError(
+            f"{scene.name}: has {what}; only one surface without handles can "
+                         "be made a geometry image")
     return GeometryImage([_opened(mesh, size, cuts)])
 
 
@@ -105,8 +107,8 @@ def _around(mesh: SurfaceMesh, opened: SurfaceMesh, was: np.ndarray, along: np.n
     each path between ends and forks of the cut."""
     loop = opened.loops()[0]
     if len(loop) < 4:
-        raise SceneError(f"{mesh.name}: its boundary has {len(loop)} edges; four or more go around "
-                         "an image")
+        raise SceneError(f"{mesh.name}: its boundary has {len(loop)} edges; four or more go "
+                         "around an image")
     cut = np.bincount(mesh.start[along], minlength=len(mesh.vertices))[was[opened.start[loop]]]
     own = mesh.twin[loop] < 0     # the surface's own boundary
     forks = np.flatnonzero((cut > 0) & (cut != 2) | (own != np.roll(own, 1)))
@@ -140,8 +142,8 @@ def _shares(length: np.ndarray, mate: np.ndarray, total: int) -> np.ndarray:
     own), that add up to ``total``, an even number."""
     spare = total - 2 * len(length)
     if spare < 0:
-        raise OptionError(f"remesh: {len(length)} stretches of boundary do not fit around an image "
-                          f"of {total // 4} cells a side; give a larger size or fewer cuts")
+        raise OptionError(f"remesh: {len(length)} stretches of boundary do not fit around an "
+                          f"image of {total // 4} cells a side; give a larger size or fewer cuts")
     share = 1 + np.floor(length / length.sum() * spare).astype(np.int64)
     share = np.minimum(share, share[mate])
     alone = np.flatnonzero(mate == np.arange(len(mate)))

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import trimesh
 
+from .accel.image_tree import cell_faces
 from .camera import Camera
 from .errors import SceneError
 from .scenes import catalogue, mesh_file
@@ -84,6 +85,8 @@ class Scene:
         if self.charts and 2 * cells != len(self):
             raise SceneError(f"{self.name}: charts of {cells} cells have {2 * cells} triangles, "
                              f"not {len(self)}; leave charts out for another mesh")
+        if self.charts and self.faces is None:
+            self.faces = cell_faces(self.charts).astype(np.int32)
 
     def __len__(self) -> int:
         return len(self.triangles)
@@ -207,7 +210,7 @@ def load_scene(source: str | os.PathLike | trimesh.Trimesh | trimesh.Scene | Sce
     made = row.make() if argument is None else row.make(argument)
     return Scene(os.fspath(source), made.triangles, made.colours,
                  Light(made.light, made.intensity), made.camera, row.stand_in, "built in",
-                 made.charts)
+                 charts=made.charts)
 
 
 def _read(path: Path, row: catalogue.Row | None = None) -> Scene:

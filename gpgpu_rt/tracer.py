@@ -133,8 +133,8 @@ class Tracer:
         return min(self.options["step_cap"] or self.accelerator.step_bound + 1, EXACT_INTEGER - 1)
 
     def _fill_tables(self) -> dict[str, moderngl.Texture]:
-        """Write the accelerator's tables into textures, those of the last one where they fit; a table
-        that is the very one written last stays.
+        """Write the accelerator's tables into textures, those of the last one where they fit; a
+        table that is the very one written last stays.
 
         Returns sampler name -> texture; their bytes go to the statistics.
         """

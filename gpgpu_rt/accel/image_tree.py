@@ -109,18 +109,27 @@ def build_image_tree(charts: Sequence[tuple[int, int]], level: int = 0) -> Image
     ----------
     level : where rays stop: at quads of 2^level x 2^level cells
     """
-    cells, faces, texel, face = [], [], 0, 0
+    cells, texel, face = [], 0, 0
     for rows, columns in charts:
         r, c = (axis.reshape(-1) for axis in np.indices((rows - 1, columns - 1)))
         corner = texel + r * columns + c
-        faces.append(np.stack([corner, corner + 1, corner + columns + 1,
-                               corner, corner + columns + 1, corner + columns], axis=1))
         code = morton_2d(r, c)
         order = np.argsort(code)
         cells.append(_Cells(code[order], corner[order], columns,
                             face + 2 * order, rows - 1 - r[order], columns - 1 - c[order]))
         texel, face = texel + rows * columns, face + 2 * len(order)
-    return _forest(tuple(charts), cells, np.concatenate(faces).reshape(-1, 3), texel, level)
+    return _forest(tuple(charts), cells, cell_faces(charts), texel, level)
+
+
+def cell_faces(shapes: Sequence[tuple[int, int]]) -> np.ndarray:
+    """(n, 3) int64, texels of the triangles of charts with these (rows, columns)."""
+    faces, texel = [np.zeros((0, 3), np.int64)], 0
+    for rows, columns in shapes:
+        a = (texel + np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).reshape(-1)
+        b, c, d = a + 1, a + columns + 1, a + columns
+        faces.append(np.stack([a, b, c, a, c, d], axis=1).reshape(-1, 3))
+        texel += rows * columns
+    return np.concatenate(faces)
 
 
 def build_triangle_image(triangles: np.ndarray) -> ImageTree:

@@ -20,7 +20,8 @@ SODA_HALL, POWER_PLANT = 2_169_132, 12_748_510   # as in the survey's Figure 22
 
 # Soda Hall --------------------------------------------------------------------------------------
 
-STOREYS, ROOMS, ROOM = 7, 20, (5.0, 3.4, 6.0)    # rooms a side of the corridor; width, height, depth
+# rooms a side of the corridor; width, height, depth
+STOREYS, ROOMS, ROOM = 7, 20, (5.0, 3.4, 6.0)
 CORRIDOR = 3.0
 
 
@@ -73,7 +74,7 @@ def _furniture(rng: np.random.Generator) -> tuple[np.ndarray, ...]:
                  [(0.9, 0.76, 1.7), (-0.85, 0.72, 1.7), (0.9, 0.72, 1.7), (0.3, 1.15, 1.44)])
     chair = np.concatenate([
         ball(900, (0, 0.48, 0.3), (0.26, 0.06, 0.26)), ball(900, (0, 0.85, 0.06),
-                                                             (0.25, 0.28, 0.06)),
+                                                            (0.25, 0.28, 0.06)),
         tube([(0, 0.05, 0.3), (0, 0.25, 0.3), (0, 0.46, 0.3)], 0.03, 16),
         *(tube([(0, 0.05, 0.3), (0.28 * np.cos(a), 0.03, 0.3 + 0.28 * np.sin(a))], 0.025, 10)
           for a in np.arange(5) * 2 * np.pi / 5)])
