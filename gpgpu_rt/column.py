@@ -1,4 +1,4 @@
-"""Column: a field of a table that is made a slice at a time, for tables too large to copy whole."""
+"""Column: a field of a table that is made a slice at a time: no table is ever copied whole."""
 from __future__ import annotations
 
 from collections.abc import Callable

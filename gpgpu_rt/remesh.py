@@ -56,7 +56,7 @@ def remesh(scene: Scene | trimesh.Trimesh | str | os.PathLike[str], size: int = 
         what = f"{parts} parts" if parts != 1 else "handles"
         raise SceneError(
             f"{scene.name}: has {what}; only one surface without handles can "
-                         "be made a geometry image")
+            "be made a geometry image")
     return GeometryImage([_opened(mesh, size, cuts)])
 
 

@@ -1,10 +1,10 @@
 """Bounding interval hierarchy: the record, and its build by halving cells.
 
 C. Waechter, A. Keller, "Instant ray tracing: the bounding interval hierarchy", EGSR 2006. A node
-holds an axis and two planes: where its left child ends and where its right one begins. The cells of
-a regular grid over the scene say where to split: a cell is halved across its longest side, and
-triangles go left or right by the middle of their boxes. A half without triangles makes no node: the
-other one is halved on. So no cost is computed and nothing sorted, and the tree's size is linear.
+holds an axis and two planes: where its left child ends and where its right one begins. The cells
+of a regular grid over the scene say where to split: a cell is halved across its longest side, and
+triangles go left or right by the middle of their boxes. A half without triangles makes no node:
+the other one is halved on. So no cost is computed, nothing sorted, and the tree's size is linear.
 
 Departures: all nodes of a level are split at once instead of one by one in place. Where no plane
 parts the middles (they coincide), or at the depth cap, a node is halved by count.

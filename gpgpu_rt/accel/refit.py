@@ -1,10 +1,12 @@
 """Refitting: the boxes of a hierarchy around triangles that moved, its tree as it was.
 
 I. Wald, S. Boulos, P. Shirley, "Ray tracing deformable scenes using dynamic bounding volume
-hierarchies", ACM TOG 26(1), 2007. Linear, a level at a time from the leaves up; but a tree that was
-built for other places grows overlaps, so it is built anew when its cost has grown too much.
-C. Lauterbach, S.-E. Yoon, D. Tuft, D. Manocha, "RT-DEFORM", 2006, rebuild at 40 % more; we take
-the same share of the surface area heuristic's cost over that of the last build.
+hierarchies", ACM TOG 26(1), 2007. Linear, a level at a time from the leaves up; but boxes of a
+tree that was built for other places come to overlap, so it is built anew when its cost has grown
+too much. C. Lauterbach, S.-E. Yoon, D. Tuft, D. Manocha, "RT-DEFORM", 2006, rebuild at 40 % more;
+we take that share of the surface area heuristic's cost over its cost at the last build. (Cost is
+by the root's area: of what flies apart a new tree would cost less and less, which the ratio does
+not see. There a lower one pays.)
 """
 from __future__ import annotations
 

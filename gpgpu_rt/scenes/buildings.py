@@ -18,7 +18,7 @@ PLASTER, CARPET, WOOD, STEEL, CONCRETE, GROUND = (
     (0.60, 0.59, 0.56), (0.42, 0.40, 0.36))
 SODA_HALL, POWER_PLANT = 2_169_132, 12_748_510   # as in the survey's Figure 22
 
-# Soda Hall --------------------------------------------------------------------------------------
+# Soda Hall -------------------------------------------------------------------------------------
 
 # rooms a side of the corridor; width, height, depth
 STOREYS, ROOMS, ROOM = 7, 20, (5.0, 3.4, 6.0)
@@ -33,7 +33,8 @@ def sodahall() -> Built:
     length = ROOMS * width
     storey = np.arange(STOREYS) * height
     for y in storey:
-        pieces.add(floor((0, -depth - CORRIDOR / 2), (length, depth + CORRIDOR / 2), y, 12), CARPET)
+        pieces.add(floor((0, -depth - CORRIDOR / 2), (length, depth + CORRIDOR / 2), y, 12),
+                   CARPET)
     pieces.add(boxes((0, STOREYS * height, -depth - 1.5), (length, STOREYS * height + 0.3,
                                                            depth + 1.5)), CONCRETE)
     room = np.array([(x, y, side) for y in storey for x in np.arange(ROOMS) * width
@@ -43,7 +44,7 @@ def sodahall() -> Built:
     wall_z = side * CORRIDOR / 2
     far_z = wall_z + side * depth
     low, high = np.minimum(wall_z, far_z), np.maximum(wall_z, far_z)
-    up = y + height - 0.1
+    up = y + height
     pieces.add(boxes(np.stack([x, y, low], 1), np.stack([x + 0.12, up, high], 1)), PLASTER)
     pieces.add(boxes(np.stack([x, y, far_z - 0.05], 1), np.stack([x + width, y + 1.0,
                                                                   far_z + 0.05], 1)), PLASTER)
@@ -55,11 +56,14 @@ def sodahall() -> Built:
     desk, chair, books, lamp, plant, things = _furniture(rng)
     for thing, share, colour in ((desk, 1.0, WOOD), (chair, 1.0, None), (books, 1.0, None),
                                  (lamp, 1.0, STEEL), (plant, 0.7, (0.22, 0.40, 0.18)),
-                                 (things, 0.8, None), (chair, 0.6, None)):
+                                 (things, 0.5, None), (chair, 0.3, None)):
         there = np.flatnonzero(rng.random(len(room)) < share)
         colours = palette(rng.integers(0, 13, len(there))) if colour is None else colour
-        moved = middle[there] + rng.uniform(-0.3, 0.3, (len(there), 3)) * (1, 0, 1)
-        pieces.add(place(thing, moved, yaw[there] + rng.uniform(-0.2, 0.2, len(there))), colours)
+        # What stands along the wall or hangs from the ceiling stays there.
+        loose = 0.0 if thing is books or thing is lamp else 0.2
+        moved = middle[there] + rng.uniform(-loose, loose, (len(there), 3)) * (1, 0, 1)
+        turned = yaw[there] + rng.uniform(-loose, loose, len(there))
+        pieces.add(place(thing, moved, turned), colours)
     stairs = np.arange(STOREYS * 20)
     low = np.stack([length + 0.28 * (stairs % 20), stairs * 0.17, 0 * stairs - 1.2], 1)
     pieces.add(boxes(low, low + (0.3, 0.05, 2.4)), CONCRETE)
@@ -78,20 +82,21 @@ def _furniture(rng: np.random.Generator) -> tuple[np.ndarray, ...]:
         tube([(0, 0.05, 0.3), (0, 0.25, 0.3), (0, 0.46, 0.3)], 0.03, 16),
         *(tube([(0, 0.05, 0.3), (0.28 * np.cos(a), 0.03, 0.3 + 0.28 * np.sin(a))], 0.025, 10)
           for a in np.arange(5) * 2 * np.pi / 5)])
-    at = np.stack([np.tile(np.arange(-2.0, 2.0, 0.05), 5), np.repeat(0.3 + 0.4 * np.arange(5), 80),
-                   np.full(400, -2.7)], 1)[rng.random(400) < 0.7]
-    size = np.stack([np.full(len(at), 0.042), rng.uniform(0.2, 0.34, len(at)),
+    along, shelf = np.meshgrid(np.arange(-2.0, 2.0, 0.0625), 0.3 + 0.4 * np.arange(5))
+    at = np.stack([along.reshape(-1), shelf.reshape(-1), np.full(320, -2.7)], 1)
+    at = at[rng.random(320) < 0.7]
+    size = np.stack([np.full(len(at), 0.052), rng.uniform(0.2, 0.34, len(at)),
                      rng.uniform(0.15, 0.24, len(at))], 1)
     books = boxes(at, at + size)
     lamp = revolve(smooth([(0.02, 3.2), (0.05, 2.9), (0.3, 2.7)], 12), 32)
-    plant = bump(np.concatenate([ball(700, (1.8, 0.7 + 0.2 * k, 2.0), (0.3, 0.16, 0.3), (k, 2 * k))
+    plant = bump(np.concatenate([ball(400, (1.8, 0.7 + 0.2 * k, 2.0), (0.3, 0.16, 0.3), (k, 2 * k))
                                  for k in range(3)]), 0.05, 0.2)
     cup = revolve(smooth([(0, 0), (0.035, 0), (0.045, 0.05), (0.04, 0.1)], 8), 14)
     spots = np.stack([rng.uniform(-0.8, 0.8, 6), np.full(6, 0.76), rng.uniform(1.0, 1.6, 6)], 1)
     return desk, chair, books, lamp, plant, place(cup, spots)
 
 
-# Power Plant ------------------------------------------------------------------------------------
+# Power Plant -----------------------------------------------------------------------------------
 
 BAY, BAYS, LEVELS = 6.0, (8, 6), 12   # side of a bay, bays each way, storeys
 KINDS = 9                             # of bays, each placed 64 times
@@ -126,9 +131,9 @@ def powerplant() -> Built:
     boiler = np.arange(-9.0, 9.0, 0.15)
     x = np.concatenate([boiler, boiler]) + 24
     z = np.repeat((-3.0, 39.0), len(boiler))
-    pipe = tube([(0, 0, 0), (0, 25, 0), (0, 50, 0), (0, 75, 0)], 0.06, 12)
+    pipe = tube([(0, 0, 0), (0, 25, 0), (0, 50, 0), (0, 75, 0)], 0.07, 24)
     rest.add(place(pipe, np.stack([x, 0 * x, z], 1)), STEEL)
-    drum = ball(60_000, (24, 78, 18), (3, 3, 20))
+    drum = ball(200_000, (24, 78, 18), (3, 3, 20))
     rest.add(drum, STEEL)
     camera = Camera((118.0, 46.0, 112.0), (24.0, 34.0, 18.0), fov=45)
     filled = rest.finish(POWER_PLANT - done, camera, (160.0, 220.0, 60.0), (1.0, 0.97, 0.9))
@@ -162,9 +167,9 @@ def _bay(rng: np.random.Generator) -> list[tuple[np.ndarray, tuple[float, float,
 
 
 def _pipe(rng: np.random.Generator, half: float) -> np.ndarray:
-    """A pipe that turns corners: along one axis, then another, with rounded bends."""
+    """A pipe that turns corners: along one axis and another in turn, with rounded bends."""
     points = [rng.uniform((-half, 0.2, -half), (half, BAY - 0.2, half))]
-    for axis in rng.permutation([0, 1, 2, int(rng.integers(3))]):
+    for axis in np.tile(rng.permutation(3)[:2], 2):
         after = points[-1].copy()
         after[axis] = rng.uniform(0.2, BAY - 0.2) - (0 if axis == 1 else half)
         points.append(after)

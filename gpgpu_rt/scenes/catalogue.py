@@ -72,11 +72,11 @@ ROWS: dict[str, Row] = {row.name: row for row in (
         "stadium:RATIO sets teapot over stadium", takes_argument=True),
     Row("teapot", 6_320, creatures.teapot, "the Utah teapot",
         "Martin Newell's teapot, tessellated"),
-    Row("cloth", 49_928, animation.cloth, None, "built in: a sheet that waves from frame to frame"),
+    Row("cloth", 49_928, animation.cloth, None, "built in: a sheet that waves, frame by frame"),
+    Row("explosion", 69_451, animation.explosion, None, "built in: the bunny's stand-in, "
+        "flying apart frame by frame"),
     Row("boulder", 49_152, images.boulder, None, "built in: a geometry image of six charts"),
     Row("knot", 36_864, images.knot, None, "built in: a swept surface, one geometry image"),
-    Row("explosion", 69_451, creatures.bunny, None, "built in: the bunny's stand-in, which flies "
-        "apart from frame to frame"),
     Row("cow", 5_804, creatures.cow, "Viewpoint's cow",
         "common-3d-test-models: cow.obj (Viewpoint Animation Engineering)"),
 )}
