@@ -8,11 +8,11 @@ from .errors import (
 from .geometry_image import GeometryImage
 from .hits import Hits
 from .methods import Method, methods
-from .remesh import remesh
+from .parametrise import remesh
 from .scene import Scene, load_scene
 from .tracer import Tracer
 
 __all__ = [
-    "Animation", "Camera", "ContextError", "Error", "GeometryImage", "Hits", "LimitError", "Method",
-    "OptionError", "Scene", "SceneError", "SettingsError", "ShaderError", "Tracer",
+    "Animation", "Camera", "ContextError", "Error", "GeometryImage", "Hits", "LimitError",
+    "Method", "OptionError", "Scene", "SceneError", "SettingsError", "ShaderError", "Tracer",
     "load_animation", "load_scene", "methods", "reference", "remesh"]

@@ -7,7 +7,7 @@ import trimesh
 from conftest import assert_same_bits, real_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt.remesh import embed
+from gpgpu_rt.parametrise import embed
 from gpgpu_rt.surface_mesh import SurfaceMesh
 
 METHOD = "geometry-image"
@@ -146,6 +146,7 @@ def test_the_embedding_turns_no_triangle_over() -> None:
     assert (area < 0).all() or (area > 0).all()
 
 
+@pytest.mark.full
 def test_the_bunny_becomes_an_image() -> None:
     mesh = real_scene("bunny")
     scene = rt.remesh(mesh, 64, cuts=3).scene()

@@ -1,4 +1,4 @@
-"""Remesh: a disc or a closed surface of genus 0 as one geometry image (Gu, Gortler, Hoppe 2002).
+"""Parametrise: a disc or a closed surface of genus 0 as one geometry image (Gu, Gortler, Hoppe 2002).
 
 A closed surface is cut open along paths over its edges. The boundary goes around the square, each
 stretch of it over a whole number of texels, so that both sides of a cut get the very same samples:
@@ -21,7 +21,7 @@ from .surface_mesh import SurfaceMesh
 
 CUTS = 8              # paths at most that open a surface further
 STRETCHED = 30.0      # times smaller than the median: worth a cut
-TOLERANCE = 1e-6      # of conjugate gradients, relative
+TOLERANCE, ROUGH = 1e-5, 1e-3    # of conjugate gradients, for the image and for choosing cuts
 
 
 def remesh(scene: Scene | trimesh.Trimesh | str | os.PathLike[str], size: int = 128,
@@ -78,15 +78,19 @@ def _opened(mesh: SurfaceMesh, size: int, cuts: int) -> np.ndarray:
     for attempt in range(cuts + 1):
         opened, was = mesh.cut(along)
         loop, at, ring = _around(mesh, opened, was, along, size)
-        image, flat, stretch = _sampled(opened, loop, at, ring, size, guess)
+        flat = _flattened(opened, loop, at, size, guess, ROUGH)
+        guess = flat[opened.faces].mean(axis=1)
+        stretch = _stretch(opened, flat, size)
         distance = mesh.distances(np.unique(was[opened.start[loop]]))
         # The face that comes out smallest, of those that a path can still be led to.
         score = np.where((distance[mesh.faces] > 0).all(axis=1), stretch, 0)
         worst = int(np.argmax(score))
         if attempt == cuts or score[worst] < STRETCHED * np.median(stretch):
             break
-        guess = flat[opened.faces].mean(axis=1)
         along = along | mesh.edges_along(mesh.path(distance, int(mesh.faces[worst, 0])))
+    image = rasterised(_flattened(opened, loop, at, size, guess, TOLERANCE), opened, size)
+    edge = _square(np.arange(4.0 * size), size).astype(int)
+    image[edge[:, 0], edge[:, 1]] = ring
     return image
 
 
@@ -168,33 +172,33 @@ def _square(at: np.ndarray, size: int) -> np.ndarray:
     return np.stack([rows, columns], axis=1)
 
 
-def _sampled(mesh: SurfaceMesh, loop: np.ndarray, at: np.ndarray, ring: np.ndarray, size: int,
-             guess: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The (size + 1, size + 1, 3) image; where each vertex is in it, (v, 2); and how many times
-    smaller than it is each triangle comes out, (f,)."""
+def _flattened(mesh: SurfaceMesh, loop: np.ndarray, at: np.ndarray, size: int,
+               guess: np.ndarray | None, tolerance: float) -> np.ndarray:
+    """(v, 2) row and column of each vertex, the loop's half-edges starting at these places around
+    the image."""
     at = at.copy()
     for corner in range(1, 4):    # the nearest vertex goes to the corner, else it is cut off
         at[np.argmin(np.abs(at - corner * size))] = corner * size
-    border = mesh.start[loop]
-    flat = embed(mesh, border, _square(at, size), size, guess)
-    image = rasterised(flat, mesh, size)
-    edge = _square(np.arange(4.0 * size), size).astype(int)
-    image[edge[:, 0], edge[:, 1]] = ring
+    return embed(mesh, mesh.start[loop], _square(at, size), size, guess, tolerance)
+
+
+def _stretch(mesh: SurfaceMesh, flat: np.ndarray, size: int) -> np.ndarray:
+    """(f,) how many times smaller than it is each triangle comes out."""
     a, b, c = mesh.vertices[mesh.faces].transpose(1, 0, 2)
     p, q, r = flat[mesh.faces].transpose(1, 0, 2)
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    shown = np.abs((q - p)[:, 0] * (r - p)[:, 1] - (q - p)[:, 1] * (r - p)[:, 0])
-    return image, flat, area / np.maximum(shown, 1e-12 * size**2)
+    return area / np.maximum(np.abs(_cross(q - p, r - p)), 1e-12 * size**2)
 
 
 def embed(mesh: SurfaceMesh, border: np.ndarray, places: np.ndarray, size: int,
-          guess: np.ndarray | None = None) -> np.ndarray:
+          guess: np.ndarray | None = None, tolerance: float = TOLERANCE) -> np.ndarray:
     """(v, 2): each inner vertex at the mean of its neighbours, by positive weights.
 
     Parameters
     ----------
     border : (b,) vertices of the boundary; places : (b, 2) where they are
     guess : (f, 2) where the faces may be about, to start from
+    tolerance : how much less the means are missed in the end than with all in the middle
     """
     corners = mesh.vertices[mesh.faces]
     one = np.roll(corners, -1, axis=1) - corners      # along each corner's own half-edge
@@ -205,39 +209,41 @@ def embed(mesh: SurfaceMesh, border: np.ndarray, places: np.ndarray, size: int,
     # Of the mean value weights of an edge from both its ends, the halves that lie in this face.
     weight = ((np.tan(half) + np.tan(np.roll(half, -1, axis=1))) / length).reshape(-1)
     count = len(mesh.vertices)
-    total = (np.bincount(mesh.start, weight, count) + np.bincount(mesh.end, weight, count))
+    pairs, pair = np.unique(np.concatenate([mesh.start * count + mesh.end,
+                                            mesh.end * count + mesh.start]), return_inverse=True)
+    pull = np.bincount(pair.reshape(-1), np.concatenate([weight, weight]))
+    here, there = np.divmod(pairs, count)
+    first = np.searchsorted(here, np.arange(count))
+    total = np.add.reduceat(pull, first)
     free = np.ones(count)
     free[border] = 0
 
-    def residual(at: np.ndarray) -> np.ndarray:
-        """Weights times (own place less neighbours'), where a vertex is free."""
-        pulled = [np.bincount(mesh.start, weight * at[mesh.end, axis], count)
-                  + np.bincount(mesh.end, weight * at[mesh.start, axis], count)
-                  for axis in (0, 1)]
-        return (total[:, None] * at - np.stack(pulled, axis=1)) * free[:, None]
+    def missed(at: np.ndarray) -> np.ndarray:
+        """Weights times (own place less neighbours'), where a vertex is free; row + i column."""
+        return (total * at - np.add.reduceat(pull * at[there], first)) * free
 
-    at = np.full((count, 2), size / 2)
+    at = np.full(count, (0.5 + 0.5j) * size)
+    at[border] = places[:, 0] + 1j * places[:, 1]
+    left = -missed(at)
+    goal = tolerance * np.linalg.norm(left)
     if guess is not None:
         near = np.bincount(mesh.start, minlength=count)
-        for axis in (0, 1):
-            at[:, axis] = np.bincount(mesh.start, np.repeat(guess[:, axis], 3), count) / near
-    at[border] = places
-    left = -residual(at)
-    goal = TOLERANCE * size * np.sqrt((total**2 * free).sum())
-    scaled = left / total[:, None]
-    way, power = scaled.copy(), (left * scaled).sum(axis=0)
+        row, column = (np.bincount(mesh.start, np.repeat(g, 3), count) / near for g in guess.T)
+        at = np.where(free > 0, row + 1j * column, at)
+        left = -missed(at)
+    scaled = left / total
+    way, power = scaled, np.vdot(left, scaled).real
     for _ in range(20 * int(np.sqrt(count)) + 100):
-        if np.abs(left).sum() <= goal or not power.any():
+        if np.linalg.norm(left) <= goal:
             break
-        bent = residual(way)
-        step = power / np.maximum((way * bent).sum(axis=0), 1e-300)
-        at += step * way
-        left -= step * bent
-        scaled = left / total[:, None]
-        now = (left * scaled).sum(axis=0)
-        way = scaled + now / np.maximum(power, 1e-300) * way
-        power = now
-    return at
+        bent = missed(way)
+        step = power / np.vdot(way, bent).real
+        at = at + step * way
+        left = left - step * bent
+        scaled = left / total
+        before, power = power, np.vdot(left, scaled).real
+        way = scaled + power / before * way
+    return np.stack([at.real, at.imag], axis=1)
 
 
 def rasterised(flat: np.ndarray, mesh: SurfaceMesh, size: int) -> np.ndarray:
