@@ -2,6 +2,7 @@
 from . import reference
 from .animation import Animation, load_animation
 from .camera import Camera
+from .deformation import Deformation
 from .errors import (
     ContextError, Error, LimitError, OptionError, SceneError, SettingsError, ShaderError
 )
@@ -13,6 +14,6 @@ from .scene import Scene, load_scene
 from .tracer import Tracer
 
 __all__ = [
-    "Animation", "Camera", "ContextError", "Error", "GeometryImage", "Hits", "LimitError",
-    "Method", "OptionError", "Scene", "SceneError", "SettingsError", "ShaderError", "Tracer",
+    "Animation", "Camera", "ContextError", "Deformation", "Error", "GeometryImage", "Hits",
+    "LimitError", "Method", "OptionError", "Scene", "SceneError", "SettingsError", "ShaderError", "Tracer",
     "load_animation", "load_scene", "methods", "reference", "remesh"]

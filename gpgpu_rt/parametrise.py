@@ -1,4 +1,4 @@
-"""Parametrise: a disc or a closed surface of genus 0 as one geometry image (Gu, Gortler, Hoppe 2002).
+"""Parametrise: a disc or a closed surface of genus 0 as a geometry image (Gu et al. 2002).
 
 A closed surface is cut open along paths over its edges. The boundary goes around the square, each
 stretch of it over a whole number of texels, so that both sides of a cut get the very same samples:

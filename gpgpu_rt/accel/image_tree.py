@@ -49,6 +49,15 @@ class ImageTree:
     face: np.ndarray
     root: int
 
+    @property
+    def roots(self) -> np.ndarray:
+        """(charts,) int64, or (1,) of single triangles: where each quadtree begins."""
+        found, node = [], self.root
+        while node >= 0:
+            found.append(node)
+            node = int(self.miss[node])
+        return np.array(found, np.int64)
+
     def positions(self, triangles: np.ndarray) -> np.ndarray:
         """(texels, 3) float32 from the (n, 3, 3) triangles; those without area only have their
         first corner (see `shrink_flat`).

@@ -76,6 +76,13 @@ class Pyramid:
         self._rectangles = [_kept(gpu, span) for span in spans]
         self._odd = _kept(gpu, np.concatenate([np.zeros((0, 4)), *spans[1::2]]))
 
+    def bounds(self, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(lo, hi), (3,) float32 each, of these nodes together, read from their boxes."""
+        boxes = np.array([[np.frombuffer(self._sides[0].read(
+            (node % TABLE_WIDTH, node // TABLE_WIDTH, 1, 1), 4, attachment=k, dtype="f4"), "<f4")[:3]
+            for k in (0, 1)] for node in np.asarray(nodes).tolist()])
+        return boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
+
     def release(self) -> None:
         if self._gpu is None:
             return

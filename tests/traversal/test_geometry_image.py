@@ -230,3 +230,103 @@ def test_normals_are_one_at_a_place() -> None:
     assert (normals[0] == normals[0, 0]).all() and abs(normals[0, 0, 1]) > 0.999
     outward = (normals * poles(40, 60)).sum(axis=2)
     assert np.abs(outward).min() > 0.99 and (outward > 0).all() | (outward < 0).all()
+
+
+# Moving ------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize("options", [{}, {"octants": True}, {"level": 1}, {"storage": "fp16"}],
+                         ids=str)
+def test_updates_are_fresh_builds(exact_renderer, options: dict) -> None:
+    made = image(SHAPES["several"], 9)
+    places = [made.positions * np.float32([1, k, 1]) + np.float32([0, 0, k]) for k in range(3)]
+    places[2][:] = np.random.default_rng(3).random(places[2].shape)
+    with rt.Tracer(made.scene(), ROW.name, **options) as tracer:
+        textures = {name: dict(tables) for name, tables in tracer._tables.items()}
+        for at in places:
+            tracer.update(at)
+            assert not tracer.statistics.rebuilt
+            scene = made.moved(at).scene()
+            chosen = RAY_SETS["random"](scene, 1500, 5)
+            hits = tracer.trace(*chosen)
+            assert_same_bits(hits, trace(scene, ROW.name, chosen, **options))
+            assert hits.hit.mean() > 0.1
+        assert tracer._tables == textures
+
+
+def test_updates_of_triangles_that_lose_their_area(exact_renderer) -> None:
+    made = image([(12, 12)], 2)
+    flat = made.positions.copy()
+    flat[40:70] = flat[40]
+    with rt.Tracer(made.scene(), ROW.name) as tracer:
+        for at in (flat, made.positions, flat):
+            tracer.update(at)
+            scene = made.moved(at).scene()
+            chosen = RAY_SETS["vertices"](scene, 1500, 5)
+            assert_same_bits(tracer.trace(*chosen), trace(scene, "brute-force", chosen))
+
+
+def test_a_soup_is_refitted_too(exact_renderer) -> None:
+    corners = random_soup(300, 4).reshape(-1, 3)
+    faces = np.arange(len(corners)).reshape(-1, 3)
+    with rt.Tracer(rt.Scene.from_arrays(corners, faces), ROW.name) as tracer:
+        tracer.update(corners[::-1].copy())
+        assert not tracer.statistics.rebuilt
+        scene = rt.Scene.from_arrays(corners[::-1], faces)
+        chosen = RAY_SETS["random"](scene, 2000, 5)
+        assert_same_bits(tracer.trace(*chosen), trace(scene, "brute-force", chosen))
+
+
+@pytest.mark.parametrize("options", [{}, {"octants": True}, {"level": 2}, {"storage": "fp24"},
+                                     {"storage": "fp16"}], ids=str)
+@pytest.mark.parametrize("program", ["wave", "twist"])
+def test_deformed_in_a_shader(exact_renderer, program: str, options: dict) -> None:
+    """Rays meet what brute force meets in the positions that are read back; without reading them
+    back the same."""
+    made = rt.GeometryImage([poles(), *image(SHAPES["several"], 5).charts])
+    with rt.Tracer(made.scene(), ROW.name, **options) as tracer, \
+            rt.Deformation(tracer, program) as deformation:
+        rest = tracer.scene.triangles
+        for time in (0.5, 2.0):
+            deformation.to(time)
+            scene = tracer.scene
+            assert not np.array_equal(scene.triangles, rest)
+            chosen = RAY_SETS["random"](scene, 2000, 5)
+            hits = tracer.trace(*chosen)
+            assert_same_bits(hits, trace(scene, ROW.name, chosen, **options))
+            if not options:
+                assert_same_bits(hits, trace(scene, "brute-force", chosen))
+            picture = np.asarray(tracer.render(scene.camera, (24, 24)))
+            with rt.Tracer(scene, ROW.name, **options) as fresh:
+                assert np.array_equal(picture, np.asarray(fresh.render(scene.camera, (24, 24))))
+        deformation.to(1.0)
+        deformation.to(2.0, read_back=False)
+        assert_same_bits(tracer.trace(*chosen), hits)
+
+
+def test_a_deformation_keeps_seams_closed() -> None:
+    scene = rt.load_scene("boulder")
+    with rt.Tracer(scene, ROW.name) as tracer, rt.Deformation(tracer, "twist") as deformation:
+        deformation.to(1.3)
+        aims = np.unique(tracer.scene.triangles.reshape(-1, 3), axis=0)
+        assert len(aims) == len(np.unique(scene.triangles.reshape(-1, 3), axis=0))
+        assert tracer.trace(np.zeros_like(aims), aims).hit.all()
+
+
+def test_deformations_that_do_not_work(tmp_path) -> None:
+    scene = image([(5, 5)], 1).scene()
+    own = tmp_path / "own.glsl"
+    own.write_text("vec3 deform(vec3 rest, float time) { return rest + vec3(time); }")
+    with rt.Tracer(scene, ROW.name) as tracer:
+        for program in (own, own.read_text()):
+            with rt.Deformation(tracer, program) as deformation:
+                deformation.to(2.0)
+                assert np.allclose(tracer.scene.triangles, scene.triangles + 2, atol=1e-6)
+                deformation.to(0.0)
+        for program, message in (("wav", "wave"), (tmp_path / "gone.glsl", "no file"),
+                                 ("vec3 deform(vec3 rest) { return rest; }", "deform")):
+            with pytest.raises(rt.ShaderError, match=message) as caught:
+                rt.Deformation(tracer, program)
+            assert "\n" not in str(caught.value)
+    with rt.Tracer(scene, "bvh-threaded") as tracer:
+        with pytest.raises(rt.OptionError, match="geometry-image"):
+            rt.Deformation(tracer, "wave")
