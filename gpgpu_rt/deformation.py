@@ -17,13 +17,13 @@ BUILT_IN = ("wave", "twist")
 
 
 class Deformation:
-    """Moves what a `geometry-image` tracer traces, on the GPU: no array is uploaded, no link changes.
+    """Moves what a `geometry-image` tracer traces, on the GPU: nothing is uploaded, links stay.
 
     Parameters
     ----------
     tracer : of the method geometry-image; positions as they are now are those at rest
-    program : "wave" or "twist", a file, or GLSL that defines ``vec3 deform(vec3 rest, float time)``,
-        world units. Texels at one place stay at one, so seams stay closed
+    program : "wave" or "twist", a file, or GLSL that defines ``vec3 deform(vec3 rest, float
+        time)``, world units. Texels at one place stay at one, so seams stay closed
 
     Raises
     ------
@@ -65,9 +65,9 @@ class Deformation:
         Parameters
         ----------
         time : what the program takes it for
-        read_back : also fetch the positions, so that `tracer.scene` and the surfaces of pictures are
-            those of now. Without, rays alone meet the moved triangles, and which of them have no
-            area is not asked anew
+        read_back : also fetch the positions, so that `tracer.scene` and the surfaces of pictures
+            are those of now. Without, rays alone meet the moved triangles, and which of them have
+            no area is not asked anew
         """
         tracer = self.tracer
         with tracer.gpu:

@@ -9,6 +9,7 @@ gradients solve for it), sampled at the texels. More paths are cut to where it i
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 
 import numpy as np
 import trimesh
@@ -20,20 +21,40 @@ from .scene import Scene, load_scene
 from .surface_mesh import SurfaceMesh
 
 CUTS = 8              # paths at most that open a surface further
-STRETCHED = 30.0      # times smaller than the median: worth a cut
+STRETCHED = 12.0      # times smaller than the median: worth a cut
 TOLERANCE, ROUGH = 1e-5, 1e-3    # of conjugate gradients, for the image and for choosing cuts
+
+
+@dataclass(frozen=True)
+class Parametrisation:
+    """A surface spread over a square.
+
+    mesh : the surface, cut open
+    flat : (v, 2) float64, where each of its vertices lies, row and column in cells
+    image : (size + 1, size + 1, 3) float64, the surface at every texel
+    """
+
+    mesh: SurfaceMesh
+    flat: np.ndarray
+    image: np.ndarray
 
 
 def remesh(scene: Scene | trimesh.Trimesh | str | os.PathLike[str], size: int = 128,
            cuts: int = CUTS) -> GeometryImage:
-    """A geometry image of (size + 1, size + 1) texels of a connected surface.
+    """A geometry image of (size + 1, size + 1) texels of a connected surface, by `parametrise`."""
+    return GeometryImage([parametrise(scene, size, cuts).image])
+
+
+def parametrise(scene: Scene | trimesh.Trimesh | str | os.PathLike[str], size: int = 128,
+                cuts: int = CUTS) -> Parametrisation:
+    """A connected surface spread over a square.
 
     Parameters
     ----------
-    scene : what `load_scene` takes; equal corners count as one vertex. Holes are closed, but for
-        the longest boundary unless that is short as well
+    scene : what `load_scene` takes; equal corners count as one vertex. Of holes all are closed but
+        the one with the longest edge
     size : cells a side
-    cuts : paths at most to places that come out too small, on a surface that must be cut open
+    cuts : paths at most to places that come out too small
 
     Raises
     ------
@@ -57,7 +78,7 @@ def remesh(scene: Scene | trimesh.Trimesh | str | os.PathLike[str], size: int = 
         raise SceneError(
             f"{scene.name}: has {what}; only one surface without handles can "
             "be made a geometry image")
-    return GeometryImage([_opened(mesh, size, cuts)])
+    return _opened(mesh, size, cuts)
 
 
 def size_of(mesh: SurfaceMesh) -> float:
@@ -65,8 +86,8 @@ def size_of(mesh: SurfaceMesh) -> float:
     return float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
 
 
-def _opened(mesh: SurfaceMesh, size: int, cuts: int) -> np.ndarray:
-    """The image, after paths were cut from the boundary to where it is worst; a closed surface is
+def _opened(mesh: SurfaceMesh, size: int, cuts: int) -> Parametrisation:
+    """Spread, after paths were cut from the boundary to where it is worst; a closed surface is
     cut first from a far vertex to the one furthest from it."""
     along = np.zeros(len(mesh.start), bool)
     if (mesh.twin >= 0).all():
@@ -88,10 +109,11 @@ def _opened(mesh: SurfaceMesh, size: int, cuts: int) -> np.ndarray:
         if attempt == cuts or score[worst] < STRETCHED * np.median(stretch):
             break
         along = along | mesh.edges_along(mesh.path(distance, int(mesh.faces[worst, 0])))
-    image = rasterised(_flattened(opened, loop, at, size, guess, TOLERANCE), opened, size)
+    flat = _flattened(opened, loop, at, size, guess, TOLERANCE)
+    image = rasterised(flat, opened, size)
     edge = _square(np.arange(4.0 * size), size).astype(int)
     image[edge[:, 0], edge[:, 1]] = ring
-    return image
+    return Parametrisation(opened, flat, image)
 
 
 def _along(mesh: SurfaceMesh, edges: np.ndarray, samples: int) -> tuple[np.ndarray, np.ndarray]:

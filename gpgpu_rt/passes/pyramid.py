@@ -78,10 +78,13 @@ class Pyramid:
 
     def bounds(self, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(lo, hi), (3,) float32 each, of these nodes together, read from their boxes."""
-        boxes = np.array([[np.frombuffer(self._sides[0].read(
-            (node % TABLE_WIDTH, node // TABLE_WIDTH, 1, 1), 4, attachment=k, dtype="f4"), "<f4")[:3]
-            for k in (0, 1)] for node in np.asarray(nodes).tolist()])
+        boxes = np.array([[self._corner(node, k) for k in (0, 1)] for node in nodes.tolist()])
         return boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
+
+    def _corner(self, node: int, which: int) -> np.ndarray:
+        place = (node % TABLE_WIDTH, node // TABLE_WIDTH, 1, 1)
+        texel = self._sides[0].read(place, 4, attachment=which, dtype="f4")
+        return np.frombuffer(texel, "<f4")[:3]
 
     def release(self) -> None:
         if self._gpu is None:
