@@ -95,9 +95,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_csv(out / "fig21.csv", HEADS, rows())
     write_text(out / "fig21.md", (
         "# Figure 21: a geometry image, and the pyramids over it\n\n"
-        f"A closed mesh of {len(horned().faces):,} triangles is cut open and spread over a square; "
-        f"its image of {SIZE + 1} x {SIZE + 1} positions is a mesh of {2 * SIZE * SIZE:,} triangles "
-        "again, closed as before. A node of the quadtree holds the least and the greatest of its "
+        f"A closed mesh of {len(horned().faces):,} triangles is cut open and spread over a "
+        f"square. Its image of {SIZE + 1} x {SIZE + 1} positions is a mesh of "
+        f"{2 * SIZE * SIZE:,} triangles again, closed as before. A node of the quadtree holds the least and the greatest of its "
         "cells' positions: two pyramids, a fragment pass a level. What is shown was read from the "
         "textures that rays are traced with.\n\n"
         + markdown_table(HEADS, [[number(v) if isinstance(v, float) else v for v in row]
@@ -131,5 +131,5 @@ def draw(data: Path, out: Path, full: bool) -> None:
         axis.set_title(title, fontsize=8)
     figure.suptitle("Figure 21: a geometry image, and the pyramids over it", fontsize=11)
     figure.tight_layout(rect=(0, 0.03, 1, 0.98), h_pad=2.0)
-    save_chart(figure, out / "fig21.png", "Boxes as the passes left them. Below: rays stop at quads "
-               "of 2^level x 2^level cells, in the same pyramids.")
+    save_chart(figure, out / "fig21.png", "Boxes as the passes left them. Below: rays stop at "
+               "quads of 2^level x 2^level cells, in the same pyramids.")

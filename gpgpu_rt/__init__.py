@@ -15,5 +15,5 @@ from .tracer import Tracer
 
 __all__ = [
     "Animation", "Camera", "ContextError", "Deformation", "Error", "GeometryImage", "Hits",
-    "LimitError", "Method", "OptionError", "Scene", "SceneError", "SettingsError", "ShaderError", "Tracer",
-    "load_animation", "load_scene", "methods", "reference", "remesh"]
+    "LimitError", "Method", "OptionError", "Scene", "SceneError", "SettingsError", "ShaderError",
+    "Tracer", "load_animation", "load_scene", "methods", "reference", "remesh"]

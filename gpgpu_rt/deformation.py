@@ -74,16 +74,17 @@ class Deformation:
             tracer.gpu.context.enable_only(moderngl.NOTHING)
             self._pass.set(time=float(time))
             self._pass.draw(self._target, self._rest)
-            samplers = {k: v for tables in tracer._tables.values() for k, v in tables.items()}
+            samplers = tracer._samplers()
             accelerator, tree = tracer.accelerator, tracer.accelerator.structure
             accelerator.finisher.run(tracer.gpu, samplers)
             if read_back:
                 at = read_texture(self._table).reshape(-1, self._table.components)
                 triangles = at[:tree.texels, :3][tree.faces]
-                accelerator = tracer._refitted(tracer._stored(replace(tracer.scene,
-                                                                      triangles=triangles)))
+                stored = tracer._stored(replace(tracer.scene, triangles=triangles))
+                accelerator = tracer._refitted(stored)
                 tracer._filled[POSITION.name] = accelerator.tables[POSITION.name]
                 tracer.scene = replace(tracer.scene, triangles=triangles)
+                tracer._triangles = stored
                 tracer._bounds = tracer.scene.bounds
             else:
                 tracer._bounds = accelerator.finisher.bounds(tree.roots)
@@ -93,7 +94,8 @@ class Deformation:
             tracer.accelerator = accelerator
             if any(accelerator.tables[name] is not arrays
                    for name, arrays in tracer._filled.items()):
-                tracer._fill_tables()    # a triangle gained area, or lost it
+                # A triangle gained area, or lost it.
+                tracer._fill_tables(tracer.method.tables_for(tracer.options), accelerator)
             tracer._traversal.follow(samplers, accelerator, tracer.step_cap)
             if tracer._shading is not None and read_back:
                 tracer._shading.take(tracer._shown())

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -18,8 +19,10 @@ from .camera import Camera
 from .errors import Error, OptionError
 from .gpu import open_gpu
 from .hits import STACK_OVERFLOW, UNFINISHED, Hits
-from .methods import Accelerator, find_method
+from .methods import Accelerator, Method, find_method
+from .methods.row import Tables
 from .options import TRACER_OPTIONS, resolve_options
+from .passes.packet_room import PacketHits
 from .passes.packets import PacketTraversal
 from .passes.shade import Shading
 from .passes.traverse import OVERFLOWN
@@ -70,16 +73,15 @@ class Tracer:
         self.gpu = open_gpu(self.options["context"])
         self.statistics = Statistics()
         began = time.perf_counter()
-        self.accelerator = self._prepared(self._stored(self.scene))
+        self._triangles = self._stored(self.scene)
         self._built_cost: float | None = None   # its SAH cost, once an update asks
         self._tables: dict[str, dict[str, moderngl.Texture]] = {}
         self._filled: dict[str, object] = {}    # what was written into them
         with self.gpu:
-            samplers = self._fill_tables()
+            self.accelerator = self._prepared(self._triangles)
+            self._fill_tables(self.method.tables_for(self.options), self.accelerator)
             self.statistics.build_seconds = time.perf_counter() - began
-            driver = PacketTraversal if self.method.packet else Traversal
-            self._traversal = driver(self.gpu, self.method, samplers, self.accelerator,
-                                     self.options, self.step_cap)
+            self._traversal = self._make_traversal()
         self._rays: RayTextures | None = None
         self._buffers: StateBuffers | None = None
         self._shading: Shading | None = None
@@ -132,26 +134,41 @@ class Tracer:
         """Steps after which a ray is stopped and flagged."""
         return min(self.options["step_cap"] or self.accelerator.step_bound + 1, EXACT_INTEGER - 1)
 
-    def _fill_tables(self) -> dict[str, moderngl.Texture]:
-        """Write the accelerator's tables into textures, those of the last one where they fit; a
-        table that is the very one written last stays.
-
-        Returns sampler name -> texture; their bytes go to the statistics.
-        """
-        for record in self.method.tables_for(self.options):
-            arrays = self.accelerator.tables[record.name]
-            if self._filled.get(record.name) is not arrays:
-                self._tables[record.name] = table_textures(
-                    self.gpu, self.precision.layout(record), arrays, self.precision,
-                    self._tables.get(record.name))
-                self._filled[record.name] = arrays
-        self.statistics.table_bytes = {name: texture_bytes(textures.values())
-                                       for name, textures in self._tables.items()}
-        samplers = {k: v for tables in self._tables.values() for k, v in tables.items()}
-        if self.accelerator.finisher is not None:
-            self.accelerator.finisher.run(self.gpu, samplers)
+    def _fill_tables(self, records: Tables, accelerator: Accelerator) -> None:
+        """Write those of an accelerator's tables that are new into textures, where they fit the
+        last ones."""
+        for record in records:
+            arrays = accelerator.tables[record.name]
+            if self._filled.get(record.name) is arrays:
+                continue
+            textures = table_textures(self.gpu, self.precision.layout(record), arrays,
+                                      self.precision, self._tables.get(record.name))
+            self._filled[record.name], self._tables[record.name] = arrays, textures
+            self.statistics.table_bytes[record.name] = texture_bytes(textures.values())
+        if accelerator.finisher is not None:
+            accelerator.finisher.run(self.gpu, self._samplers())
             self.gpu.finish()
-        return samplers
+
+    def _samplers(self) -> dict[str, moderngl.Texture]:
+        return {k: v for tables in self._tables.values() for k, v in tables.items()}
+
+    def _make_traversal(self) -> Traversal | PacketTraversal:
+        given = (self.gpu, self.method, self._samplers(), self.accelerator, self.options,
+                 self.step_cap)
+        if self.method.single is None:
+            return Traversal(*given)
+
+        def prepare_single(method: Method, options: Mapping[str, Any]) -> tuple[
+                dict[str, moderngl.Texture], Accelerator]:
+            missing = [record for record in method.tables_for(options)
+                       if record.name not in self._tables]
+            accelerator = self.accelerator
+            if missing:
+                assert method.adopt is not None
+                accelerator = method.adopt(accelerator.structure, self._triangles, options)
+                self._fill_tables(tuple(missing), accelerator)
+            return self._samplers(), accelerator
+        return PacketTraversal(*given, prepare_single)
 
     # Moving ---------------------------------------------------------------------------------
 
@@ -175,20 +192,22 @@ class Tracer:
         scene, statistics = self.scene.moved(vertices), self.statistics
         began = time.perf_counter()
         triangles = self._stored(scene)
-        stored = time.perf_counter()
-        accelerator = self._refitted(triangles)
-        tried = time.perf_counter() - stored
-        statistics.rebuilt = accelerator is None
-        if accelerator is None:
-            with uncached():
+        with self.gpu, uncached():
+            stored = time.perf_counter()
+            accelerator = self._refitted(triangles)
+            tried = time.perf_counter() - stored
+            statistics.rebuilt = accelerator is None
+            if accelerator is None:
                 accelerator = self._prepared(triangles)
-            self._built_cost = None
-        before = self.accelerator.finisher
-        self.accelerator, self.scene, self._bounds = accelerator, scene, scene.bounds
-        with self.gpu:
-            if before is not None and before is not accelerator.finisher:
-                before.release()
-            self._traversal.follow(self._fill_tables(), accelerator, self.step_cap)
+                self._built_cost = None
+            self.accelerator, self._triangles = accelerator, triangles
+            self.scene, self._bounds = scene, scene.bounds
+            own = self.method.tables_for(self.options)
+            for name in self._tables.keys() - {record.name for record in own}:
+                _release(self._tables.pop(name))   # of the method for single rays: made again
+                del statistics.table_bytes[name], self._filled[name]
+            self._fill_tables(own, accelerator)
+            self._traversal.follow(self._samplers(), accelerator, self.step_cap)
             if self._shading is not None:
                 self._shading.take(self._shown())
         took = time.perf_counter() - began
@@ -282,7 +301,7 @@ class Tracer:
                                          self.options["statistics"], self.precision)
         return self._rays, self._buffers
 
-    def _read(self, batch: RayBatch, side: StateBuffer, stopped: int) -> Hits:
+    def _read(self, batch: RayBatch, side: StateBuffer | PacketHits, stopped: int) -> Hits:
         hits = batch.hits(side.fields(HIT.name))
         if stopped:
             phases = side.fields(self.method.state.name)["phase"][:batch.count]
@@ -294,7 +313,7 @@ class Tracer:
         self._add_texture_bytes()
         return hits
 
-    def _count(self, side: StateBuffer, rays: int) -> dict[str, np.ndarray]:
+    def _count(self, side: StateBuffer | PacketHits, rays: int) -> dict[str, np.ndarray]:
         """Counters of the first ``rays`` rays by name; their means go to the statistics."""
         counters = side.fields(COUNTERS.name)
         counters["steps"] = side.fields(self.method.state.name)["steps"]
@@ -365,8 +384,7 @@ class Tracer:
             if self.accelerator.finisher is not None:
                 self.accelerator.finisher.release()
             for textures in self._tables.values():
-                for texture in textures.values():
-                    texture.release()
+                _release(textures)
             self._tables = {}
 
     def __enter__(self) -> Tracer:
@@ -374,3 +392,8 @@ class Tracer:
 
     def __exit__(self, *exception: object) -> None:
         self.release()
+
+
+def _release(textures: Mapping[str, moderngl.Texture]) -> None:
+    for texture in textures.values():
+        texture.release()

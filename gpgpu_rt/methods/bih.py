@@ -11,7 +11,7 @@ from ..accel.bih import LEAF
 from ..options import Option
 from ..texel_layout import BIH_BOUNDS, BIH_NODE, TRIANGLE, Record
 from .brute_force import triangle_table
-from .bvh import last_of_leaves
+from .bvh_tables import last_of_leaves
 from .row import Accelerator, Method
 
 ROOT = 6    # the side of the root, which is nobody's child

@@ -16,6 +16,8 @@ from ..texel_layout import PackedRecord, Record
 
 Tables = tuple[Record | PackedRecord, ...]
 SCHEDULES = ("kernels", "step", "loop")
+PACKET = Option("packet", (2, 2), "rays a fragment", tuple,
+                choices=((1, 1), (2, 1), (2, 2), (4, 2), (4, 4)))
 
 
 class Finisher(Protocol):
@@ -70,6 +72,8 @@ class Method:
     tables : the records its programs read
     choose_tables : (options) -> records, where an option replaces some
     prepare : (triangles (n, 3, 3) float32, options) -> Accelerator
+    adopt : (structure, triangles, options) -> Accelerator, as ``prepare`` of a structure that is
+        there; a method has it if others leave it rays and have other tables
     refit : (accelerator, triangles, options) -> Accelerator, the same structure over triangles
         that moved; None where it is built anew. The tracer builds anew as well where the option
         ``rebuild_ratio``, if the method has it, says so
@@ -88,6 +92,7 @@ class Method:
     state: Record
     tables: Tables
     prepare: Callable[[np.ndarray, Mapping[str, Any]], Accelerator]
+    adopt: Callable[[Any, np.ndarray, Mapping[str, Any]], Accelerator] | None = None
     refit: Callable[[Accelerator, np.ndarray, Mapping[str, Any]], Accelerator] | None = None
     options: tuple[Option, ...] = ()
     choose_tables: Callable[[Mapping[str, Any]], Tables] | None = None

@@ -9,6 +9,7 @@ import gpgpu_rt as rt
 from gpgpu_rt import accel
 from gpgpu_rt.accel.bounds import half_area
 from gpgpu_rt.methods import find_method
+from gpgpu_rt.passes import packets
 
 SEED = 41
 COUNT = 300
@@ -155,3 +156,23 @@ def test_two_tracers_in_turn(exact_renderer, method: str) -> None:
     for before, after in zip(first, again):
         assert before.hit.any()
         assert_same_bits(after, before)
+
+
+@pytest.mark.parametrize("method, options", [
+    pytest.param(row.name, options, id="-".join([row.name, *map(str, options.values())]))
+    for row in rt.methods() if row.single is not None for options in ({}, {"octants": True})
+    if set(options) <= {option.name for option in row.options}])
+def test_rays_that_packets_leave_behind(exact_renderer, method: str, options: dict,
+                                        monkeypatch) -> None:
+    """Another method traces them, whose tables must have moved too."""
+    monkeypatch.setattr(packets, "PACKET_STEPS", 12)
+    triangles = random_soup(COUNT, 15)
+    rays = RAY_SETS["random"](scene_of(triangles), 300, 3)
+    with rt.Tracer(scene_of(triangles), method, **options) as tracer:
+        for amount in (0.0, 0.2, 0.4):
+            after = moved(triangles, amount, 16)
+            tracer.update(after)
+            hits = tracer.trace(*rays)
+            assert tracer._traversal._single is not None and not hits.status.any()
+            with rt.Tracer(scene_of(after), "brute-force") as fresh:
+                assert_same_bits(hits, fresh.trace(*rays))
