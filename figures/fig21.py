@@ -97,7 +97,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
         "# Figure 21: a geometry image, and the pyramids over it\n\n"
         f"A closed mesh of {len(horned().faces):,} triangles is cut open and spread over a "
         f"square. Its image of {SIZE + 1} x {SIZE + 1} positions is a mesh of "
-        f"{2 * SIZE * SIZE:,} triangles again, closed as before. A node of the quadtree holds the least and the greatest of its "
+        f"{2 * SIZE * SIZE:,} triangles again, closed as before. A node of the quadtree holds the "
+        "least and the greatest of its "
         "cells' positions: two pyramids, a fragment pass a level. What is shown was read from the "
         "textures that rays are traced with.\n\n"
         + markdown_table(HEADS, [[number(v) if isinstance(v, float) else v for v in row]
