@@ -60,7 +60,8 @@ def table_textures(gpu: Gpu, record: Record | PackedRecord,
     """
     packed = record.pack(**arrays)
     if isinstance(record, PackedRecord):
-        return {f"{record.name}_table": _in_rows(gpu, record.name, packed, "u4")}
+        texels = packed.reshape(-1, min(4, record.channels))
+        return {f"{record.name}_table": _in_rows(gpu, record.name, texels, "u4")}
     textures = {}
     for plane in record.planes:
         texels = packed[:, plane.first:plane.first + plane.texels, :plane.components]

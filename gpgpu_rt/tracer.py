@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Mapping
 from typing import Any
 
 import moderngl
@@ -16,8 +17,9 @@ from .camera import Camera
 from .errors import Error, OptionError
 from .gpu import open_gpu
 from .hits import STACK_OVERFLOW, UNFINISHED, Hits
-from .methods import find_method
+from .methods import Accelerator, Method, find_method
 from .options import TRACER_OPTIONS, resolve_options
+from .passes.packet_room import PacketHits
 from .passes.packets import PacketTraversal
 from .passes.shade import Shading
 from .passes.traverse import OVERFLOWN
@@ -69,17 +71,14 @@ class Tracer:
         self.statistics = Statistics()
         began = time.perf_counter()
         # Built from the vertices as stored: boxes then enclose what the kernels will read.
-        triangles = shrink_flat(self.precision.stored(self.scene.triangles))
-        self.accelerator = self.method.prepare(triangles, self.options)
+        self._triangles = shrink_flat(self.precision.stored(self.scene.triangles))
         with self.gpu:
-            self._tables = self._make_tables()
+            self._tables: dict[str, dict[str, moderngl.Texture]] = {}
+            self.accelerator = self._prepare(self.method, self.options)
             self.statistics.build_seconds = time.perf_counter() - began
             self.step_cap = min(self.options["step_cap"] or self.accelerator.step_bound + 1,
                                 EXACT_INTEGER - 1)
-            samplers = {k: v for tables in self._tables.values() for k, v in tables.items()}
-            driver = PacketTraversal if self.method.packet else Traversal
-            self._traversal = driver(self.gpu, self.method, samplers, self.accelerator,
-                                     self.options, self.step_cap)
+            self._traversal = self._make_traversal()
         self._rays: RayTextures | None = None
         self._buffers: StateBuffers | None = None
         self._shading: Shading | None = None
@@ -120,15 +119,33 @@ class Tracer:
             raise OptionError(f"method {row.name} runs one step a pass, as its stack is drawn "
                               "between them; leave steps_per_pass at 1")
 
-    def _make_tables(self) -> dict[str, dict[str, moderngl.Texture]]:
-        """Record name -> sampler name -> texture; their bytes go to the statistics."""
-        tables = {}
-        for record in self.method.tables_for(self.options):
-            fields = self.precision.stored_fields(record, self.accelerator.tables[record.name])
-            tables[record.name] = table_textures(self.gpu, self.precision.layout(record), fields)
-        self.statistics.table_bytes = {name: texture_bytes(textures.values())
-                                       for name, textures in tables.items()}
-        return tables
+    def _prepare(self, method: Method, options: Mapping[str, Any]) -> Accelerator:
+        """Build what a method reads, and make textures of the tables that are not there yet."""
+        accelerator = method.prepare(self._triangles, options)
+        for record in method.tables_for(options):
+            if record.name not in self._tables:
+                fields = self.precision.stored_fields(record, accelerator.tables[record.name])
+                textures = table_textures(self.gpu, self.precision.layout(record), fields)
+                self._tables[record.name] = textures
+                self.statistics.table_bytes[record.name] = texture_bytes(textures.values())
+        return accelerator
+
+    def _samplers(self) -> dict[str, moderngl.Texture]:
+        return {k: v for tables in self._tables.values() for k, v in tables.items()}
+
+    def _make_traversal(self) -> Traversal | PacketTraversal:
+        given = (self.gpu, self.method, self._samplers(), self.accelerator, self.options,
+                 self.step_cap)
+        if self.method.single is None:
+            return Traversal(*given)
+
+        def prepare_single(method: Method, options: Mapping[str, Any]) -> tuple[
+                dict[str, moderngl.Texture], Accelerator]:
+            if all(record.name in self._tables for record in method.tables_for(options)):
+                return self._samplers(), self.accelerator
+            accelerator = self._prepare(method, options)
+            return self._samplers(), accelerator
+        return PacketTraversal(*given, prepare_single)
 
     # Tracing --------------------------------------------------------------------------------
 
@@ -199,7 +216,7 @@ class Tracer:
                                          self.options["statistics"], self.precision)
         return self._rays, self._buffers
 
-    def _read(self, batch: RayBatch, side: StateBuffer, stopped: int) -> Hits:
+    def _read(self, batch: RayBatch, side: StateBuffer | PacketHits, stopped: int) -> Hits:
         hits = batch.hits(side.fields(HIT.name))
         if stopped:
             phases = side.fields(self.method.state.name)["phase"][:batch.count]
@@ -211,7 +228,7 @@ class Tracer:
         self._add_texture_bytes()
         return hits
 
-    def _count(self, side: StateBuffer, rays: int) -> dict[str, np.ndarray]:
+    def _count(self, side: StateBuffer | PacketHits, rays: int) -> dict[str, np.ndarray]:
         """Counters of the first ``rays`` rays by name; their means go to the statistics."""
         counters = side.fields(COUNTERS.name)
         counters["steps"] = side.fields(self.method.state.name)["steps"]

@@ -28,11 +28,17 @@ Ray rays[RAYS];
 Hit hits[RAYS];
 int steps = 0;
 int tested;   // the triangle that EACH(test_ray) tests
+#ifdef PAIRS
+int rows[RAYS];   // of the triangle table: where the triangle hit stands
+#endif
 
 void test_ray(int r) {
     Hit hit = hits[r];
     test_triangle(rays[r], tested, hit);
     hit.t = stored(hit.t);
+#ifdef PAIRS
+    rows[r] = hit.triangle != hits[r].triangle ? tested : rows[r];
+#endif
     hits[r] = hit;
 }
 
@@ -57,13 +63,22 @@ void load(int r) {
     texels.t_min = inside ? texels.t_min : 1.0;
     rays[r] = ray_setup(texels);
     hits[r] = no_hit(stored(rays[r].t_max));
+#ifdef PAIRS
+    rows[r] = NO_TRIANGLE;
+#endif
 }
 
-#define PACKED(r) packed_hit(hits[r], is_settled(r))
+bool all_settled = true;
+
+void settle(int r) {
+    all_settled = all_settled && is_settled(r);
+}
+
 #ifdef PAIRS
+#define PACKED(r) packed_hit(hits[r].t, rows[r], is_settled(r))
 #define STORE(k) packet_target[k] = uvec4(PACKED(2 * k), PACKED(2 * k + 1));
 #else
-#define STORE(k) packet_target[k] = PACKED(k);
+#define STORE(k) packet_target[k] = packed_hit(hits[k], is_settled(k));
 #endif
 
 void main() {
@@ -83,5 +98,7 @@ void main() {
                            counters.triangles_tested, steps);
 #else
     EACH_TARGET(STORE)
+    EACH(settle)
+    gl_FragDepth = all_settled ? 0.0 : 1.0;
 #endif
 }

@@ -13,6 +13,8 @@ from ..texel_layout import PackedRecord, Record
 
 Tables = tuple[Record | PackedRecord, ...]
 SCHEDULES = ("kernels", "step", "loop")
+PACKET = Option("packet", (2, 2), "rays a fragment", tuple,
+                choices=((1, 1), (2, 1), (2, 2), (4, 2), (4, 4)))
 
 
 @dataclass

@@ -16,6 +16,7 @@ from ..scene import Scene
 from ..texel_layout import HIT, LIT, RAY_TEXELS, SURFACE, TABLE_WIDTH_LOG2, TRIANGLE
 from ..textures import read_texture, stream_textures, table_textures, texture_bytes
 from .full_screen import FullScreenPass
+from .packet_room import PacketHits
 
 
 class Shading:
@@ -64,8 +65,9 @@ class Shading:
         self._eye.set(eye=camera.eye, right=right, up=up, forward=forward, size=rays.size,
                       centre=tuple(centre), beyond=NEAR * radius if far else 0.0)
         self._eye.draw(rays.target, {})
+        rays.share_start(None if far else np.float32([*camera.eye, 0]))
 
-    def surfaces(self, rays: RayTextures, hits: StateBuffer) -> RayTextures:
+    def surfaces(self, rays: RayTextures, hits: StateBuffer | PacketHits) -> RayTextures:
         """What the light gives each hit, and the rays from there towards the light."""
         light = self.scene.light
         self._surfaces.set(light_position=light.position, light_intensity=light.intensity)
@@ -73,7 +75,7 @@ class Shading:
                                            **self.surface_tables})
         return self.shadow_rays
 
-    def picture(self, shadows: StateBuffer) -> np.ndarray:
+    def picture(self, shadows: StateBuffer | PacketHits) -> np.ndarray:
         """(height, width, 3) uint8 sRGB; light arrives where no shadow ray hit anything."""
         self._picture.draw(self._screen, {**stream_samplers(LIT.name, self.lit),
                                           **shadows.samplers()})

@@ -17,7 +17,7 @@ def watching(tracer: rt.Tracer, look: Callable[[Fields, Fields], None]) -> Itera
     """Within, ``look(state, hit)`` gets the target's fields by name, one entry a texel, after each
     pass of the tracer's traversal; the buffers begin as zeros, as fresh textures need not."""
     traversal = tracer._traversal
-    if tracer.method.packet:
+    if tracer.method.single:
         with _watching_packets(tracer, look):
             yield
         return
