@@ -20,7 +20,6 @@ def build_bvh(gpu: Gpu, triangles: np.ndarray, *, build: str = "sah", **options:
 
     Parameters
     ----------
-    gpu : whose context is current
     triangles : (n, 3, 3) float32, world units
     build : a name in GPU_BUILDS
     options : of that builder, those of its CPU counterpart in `accel`
@@ -37,7 +36,7 @@ def build_bvh(gpu: Gpu, triangles: np.ndarray, *, build: str = "sah", **options:
     if len(triangles) == 0:
         empty = np.zeros(0, np.int64)
         return LooseTree(empty, empty, empty, empty).thread(triangles)
-    with StreamRoom(gpu) as room:
+    with gpu, StreamRoom(gpu) as room:
         bvh = builder(room, triangles, **options)
         gpu.check_error(f"building a hierarchy of {len(triangles):,} triangles")
     return bvh
