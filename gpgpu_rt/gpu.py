@@ -105,7 +105,7 @@ class Gpu:
         return self
 
     def __exit__(self, *exception: Any) -> None:
-        # Entered twice, it must stay current for the outer block: EGL would leave none.
+        """The context stays current for who entered it further out."""
         self._entered -= 1
         if not self._entered:
             self.context.__exit__(*exception)

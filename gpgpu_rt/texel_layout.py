@@ -156,9 +156,7 @@ class Record:
         if unknown:
             raise ValueError(f"record {self.name} has no field {', '.join(sorted(unknown))}")
         count = len(next(iter(arrays.values())))
-        if count > EXACT_INTEGER:
-            raise LimitError(f"{count} {self.name} records are past 2^24, the last index a float "
-                             "texel holds exactly; take a smaller scene or a coarser build")
+        check_count(self.name, count)
         packed = np.zeros((count, self.texels, 4), np.float32)
         for field in self.fields:
             if field.name not in arrays:
@@ -263,7 +261,8 @@ class PackedRecord:
         return (self.layout.count("|") + 4) // 4
 
     def pack(self, **arrays: np.ndarray) -> np.ndarray:
-        """(n, channels) uint32 from one (n,) array a field; LimitError where one does not fit."""
+        """(n, texels, channels of one) uint32 from one (n,) array a field; LimitError where one
+        does not fit."""
         packed = np.zeros((len(next(iter(arrays.values()))), self.channels), np.uint32)
         for name, channel, shift, bits in self.fields:
             values = np.asarray(arrays[name]).astype(np.int64)
@@ -271,7 +270,12 @@ class PackedRecord:
                 raise LimitError(f"{self.name}.{name} does not fit its {bits} bits; take a "
                                  "smaller scene, or no quantised nodes")
             packed[:, channel] |= (values << shift).astype(np.uint32)
-        return packed
+        return packed.reshape(len(packed), self.texels, -1)
+
+    @property
+    def planes(self) -> tuple[Plane, ...]:
+        """As of a Record: one texture of integers."""
+        return (Plane("", 0, self.texels, self.channels // self.texels, "u4"),)
 
     def table_glsl(self) -> str:
         """Accessors: ``quantised_node_lo_x(i)`` and one a field."""
@@ -283,6 +287,13 @@ class PackedRecord:
             value = texel if bits == 32 else f"({texel} >> {shift}) & {(1 << bits) - 1}u"
             lines.append(f"uint {self.name}_{name}(int i) {{ return {value}; }}")
         return "\n".join(lines)
+
+
+def check_count(name: str, count: int) -> None:
+    """Raise LimitError for more records than a state in float texels can point at."""
+    if count > EXACT_INTEGER:
+        raise LimitError(f"{count} {name} records are past 2^24, the last index a float texel "
+                         "holds exactly; take a smaller scene or a coarser build")
 
 
 def _cut_into_texels(fields: Iterable[Field]) -> list[str]:
@@ -328,6 +339,14 @@ BVH_NODE = Record("bvh_node", "lo:vec3 escape:int | hi:vec3 first:int")
 
 Octant copies store the corner a ray meets first in ``lo`` and the other one in ``hi``.
 """
+
+BIH_NODE = Record("bih_node", "left_hi right_lo axis:int child:int")
+"""A node of intervals: where its left child ends and its right one begins, axis (3 for a leaf),
+left child (the right one follows) or a leaf's first triangle."""
+
+BIH_BOUNDS = Record("bih_bounds", "lo:vec3 parent:int | hi:vec3 side:int")
+"""What climbing adds to such a node: its box, its parent, and which child it is: of the parent's
+axis, 3 more if the right one, 6 for the root."""
 
 BVH_PAIR = Record("bvh_pair", "left_lo:vec3 left:int | left_hi:vec3 | right_lo:vec3 right:int "
                               "| right_hi:vec3")
@@ -404,3 +423,40 @@ bin, or a slot, along an axis; 3 stands for the order of slots itself."""
 INTERVAL = Record("interval", "first:int last:int parent:int turns:int")
 """A node as the slots that it spans, or -1 for none; an ancestor, or -1 for none; and of those on
 the way there how many have it on their left."""
+
+# Streams of Zhou's kd-tree build -----------------------------------------------------------------
+
+PIECE = Record("piece", "lo:vec3 triangle:int | hi:vec3 node:int")
+"""The part of a triangle in a node: its box; the node's number in its level, or a small root's."""
+
+CELL = Record("cell", "lo:vec3 count:int | hi:vec3 futile:int | parent:int")
+"""A node of a level of large nodes: its box, its pieces; how many levels have told none from
+another; its parent in the level above."""
+
+CHUNK = Record("chunk", "lo:vec3 | hi:vec3 | left:vec3 | right:vec3")
+"""Some pieces of a node: bounds; how many lie left and right of the node's middle, by axis."""
+
+DECISION = Record("decision", "plane axis:int futile:int")
+"""How a node of such a level is split; axis 3: not at all."""
+
+SMALL_NODE = Record("node", "lo:vec3 base:int | hi:vec3 depth:int | mask:vec4")
+"""A small node: its box, its root's first piece, and which of the root's pieces it holds: 64 bits,
+16 a channel."""
+
+EXTENT = Record("extent", "lo hi")
+"""A piece along one axis."""
+
+SIDES = Record("sides", "lower_left:vec4 | lower_right:vec4 | upper_left:vec4 | upper_right:vec4")
+"""Which pieces of a root lie left and right of where a piece begins and of where it ends, along
+one axis: masks as a small node's."""
+
+CHOICE = Record("choice", "plane face:int source:int inner:int")
+"""The cheapest plane of a small node: the face of a box, 0 to 5; the extent it is from; whether it
+is taken."""
+
+PLACE = Record("place", "at:int pair:int")
+"""Where a node stands in depth-first order, and where the pair of its children does."""
+
+BUILT = Record("built", "split axis:int left:int count:int | mask:vec4 | base:int")
+"""A node of the finished tree, and where a leaf's pieces are: from base on those of the mask, or
+where that is empty the first ones."""
