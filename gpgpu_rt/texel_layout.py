@@ -393,3 +393,33 @@ STACK_ENTRY = Record("stack_entry", "t_max node:int")
 
 LIT = Record("lit", "ambient:vec3 | direct:vec3")
 """Light that leaves a hit towards the eye: what always arrives, and what a shadow takes away."""
+
+# Streams of construction -------------------------------------------------------------------------
+
+VALUES = Record("values", "value:vec4")
+"""Four numbers an element: what is reduced, scanned or flagged."""
+
+SORT_KEY = Record("sort_key", "hi:int lo:int index:int")
+"""A key of two numbers, up to 24 bits each, and what it belongs to; sorted in this order."""
+
+SOURCE = Record("source", "index:int")
+"""The element that one is taken from."""
+
+BOX = Record("box", "lo:vec3 | hi:vec3")
+"""A box: of a triangle, of a run of slots or of a node."""
+
+BIN = Record("bin", "lo:vec3 count:int | minus_hi:vec3")
+"""What the triangles in a bin span, the upper corner negated so that one blending takes the
+minimum of both, and how many they are."""
+
+SLOT = Record("slot", "triangle:int node:int starts:int")
+"""A place in the order: its triangle; the node that is being split there, or -1; 1 where a leaf
+begins."""
+
+SPLIT = Record("split", "axis:int at:int taken:int")
+"""How a node is split: ``taken`` triangles go left, none where it is a leaf; which ones, says a
+bin, or a slot, along an axis; 3 stands for the order of slots itself."""
+
+INTERVAL = Record("interval", "first:int last:int parent:int turns:int")
+"""A node as the slots that it spans, or -1 for none; an ancestor, or -1 for none; and of those on
+the way there how many have it on their left."""

@@ -65,11 +65,7 @@ class Traversal:
 
     def follow(self, samplers: Mapping[str, moderngl.Texture], accelerator: Accelerator,
                step_cap: int) -> None:
-        """Read these tables from now on: the same records, of triangles that moved."""
-        if (accelerator.defines, accelerator.stack_levels) != (self.accelerator.defines,
-                                                               self.accelerator.stack_levels):
-            self.release()
-            self._programs, self._tiles, self._atlas = {}, None, None
+        """Read these tables from now on: the same records and defines, triangles that moved."""
         self.samplers, self.accelerator, self.step_cap = dict(samplers), accelerator, step_cap
         for program in self._programs.values():
             program.set(**accelerator.uniforms, step_cap=step_cap)
@@ -246,7 +242,8 @@ class Traversal:
         assert self.method.stack_entry is not None
         self._atlas = StackAtlas(
             self.gpu, self.method.stack_entry, self.precision.layout(self.method.state),
-            self.accelerator.stack_levels, size, self.precision, kernel_defines(self.method))
+            self.accelerator.stack_levels, size, self.precision,
+            kernel_defines(self.method.kernels))
 
     def bytes(self) -> int:
         """Bytes of the stack's atlas, where the method has one."""
@@ -260,7 +257,8 @@ class Traversal:
         if key not in self._programs:
             defines = {
                 **method_defines(self.method, self.accelerator, self.options, any_hit),
-                **kernel_defines(self.method), "START": start, "ONLY_KERNEL": kernel or None,
+                **kernel_defines(self.method.kernels),
+                "START": start, "ONLY_KERNEL": kernel or None,
                 "SINGLE_STEP": steps == 1, "MANY_STEPS": steps > 1}
             virtual = {**method_texts(self.method, self.options),
                        "streams": self._streams_glsl(rays.record)}
@@ -314,10 +312,10 @@ def method_texts(method: Method, options: Mapping[str, Any]) -> dict[str, str]:
             "tables": "\n".join(layout(r).table_glsl() for r in method.tables_for(options))}
 
 
-def kernel_defines(method: Method) -> dict[str, object]:
+def kernel_defines(kernels: tuple[str, ...]) -> dict[str, object]:
     """``KERNEL_1 down`` runs phase 1, and the method's file calls that phase ``DOWN``."""
     defines: dict[str, object] = {}
-    for number, kernel in enumerate(method.kernels, 1):
+    for number, kernel in enumerate(kernels, 1):
         defines[f"KERNEL_{number}"] = kernel
         defines[kernel.upper()] = number
     return defines

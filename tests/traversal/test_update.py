@@ -28,18 +28,17 @@ def scene_of(triangles: np.ndarray) -> rt.Scene:
         3 * len(triangles)).reshape(-1, 3), name="soup")
 
 
-@pytest.mark.parametrize("schedule", ["best", pytest.param("step", marks=pytest.mark.full)])
 @pytest.mark.parametrize("seed", [SEED], ids="seed{}".format)
 @pytest.mark.parametrize("method, options", [
-    pytest.param(row.name, options, id="-".join([row.name, *map(str, options.values())]),
-                 marks=() if not options or row.refit else pytest.mark.full)
-    for row in rt.methods() for options in variants(row.name)])
+    pytest.param(row.name, {**options, **schedule},
+                 id="-".join([row.name, *map(str, {**options, **schedule}.values())]),
+                 marks=() if not schedule and (not options or row.refit) else pytest.mark.full)
+    for row in rt.methods() for options in variants(row.name)
+    for schedule in ({}, {"schedule": "step"}) if schedule.get("schedule", "step")
+    in row.schedules or not schedule])
 def test_an_updated_tracer_hits_what_a_new_one_does(exact_renderer, method: str, options: dict,
-                                                    seed: int, schedule: str) -> None:
+                                                    seed: int) -> None:
     row = find_method(method)
-    if schedule != "best" and schedule not in row.schedules:
-        pytest.skip(f"{method} has no schedule {schedule}")
-    options = {**options, **({} if schedule == "best" else {"schedule": schedule})}
     triangles = random_soup(COUNT, seed)
     triangles[9] = triangles[9, :1]
     with rt.Tracer(scene_of(triangles), method, **options) as tracer:
