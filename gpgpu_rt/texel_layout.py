@@ -374,6 +374,27 @@ QUANTISED_PAIR_8 = PackedRecord(
 """An inner node with its children's boxes in steps of the scene's box, rounded outward; a child is
 an inner node, or a leaf's first triangle."""
 
+POSITION = Record("position", "at:vec3")
+"""A texel of a geometry image: the surface's position there."""
+
+IMAGE_CELL = Record("image_cell", "corner:int across:int down:int face:int")
+"""A quad of a geometry image: the texel of its first corner; how far on the texels beside and
+below that one lie, each negative where a triangle has no area (across: the upper one, down: the
+lower); the first of its two faces."""
+
+MIN_PYRAMID = Record("min_pyramid", "lo:vec3 miss:int")
+"""A node of a geometry image's quadtrees: lower corner; the node after its subtree, or -1."""
+
+MAX_PYRAMID = Record("max_pyramid", "hi:vec3 hit:int")
+"""The same node's upper corner, and its first child, or -1 minus the cell of a leaf."""
+
+PYRAMID_LINK = Record("pyramid_link", "miss:int hit:int")
+"""Both links of a node for rays of one octant of directions, octant after octant."""
+
+PYRAMID_SOURCE = Record("pyramid_source", "first:int last:int")
+"""What a node's box is made from: its first and last child. Of a node on the finest level: the
+first and last texel of its cell, which are diagonal corners."""
+
 SURFACE = Record("surface", "diffuse:vec3 | normal:vec3")
 """What shading needs of a triangle: colour and unit normal."""
 
@@ -423,3 +444,40 @@ bin, or a slot, along an axis; 3 stands for the order of slots itself."""
 INTERVAL = Record("interval", "first:int last:int parent:int turns:int")
 """A node as the slots that it spans, or -1 for none; an ancestor, or -1 for none; and of those on
 the way there how many have it on their left."""
+
+# Streams of Zhou's kd-tree build -----------------------------------------------------------------
+
+PIECE = Record("piece", "lo:vec3 triangle:int | hi:vec3 node:int")
+"""The part of a triangle in a node: its box; the node's number in its level, or a small root's."""
+
+CELL = Record("cell", "lo:vec3 count:int | hi:vec3 futile:int | parent:int")
+"""A node of a level of large nodes: its box, its pieces; how many levels have told none from
+another; its parent in the level above."""
+
+CHUNK = Record("chunk", "lo:vec3 | hi:vec3 | left:vec3 | right:vec3")
+"""Some pieces of a node: bounds; how many lie left and right of the node's middle, by axis."""
+
+DECISION = Record("decision", "plane axis:int futile:int")
+"""How a node of such a level is split; axis 3: not at all."""
+
+SMALL_NODE = Record("node", "lo:vec3 base:int | hi:vec3 depth:int | mask:vec4")
+"""A small node: its box, its root's first piece, and which of the root's pieces it holds: 64 bits,
+16 a channel."""
+
+EXTENT = Record("extent", "lo hi")
+"""A piece along one axis."""
+
+SIDES = Record("sides", "lower_left:vec4 | lower_right:vec4 | upper_left:vec4 | upper_right:vec4")
+"""Which pieces of a root lie left and right of where a piece begins and of where it ends, along
+one axis: masks as a small node's."""
+
+CHOICE = Record("choice", "plane face:int source:int inner:int")
+"""The cheapest plane of a small node: the face of a box, 0 to 5; the extent it is from; whether it
+is taken."""
+
+PLACE = Record("place", "at:int pair:int")
+"""Where a node stands in depth-first order, and where the pair of its children does."""
+
+BUILT = Record("built", "split axis:int left:int count:int | mask:vec4 | base:int")
+"""A node of the finished tree, and where a leaf's pieces are: from base on those of the mask, or
+where that is empty the first ones."""

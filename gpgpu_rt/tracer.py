@@ -4,6 +4,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import moderngl
@@ -76,8 +77,9 @@ class Tracer:
         self._triangles = self._stored(self.scene)
         self._built_cost: float | None = None   # its SAH cost, once an update asks
         self._tables: dict[str, dict[str, moderngl.Texture]] = {}
+        self._filled: dict[str, object] = {}    # what was written into them
         with self.gpu:
-            self.accelerator = self.method.prepare(self._triangles, self.options)
+            self.accelerator = self._prepared(self._triangles)
             self._fill_tables(self.method.tables_for(self.options), self.accelerator)
             self.statistics.build_seconds = time.perf_counter() - began
             self._traversal = self._make_traversal()
@@ -126,19 +128,28 @@ class Tracer:
         """Its triangles as textures hold them: boxes then enclose what the kernels will read."""
         return shrink_flat(self.precision.stored(scene.triangles))
 
+    def _prepared(self, triangles: np.ndarray) -> Accelerator:
+        return self.method.prepare(triangles, {**self.options, "charts": self.scene.charts})
+
     @property
     def step_cap(self) -> int:
         """Steps after which a ray is stopped and flagged."""
         return min(self.options["step_cap"] or self.accelerator.step_bound + 1, EXACT_INTEGER - 1)
 
     def _fill_tables(self, records: Tables, accelerator: Accelerator) -> None:
-        """Write an accelerator's tables into textures, those of the last one where they fit."""
+        """Write those of an accelerator's tables that are new into textures, where they fit the
+        last ones."""
         for record in records:
-            self._tables[record.name] = table_textures(
-                self.gpu, self.precision.layout(record), accelerator.tables[record.name],
-                self.precision, self._tables.get(record.name))
-            self.statistics.table_bytes[record.name] = texture_bytes(
-                self._tables[record.name].values())
+            arrays = accelerator.tables[record.name]
+            if self._filled.get(record.name) is arrays:
+                continue
+            textures = table_textures(self.gpu, self.precision.layout(record), arrays,
+                                      self.precision, self._tables.get(record.name))
+            self._filled[record.name], self._tables[record.name] = arrays, textures
+            self.statistics.table_bytes[record.name] = texture_bytes(textures.values())
+        if accelerator.finisher is not None:
+            accelerator.finisher.run(self.gpu, self._samplers())
+            self.gpu.finish()
 
     def _samplers(self) -> dict[str, moderngl.Texture]:
         return {k: v for tables in self._tables.values() for k, v in tables.items()}
@@ -191,14 +202,14 @@ class Tracer:
             tried = time.perf_counter() - stored
             statistics.rebuilt = accelerator is None
             if accelerator is None:
-                accelerator = self.method.prepare(triangles, self.options)
+                accelerator = self._prepared(triangles)
                 self._built_cost = None
             before, self.accelerator, self._triangles = self.accelerator, accelerator, triangles
             self.scene, self._bounds = scene, scene.bounds
             own = self.method.tables_for(self.options)
             for name in self._tables.keys() - {record.name for record in own}:
                 _release(self._tables.pop(name))   # of the method for single rays: made again
-                del statistics.table_bytes[name]
+                del statistics.table_bytes[name], self._filled[name]
             self._fill_tables(own, accelerator)
             if (before.defines, before.stack_levels) == (accelerator.defines,
                                                          accelerator.stack_levels):
@@ -207,12 +218,17 @@ class Tracer:
                 self._traversal.release()
                 self._traversal = self._make_traversal()
             if self._shading is not None:
-                self._shading.take(scene)
+                self._shading.take(self._shown())
         took = time.perf_counter() - began
         if statistics.rebuilt:
             statistics.build_seconds, statistics.refit_seconds = took - tried, tried
         else:
             statistics.refit_seconds = took
+
+    def _shown(self) -> Scene:
+        """What hits lie on: the scene, or a coarser level of it."""
+        shown = self.accelerator.shown
+        return self.scene if shown is None else replace(self.scene, triangles=shown)
 
     def _refitted(self, triangles: np.ndarray) -> Accelerator | None:
         """The accelerator around (n, 3, 3) triangles, or None where it must be built anew."""
@@ -343,7 +359,7 @@ class Tracer:
         with self.gpu:
             rays, buffers = self._room((width, height))
             if self._shading is None:
-                self._shading = Shading(self.gpu, self.scene, self.precision,
+                self._shading = Shading(self.gpu, self._shown(), self.precision,
                                         self.options["intersection"])
             began = time.perf_counter()
             self._shading.eye_rays(rays, camera or self.scene.camera)
@@ -374,6 +390,8 @@ class Tracer:
             if self._shading is not None:
                 self._shading.release()
             self._traversal.release()
+            if self.accelerator.finisher is not None:
+                self.accelerator.finisher.release()
             for textures in self._tables.values():
                 _release(textures)
             self._tables = {}

@@ -14,7 +14,7 @@ from gpgpu_rt import rays as ray_sets
 from gpgpu_rt.accel import Bvh
 from gpgpu_rt.gpu import Gpu, open_gpu
 from gpgpu_rt.methods import find_method
-from gpgpu_rt.passes.build import GPU_BUILDS
+from gpgpu_rt.passes.build import GPU_BUILDS, GPU_KD_BUILDS
 from gpgpu_rt.scenes import catalogue
 
 # Tests build what they test, but each structure once.
@@ -92,7 +92,8 @@ def variants(name: str) -> list[dict[str, object]]:
 def buildable(name: str, given: dict[str, object]) -> bool:
     """Whether the device that is asked for has the builder."""
     options = {**{option.name: option.default for option in find_method(name).options}, **given}
-    return options.get("build_device") != "gpu" or options["build"] in GPU_BUILDS
+    builds = GPU_KD_BUILDS if name.startswith("kd-") else GPU_BUILDS
+    return options.get("build_device") != "gpu" or options["build"] in builds
 
 
 def variant_pairs(name: str) -> list[dict[str, object]]:

@@ -31,6 +31,11 @@ class _Kept:
     refitter: accel.Refitter | None = None
 
 
+def _built(triangles: np.ndarray, options: Options) -> accel.Bvh:
+    copies = 8 if options.get("octants") else 1
+    return built_bvh(triangles, options, **accel.node_limit(len(triangles), copies))
+
+
 def _accelerator(bvh: accel.Bvh, kept: _Kept, triangles: np.ndarray,
                  options: Options) -> Accelerator:
     layout = kept.layout
@@ -54,7 +59,7 @@ def _family(layout_of: LayoutOf) -> dict[str, Any]:
         return _accelerator(bvh, kept, triangles, options)
 
     def prepare(triangles: np.ndarray, options: Options) -> Accelerator:
-        return adopt(built_bvh(triangles, options), triangles, options)
+        return adopt(_built(triangles, options), triangles, options)
 
     def refit(accelerator: Accelerator, triangles: np.ndarray, options: Options) -> Accelerator:
         kept: _Kept = accelerator.kept

@@ -63,11 +63,12 @@ def test_proximity_is_the_chebyshev_distance(resolution) -> None:
     assert (accel.proximity(grid) == expected).all()
 
 
-@pytest.mark.parametrize("split", ["binned", "exact"])
+@pytest.mark.parametrize("options", [{"split": "binned"}, {"split": "exact"}, {"build": "zhou"},
+                                     {"build": "zhou", "small": 5}], ids=str)
 @mesh
-def test_kdtree_lists_what_lies_in_a_leaf(name: str, split: str) -> None:
+def test_kdtree_lists_what_lies_in_a_leaf(name: str, options: dict) -> None:
     triangles = MESHES[name]()
-    tree = accel.build_kdtree(triangles, split=split)
+    tree = accel.build_kdtree(triangles, **options)
     inner = np.flatnonzero(tree.axis < 3)
     parents = tree.parents()
     assert parents[0] == -1 and (parents[tree.left[inner]] == inner).all()
@@ -118,6 +119,7 @@ def test_octant_copies_hold_the_same_leaves(name: str) -> None:
 def test_ten_thousand_coincident_triangles_end() -> None:
     heap = np.repeat(random_soup(1, 3), 10_000, axis=0)
     assert accel.build_kdtree(heap).depth < 40
+    assert len(accel.build_kdtree(heap, build="zhou").references) <= 80_000
     assert accel.build_bvh(heap, build="kay-kajiya").depth < 40
 
 

@@ -95,6 +95,17 @@ def test_the_ratio_decides(ratio: float, rebuilt: bool) -> None:
         assert ratio == 0 or tracer.statistics.build_seconds == built
 
 
+def test_a_rebuilt_tree_is_the_new_measure() -> None:
+    """Triangles that have grown cost any tree more: that is no reason to build it twice."""
+    triangles = random_soup(COUNT, 5, size=0.02)
+    grown = triangles + 8 * (triangles - triangles.mean(axis=1, keepdims=True))
+    with rt.Tracer(scene_of(triangles), "bvh-threaded") as tracer:
+        tracer.update(grown)
+        assert tracer.statistics.rebuilt
+        tracer.update(grown)
+        assert not tracer.statistics.rebuilt
+
+
 @pytest.mark.parametrize("build", ["sah", "kay-kajiya"])
 def test_refitted_boxes_are_exact(build: str) -> None:
     triangles, after = random_soup(COUNT, 6), random_soup(COUNT, 7)

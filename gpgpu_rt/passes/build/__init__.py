@@ -6,3 +6,4 @@ back once.
 from __future__ import annotations
 
 from .bvh import GPU_BUILDS, build_bvh
+from .kdtree import GPU_KD_BUILDS, build_kdtree
