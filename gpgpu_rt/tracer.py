@@ -22,7 +22,7 @@ from .hits import STACK_OVERFLOW, UNFINISHED, Hits
 from .methods import Accelerator, Method, find_method
 from .methods.row import Tables
 from .options import TRACER_OPTIONS, resolve_options
-from .passes.driver import Samplers, Setup, make_driver
+from .passes.driver import Driver, Samplers, Setup, make_driver
 from .passes.packet_room import PacketHits
 from .passes.shade import Shading
 from .passes.traverse import OVERFLOWN
@@ -80,9 +80,7 @@ class Tracer:
             self.accelerator = self._prepared(self._triangles)
             self._fill_tables(self.method.tables_for(self.options), self.accelerator)
             self.statistics.build_seconds = time.perf_counter() - began
-            self._traversal = make_driver(Setup(
-                self.gpu, self.method, self._samplers(), self.accelerator, self.options,
-                self.step_cap, self._prepare_other))
+            self._traversal = self._make_traversal()
         self._rays: RayTextures | None = None
         self._buffers: StateBuffers | None = None
         self._shading: Shading | None = None
@@ -154,6 +152,10 @@ class Tracer:
     def _samplers(self) -> dict[str, moderngl.Texture]:
         return {k: v for tables in self._tables.values() for k, v in tables.items()}
 
+    def _make_traversal(self) -> Driver:
+        return make_driver(Setup(self.gpu, self.method, self._samplers(), self.accelerator,
+                                 self.options, self.step_cap, self._prepare_other))
+
     def _prepare_other(self, method: Method, options: Mapping[str, Any]) -> tuple[
             Samplers, Accelerator]:
         """Another method over the same structure: its tables, made where they are missing."""
@@ -196,14 +198,19 @@ class Tracer:
             if accelerator is None:
                 accelerator = self._prepared(triangles)
                 self._built_cost = None
-            self.accelerator, self._triangles = accelerator, triangles
+            before, self.accelerator, self._triangles = self.accelerator, accelerator, triangles
             self.scene, self._bounds = scene, scene.bounds
             own = self.method.tables_for(self.options)
             for name in self._tables.keys() - {record.name for record in own}:
                 _release(self._tables.pop(name))   # of the method for single rays: made again
                 del statistics.table_bytes[name], self._filled[name]
             self._fill_tables(own, accelerator)
-            self._traversal.follow(self._samplers(), accelerator, self.step_cap)
+            if (before.defines, before.stack_levels) == (accelerator.defines,
+                                                         accelerator.stack_levels):
+                self._traversal.follow(self._samplers(), accelerator, self.step_cap)
+            else:   # other programs, or a stack of another depth
+                self._traversal.release()
+                self._traversal = self._make_traversal()
             if self._shading is not None:
                 self._shading.take(self._shown())
         took = time.perf_counter() - began

@@ -48,7 +48,7 @@ class Driver(Protocol):
         """Trace every ray; where the hits are, and how many rays were stopped unfinished."""
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Read these tables from now on: the same records, of triangles that moved."""
+        """Read these tables from now on: the same records and defines, triangles that moved."""
 
     def bytes(self) -> int:
         """Bytes of the driver's own textures."""

@@ -42,10 +42,7 @@ class PacketSteps:
         self._room: _Room | None = None
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Read these tables from now on: the same records, of triangles that moved."""
-        if accelerator.defines != self.accelerator.defines:
-            self.release()
-            self._programs, self._room = {}, None
+        """Read these tables from now on: the same records and defines, triangles that moved."""
         self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
         for program in self._programs.values():
             program.set(**accelerator.uniforms)

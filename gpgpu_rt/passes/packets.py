@@ -46,16 +46,13 @@ class PacketTraversal:
         self._single_room: tuple[RayTextures, StateBuffers] | None = None
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Read these tables from now on: the same records, of triangles that moved."""
-        if accelerator.defines != self.accelerator.defines:
-            self.release()
-            self._programs, self._room = {}, None
-        elif self._single is not None:   # made again of what is there now
-            self._single.release()
-        self._single = None
+        """Read these tables from now on: the same records and defines, triangles that moved."""
         self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
         for program in self._programs.values():
             program.set(**accelerator.uniforms)
+        if self._single is not None:   # made again of what is there now
+            self._single.release()
+            self._single = None
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[StateBuffer | PacketHits, int]:

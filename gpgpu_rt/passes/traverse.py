@@ -64,11 +64,7 @@ class Traversal:
         self._atlas: StackAtlas | None = None
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Read these tables from now on: the same records, of triangles that moved."""
-        if (accelerator.defines, accelerator.stack_levels) != (self.accelerator.defines,
-                                                               self.accelerator.stack_levels):
-            self.release()
-            self._programs, self._tiles, self._atlas = {}, None, None
+        """Read these tables from now on: the same records and defines, triangles that moved."""
         self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
         for program in self._programs.values():
             program.set(**accelerator.uniforms, step_cap=step_cap)
