@@ -25,7 +25,7 @@ from gpgpu_rt.bench import embree_runner
 from gpgpu_rt.files import replacing
 from gpgpu_rt.gpu import open_gpu
 
-from . import extreme_runs, tree_sizes
+from . import extreme_runs, frame_times, tree_sizes
 from .workloads import EYE, load, workload
 
 WARM_UPS = 1
@@ -41,7 +41,8 @@ class Cell:
     options: tuple[tuple[str, Any], ...] = ()
     size: int = 256
     work: str = EYE            # a workload; "picture": eye rays, shading, shadow rays; "tree":
-    #                            what a kd-tree holds; "accuracy": size squared rays of each kind
+    #                            what a kd-tree holds; "frames": `runs` frames of a scene that
+    #                            moves; "accuracy": size squared rays of each kind
     #                            of `known_rays`, judged
     runs: int = 5
 
@@ -93,6 +94,10 @@ def run(cell: Cell) -> dict[str, Any]:
     if cell.work == "tree":
         return {**_heading(cell, load(cell.scene), open_gpu().info()),
                 "tree": tree_sizes.measure(load(cell.scene), dict(cell.options))}
+    if cell.work == "frames":
+        return {**_heading(cell, load(cell.scene), open_gpu().info()),
+                "frames": frame_times.measure(cell.scene, cell.method, dict(cell.options),
+                                              cell.size, cell.runs)}
     if cell.method == EMBREE:
         return _run_embree(cell)
     scene = load(cell.scene)

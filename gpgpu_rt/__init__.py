@@ -1,5 +1,6 @@
 """Ray tracing on graphics hardware, as fragment programs did it in 2002-2007."""
 from . import reference
+from .animation import Animation, load_animation
 from .camera import Camera
 from .errors import (
     ContextError, Error, LimitError, OptionError, SceneError, SettingsError, ShaderError
@@ -9,6 +10,6 @@ from .methods import Method, methods
 from .scene import Scene, load_scene
 from .tracer import Tracer
 
-__all__ = ["Camera", "ContextError", "Error", "Hits", "LimitError", "Method", "OptionError",
-           "Scene", "SceneError", "SettingsError", "ShaderError", "Tracer", "load_scene",
-           "methods", "reference"]
+__all__ = ["Animation", "Camera", "ContextError", "Error", "Hits", "LimitError", "Method",
+           "OptionError", "Scene", "SceneError", "SettingsError", "ShaderError", "Tracer",
+           "load_animation", "load_scene", "methods", "reference"]

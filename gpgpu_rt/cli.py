@@ -12,6 +12,7 @@ import numpy as np
 
 from . import cli_tuning
 from .bench import bench
+from .cli_frames import IMAGES, add_frames, render_frames
 from .cli_shared import (
     add_options, given_options, options_for, print_json, print_table, say, size_word
 )
@@ -19,7 +20,7 @@ from .errors import Error, OptionError
 from .files import check_writable, replacing
 from .gpu import probe
 from .methods import Method, methods
-from .scene import list_scenes, load_scene
+from .scene import Scene, list_scenes, load_scene
 from .tracer import AUTO, DEFAULT_METHOD, Tracer
 
 
@@ -87,9 +88,12 @@ def _scenes(chosen: argparse.Namespace) -> None:
 
 
 def _render(chosen: argparse.Namespace) -> None:
+    if chosen.frames is not None:
+        tracer, line = render_frames(chosen, lambda moving: _tracer(chosen, moving.scene))
+        with tracer:
+            return _report(chosen, tracer, line)
     check_writable(chosen.output)
-    if os.path.splitext(chosen.output)[1].lower() not in (".png", ".jpg", ".jpeg", ".bmp",
-                                                          ".tif", ".tiff", ".webp"):
+    if os.path.splitext(chosen.output)[1].lower() not in IMAGES:
         raise OptionError(f"cannot tell an image format from {chosen.output}; end it in .png")
     with _tracer(chosen) as tracer:
         image = tracer.render(size=chosen.size)
@@ -136,19 +140,21 @@ def _is_quick(row: Method) -> bool:
 # What commands share -------------------------------------------------------------------------
 
 
-def _tracer(chosen: argparse.Namespace) -> Tracer:
+def _tracer(chosen: argparse.Namespace, scene: Scene | None = None) -> Tracer:
+    """The tracer that the command asks for, of ``scene`` or of the one it names."""
+    source = chosen.scene if scene is None else scene
     if chosen.settings is not None:
         if chosen.method is not None:
             raise OptionError("give --method or --settings, not both")
-        return Tracer.from_settings(chosen.scene, chosen.settings, chosen.force,
+        return Tracer.from_settings(source, chosen.settings, chosen.force,
                                     **given_options(chosen))
     if chosen.force:
         raise OptionError("--force goes with --settings; give both")
     if chosen.method == AUTO:
-        return Tracer(chosen.scene, AUTO, **given_options(chosen))
+        return Tracer(source, AUTO, **given_options(chosen))
     method = chosen.method or DEFAULT_METHOD
     options = options_for(chosen, method)
-    return Tracer(load_scene(chosen.scene), method, **options)
+    return Tracer(load_scene(source), method, **options)
 
 
 def _report(chosen: argparse.Namespace, tracer: Tracer, line: str) -> None:
@@ -232,6 +238,7 @@ def _parser() -> argparse.ArgumentParser:
     sub.add_argument("-o", "--output", required=True, metavar="IMAGE.png")
     sub.add_argument("--size", type=size_word, default=(512, 512), metavar="WIDTHxHEIGHT",
                      help="pixels; default 512x512")
+    add_frames(sub)
     add_options(sub)
     sub = command("trace", _trace, "trace a file of rays to a file of hits")
     sub.add_argument("scene", help="a scene's name or a mesh file")

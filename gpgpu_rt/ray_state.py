@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import moderngl
 import numpy as np
@@ -94,6 +95,13 @@ class RayBatch:
                 f"{name} holds {len(t)} values for {self.count} rays: one, or one each")
         return np.broadcast_to(t, self.count)
 
+    def shared_start(self) -> np.ndarray | None:
+        """Origin and t_min, (4,) float32, where all valid rays have the same."""
+        starts = self.texels.reshape(-1, 2, 4)[:self.count, 0]
+        if not self.count or len(self.invalid) or (starts[0] != starts[self.count // 2]).any():
+            return None
+        return starts[0] if (starts == starts[0]).all() else None
+
     def hits(self, fields: Mapping[str, np.ndarray]) -> Hits:
         """Hits in the caller's units from the fields of HIT, one or more a ray."""
         fields = {name: values[:self.count] for name, values in fields.items()}
@@ -137,8 +145,28 @@ class RayTextures:
         self.gpu, self.size, self.precision = gpu, size, precision
         self.textures = stream_textures(gpu, precision.layout(RAY_TEXELS), size)
         self.target = gpu.context.framebuffer(self.textures)
+        self._start: np.ndarray | None = None
+
+    def share_start(self, start: np.ndarray | None) -> None:
+        """All rays have this origin and t_min, (4,) float32; None: they may differ. Programs read
+        what is shared from a uniform, which saves a fetch and whatever follows from it alone."""
+        # An empty ray is one whose t_max is -1: that only a t_min below could make it live.
+        alike = start is not None and start[3] >= 0
+        self._start = self.precision.stored(start) if alike and start is not None else None
+
+    @property
+    def record(self) -> Record:
+        """The rays as traversal programs read them."""
+        record = self.precision.layout(RAY_TEXELS)
+        return record if self._start is None else replace(record, uniform_texels=(0,))
+
+    def uniforms(self) -> dict[str, tuple[float, ...]]:
+        """What programs read from uniforms."""
+        return {} if self._start is None else {
+            f"{RAY_TEXELS.name}_texel_0": tuple(self._start.tolist())}
 
     def upload(self, batch: RayBatch) -> None:
+        self.share_start(batch.shared_start())
         for k, texture in enumerate(self.textures):
             texels = self.precision.stored(batch.texels[:, :, k])
             texture.write(np.ascontiguousarray(texels, "<" + texture.dtype))

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -53,6 +53,8 @@ class Scene:
     camera : the camera a picture is taken with unless another is given
     stand_in : what a procedural scene stands in for, None for a real one
     source : where it was found
+    faces : (n, 3) int32, the vertices of each triangle in the array it was made from; None where
+        it was not made from indexed triangles
     """
 
     name: str
@@ -62,6 +64,7 @@ class Scene:
     camera: Camera
     stand_in: str | None = None
     source: str = "arrays"
+    faces: np.ndarray | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         with np.errstate(over="ignore"):    # what overflows is named below
@@ -90,6 +93,34 @@ class Scene:
         """The largest side of the bounds, world units."""
         lo, hi = self.bounds
         return float((hi.astype(np.float64) - lo).max())
+
+    def moved(self, vertices: Any) -> Scene:
+        """The same triangles with their corners elsewhere; colours, light and camera stay.
+
+        Parameters
+        ----------
+        vertices : (v, 3) float, what ``faces`` counts; or (n, 3, 3), the triangles themselves
+
+        Raises
+        ------
+        SceneError
+            a wrong shape, or the first vertex or triangle that is not finite in float32
+        """
+        if np.ndim(vertices) != 3:
+            with np.errstate(over="ignore"):    # what overflows is named below
+                vertices = _array(vertices, np.float32, self.name, "vertices")
+            if self.faces is None:
+                raise SceneError(f"{self.name}: was not made of indexed triangles; give "
+                                 f"({len(self)}, 3, 3) corners")
+            if self.faces.size and self.faces.max() >= len(vertices):
+                raise SceneError(f"{self.name}: has {self.faces.max() + 1} vertices or more, "
+                                 f"{len(vertices)} were given; give as many as before")
+            _check_vertices(vertices, self.name)
+            vertices = vertices[self.faces]
+        if np.shape(vertices) != self.triangles.shape:
+            raise SceneError(f"{self.name}: new triangles have shape {np.shape(vertices)}; give "
+                             f"{self.triangles.shape}, as before")
+        return replace(self, triangles=vertices)
 
     @classmethod
     def from_arrays(cls, vertices: Any, faces: Any, *, name: str = "arrays", colours: Any = None,
@@ -123,7 +154,8 @@ class Scene:
             used = triangles.reshape(-1, 3) if len(triangles) else np.zeros((1, 3))
             camera = Camera.looking_at((used.min(axis=0), used.max(axis=0)))
         return cls(name, triangles, LIGHT_GREY if colours is None else colours,
-                   light or beside(camera), camera, source=source)
+                   light or beside(camera), camera, source=source,
+                   faces=faces.astype(np.int32))
 
     @classmethod
     def from_trimesh(cls, mesh: trimesh.Trimesh | trimesh.Scene, *, name: str = "mesh",

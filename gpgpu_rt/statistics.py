@@ -19,7 +19,11 @@ class Statistics:
     kernel_passes : passes by kernel, under the ``kernels`` schedule
     texture_bytes : scene tables, rays and state
     table_bytes : the scene tables by record
-    build_seconds : building (or loading from the cache) and packing the accelerator
+    build_seconds : building (or loading from the cache) and packing the accelerator, when it was
+        built last
+    refit_seconds : refitting and packing it, at the last update; where it was built anew, what a
+        try at refitting took before
+    rebuilt : whether the last update built it anew
     trace_seconds : first draw to last, finished
     upload_seconds, readback_seconds : arrays to textures, and back
     counters : means a ray of the counters, with statistics=True
@@ -34,6 +38,8 @@ class Statistics:
     texture_bytes: int = 0
     table_bytes: dict[str, int] = field(default_factory=dict)
     build_seconds: float = 0.0
+    refit_seconds: float = 0.0
+    rebuilt: bool = False
     trace_seconds: float = 0.0
     upload_seconds: float = 0.0
     readback_seconds: float = 0.0
@@ -43,7 +49,8 @@ class Statistics:
         return asdict(self)
 
     def start_call(self, rays: int) -> None:
-        """Forget the last call; what building cost stays."""
+        """Forget the last call; what building and updating cost stays."""
         fresh = Statistics(rays=rays, table_bytes=self.table_bytes,
-                           build_seconds=self.build_seconds)
+                           build_seconds=self.build_seconds, refit_seconds=self.refit_seconds,
+                           rebuilt=self.rebuilt)
         self.__dict__.update(fresh.__dict__)

@@ -82,13 +82,15 @@ class Record:
     """A record named ``name`` (GLSL prefix) whose texels are declared in ``layout``.
 
     ``half_texels`` of them, the first ones, lie in half float textures; ``storage`` is the format
-    that geometric fields are rounded to. Both come from ``stored``.
+    that geometric fields are rounded to. Both come from ``stored``. ``uniform_texels`` of a stream
+    are the same for all its records: a program reads them from uniforms, not from textures.
     """
 
     name: str
     layout: str
     storage: str = "fp32"
     half_texels: int = 0
+    uniform_texels: tuple[int, ...] = ()
 
     @lru_cache(maxsize=None)
     def stored(self, storage: str) -> Record:
@@ -154,9 +156,7 @@ class Record:
         if unknown:
             raise ValueError(f"record {self.name} has no field {', '.join(sorted(unknown))}")
         count = len(next(iter(arrays.values())))
-        if count > EXACT_INTEGER:
-            raise LimitError(f"{count} {self.name} records are past 2^24, the last index a float "
-                             "texel holds exactly; take a smaller scene or a coarser build")
+        check_count(self.name, count)
         packed = np.zeros((count, self.texels, 4), np.float32)
         for field in self.fields:
             if field.name not in arrays:
@@ -196,10 +196,13 @@ class Record:
         name, struct = self.name, self.name.capitalize()
         lines = [f"struct {struct} {{"]
         lines += [f"    {f.type} {f.name};" for f in self.fields] + ["};"]
-        lines += [f"uniform sampler2D {name}_texel_{k};" for k in range(self.texels)]
+        kinds = ["vec4" if k in self.uniform_texels else "sampler2D" for k in range(self.texels)]
+        lines += [f"uniform {kind} {name}_texel_{k};" for k, kind in enumerate(kinds)]
         lines += [f"{struct} {name}_load(ivec2 pixel) {{", f"    {struct} record;"]
-        for k in range(self.texels):
-            lines.append(f"    vec4 texel_{k} = texelFetch({name}_texel_{k}, pixel, 0);")
+        for k, kind in enumerate(kinds):
+            value = f"{name}_texel_{k}"
+            value = value if kind == "vec4" else f"texelFetch({value}, pixel, 0)"
+            lines.append(f"    vec4 texel_{k} = {value};")
         for f in self.fields:
             lines.append(f"    record.{f.name} = {f.decode(f'texel_{f.texel}')};")
         lines += ["    return record;", "}"]
@@ -224,7 +227,7 @@ class Record:
 
 @dataclass(frozen=True)
 class PackedRecord:
-    """A table record of bit fields in one integer texel.
+    """A table record of bit fields in integer texels, four channels each.
 
     ``"lo:16 hi:16 | link:32"`` reads from the lowest bit of each channel up. GLSL reads
     ``name_lo(i)``, a uint.
@@ -249,10 +252,17 @@ class PackedRecord:
 
     @property
     def channels(self) -> int:
-        return self.layout.count("|") + 1
+        used = self.layout.count("|") + 1
+        return used if used < 4 else 4 * self.texels
+
+    @property
+    def texels(self) -> int:
+        """Texels a record takes."""
+        return (self.layout.count("|") + 4) // 4
 
     def pack(self, **arrays: np.ndarray) -> np.ndarray:
-        """(n, channels) uint32 from one (n,) array a field; LimitError where one does not fit."""
+        """(n, texels, channels of one) uint32 from one (n,) array a field; LimitError where one
+        does not fit."""
         packed = np.zeros((len(next(iter(arrays.values()))), self.channels), np.uint32)
         for name, channel, shift, bits in self.fields:
             values = np.asarray(arrays[name]).astype(np.int64)
@@ -260,16 +270,30 @@ class PackedRecord:
                 raise LimitError(f"{self.name}.{name} does not fit its {bits} bits; take a "
                                  "smaller scene, or no quantised nodes")
             packed[:, channel] |= (values << shift).astype(np.uint32)
-        return packed
+        return packed.reshape(len(packed), self.texels, -1)
+
+    @property
+    def planes(self) -> tuple[Plane, ...]:
+        """As of a Record: one texture of integers."""
+        return (Plane("", 0, self.texels, self.channels // self.texels, "u4"),)
 
     def table_glsl(self) -> str:
         """Accessors: ``quantised_node_lo_x(i)`` and one a field."""
         lines = [f"uniform usampler2D {self.name}_table;"]
         for name, channel, shift, bits in self.fields:
-            texel = f"texelFetch({self.name}_table, table_texel(i), 0).{'xyzw'[channel]}"
+            place = f"i * {self.texels} + {channel // 4}" if self.texels > 1 else "i"
+            texel = (f"texelFetch({self.name}_table, table_texel({place}), 0)"
+                     f".{'xyzw'[channel % 4]}")
             value = texel if bits == 32 else f"({texel} >> {shift}) & {(1 << bits) - 1}u"
             lines.append(f"uint {self.name}_{name}(int i) {{ return {value}; }}")
         return "\n".join(lines)
+
+
+def check_count(name: str, count: int) -> None:
+    """Raise LimitError for more records than a state in float texels can point at."""
+    if count > EXACT_INTEGER:
+        raise LimitError(f"{count} {name} records are past 2^24, the last index a float texel "
+                         "holds exactly; take a smaller scene or a coarser build")
 
 
 def _cut_into_texels(fields: Iterable[Field]) -> list[str]:
@@ -316,6 +340,19 @@ BVH_NODE = Record("bvh_node", "lo:vec3 escape:int | hi:vec3 first:int")
 Octant copies store the corner a ray meets first in ``lo`` and the other one in ``hi``.
 """
 
+BIH_NODE = Record("bih_node", "left_hi right_lo axis:int child:int")
+"""A node of intervals: where its left child ends and its right one begins, axis (3 for a leaf),
+left child (the right one follows) or a leaf's first triangle."""
+
+BIH_BOUNDS = Record("bih_bounds", "lo:vec3 parent:int | hi:vec3 side:int")
+"""What climbing adds to such a node: its box, its parent, and which child it is: of the parent's
+axis, 3 more if the right one, 6 for the root."""
+
+BVH_PAIR = Record("bvh_pair", "left_lo:vec3 left:int | left_hi:vec3 | right_lo:vec3 right:int "
+                              "| right_hi:vec3")
+"""An inner node with its children's boxes; a child is an inner node, or -1 minus the first
+triangle of a leaf."""
+
 _LINK = "target:30 last:1 leaf:1"
 QUANTISED_NODE_16 = PackedRecord(
     "quantised_node", "lo_x:16 hi_x:16 | lo_y:16 hi_y:16 | lo_z:16 hi_z:16 | " + _LINK)
@@ -324,6 +361,18 @@ QUANTISED_NODE_8 = PackedRecord(
 """A threaded node in one integer texel: bounds in steps of the scene's box, rounded outward;
 ``target`` is a leaf's first triangle (its escape index is the next node) or an inner node's
 escape index; ``last`` marks a node with none."""
+
+_LINKS = "left:31 left_leaf:1 | right:31 right_leaf:1"
+QUANTISED_PAIR_16 = PackedRecord(
+    "quantised_pair", "left_lo_x:16 left_hi_x:16 | left_lo_y:16 left_hi_y:16 "
+                      "| left_lo_z:16 left_hi_z:16 | right_lo_x:16 right_hi_x:16 "
+                      "| right_lo_y:16 right_hi_y:16 | right_lo_z:16 right_hi_z:16 | " + _LINKS)
+QUANTISED_PAIR_8 = PackedRecord(
+    "quantised_pair", "left_lo_x:8 left_hi_x:8 left_lo_y:8 left_hi_y:8 "
+                      "| right_lo_x:8 right_hi_x:8 right_lo_y:8 right_hi_y:8 "
+                      "| left_lo_z:8 left_hi_z:8 right_lo_z:8 right_hi_z:8 | " + _LINKS)
+"""An inner node with its children's boxes in steps of the scene's box, rounded outward; a child is
+an inner node, or a leaf's first triangle."""
 
 SURFACE = Record("surface", "diffuse:vec3 | normal:vec3")
 """What shading needs of a triangle: colour and unit normal."""

@@ -6,11 +6,14 @@ from collections.abc import Iterable, Mapping
 import moderngl
 import numpy as np
 
+from .column import Column
 from .errors import LimitError
 from .gpu import Gpu
-from .texel_layout import TABLE_WIDTH_LOG2, PackedRecord, Record
+from .precision import Precision
+from .texel_layout import TABLE_WIDTH_LOG2, PackedRecord, Plane, Record, check_count
 
 TABLE_WIDTH = 1 << TABLE_WIDTH_LOG2
+RECORDS_AT_ONCE = 32 * TABLE_WIDTH   # whole rows, whatever texels a record has
 
 
 def make_texture(gpu: Gpu, size: tuple[int, int], components: int, what: str,
@@ -42,12 +45,17 @@ def make_texture(gpu: Gpu, size: tuple[int, int], components: int, what: str,
 
 
 def table_textures(gpu: Gpu, record: Record | PackedRecord,
-                   arrays: Mapping[str, np.ndarray]) -> dict[str, moderngl.Texture]:
+                   arrays: Mapping[str, np.ndarray | Column], precision: Precision | None = None,
+                   into: Mapping[str, moderngl.Texture] | None = None
+                   ) -> dict[str, moderngl.Texture]:
     """A table of records, packed as ``texel_layout`` declares, in rows of TABLE_WIDTH texels.
 
     Parameters
     ----------
-    arrays : by field name, already rounded to the record's storage
+    arrays : by field name
+    precision : what geometric fields are rounded to; None where they are already
+    into : an older version of this table: its textures are written into where they fit, and
+        released where they do not
 
     Returns
     -------
@@ -58,24 +66,41 @@ def table_textures(gpu: Gpu, record: Record | PackedRecord,
     LimitError
         past 2^24 records or past the renderer's texture size.
     """
-    packed = record.pack(**arrays)
-    if isinstance(record, PackedRecord):
-        return {f"{record.name}_table": _in_rows(gpu, record.name, packed, "u4")}
-    textures = {}
-    for plane in record.planes:
-        texels = packed[:, plane.first:plane.first + plane.texels, :plane.components]
-        textures[f"{record.name}{plane.suffix}_table"] = _in_rows(
-            gpu, record.name, texels.reshape(-1, plane.components), plane.dtype)
+    count = len(next(iter(arrays.values())))
+    check_count(record.name, count)
+    textures = {f"{record.name}{plane.suffix}_table": _room(gpu, record.name, count, plane,
+                                                            into or {})
+                for plane in record.planes}
+    # A slice at a time: a table is several times as large as what it is made from.
+    for start in range(0, max(count, 1), RECORDS_AT_ONCE):
+        part = {name: values[start:start + RECORDS_AT_ONCE] for name, values in arrays.items()}
+        packed = record.pack(**(precision.stored_fields(record, part) if precision else part))
+        for plane, texture in zip(record.planes, textures.values()):
+            texels = packed[:, plane.first:plane.first + plane.texels, :plane.components]
+            _write_rows(texture, start * plane.texels // TABLE_WIDTH,
+                        texels.reshape(-1, plane.components), plane.dtype)
     return textures
 
 
-def _in_rows(gpu: Gpu, name: str, texels: np.ndarray, dtype: str) -> moderngl.Texture:
-    """(n, components) texels in a texture of as many rows as they need."""
+def _room(gpu: Gpu, name: str, count: int, plane: Plane,
+          old: Mapping[str, moderngl.Texture]) -> moderngl.Texture:
+    """A texture for ``count`` records; the old one if it has the size."""
+    rows = max(1, -(-count * plane.texels // TABLE_WIDTH))
+    texture = old.get(f"{name}{plane.suffix}_table")
+    if texture is not None:
+        if texture.size == (TABLE_WIDTH, rows):
+            return texture
+        texture.release()
+    gpu.check_size(TABLE_WIDTH, rows, f"a {name} table of {count * plane.texels} texels")
+    return make_texture(gpu, (TABLE_WIDTH, rows), plane.components, name, dtype=plane.dtype)
+
+
+def _write_rows(texture: moderngl.Texture, row: int, texels: np.ndarray, dtype: str) -> None:
+    """(n, components) texels from a row on; the last one is filled up with zeros."""
     rows = max(1, -(-len(texels) // TABLE_WIDTH))
-    gpu.check_size(TABLE_WIDTH, rows, f"a {name} table of {len(texels)} texels")
-    padded = np.zeros((rows * TABLE_WIDTH, texels.shape[1]), texels.dtype)
+    padded = np.zeros((rows * TABLE_WIDTH, texels.shape[1]), "<" + dtype)
     padded[:len(texels)] = texels
-    return make_texture(gpu, (TABLE_WIDTH, rows), texels.shape[1], name, padded, dtype)
+    texture.write(padded, (0, row, TABLE_WIDTH, rows))
 
 
 def stream_textures(gpu: Gpu, record: Record, size: tuple[int, int]) -> list[moderngl.Texture]:

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Mapping
 from typing import Any
 
 import moderngl
@@ -11,13 +12,17 @@ import trimesh
 from PIL import Image
 
 from . import settings
+from .accel import sah_cost, uncached
 from .accel.bounds import shrink_flat
 from .camera import Camera
 from .errors import Error, OptionError
 from .gpu import open_gpu
 from .hits import STACK_OVERFLOW, UNFINISHED, Hits
-from .methods import find_method
+from .methods import Accelerator, Method, find_method
+from .methods.row import Tables
 from .options import TRACER_OPTIONS, resolve_options
+from .passes.packet_room import PacketHits
+from .passes.packet_steps import PacketSteps
 from .passes.packets import PacketTraversal
 from .passes.shade import Shading
 from .passes.traverse import OVERFLOWN
@@ -68,18 +73,14 @@ class Tracer:
         self.gpu = open_gpu(self.options["context"])
         self.statistics = Statistics()
         began = time.perf_counter()
-        # Built from the vertices as stored: boxes then enclose what the kernels will read.
-        triangles = shrink_flat(self.precision.stored(self.scene.triangles))
-        self.accelerator = self.method.prepare(triangles, self.options)
+        self._triangles = self._stored(self.scene)
+        self._built_cost: float | None = None   # its SAH cost, once an update asks
+        self._tables: dict[str, dict[str, moderngl.Texture]] = {}
         with self.gpu:
-            self._tables = self._make_tables()
+            self.accelerator = self.method.prepare(self._triangles, self.options)
+            self._fill_tables(self.method.tables_for(self.options), self.accelerator)
             self.statistics.build_seconds = time.perf_counter() - began
-            self.step_cap = min(self.options["step_cap"] or self.accelerator.step_bound + 1,
-                                EXACT_INTEGER - 1)
-            samplers = {k: v for tables in self._tables.values() for k, v in tables.items()}
-            driver = PacketTraversal if self.method.packet else Traversal
-            self._traversal = driver(self.gpu, self.method, samplers, self.accelerator,
-                                     self.options, self.step_cap)
+            self._traversal = self._make_traversal()
         self._rays: RayTextures | None = None
         self._buffers: StateBuffers | None = None
         self._shading: Shading | None = None
@@ -116,19 +117,108 @@ class Tracer:
         if options["schedule"] not in row.schedules:
             raise OptionError(f"method {row.name} runs under {', '.join(row.schedules)} only, not "
                               f"{options['schedule']}")
-        if row.stack_entry is not None and options["steps_per_pass"] != 1:
+        in_atlas = row.stack_entry or (row.single and options["schedule"] == "step")
+        if in_atlas and options["steps_per_pass"] != 1:
             raise OptionError(f"method {row.name} runs one step a pass, as its stack is drawn "
                               "between them; leave steps_per_pass at 1")
 
-    def _make_tables(self) -> dict[str, dict[str, moderngl.Texture]]:
-        """Record name -> sampler name -> texture; their bytes go to the statistics."""
-        tables = {}
-        for record in self.method.tables_for(self.options):
-            fields = self.precision.stored_fields(record, self.accelerator.tables[record.name])
-            tables[record.name] = table_textures(self.gpu, self.precision.layout(record), fields)
-        self.statistics.table_bytes = {name: texture_bytes(textures.values())
-                                       for name, textures in tables.items()}
-        return tables
+    def _stored(self, scene: Scene) -> np.ndarray:
+        """Its triangles as textures hold them: boxes then enclose what the kernels will read."""
+        return shrink_flat(self.precision.stored(scene.triangles))
+
+    @property
+    def step_cap(self) -> int:
+        """Steps after which a ray is stopped and flagged."""
+        return min(self.options["step_cap"] or self.accelerator.step_bound + 1, EXACT_INTEGER - 1)
+
+    def _fill_tables(self, records: Tables, accelerator: Accelerator) -> None:
+        """Write an accelerator's tables into textures, those of the last one where they fit."""
+        for record in records:
+            self._tables[record.name] = table_textures(
+                self.gpu, self.precision.layout(record), accelerator.tables[record.name],
+                self.precision, self._tables.get(record.name))
+            self.statistics.table_bytes[record.name] = texture_bytes(
+                self._tables[record.name].values())
+
+    def _samplers(self) -> dict[str, moderngl.Texture]:
+        return {k: v for tables in self._tables.values() for k, v in tables.items()}
+
+    def _make_traversal(self) -> Traversal | PacketTraversal | PacketSteps:
+        given = (self.gpu, self.method, self._samplers(), self.accelerator, self.options,
+                 self.step_cap)
+        if self.method.single is None:
+            return Traversal(*given)
+        if self.options["schedule"] == "step":
+            return PacketSteps(*given)
+
+        def prepare_single(method: Method, options: Mapping[str, Any]) -> tuple[
+                dict[str, moderngl.Texture], Accelerator]:
+            missing = [record for record in method.tables_for(options)
+                       if record.name not in self._tables]
+            accelerator = self.accelerator
+            if missing:
+                assert method.adopt is not None
+                accelerator = method.adopt(accelerator.structure, self._triangles, options)
+                self._fill_tables(tuple(missing), accelerator)
+            return self._samplers(), accelerator
+        return PacketTraversal(*given, prepare_single)
+
+    # Moving ---------------------------------------------------------------------------------
+
+    def update(self, vertices: np.ndarray) -> None:
+        """Trace the scene's triangles where they are now.
+
+        A method whose row has ``refit`` keeps its structure, unless that has become so much worse
+        that the option ``rebuild_ratio`` asks for a new one; any other builds anew. ``statistics``
+        says which, and what it took. Programs, and textures that still fit, are kept. ``scene`` is
+        another one from now on: the one that was given stays as it is.
+
+        Parameters
+        ----------
+        vertices : (v, 3) float, world units, what the scene's faces count; or (n, 3, 3), the
+            triangles themselves, as many as before
+
+        Raises
+        ------
+        SceneError, LimitError
+        """
+        scene, statistics = self.scene.moved(vertices), self.statistics
+        began = time.perf_counter()
+        triangles = self._stored(scene)
+        with self.gpu, uncached():
+            stored = time.perf_counter()
+            accelerator = self._refitted(triangles)
+            tried = time.perf_counter() - stored
+            statistics.rebuilt = accelerator is None
+            if accelerator is None:
+                accelerator = self.method.prepare(triangles, self.options)
+                self._built_cost = None
+            self.accelerator, self._triangles = accelerator, triangles
+            self.scene, self._bounds = scene, scene.bounds
+            own = self.method.tables_for(self.options)
+            for name in self._tables.keys() - {record.name for record in own}:
+                _release(self._tables.pop(name))   # of the method for single rays: made again
+                del statistics.table_bytes[name]
+            self._fill_tables(own, accelerator)
+            self._traversal.follow(self._samplers(), accelerator, self.step_cap)
+            if self._shading is not None:
+                self._shading.take(scene)
+        took = time.perf_counter() - began
+        if statistics.rebuilt:
+            statistics.build_seconds, statistics.refit_seconds = took - tried, tried
+        else:
+            statistics.refit_seconds = took
+
+    def _refitted(self, triangles: np.ndarray) -> Accelerator | None:
+        """The accelerator around (n, 3, 3) triangles, or None where it must be built anew."""
+        ratio = self.options.get("rebuild_ratio", np.inf)
+        if self.method.refit is None or ratio == 0:
+            return None
+        if ratio < np.inf and self._built_cost is None:
+            self._built_cost = sah_cost(self.accelerator.structure)
+        accelerator = self.method.refit(self.accelerator, triangles, self.options)
+        worse = ratio < np.inf and sah_cost(accelerator.structure) > ratio * self._built_cost
+        return None if worse else accelerator
 
     # Tracing --------------------------------------------------------------------------------
 
@@ -199,7 +289,7 @@ class Tracer:
                                          self.options["statistics"], self.precision)
         return self._rays, self._buffers
 
-    def _read(self, batch: RayBatch, side: StateBuffer, stopped: int) -> Hits:
+    def _read(self, batch: RayBatch, side: StateBuffer | PacketHits, stopped: int) -> Hits:
         hits = batch.hits(side.fields(HIT.name))
         if stopped:
             phases = side.fields(self.method.state.name)["phase"][:batch.count]
@@ -211,7 +301,7 @@ class Tracer:
         self._add_texture_bytes()
         return hits
 
-    def _count(self, side: StateBuffer, rays: int) -> dict[str, np.ndarray]:
+    def _count(self, side: StateBuffer | PacketHits, rays: int) -> dict[str, np.ndarray]:
         """Counters of the first ``rays`` rays by name; their means go to the statistics."""
         counters = side.fields(COUNTERS.name)
         counters["steps"] = side.fields(self.method.state.name)["steps"]
@@ -280,8 +370,7 @@ class Tracer:
                 self._shading.release()
             self._traversal.release()
             for textures in self._tables.values():
-                for texture in textures.values():
-                    texture.release()
+                _release(textures)
             self._tables = {}
 
     def __enter__(self) -> Tracer:
@@ -289,3 +378,8 @@ class Tracer:
 
     def __exit__(self, *exception: object) -> None:
         self.release()
+
+
+def _release(textures: Mapping[str, moderngl.Texture]) -> None:
+    for texture in textures.values():
+        texture.release()

@@ -46,7 +46,7 @@ def schedules_of(row: rt.Method, names: Iterable[str] = SCHEDULES) -> dict[str, 
     """Those schedules' settings that a method runs under."""
     return {name: SCHEDULES[name] for name in names
             if SCHEDULES[name]["schedule"] in row.schedules
-            and not (row.stack_entry is not None and "steps_per_pass" in SCHEDULES[name])}
+            and not ((row.stack_entry or row.single) and "steps_per_pass" in SCHEDULES[name])}
 
 
 def pytest_report_header() -> str:

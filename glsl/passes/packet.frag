@@ -19,23 +19,7 @@
 #include "common/box.glsl"
 #include "common/triangle.glsl"
 #include "common/packet.glsl"
-
-uniform ivec2 ray_texture_size;
-uniform int step_limit;
-
-// EACH(f) calls f(0), f(1), ...: with constant indices the arrays stay in registers.
-Ray rays[RAYS];
-Hit hits[RAYS];
-int steps = 0;
-int tested;   // the triangle that EACH(test_ray) tests
-
-void test_ray(int r) {
-    Hit hit = hits[r];
-    test_triangle(rays[r], tested, hit);
-    hit.t = stored(hit.t);
-    hits[r] = hit;
-}
-
+#include "common/packet_rays.glsl"
 #include <method>
 
 #ifdef STATISTICS
@@ -48,22 +32,17 @@ layout(location = 0) out vec4 packet_target[PACKET_TARGETS];
 #endif
 #endif
 
-void load(int r) {
-    ivec2 texel = ivec2(gl_FragCoord.xy) * PACKET_SIZE
-                + ivec2(r % PACKET_WIDTH, r / PACKET_WIDTH);
-    bool inside = texel.x < ray_texture_size.x && texel.y < ray_texture_size.y;
-    Rays texels = rays_load(min(texel, ray_texture_size - 1));
-    texels.t_max = inside ? texels.t_max : -1.0;
-    texels.t_min = inside ? texels.t_min : 1.0;
-    rays[r] = ray_setup(texels);
-    hits[r] = no_hit(stored(rays[r].t_max));
+bool all_settled = true;
+
+void settle(int r) {
+    all_settled = all_settled && is_settled(r);
 }
 
-#define PACKED(r) packed_hit(hits[r], is_settled(r))
 #ifdef PAIRS
+#define PACKED(r) packed_hit(hits[r].t, rows[r], is_settled(r))
 #define STORE(k) packet_target[k] = uvec4(PACKED(2 * k), PACKED(2 * k + 1));
 #else
-#define STORE(k) packet_target[k] = PACKED(k);
+#define STORE(k) packet_target[k] = packed_hit(hits[k], is_settled(k));
 #endif
 
 void main() {
@@ -83,5 +62,7 @@ void main() {
                            counters.triangles_tested, steps);
 #else
     EACH_TARGET(STORE)
+    EACH(settle)
+    gl_FragDepth = all_settled ? 0.0 : 1.0;
 #endif
 }

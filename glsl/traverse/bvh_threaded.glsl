@@ -7,6 +7,7 @@
 // times, threaded so that the child nearer to rays of a direction octant comes first; the thesis
 // has one order for all rays.
 
+#include "common/quantised.glsl"
 #include "common/bvh_nodes.glsl"
 
 uniform int node_count;

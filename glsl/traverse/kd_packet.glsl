@@ -3,22 +3,17 @@
 // keeps its interval. A node is entered if any ray needs it, and the far child is kept where any
 // needs both. STACK_SIZE and PUSH_DOWN as in kd-short-stack and kd-push-down; a stack of 0 restarts.
 //
-// Rays whose directions have other signs would need the children in another order: they wait,
-// masked by an empty interval, until the rays that agree with the first unsettled one are through.
+// Rays whose directions have other signs wait, masked by an empty interval.
 
 #include "common/kd.glsl"
-
-const float NEVER = 3.0e38;   // t_min of a ray that waits or is settled
+#include "common/packet_turns.glsl"
 
 float t_min[RAYS];
 float t_max[RAYS];
 float t_exit[RAYS];
 float t_split[RAYS];
-float t_turn[RAYS];           // t_min of a ray whose turn has not come, else NEVER
-int octant[RAYS];
 
 int node;
-int turn;                     // the octant whose turn it is
 int pushed;                   // a restart begins here
 bool pushing;
 bool any_near;
@@ -43,15 +38,10 @@ void start_ray(int r) {
     t_exit[r] = min(max(box_exit(ray, scene_lo, scene_hi), start), ray.t_max);
     // An interval of one point is widened: a ray is awake in a node where it has a length.
     t_exit[r] = max(t_exit[r], start + abs(start) * (4.0 * ARITHMETIC_UNIT) + 1e-30);
-    ivec3 negative = ivec3(lessThan(ray.inv_dir, vec3(0.0)));
-    octant[r] = negative.x + 2 * negative.y + 4 * negative.z;
+    octant[r] = direction_octant(ray.inv_dir);
     t_turn[r] = start <= min(interval.y, ray.t_max) && ray.t_min <= ray.t_max ? start : NEVER;
     t_min[r] = NEVER;
     t_max[r] = 0.0;
-}
-
-void find_turn(int r) {
-    turn = turn < 0 && t_turn[r] != NEVER ? octant[r] : turn;
 }
 
 void take_turn(int r) {

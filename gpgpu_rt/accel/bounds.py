@@ -8,6 +8,7 @@ from ..errors import SceneError
 # Of the scene's largest absolute coordinate. About 8 to 16 float32 spacings there: more than
 # a fragment program's rounding of a hit point, so no hit falls between two cells.
 PADDING = 1e-6
+AT_ONCE = 1 << 18   # triangles whose float64 copies exist at the same time
 
 
 def as_triangles(triangles: np.ndarray) -> np.ndarray:
@@ -36,9 +37,18 @@ def shrink_flat(triangles: np.ndarray) -> np.ndarray:
     A triangle without area is never hit. Three corners on a line, sheared and rounded, may enclose
     something after all; three equal ones do not: every test's determinant is then exactly zero.
     """
+    flat = np.concatenate([_without_area(triangles[start:start + AT_ONCE])
+                           for start in range(0, max(len(triangles), 1), AT_ONCE)])
+    if not flat.any():
+        return triangles
+    shrunk = triangles.copy()
+    shrunk[flat] = triangles[flat, :1]
+    return shrunk
+
+
+def _without_area(triangles: np.ndarray) -> np.ndarray:
     v0, v1, v2 = triangles.astype(np.float64).transpose(1, 0, 2)
-    flat = (np.cross(v1 - v0, v2 - v0) == 0).all(axis=1)
-    return np.where(flat[:, None, None], triangles[:, :1], triangles) if flat.any() else triangles
+    return (np.cross(v1 - v0, v2 - v0) == 0).all(axis=1)
 
 
 def padding(triangles: np.ndarray) -> np.float32:

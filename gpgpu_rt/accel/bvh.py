@@ -11,9 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..texel_layout import EXACT_INTEGER
 from . import tree_order
 from .bounds import as_triangles, triangle_boxes
-from .options import choose
+from .options import choose, in_range
 from .runs import expand, owners, run_starts
 
 
@@ -73,23 +74,41 @@ class Bvh:
                                        np.where(swapped, left, right))
         source = np.argsort(place, axis=1)
         escape = np.arange(len(left)) + size[source]
-        return OctantCopies(self.lo[source], self.hi[source], escape.astype(np.int32),
-                            self.first[source], self.count[source], self.order)
+        return OctantCopies(source.astype(np.int32), escape.astype(np.int32), self)
 
 
 @dataclass(frozen=True)
 class OctantCopies:
-    """Eight orders of one tree: the fields of Bvh with a leading axis of 8 octants.
+    """Eight orders of one tree; its fields have a leading axis of 8 octants.
 
-    lo, hi : (8, n, 3) float32; escape, first, count : (8, n) int32; order : (m,) int32, shared
+    source : (8, n) int32, which node of the tree each node is
+    escape : (8, n) int32
+    bvh : the tree
     """
 
-    lo: np.ndarray
-    hi: np.ndarray
+    source: np.ndarray
     escape: np.ndarray
-    first: np.ndarray
-    count: np.ndarray
-    order: np.ndarray
+    bvh: Bvh
+
+    @property
+    def lo(self) -> np.ndarray:
+        """(8, n, 3) float32."""
+        return self.bvh.lo[self.source]
+
+    @property
+    def hi(self) -> np.ndarray:
+        """(8, n, 3) float32."""
+        return self.bvh.hi[self.source]
+
+    @property
+    def first(self) -> np.ndarray:
+        """(8, n) int32."""
+        return self.bvh.first[self.source]
+
+    @property
+    def count(self) -> np.ndarray:
+        """(8, n) int32."""
+        return self.bvh.count[self.source]
 
 
 @dataclass
@@ -105,6 +124,33 @@ class LooseTree:
     right: np.ndarray
     count: np.ndarray
     triangle: np.ndarray
+
+    def coarsened(self, most_nodes: int) -> LooseTree:
+        """A tree of at most so many nodes: its smallest subtrees made leaves, all up to the
+        number of triangles that this takes."""
+        if len(self.left) <= most_nodes:
+            return self
+        inner = tree_order.inner_levels(self.left, self.right)
+        held = self.count.copy()
+        for nodes in reversed(inner):
+            held[nodes] = held[self.left[nodes]] + held[self.right[nodes]]
+        above = np.full(len(held), np.iinfo(np.int64).max)     # what the parent holds
+        for nodes in inner:
+            above[self.left[nodes]] = above[self.right[nodes]] = held[nodes]
+        at = len(above) - most_nodes - 1
+        largest = np.partition(above, at)[at]                  # that becomes a leaf
+        kept = above > largest
+        leaf_of = np.arange(len(kept))     # the node kept that holds a node
+        for nodes in inner:
+            for child in (self.left[nodes], self.right[nodes]):
+                leaf_of[child] = np.where(kept[child], child, leaf_of[nodes])
+        place = np.cumsum(kept) - 1
+        owner = place[np.repeat(leaf_of, self.count)]
+        inside = kept & (self.left >= 0) & (held > largest)
+        left, right = (np.where(inside, place[child], -1)[kept]
+                       for child in (self.left, self.right))
+        return LooseTree(left, right, np.bincount(owner, minlength=int(kept.sum())),
+                         self.triangle[np.argsort(owner, kind="stable")])
 
     def thread(self, triangles: np.ndarray) -> Bvh:
         """The finished record: depth-first, boxes fitted from the leaves up."""
@@ -141,13 +187,22 @@ class LooseTree:
         return lo, hi
 
 
-def build_bvh(triangles: np.ndarray, *, build: str = "sah", **options: object) -> Bvh:
+def node_limit(triangles: int, copies: int = 1) -> dict[str, int]:
+    """``most_nodes`` for `build_bvh`, where a tree over so many triangles could have more nodes
+    than a float holds indices of, all of its ``copies`` together; else nothing."""
+    most = EXACT_INTEGER // copies
+    return {"most_nodes": most} if 2 * triangles - 1 > most else {}
+
+
+def build_bvh(triangles: np.ndarray, *, build: str = "sah", most_nodes: int | None = None,
+              **options: object) -> Bvh:
     """Build a bounding volume hierarchy.
 
     Parameters
     ----------
     triangles : (n, 3, 3) float32, world units
     build : "sah", "kay-kajiya", "goldsmith-salmon", "lbvh" or "hybrid"
+    most_nodes : past it leaves hold more triangles; None for as many nodes as the build makes
     options : of that builder: see `sah_bvh.build`, `median.build`, `insertion.build`,
         `lbvh.build`, `hybrid.build`
 
@@ -161,4 +216,7 @@ def build_bvh(triangles: np.ndarray, *, build: str = "sah", **options: object) -
                 "hybrid": hybrid.build}
     builder = builders[choose("build", build, builders)]
     triangles = as_triangles(triangles)
-    return builder(triangles, **options).thread(triangles)
+    tree = builder(triangles, **options)
+    if most_nodes is not None:
+        tree = tree.coarsened(in_range("most_nodes", most_nodes, 1, EXACT_INTEGER, int))
+    return tree.thread(triangles)

@@ -5,24 +5,30 @@ file holds plain arrays and a checksum; one that does not read back whole is bui
 """
 from __future__ import annotations
 
+import contextlib
+import contextvars
 import functools
 import hashlib
 import json
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
 
+from .bih import Bih
 from .bounds import as_triangles
 from .bvh import Bvh
 from .grid import Grid
 from .kdtree import KdTree
 from .quality import Structure
 
-RECORDS = {record.__name__: record for record in (Bvh, Grid, KdTree)}
+RECORDS = {record.__name__: record for record in (Bih, Bvh, Grid, KdTree)}
+
+
+_keeping = contextvars.ContextVar("keeping", default=True)
 
 
 def cached(build: Callable[..., Structure], triangles: np.ndarray, /,
@@ -31,15 +37,15 @@ def cached(build: Callable[..., Structure], triangles: np.ndarray, /,
 
     Parameters
     ----------
-    build : build_grid, build_kdtree, build_bvh, or any function that returns one of their
-        records
+    build : build_grid, build_kdtree, build_bvh, build_bih, or any function that returns one of
+        their records
     triangles : (n, 3, 3) float32
 
     A folder that cannot be written only means that nothing is kept.
     """
     triangles = as_triangles(triangles)
     folder = cache_folder()
-    if folder is None:
+    if folder is None or not _keeping.get():
         return build(triangles, **options)
     path = folder / f"{_key(build, triangles, options)}.npz"
     structure = _load(path)
@@ -47,6 +53,16 @@ def cached(build: Callable[..., Structure], triangles: np.ndarray, /,
         structure = build(triangles, **options)
         _store(path, structure)
     return structure
+
+
+@contextlib.contextmanager
+def uncached() -> Iterator[None]:
+    """Within it nothing is looked up or kept: for frames, each of which would fill the disk."""
+    token = _keeping.set(False)
+    try:
+        yield
+    finally:
+        _keeping.reset(token)
 
 
 def cache_folder() -> Path | None:

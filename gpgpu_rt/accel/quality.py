@@ -5,12 +5,13 @@ from dataclasses import fields
 
 import numpy as np
 
+from .bih import Bih
 from .bounds import half_area
 from .bvh import Bvh
 from .grid import Grid
 from .kdtree import LEAF, KdTree
 
-Structure = Grid | KdTree | Bvh
+Structure = Grid | KdTree | Bvh | Bih
 
 
 def sah_cost(structure: Structure, *, traversal_cost: float = 1.0,
@@ -57,7 +58,7 @@ def _arrays(structure: Structure) -> list[np.ndarray]:
 
 
 def _references(structure: Structure) -> np.ndarray:
-    return structure.order if isinstance(structure, Bvh) else structure.references
+    return structure.order if isinstance(structure, Bvh | Bih) else structure.references
 
 
 def _leaf_counts(structure: Structure) -> np.ndarray:
@@ -65,7 +66,7 @@ def _leaf_counts(structure: Structure) -> np.ndarray:
         return np.diff(structure.cell_start)
     if isinstance(structure, KdTree):
         return structure.count[structure.axis == LEAF]
-    return structure.count[structure.leaves()]
+    return structure.count[structure.count > 0]
 
 
 def _areas(structure: Structure) -> tuple[np.ndarray, np.ndarray, float]:

@@ -6,16 +6,20 @@ from typing import Any
 
 import numpy as np
 
+from ..column import Column
 from ..texel_layout import TRIANGLE, Record
 from .row import Accelerator, Method
 
 
 def triangle_table(triangles: np.ndarray, order: np.ndarray | None = None,
-                   last: np.ndarray | None = None) -> dict[str, dict[str, np.ndarray]]:
+                   last: np.ndarray | None = None
+                   ) -> dict[str, dict[str, np.ndarray | Column]]:
     """The TRIANGLE table of (n, 3, 3) float32 triangles, in ``order`` where it is given."""
     index = np.arange(len(triangles)) if order is None else order
-    corners = triangles[index]
-    fields = {"v0": corners[:, 0], "v1": corners[:, 1], "v2": corners[:, 2], "index": index}
+
+    def corner(k: int) -> Column:
+        return Column(len(index), lambda rows: triangles[index[rows], k])
+    fields = {"v0": corner(0), "v1": corner(1), "v2": corner(2), "index": index}
     if last is not None:
         fields["last"] = last
     return {TRIANGLE.name: fields}

@@ -1,102 +1,126 @@
-"""bvh-threaded: a BVH walked along escape indices (Thrane and Simonsen 2005)."""
+"""The BVH family: one tree, threaded, or with a stack that a packet shares."""
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from .. import accel
-from ..accel.quantise import quantise
 from ..options import Option
-from ..texel_layout import (
-    BVH_NODE, QUANTISED_NODE_8, QUANTISED_NODE_16, TRIANGLE, PackedRecord, Record
-)
+from ..texel_layout import BVH_NODE, BVH_PAIR, STACK_ENTRY, TRIANGLE, Record
 from .brute_force import triangle_table
 from .bvh_build import BUILD_OPTIONS, built_bvh
-from .row import Accelerator, Method
+from .bvh_tables import Layout, Options, Pairs, Threads, last_of_leaves, scene_box
+from .row import PACKET, Accelerator, Method, Stepwise
+
+LayoutOf = Callable[[Options], type[Layout]]
 
 
-def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
-    bvh = built_bvh(triangles, options)
-    nodes = len(bvh.escape)
-    last = np.zeros(len(bvh.order), np.int32)
-    leaf = bvh.count > 0
-    last[(bvh.first + bvh.count)[leaf] - 1] = 1
-    table, swapped = _octant_nodes(bvh) if options["octants"] else (_nodes(bvh), False)
-    bits = options["quantise_nodes"]
-    lo, hi = (bvh.lo[0], bvh.hi[0]) if nodes else (np.zeros(3, np.float32),) * 2
-    uniforms = {"scene_lo": tuple(lo), "scene_hi": tuple(hi), "node_count": nodes}
-    if bits:
-        uniforms["quantum"], table = _quantised(table, swapped, lo, hi, bits)
-    else:
-        table["lo"], table["hi"] = _swap(swapped, table["lo"], table["hi"])
-    tables = {**triangle_table(triangles, bvh.order, last), _node_record(options).name: table}
-    return Accelerator(tables, uniforms, step_bound=nodes + len(bvh.order), structure=bvh)
+@dataclass
+class _Kept:
+    """What a tree's tables keep when its boxes change.
+
+    last : (m,) int32, 1 where a leaf's run of triangles ends
+    refitter : once it was asked for
+    """
+
+    layout: Layout
+    last: np.ndarray
+    refitter: accel.Refitter | None = None
 
 
-def _links(escape: np.ndarray, first: np.ndarray, count: np.ndarray,
-           base: int) -> dict[str, np.ndarray]:
-    """Links of a tree whose nodes begin at ``base``: -1 ends the walk, and marks inner nodes."""
-    return {"escape": np.where(escape < len(escape), escape + base, -1),
-            "first": np.where(count > 0, first, -1)}
+def _built(triangles: np.ndarray, options: Options) -> accel.Bvh:
+    copies = 8 if options.get("octants") else 1
+    return built_bvh(triangles, options, **accel.node_limit(len(triangles), copies))
 
 
-def _nodes(bvh: accel.Bvh) -> dict[str, np.ndarray]:
-    return {"lo": bvh.lo, "hi": bvh.hi, **_links(bvh.escape, bvh.first, bvh.count, 0)}
+def _accelerator(bvh: accel.Bvh, kept: _Kept, triangles: np.ndarray,
+                 options: Options) -> Accelerator:
+    layout = kept.layout
+    fields, uniforms = layout.fields(bvh, options)
+    lo, hi = scene_box(bvh)
+    width, height = options.get("packet", (1, 1))
+    return Accelerator(
+        {**triangle_table(triangles, bvh.order, kept.last), layout.record(options).name: fields},
+        {"scene_lo": tuple(lo), "scene_hi": tuple(hi), **layout.uniforms, **uniforms},
+        # A packet takes at most the steps that its rays would take one after another.
+        step_bound=(len(bvh.escape) + len(bvh.order)) * width * height, structure=bvh,
+        defines=layout.defines, kept=kept)
 
 
-def _octant_nodes(bvh: accel.Bvh) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    """Eight copies, one a direction octant, and which bounds, (n, 3) bool, its rays meet in
-    reverse."""
-    copies, nodes = bvh.octant_copies(), len(bvh.escape)
-    links = [_links(copies.escape[octant], copies.first[octant], copies.count[octant],
-                    octant * nodes) for octant in range(8)]
-    negative = np.arange(8)[:, None] >> np.arange(3) & 1 == 1
-    return ({"lo": copies.lo.reshape(-1, 3), "hi": copies.hi.reshape(-1, 3),
-             **{name: np.concatenate([part[name] for part in links]) for name in links[0]}},
-            np.repeat(negative, nodes, axis=0))
+def _family(layout_of: LayoutOf) -> dict[str, Any]:
+    """How the rows whose nodes lie so are built, tables made for a tree that is there, and boxes
+    fitted again."""
+    def adopt(bvh: accel.Bvh, triangles: np.ndarray, options: Options) -> Accelerator:
+        kept = _Kept(layout_of(options)(bvh, options),
+                     last_of_leaves(bvh.first, bvh.count, bvh.order))
+        return _accelerator(bvh, kept, triangles, options)
+
+    def prepare(triangles: np.ndarray, options: Options) -> Accelerator:
+        return adopt(_built(triangles, options), triangles, options)
+
+    def refit(accelerator: Accelerator, triangles: np.ndarray, options: Options) -> Accelerator:
+        kept: _Kept = accelerator.kept
+        if kept.refitter is None:
+            kept.refitter = accel.Refitter.of(accelerator.structure)
+        bvh = kept.refitter.refit(accelerator.structure, triangles)
+        return _accelerator(bvh, kept, triangles, options)
+
+    return {"prepare": prepare, "adopt": adopt, "refit": refit,
+            "choose_tables": lambda options: (TRIANGLE, layout_of(options).record(options))}
 
 
-def _swap(swapped: np.ndarray | bool, lo: np.ndarray,
-          hi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Bounds in the order that an octant's rays meet them."""
-    return np.where(swapped, hi, lo), np.where(swapped, lo, hi)
+_OCTANTS = Option("octants", False, "eight copies threaded front to back, one a direction octant",
+                  bool, define="OCTANTS")
+_QUANTISE = Option("quantise_nodes", None, "bits a bound, rounded outward: the same hits from "
+                   "smaller nodes", int, choices=(8, 16), optional=True, define="QUANTISED_NODES")
+_INTERVAL_TEST = Option("interval_test", False, "one test of a box for all rays of a packet, by "
+                        "interval arithmetic", bool, define="INTERVAL_TEST")
+_REBUILD = Option("rebuild_ratio", accel.REBUILD_RATIO, "a tree refitted to triangles that moved "
+                  "is built anew when its SAH cost is so many times that of the last build; 0: "
+                  "always", float, minimum=0)
 
 
-def _node_record(options: Mapping[str, Any]) -> Record | PackedRecord:
-    return {None: BVH_NODE, 16: QUANTISED_NODE_16, 8: QUANTISED_NODE_8}[options["quantise_nodes"]]
+_PACKET_STATE = "node:int cursor:int phase:int steps:int | turn:int turns:int"
 
 
-def _quantised(table: dict[str, np.ndarray], swapped: np.ndarray | bool, lo: np.ndarray,
-               hi: np.ndarray, bits: int) -> tuple[tuple[float, ...], dict[str, np.ndarray]]:
-    """Step of the bounds, and the node table in such steps, as QUANTISED_NODE declares it."""
-    # Swapped only here: a box without thickness has some once its bounds are rounded outward.
-    quantum, corners = quantise(table["lo"], table["hi"], lo, hi, bits)
-    first, second = _swap(swapped, *corners)
-    leaf, end = table["first"] >= 0, table["escape"] < 0
-    fields = {"leaf": leaf, "last": end,
-              "target": np.where(leaf, table["first"], np.where(end, 0, table["escape"]))}
-    for axis, letter in enumerate("xyz"):
-        fields["lo_" + letter], fields["hi_" + letter] = first[:, axis], second[:, axis]
-    return tuple(quantum), fields
+def _stepwise(options: Options) -> Stepwise:
+    """One texel or two a packet, and what a push takes up where there is a stack."""
+    if options.get("octants"):
+        return Stepwise(Record("state", _PACKET_STATE), ("traverse", "intersect"))
+    return Stepwise(Record("state", _PACKET_STATE + " far:int stacked:int | far_t_max"),
+                    ("traverse", "intersect", "push", "pop"), STACK_ENTRY)
 
 
-ROWS = (Method(
-    name="bvh-threaded",
-    summary="BVH in depth-first order, escape indices instead of a stack",
-    citation="Thrane and Simonsen 2005",
-    glsl="traverse/bvh_threaded.glsl",
-    kernels=("traverse", "intersect"),
-    state=Record("state", "node:int cursor:int phase:int steps:int"),
-    tables=(TRIANGLE, BVH_NODE),
-    prepare=_prepare,
-    options=(
-        *BUILD_OPTIONS,
-        Option("octants", False, "eight copies threaded front to back, one a direction octant",
-               bool, define="OCTANTS"),
-        Option("quantise_nodes", None, "bits a bound, rounded outward: the same hits from smaller "
-               "nodes", int, choices=(8, 16), optional=True, define="QUANTISED_NODES"),
-    ),
-    choose_tables=lambda options: (TRIANGLE, _node_record(options)),
-),)
+def _stack_row(name: str, summary: str, **more: Any) -> Method:
+    """A row of Guenther's method: its state is what single rays are left with."""
+    return Method(
+        name=name, summary=summary, citation="Guenther et al. 2007",
+        glsl="traverse/bvh_packet.glsl", kernels=("step_packet",),
+        state=Record("state", "phase:int steps:int"), tables=(TRIANGLE, BVH_PAIR),
+        schedules=("step", "loop"), packet_state=_stepwise, single="bvh-threaded", stack=True,
+        **more)
+
+
+ROWS = (
+    Method(
+        name="bvh-threaded",
+        summary="BVH in depth-first order, escape indices instead of a stack",
+        citation="Thrane and Simonsen 2005",
+        glsl="traverse/bvh_threaded.glsl",
+        kernels=("traverse", "intersect"),
+        state=Record("state", "node:int cursor:int phase:int steps:int"),
+        tables=(TRIANGLE, BVH_NODE),
+        options=(*BUILD_OPTIONS, _OCTANTS, _QUANTISE, _REBUILD),
+        **_family(lambda options: Threads)),
+    _stack_row(
+        "bvh-stack", "BVH with a stack a ray, in a local array, the nearer child first",
+        options=(*BUILD_OPTIONS, _QUANTISE, _REBUILD), **_family(lambda options: Pairs)),
+    _stack_row(
+        "bvh-packet", "several rays a fragment with one stack, the child first that most meet",
+        options=(*BUILD_OPTIONS, PACKET, _OCTANTS, _QUANTISE,
+                 _INTERVAL_TEST, _REBUILD), packet=True,
+        **_family(lambda options: Threads if options["octants"] else Pairs)),
+)

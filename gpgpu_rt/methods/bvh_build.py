@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from .. import accel
-from ..errors import OptionError
+from ..errors import LimitError, OptionError
 from ..gpu import open_gpu
 from ..options import Option
 from ..passes.build import GPU_BUILDS, build_bvh
@@ -23,13 +23,14 @@ BUILD_OPTIONS = (
 _WITH_CODES = ("lbvh", "hybrid")
 
 
-def built_bvh(triangles: np.ndarray, options: Mapping[str, Any]) -> accel.Bvh:
+def built_bvh(triangles: np.ndarray, options: Mapping[str, Any], **limit: int) -> accel.Bvh:
     """The tree that a method's options ask for; one built on the CPU may come from the cache.
 
     Parameters
     ----------
     triangles : (n, 3, 3) float32
     options : resolved, those of BUILD_OPTIONS and the tracer's ``context`` among them
+    limit : see `accel.node_limit`
     """
     build, device, bits = (options[name] for name in ("build", "build_device", "morton_bits"))
     chosen = {"build": build}
@@ -39,7 +40,10 @@ def built_bvh(triangles: np.ndarray, options: Mapping[str, Any]) -> accel.Bvh:
                               f"{' and '.join(_WITH_CODES)}")
         chosen["morton_bits"] = bits
     if device == "cpu":
-        return accel.cached(accel.build_bvh, triangles, **chosen)
+        return accel.cached(accel.build_bvh, triangles, **chosen, **limit)
     if build not in GPU_BUILDS:
         raise OptionError(f"build {build} has no passes; the gpu builds {', '.join(GPU_BUILDS)}")
+    if limit:
+        raise LimitError(f"a tree of {len(triangles):,} triangles would have more nodes than "
+                         "floats can index; build it on the cpu, where leaves then hold more")
     return build_bvh(open_gpu(options["context"]), triangles, **chosen)

@@ -11,7 +11,7 @@ from ..options import Option
 from ..texel_layout import KD_BOUNDS, KD_LEAF, KD_NODE, REFERENCE, STACK_ENTRY, TRIANGLE, Record
 from .brute_force import triangle_table
 from .kd_build import BUILD_OPTIONS, built_kdtree
-from .row import SCHEDULES, Accelerator, Method
+from .row import PACKET, SCHEDULES, Accelerator, Method
 
 _TABLES = (TRIANGLE, KD_NODE, REFERENCE)
 _STATE = "t_min t_max t_exit node:int | cursor:int end:int phase:int steps:int"
@@ -22,8 +22,6 @@ _OPTIONS = (*BUILD_OPTIONS, Option(
     "as others do it", choices=("exact", *_NOT_EXACT), define="INTERVAL", relaxed=_NOT_EXACT))
 _PUSH_DOWN = Option("push_down", True, "restart at the last node that holds the whole rest of the "
                     "interval, not at the root", bool, define="PUSH_DOWN")
-_PACKET = Option("packet", (2, 2), "rays a fragment", tuple,
-                 choices=((1, 1), (2, 1), (2, 2), (4, 2), (4, 4)))
 _FULL_STACK = Option("stack_size", None, "levels; none: the tree's depth, which suffices", int,
                      minimum=1)
 
@@ -124,12 +122,12 @@ ROWS = (
                 "Horn et al. 2007", "kd-short-stack", tables=_TABLES,
                 prepare=lambda triangles, options: _for_packets(_prepare(triangles, options),
                                                                 options),
-                options=(*BUILD_OPTIONS, _PACKET, _PUSH_DOWN, Option(
+                options=(*BUILD_OPTIONS, PACKET, _PUSH_DOWN, Option(
                     "stack_size", 3, "entries of the stack; none: restarts alone", int,
                     choices=(0, 1, 2, 3, 4), define="STACK_SIZE")), stack=True),
     _packet_row("kd-ropes-packet", "several rays a fragment, along ropes that are not pushed down",
                 "Popov et al. 2007", "kd-ropes", tables=(*_TABLES, KD_LEAF),
                 prepare=lambda triangles, options: _for_packets(
                     _prepare_ropes(triangles, options, False), options),
-                options=(*BUILD_OPTIONS, _PACKET)),
+                options=(*BUILD_OPTIONS, PACKET)),
 )

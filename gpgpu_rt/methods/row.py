@@ -8,11 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from ..column import Column
 from ..options import Option
 from ..texel_layout import PackedRecord, Record
 
 Tables = tuple[Record | PackedRecord, ...]
 SCHEDULES = ("kernels", "step", "loop")
+PACKET = Option("packet", (2, 2), "rays a fragment", tuple,
+                choices=((1, 1), (2, 1), (2, 2), (4, 2), (4, 4)))
 
 
 @dataclass
@@ -21,20 +24,38 @@ class Accelerator:
 
     Attributes
     ----------
-    tables : record name -> field name -> array, to be packed into textures
+    tables : record name -> field name -> array (or Column), to be packed into textures
     uniforms : uniform name -> value
     step_bound : kernel runs no ray can need more of: a function of the structure's size
     structure : what the builder made, or None
     defines : GLSL defines that follow from the structure
     stack_levels : tiles of the stack's atlas, for a method that has one
+    kept : what the row's ``refit`` wants to find again
     """
 
-    tables: dict[str, dict[str, np.ndarray]]
+    tables: dict[str, dict[str, np.ndarray | Column]]
     uniforms: dict[str, Any]
     step_bound: int
     structure: Any = None
     defines: Mapping[str, object] = field(default_factory=dict)
     stack_levels: int = 0
+    kept: Any = None
+
+
+@dataclass(frozen=True)
+class Stepwise:
+    """What a packet method carries from pass to pass under the schedule ``step``.
+
+    Attributes
+    ----------
+    state : one record a packet
+    kernels : what a packet can wait for, in the order of its phases
+    stack_entry : what a level of its stack holds, if it has one
+    """
+
+    state: Record
+    kernels: tuple[str, ...]
+    stack_entry: Record | None = None
 
 
 @dataclass(frozen=True)
@@ -51,9 +72,15 @@ class Method:
     tables : the records its programs read
     choose_tables : (options) -> records, where an option replaces some
     prepare : (triangles (n, 3, 3) float32, options) -> Accelerator
+    adopt : (structure, triangles, options) -> Accelerator, as ``prepare`` of a structure that is
+        there; a method has it if others leave it rays and have other tables
+    refit : (accelerator, triangles, options) -> Accelerator, the same structure over triangles
+        that moved; None where it is built anew. The tracer builds anew as well where the option
+        ``rebuild_ratio``, if the method has it, says so
     options : its own options, the builder's among them
     schedules : those it runs under, the best one last
     stack_entry : what a level of its stack in textures holds, if it has one
+    packet_state : (options) -> what packets carry under ``step``, for a method that has it
     single : the method that traces rays which a packet's limit on steps leaves behind
     stack, packet, dynamic : as in the survey's Table 1
     """
@@ -66,10 +93,13 @@ class Method:
     state: Record
     tables: Tables
     prepare: Callable[[np.ndarray, Mapping[str, Any]], Accelerator]
+    adopt: Callable[[Any, np.ndarray, Mapping[str, Any]], Accelerator] | None = None
+    refit: Callable[[Accelerator, np.ndarray, Mapping[str, Any]], Accelerator] | None = None
     options: tuple[Option, ...] = ()
     choose_tables: Callable[[Mapping[str, Any]], Tables] | None = None
     schedules: tuple[str, ...] = SCHEDULES
     stack_entry: Record | None = None
+    packet_state: Callable[[Mapping[str, Any]], Stepwise] | None = None
     single: str | None = None
     stack: bool = False
     packet: bool = False
@@ -90,4 +120,4 @@ class Method:
         return {"name": self.name, "summary": self.summary, "citation": self.citation,
                 "kernels": list(self.kernels), "schedules": list(self.schedules),
                 "options": {o.name: o.default for o in self.options}, "stack": self.stack,
-                "packet": self.packet, "dynamic": self.dynamic}
+                "packet": self.packet, "dynamic": self.dynamic, "refit": self.refit is not None}

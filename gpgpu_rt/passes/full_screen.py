@@ -44,6 +44,7 @@ class FullScreenPass:
         self._whole = Rectangles(gpu, 1)
         self._geometry: dict[int, moderngl.VertexArray] = {}
         self._size: tuple[int, int] | None = None
+        self._uniforms: dict[str, object] = {}
         self._samplers = [name for name in self.program
                           if getattr(self.program[name], "gl_type", None) in GL_SAMPLERS]
         for unit, name in enumerate(self._samplers):
@@ -51,9 +52,16 @@ class FullScreenPass:
 
     def set(self, **uniforms: object) -> None:
         """Set uniforms by name; one that this variant compiled away is passed over."""
-        for name, value in uniforms.items():
-            if name in self.program:
+        self._uniforms.update({name: value for name, value in uniforms.items()
+                               if name in self.program})
+        self.program.extra = None   # what it was last drawn with no longer holds
+
+    def _take_program(self) -> None:
+        """Give the program this pass's uniforms: passes of the same text share one program."""
+        if self.program.extra is not self:
+            for name, value in self._uniforms.items():
                 self.program[name].value = value
+            self.program.extra = self
 
     def draw(self, target: moderngl.Framebuffer, textures: Mapping[str, moderngl.Texture],
              depth: float = 0.0, rectangles: Rectangles | None = None,
@@ -67,6 +75,7 @@ class FullScreenPass:
         rectangles : where to draw; None is everywhere
         unit : what ``rectangles`` counts, in texels of the target: 1 / unit texels each
         """
+        self._take_program()
         attached = {texture.glo for texture in target.color_attachments}
         for slot, name in enumerate(self._samplers):
             texture = textures[name]

@@ -1,7 +1,7 @@
 """Packets: several rays a fragment, their whole way in one pass (Horn et al. 2007)."""
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -15,13 +15,16 @@ from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..statistics import Statistics
 from ..texel_layout import COUNTERS, HIT, RAY_TEXELS, Record
-from ..textures import make_texture, texture_bytes
 from .full_screen import FullScreenPass
+from .packet_room import PacketHits, PacketRoom
 from .traverse import UNFINISHED, Traversal, method_defines, method_texts
 
 # Steps a packet may take in its pass. Every step is an iteration of one loop, and no more than two
 # further iterations come with it: this stays below the 65,535 at which llvmpipe ends all loops.
 PACKET_STEPS = 20_000
+# Samplers and accelerator of the method that traces rays one by one.
+PrepareSingle = Callable[[Method, Mapping[str, Any]],
+                         tuple[dict[str, moderngl.Texture], Accelerator]]
 LIVE = 1   # the phase of a ray that its packet left behind
 
 
@@ -29,41 +32,86 @@ class PacketTraversal:
     """A packet method's programs for one set of tables and options; see ``Traversal``."""
 
     def __init__(self, gpu: Gpu, method: Method, samplers: Mapping[str, moderngl.Texture],
-                 accelerator: Accelerator, options: Mapping[str, Any], step_cap: int) -> None:
+                 accelerator: Accelerator, options: Mapping[str, Any], step_cap: int,
+                 prepare_single: PrepareSingle) -> None:
         self.gpu, self.method, self.options = gpu, method, options
         self.accelerator, self.step_cap = accelerator, step_cap
-        self.samplers = dict(samplers)
+        self.samplers, self.prepare_single = dict(samplers), prepare_single
         self.precision = Precision.of(options)
-        self.packet: tuple[int, int] = options["packet"]
+        self.packet = packet_of(options)
         self.rays = self.packet[0] * self.packet[1]
         self.pairs = self.rays > gpu.max_draw_buffers   # of rays a target: one each is too many
         self.targets = self.rays // 2 if self.pairs else self.rays
         self.statistics_on = bool(options["statistics"])
         self._programs: dict[object, FullScreenPass] = {}
-        self._room: _PacketRoom | None = None
+        self._room: PacketRoom | None = None
         self._single: Traversal | None = None
         self._single_room: tuple[RayTextures, StateBuffers] | None = None
 
+    def follow(self, samplers: Mapping[str, moderngl.Texture], accelerator: Accelerator,
+               step_cap: int) -> None:
+        """Read these tables from now on: the same records, of triangles that moved."""
+        if accelerator.defines != self.accelerator.defines:
+            self.release()
+            self._programs, self._room = {}, None
+        elif self._single is not None:   # made again of what is there now
+            self._single.release()
+        self._single = None
+        self.samplers, self.accelerator, self.step_cap = dict(samplers), accelerator, step_cap
+        for program in self._programs.values():
+            program.set(**accelerator.uniforms)
+
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
-            any_hit: bool = False) -> tuple[StateBuffer, int]:
-        """Trace every ray; the buffer with hits, and how many rays the step cap stopped."""
-        self.gpu.context.enable_only(moderngl.NOTHING)
-        room, now = self._room_for(buffers.size), buffers.side(0)
+            any_hit: bool = False) -> tuple[StateBuffer | PacketHits, int]:
+        """Trace every ray; where the hits are, and how many rays the step cap stopped."""
+        context = self.gpu.context
+        room = self._room_for(buffers.size)
+        context.enable_only(moderngl.DEPTH_TEST)
+        context.depth_func = "1"
         for name, target in room.targets.items():
-            program = self._program(name, any_hit)
-            program.set(ray_texture_size=buffers.size, step_limit=min(PACKET_STEPS, self.step_cap))
+            program = self._program(name, any_hit, rays.record)
+            program.set(ray_texture_size=buffers.size, **rays.uniforms(),
+                        step_limit=min(PACKET_STEPS, self.step_cap))
             program.draw(target, {**self.samplers, **rays.samplers()})
+        statistics.passes += 1
+        statistics.draw_calls += len(room.targets)
+        left_behind = self._packets_left(room, statistics)
+        context.depth_func = "<"
+        context.enable_only(moderngl.NOTHING)
+
+        def hand_back() -> StateBuffer:
+            return self._hand_back(rays, buffers, room, statistics, any_hit)
+
+        if not (left_behind or self.pairs or self.statistics_on):
+            return PacketHits(room, hand_back), 0
+        now = hand_back()
+        if not left_behind:
+            return now, 0
+        if self.step_cap > PACKET_STEPS:
+            self._trace_singly(rays, now, statistics, any_hit)
+        return now, self._count(UNFINISHED, now, buffers, statistics)
+
+    def _packets_left(self, room: PacketRoom, statistics: Statistics) -> int:
+        """Packets that left rays behind: their depth is 1, that of others 0."""
+        self.gpu.context.depth_func = "<"
+        program = self._program("everywhere", False)
+        query = self.gpu.context.query(samples=True)
+        with query:
+            program.draw(room.mask, {}, depth=0.5)
+        statistics.draw_calls += 1
+        statistics.queries += 1
+        return query.samples
+
+    def _hand_back(self, rays: RayTextures, buffers: StateBuffers, room: PacketRoom,
+                   statistics: Statistics, any_hit: bool) -> StateBuffer:
+        """Write packets' hits where single rays have theirs."""
+        now, program = buffers.side(0), self._program("packet_hits", any_hit)
         capped = self.step_cap <= PACKET_STEPS
-        program = self._program("packet_hits", any_hit)
         program.set(unsettled_phase=UNFINISHED if capped else LIVE)
         program.draw(now.target, {**self.samplers, **rays.samplers(), **room.samplers()})
-        statistics.passes += 2
-        statistics.draw_calls += 1 + len(room.targets)
-        left_behind = self._count(UNFINISHED if capped else LIVE, now, buffers, statistics)
-        if capped or not left_behind:
-            return now, left_behind
-        self._trace_singly(rays, now, statistics, any_hit)
-        return now, self._count(UNFINISHED, now, buffers, statistics)
+        statistics.passes += 1
+        statistics.draw_calls += 1
+        return now
 
     def _trace_singly(self, rays: RayTextures, now: StateBuffer, statistics: Statistics,
                       any_hit: bool) -> None:
@@ -79,8 +127,12 @@ class PacketTraversal:
             single_rays.target, {**rays.samplers(), **now.samplers()})
         found, _ = single.run(single_rays, single_buffers, statistics, any_hit)
         single_samplers = {**single_rays.samplers(), **found.samplers()}
+        counted = len(now.streams.get(COUNTERS.name, ()))
+        channels = [(True,) * 4] * (len(now.textures) - counted)
+        now.target.color_mask = (*channels, *[(False,) * 4] * counted)   # a packet's stay
         self._program("brought_back", any_hit).draw(
             now.target, {f"single_{name}": texture for name, texture in single_samplers.items()})
+        now.target.color_mask = ((True,) * 4,) * len(now.textures)
         statistics.draw_calls += 2
 
     def _single_traversal(self) -> Traversal:
@@ -91,8 +143,8 @@ class PacketTraversal:
                       if option.name in self.options and option.accepts(self.options[option.name])}
             options = resolve_options({**shared, "schedule": "loop", "statistics": False}, known,
                                       f"method {row.name}")
-            self._single = Traversal(self.gpu, row, self.samplers, self.accelerator, options,
-                                     self.step_cap)
+            samplers, accelerator = self.prepare_single(row, options)
+            self._single = Traversal(self.gpu, row, samplers, accelerator, options, self.step_cap)
         return self._single
 
     def _count(self, phase: int, now: StateBuffer, buffers: StateBuffers,
@@ -108,32 +160,32 @@ class PacketTraversal:
 
     # Programs and textures ------------------------------------------------------------------
 
-    def _program(self, name: str, any_hit: bool) -> FullScreenPass:
-        if (name, any_hit) not in self._programs:
+    def _program(self, name: str, any_hit: bool, rays: Record | None = None) -> FullScreenPass:
+        """``rays`` as the program reads them; None: from textures."""
+        rays = rays or self.precision.layout(RAY_TEXELS)
+        key = (name, any_hit, rays)
+        if key not in self._programs:
             entry = "packet" if name == "packet_counters" else name
             defines = self._defines(any_hit)
             if name == "packet":
                 defines["STATISTICS"] = False
             program = FullScreenPass(self.gpu, f"passes/{entry}.frag", defines,
-                                     self._virtual(name))
+                                     self._virtual(name, rays))
             program.set(**self.accelerator.uniforms)
-            self._programs[name, any_hit] = program
-        return self._programs[name, any_hit]
+            self._programs[key] = program
+        return self._programs[key]
 
     def _defines(self, any_hit: bool) -> dict[str, object]:
-        return {
-            **method_defines(self.method, self.accelerator, self.options, any_hit),
-            "PACKET_WIDTH": self.packet[0], "PACKET_HEIGHT": self.packet[1],
-            "PACKET_TARGETS": self.targets, "PAIRS": self.pairs,
-            "EACH(f)": " ".join(f"f({r});" for r in range(self.rays)),
-            "EACH_TARGET(f)": " ".join(f"f({k})" for k in range(self.targets))}
+        return {**packet_defines(self.method, self.accelerator, self.options, any_hit),
+                "PACKET_TARGETS": self.targets, "PAIRS": self.pairs,
+                "EACH_TARGET(f)": " ".join(f"f({k})" for k in range(self.targets))}
 
-    def _virtual(self, name: str) -> dict[str, str]:
+    def _virtual(self, name: str, rays: Record) -> dict[str, str]:
         """What a pass includes: the streams that it reads and writes, tables and method."""
         layout = self.precision.layout
         written = [layout(self.method.state), layout(HIT)]
         written += [COUNTERS] if self.statistics_on else []
-        reads: list[Record] = [layout(RAY_TEXELS)]
+        reads: list[Record] = [rays]
         writes: list[Record] = []
         if name in ("packet", "packet_counters"):
             reads += [r for r in written if r.name != "state"]   # their structs alone are of use
@@ -144,6 +196,8 @@ class PacketTraversal:
             writes = [replace(layout(RAY_TEXELS), name="single_rays")]
         elif name == "classify":
             reads = written[:1]
+        elif name == "everywhere":
+            reads = []
         else:
             single = layout(self._single_traversal().method.state)
             reads = [replace(layout(RAY_TEXELS), name="single_rays"),
@@ -156,13 +210,12 @@ class PacketTraversal:
             target += record.texels
         return {**method_texts(self.method, self.options), "streams": "\n".join(texts)}
 
-    def _room_for(self, size: tuple[int, int]) -> _PacketRoom:
-        packets = (-(-size[0] // self.packet[0]), -(-size[1] // self.packet[1]))
-        if self._room is None or self._room.size != packets:
+    def _room_for(self, size: tuple[int, int]) -> PacketRoom:
+        if self._room is None or self._room.rays != size:
             if self._room is not None:
                 self._room.release()
-            self._room = _PacketRoom(self.gpu, packets, self.targets, self.pairs,
-                                     self.statistics_on)
+            self._room = PacketRoom(self.gpu, size, self.packet, self.targets, self.pairs,
+                                    self.statistics_on)
         return self._room
 
     def bytes(self) -> int:
@@ -184,29 +237,15 @@ class PacketTraversal:
                 part.release()
 
 
-class _PacketRoom:
-    """What packets draw into: one or two rays' hits a target; their counters in a pass apart."""
+def packet_of(options: Mapping[str, Any]) -> tuple[int, int]:
+    """Rays across and down of a packet: one where the method has no such option."""
+    return options.get("packet", (1, 1))
 
-    def __init__(self, gpu: Gpu, size: tuple[int, int], targets: int, pairs: bool,
-                 statistics: bool) -> None:
-        self.gpu, self.size = gpu, size
-        what = f"{size[0] * size[1]} packets"
-        self.hits = [make_texture(gpu, size, 4, what, dtype="u4" if pairs else "f4")
-                     for _ in range(targets)]
-        self.counters = [make_texture(gpu, size, 4, what)] if statistics else []
-        self.targets = {"packet": gpu.context.framebuffer(self.hits)}
-        if statistics:
-            self.targets["packet_counters"] = gpu.context.framebuffer(self.counters)
 
-    def samplers(self) -> dict[str, moderngl.Texture]:
-        return {**{f"packet_texels_{k}": texture for k, texture in enumerate(self.hits)},
-                **{"packet_counters": texture for texture in self.counters}}
-
-    def bytes(self) -> int:
-        return texture_bytes((*self.hits, *self.counters))
-
-    def release(self) -> None:
-        for target in self.targets.values():
-            self.gpu.release(target)
-        for texture in (*self.hits, *self.counters):
-            texture.release()
+def packet_defines(method: Method, accelerator: Accelerator, options: Mapping[str, Any],
+                   any_hit: bool) -> dict[str, object]:
+    """Defines of every program that works on packets."""
+    width, height = packet_of(options)
+    return {**method_defines(method, accelerator, options, any_hit),
+            "PACKET_WIDTH": width, "PACKET_HEIGHT": height,
+            "EACH(f)": " ".join(f"f({r});" for r in range(width * height))}

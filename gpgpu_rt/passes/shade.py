@@ -8,14 +8,18 @@ import numpy as np
 
 from ..approach import FAR, NEAR, sphere
 from ..camera import Camera
+from ..column import Column
 from ..gpu import Gpu
+from ..methods.brute_force import triangle_table
 from ..options import word_define
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, stream_samplers
+from ..rays import unit_normals
 from ..scene import Scene
 from ..texel_layout import HIT, LIT, RAY_TEXELS, SURFACE, TABLE_WIDTH_LOG2, TRIANGLE
 from ..textures import read_texture, stream_textures, table_textures, texture_bytes
 from .full_screen import FullScreenPass
+from .packet_room import PacketHits
 
 
 class Shading:
@@ -27,18 +31,10 @@ class Shading:
     """
 
     def __init__(self, gpu: Gpu, scene: Scene, precision: Precision, intersection: str) -> None:
-        self.gpu, self.scene, self.precision = gpu, scene, precision
-        corners = scene.triangles.astype(np.float64)
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        length = np.linalg.norm(normals, axis=1, keepdims=True)
-        normals = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0)
-        self.surface_tables = table_textures(gpu, SURFACE, {"diffuse": scene.colours,
-                                                            "normal": normals})
-        # The tracer's own table has its method's order; hits count in the scene's.
+        self.gpu, self.precision = gpu, precision
+        self.surface_tables: dict[str, moderngl.Texture] = {}
+        self.take(scene)
         triangle = precision.layout(TRIANGLE)
-        v0, v1, v2 = scene.triangles.transpose(1, 0, 2)
-        self.surface_tables |= table_textures(gpu, triangle, precision.stored_fields(
-            triangle, {"v0": v0, "v1": v1, "v2": v2, "index": np.arange(len(v0))}))
         rays, hit = precision.layout(RAY_TEXELS), precision.layout(HIT)
         read, write = (lambda r: r.stream_glsl(writes=False)), (lambda r: r.stream_glsl(True))
         self._eye = FullScreenPass(gpu, "passes/eye_rays.frag", precision.defines(),
@@ -55,6 +51,18 @@ class Shading:
                                        {"streams": "\n".join((read(LIT), read(hit)))})
         self._size: tuple[int, int] | None = None
 
+    def take(self, scene: Scene) -> None:
+        """Shade this scene from now on: the same one, or one whose triangles moved."""
+        self.scene = scene
+        surface = {"diffuse": scene.colours, "normal": Column(
+            len(scene), lambda rows: unit_normals(scene.triangles[rows]))}
+        # The tracer's own table has its method's order; hits count in the scene's.
+        triangle = triangle_table(scene.triangles)[TRIANGLE.name]
+        self.surface_tables = {
+            **table_textures(self.gpu, SURFACE, surface, into=self.surface_tables),
+            **table_textures(self.gpu, self.precision.layout(TRIANGLE), triangle, self.precision,
+                             self.surface_tables)}
+
     def eye_rays(self, rays: RayTextures, camera: Camera) -> None:
         """Write the rays through the pixel centres of an image as large as ``rays``."""
         self._make_room(rays.size)
@@ -64,8 +72,9 @@ class Shading:
         self._eye.set(eye=camera.eye, right=right, up=up, forward=forward, size=rays.size,
                       centre=tuple(centre), beyond=NEAR * radius if far else 0.0)
         self._eye.draw(rays.target, {})
+        rays.share_start(None if far else np.float32([*camera.eye, 0]))
 
-    def surfaces(self, rays: RayTextures, hits: StateBuffer) -> RayTextures:
+    def surfaces(self, rays: RayTextures, hits: StateBuffer | PacketHits) -> RayTextures:
         """What the light gives each hit, and the rays from there towards the light."""
         light = self.scene.light
         self._surfaces.set(light_position=light.position, light_intensity=light.intensity)
@@ -73,7 +82,7 @@ class Shading:
                                            **self.surface_tables})
         return self.shadow_rays
 
-    def picture(self, shadows: StateBuffer) -> np.ndarray:
+    def picture(self, shadows: StateBuffer | PacketHits) -> np.ndarray:
         """(height, width, 3) uint8 sRGB; light arrives where no shadow ray hit anything."""
         self._picture.draw(self._screen, {**stream_samplers(LIT.name, self.lit),
                                           **shadows.samplers()})

@@ -21,7 +21,7 @@ from ..options import word_define
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..statistics import Statistics
-from ..texel_layout import COUNTERS, HIT, RAY_TEXELS, TABLE_WIDTH_LOG2
+from ..texel_layout import COUNTERS, HIT, TABLE_WIDTH_LOG2, Record
 from .full_screen import FullScreenPass
 from .stack_atlas import StackAtlas
 from .tiles import Tiles
@@ -63,6 +63,17 @@ class Traversal:
         self._tiles: Tiles | None = None
         self._atlas: StackAtlas | None = None
 
+    def follow(self, samplers: Mapping[str, moderngl.Texture], accelerator: Accelerator,
+               step_cap: int) -> None:
+        """Read these tables from now on: the same records, of triangles that moved."""
+        if (accelerator.defines, accelerator.stack_levels) != (self.accelerator.defines,
+                                                               self.accelerator.stack_levels):
+            self.release()
+            self._programs, self._tiles, self._atlas = {}, None, None
+        self.samplers, self.accelerator, self.step_cap = dict(samplers), accelerator, step_cap
+        for program in self._programs.values():
+            program.set(**accelerator.uniforms, step_cap=step_cap)
+
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[StateBuffer, int]:
         """Trace every ray.
@@ -88,13 +99,14 @@ class Traversal:
                   any_hit: bool) -> tuple[StateBuffer, int]:
         self.gpu.context.enable_only(moderngl.NOTHING)
         now = buffers.side(0)
-        self._draw(self._traverse(any_hit, LOOP_STEPS, start=True), rays, None, now, statistics)
+        self._draw(self._traverse(rays, any_hit, LOOP_STEPS, start=True), rays, None, now,
+                   statistics)
         live, stopped = self._live(now, buffers, statistics)
         side = 0
         while live:
             side = 1 - side
             now, before = buffers.side(side), now
-            self._draw(self._traverse(any_hit, LOOP_STEPS), rays, before, now, statistics)
+            self._draw(self._traverse(rays, any_hit, LOOP_STEPS), rays, before, now, statistics)
             live, stopped = self._live(now, buffers, statistics)
         return now, stopped
 
@@ -102,11 +114,11 @@ class Traversal:
                   any_hit: bool) -> tuple[StateBuffer, int]:
         steps = self.options["steps_per_pass"]
         interval = self.options["mask_interval"] or max(2, 16 // steps)
-        program, mask = self._traverse(any_hit, steps), self._pass("passes/mask.frag")
+        program, mask = self._traverse(rays, any_hit, steps), self._pass("passes/mask.frag")
         before, now = buffers.side(1), buffers.side(0)
         tiles = self._tiles_for(buffers)
         self._clear_depth(buffers)
-        self._draw(self._traverse(any_hit, 0, start=True), rays, None, now, statistics)
+        self._draw(self._traverse(rays, any_hit, 0, start=True), rays, None, now, statistics)
         live = counted = rays.size[0] * rays.size[1]
         while live > 0:
             self.gpu.context.enable_only(moderngl.DEPTH_TEST)
@@ -131,14 +143,14 @@ class Traversal:
         now, scratch = buffers.side(0), buffers.side(1)
         tiles = self._tiles_for(buffers)
         context.enable_only(moderngl.NOTHING)
-        self._draw(self._traverse(any_hit, 0, start=True), rays, None, now, statistics)
+        self._draw(self._traverse(rays, any_hit, 0, start=True), rays, None, now, statistics)
         while True:
             waiting = self._classify(now, buffers, tiles, statistics)
             kernel = max(waiting, key=waiting.__getitem__)
             if not waiting[kernel]:
                 return now, self._phase_count(UNFINISHED, now, buffers, statistics)
             name = self.method.kernels[kernel - 1]
-            program = self._traverse(any_hit, 1, kernel=kernel)
+            program = self._traverse(rays, any_hit, 1, kernel=kernel)
             pairs = max(1, interval // 2)
             if name == "push":
                 self._push(now, statistics)
@@ -155,6 +167,7 @@ class Traversal:
     def _draw(self, program: FullScreenPass, rays: RayTextures,
               source: StateBuffer | None, target: StateBuffer, statistics: Statistics,
               depth: float = DRAWN, tiles: Tiles | None = None) -> None:
+        program.set(**rays.uniforms())
         samplers = {**self.samplers, **rays.samplers(), **(source.samplers() if source else {})}
         if self._atlas is not None:
             samplers.update(self._atlas.samplers())
@@ -233,7 +246,8 @@ class Traversal:
         assert self.method.stack_entry is not None
         self._atlas = StackAtlas(
             self.gpu, self.method.stack_entry, self.precision.layout(self.method.state),
-            self.accelerator.stack_levels, size, self.precision, kernel_defines(self.method))
+            self.accelerator.stack_levels, size, self.precision,
+            kernel_defines(self.method.kernels))
 
     def bytes(self) -> int:
         """Bytes of the stack's atlas, where the method has one."""
@@ -241,28 +255,29 @@ class Traversal:
 
     # Programs -------------------------------------------------------------------------------
 
-    def _traverse(self, any_hit: bool, steps: int, start: bool = False,
+    def _traverse(self, rays: RayTextures, any_hit: bool, steps: int, start: bool = False,
                   kernel: int = 0) -> FullScreenPass:
-        key = (any_hit, steps, start, kernel)
+        key = (rays.record, any_hit, steps, start, kernel)
         if key not in self._programs:
             defines = {
                 **method_defines(self.method, self.accelerator, self.options, any_hit),
-                **kernel_defines(self.method), "START": start, "ONLY_KERNEL": kernel or None,
+                **kernel_defines(self.method.kernels),
+                "START": start, "ONLY_KERNEL": kernel or None,
                 "SINGLE_STEP": steps == 1, "MANY_STEPS": steps > 1}
             virtual = {**method_texts(self.method, self.options),
-                       "streams": self._streams_glsl(writes=True)}
+                       "streams": self._streams_glsl(rays.record)}
             self._programs[key] = FullScreenPass(
                 self.gpu, "passes/traverse.frag", defines, virtual)
             self._programs[key].set(**self.accelerator.uniforms, step_cap=self.step_cap,
                                     steps_per_pass=steps)
         return self._programs[key]
 
-    def _streams_glsl(self, writes: bool) -> str:
+    def _streams_glsl(self, rays: Record) -> str:
         layout = self.precision.layout
-        texts, target = [layout(RAY_TEXELS).stream_glsl(writes=False)], 0
+        texts, target = [rays.stream_glsl(writes=False)], 0
         for record in (layout(self.method.state), layout(HIT),
                        *([COUNTERS] if self.statistics_on else [])):
-            texts.append(record.stream_glsl(writes, target))
+            texts.append(record.stream_glsl(True, target))
             target += record.texels
         if self.method.stack_entry is not None:
             texts.append(layout(self.method.stack_entry).stream_glsl(writes=False))
@@ -301,10 +316,10 @@ def method_texts(method: Method, options: Mapping[str, Any]) -> dict[str, str]:
             "tables": "\n".join(layout(r).table_glsl() for r in method.tables_for(options))}
 
 
-def kernel_defines(method: Method) -> dict[str, object]:
+def kernel_defines(kernels: tuple[str, ...]) -> dict[str, object]:
     """``KERNEL_1 down`` runs phase 1, and the method's file calls that phase ``DOWN``."""
     defines: dict[str, object] = {}
-    for number, kernel in enumerate(method.kernels, 1):
+    for number, kernel in enumerate(kernels, 1):
         defines[f"KERNEL_{number}"] = kernel
         defines[kernel.upper()] = number
     return defines

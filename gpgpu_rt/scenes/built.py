@@ -18,7 +18,7 @@ class Built:
 
     Attributes
     ----------
-    triangles : (n, 3, 3) float64, world units
+    triangles : (n, 3, 3) float, world units
     colours : (n, 3) diffuse in [0, 1]
     camera : its camera
     light : (3,) position of the point light; intensity : (3,)

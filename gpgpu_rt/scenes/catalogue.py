@@ -10,7 +10,7 @@ import numpy as np
 
 from ..camera import Camera, load_cameras
 from ..errors import SceneError, nearest_names
-from . import cornell, creatures, outdoors, rooms
+from . import animation, buildings, cornell, creatures, outdoors, rooms
 from .built import Built
 from .mesh_file import SUFFIXES
 from .painting import by_part, cornell_walls
@@ -60,6 +60,10 @@ ROWS: dict[str, Row] = {row.name: row for row in (
         "edition)", (300.0, 560.0, -250.0), by_part),
     Row("fairyforest", 174_117, outdoors.fairyforest, "the Utah fairy forest",
         "Utah 3D Animation Repository: Fairy Forest"),
+    Row("sodahall", buildings.SODA_HALL, buildings.sodahall, "Soda Hall",
+        "UC Berkeley's Walkthru group: Soda Hall"),
+    Row("powerplant", buildings.POWER_PLANT, buildings.powerplant, "the Power Plant",
+        "UNC Chapel Hill's GAMMA group: Power Plant"),
     Row("shirley6", 804, rooms.shirley6, "Shirley's scene 6", "not to be found"),
     Row("buddha", 100_000, creatures.buddha, "the Buddha of Figure 1, here a tenth of the "
         "original's 1,087,716 triangles", "Stanford 3D Scanning Repository: Happy Buddha"),
@@ -68,6 +72,9 @@ ROWS: dict[str, Row] = {row.name: row for row in (
         "stadium:RATIO sets teapot over stadium", takes_argument=True),
     Row("teapot", 6_320, creatures.teapot, "the Utah teapot",
         "Martin Newell's teapot, tessellated"),
+    Row("cloth", 49_928, animation.cloth, None, "built in: a sheet that waves, frame by frame"),
+    Row("explosion", 69_451, animation.explosion, None, "built in: the bunny's stand-in, "
+        "flying apart frame by frame"),
     Row("cow", 5_804, creatures.cow, "Viewpoint's cow",
         "common-3d-test-models: cow.obj (Viewpoint Animation Engineering)"),
 )}
@@ -82,7 +89,7 @@ def find(text: str) -> tuple[Row, float | None] | None:
         for a name that is neither: the nearest ones are suggested.
     """
     name, _, argument = text.partition(":")
-    row = ROWS.get(name)
+    row = ROWS.get(name) or ROWS.get(name.replace("-", ""))    # soda-hall is sodahall
     if row is not None and not argument:
         return row, None
     if row is not None and row.takes_argument:

@@ -168,7 +168,7 @@ def test_bench_command(capsys) -> None:
     (["render", "cornel", "-o", "{}/x.png"], "did you mean cornell"),
     (["render", "gone.ply", "-o", "{}/x.png"], "gone.ply: no such file"),
     (["render", "stadium:7", "-o", "{}/x.png"], "ratio"),
-    (["render", "cornell", "-m", "bvh", "-o", "{}/x.png"], "did you mean bvh-threaded"),
+    (["render", "cornell", "-m", "bvh-thread", "-o", "{}/x.png"], "did you mean bvh-threaded"),
     (["render", "cornell", "-o", "{}/no/x.png"], "there is no folder"),
     (["render", "cornell", "-o", "{}/x.txt"], "image format"),
     (["render", "cornell", "-o", "{}/x.png", "--steps-per-pass", "0"], "at least 1"),

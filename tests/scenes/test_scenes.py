@@ -19,7 +19,9 @@ def no_meshes(monkeypatch, tmp_path) -> None:
     monkeypatch.chdir(tmp_path)
 
 
-@pytest.mark.parametrize("name", scene_names())
+@pytest.mark.parametrize("name", [
+    pytest.param(name, marks=pytest.mark.full if catalogue.ROWS[name].triangles > 10**6 else ())
+    for name in scene_names()])
 def test_built_scenes(name: str) -> None:
     scene, row = rt.load_scene(name), catalogue.ROWS[name]
     assert len(scene) == row.triangles and scene.stand_in == row.stand_in

@@ -128,7 +128,7 @@ def test_step_cap_flags_rays(method: str, schedule: str) -> None:
         capped = tracer.trace(origins, directions)
     done = whole.steps < cap
     assert (capped.status[done] == 0).all()
-    if find_method(method).packet:   # a ray may be through before its packet is stopped
+    if find_method(method).single:   # a ray may be through before its packet is stopped
         done = capped.status == 0
         assert not done.all()
     else:

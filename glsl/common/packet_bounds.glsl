@@ -1,0 +1,73 @@
+// One test of a box for all rays of a packet, by interval arithmetic: Wald, Boulos, Shirley, "Ray
+// Tracing Deformable Scenes Using Dynamic Bounding Volume Hierarchies", TOG 2007. The present rays
+// agree in the signs of their directions (see packet_turns.glsl). Each operation here is one of
+// box_interval's on the outermost of its rays' values, and rounding is monotonic: no ray is in a box
+// outside of this interval.
+
+vec3 first_origin;   // what the corners of a box, in the order that rays meet them, are measured from
+vec3 last_origin;
+vec3 inv_lo;
+vec3 inv_hi;
+float t_first;
+float t_last;
+vec3 along;          // signs of the directions
+bvec3 reversed;
+
+vec3 chosen(bvec3 which, vec3 yes, vec3 no) {
+    return vec3(which.x ? yes.x : no.x, which.y ? yes.y : no.y, which.z ? yes.z : no.z);
+}
+
+void bound_ray(int r) {
+    Ray ray = rays[r];
+    bool here = ray.t_min < NEVER;
+#ifdef OCTANTS
+    vec3 first = ray.lo_origin;
+    vec3 last = ray.hi_origin;
+#else
+    vec3 first = chosen(reversed, ray.hi_origin, ray.lo_origin);
+    vec3 last = chosen(reversed, ray.lo_origin, ray.hi_origin);
+#endif
+    first_origin = here ? max(first_origin, first * along) : first_origin;
+    last_origin = here ? min(last_origin, last * along) : last_origin;
+    inv_lo = here ? min(inv_lo, ray.inv_dir) : inv_lo;
+    inv_hi = here ? max(inv_hi, ray.inv_dir) : inv_hi;
+    t_first = min(t_first, ray.t_min);
+}
+
+void bound_t_hit(int r) {
+    t_last = rays[r].t_min < NEVER ? max(t_last, hits[r].t) : t_last;
+}
+
+// After a leaf: rays end at their hits.
+void bound_hits() {
+    t_last = -NEVER;
+    EACH(bound_t_hit)
+}
+
+void bound_rays() {
+    reversed = bvec3((turn & 1) != 0, (turn & 2) != 0, (turn & 4) != 0);
+    along = chosen(reversed, vec3(-1.0), vec3(1.0));
+    first_origin = vec3(-NEVER);
+    last_origin = vec3(NEVER);
+    inv_lo = vec3(NEVER);
+    inv_hi = vec3(-NEVER);
+    t_first = NEVER;
+    EACH(bound_ray)
+    first_origin *= along;
+    last_origin *= along;
+    bound_hits();
+}
+
+// Interval of all present rays in a box; empty where x > y.
+vec2 bounding_interval(vec3 lo, vec3 hi) {
+#ifdef OCTANTS
+    vec3 a = R(lo - first_origin);
+    vec3 b = R(hi - last_origin);
+#else
+    vec3 a = R(chosen(reversed, hi, lo) - first_origin);
+    vec3 b = R(chosen(reversed, lo, hi) - last_origin);
+#endif
+    float first = max_component(min(R(a * inv_lo), R(a * inv_hi)));
+    float last = min_component(max(R(b * inv_lo), R(b * inv_hi)));
+    return vec2(max(first, t_first), min(last, t_last));
+}

@@ -1,0 +1,26 @@
+// Turns: rays of a packet whose directions differ in a sign would need another order of nodes. They
+// wait until the rays that agree with the first unsettled one are through.
+
+const float NEVER = 3.0e38;   // t_min of a ray that waits or is settled
+
+float t_turn[RAYS];           // t_min of a ray whose turn has not come, else NEVER
+int octant[RAYS];
+int turn;                     // the octant whose turn it is: bit a is set where axis a is negative
+
+int direction_octant(vec3 direction) {
+    ivec3 negative = ivec3(lessThan(direction, vec3(0.0)));
+    return negative.x + 2 * negative.y + 4 * negative.z;
+}
+
+// Rays go together whatever their signs where no order of nodes is a direction's, and no bound.
+int octant_of(Ray ray) {
+#if defined(OCTANTS) || defined(INTERVAL_TEST)
+    return direction_octant(ray.direction);
+#else
+    return 0;
+#endif
+}
+
+void find_turn(int r) {
+    turn = turn < 0 && t_turn[r] != NEVER ? octant[r] : turn;
+}

@@ -1,0 +1,238 @@
+// bvh-packet: Guenther, Popov, Seidel, Slusallek, "Realtime Ray Tracing on GPU with BVH-based Packet
+// Traversal", RT 2007 (survey, section 3.5, Figure 22). The rays of a packet share one node pointer
+// and one stack. Each ray tests both children's boxes; a child is entered if any ray is in it, and
+// where both are, the one that more rays meet first comes first, the other goes on the stack.
+//
+// Departures: the packet is a fragment's, not a warp's, so votes are sums and not reductions in shared
+// memory. bvh-stack is this file with packets of one ray. With INTERVAL_TEST a box is tested once a
+// packet (packet_bounds.glsl). With OCTANTS there is no stack: the packet walks the threaded copy of
+// the tree (Thrane and Simonsen 2005) for its rays' direction octant.
+
+#include "common/quantised.glsl"
+#include "common/packet_turns.glsl"
+#include "common/packet_bounds.glsl"
+
+uniform int node_count;
+
+bool through = false;   // the walk of the present rays has ended
+bool any_in;
+bool any_left;
+vec3 lo;
+vec3 hi;
+
+bool is_settled(int r) {
+    return t_turn[r] == NEVER && (through || rays[r].t_min == NEVER);
+}
+
+void start_ray(int r) {
+    Ray ray = rays[r];
+    octant[r] = octant_of(ray);
+    t_turn[r] = node_count > 0 && ray.t_min <= ray.t_max ? ray.t_min : NEVER;
+    rays[r].t_min = NEVER;
+}
+
+void start_packet() {
+    EACH(start_ray)
+}
+
+void take_turn(int r) {
+    bool comes = octant[r] == turn;
+    rays[r].t_min = comes ? t_turn[r] : through ? NEVER : rays[r].t_min;
+    t_turn[r] = comes ? NEVER : t_turn[r];
+}
+
+void start_walk();
+
+// The rays that go together next, from the root; false when there are none.
+bool next_turn() {
+    turn = -1;
+    EACH(find_turn)
+    if (turn >= 0) {
+        EACH(take_turn)
+#ifdef INTERVAL_TEST
+        bound_rays();
+#endif
+        start_walk();
+        through = false;
+    }
+    return turn >= 0;
+}
+
+// Leaves -----------------------------------------------------------------------------------------
+
+// A ray that found any hit is settled.
+void leave_ray(int r) {
+    rays[r].t_min = search_over(hits[r]) ? NEVER : rays[r].t_min;
+    any_left = any_left || rays[r].t_min < NEVER;
+}
+
+// The triangles of a leaf; false when no ray has anything left to find, or steps ran out.
+bool intersect(int first) {
+    COUNT(leaves_visited);
+    int next = first;
+    do {
+        tested = next;
+        EACH(test_ray)
+        next = triangle_last(tested) != 0 ? -1 : tested + 1;
+        ++steps;
+    } while (next >= 0 && steps < step_limit);
+    any_left = true;
+#ifdef ANY_HIT
+    any_left = false;
+    EACH(leave_ray)
+#endif
+#ifdef INTERVAL_TEST
+    bound_hits();
+#endif
+    return any_left && next < 0;
+}
+
+#ifdef OCTANTS
+
+// Along escape indices ---------------------------------------------------------------------------
+
+#include "common/bvh_nodes.glsl"
+
+int node;
+
+void start_walk() {
+    node = turn * node_count;
+}
+
+void test_box(int r) {
+    vec2 interval = box_interval(rays[r], lo, hi);
+    any_in = any_in || max(interval.x, rays[r].t_min) <= min(interval.y, hits[r].t);
+}
+
+// One node: moves on to the next, and gives the first triangle of a leaf that a ray is in, else -1.
+int visit() {
+    COUNT(nodes_visited);
+    ++steps;
+    lo = bvh_node_lo(node);
+    hi = bvh_node_hi(node);
+    int first = bvh_node_first(node);
+#ifdef INTERVAL_TEST
+    vec2 interval = bounding_interval(lo, hi);
+    any_in = interval.x <= interval.y;
+#else
+    any_in = false;
+    EACH(test_box)
+#endif
+    node = any_in && first < 0 ? node + 1 : bvh_node_escape(node);
+    return any_in ? first : -1;
+}
+
+// To the next leaf that a ray is in, and through its triangles; false when the rays whose turn it
+// is are through, or out of steps.
+bool step_packet() {
+    // Carried from turn to turn of the loop: llvmpipe loses what only the last one computed, for
+    // packets that leave it before others do.
+    int leaf = -1;
+    do {
+        leaf = visit();
+    } while (leaf < 0 && node >= 0 && steps < step_limit);
+    bool on = true;
+    if (leaf >= 0) {
+        on = intersect(leaf);
+        through = !any_left;
+    }
+    through = through || (node < 0 && on);
+    return on && node >= 0 && steps < step_limit;
+}
+
+#else
+
+// With a stack -----------------------------------------------------------------------------------
+
+#include "common/bvh_pairs.glsl"
+
+int node;
+int stacked;
+
+void start_walk() {
+    node = root;
+    stacked = 0;
+}
+
+vec3 right_lo;
+vec3 right_hi;
+bool any_right;
+int for_left;     // how many more rays meet the left child first
+
+void test_boxes(int r) {
+    vec2 left = box_interval(rays[r], lo, hi);
+    vec2 right = box_interval(rays[r], right_lo, right_hi);
+    left.x = max(left.x, rays[r].t_min);
+    right.x = max(right.x, rays[r].t_min);
+    bool in_left = left.x <= min(left.y, hits[r].t);
+    bool in_right = right.x <= min(right.y, hits[r].t);
+    any_in = any_in || in_left;
+    any_right = any_right || in_right;
+    bool left_first = in_left && (!in_right || left.x <= right.x);
+    for_left += left_first ? 1 : (in_right ? -1 : 0);
+}
+
+// One inner node: moves on to the nearer child that a ray is in, or else to NOTHING, and gives the
+// farther one if a ray is in that as well, else NOTHING.
+int visit() {
+    COUNT(nodes_visited);
+    ++steps;
+    lo = bvh_pair_left_lo(node);
+    hi = bvh_pair_left_hi(node);
+    right_lo = bvh_pair_right_lo(node);
+    right_hi = bvh_pair_right_hi(node);
+    int left = bvh_pair_left(node);
+    int right = bvh_pair_right(node);
+#ifdef INTERVAL_TEST
+    vec2 in_left = bounding_interval(lo, hi);
+    vec2 in_right = bounding_interval(right_lo, right_hi);
+    any_in = in_left.x <= in_left.y;
+    any_right = in_right.x <= in_right.y;
+    for_left = in_left.x <= in_right.x ? 1 : -1;
+#else
+    any_in = any_right = false;
+    for_left = 0;
+    EACH(test_boxes)
+#endif
+    bool both = any_in && any_right;
+    bool left_first = any_in && (!any_right || for_left >= 0);
+    node = left_first ? left : any_right ? right : NOTHING;
+    return both ? (left_first ? right : left) : NOTHING;
+}
+
+#ifndef STEPWISE
+
+int stack[STACK_SIZE];
+
+// Down to a leaf, through its triangles, and on to what the stack holds; false when that is
+// nothing, or out of steps.
+bool step_packet() {
+    bool on = true;
+    while (!is_leaf(node) && on && steps < step_limit) {
+        int far = visit();
+        if (far != NOTHING) {
+            stack[stacked] = far;
+            ++stacked;
+        } else if (node == NOTHING && stacked > 0) {
+            --stacked;
+            node = stack[stacked];
+        } else if (node == NOTHING) {
+            on = false;
+        }
+    }
+    through = !on;
+    if (on && is_leaf(node)) {
+        on = intersect(first_triangle(node));
+        through = !any_left || (on && stacked == 0);
+        if (stacked > 0) {
+            --stacked;
+            node = stack[stacked];
+        } else {
+            on = false;
+        }
+    }
+    return on && !through && steps < step_limit;
+}
+
+#endif
+#endif

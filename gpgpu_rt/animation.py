@@ -1,0 +1,75 @@
+"""Animation: a scene and where its vertices are at each frame."""
+from __future__ import annotations
+
+import os
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from .errors import SceneError, nearest_names
+from .scene import Scene, load_scene
+from .scenes.animation import MOTIONS
+
+
+@dataclass(frozen=True)
+class Animation:
+    """A scene whose triangles move, frame by frame.
+
+    Attributes
+    ----------
+    scene : the scene at frame 0
+    vertices : frame number from 0 on -> what `Tracer.update` takes: (v, 3) or (n, 3, 3) float32,
+        world units. The same number gives the same vertices, whatever was asked for before
+    frames : how many there are; None for no end
+    """
+
+    scene: Scene
+    vertices: Callable[[int], np.ndarray]
+    frames: int | None = None
+
+
+def animation_names() -> list[str]:
+    """The built-in scenes that move."""
+    return list(MOTIONS)
+
+
+def load_animation(source: str | os.PathLike[str]) -> Animation:
+    """An animation by its name, or from a file.
+
+    Parameters
+    ----------
+    source : a name of `animation_names()`, or the path of an .npz file with ``vertices``,
+        (frames, v, 3) float, and ``faces``, (n, 3) int
+
+    Raises
+    ------
+    SceneError
+        no such name or file, or a file that holds something else
+    """
+    name = os.fspath(source)
+    if Path(name).suffix == ".npz":
+        return _read(Path(name))
+    if name not in MOTIONS:
+        load_scene(name)    # says what is wrong where it is no scene either
+        raise SceneError(f"scene {name!r} does not move{nearest_names(name, MOTIONS)}; give one "
+                         f"of {', '.join(MOTIONS)}, or an .npz of vertices and faces")
+    motion, scene = MOTIONS[name], load_scene(name)
+    if motion.faces is not None:
+        scene = replace(scene, faces=motion.faces())
+    return Animation(scene, motion.vertices)
+
+
+def _read(path: Path) -> Animation:
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            vertices, faces = file["vertices"], file["faces"]
+    except (OSError, ValueError, KeyError, zipfile.BadZipFile, EOFError) as failure:
+        reason = getattr(failure, "strerror", None) or "give vertices, (frames, v, 3), and faces"
+        raise SceneError(f"cannot read an animation from {path}: {reason}") from failure
+    if vertices.ndim != 3 or not len(vertices):
+        raise SceneError(f"{path}: vertices have shape {vertices.shape}; give (frames, v, 3)")
+    scene = Scene.from_arrays(vertices[0], faces, name=path.stem, source=str(path))
+    return Animation(scene, lambda frame: vertices[frame], len(vertices))

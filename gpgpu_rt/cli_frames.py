@@ -1,0 +1,133 @@
+"""``gpgpu-rt render --frames``: pictures of a scene that moves, as numbered files or one film."""
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import statistics
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+from PIL import Image
+
+from .animation import Animation, load_animation
+from .errors import Error, OptionError
+from .files import check_writable, replacing
+from .scenes.animation import FRAMES_A_SECOND
+from .tracer import Tracer
+
+IMAGES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp")
+_FILMS = {".gif": "GIF", ".png": "PNG", ".apng": "PNG", ".webp": "WEBP"}
+_NUMBER = re.compile(r"%0?\d*d")
+
+
+def add_frames(sub: argparse.ArgumentParser) -> None:
+    """The options of ``render`` that are about frames."""
+    sub.add_argument("--frames", type=_whole, metavar="N", help="the first N frames of a scene "
+                     "that moves: to numbered files where --output is a folder or holds %%04d, "
+                     "else to one GIF or APNG")
+
+
+def render_frames(chosen: argparse.Namespace,
+                  open_tracer: Callable[[Animation], Tracer]) -> tuple[Tracer, str]:
+    """Render and write the frames; the tracer, and a line that says what was done.
+
+    ``open_tracer`` makes the tracer of the scene at frame 0.
+    """
+    write = _numbered if _is_numbered(chosen.output) else _film
+    _check(chosen.output)
+    animation = load_animation(chosen.scene)
+    if animation.frames is not None and chosen.frames > animation.frames:
+        raise OptionError(f"--frames {chosen.frames}: {chosen.scene} has {animation.frames}")
+    tracer = open_tracer(animation)
+    try:
+        spent: list[dict[str, Any]] = []
+        write(chosen.output, _images(tracer, animation, chosen, spent))
+    except BaseException:
+        tracer.release()
+        raise
+    return tracer, f"wrote {chosen.frames} frames to {chosen.output}\n" + _summary(spent)
+
+
+def _images(tracer: Tracer, animation: Animation, chosen: argparse.Namespace,
+            spent: list[dict[str, Any]]) -> Iterator[Image.Image]:
+    for frame in range(chosen.frames):
+        if frame:
+            tracer.update(animation.vertices(frame))
+        yield tracer.render(size=chosen.size)
+        if frame:
+            spent.append(tracer.statistics.to_dict())
+
+
+def _summary(spent: list[dict[str, Any]]) -> str:
+    """Medians over the frames after the first, in words."""
+    if not spent:
+        return "one frame: nothing moved"
+    builds = [s["build_seconds"] for s in spent if s["rebuilt"]]
+    refits = [s["refit_seconds"] for s in spent if not s["rebuilt"]]
+    parts = [f"{len(times)} times {word} in {statistics.median(times) * 1e3:.0f} ms"
+             for word, times in (("refitted", refits), ("rebuilt", builds)) if times]
+    whole = [s["trace_seconds"] + s["refit_seconds"] + (s["build_seconds"] if s["rebuilt"] else 0)
+             for s in spent]
+    trace = statistics.median(s["trace_seconds"] for s in spent)
+    return (f"{', '.join(parts)}, rendered in {trace * 1e3:.0f} ms (medians): "
+            f"{1 / statistics.median(whole):.2f} frames a second")
+
+
+# Output -----------------------------------------------------------------------------------------
+
+def _is_numbered(output: str) -> bool:
+    return bool(_NUMBER.search(output)) or Path(output).is_dir() or output.endswith(os.sep)
+
+
+def _check(output: str) -> None:
+    """Refuse what cannot be written, before anything is rendered."""
+    path, suffix = Path(output), Path(output).suffix.lower()
+    if not _is_numbered(output):
+        if suffix not in _FILMS:
+            raise OptionError(f"cannot put frames into {output}; end it in .gif or .png for a "
+                              "film, hold %04d for numbered files, or give a folder")
+        check_writable(output)
+    elif not _NUMBER.search(output):
+        try:
+            path.mkdir(exist_ok=True)
+        except OSError as failure:
+            raise Error(f"cannot make the folder {output}: {failure.strerror}") from failure
+        check_writable(path / "frame_0000.png")
+    elif _NUMBER.search(path.name) is None or suffix not in IMAGES:
+        raise OptionError(f"cannot number frames as {output}; give a name such as "
+                          "frame_%04d.png")
+    else:
+        check_writable(_name(output, 0))
+
+
+def _name(output: str, frame: int) -> Path:
+    """The file of a frame; a folder holds frame_0000.png and so on."""
+    if _NUMBER.search(output):
+        return Path(_NUMBER.sub(lambda match: match[0] % frame, output))
+    return Path(output) / f"frame_{frame:04d}.png"
+
+
+def _numbered(output: str, images: Iterator[Image.Image]) -> None:
+    for frame, image in enumerate(images):
+        with replacing(_name(output, frame)) as path:
+            image.save(path)
+
+
+def _film(output: str, images: Iterator[Image.Image]) -> None:
+    """One file that plays for ever, written whole once all frames are there."""
+    first, *rest = images
+    with replacing(output) as path:
+        first.save(path, format=_FILMS[Path(output).suffix.lower()], save_all=True,
+                   append_images=rest, duration=1000 / FRAMES_A_SECOND, loop=0)
+
+
+def _whole(text: str) -> int:
+    try:
+        number = int(text)
+    except ValueError:
+        number = 0
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number of frames; give one from 1 on")
+    return number

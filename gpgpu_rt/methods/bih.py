@@ -1,0 +1,54 @@
+"""bih: the bounding interval hierarchy (Waechter and Keller 2006)."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from .. import accel
+from ..accel.bih import LEAF
+from ..options import Option
+from ..texel_layout import BIH_BOUNDS, BIH_NODE, TRIANGLE, Record
+from .brute_force import triangle_table
+from .bvh_tables import last_of_leaves
+from .row import Accelerator, Method
+
+ROOT = 6    # the side of the root, which is nobody's child
+
+
+def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
+    bih = accel.cached(accel.build_bih, triangles, max_leaf=options["max_leaf"])
+    nodes = len(bih.axis)
+    lo, hi = bih.boxes()
+    side = np.full(nodes, ROOT)
+    inner = np.flatnonzero(bih.axis != LEAF)
+    side[bih.child[inner]] = bih.axis[inner]
+    side[bih.child[inner] + 1] = bih.axis[inner] + 3
+    first, count = np.where(bih.count > 0, bih.child, 0), bih.count
+    tables = {**triangle_table(triangles, bih.order, last_of_leaves(first, count, bih.order)),
+              BIH_NODE.name: {"left_hi": bih.left_hi, "right_lo": bih.right_lo,
+                              "axis": bih.axis, "child": bih.child},
+              BIH_BOUNDS.name: {"lo": lo, "hi": hi, "parent": bih.parents(), "side": side}}
+    uniforms = {"scene_lo": tuple(bih.lo), "scene_hi": tuple(bih.hi), "node_count": nodes}
+    # A node is entered once and left upwards once; with a stack it is popped once besides.
+    bound = (3 if options["stack_size"] else 2) * nodes + len(bih.order)
+    return Accelerator(tables, uniforms, bound, bih)
+
+
+ROWS = (Method(
+    name="bih",
+    summary="two planes a node, where its children end and begin; up the parents after each leaf",
+    citation="Waechter and Keller 2006",
+    glsl="traverse/bih.glsl",
+    kernels=("down", "intersect", "climb"),
+    state=Record("state", "t_min t_max node:int cursor:int | phase:int steps:int"),
+    tables=(TRIANGLE, BIH_NODE, BIH_BOUNDS),
+    prepare=_prepare,
+    options=(
+        Option("max_leaf", 4, "triangles up to which a node is a leaf", int, minimum=1),
+        Option("stack_size", 0, "entries of a stack in a local array, which lives a pass; none: "
+               "up the parents alone", int, choices=(0, 4, 16), define="STACK_SIZE"),
+    ),
+    fixed_defines={"ROOT": ROOT},
+),)

@@ -1,0 +1,80 @@
+"""What packets draw into, and their hits as whoever asks next wants them."""
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import moderngl
+import numpy as np
+
+from ..gpu import Gpu
+from ..ray_state import StateBuffer
+from ..texel_layout import HIT
+from ..textures import make_texture, read_texture, texture_bytes
+
+
+class PacketRoom:
+    """The render targets of packets, one texel a packet.
+
+    Parameters
+    ----------
+    size : (width, height) rays
+    packet : (width, height) rays a packet
+    targets : render targets that hold hits: one a ray, or one for two
+    pairs : whether it is one for two
+    statistics : whether packets' counters are drawn, in a pass apart
+    """
+
+    def __init__(self, gpu: Gpu, size: tuple[int, int], packet: tuple[int, int], targets: int,
+                 pairs: bool, statistics: bool) -> None:
+        self.gpu, self.rays, self.packet = gpu, size, packet
+        self.size = (-(-size[0] // packet[0]), -(-size[1] // packet[1]))
+        what = f"{self.size[0] * self.size[1]} packets"
+        self.hits = [make_texture(gpu, self.size, 4, what, dtype="u4" if pairs else "f4")
+                     for _ in range(targets)]
+        self.counters = [make_texture(gpu, self.size, 4, what)] if statistics else []
+        # Depth tells the packets that left rays behind, so that counting them fetches nothing.
+        self.depth = gpu.context.depth_renderbuffer(self.size)
+        self.mask = gpu.context.framebuffer(depth_attachment=self.depth)
+        self.mask.depth_mask = False
+        self.targets = {"packet": gpu.context.framebuffer(self.hits, self.depth)}
+        if statistics:
+            self.targets["packet_counters"] = gpu.context.framebuffer(self.counters)
+
+    def samplers(self) -> dict[str, moderngl.Texture]:
+        return {**{f"packet_texels_{k}": texture for k, texture in enumerate(self.hits)},
+                **{"packet_counters": texture for texture in self.counters}}
+
+    def read_hits(self) -> np.ndarray:
+        """(rays, 4) float32, the texels of HIT row by row; only where a target holds one ray."""
+        (width, height), across = self.packet, self.rays[0]
+        texels = np.empty((self.size[1], height, self.size[0], width, 4), np.float32)
+        for r, texture in enumerate(self.hits):
+            texels[:, r // width, :, r % width] = read_texture(texture)
+        image = texels.reshape(self.size[1] * height, self.size[0] * width, 4)
+        return image[:self.rays[1], :across].reshape(-1, 4)
+
+    def bytes(self) -> int:
+        return texture_bytes((*self.hits, *self.counters))
+
+    def release(self) -> None:
+        for target in (*self.targets.values(), self.mask):
+            self.gpu.release(target)
+        for texture in (*self.hits, *self.counters, self.depth):
+            texture.release()
+
+
+class PacketHits:
+    """Hits that still stand in packets' targets: read from there, and handed back to rays by a
+    pass only when another pass wants them."""
+
+    def __init__(self, room: PacketRoom, hand_back: Callable[[], StateBuffer]) -> None:
+        self._room, self._hand_back = room, hand_back
+
+    def samplers(self) -> dict[str, moderngl.Texture]:
+        return self._hand_back().samplers()
+
+    def fields(self, name: str) -> dict[str, np.ndarray]:
+        """Fields of the record ``name``, one entry a texel, row by row."""
+        if name != HIT.name:
+            return self._hand_back().fields(name)
+        return HIT.unpack(self._room.read_hits()[:, None])

@@ -1,0 +1,147 @@
+"""Large scenes: tables filled a slice at a time, trees kept within what floats can index, and (in
+the full suite) millions of triangles within their memory."""
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from conftest import RAY_SETS, assert_same_bits, random_soup, soup_scene
+
+import gpgpu_rt as rt
+from gpgpu_rt import accel, textures
+from gpgpu_rt.accel import bounds, bvh
+from gpgpu_rt.scenes import catalogue
+from gpgpu_rt.texel_layout import EXACT_INTEGER, TRIANGLE
+from gpgpu_rt.textures import TABLE_WIDTH, read_texture, table_textures
+
+BUILDS = ["sah", "kay-kajiya", "goldsmith-salmon"]
+
+
+@pytest.mark.parametrize("count", [1, TABLE_WIDTH - 1, TABLE_WIDTH, 2 * TABLE_WIDTH + 5])
+def test_slices_make_the_same_table(gpu, count: int, monkeypatch) -> None:
+    rng = np.random.default_rng(1)
+    fields = {"v0": rng.random((count, 3)), "v1": rng.random((count, 3)),
+              "v2": rng.random((count, 3)), "index": rng.integers(0, EXACT_INTEGER, count),
+              "last": rng.integers(0, 2, count)}
+    expected = TRIANGLE.pack(**fields).reshape(-1, 4)
+    for at_once in (TABLE_WIDTH, 2 * TABLE_WIDTH, textures.RECORDS_AT_ONCE):
+        monkeypatch.setattr(textures, "RECORDS_AT_ONCE", at_once)
+        table = table_textures(gpu, TRIANGLE, fields)["triangle_table"]
+        texels = read_texture(table).reshape(-1, 4)
+        assert (texels[:3 * count] == expected).all() and not texels[3 * count:].any()
+        table.release()
+
+
+def test_a_table_is_written_into_where_it_fits(gpu) -> None:
+    corners = {f"v{k}": np.full((10, 3), k) for k in range(3)}
+    first = table_textures(gpu, TRIANGLE, {**corners, "index": np.arange(10)})
+    again = table_textures(gpu, TRIANGLE, {**corners, "index": np.arange(10) + 5}, into=first)
+    assert again["triangle_table"].glo == first["triangle_table"].glo
+    assert read_texture(again["triangle_table"])[0, 0, 3] == 5
+    many = {name: np.repeat(rows, 900, axis=0) for name, rows in corners.items()}
+    larger = table_textures(gpu, TRIANGLE, {**many, "index": np.arange(9000)}, into=again)
+    assert larger["triangle_table"].height == 7
+    larger["triangle_table"].release()
+
+
+@pytest.mark.parametrize("most", [1, 2, 3, 40, 333, 10**6])
+@pytest.mark.parametrize("build", BUILDS)
+def test_coarsened_trees(build: str, most: int) -> None:
+    triangles = random_soup(500, 3)
+    fine, tree = (accel.build_bvh(triangles, build=build, most_nodes=m) for m in (None, most))
+    assert len(tree.escape) <= most
+    assert most > len(fine.escape) or len(tree.escape) > most / 5
+    assert np.array_equal(np.sort(tree.order), np.arange(500))
+    nodes, leaf = np.arange(len(tree.escape)), tree.count > 0
+    assert (tree.escape[leaf] == nodes[leaf] + 1).all() and tree.escape[0] == len(nodes)
+    assert np.array_equal(tree.first[leaf], np.cumsum(tree.count[leaf]) - tree.count[leaf])
+    owner = np.repeat(nodes[leaf], tree.count[leaf])
+    assert not ((np.diff(tree.order) < 0) & (np.diff(owner) == 0)).any()
+    inside = triangles[tree.order]
+    assert (inside.min(axis=(0, 1)) == tree.lo[0]).all()
+    assert (inside >= tree.lo[owner, None]).all() and (inside <= tree.hi[owner, None]).all()
+    if most > len(fine.escape):
+        assert np.array_equal(tree.escape, fine.escape) and np.array_equal(tree.order, fine.order)
+
+
+@pytest.mark.parametrize("options", [{}, {"octants": True}, {"build": "kay-kajiya"},
+                                     {"octants": True, "quantise_nodes": 16}],
+                         ids=lambda o: "-".join(map(str, o.values())) or "plain")
+def test_more_nodes_than_can_be_indexed(exact_renderer, options: dict, monkeypatch) -> None:
+    """As with 2^24, on a small scale: leaves hold more triangles, and the hits are the same."""
+    scene = soup_scene(700, 4)
+    rays = RAY_SETS["random"](scene, 800, 5)
+    with rt.Tracer(scene, "brute-force") as tracer:
+        expected = tracer.trace(*rays)
+    monkeypatch.setattr(bvh, "EXACT_INTEGER", 300)
+    with rt.Tracer(scene, "bvh-threaded", **options) as tracer:
+        copies = 8 if "octants" in options else 1
+        assert len(tracer.accelerator.structure.escape) <= 300 // copies
+        assert_same_bits(tracer.trace(*rays), expected)
+        tracer.update(scene.triangles)
+        assert_same_bits(tracer.trace(*rays), expected)
+
+
+def test_the_limit_is_asked_for_only_where_it_could_be_passed() -> None:
+    assert accel.node_limit(10**6) == accel.node_limit(EXACT_INTEGER // 2) == {}
+    assert accel.node_limit(EXACT_INTEGER // 2 + 1) == {"most_nodes": EXACT_INTEGER}
+    assert accel.node_limit(10**6, 8) == {} and accel.node_limit(1_048_577, 8) == {
+        "most_nodes": EXACT_INTEGER // 8}
+
+
+def test_flat_triangles_are_found_in_every_slice(monkeypatch) -> None:
+    triangles = random_soup(50, 6)
+    triangles[[0, 9, 21, 49], 2] = triangles[[0, 9, 21, 49], 1]
+    expected = bounds.shrink_flat(triangles)
+    monkeypatch.setattr(bounds, "AT_ONCE", 7)
+    assert (bounds.shrink_flat(triangles) == expected).all()
+    assert (expected[[0, 9, 21, 49]] == triangles[[0, 9, 21, 49], :1]).all()
+    assert bounds.shrink_flat(triangles[1:9]) is not None
+
+
+def test_names_may_have_hyphens() -> None:
+    assert catalogue.find("soda-hall")[0].name == "sodahall"
+    assert catalogue.find("fairy-forest")[0].name == "fairyforest"
+
+
+LARGE = """
+import json, resource, sys, time
+import gpgpu_rt as rt
+name, options = sys.argv[1], json.loads(sys.argv[2])
+scene = rt.load_scene(name)
+with rt.Tracer(scene, **options) as tracer:
+    built = tracer.statistics.build_seconds
+    tracer.render(size=(256, 256))
+    rendered = tracer.statistics.trace_seconds
+    rays = [a.reshape(-1, 3)[::997] for a in scene.camera.rays((256, 256))]
+    hits = tracer.trace(*rays)
+    found = {"triangles": len(scene), "built": built, "rendered": rendered,
+             "nodes": len(tracer.accelerator.structure.lo),
+             "bytes": tracer.statistics.texture_bytes, "hit": float(hits.hit.mean())}
+with rt.Tracer(scene, "brute-force") as tracer:
+    other = tracer.trace(*rays)
+found["wrong"] = int((hits.t != other.t).sum() + (hits.triangle != other.triangle).sum())
+found["peak"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+print(json.dumps(found))
+"""
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("name, gibibytes", [("sodahall", 6), ("powerplant", 16)])
+@pytest.mark.parametrize("options", [{}, {"octants": True}], ids=["plain", "octants"])
+def test_large_scenes(exact_renderer, name: str, options: dict, gibibytes: float) -> None:
+    """Built, rendered, and right against every triangle there is, within its memory; what it
+    takes is printed (-s)."""
+    environment = {**os.environ, "GPGPU_RT_CACHE": "", "GPGPU_RT_SCENES": ""}
+    answer = subprocess.run([sys.executable, "-c", LARGE, name, json.dumps(options)], check=True,
+                            capture_output=True, text=True, env=environment)
+    found = json.loads(answer.stdout)
+    print(f"\n{name} {options}: {found}")
+    assert found["triangles"] == catalogue.ROWS[name].triangles
+    assert found["nodes"] <= EXACT_INTEGER // (8 if options else 1)
+    assert found["hit"] > 0.2 and found["wrong"] == 0
+    assert found["peak"] < gibibytes * 2**30
