@@ -77,6 +77,16 @@ def test_what_the_gpu_does_not_build_is_refused() -> None:
         accel.build_kdtree(random_soup(3, 1), build="zhou", small=65)
 
 
+def test_a_scene_past_what_a_stream_holds(exact_renderer, monkeypatch) -> None:
+    triangles = random_soup(900, 36, size=0.02)
+    monkeypatch.setattr("gpgpu_rt.passes.streams.EXACT_INTEGER", 2000)
+    with pytest.raises(rt.LimitError, match="build on the cpu"):
+        build_kdtree(exact_renderer, triangles)
+    monkeypatch.undo()
+    assert_same_tree(build_kdtree(exact_renderer, triangles),
+                     accel.build_kdtree(triangles, build="zhou"))
+
+
 def test_masks() -> None:
     masks = np.random.default_rng(33).integers(0, 2**64 - 1, 200, np.uint64, endpoint=True)
     masks[:2] = 0, 2**64 - 1
