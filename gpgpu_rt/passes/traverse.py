@@ -11,7 +11,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import moderngl
 
@@ -38,6 +38,16 @@ MASKED, DRAWN = 0.0, 0.5   # depths of a masked ray and of the passes it is mask
 def kernel_depth(kernel: int) -> float:
     """The depth that marks rays waiting for a kernel (0: those that are over)."""
     return (1 + kernel) / 16
+
+
+class ProgramKey(NamedTuple):
+    """What tells a method's traversal programs apart."""
+
+    rays: Record
+    any_hit: bool
+    steps: int
+    start: bool
+    kernel: int   # the only one it runs, or 0
 
 
 class Traversal:
@@ -257,7 +267,7 @@ class Traversal:
 
     def _traverse(self, rays: RayTextures, any_hit: bool, steps: int, start: bool = False,
                   kernel: int = 0) -> FullScreenPass:
-        key = (rays.record, any_hit, steps, start, kernel)
+        key = ProgramKey(rays.record, any_hit, steps, start, kernel)
         if key not in self._programs:
             defines = {
                 **method_defines(self.method, self.accelerator, self.options, any_hit),
