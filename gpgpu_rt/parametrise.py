@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import trimesh
 
+from .accel.morton import morton_order
 from .accel.runs import expand, owners
 from .errors import OptionError, SceneError
 from .geometry_image import GeometryImage
@@ -21,6 +22,7 @@ from .scene import Scene, load_scene
 from .surface_mesh import SurfaceMesh
 
 CUTS = 8              # paths at most that open a surface further
+PATCHES = 500         # of vertices, at most, in the coarse half of their preconditioner
 STRETCHED = 12.0      # times smaller than the median: worth a cut
 TOLERANCE, ROUGH = 1e-5, 1e-3    # of conjugate gradients, for the image and for choosing cuts
 
@@ -253,7 +255,23 @@ def embed(mesh: SurfaceMesh, border: np.ndarray, places: np.ndarray, size: int,
         row, column = (np.bincount(mesh.start, np.repeat(g, 3), count) / near for g in guess.T)
         at = np.where(free > 0, row + 1j * column, at)
         left = -missed(at)
-    scaled = left / total
+    # Errors that reach far are mended between patches of vertices, the others one by one.
+    patches = min(count // 16 + 1, PATCHES)
+    patch = np.empty(count, np.int64)
+    patch[morton_order(mesh.vertices if guess is None else
+                       np.stack([at.real, at.imag, 0 * at.real], axis=1))] = (
+        np.arange(count) * patches // count)
+    coarse = np.bincount(patch[here] * patches + patch[there], -pull * free[here] * free[there],
+                         patches**2).reshape(patches, patches)
+    coarse[np.diag_indices(patches)] += np.bincount(patch, total * free, patches)
+    coarse[np.diag_indices(patches)] += 1e-9 * coarse.diagonal().max()    # a patch of the border
+    inverse = np.linalg.inv(coarse)
+
+    def mended(left: np.ndarray) -> np.ndarray:
+        parts = [np.bincount(patch, part, patches) for part in (left.real, left.imag)]
+        return left / total + ((parts[0] + 1j * parts[1]) @ inverse)[patch] * free
+
+    scaled = mended(left)
     way, power = scaled, np.vdot(left, scaled).real
     for _ in range(20 * int(np.sqrt(count)) + 100):
         if np.linalg.norm(left) <= goal:
@@ -262,7 +280,7 @@ def embed(mesh: SurfaceMesh, border: np.ndarray, places: np.ndarray, size: int,
         step = power / np.vdot(way, bent).real
         at = at + step * way
         left = left - step * bent
-        scaled = left / total
+        scaled = mended(left)
         before, power = power, np.vdot(left, scaled).real
         way = scaled + power / before * way
     return np.stack([at.real, at.imag], axis=1)
