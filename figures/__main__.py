@@ -9,8 +9,8 @@ from gpgpu_rt.errors import Error
 from gpgpu_rt.files import check_writable
 
 from . import (
-    extremes, fig03, fig08, fig09, fig10, fig11, fig12, fig13, fig14, fig15, fig16, fig17, fig20,
-    fig21, frames, schedules, tradeoff
+    extremes, fig03, fig08, fig09, fig10, fig11, fig12, fig13, fig14, fig15, fig16, fig17, fig18,
+    fig19, fig20, fig21, frames, schedules, tradeoff
 )
 from .measure import measure
 from .output import write_text
@@ -27,6 +27,8 @@ FIGURES = {
     "fig15": (fig15, "Figure 15: a kd-tree with ropes"),
     "fig16": (fig16.FIGURE, "Figure 16: ropes for single rays and packets"),
     "fig17": (fig17, "Figure 17: what ropes add to a kd-tree's size"),
+    "fig18": (fig18, "Figure 18: a bounding volume hierarchy of boxes"),
+    "fig19": (fig19, "Figure 19: the same hierarchy, threaded"),
     "fig20": (fig20.FIGURE, "Figure 20: whole images by grid, kd-trees and threaded BVHs"),
     "frames": (frames, "Time a frame of moving scenes: refitted, rebuilt, and kd-trees"),
     "fig21": (fig21, "Figure 21: a geometry image, and the pyramids over it"),

@@ -88,7 +88,7 @@ def passes(method: str = METHOD) -> tuple[Pass, ...]:
 
         def look(source: Any, target: Any, program: Any) -> None:
             traversal = tracer._traversal
-            kernel = next(key[3] for key, one in traversal._programs.items() if one is program)
+            kernel = next(key.kernel for key, one in traversal._programs.items() if one is program)
             for buffer in (target, source):
                 if buffer is not None and id(buffer) not in sides:
                     sides[id(buffer)] = "AB"[len(sides)]

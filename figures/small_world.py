@@ -19,6 +19,7 @@ from gpgpu_rt.accel import KD_LEAF_AXIS, KdTree, build_ropes
 from gpgpu_rt.accel.ropes import Ropes
 
 SEED, COUNT, HEIGHT, MAX_DEPTH = 1, 6, 0.05, 3
+BVH = {"build": "kay-kajiya"}      # as Thrane and Simonsen drew it: a leaf a triangle
 ORIGIN, DIRECTION = (0.7, 0.64), (-0.9, 0.37)
 
 
@@ -106,7 +107,8 @@ class Step:
     @property
     def visited(self) -> int | None:
         """The node whose record the kernel read to choose the way, if it was one that does."""
-        return {"down": self.before["node"], "climb": self.after["node"]}.get(self.kernel)
+        return {"down": self.before["node"], "traverse": self.before["node"],
+                "climb": self.after["node"]}.get(self.kernel)
 
 
 @dataclass(frozen=True)
@@ -134,8 +136,8 @@ def _own_walk(method: str) -> Walk:
 
 def _walk(method: str, small: World) -> Walk:
     states: list[tuple[dict[str, Any], dict[str, Any]]] = []
-    with rt.Tracer(small.scene, method, schedule="step", max_depth=MAX_DEPTH,
-                   statistics=True) as tracer:
+    build = {"max_depth": MAX_DEPTH} if method.startswith("kd-") else BVH
+    with rt.Tracer(small.scene, method, schedule="step", statistics=True, **build) as tracer:
         row = tracer.method
 
         def look(source: Any, target: Any, program: Any) -> None:

@@ -14,8 +14,9 @@ from .options import TRACER_OPTIONS, Option
 # Knobs that change what is hit and where. All others change time and bytes alone: hits stay the
 # same, to the bit where arithmetic is exact.
 _ACCURACY = ("precision", "storage", "rounding", "intersection", "interval")
-# No knobs of their own: how a call is watched, what precision sets both of, and how that rounds.
-_NO_KNOBS = ("statistics", "context", "storage", "arithmetic", "schedule")
+# No knobs of their own: how a call is watched, what precision sets both of, and how that rounds;
+# and where the same build runs.
+_NO_KNOBS = ("statistics", "context", "storage", "arithmetic", "schedule", "build_device")
 _STEPS = (16, 64)
 FULL_PRECISION = (None, "fp32")
 STEP_ROOM = 8   # steps of a relaxed candidate over the most a ray takes at full accuracy

@@ -97,13 +97,18 @@ class Gpu:
         self.max_draw_buffers: int = context.info["GL_MAX_DRAW_BUFFERS"]
         self.programs: dict[Any, moderngl.Program] = {}   # filled by shader.py
         self._rest: moderngl.Framebuffer | None = None
+        self._entered = 0
 
     def __enter__(self) -> Gpu:
+        self._entered += 1
         self.context.__enter__()
         return self
 
     def __exit__(self, *exception: Any) -> None:
-        self.context.__exit__(*exception)
+        """The context stays current for who entered it further out."""
+        self._entered -= 1
+        if not self._entered:
+            self.context.__exit__(*exception)
 
     def check_size(self, width: int, height: int, what: str) -> None:
         """Raise LimitError before GL is asked for a texture it cannot hold (it fails silently)."""

@@ -414,3 +414,70 @@ STACK_ENTRY = Record("stack_entry", "t_max node:int")
 
 LIT = Record("lit", "ambient:vec3 | direct:vec3")
 """Light that leaves a hit towards the eye: what always arrives, and what a shadow takes away."""
+
+# Streams of construction -------------------------------------------------------------------------
+
+VALUES = Record("values", "value:vec4")
+"""Four numbers an element: what is reduced, scanned or flagged."""
+
+SORT_KEY = Record("sort_key", "hi:int lo:int index:int")
+"""A key of two numbers, up to 24 bits each, and what it belongs to; sorted in this order."""
+
+SOURCE = Record("source", "index:int")
+"""The element that one is taken from."""
+
+BOX = Record("box", "lo:vec3 | hi:vec3")
+"""A box: of a triangle, of a run of slots or of a node."""
+
+BIN = Record("bin", "lo:vec3 count:int | minus_hi:vec3")
+"""What the triangles in a bin span, the upper corner negated so that one blending takes the
+minimum of both, and how many they are."""
+
+SLOT = Record("slot", "triangle:int node:int starts:int")
+"""A place in the order: its triangle; the node that is being split there, or -1; 1 where a leaf
+begins."""
+
+SPLIT = Record("split", "axis:int at:int taken:int")
+"""How a node is split: ``taken`` triangles go left, none where it is a leaf; which ones, says a
+bin, or a slot, along an axis; 3 stands for the order of slots itself."""
+
+INTERVAL = Record("interval", "first:int last:int parent:int turns:int")
+"""A node as the slots that it spans, or -1 for none; an ancestor, or -1 for none; and of those on
+the way there how many have it on their left."""
+
+# Streams of Zhou's kd-tree build -----------------------------------------------------------------
+
+PIECE = Record("piece", "lo:vec3 triangle:int | hi:vec3 node:int")
+"""The part of a triangle in a node: its box; the node's number in its level, or a small root's."""
+
+CELL = Record("cell", "lo:vec3 count:int | hi:vec3 futile:int | parent:int")
+"""A node of a level of large nodes: its box, its pieces; how many levels have told none from
+another; its parent in the level above."""
+
+CHUNK = Record("chunk", "lo:vec3 | hi:vec3 | left:vec3 | right:vec3")
+"""Some pieces of a node: bounds; how many lie left and right of the node's middle, by axis."""
+
+DECISION = Record("decision", "plane axis:int futile:int")
+"""How a node of such a level is split; axis 3: not at all."""
+
+SMALL_NODE = Record("node", "lo:vec3 base:int | hi:vec3 depth:int | mask:vec4")
+"""A small node: its box, its root's first piece, and which of the root's pieces it holds: 64 bits,
+16 a channel."""
+
+EXTENT = Record("extent", "lo hi")
+"""A piece along one axis."""
+
+SIDES = Record("sides", "lower_left:vec4 | lower_right:vec4 | upper_left:vec4 | upper_right:vec4")
+"""Which pieces of a root lie left and right of where a piece begins and of where it ends, along
+one axis: masks as a small node's."""
+
+CHOICE = Record("choice", "plane face:int source:int inner:int")
+"""The cheapest plane of a small node: the face of a box, 0 to 5; the extent it is from; whether it
+is taken."""
+
+PLACE = Record("place", "at:int pair:int")
+"""Where a node stands in depth-first order, and where the pair of its children does."""
+
+BUILT = Record("built", "split axis:int left:int count:int | mask:vec4 | base:int")
+"""A node of the finished tree, and where a leaf's pieces are: from base on those of the mask, or
+where that is empty the first ones."""

@@ -23,6 +23,7 @@ from .methods import Accelerator, Method, find_method
 from .methods.row import Tables
 from .options import TRACER_OPTIONS, resolve_options
 from .passes.packet_room import PacketHits
+from .passes.packet_steps import PacketSteps
 from .passes.packets import PacketTraversal
 from .passes.shade import Shading
 from .passes.traverse import OVERFLOWN
@@ -118,7 +119,8 @@ class Tracer:
         if options["schedule"] not in row.schedules:
             raise OptionError(f"method {row.name} runs under {', '.join(row.schedules)} only, not "
                               f"{options['schedule']}")
-        if row.stack_entry is not None and options["steps_per_pass"] != 1:
+        in_atlas = row.stack_entry or (row.single and options["schedule"] == "step")
+        if in_atlas and options["steps_per_pass"] != 1:
             raise OptionError(f"method {row.name} runs one step a pass, as its stack is drawn "
                               "between them; leave steps_per_pass at 1")
 
@@ -152,11 +154,13 @@ class Tracer:
     def _samplers(self) -> dict[str, moderngl.Texture]:
         return {k: v for tables in self._tables.values() for k, v in tables.items()}
 
-    def _make_traversal(self) -> Traversal | PacketTraversal:
+    def _make_traversal(self) -> Traversal | PacketTraversal | PacketSteps:
         given = (self.gpu, self.method, self._samplers(), self.accelerator, self.options,
                  self.step_cap)
         if self.method.single is None:
             return Traversal(*given)
+        if self.options["schedule"] == "step":
+            return PacketSteps(*given)
 
         def prepare_single(method: Method, options: Mapping[str, Any]) -> tuple[
                 dict[str, moderngl.Texture], Accelerator]:

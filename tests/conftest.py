@@ -11,8 +11,10 @@ import pytest
 
 import gpgpu_rt as rt
 from gpgpu_rt import rays as ray_sets
+from gpgpu_rt.accel import Bvh
 from gpgpu_rt.gpu import Gpu, open_gpu
 from gpgpu_rt.methods import find_method
+from gpgpu_rt.passes.build import GPU_BUILDS, GPU_KD_BUILDS
 from gpgpu_rt.scenes import catalogue
 
 # Tests build what they test, but each structure once.
@@ -44,7 +46,7 @@ def schedules_of(row: rt.Method, names: Iterable[str] = SCHEDULES) -> dict[str, 
     """Those schedules' settings that a method runs under."""
     return {name: SCHEDULES[name] for name in names
             if SCHEDULES[name]["schedule"] in row.schedules
-            and not (row.stack_entry is not None and "steps_per_pass" in SCHEDULES[name])}
+            and not ((row.stack_entry or row.single) and "steps_per_pass" in SCHEDULES[name])}
 
 
 def pytest_report_header() -> str:
@@ -84,14 +86,22 @@ def variants(name: str) -> list[dict[str, object]]:
                          if c != option.default and c not in option.relaxed]
         elif option.kind is bool:
             settings.append({option.name: not option.default})
-    return settings
+    return [given for given in settings if buildable(name, given)]
+
+
+def buildable(name: str, given: dict[str, object]) -> bool:
+    """Whether the device that is asked for has the builder."""
+    options = {**{option.name: option.default for option in find_method(name).options}, **given}
+    builds = GPU_KD_BUILDS if name.startswith("kd-") else GPU_BUILDS
+    return options.get("build_device") != "gpu" or options["build"] in builds
 
 
 def variant_pairs(name: str) -> list[dict[str, object]]:
     """Every two variants together that set different options."""
     single = variants(name)[1:]
-    return [{**one, **other} for one, other in itertools.combinations(single, 2)
-            if not set(one) & set(other)]
+    pairs = ({**one, **other} for one, other in itertools.combinations(single, 2)
+             if not set(one) & set(other))
+    return [pair for pair in pairs if buildable(name, pair)]
 
 
 def real_scene(name: str) -> rt.Scene:
@@ -140,3 +150,23 @@ def assert_same_hits(hits: rt.Hits, oracle: rt.Hits, extent: float, allowed: flo
     assert wrong.sum() <= allowed * len(hits), (
         f"{wrong.sum()} of {len(hits)} rays wrong, first {np.flatnonzero(wrong)[:5]}: "
         f"{hits.t[wrong][:3]} against {oracle.t[wrong][:3]}")
+
+
+def assert_threaded(bvh: Bvh, triangles: np.ndarray) -> None:
+    """A tree in depth-first order over all triangles, each box the union of what is in it."""
+    assert (np.sort(bvh.order) == np.arange(len(triangles))).all()
+    if not len(triangles):
+        return
+    nodes = np.arange(len(bvh.escape))
+    leaf = bvh.count > 0
+    assert (bvh.escape > nodes).all() and bvh.escape[0] == len(nodes)
+    assert (bvh.escape[leaf] == nodes[leaf] + 1).all()
+    left = nodes[~leaf] + 1
+    right = bvh.escape[left]
+    assert (bvh.escape[right] == bvh.escape[~leaf]).all()
+    for bound, corner in ((np.minimum, bvh.lo), (np.maximum, bvh.hi)):
+        assert (bound(corner[left], corner[right]) == corner[~leaf]).all()
+    owner = np.repeat(nodes[leaf], bvh.count[leaf])
+    at = np.concatenate([np.arange(f, f + c) for f, c in zip(bvh.first[leaf], bvh.count[leaf])])
+    inside = triangles[bvh.order[at]]
+    assert (inside >= bvh.lo[owner, None]).all() and (inside <= bvh.hi[owner, None]).all()

@@ -4,6 +4,8 @@
 
 uniform int root;
 
+const int NOTHING = 1 << 24;   // no child: above every index
+
 bool is_leaf(int child) {
     return child < 0;
 }

@@ -12,6 +12,15 @@ int direction_octant(vec3 direction) {
     return negative.x + 2 * negative.y + 4 * negative.z;
 }
 
+// Rays go together whatever their signs where no order of nodes is a direction's, and no bound.
+int octant_of(Ray ray) {
+#if defined(OCTANTS) || defined(INTERVAL_TEST)
+    return direction_octant(ray.direction);
+#else
+    return 0;
+#endif
+}
+
 void find_turn(int r) {
     turn = turn < 0 && t_turn[r] != NEVER ? octant[r] : turn;
 }

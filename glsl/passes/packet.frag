@@ -19,29 +19,7 @@
 #include "common/box.glsl"
 #include "common/triangle.glsl"
 #include "common/packet.glsl"
-
-uniform ivec2 ray_texture_size;
-uniform int step_limit;
-
-// EACH(f) calls f(0), f(1), ...: with constant indices the arrays stay in registers.
-Ray rays[RAYS];
-Hit hits[RAYS];
-int steps = 0;
-int tested;   // the triangle that EACH(test_ray) tests
-#ifdef PAIRS
-int rows[RAYS];   // of the triangle table: where the triangle hit stands
-#endif
-
-void test_ray(int r) {
-    Hit hit = hits[r];
-    test_triangle(rays[r], tested, hit);
-    hit.t = stored(hit.t);
-#ifdef PAIRS
-    rows[r] = hit.triangle != hits[r].triangle ? tested : rows[r];
-#endif
-    hits[r] = hit;
-}
-
+#include "common/packet_rays.glsl"
 #include <method>
 
 #ifdef STATISTICS
@@ -53,20 +31,6 @@ layout(location = 0) out uvec4 packet_target[PACKET_TARGETS];
 layout(location = 0) out vec4 packet_target[PACKET_TARGETS];
 #endif
 #endif
-
-void load(int r) {
-    ivec2 texel = ivec2(gl_FragCoord.xy) * PACKET_SIZE
-                + ivec2(r % PACKET_WIDTH, r / PACKET_WIDTH);
-    bool inside = texel.x < ray_texture_size.x && texel.y < ray_texture_size.y;
-    Rays texels = rays_load(min(texel, ray_texture_size - 1));
-    texels.t_max = inside ? texels.t_max : -1.0;
-    texels.t_min = inside ? texels.t_min : 1.0;
-    rays[r] = ray_setup(texels);
-    hits[r] = no_hit(stored(rays[r].t_max));
-#ifdef PAIRS
-    rows[r] = NO_TRIANGLE;
-#endif
-}
 
 bool all_settled = true;
 

@@ -12,10 +12,6 @@
 #include "common/packet_turns.glsl"
 #include "common/packet_bounds.glsl"
 
-#if defined(OCTANTS) || defined(INTERVAL_TEST)
-#define TURNS   // the rays that go together agree in the signs of their directions
-#endif
-
 uniform int node_count;
 
 bool through = false;   // the walk of the present rays has ended
@@ -30,11 +26,7 @@ bool is_settled(int r) {
 
 void start_ray(int r) {
     Ray ray = rays[r];
-#ifdef TURNS
-    octant[r] = direction_octant(ray.direction);
-#else
-    octant[r] = 0;
-#endif
+    octant[r] = octant_of(ray);
     t_turn[r] = node_count > 0 && ray.t_min <= ray.t_max ? ray.t_min : NEVER;
     rays[r].t_min = NEVER;
 }
@@ -112,6 +104,24 @@ void test_box(int r) {
     any_in = any_in || max(interval.x, rays[r].t_min) <= min(interval.y, hits[r].t);
 }
 
+// One node: moves on to the next, and gives the first triangle of a leaf that a ray is in, else -1.
+int visit() {
+    COUNT(nodes_visited);
+    ++steps;
+    lo = bvh_node_lo(node);
+    hi = bvh_node_hi(node);
+    int first = bvh_node_first(node);
+#ifdef INTERVAL_TEST
+    vec2 interval = bounding_interval(lo, hi);
+    any_in = interval.x <= interval.y;
+#else
+    any_in = false;
+    EACH(test_box)
+#endif
+    node = any_in && first < 0 ? node + 1 : bvh_node_escape(node);
+    return any_in ? first : -1;
+}
+
 // To the next leaf that a ray is in, and through its triangles; false when the rays whose turn it
 // is are through, or out of steps.
 bool step_packet() {
@@ -119,20 +129,7 @@ bool step_packet() {
     // packets that leave it before others do.
     int leaf = -1;
     do {
-        COUNT(nodes_visited);
-        ++steps;
-        lo = bvh_node_lo(node);
-        hi = bvh_node_hi(node);
-        int first = bvh_node_first(node);
-#ifdef INTERVAL_TEST
-        vec2 interval = bounding_interval(lo, hi);
-        any_in = interval.x <= interval.y;
-#else
-        any_in = false;
-        EACH(test_box)
-#endif
-        leaf = any_in ? first : -1;
-        node = any_in && first < 0 ? node + 1 : bvh_node_escape(node);
+        leaf = visit();
     } while (leaf < 0 && node >= 0 && steps < step_limit);
     bool on = true;
     if (leaf >= 0) {
@@ -149,12 +146,11 @@ bool step_packet() {
 
 #include "common/bvh_pairs.glsl"
 
-int stack[STACK_SIZE];
+int node;
 int stacked;
-int child;
 
 void start_walk() {
-    child = root;
+    node = root;
     stacked = 0;
 }
 
@@ -176,50 +172,61 @@ void test_boxes(int r) {
     for_left += left_first ? 1 : (in_right ? -1 : 0);
 }
 
+// One inner node: moves on to the nearer child that a ray is in, or else to NOTHING, and gives the
+// farther one if a ray is in that as well, else NOTHING.
+int visit() {
+    COUNT(nodes_visited);
+    ++steps;
+    lo = bvh_pair_left_lo(node);
+    hi = bvh_pair_left_hi(node);
+    right_lo = bvh_pair_right_lo(node);
+    right_hi = bvh_pair_right_hi(node);
+    int left = bvh_pair_left(node);
+    int right = bvh_pair_right(node);
+#ifdef INTERVAL_TEST
+    vec2 in_left = bounding_interval(lo, hi);
+    vec2 in_right = bounding_interval(right_lo, right_hi);
+    any_in = in_left.x <= in_left.y;
+    any_right = in_right.x <= in_right.y;
+    for_left = in_left.x <= in_right.x ? 1 : -1;
+#else
+    any_in = any_right = false;
+    for_left = 0;
+    EACH(test_boxes)
+#endif
+    bool both = any_in && any_right;
+    bool left_first = any_in && (!any_right || for_left >= 0);
+    node = left_first ? left : any_right ? right : NOTHING;
+    return both ? (left_first ? right : left) : NOTHING;
+}
+
+#ifndef STEPWISE
+
+int stack[STACK_SIZE];
+
 // Down to a leaf, through its triangles, and on to what the stack holds; false when that is
 // nothing, or out of steps.
 bool step_packet() {
     bool on = true;
-    while (!is_leaf(child) && on && steps < step_limit) {
-        COUNT(nodes_visited);
-        ++steps;
-        lo = bvh_pair_left_lo(child);
-        hi = bvh_pair_left_hi(child);
-        right_lo = bvh_pair_right_lo(child);
-        right_hi = bvh_pair_right_hi(child);
-        int left = bvh_pair_left(child);
-        int right = bvh_pair_right(child);
-#ifdef INTERVAL_TEST
-        vec2 in_left = bounding_interval(lo, hi);
-        vec2 in_right = bounding_interval(right_lo, right_hi);
-        any_in = in_left.x <= in_left.y;
-        any_right = in_right.x <= in_right.y;
-        for_left = in_left.x <= in_right.x ? 1 : -1;
-#else
-        any_in = any_right = false;
-        for_left = 0;
-        EACH(test_boxes)
-#endif
-        if (any_in && any_right) {
-            stack[stacked] = for_left >= 0 ? right : left;
+    while (!is_leaf(node) && on && steps < step_limit) {
+        int far = visit();
+        if (far != NOTHING) {
+            stack[stacked] = far;
             ++stacked;
-            child = for_left >= 0 ? left : right;
-        } else if (any_in || any_right) {
-            child = any_in ? left : right;
-        } else if (stacked > 0) {
+        } else if (node == NOTHING && stacked > 0) {
             --stacked;
-            child = stack[stacked];
-        } else {
+            node = stack[stacked];
+        } else if (node == NOTHING) {
             on = false;
         }
     }
     through = !on;
-    if (on && is_leaf(child)) {
-        on = intersect(first_triangle(child));
+    if (on && is_leaf(node)) {
+        on = intersect(first_triangle(node));
         through = !any_left || (on && stacked == 0);
         if (stacked > 0) {
             --stacked;
-            child = stack[stacked];
+            node = stack[stacked];
         } else {
             on = false;
         }
@@ -227,4 +234,5 @@ bool step_packet() {
     return on && !through && steps < step_limit;
 }
 
+#endif
 #endif

@@ -201,17 +201,19 @@ def build_bvh(triangles: np.ndarray, *, build: str = "sah", most_nodes: int | No
     Parameters
     ----------
     triangles : (n, 3, 3) float32, world units
-    build : "sah", "kay-kajiya" or "goldsmith-salmon"
+    build : "sah", "kay-kajiya", "goldsmith-salmon", "lbvh" or "hybrid"
     most_nodes : past it leaves hold more triangles; None for as many nodes as the build makes
-    options : of that builder: see `sah_bvh.build`, `median.build`, `insertion.build`
+    options : of that builder: see `sah_bvh.build`, `median.build`, `insertion.build`,
+        `lbvh.build`, `hybrid.build`
 
     Raises
     ------
     OptionError, SceneError
     """
-    from . import insertion, median, sah_bvh  # they import this file's records
+    from . import hybrid, insertion, lbvh, median, sah_bvh  # they import this file's records
     builders = {"sah": sah_bvh.build, "kay-kajiya": median.build,
-                "goldsmith-salmon": insertion.build}
+                "goldsmith-salmon": insertion.build, "lbvh": lbvh.build,
+                "hybrid": hybrid.build}
     builder = builders[choose("build", build, builders)]
     triangles = as_triangles(triangles)
     tree = builder(triangles, **options)

@@ -11,8 +11,9 @@ off empty space is always among the choices.
 """
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +23,8 @@ FEW = 16                              # up to here each candidate is counted aga
 FEW_SIZES = (1, 2, 3, 4, 6, 8, 12, FEW)
 WORTH_CUTTING = 0.2                   # share of a node; thinner slices of empty space win no bonus
 NODE_CHUNK = 1 << 12                  # small nodes at a time, so that they stay in the cache
+
+Run = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]    # `map`, or a pool's
 
 
 @dataclass
@@ -109,8 +112,11 @@ class SplitCost:
         return np.where(inside, cost, np.float32(np.inf))
 
 
-def best_splits(level: Level, costs: Costs, split: str, bins: int) -> Splits:
-    """The best split of every node of the level; nodes without references get none."""
+def best_splits(level: Level, costs: Costs, split: str, bins: int, run: Run = map) -> Splits:
+    """The best split of every node of the level; nodes without references get none.
+
+    run : what goes over the three axes of many references
+    """
     splits = Splits.none(len(level.count))
     starts = run_starts(level.count)
     lowest = 0
@@ -126,7 +132,7 @@ def best_splits(level: Level, costs: Costs, split: str, bins: int) -> Splits:
             if split == "exact":
                 _sorted(level, nodes, index, costs, splits)
             else:
-                _binned(level, nodes, index, bins, costs, splits)
+                _binned(level, nodes, index, bins, costs, splits, run)
     return splits
 
 
@@ -160,14 +166,15 @@ def _few(level: Level, nodes: np.ndarray, starts: np.ndarray, size: int, costs: 
 
 
 def _binned(level: Level, nodes: np.ndarray, index: np.ndarray, bins: int, costs: Costs,
-            splits: Splits) -> None:
+            splits: Splits, run: Run) -> None:
     """Planes at the ends of equal bins between the outermost sides of the references."""
     count = level.count[nodes]
     starts, node = run_starts(count), owners(count)
     steps = np.linspace(0, 1, bins + 1, dtype=np.float32)
     rows = node * (bins + 1)
     cells = len(nodes) * (bins + 1)
-    for axis in range(3):
+
+    def along(axis: int) -> tuple[np.ndarray, int, np.ndarray]:
         lo, hi = level.box[axis].take(index), level.box[3 + axis].take(index)
         low, high = np.minimum.reduceat(lo, starts), np.maximum.reduceat(hi, starts)
         with np.errstate(divide="ignore", over="ignore"):
@@ -185,7 +192,10 @@ def _binned(level: Level, nodes: np.ndarray, index: np.ndarray, bins: int, costs
         cost = costs.split(level, nodes, axis).at(plane.T, left.T, right.T).T
         best = cost.argmin(axis=1)
         row = np.arange(len(nodes))
-        splits.offer(nodes, cost[row, best], axis, plane[row, best])
+        return cost[row, best], axis, plane[row, best]
+
+    for found in run(along, range(3)):
+        splits.offer(nodes, *found)
 
 
 def _sorted(level: Level, nodes: np.ndarray, index: np.ndarray, costs: Costs,

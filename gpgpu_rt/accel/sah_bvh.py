@@ -34,6 +34,16 @@ def build(triangles: np.ndarray, *, bins: int = 32, max_leaf: int = 4,
         ceil(log2 n), if that is more)
     """
     refuse_unknown(build, unknown)
+    return top_down.build(triangles, splitter(
+        bins=bins, max_leaf=max_leaf, traversal_cost=traversal_cost,
+        intersection_cost=intersection_cost, max_depth=max_depth))
+
+
+def splitter(*, bins: int = 32, max_leaf: int = 4, traversal_cost: float = 1.0,
+             intersection_cost: float = 1.0, max_depth: int = 64,
+             **unknown: object) -> top_down.Splitter:
+    """What splits a level, for builders that begin with clusters; options as above."""
+    refuse_unknown(splitter, unknown)
     bins = in_range("bins", bins, 2, 1024, int)
     max_leaf = in_range("max_leaf", max_leaf, 1, 1 << 20, int)
     traversal = in_range("traversal_cost", traversal_cost, 0, 1e6)
@@ -50,7 +60,7 @@ def build(triangles: np.ndarray, *, bins: int = 32, max_leaf: int = 4,
         leaf = (count <= max_leaf) & (intersection * count <= 2 * traversal + intersection * cost)
         return axis, np.where(leaf | (count < 2), 0, taken)
 
-    return top_down.build(triangles, split)
+    return split
 
 
 def _best(level: TriangleLevel, bins: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

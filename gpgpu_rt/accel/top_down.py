@@ -45,16 +45,26 @@ class TriangleLevel:
 Splitter = Callable[[TriangleLevel], tuple[np.ndarray, np.ndarray]]
 
 
-def build(triangles: np.ndarray, splitter: Splitter) -> LooseTree:
-    """Split until the splitter makes every node a leaf."""
+def build(triangles: np.ndarray, splitter: Splitter,
+          cluster: np.ndarray | None = None) -> LooseTree:
+    """Split until the splitter makes every node a leaf.
+
+    cluster : (n,) int, for each triangle the node to begin in, 0, 1, ..., none of them empty; then
+        these are the first nodes, and not one tree's. None: all begin in the root
+    """
     # By a power of two, which changes no bits but the exponent's: else areas of tiny or huge
     # scenes under- or overflow.
     _, exponent = np.frexp(np.abs(triangles).max(initial=0))
     lo, hi = (np.ldexp(corner, -exponent) for corner in triangle_boxes(triangles))
     centroid = lo * np.float32(0.5) + hi * np.float32(0.5)
-    order = np.argsort(centroid, axis=1, kind="stable")
     n = len(triangles)
-    level = TriangleLevel(order, np.array([n] if n else []), lo, hi, centroid, 0)
+    if cluster is None:
+        order = np.argsort(centroid, axis=1, kind="stable")
+        count = np.array([n] if n else [])
+    else:
+        order = np.stack([np.lexsort([along, cluster]) for along in centroid])
+        count = np.bincount(cluster)
+    level = TriangleLevel(order, count, lo, hi, centroid, 0)
     left_child, right_child, counts, leaves = [], [], [], []
     nodes = 0
     goes_left = np.zeros(n, bool)

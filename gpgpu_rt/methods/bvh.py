@@ -9,10 +9,11 @@ import numpy as np
 
 from .. import accel
 from ..options import Option
-from ..texel_layout import BVH_NODE, BVH_PAIR, TRIANGLE, Record
+from ..texel_layout import BVH_NODE, BVH_PAIR, STACK_ENTRY, TRIANGLE, Record
 from .brute_force import triangle_table
+from .bvh_build import BUILD_OPTIONS, built_bvh
 from .bvh_tables import Layout, Options, Pairs, Threads, last_of_leaves, scene_box
-from .row import PACKET, Accelerator, Method
+from .row import PACKET, Accelerator, Method, Stepwise
 
 LayoutOf = Callable[[Options], type[Layout]]
 
@@ -32,8 +33,7 @@ class _Kept:
 
 def _built(triangles: np.ndarray, options: Options) -> accel.Bvh:
     copies = 8 if options.get("octants") else 1
-    return accel.cached(accel.build_bvh, triangles, build=options["build"],
-                        **accel.node_limit(len(triangles), copies))
+    return built_bvh(triangles, options, **accel.node_limit(len(triangles), copies))
 
 
 def _accelerator(bvh: accel.Bvh, kept: _Kept, triangles: np.ndarray,
@@ -72,8 +72,6 @@ def _family(layout_of: LayoutOf) -> dict[str, Any]:
             "choose_tables": lambda options: (TRIANGLE, layout_of(options).record(options))}
 
 
-_BUILD = Option("build", "sah", "who builds the tree",
-                choices=("sah", "kay-kajiya", "goldsmith-salmon"))
 _OCTANTS = Option("octants", False, "eight copies threaded front to back, one a direction octant",
                   bool, define="OCTANTS")
 _QUANTISE = Option("quantise_nodes", None, "bits a bound, rounded outward: the same hits from "
@@ -85,13 +83,25 @@ _REBUILD = Option("rebuild_ratio", accel.REBUILD_RATIO, "a tree refitted to tria
                   "always", float, minimum=0)
 
 
+_PACKET_STATE = "node:int cursor:int phase:int steps:int | turn:int turns:int"
+
+
+def _stepwise(options: Options) -> Stepwise:
+    """One texel or two a packet, and what a push takes up where there is a stack."""
+    if options.get("octants"):
+        return Stepwise(Record("state", _PACKET_STATE), ("traverse", "intersect"))
+    return Stepwise(Record("state", _PACKET_STATE + " far:int stacked:int | far_t_max"),
+                    ("traverse", "intersect", "push", "pop"), STACK_ENTRY)
+
+
 def _stack_row(name: str, summary: str, **more: Any) -> Method:
     """A row of Guenther's method: its state is what single rays are left with."""
     return Method(
         name=name, summary=summary, citation="Guenther et al. 2007",
         glsl="traverse/bvh_packet.glsl", kernels=("step_packet",),
         state=Record("state", "phase:int steps:int"), tables=(TRIANGLE, BVH_PAIR),
-        schedules=("loop",), single="bvh-threaded", stack=True, **more)
+        schedules=("step", "loop"), packet_state=_stepwise, single="bvh-threaded", stack=True,
+        **more)
 
 
 ROWS = (
@@ -103,13 +113,14 @@ ROWS = (
         kernels=("traverse", "intersect"),
         state=Record("state", "node:int cursor:int phase:int steps:int"),
         tables=(TRIANGLE, BVH_NODE),
-        options=(_BUILD, _OCTANTS, _QUANTISE, _REBUILD),
+        options=(*BUILD_OPTIONS, _OCTANTS, _QUANTISE, _REBUILD),
         **_family(lambda options: Threads)),
     _stack_row(
         "bvh-stack", "BVH with a stack a ray, in a local array, the nearer child first",
-        options=(_BUILD, _QUANTISE, _REBUILD), **_family(lambda options: Pairs)),
+        options=(*BUILD_OPTIONS, _QUANTISE, _REBUILD), **_family(lambda options: Pairs)),
     _stack_row(
         "bvh-packet", "several rays a fragment with one stack, the child first that most meet",
-        options=(_BUILD, PACKET, _OCTANTS, _QUANTISE, _INTERVAL_TEST, _REBUILD), packet=True,
+        options=(*BUILD_OPTIONS, PACKET, _OCTANTS, _QUANTISE,
+                 _INTERVAL_TEST, _REBUILD), packet=True,
         **_family(lambda options: Threads if options["octants"] else Pairs)),
 )

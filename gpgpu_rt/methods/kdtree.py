@@ -10,22 +10,14 @@ from .. import accel
 from ..options import Option
 from ..texel_layout import KD_BOUNDS, KD_LEAF, KD_NODE, REFERENCE, STACK_ENTRY, TRIANGLE, Record
 from .brute_force import triangle_table
+from .kd_build import BUILD_OPTIONS, built_kdtree
 from .row import PACKET, SCHEDULES, Accelerator, Method
 
 _TABLES = (TRIANGLE, KD_NODE, REFERENCE)
 _STATE = "t_min t_max t_exit node:int | cursor:int end:int phase:int steps:int"
 
-_BUILD_OPTIONS = (
-    Option("split", "binned", "where split planes are tried", choices=("binned", "exact")),
-    Option("traversal_cost", 1.0, "cost of a node, for the surface area heuristic", float,
-           minimum=0),
-    Option("intersection_cost", 2.0, "cost of a triangle, in the same unit", float, minimum=1e-6),
-    Option("empty_bonus", 0.2, "share of its cost that a split is spared when it cuts off a fifth "
-           "or more as empty", float, minimum=0),
-    Option("max_depth", None, "deepest leaf; none: 8 + 1.3 log2 of the triangles", int, minimum=0),
-)
 _NOT_EXACT = ("strict", "nudge-relative", "nudge-absolute")
-_OPTIONS = (*_BUILD_OPTIONS, Option(
+_OPTIONS = (*BUILD_OPTIONS, Option(
     "interval", "exact", "where a ray takes up its interval after a leaf: exactly at its end, or "
     "as others do it", choices=("exact", *_NOT_EXACT), define="INTERVAL", relaxed=_NOT_EXACT))
 _PUSH_DOWN = Option("push_down", True, "restart at the last node that holds the whole rest of the "
@@ -34,14 +26,9 @@ _FULL_STACK = Option("stack_size", None, "levels; none: the tree's depth, which 
                      minimum=1)
 
 
-def _tree(triangles: np.ndarray, options: Mapping[str, Any]) -> accel.KdTree:
-    build = {option.name: options[option.name] for option in _BUILD_OPTIONS}
-    return accel.cached(accel.build_kdtree, triangles, **build)
-
-
 def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     """The tables and bounds that every method of the family needs."""
-    tree = _tree(triangles, options)
+    tree = built_kdtree(triangles, options)
     leaf = tree.axis == accel.KD_LEAF_AXIS
     # An inner node's count tells which children are empty leaves: 1 the left, 2 the right one.
     empty = np.append(leaf & (tree.count == 0), False)
@@ -135,12 +122,12 @@ ROWS = (
                 "Horn et al. 2007", "kd-short-stack", tables=_TABLES,
                 prepare=lambda triangles, options: _for_packets(_prepare(triangles, options),
                                                                 options),
-                options=(*_BUILD_OPTIONS, PACKET, _PUSH_DOWN, Option(
+                options=(*BUILD_OPTIONS, PACKET, _PUSH_DOWN, Option(
                     "stack_size", 3, "entries of the stack; none: restarts alone", int,
                     choices=(0, 1, 2, 3, 4), define="STACK_SIZE")), stack=True),
     _packet_row("kd-ropes-packet", "several rays a fragment, along ropes that are not pushed down",
                 "Popov et al. 2007", "kd-ropes", tables=(*_TABLES, KD_LEAF),
                 prepare=lambda triangles, options: _for_packets(
                     _prepare_ropes(triangles, options, False), options),
-                options=(*_BUILD_OPTIONS, PACKET)),
+                options=(*BUILD_OPTIONS, PACKET)),
 )

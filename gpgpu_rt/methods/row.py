@@ -59,6 +59,22 @@ class Accelerator:
 
 
 @dataclass(frozen=True)
+class Stepwise:
+    """What a packet method carries from pass to pass under the schedule ``step``.
+
+    Attributes
+    ----------
+    state : one record a packet
+    kernels : what a packet can wait for, in the order of its phases
+    stack_entry : what a level of its stack holds, if it has one
+    """
+
+    state: Record
+    kernels: tuple[str, ...]
+    stack_entry: Record | None = None
+
+
+@dataclass(frozen=True)
 class Method:
     """A ray tracing method of the survey.
 
@@ -80,6 +96,7 @@ class Method:
     options : its own options, the builder's among them
     schedules : those it runs under, the best one last
     stack_entry : what a level of its stack in textures holds, if it has one
+    packet_state : (options) -> what packets carry under ``step``, for a method that has it
     single : the method that traces rays which a packet's limit on steps leaves behind
     stack, packet, dynamic : as in the survey's Table 1
     """
@@ -98,6 +115,7 @@ class Method:
     choose_tables: Callable[[Mapping[str, Any]], Tables] | None = None
     schedules: tuple[str, ...] = SCHEDULES
     stack_entry: Record | None = None
+    packet_state: Callable[[Mapping[str, Any]], Stepwise] | None = None
     single: str | None = None
     stack: bool = False
     packet: bool = False

@@ -38,7 +38,7 @@ class PacketTraversal:
         self.accelerator, self.step_cap = accelerator, step_cap
         self.samplers, self.prepare_single = dict(samplers), prepare_single
         self.precision = Precision.of(options)
-        self.packet: tuple[int, int] = options.get("packet", (1, 1))
+        self.packet = packet_of(options)
         self.rays = self.packet[0] * self.packet[1]
         self.pairs = self.rays > gpu.max_draw_buffers   # of rays a target: one each is too many
         self.targets = self.rays // 2 if self.pairs else self.rays
@@ -176,12 +176,9 @@ class PacketTraversal:
         return self._programs[key]
 
     def _defines(self, any_hit: bool) -> dict[str, object]:
-        return {
-            **method_defines(self.method, self.accelerator, self.options, any_hit),
-            "PACKET_WIDTH": self.packet[0], "PACKET_HEIGHT": self.packet[1],
-            "PACKET_TARGETS": self.targets, "PAIRS": self.pairs,
-            "EACH(f)": " ".join(f"f({r});" for r in range(self.rays)),
-            "EACH_TARGET(f)": " ".join(f"f({k})" for k in range(self.targets))}
+        return {**packet_defines(self.method, self.accelerator, self.options, any_hit),
+                "PACKET_TARGETS": self.targets, "PAIRS": self.pairs,
+                "EACH_TARGET(f)": " ".join(f"f({k})" for k in range(self.targets))}
 
     def _virtual(self, name: str, rays: Record) -> dict[str, str]:
         """What a pass includes: the streams that it reads and writes, tables and method."""
@@ -238,3 +235,17 @@ class PacketTraversal:
         for part in (self._room, self._single):
             if part is not None:
                 part.release()
+
+
+def packet_of(options: Mapping[str, Any]) -> tuple[int, int]:
+    """Rays across and down of a packet: one where the method has no such option."""
+    return options.get("packet", (1, 1))
+
+
+def packet_defines(method: Method, accelerator: Accelerator, options: Mapping[str, Any],
+                   any_hit: bool) -> dict[str, object]:
+    """Defines of every program that works on packets."""
+    width, height = packet_of(options)
+    return {**method_defines(method, accelerator, options, any_hit),
+            "PACKET_WIDTH": width, "PACKET_HEIGHT": height,
+            "EACH(f)": " ".join(f"f({r});" for r in range(width * height))}

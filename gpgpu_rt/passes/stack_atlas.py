@@ -14,14 +14,14 @@ from .full_screen import FullScreenPass
 
 
 class StackAtlas:
-    """One tile a stack level, each as large as the ray textures.
+    """One tile a stack level, each as large as the state textures.
 
     Parameters
     ----------
     entry : what a level of a ray's stack holds
     state : the method's state as its textures hold it
     levels : tiles
-    size : (width, height) rays
+    size : (width, height) rays, or packets
     defines : the method's, phases among them
     """
 
@@ -40,7 +40,7 @@ class StackAtlas:
             gpu, "passes/push.frag",
             {**defines, **precision.defines()},
             {"streams": state.stream_glsl(False) + "\n" + stored.stream_glsl(True)})
-        self.uniforms = {"ray_texture_size": size, "tiles_a_row": a_row}
+        self.uniforms = {"tile_size": size, "tiles_a_row": a_row}
         self._program.set(**self.uniforms)
 
     def push(self, state: Mapping[str, moderngl.Texture]) -> None:

@@ -11,7 +11,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import moderngl
 
@@ -38,6 +38,16 @@ MASKED, DRAWN = 0.0, 0.5   # depths of a masked ray and of the passes it is mask
 def kernel_depth(kernel: int) -> float:
     """The depth that marks rays waiting for a kernel (0: those that are over)."""
     return (1 + kernel) / 16
+
+
+class ProgramKey(NamedTuple):
+    """What tells a method's traversal programs apart."""
+
+    rays: Record
+    any_hit: bool
+    steps: int
+    start: bool
+    kernel: int   # the only one it runs, or 0
 
 
 class Traversal:
@@ -246,7 +256,8 @@ class Traversal:
         assert self.method.stack_entry is not None
         self._atlas = StackAtlas(
             self.gpu, self.method.stack_entry, self.precision.layout(self.method.state),
-            self.accelerator.stack_levels, size, self.precision, kernel_defines(self.method))
+            self.accelerator.stack_levels, size, self.precision,
+            kernel_defines(self.method.kernels))
 
     def bytes(self) -> int:
         """Bytes of the stack's atlas, where the method has one."""
@@ -256,11 +267,12 @@ class Traversal:
 
     def _traverse(self, rays: RayTextures, any_hit: bool, steps: int, start: bool = False,
                   kernel: int = 0) -> FullScreenPass:
-        key = (rays.record, any_hit, steps, start, kernel)
+        key = ProgramKey(rays.record, any_hit, steps, start, kernel)
         if key not in self._programs:
             defines = {
                 **method_defines(self.method, self.accelerator, self.options, any_hit),
-                **kernel_defines(self.method), "START": start, "ONLY_KERNEL": kernel or None,
+                **kernel_defines(self.method.kernels),
+                "START": start, "ONLY_KERNEL": kernel or None,
                 "SINGLE_STEP": steps == 1, "MANY_STEPS": steps > 1}
             virtual = {**method_texts(self.method, self.options),
                        "streams": self._streams_glsl(rays.record)}
@@ -314,10 +326,10 @@ def method_texts(method: Method, options: Mapping[str, Any]) -> dict[str, str]:
             "tables": "\n".join(layout(r).table_glsl() for r in method.tables_for(options))}
 
 
-def kernel_defines(method: Method) -> dict[str, object]:
+def kernel_defines(kernels: tuple[str, ...]) -> dict[str, object]:
     """``KERNEL_1 down`` runs phase 1, and the method's file calls that phase ``DOWN``."""
     defines: dict[str, object] = {}
-    for number, kernel in enumerate(method.kernels, 1):
+    for number, kernel in enumerate(kernels, 1):
         defines[f"KERNEL_{number}"] = kernel
         defines[kernel.upper()] = number
     return defines

@@ -4,7 +4,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import trimesh
-from conftest import random_soup
+from conftest import assert_threaded, random_soup
 
 import gpgpu_rt as rt
 from gpgpu_rt import accel
@@ -20,7 +20,7 @@ MESHES = {
     "one": lambda: random_soup(1, 7),
     "empty": lambda: np.zeros((0, 3, 3), np.float32),
 }
-BUILDS = ("sah", "kay-kajiya", "goldsmith-salmon")
+BUILDS = ("sah", "kay-kajiya", "goldsmith-salmon", "lbvh", "hybrid")
 mesh = pytest.mark.parametrize("name", MESHES)
 
 
@@ -63,11 +63,12 @@ def test_proximity_is_the_chebyshev_distance(resolution) -> None:
     assert (accel.proximity(grid) == expected).all()
 
 
-@pytest.mark.parametrize("split", ["binned", "exact"])
+@pytest.mark.parametrize("options", [{"split": "binned"}, {"split": "exact"}, {"build": "zhou"},
+                                     {"build": "zhou", "small": 5}], ids=str)
 @mesh
-def test_kdtree_lists_what_lies_in_a_leaf(name: str, split: str) -> None:
+def test_kdtree_lists_what_lies_in_a_leaf(name: str, options: dict) -> None:
     triangles = MESHES[name]()
-    tree = accel.build_kdtree(triangles, split=split)
+    tree = accel.build_kdtree(triangles, **options)
     inner = np.flatnonzero(tree.axis < 3)
     parents = tree.parents()
     assert parents[0] == -1 and (parents[tree.left[inner]] == inner).all()
@@ -94,23 +95,7 @@ def test_kdtree_lists_what_lies_in_a_leaf(name: str, split: str) -> None:
 @mesh
 def test_bvh_is_a_threaded_tree(name: str, build: str) -> None:
     triangles = MESHES[name]()
-    bvh = accel.build_bvh(triangles, build=build)
-    assert (np.sort(bvh.order) == np.arange(len(triangles))).all()
-    if not len(triangles):
-        return
-    nodes = np.arange(len(bvh.escape))
-    leaf = bvh.count > 0
-    assert (bvh.escape > nodes).all() and bvh.escape[0] == len(nodes)
-    assert (bvh.escape[leaf] == nodes[leaf] + 1).all()
-    left = nodes[~leaf] + 1
-    right = bvh.escape[left]
-    assert (bvh.escape[right] == bvh.escape[~leaf]).all()
-    for bound, corner in ((np.minimum, bvh.lo), (np.maximum, bvh.hi)):
-        assert (bound(corner[left], corner[right]) == corner[~leaf]).all()
-    owner = np.repeat(nodes[leaf], bvh.count[leaf])
-    at = np.concatenate([np.arange(f, f + c) for f, c in zip(bvh.first[leaf], bvh.count[leaf])])
-    inside = triangles[bvh.order[at]]
-    assert (inside >= bvh.lo[owner, None]).all() and (inside <= bvh.hi[owner, None]).all()
+    assert_threaded(accel.build_bvh(triangles, build=build), triangles)
 
 
 @mesh
@@ -134,6 +119,7 @@ def test_octant_copies_hold_the_same_leaves(name: str) -> None:
 def test_ten_thousand_coincident_triangles_end() -> None:
     heap = np.repeat(random_soup(1, 3), 10_000, axis=0)
     assert accel.build_kdtree(heap).depth < 40
+    assert len(accel.build_kdtree(heap, build="zhou").references) <= 80_000
     assert accel.build_bvh(heap, build="kay-kajiya").depth < 40
 
 

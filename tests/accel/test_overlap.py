@@ -36,8 +36,9 @@ def reaches(triangle: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> bool:
 
 
 def check_lists(triangles: np.ndarray, lo: np.ndarray, hi: np.ndarray, start: np.ndarray,
-                end: np.ndarray, references: np.ndarray) -> None:
-    """Each box's list holds what reaches into the box, and nothing that misses a wider one."""
+                end: np.ndarray, references: np.ndarray, boxed: bool = False) -> None:
+    """Each box's list holds what reaches into the box, and nothing that misses a wider one, or,
+    ``boxed``, nothing whose own box does."""
     slack = 6 * float(padding(triangles))
     lo, hi = lo.astype(float), hi.astype(float)
     least, most = triangles.min(1).astype(float), triangles.max(1).astype(float)
@@ -47,6 +48,8 @@ def check_lists(triangles: np.ndarray, lo: np.ndarray, hi: np.ndarray, start: np
         for t in range(len(triangles)):
             if (least[t] > hi[box] + slack).any() or (most[t] < lo[box] - slack).any():
                 assert t not in run
+            elif boxed and t in run:
+                pass
             elif t in run:
                 assert reaches(triangles[t], lo[box] - slack, hi[box] + slack), (box, t, "waste")
             else:
@@ -69,7 +72,7 @@ def check_kdtree(triangles: np.ndarray, **options) -> None:
     leaf = tree.axis == 3
     assert (lo <= hi).all()
     check_lists(triangles, lo[leaf], hi[leaf], tree.left[leaf], (tree.left + tree.count)[leaf],
-                tree.references)
+                tree.references, boxed=options.get("build") == "zhou")
 
 
 @several
@@ -84,11 +87,18 @@ def test_kdtree_on_a_lattice(triangles: np.ndarray, split: str, bonus: float) ->
     check_kdtree(triangles, split=split, empty_bonus=bonus, intersection_cost=20)
 
 
+@several
+@given(LATTICE, st.sampled_from([1, 2, 4, 64]), st.sampled_from([0.0, 0.25, 1.0]))
+def test_zhou_on_a_lattice(triangles: np.ndarray, small: int, empty_cut: float) -> None:
+    check_kdtree(triangles, build="zhou", small=small, empty_cut=empty_cut, intersection_cost=20)
+
+
 @pytest.mark.parametrize("seed", [21, 22])
 def test_soup(seed: int) -> None:
     triangles = random_soup(60, seed)
     check_grid(triangles, 6)
     check_kdtree(triangles, bins=4)
+    check_kdtree(triangles, build="zhou", small=seed % 10, max_depth=12)
 
 
 @pytest.mark.parametrize("axis", range(3))

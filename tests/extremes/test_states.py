@@ -21,6 +21,8 @@ def scan(state: Fields, hit: Fields) -> None:
     for name, values in state.items():
         assert not np.isnan(values).any(), f"NaN in {name}"
         assert name in NO_END or np.isfinite(values).all(), f"infinity in {name}"
+    if not hit:   # a pass over packets
+        return
     nothing = hit["triangle"] == EXACT_INTEGER
     for name in ("t", "u", "v"):
         assert not np.isnan(hit[name]).any(), f"NaN in hit.{name}"

@@ -18,7 +18,8 @@ def watching(tracer: rt.Tracer, look: Callable[[Fields, Fields], None]) -> Itera
     pass of the tracer's traversal; the buffers begin as zeros, as fresh textures need not."""
     traversal = tracer._traversal
     if tracer.method.single:
-        with _watching_packets(tracer, look):
+        stepwise = tracer.options["schedule"] == "step"
+        with (_watching_steps if stepwise else _watching_packets)(tracer, look):
             yield
         return
     draw = traversal._draw
@@ -52,3 +53,29 @@ def _watching_packets(tracer: rt.Tracer, look: Callable[[Fields, Fields], None])
         yield
     finally:
         del traversal.run
+
+
+@contextmanager
+def _watching_steps(tracer: rt.Tracer, look: Callable[[Fields, Fields], None]) -> Iterator[None]:
+    """After each pass over the packets their states, after each one over the rays their hits."""
+    traversal = tracer._traversal
+    visit, intersect = traversal._visit, traversal._intersect
+
+    def visit_and_look(rays, room, source, hits, target, *rest) -> None:
+        if source is None:
+            for side in room.sides:
+                side.target.clear()
+        visit(rays, room, source, hits, target, *rest)
+        look(target.fields("state"), {})
+
+    def intersect_and_look(rays, packets, source, target, *rest) -> None:
+        if source is None:
+            for side in (0, 1):
+                tracer._buffers.side(side).target.clear()
+        intersect(rays, packets, source, target, *rest)
+        look(target.fields("state"), target.fields(HIT.name))
+    traversal._visit, traversal._intersect = visit_and_look, intersect_and_look
+    try:
+        yield
+    finally:
+        del traversal._visit, traversal._intersect

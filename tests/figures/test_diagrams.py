@@ -9,13 +9,14 @@ import pytest
 
 import gpgpu_rt as rt
 from gpgpu_rt.accel import build_kdtree
-from gpgpu_rt.figures import fig03, fig09, fig10, fig11, fig15, fig21
+from gpgpu_rt.figures import fig03, fig09, fig10, fig11, fig15, fig18, fig19, fig21
 from gpgpu_rt.figures.__main__ import FIGURES
+from gpgpu_rt.figures.small_bvh import Hierarchy, hierarchy
 from gpgpu_rt.figures.small_world import MAX_DEPTH, Walk, World, walk, world
 from gpgpu_rt.methods import find_method
 
 DIAGRAMS = {"fig03": fig03, "fig09": fig09, "fig10": fig10, "fig11": fig11, "fig15": fig15,
-            "fig21": fig21}
+            "fig18": fig18, "fig19": fig19, "fig21": fig21}
 SMALL = world()
 
 
@@ -218,6 +219,65 @@ def subtree(small: World, top: int) -> set[int]:
 def test_a_walk_is_one_ray() -> None:
     assert all(isinstance(walk(name), Walk) and len(walk(name).hits) == 1 for name in
                (fig10.METHOD, *fig11.METHODS, fig15.METHOD))
+
+
+def below(found: Hierarchy, node: int) -> list[int]:
+    """Triangles of a node's leaves, by its children."""
+    if found.is_leaf(node):
+        return found.inside(node)
+    return [t for child in found.children(node) for t in below(found, child)]
+
+
+def test_figure_18_boxes_are_the_smallest_around_what_they_hold() -> None:
+    found = hierarchy()
+    assert sorted(below(found, 0)) == list(range(len(SMALL.triangles)))
+    assert sum(map(found.is_leaf, range(len(found)))) > 2
+    for node, (name, _, box, holds) in enumerate(fig18.rows(found)):
+        inside = SMALL.triangles[below(found, node)]
+        assert np.array_equal(found.bvh.lo[node], inside.min((0, 1)))
+        assert np.array_equal(found.bvh.hi[node], inside.max((0, 1)))
+        numbers = list(map(int, re.findall(r"\d+", holds)))
+        assert int(name) == node
+        assert numbers == (found.inside(node) if found.is_leaf(node)
+                           else list(found.children(node)))
+        assert f"({inside[..., 0].min():.3f}, {inside[..., 1].min():.3f})" in box
+
+
+def test_figure_19_miss_links_lead_past_the_subtree() -> None:
+    found = hierarchy()
+    expected: dict[int, int | None] = {0: None}
+    for node in range(len(found)):
+        if not found.is_leaf(node):
+            left, right = found.children(node)
+            assert left == node + 1 == found.hit_link(node)
+            expected[left], expected[right] = right, expected[node]
+    assert expected == {node: found.miss_link(node) for node in range(len(found))}
+    words = {str(node): "end" if link is None else str(link) for node, link in expected.items()}
+    assert words == {row[0]: row[2] for row in fig19.rows(found, [])}
+
+
+def test_figure_19_visits_are_those_of_geometry() -> None:
+    """Boxes by float64 slabs, triangles by the float64 reference, no stack."""
+    found, ray = hierarchy(), walk(fig19.METHOD)
+    origin, direction = SMALL.origin.astype(float), SMALL.direction.astype(float)
+    node, nearest, expected = 0, np.inf, []
+    while node is not None:
+        lo, hi = found.bvh.lo[node].astype(float), found.bvh.hi[node].astype(float)
+        with np.errstate(divide="ignore"):
+            t0, t1 = (lo - origin) / direction, (hi - origin) / direction
+        enter = max(np.minimum(t0, t1).max(), 0)
+        met = bool(enter <= min(np.maximum(t0, t1).min(), nearest))
+        expected.append(fig19.Visit(node, met))
+        if met and found.is_leaf(node):
+            corners = SMALL.triangles[found.inside(node)].reshape(-1, 3)
+            alone = rt.Scene.from_arrays(corners, np.arange(len(corners)).reshape(-1, 3))
+            hit = rt.reference.trace(alone, SMALL.origin[None], SMALL.direction[None])
+            nearest = min(nearest, float(hit.t[0]))
+        node = found.hit_link(node) if met and not found.is_leaf(node) else found.miss_link(node)
+    assert fig19.visits(found, ray) == expected and len(expected) < len(found)
+    assert {visit.entered for visit in expected} == {True, False}
+    assert len(expected) == ray.hits.nodes_visited[0]
+    assert nearest == pytest.approx(float(ray.hits.t[0]), rel=1e-5)
 
 
 @pytest.mark.parametrize("height", range(7))

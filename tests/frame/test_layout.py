@@ -50,9 +50,8 @@ def test_glsl_reads_what_python_packed(record: Record, storage: str, tmp_path) -
             '#version 330 core\n#include "common/fetch.glsl"\n#include <tables>\n'
             "out vec4 value;\nvoid main() {\n"
             f"    {field.type} read = {record.name}_{field.name}(int(gl_FragCoord.x));\n"
-            "    value = vec4(" + ("read" if field.width == 1 else "vec3(read)"
-                                   if field.width == 3 else "read") + ", "
-            + ", ".join(["0.0"] * (4 - field.width)) + ");\n}\n")
+            "    value = vec4(" + ", ".join(["vec3(read)" if field.width == 3 else "read"]
+                                            + ["0.0"] * (4 - field.width)) + ");\n}\n")
         reader = FullScreenPass(gpu, str(probe), {"TABLE_WIDTH_LOG2": 12},
                                 {"tables": record.table_glsl()})
         target = gpu.context.framebuffer([make_texture(gpu, (count, 1), 4, "probe")])

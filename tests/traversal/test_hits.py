@@ -14,7 +14,8 @@ from conftest import (
 import gpgpu_rt as rt
 from gpgpu_rt.methods import find_method
 
-BUILDS = {"split", "build"}    # options of builders: they change the tree and no program
+# options of builders: they change the tree and no program
+BUILDS = {"split", "build", "build_device"}
 
 
 def cases(in_full: Callable[[dict[str, object]], bool]) -> list:

@@ -1,0 +1,11 @@
+// Covers one element of the target stream with a point: the scatter of a platform whose fragments
+// cannot choose where they write.
+
+uniform int target_rows;
+
+// An element of -1 is drawn nowhere.
+void place_point(int slot) {
+    vec2 texel = vec2(table_texel(slot)) + 0.5;
+    vec2 clip = 2.0 * texel / vec2(1 << TABLE_WIDTH_LOG2, target_rows) - 1.0;
+    gl_Position = slot < 0 ? vec4(2.0, 2.0, 2.0, 1.0) : vec4(clip, 0.0, 1.0);
+}

@@ -1,0 +1,56 @@
+"""Who builds a kd-tree, and on what: the options that all kd methods share."""
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from .. import accel
+from ..errors import OptionError
+from ..gpu import open_gpu
+from ..options import Option
+from ..passes.build import GPU_KD_BUILDS, build_kdtree
+
+BUILD_OPTIONS = (
+    Option("build", "sah", "who builds the tree: by the surface area heuristic throughout, or "
+           "large nodes at their middle as Zhou et al. do", choices=("sah", "zhou")),
+    Option("build_device", "cpu", "what builds it: numpy, or fragment passes (zhou alone)",
+           choices=("cpu", "gpu")),
+    Option("split", "binned", "where the build sah tries split planes",
+           choices=("binned", "exact")),
+    Option("workers", 1, "processes of the build sah", int, minimum=1),
+    Option("traversal_cost", 1.0, "cost of a node, for the surface area heuristic", float,
+           minimum=0),
+    Option("intersection_cost", 2.0, "cost of a triangle, in the same unit", float, minimum=1e-6),
+    Option("empty_bonus", 0.2, "share of its cost that a split is spared when it cuts off a fifth "
+           "or more as empty", float, minimum=0),
+    Option("max_depth", None, "deepest leaf; none: 8 + 1.3 log2 of the triangles", int, minimum=0),
+)
+_OF_SAH = ("split", "workers")
+
+
+def built_kdtree(triangles: np.ndarray, options: Mapping[str, Any]) -> accel.KdTree:
+    """The tree that a method's options ask for; one built on the CPU may come from the cache.
+
+    Parameters
+    ----------
+    triangles : (n, 3, 3) float32
+    options : resolved, those of BUILD_OPTIONS and the tracer's ``context`` among them
+    """
+    chosen = {option.name: options[option.name] for option in BUILD_OPTIONS}
+    device = chosen.pop("build_device")
+    if chosen["build"] != "sah":
+        chosen = {name: value for name, value in chosen.items() if name not in _OF_SAH}
+    if device == "gpu":
+        if options["build"] not in GPU_KD_BUILDS:
+            raise OptionError(f"build {options['build']} of a kd-tree has no passes; the gpu "
+                              f"builds {', '.join(GPU_KD_BUILDS)}")
+        return build_kdtree(open_gpu(options["context"]), triangles, **chosen)
+    if "workers" not in chosen:
+        return accel.cached(accel.build_kdtree, triangles, **chosen)
+    # Workers change the time and not the tree: it is kept under the same name.
+    parallel = functools.update_wrapper(
+        functools.partial(accel.build_kdtree, workers=chosen.pop("workers")), accel.build_kdtree)
+    return accel.cached(parallel, triangles, **chosen)

@@ -1,0 +1,182 @@
+"""Zhou's kd-tree by fragment passes (Zhou et al. 2008): `accel.zhou`, node for node.
+
+Large nodes are split level by level, then small ones by masks (`zhou_small`), then every node is
+sent to its place in depth-first order (`zhou_order`). The host reads back how many nodes and
+pieces a level has, which is how much it draws next, and at the end the tree.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...accel import zhou as cpu
+from ...accel.bounds import scene_box
+from ...accel.kdtree import MOST_REFERENCES, KdTree
+from ...texel_layout import CELL, CHUNK, DECISION, PIECE, TRIANGLE, VALUES
+from ..scan import scan
+from ..streams import Stream, StreamRoom
+
+CHUNK_PIECES = 256
+
+
+@dataclass
+class LargeLevel:
+    """Nodes of one depth, large ones and their children.
+
+    Attributes
+    ----------
+    cells : CELL
+    starts : sums before each node: pieces of large nodes, pieces of small ones, small ones, chunks
+    first_root : small nodes of all levels before
+    roots : its own
+    decisions : DECISION; None below the last split
+    ranks : sums before each node: split ones, pieces of large ones that are leaves
+    first_stuck : such pieces of all levels before
+    inner : nodes that are split
+    """
+
+    cells: Stream
+    starts: Stream
+    first_root: int
+    first_piece: int
+    roots: int
+    decisions: Stream
+    ranks: Stream
+    first_stuck: int = 0
+    inner: int = 0
+
+
+@dataclass
+class LargeNodes:
+    """What the large stage leaves: its levels; pieces of small nodes, by level, and of leaves."""
+
+    levels: list[LargeLevel] = field(default_factory=list)
+    small: list[Stream] = field(default_factory=list)
+    stuck: list[Stream] = field(default_factory=list)
+    roots: int = 0
+
+    @property
+    def small_pieces(self) -> int:
+        return sum(pieces.length for pieces in self.small)
+
+    @property
+    def stuck_pieces(self) -> int:
+        return sum(pieces.length for pieces in self.stuck)
+
+
+def build(room: StreamRoom, triangles: np.ndarray, **options: object) -> KdTree:
+    """Options as in `accel.zhou.build`.
+
+    Parameters
+    ----------
+    triangles : (n, 3, 3) float32, one at least
+    """
+    from .zhou_order import finish  # they import this file's records
+    from .zhou_small import grow_small
+    rules = cpu.rules_of(triangles, **options)
+    v0, v1, v2 = triangles.transpose(1, 0, 2)
+    source = room.stream(TRIANGLE, len(triangles), v0=v0, v1=v1, v2=v2)
+    large = grow_large(room, source, triangles, rules)
+    pieces = joined(room, large.small + large.stuck)
+    small = grow_small(room, large, pieces, rules)
+    return finish(room, large, small, pieces, rules, scene_box(triangles))
+
+
+def grow_large(room: StreamRoom, source: Stream, triangles: np.ndarray,
+               rules: cpu.ZhouRules) -> LargeNodes:
+    """Split the scene, and all nodes below it, as long as they are large."""
+    found = LargeNodes()
+    lo, hi = scene_box(triangles)
+    cells = room.stream(CELL, 1, lo=lo[None], hi=hi[None], count=np.array([len(triangles)]))
+    starts, counts = _starts(room, cells, rules)
+    pieces = room.stream(PIECE, len(triangles))
+    room.draw("zhou_pieces", pieces, [source], pad=rules.pad)
+    if not counts[0]:
+        found.small.append(pieces)
+    limit = MOST_REFERENCES * len(triangles) + 4096
+    while True:
+        depth = len(found.levels)
+        kept = found.small_pieces + found.stuck_pieces
+        level = _decide(room, found, cells, starts, pieces, counts, rules,
+                        stop=depth >= rules.max_depth or kept + counts[0] > limit)
+        found.levels.append(level)
+        found.roots += counts[2]
+        if not level.inner:
+            room.drop(pieces) if counts[0] else None
+            return found
+        cells, starts, pieces, counts = _children(room, found, level, pieces, source, rules)
+
+
+def _starts(room: StreamRoom, cells: Stream,
+            rules: cpu.ZhouRules) -> tuple[Stream, tuple[int, ...]]:
+    """`LargeLevel.starts`, and its totals."""
+    quantities = room.stream(VALUES, cells.length)
+    room.draw("zhou_quantities", quantities, [cells], defines={"CHUNK": CHUNK_PIECES},
+              small=rules.small)
+    sums = scan(room, quantities)
+    room.drop(quantities)
+    return sums.called("starts"), _totals(sums)
+
+
+def _totals(sums: Stream) -> tuple[int, ...]:
+    """The last of some sums, from the GPU: what the host decides by."""
+    return tuple(int(value) for value in sums.read_one(sums.length - 1)["value"])
+
+
+def _decide(room: StreamRoom, found: LargeNodes, cells: Stream, starts: Stream, pieces: Stream,
+            counts: tuple[int, ...], rules: cpu.ZhouRules, stop: bool) -> LargeLevel:
+    """How a level's nodes are split; the pieces of large ones that are not join `found.stuck`."""
+    small_pieces = found.small_pieces - counts[1]     # its own are among them already
+    chunks = room.stream(CHUNK, max(counts[3], 1))
+    room.draw("zhou_chunks", chunks, [cells, starts, pieces], count=counts[3],
+              defines={"CHUNK": CHUNK_PIECES}, cells=cells.length)
+    decisions = room.stream(DECISION, cells.length)
+    room.draw("zhou_decide", decisions, [cells, starts, chunks], small=rules.small,
+              empty_cut=rules.empty_cut, most_futile=cpu.FUTILE, stop=stop)
+    flags = room.stream(VALUES, cells.length)
+    room.draw("zhou_flags", flags, [cells, decisions], small=rules.small)
+    ranks = scan(room, flags).called("ranks")
+    room.drop(chunks, flags)
+    inner, stuck, *_ = _totals(ranks)
+    level = LargeLevel(cells, starts, found.roots, small_pieces, counts[2], decisions, ranks,
+                       found.stuck_pieces, inner)
+    if stuck:
+        left = room.stream(PIECE, stuck)
+        room.draw("zhou_stuck", left, [starts, ranks, pieces.called("old_piece")],
+                  cells=cells.length)
+        found.stuck.append(left)
+    return level
+
+
+def _children(room: StreamRoom, found: LargeNodes, level: LargeLevel, pieces: Stream,
+              source: Stream, rules: cpu.ZhouRules
+              ) -> tuple[Stream, Stream, Stream, tuple[int, ...]]:
+    """Cells, starts, pieces and totals of the level below."""
+    sides = room.stream(VALUES, pieces.length)
+    room.draw("zhou_sides", sides, [pieces, level.decisions, source], slack=rules.slack)
+    sums = scan(room, sides)
+    cells = room.stream(CELL, 2 * level.inner)
+    room.draw("zhou_cells", cells, [level.cells.called("parent_cell"), level.decisions,
+                                    level.starts, level.ranks, sums], cells=level.cells.length)
+    starts, counts = _starts(room, cells, rules)
+    reads = [cells, starts.called("next_starts"), level.starts, level.decisions, sums,
+             pieces.called("old_piece"), source]
+    parts = [room.stream(PIECE, count) for count in counts[:2]]
+    for channel, part in enumerate(parts):
+        room.draw("zhou_parts", part, reads, defines={"CHANNEL": channel}, cells=cells.length,
+                  first_root=found.roots, slack=rules.slack)
+    found.small.append(parts[1])
+    room.drop(sides, sums, pieces)
+    return cells, starts, parts[0], counts
+
+
+def joined(room: StreamRoom, lists: list[Stream]) -> Stream:
+    """Lists of pieces behind one another; they are dropped."""
+    whole, first = room.stream(PIECE, sum(pieces.length for pieces in lists)), 0
+    for pieces in lists:
+        room.draw("zhou_append", whole, [pieces.called("old_piece")], first=first, offset=first,
+                  count=pieces.length)
+        first += pieces.length
+    room.drop(*lists)
+    return whole

@@ -1,0 +1,33 @@
+"""Sort: a stream of keys in ascending order, by bitonic merges."""
+from __future__ import annotations
+
+from ..texel_layout import SORT_KEY
+from .streams import Stream, StreamRoom
+
+
+def sort(room: StreamRoom, keys: Stream) -> Stream:
+    """The keys, SORT_KEY, by hi, lo and index; any number of them.
+
+    Equal keys come in the order of their index, so where indices ascend the sort is stable. For n
+    keys it takes k (k + 1) / 2 passes, k = ceil(log2 n). Both ``keys`` and another stream are
+    drawn into; the one that is returned holds the result and the other one is dropped.
+    """
+    now, spare = keys, room.stream(SORT_KEY, keys.length)
+    for flip in flips(keys.length):
+        room.draw("sort", spare, [now], flip=flip, elements=keys.length)
+        now, spare = spare, now
+    room.drop(spare)
+    return now
+
+
+def flips(length: int) -> list[int]:
+    """What the number of each element's partner differs in, pass by pass."""
+    merged, result = 1, []
+    while merged < length:
+        result.append(2 * merged - 1)          # mirror a block of two sorted halves
+        distance = merged >> 1
+        while distance:
+            result.append(distance)
+            distance >>= 1
+        merged *= 2
+    return result

@@ -1,0 +1,140 @@
+"""Parallel build: the tree of one process whatever the number of workers; no failure leaves a
+thing behind."""
+from __future__ import annotations
+
+import dataclasses
+import multiprocessing
+import os
+import subprocess
+import sys
+from multiprocessing.shared_memory import SharedMemory
+
+import numpy as np
+import pytest
+from conftest import assert_same_bits, random_soup, soup_scene
+
+import gpgpu_rt as rt
+from gpgpu_rt import accel
+from gpgpu_rt.accel import shared, shevtsov
+from gpgpu_rt.accel.bounds import padding
+from gpgpu_rt.accel.sah import Costs
+from gpgpu_rt.accel.sah_kdtree import Rules, root_level
+from gpgpu_rt.rays import random_rays
+
+SCRIPT = """
+import numpy as np
+from gpgpu_rt import accel
+random = np.random.default_rng(1).random
+triangles = (random((4000, 1, 3)) + 0.02 * random((4000, 3, 3))).astype(np.float32)
+{guard}accel.build_kdtree(triangles, workers=2)
+"""
+
+
+class Deadly(Rules):
+    """Rules that end the process which unpickles them."""
+
+    def __reduce__(self) -> tuple:
+        return os._exit, (3,)
+
+
+@pytest.fixture
+def blocks(monkeypatch) -> list[str]:
+    """The names of all blocks of shared memory that are made."""
+    names: list[str] = []
+
+    def make(name: str | None = None, **more: object) -> SharedMemory:
+        memory = SharedMemory(name, **more)
+        names.append(memory.name)
+        return memory
+    monkeypatch.setattr(shared, "SharedMemory", make)
+    return names
+
+
+def assert_nothing_left(blocks: list[str]) -> None:
+    assert blocks and not multiprocessing.active_children()
+    for name in blocks:
+        with pytest.raises(FileNotFoundError):
+            SharedMemory(name)
+
+
+@pytest.mark.parametrize("seed, options, workers", [
+    (41, {}, 2), (42, {"split": "exact", "clip": False}, 2),
+    pytest.param(43, {"bins": 7, "max_depth": 9}, 5, marks=pytest.mark.full)],
+    ids=["seed41-2", "seed42-exact-2", "seed43-5"])
+def test_the_tree_is_that_of_one_process(blocks, seed: int, options: dict, workers: int) -> None:
+    triangles = random_soup(3000, seed, size=0.03)
+    one = accel.build_kdtree(triangles, **options)
+    several = accel.build_kdtree(triangles, workers=workers, **options)
+    assert len(one.axis) > 900
+    for field in dataclasses.fields(one):
+        assert np.array_equal(getattr(one, field.name), getattr(several, field.name)), field.name
+    assert_nothing_left(blocks)
+
+
+@pytest.mark.parametrize("count", [0, 1, 9])
+def test_a_tree_that_has_no_subtrees_to_deal_out(count: int) -> None:
+    triangles = random_soup(count, 44)
+    one, several = (accel.build_kdtree(triangles, workers=w) for w in (1, 3))
+    assert np.array_equal(one.references, several.references)
+    assert not multiprocessing.active_children()
+
+
+def test_beside_a_context_and_not_in_the_cache_s_name(exact_renderer, tmp_path,
+                                                      monkeypatch) -> None:
+    monkeypatch.setenv("GPGPU_RT_CACHE", str(tmp_path))
+    scene = soup_scene(2000, 45, size=0.05)
+    rays = random_rays(scene, 500, 46)
+    hits = []
+    for workers in (2, 1):
+        with rt.Tracer(scene, "kd-restart", workers=workers) as tracer:
+            hits.append(tracer.trace(*rays))
+    assert_same_bits(*hits)
+    assert hits[0].hit.any() and len(list(tmp_path.glob("*.npz"))) == 1
+
+
+def test_a_worker_that_dies_is_one_clear_line_and_leaves_nothing(blocks) -> None:
+    triangles = random_soup(3000, 47, size=0.03)
+    rules = Deadly(Costs(1, 2, 0.2), "binned", 8, 20, padding(triangles))
+    with pytest.raises(rt.Error, match="workers=1") as failure:
+        shevtsov.grow_on_processes(root_level(triangles, rules.pad), None, rules, 2)
+    assert "\n" not in str(failure.value)
+    assert_nothing_left(blocks)
+
+
+def test_a_worker_s_own_error_comes_back_and_leaves_nothing(blocks, monkeypatch) -> None:
+    triangles = random_soup(3000, 48, size=0.03)
+    rules = Rules(Costs(1, 2, 0.2), "binned", 8, 20, padding(triangles))
+    several = shevtsov.shared_arrays
+    monkeypatch.setattr(shevtsov, "shared_arrays",
+                        lambda box, **arrays: several(box=box[:3], **arrays))
+    with pytest.raises(Exception, match="."):
+        shevtsov.grow_on_processes(root_level(triangles, rules.pad), None, rules, 2)
+    assert_nothing_left(blocks)
+
+
+def test_no_room_in_shared_memory_is_one_clear_line(monkeypatch) -> None:
+    def none(*arguments: object, **more: object) -> None:
+        raise OSError(28, "No space left on device")
+    monkeypatch.setattr(shared, "SharedMemory", none)
+    with pytest.raises(rt.LimitError, match="workers=1"):
+        accel.build_kdtree(random_soup(3000, 49, size=0.03), workers=2)
+    assert not multiprocessing.active_children()
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("guard, right", [("", False), ("if __name__ == '__main__': ", True)],
+                         ids=["unguarded", "guarded"])
+def test_scripts(tmp_path, guard: str, right: bool) -> None:
+    """A spawned worker imports the script that asked for it: unguarded, it says what to do."""
+    script = tmp_path / "build.py"
+    script.write_text(SCRIPT.format(guard=guard))
+    answer = subprocess.run([sys.executable, str(script)], capture_output=True, text=True,
+                            timeout=60)
+    assert (answer.returncode == 0) is right
+    assert right or "if __name__ == '__main__'" in answer.stderr.splitlines()[-1]
+
+
+@pytest.mark.parametrize("workers", [0, 1.5, "two", 257])
+def test_numbers_of_workers_that_are_none(workers) -> None:
+    with pytest.raises(rt.OptionError, match="workers"):
+        accel.build_kdtree(random_soup(3, 50), workers=workers)

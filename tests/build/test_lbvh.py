@@ -1,0 +1,90 @@
+"""LBVH: the passes build numpy's tree node for node, and numpy's is the tree over sorted codes."""
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import random_soup, real_scene
+from shapes import SCENES
+
+import gpgpu_rt as rt
+from gpgpu_rt import accel
+from gpgpu_rt.accel import lbvh
+from gpgpu_rt.passes.build import build_bvh
+
+scene = pytest.mark.parametrize("name", SCENES)
+
+
+def assert_same_tree(one: accel.Bvh, other: accel.Bvh) -> None:
+    assert one.depth == other.depth
+    for name in ("escape", "first", "count", "order", "lo", "hi"):
+        left, right = getattr(one, name), getattr(other, name)
+        assert left.dtype == right.dtype and np.array_equal(left, right), name
+
+
+@pytest.mark.parametrize("options", [{}, {"morton_bits": 1}, {"morton_bits": 7, "max_leaf": 1},
+                                     {"max_leaf": 5}], ids=str)
+@scene
+def test_passes_build_the_same_tree(exact_renderer, name: str, options: dict) -> None:
+    triangles = SCENES[name]()
+    assert_same_tree(build_bvh(exact_renderer, triangles, build="lbvh", **options),
+                     accel.build_bvh(triangles, build="lbvh", **options))
+
+
+@pytest.mark.parametrize("name", [
+    "bunny", *(pytest.param(name, marks=pytest.mark.full) for name in ("robots", "kitchen"))])
+def test_passes_build_the_same_tree_of_a_real_mesh(exact_renderer, name: str) -> None:
+    triangles = real_scene(name).triangles
+    assert_same_tree(build_bvh(exact_renderer, triangles, build="lbvh"),
+                     accel.build_bvh(triangles, build="lbvh"))
+
+
+@pytest.mark.parametrize("bits", [1, 4, 10])
+@scene
+def test_nodes_share_leading_bits(name: str, bits: int) -> None:
+    """By the definition, one node after another: all triangles of a node share the bits at which
+    its children part, the left one's next bit is 0 and the right one's 1."""
+    triangles = SCENES[name]()
+    bvh = accel.build_bvh(triangles, build="lbvh", morton_bits=bits, max_leaf=1)
+    code = lbvh.morton_codes(triangles, bits)
+    place = np.empty(len(code), np.int64)
+    place[np.lexsort([np.arange(len(code)), code])] = np.arange(len(code))
+    key = [f"{c:030b}{p:024b}" for c, p in zip(code, place)]
+    assert [key[i] for i in bvh.order] == sorted(key)
+    for node in np.flatnonzero(bvh.count == 0):
+        middle, end = bvh.escape[node + 1], bvh.escape[node]
+        sides = [[key[i] for i in bvh.order[bvh.first[a:b][bvh.count[a:b] > 0]]]
+                 for a, b in ((node + 1, middle), (middle, end))]
+        every = sides[0] + sides[1]
+        shared = next(k for k in range(54) if len({word[k] for word in every}) > 1)
+        assert {word[shared] for word in sides[0]} == {"0"}
+        assert {word[shared] for word in sides[1]} == {"1"}
+
+
+def test_codes_are_cells_of_a_lattice() -> None:
+    """At eight corners of a box and its middle, whose cell is the upper one."""
+    corners = np.float32([[x, y, z] for x in (0, 8) for y in (0, 8) for z in (0, 8)] + [[4, 4, 4]])
+    code = lbvh.morton_codes(np.repeat(corners[:, None], 3, axis=1), 1) >> 27
+    assert code.tolist() == [0, 1, 2, 3, 4, 5, 6, 7, 7]
+    code = lbvh.morton_codes(np.repeat(corners[:, None], 3, axis=1), 10)
+    assert code[7] == 2**30 - 1 and code[8] == 7 << 27
+
+
+def test_fewer_bits_are_the_first_ones() -> None:
+    triangles = random_soup(500, 22)
+    full = lbvh.morton_codes(triangles, 10)
+    for bits in range(1, 10):
+        assert (lbvh.morton_codes(triangles, bits) == full >> (30 - 3 * bits) << (30 - 3 * bits)
+                ).all()
+
+
+@pytest.mark.parametrize("wrong, message", [
+    ({"build": "kay-kajiya", "build_device": "gpu"}, "no passes"),
+    ({"build": "sah", "morton_bits": 5}, "leave morton_bits"),
+    ({"build": "lbvh", "morton_bits": 11}, "1 to 10"),
+    ({"build": "lbvh", "morton_bits": 11, "build_device": "gpu"}, "1 to 10"),
+    ({"build": "lbvh", "morton_bits": 0}, "at least 1"),
+])
+def test_options_are_refused_in_one_line(wrong: dict, message: str) -> None:
+    with pytest.raises(rt.OptionError, match=message) as refusal:
+        rt.Tracer("cornell", "bvh-threaded", **wrong)
+    assert "\n" not in str(refusal.value)

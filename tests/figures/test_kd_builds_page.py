@@ -1,0 +1,45 @@
+"""docs/kd-trees.md: its table of builds holds what is measured."""
+from __future__ import annotations
+
+import pytest
+from test_kd_page import PAGE, SCENES
+
+import gpgpu_rt as rt
+from gpgpu_rt import accel
+from gpgpu_rt.methods import find_method
+from gpgpu_rt.scenes import catalogue
+
+KD_BUILDS = next(o for o in find_method("kd-stack").options if o.name == "build").choices
+
+
+def _numbers() -> dict[tuple[str, str], dict[str, float]]:
+    """(build, what) -> scene -> number."""
+    lines = [line.strip("|").split("|") for line in PAGE.read_text().splitlines()
+             if line.startswith("| ") and ": " in line]
+    return {tuple(name.strip().split(": ")): dict(zip(SCENES, map(float, values)))
+            for name, *values in lines}
+
+
+@pytest.mark.parametrize("scene, build", [
+    pytest.param(scene, build, id=f"{scene}-{build}",
+                 marks=[pytest.mark.full] if scene != "cornell" else [])
+    for scene in SCENES for build in KD_BUILDS])
+def test_trees_are_as_the_page_says(scene: str, build: str) -> None:
+    if catalogue.mesh_path(scene) is None:
+        pytest.skip(f"the page is about the mesh of {scene}; name its folder in GPGPU_RT_SCENES")
+    with rt.Tracer(scene, "kd-stack", build=build, statistics=True) as tracer:
+        tracer.trace(*tracer.scene.camera.rays((256, 256)))
+        counters = tracer.statistics.counters
+        tree = accel.quality(tracer.accelerator.structure)
+    measured = {"leaves": tree["leaves"], "references": tree["references"],
+                "SAH cost": tree["sah_cost"],
+                "steps a ray": counters["nodes_visited"] + counters["triangles_tested"]}
+    page = _numbers()
+    for what, value in measured.items():
+        assert value == pytest.approx(page[build, what][scene], rel=0.006), what
+
+
+def test_every_build_has_its_rows_and_paragraph() -> None:
+    assert {build for build, _ in _numbers()} == set(KD_BUILDS)
+    assert len(_numbers()) == 4 * len(KD_BUILDS)
+    assert all(f"**`{build}`**" in PAGE.read_text() for build in KD_BUILDS)
