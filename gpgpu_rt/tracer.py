@@ -32,9 +32,10 @@ from .passes.traverse import Traversal
 from .precision import Precision
 from .ray_state import RayBatch, RayTextures, StateBuffer, StateBuffers
 from .scene import Scene, load_scene
+from .scene_tables import SceneTables
 from .statistics import Statistics
 from .texel_layout import COUNTERS, EXACT_INTEGER, HIT
-from .textures import table_textures, texture_bytes
+from .textures import texture_bytes
 
 DEFAULT_METHOD = "bvh-threaded"
 AUTO = "auto"
@@ -76,11 +77,10 @@ class Tracer:
         began = time.perf_counter()
         self._triangles = self._stored(self.scene)
         self._built_cost: float | None = None   # its SAH cost, once an update asks
-        self._tables: dict[str, dict[str, moderngl.Texture]] = {}
-        self._filled: dict[str, object] = {}    # what was written into them
+        self._tables = SceneTables(self.gpu, self.precision)
         with self.gpu:
             self.accelerator = self._prepared(self._triangles)
-            self._fill_tables(self.method.tables_for(self.options), self.accelerator)
+            self._write_tables(self.method.tables_for(self.options), self.accelerator)
             self.statistics.build_seconds = time.perf_counter() - began
             self._traversal = self._make_traversal()
         self._rays: RayTextures | None = None
@@ -136,26 +136,12 @@ class Tracer:
         """Steps after which a ray is stopped and flagged."""
         return min(self.options["step_cap"] or self.accelerator.step_bound + 1, EXACT_INTEGER - 1)
 
-    def _fill_tables(self, records: Tables, accelerator: Accelerator) -> None:
-        """Write those of an accelerator's tables that are new into textures, where they fit the
-        last ones."""
-        for record in records:
-            arrays = accelerator.tables[record.name]
-            if self._filled.get(record.name) is arrays:
-                continue
-            textures = table_textures(self.gpu, self.precision.layout(record), arrays,
-                                      self.precision, self._tables.get(record.name))
-            self._filled[record.name], self._tables[record.name] = arrays, textures
-            self.statistics.table_bytes[record.name] = texture_bytes(textures.values())
-        if accelerator.finisher is not None:
-            accelerator.finisher.run(self.gpu, self._samplers())
-            self.gpu.finish()
-
-    def _samplers(self) -> dict[str, moderngl.Texture]:
-        return {k: v for tables in self._tables.values() for k, v in tables.items()}
+    def _write_tables(self, records: Tables, accelerator: Accelerator) -> None:
+        self._tables.write(records, accelerator)
+        self.statistics.table_bytes = self._tables.bytes()
 
     def _make_traversal(self) -> Traversal | PacketTraversal | PacketSteps:
-        given = (self.gpu, self.method, self._samplers(), self.accelerator, self.options,
+        given = (self.gpu, self.method, self._tables.samplers(), self.accelerator, self.options,
                  self.step_cap)
         if self.method.single is None:
             return Traversal(*given)
@@ -170,8 +156,8 @@ class Tracer:
             if missing:
                 assert method.adopt is not None
                 accelerator = method.adopt(accelerator.structure, self._triangles, options)
-                self._fill_tables(tuple(missing), accelerator)
-            return self._samplers(), accelerator
+                self._write_tables(tuple(missing), accelerator)
+            return self._tables.samplers(), accelerator
         return PacketTraversal(*given, prepare_single)
 
     # Moving ---------------------------------------------------------------------------------
@@ -207,11 +193,9 @@ class Tracer:
             self.accelerator, self._triangles = accelerator, triangles
             self.scene, self._bounds = scene, scene.bounds
             own = self.method.tables_for(self.options)
-            for name in self._tables.keys() - {record.name for record in own}:
-                _release(self._tables.pop(name))   # of the method for single rays: made again
-                del statistics.table_bytes[name], self._filled[name]
-            self._fill_tables(own, accelerator)
-            self._traversal.follow(self._samplers(), accelerator, self.step_cap)
+            self._tables.keep(own)    # those of the method for single rays are made again
+            self._write_tables(own, accelerator)
+            self._traversal.follow(self._tables.samplers(), accelerator, self.step_cap)
             if self._shading is not None:
                 self._shading.take(self._shown())
         took = time.perf_counter() - began
@@ -387,17 +371,10 @@ class Tracer:
             self._traversal.release()
             if self.accelerator.finisher is not None:
                 self.accelerator.finisher.release()
-            for textures in self._tables.values():
-                _release(textures)
-            self._tables = {}
+            self._tables.keep(())
 
     def __enter__(self) -> Tracer:
         return self
 
     def __exit__(self, *exception: object) -> None:
         self.release()
-
-
-def _release(textures: Mapping[str, moderngl.Texture]) -> None:
-    for texture in textures.values():
-        texture.release()

@@ -243,7 +243,7 @@ def test_updates_are_fresh_builds(exact_renderer, options: dict) -> None:
     places[2][:] = np.random.default_rng(3).random(places[2].shape)
     with rt.Tracer(made.scene(), ROW.name, **options) as tracer:
         textures = {name: dict(tables) for name, tables in tracer._tables.items()}
-        written = dict(tracer._filled)
+        written = dict(tracer._tables.written)
         for at in places:
             tracer.update(at)
             assert not tracer.statistics.rebuilt
@@ -254,7 +254,7 @@ def test_updates_are_fresh_builds(exact_renderer, options: dict) -> None:
             assert hits.hit.mean() > 0.1
         assert tracer._tables == textures
         # What did not change was not written: all but the positions.
-        kept = {name for name, arrays in written.items() if tracer._filled[name] is arrays}
+        kept = {name for name, arrays in written.items() if tracer._tables.written[name] is arrays}
         assert kept == set(written) - {"position"}
 
 
