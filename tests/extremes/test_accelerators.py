@@ -225,7 +225,8 @@ def test_row_40_the_cap_follows_from_the_structure(method: str, name: str) -> No
     with rt.Tracer(case.scene, method, statistics=True) as tracer:
         structure = tracer.accelerator.structure
         hits = tracer.trace(case.origins, case.directions)
-        if structure is None or type(structure) in (accel.Grid, accel.KdTree, accel.Bvh, ImageTree):
+        if structure is None or type(structure) in (accel.Grid, accel.KdTree, accel.Bvh,
+                                                    ImageTree):
             one_ray = stated_cap(structure, len(case.triangles),
                                  method in ("kd-stack", "kd-texture-stack"))
             packet = np.prod(tracer.options.get("packet", 1))
