@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-import moderngl
 import numpy as np
 import trimesh
 from PIL import Image
@@ -22,13 +21,11 @@ from .hits import STACK_OVERFLOW, UNFINISHED, Hits
 from .methods import Accelerator, Method, find_method
 from .methods.row import Tables
 from .options import TRACER_OPTIONS, resolve_options
+from .passes.driver import Driver, Samplers, Setup, make_driver
 from .passes.packet_room import PacketHits
-from .passes.packet_steps import PacketSteps
-from .passes.packets import PacketTraversal
 from .passes.shade import Shading
 from .passes.traverse import OVERFLOWN
 from .passes.traverse import UNFINISHED as OUT_OF_STEPS
-from .passes.traverse import Traversal
 from .precision import Precision
 from .ray_state import RayBatch, RayTextures, StateBuffer, StateBuffers
 from .scene import Scene, load_scene
@@ -140,25 +137,21 @@ class Tracer:
         self._tables.write(records, accelerator)
         self.statistics.table_bytes = self._tables.bytes()
 
-    def _make_traversal(self) -> Traversal | PacketTraversal | PacketSteps:
-        given = (self.gpu, self.method, self._tables.samplers(), self.accelerator, self.options,
-                 self.step_cap)
-        if self.method.single is None:
-            return Traversal(*given)
-        if self.options["schedule"] == "step":
-            return PacketSteps(*given)
+    def _make_traversal(self) -> Driver:
+        return make_driver(Setup(self.gpu, self.method, self._tables.samplers(), self.accelerator,
+                                 self.options, self.step_cap, self._prepare_other))
 
-        def prepare_single(method: Method, options: Mapping[str, Any]) -> tuple[
-                dict[str, moderngl.Texture], Accelerator]:
-            missing = [record for record in method.tables_for(options)
-                       if record.name not in self._tables]
-            accelerator = self.accelerator
-            if missing:
-                assert method.adopt is not None
-                accelerator = method.adopt(accelerator.structure, self._triangles, options)
-                self._write_tables(tuple(missing), accelerator)
-            return self._tables.samplers(), accelerator
-        return PacketTraversal(*given, prepare_single)
+    def _prepare_other(self, method: Method, options: Mapping[str, Any]) -> tuple[
+            Samplers, Accelerator]:
+        """Another method over the same structure: its tables, made where they are missing."""
+        missing = [record for record in method.tables_for(options)
+                   if record.name not in self._tables]
+        accelerator = self.accelerator
+        if missing:
+            assert method.adopt is not None
+            accelerator = method.adopt(accelerator.structure, self._triangles, options)
+            self._write_tables(tuple(missing), accelerator)
+        return self._tables.samplers(), accelerator
 
     # Moving ---------------------------------------------------------------------------------
 
@@ -190,12 +183,17 @@ class Tracer:
             if accelerator is None:
                 accelerator = self._prepared(triangles)
                 self._built_cost = None
-            self.accelerator, self._triangles = accelerator, triangles
+            before, self.accelerator, self._triangles = self.accelerator, accelerator, triangles
             self.scene, self._bounds = scene, scene.bounds
             own = self.method.tables_for(self.options)
             self._tables.keep(own)    # those of the method for single rays are made again
             self._write_tables(own, accelerator)
-            self._traversal.follow(self._tables.samplers(), accelerator, self.step_cap)
+            if (before.defines, before.stack_levels) == (accelerator.defines,
+                                                         accelerator.stack_levels):
+                self._traversal.follow(self._tables.samplers(), accelerator, self.step_cap)
+            else:   # other programs, or a stack of another depth
+                self._traversal.release()
+                self._traversal = self._make_traversal()
             if self._shading is not None:
                 self._shading.take(self._shown())
         took = time.perf_counter() - began
