@@ -2,9 +2,8 @@
 
 A closed surface is cut open along paths over its edges. The boundary goes around the square, each
 stretch of it over a whole number of texels, so that both sides of a cut get the very same samples:
-the image closes without a seam. The inside is an embedding by convex weights (W. Tutte, "How to
-draw a graph", 1963; mean value weights, M. Floater, 2003, made symmetric, so that conjugate
-gradients solve for it), sampled at the texels. More paths are cut to where it is most stretched.
+the image closes without a seam. The inside is embedded and sampled at the texels; where it comes
+out too small, more paths are cut to there.
 """
 from __future__ import annotations
 
@@ -14,9 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 import trimesh
 
-from .accel.runs import expand, owners
+from .embedding import embed
 from .errors import OptionError, SceneError
 from .geometry_image import GeometryImage
+from .resampling import cross, rasterised
 from .scene import Scene, load_scene
 from .surface_mesh import SurfaceMesh
 
@@ -79,11 +79,6 @@ def parametrise(scene: Scene | trimesh.Trimesh | str | os.PathLike[str], size: i
             f"{scene.name}: has {what}; only one surface without handles can "
             "be made a geometry image")
     return _opened(mesh, size, cuts)
-
-
-def size_of(mesh: SurfaceMesh) -> float:
-    """The diagonal of its box."""
-    return float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
 
 
 def _opened(mesh: SurfaceMesh, size: int, cuts: int) -> Parametrisation:
@@ -209,105 +204,4 @@ def _stretch(mesh: SurfaceMesh, flat: np.ndarray, size: int) -> np.ndarray:
     a, b, c = mesh.vertices[mesh.faces].transpose(1, 0, 2)
     p, q, r = flat[mesh.faces].transpose(1, 0, 2)
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    return area / np.maximum(np.abs(_cross(q - p, r - p)), 1e-12 * size**2)
-
-
-def embed(mesh: SurfaceMesh, border: np.ndarray, places: np.ndarray, size: int,
-          guess: np.ndarray | None = None, tolerance: float = TOLERANCE) -> np.ndarray:
-    """(v, 2): each inner vertex at the mean of its neighbours, by positive weights.
-
-    Parameters
-    ----------
-    border : (b,) vertices of the boundary; places : (b, 2) where they are
-    guess : (f, 2) where the faces may be about, to start from
-    tolerance : how much less the means are missed in the end than with all in the middle
-    """
-    corners = mesh.vertices[mesh.faces]
-    one = np.roll(corners, -1, axis=1) - corners      # along each corner's own half-edge
-    two = np.roll(corners, 1, axis=1) - corners
-    sine = np.linalg.norm(np.cross(one, two), axis=2)
-    half = np.clip(np.arctan2(sine, (one * two).sum(axis=2)) / 2, 1e-3, np.pi / 2 - 1e-3)
-    length = np.maximum(mesh.lengths.reshape(-1, 3), 1e-9 * size_of(mesh))
-    # Of the mean value weights of an edge from both its ends, the halves that lie in this face.
-    weight = ((np.tan(half) + np.tan(np.roll(half, -1, axis=1))) / length).reshape(-1)
-    count = len(mesh.vertices)
-    pairs, pair = np.unique(np.concatenate([mesh.start * count + mesh.end,
-                                            mesh.end * count + mesh.start]), return_inverse=True)
-    pull = np.bincount(pair.reshape(-1), np.concatenate([weight, weight]))
-    here, there = np.divmod(pairs, count)
-    first = np.searchsorted(here, np.arange(count))
-    total = np.add.reduceat(pull, first)
-    free = np.ones(count)
-    free[border] = 0
-
-    def missed(at: np.ndarray) -> np.ndarray:
-        """Weights times (own place less neighbours'), where a vertex is free; row + i column."""
-        return (total * at - np.add.reduceat(pull * at[there], first)) * free
-
-    at = np.full(count, (0.5 + 0.5j) * size)
-    at[border] = places[:, 0] + 1j * places[:, 1]
-    left = -missed(at)
-    goal = tolerance * np.linalg.norm(left)
-    if guess is not None:
-        near = np.bincount(mesh.start, minlength=count)
-        row, column = (np.bincount(mesh.start, np.repeat(g, 3), count) / near for g in guess.T)
-        at = np.where(free > 0, row + 1j * column, at)
-        left = -missed(at)
-    scaled = left / total
-    way, power = scaled, np.vdot(left, scaled).real
-    for _ in range(20 * int(np.sqrt(count)) + 100):
-        if np.linalg.norm(left) <= goal:
-            break
-        bent = missed(way)
-        step = power / np.vdot(way, bent).real
-        at = at + step * way
-        left = left - step * bent
-        scaled = left / total
-        before, power = power, np.vdot(left, scaled).real
-        way = scaled + power / before * way
-    return np.stack([at.real, at.imag], axis=1)
-
-
-def rasterised(flat: np.ndarray, mesh: SurfaceMesh, size: int) -> np.ndarray:
-    """(size + 1, size + 1, 3) float64: the surface at every texel, by the triangle it lies in.
-
-    Parameters
-    ----------
-    flat : (v, 2), row and column of each vertex
-    """
-    corners = flat[mesh.faces]
-    slack = 1e-9 * size
-    lo = np.clip(np.ceil(corners.min(axis=1) - slack), 0, size).astype(np.int64)
-    hi = np.clip(np.floor(corners.max(axis=1) + slack), 0, size).astype(np.int64)
-    rows, columns = np.maximum(hi - lo + 1, 0).T
-    face = owners(rows * columns)      # pairs of a triangle and a texel in its box
-    within = expand(np.zeros(len(rows), np.int64), rows * columns)
-    at = lo[face] + np.stack([within // columns[face], within % columns[face]], axis=1)
-    p, q, r = (corners[face, k] - at for k in range(3))
-    areas = np.stack([_cross(q, r), _cross(r, p), _cross(p, q)], axis=1)
-    whole = areas.sum(axis=1)
-    usable = np.abs(whole) > 1e-14 * size**2
-    weights = areas[usable] / whole[usable, None]
-    face, texel = face[usable], (at[usable] * (size + 1, 1)).sum(axis=1)
-    # Of those that claim a texel the one it lies deepest in; rounding leaves none without.
-    order = np.lexsort((weights.min(axis=1), texel))
-    last = np.append(texel[order][1:] != texel[order][:-1], True)
-    chosen = order[last[:len(order)]]
-    chosen = chosen[weights[chosen].min(axis=1) > -1e-6]
-    image = np.zeros(((size + 1) ** 2, 3))
-    image[texel[chosen]] = (weights[chosen, :, None]
-                            * mesh.vertices[mesh.faces[face[chosen]]]).sum(axis=1)
-    missing = np.setdiff1d(np.arange(len(image)), texel[chosen])
-    if len(missing):    # off the embedding: at its nearest vertex
-        image[missing] = mesh.vertices[_nearest(flat, np.stack(np.divmod(missing, size + 1), 1))]
-    return image.reshape(size + 1, size + 1, 3)
-
-
-def _cross(p: np.ndarray, q: np.ndarray) -> np.ndarray:
-    return p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
-
-
-def _nearest(flat: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """(k,) the vertex nearest to each of (k, 2) places."""
-    return np.concatenate([np.argmin(((flat - place) ** 2).sum(axis=2), axis=1) for place in
-                           np.array_split(places[:, None], len(places) // 64 + 1)])
+    return area / np.maximum(np.abs(cross(q - p, r - p)), 1e-12 * size**2)

@@ -76,8 +76,8 @@ class Scene:
         if self.triangles.ndim != 3 or self.triangles.shape[1:] != (3, 3):
             raise SceneError(f"{self.name}: triangles have shape {self.triangles.shape}; "
                              "give (n, 3, 3)")
-        finite = np.isfinite(self.triangles).all(axis=(1, 2))
-        if not finite.all():
+        if not np.isfinite(self.triangles).all():
+            finite = np.isfinite(self.triangles).all(axis=(1, 2))
             raise SceneError(f"{self.name}: triangle {np.argmin(finite)} has a vertex that is not "
                              "finite; repair or drop it")
         self.colours = _colours(self.colours, len(self.triangles), self.name)
@@ -96,7 +96,8 @@ class Scene:
         """(lo, hi), (3,) float32 each, world units; zeros where there are no triangles."""
         if not len(self):
             return np.zeros(3, np.float32), np.zeros(3, np.float32)
-        return self.triangles.min(axis=(0, 1)), self.triangles.max(axis=(0, 1))
+        axes = self.triangles.transpose(2, 0, 1)    # one at a time: numpy is slow on short axes
+        return np.array([a.min() for a in axes]), np.array([a.max() for a in axes])
 
     @property
     def extent(self) -> float:

@@ -66,6 +66,11 @@ class SurfaceMesh:
         """(3 f,) float64, of the half-edges."""
         return np.linalg.norm(self.vertices[self.end] - self.vertices[self.start], axis=1)
 
+    @cached_property
+    def size(self) -> float:
+        """The diagonal of the box."""
+        return float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
+
     def loops(self) -> list[np.ndarray]:
         """The boundary: half-edges of each loop in order, the longest loop first.
 

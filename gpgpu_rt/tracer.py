@@ -22,13 +22,11 @@ from .hits import STACK_OVERFLOW, UNFINISHED, Hits
 from .methods import Accelerator, Method, find_method
 from .methods.row import Tables
 from .options import TRACER_OPTIONS, resolve_options
+from .passes.driver import Driver, Samplers, Setup, make_driver
 from .passes.packet_room import PacketHits
-from .passes.packet_steps import PacketSteps
-from .passes.packets import PacketTraversal
 from .passes.shade import Shading
 from .passes.traverse import OVERFLOWN
 from .passes.traverse import UNFINISHED as OUT_OF_STEPS
-from .passes.traverse import Traversal
 from .precision import Precision
 from .ray_state import RayBatch, RayTextures, StateBuffer, StateBuffers
 from .scene import Scene, load_scene
@@ -154,25 +152,21 @@ class Tracer:
     def _samplers(self) -> dict[str, moderngl.Texture]:
         return {k: v for tables in self._tables.values() for k, v in tables.items()}
 
-    def _make_traversal(self) -> Traversal | PacketTraversal | PacketSteps:
-        given = (self.gpu, self.method, self._samplers(), self.accelerator, self.options,
-                 self.step_cap)
-        if self.method.single is None:
-            return Traversal(*given)
-        if self.options["schedule"] == "step":
-            return PacketSteps(*given)
+    def _make_traversal(self) -> Driver:
+        return make_driver(Setup(self.gpu, self.method, self._samplers(), self.accelerator,
+                                 self.options, self.step_cap, self._prepare_other))
 
-        def prepare_single(method: Method, options: Mapping[str, Any]) -> tuple[
-                dict[str, moderngl.Texture], Accelerator]:
-            missing = [record for record in method.tables_for(options)
-                       if record.name not in self._tables]
-            accelerator = self.accelerator
-            if missing:
-                assert method.adopt is not None
-                accelerator = method.adopt(accelerator.structure, self._triangles, options)
-                self._fill_tables(tuple(missing), accelerator)
-            return self._samplers(), accelerator
-        return PacketTraversal(*given, prepare_single)
+    def _prepare_other(self, method: Method, options: Mapping[str, Any]) -> tuple[
+            Samplers, Accelerator]:
+        """Another method over the same structure: its tables, made where they are missing."""
+        missing = [record for record in method.tables_for(options)
+                   if record.name not in self._tables]
+        accelerator = self.accelerator
+        if missing:
+            assert method.adopt is not None
+            accelerator = method.adopt(accelerator.structure, self._triangles, options)
+            self._fill_tables(tuple(missing), accelerator)
+        return self._samplers(), accelerator
 
     # Moving ---------------------------------------------------------------------------------
 

@@ -96,6 +96,41 @@ class LooseKdTree:
                       len(inner))
 
 
+def join(top: LooseKdTree, groups: list[np.ndarray], subtrees: list[LooseKdTree]) -> LooseKdTree:
+    """One tree from its top levels and the subtrees of the level below them.
+
+    Parameters
+    ----------
+    top : names the roots of subtrees as if they stood behind it, in their order
+    groups : of each of `subtrees`, whose first nodes are roots: their numbers, from 0
+    """
+    nodes_above = len(top.axis)
+    parts, numbers = [top], [np.arange(nodes_above)]
+    free = nodes_above + sum(map(len, groups))
+    for roots, tree in zip(groups, subtrees):
+        below = len(tree.axis) - len(roots)
+        numbers.append(np.concatenate([nodes_above + roots, free + np.arange(below)]))
+        parts.append(tree)
+        free += below
+    held = run_starts(np.array([len(part.references) for part in parts]))
+
+    def joined(name: str, values: list[np.ndarray]) -> np.ndarray:
+        whole = np.empty(free, getattr(parts[0], name).dtype)
+        whole[np.concatenate(numbers)] = np.concatenate(values)
+        return whole
+
+    def children(name: str) -> np.ndarray:
+        named = [getattr(part, name) for part in parts]
+        return joined(name, named[:1] + [np.where(child < 0, child, number[child])
+                                         for child, number in zip(named[1:], numbers[1:])])
+    return LooseKdTree(
+        *(joined(name, [getattr(part, name) for part in parts]) for name in ("axis", "split")),
+        children("first"), children("second"),
+        joined("start", [part.start + first for part, first in zip(parts, held)]),
+        joined("count", [part.count for part in parts]),
+        np.concatenate([part.references for part in parts]))
+
+
 def depth_cap(triangles: np.ndarray, max_depth: int | None) -> int:
     """The deepest leaf: 8 + 1.3 log2 n (V. Havran, thesis, 2000) where none is asked for."""
     if max_depth is None:
@@ -109,15 +144,15 @@ def build_kdtree(triangles: np.ndarray, *, build: str = "sah", **options: object
     Parameters
     ----------
     triangles : (n, 3, 3) float32, world units
-    build : "sah" or "zhou"
-    options : of that builder: see `sah_kdtree.build`, `zhou.build`
+    build : "sah", "zhou" or "hybrid"
+    options : of that builder: see `sah_kdtree.build`, `zhou.build`, `hybrid_kdtree.build`
 
     Raises
     ------
     OptionError, SceneError
     """
-    from . import sah_kdtree, zhou  # they import this file's records
-    builders = {"sah": sah_kdtree.build, "zhou": zhou.build}
+    from . import hybrid_kdtree, sah_kdtree, zhou  # they import this file's records
+    builders = {"sah": sah_kdtree.build, "zhou": zhou.build, "hybrid": hybrid_kdtree.build}
     builder = builders[choose("build", build, builders)]
     triangles = as_triangles(triangles)
     return builder(triangles, **options).finish(*scene_box(triangles))

@@ -20,10 +20,10 @@ from concurrent.futures.process import BrokenProcessPool
 import numpy as np
 
 from ..errors import Error
-from .kdtree import LooseKdTree
+from .kdtree import LooseKdTree, join
 from .runs import expand, run_starts
 from .sah import Level
-from .sah_kdtree import Record, Rules, grow
+from .sah_kdtree import Rules, grow
 from .shared import SharedArrays, shared_arrays
 
 SUBTREES = 16       # a worker: enough to deal out evenly
@@ -59,7 +59,7 @@ def grow_on_processes(level: Level, vertices: np.ndarray | None, rules: Rules,
                     "if __name__ == '__main__':, or take workers=1") from failure
     finally:
         pool.shutdown(cancel_futures=True)
-    return _join(top, groups, subtrees)
+    return join(top.loose(), groups, subtrees)
 
 
 def _awake() -> None:
@@ -90,34 +90,3 @@ def _grow_some(arrays: dict[str, np.ndarray], nodes: np.ndarray, depth: int,
     roots = Level(arrays["lo"][:, nodes], arrays["hi"][:, nodes], count,
                   arrays["triangle"][index], arrays["box"][:, index])
     return grow(roots, depth, arrays.get("vertices"), rules)[0].loose()
-
-
-def _join(top: Record, groups: list[np.ndarray], subtrees: list[LooseKdTree]) -> LooseKdTree:
-    """One tree from the top levels and the subtrees of the level below them.
-
-    The top levels name their children by where these will stand: behind them, in their order.
-    """
-    parts, numbers = [top.loose()], [np.arange(top.nodes)]
-    free = top.nodes + sum(map(len, groups))
-    for nodes, tree in zip(groups, subtrees):
-        below = len(tree.axis) - len(nodes)
-        numbers.append(np.concatenate([top.nodes + nodes, free + np.arange(below)]))
-        parts.append(tree)
-        free += below
-    held = run_starts(np.array([len(part.references) for part in parts]))
-
-    def joined(name: str, values: list[np.ndarray]) -> np.ndarray:
-        whole = np.empty(free, getattr(parts[0], name).dtype)
-        whole[np.concatenate(numbers)] = np.concatenate(values)
-        return whole
-
-    def children(name: str) -> np.ndarray:
-        named = [getattr(part, name) for part in parts]
-        return joined(name, named[:1] + [np.where(child < 0, child, number[child])
-                                         for child, number in zip(named[1:], numbers[1:])])
-    return LooseKdTree(
-        *(joined(name, [getattr(part, name) for part in parts]) for name in ("axis", "split")),
-        children("first"), children("second"),
-        joined("start", [part.start + first for part, first in zip(parts, held)]),
-        joined("count", [part.count for part in parts]),
-        np.concatenate([part.references for part in parts]))

@@ -64,8 +64,8 @@ def _with_positions(accelerator: Accelerator, triangles: np.ndarray, level: int)
     written = accelerator.tables.get(IMAGE_CELL.name)
     if written and all(np.array_equal(cells[name], written[name]) for name in cells):
         cells = written     # the very same table need not be written again
-    lo, hi = ((shown.min(axis=(0, 1)), shown.max(axis=(0, 1))) if len(shown)
-              else (np.zeros(3, np.float32),) * 2)
+    lo, hi = ([float(pick(at[:, axis])) if len(at) else 0.0 for axis in range(3)]
+              for pick in (np.min, np.max))
     return replace(
         accelerator, shown=shown if level else None,
         uniforms={**accelerator.uniforms, "scene_lo": tuple(lo), "scene_hi": tuple(hi)},

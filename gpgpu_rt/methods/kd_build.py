@@ -15,11 +15,14 @@ from ..passes.build import GPU_KD_BUILDS, build_kdtree
 
 BUILD_OPTIONS = (
     Option("build", "sah", "who builds the tree: by the surface area heuristic throughout, or "
-           "large nodes at their middle as Zhou et al. do", choices=("sah", "zhou")),
+           "large nodes at their middle as zhou does, or the upper levels by codes",
+           choices=("sah", "zhou", "hybrid")),
     Option("build_device", "cpu", "what builds it: numpy, or fragment passes (zhou alone)",
            choices=("cpu", "gpu")),
-    Option("split", "binned", "where the build sah tries split planes",
+    Option("split", "binned", "where the builds sah and hybrid try split planes",
            choices=("binned", "exact")),
+    Option("morton_bits", None, "bits of an axis in the codes of the build hybrid; none: 2", int,
+           minimum=1),
     Option("workers", 1, "processes of the build sah", int, minimum=1),
     Option("traversal_cost", 1.0, "cost of a node, for the surface area heuristic", float,
            minimum=0),
@@ -28,7 +31,8 @@ BUILD_OPTIONS = (
            "or more as empty", float, minimum=0),
     Option("max_depth", None, "deepest leaf; none: 8 + 1.3 log2 of the triangles", int, minimum=0),
 )
-_OF_SAH = ("split", "workers")
+# Options that some builds alone take; the others take no notice of split and workers.
+_OWN = {"split": ("sah", "hybrid"), "workers": ("sah",), "morton_bits": ("hybrid",)}
 
 
 def built_kdtree(triangles: np.ndarray, options: Mapping[str, Any]) -> accel.KdTree:
@@ -39,14 +43,17 @@ def built_kdtree(triangles: np.ndarray, options: Mapping[str, Any]) -> accel.KdT
     triangles : (n, 3, 3) float32
     options : resolved, those of BUILD_OPTIONS and the tracer's ``context`` among them
     """
-    chosen = {option.name: options[option.name] for option in BUILD_OPTIONS}
+    build = options["build"]
+    if options["morton_bits"] is not None and build not in _OWN["morton_bits"]:
+        raise OptionError(f"build {build} of a kd-tree has no codes; leave morton_bits to "
+                          f"{' and '.join(_OWN['morton_bits'])}")
+    chosen = {option.name: options[option.name] for option in BUILD_OPTIONS
+              if build in _OWN.get(option.name, (build,)) and options[option.name] is not None}
     device = chosen.pop("build_device")
-    if chosen["build"] != "sah":
-        chosen = {name: value for name, value in chosen.items() if name not in _OF_SAH}
     if device == "gpu":
-        if options["build"] not in GPU_KD_BUILDS:
-            raise OptionError(f"build {options['build']} of a kd-tree has no passes; the gpu "
-                              f"builds {', '.join(GPU_KD_BUILDS)}")
+        if build not in GPU_KD_BUILDS:
+            raise OptionError(f"build {build} of a kd-tree has no passes; the gpu builds "
+                              f"{', '.join(GPU_KD_BUILDS)}")
         return build_kdtree(open_gpu(options["context"]), triangles, **chosen)
     if "workers" not in chosen:
         return accel.cached(accel.build_kdtree, triangles, **chosen)

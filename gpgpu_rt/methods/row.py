@@ -95,6 +95,8 @@ class Method:
         ``rebuild_ratio``, if the method has it, says so
     options : its own options, the builder's among them
     schedules : those it runs under, the best one last
+    drivers : schedule -> ``module.Class`` in ``passes/`` that runs it there, where that is not
+        ``traverse.Traversal``; see ``passes/driver.py``
     stack_entry : what a level of its stack in textures holds, if it has one
     packet_state : (options) -> what packets carry under ``step``, for a method that has it
     single : the method that traces rays which a packet's limit on steps leaves behind
@@ -114,6 +116,7 @@ class Method:
     options: tuple[Option, ...] = ()
     choose_tables: Callable[[Mapping[str, Any]], Tables] | None = None
     schedules: tuple[str, ...] = SCHEDULES
+    drivers: Mapping[str, str] = field(default_factory=dict)
     stack_entry: Record | None = None
     packet_state: Callable[[Mapping[str, Any]], Stepwise] | None = None
     single: str | None = None

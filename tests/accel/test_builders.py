@@ -64,7 +64,8 @@ def test_proximity_is_the_chebyshev_distance(resolution) -> None:
 
 
 @pytest.mark.parametrize("options", [{"split": "binned"}, {"split": "exact"}, {"build": "zhou"},
-                                     {"build": "zhou", "small": 5}], ids=str)
+                                     {"build": "zhou", "small": 5}, {"build": "hybrid"},
+                                     {"build": "hybrid", "morton_bits": 4}], ids=str)
 @mesh
 def test_kdtree_lists_what_lies_in_a_leaf(name: str, options: dict) -> None:
     triangles = MESHES[name]()

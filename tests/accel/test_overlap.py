@@ -88,6 +88,13 @@ def test_kdtree_on_a_lattice(triangles: np.ndarray, split: str, bonus: float) ->
 
 
 @several
+@given(LATTICE, st.integers(1, 4), st.sampled_from([0, 2, 20]))
+def test_hybrid_on_a_lattice(triangles: np.ndarray, bits: int, max_depth: int) -> None:
+    check_kdtree(triangles, build="hybrid", morton_bits=bits, max_depth=max_depth,
+                 intersection_cost=20)
+
+
+@several
 @given(LATTICE, st.sampled_from([1, 2, 4, 64]), st.sampled_from([0.0, 0.25, 1.0]))
 def test_zhou_on_a_lattice(triangles: np.ndarray, small: int, empty_cut: float) -> None:
     check_kdtree(triangles, build="zhou", small=small, empty_cut=empty_cut, intersection_cost=20)

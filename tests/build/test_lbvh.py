@@ -88,3 +88,12 @@ def test_options_are_refused_in_one_line(wrong: dict, message: str) -> None:
     with pytest.raises(rt.OptionError, match=message) as refusal:
         rt.Tracer("cornell", "bvh-threaded", **wrong)
     assert "\n" not in str(refusal.value)
+
+
+def test_too_many_triangles_or_nodes_are_refused(gpu, monkeypatch) -> None:
+    monkeypatch.setattr("gpgpu_rt.passes.build.bvh.EXACT_INTEGER", 8)
+    with pytest.raises(rt.LimitError, match="build on the cpu"):
+        build_bvh(gpu, random_soup(9, 23), build="lbvh")
+    monkeypatch.setattr("gpgpu_rt.passes.build.thread.EXACT_INTEGER", 8)
+    with pytest.raises(rt.LimitError, match="leaves of more triangles"):
+        build_bvh(gpu, random_soup(8, 23), build="lbvh", max_leaf=1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import gpgpu_rt as rt
 from gpgpu_rt.passes.compact import compact
 from gpgpu_rt.passes.reduce import OPERATIONS, reduce_stream
 from gpgpu_rt.passes.scan import scan
@@ -105,3 +106,16 @@ def test_one_element_alone_is_read(gpu) -> None:
     with StreamRoom(gpu) as room:
         stream: Stream = room.stream(VALUES, 5000, value=values)
         assert (stream.read_one(4097)["value"] == values[4097]).all()
+
+
+def test_a_stream_past_what_a_float_indexes_is_refused(gpu) -> None:
+    with StreamRoom(gpu) as room, pytest.raises(rt.LimitError, match="2\\^24") as refusal:
+        room.stream(VALUES, (1 << 24) + 2)
+    assert "\n" not in str(refusal.value)
+
+
+def test_reading_what_is_drawn_into_is_refused(gpu) -> None:
+    with StreamRoom(gpu) as room:
+        values = room.stream(VALUES, 10, value=np.zeros((10, 4)))
+        with pytest.raises(rt.Error, match="draw"):
+            room.draw("scan", values.called("sums"), [values], defines={"FAN": 8}, elements=9)

@@ -30,6 +30,7 @@ SCENES = {
 }
 OPTIONS = ({}, {"small": 6, "max_depth": 9}, {"small": 33, "empty_cut": 0.0, "empty_bonus": 0.0},
            {"traversal_cost": 0.3, "intersection_cost": 0.7, "empty_bonus": 0.6})
+IN_ALL_WAYS = ("soup1", "flat", "few", "rows")      # in the quick suite; in full: everything
 
 
 def assert_same_tree(one: accel.KdTree, other: accel.KdTree) -> None:
@@ -39,8 +40,10 @@ def assert_same_tree(one: accel.KdTree, other: accel.KdTree) -> None:
         assert np.asarray(left).dtype == np.asarray(right).dtype, field.name
 
 
-@pytest.mark.parametrize("options", OPTIONS, ids=str)
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name, options", [
+    pytest.param(name, options, id=f"{name}-{options}",
+                 marks=pytest.mark.full if options and name not in IN_ALL_WAYS else ())
+    for name in SCENES for options in OPTIONS])
 def test_passes_build_the_same_tree(exact_renderer, name: str, options: dict) -> None:
     triangles = SCENES[name]()
     tree = accel.build_kdtree(triangles, build="zhou", **options)
@@ -72,6 +75,16 @@ def test_what_the_gpu_does_not_build_is_refused() -> None:
         rt.Tracer("cornell", "kd-restart", build_device="gpu")
     with pytest.raises(rt.OptionError, match="small"):
         accel.build_kdtree(random_soup(3, 1), build="zhou", small=65)
+
+
+def test_a_scene_past_what_a_stream_holds(exact_renderer, monkeypatch) -> None:
+    triangles = random_soup(900, 36, size=0.02)
+    monkeypatch.setattr("gpgpu_rt.passes.streams.EXACT_INTEGER", 2000)
+    with pytest.raises(rt.LimitError, match="build on the cpu"):
+        build_kdtree(exact_renderer, triangles)
+    monkeypatch.undo()
+    assert_same_tree(build_kdtree(exact_renderer, triangles),
+                     accel.build_kdtree(triangles, build="zhou"))
 
 
 def test_masks() -> None:

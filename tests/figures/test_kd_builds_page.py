@@ -2,11 +2,15 @@
 from __future__ import annotations
 
 import pytest
+from conftest import real_scene
 from test_kd_page import PAGE, SCENES
 
 import gpgpu_rt as rt
 from gpgpu_rt import accel
 from gpgpu_rt.methods import find_method
+from gpgpu_rt.passes import streams
+from gpgpu_rt.passes.build import GPU_KD_BUILDS, build_kdtree
+from gpgpu_rt.passes.full_screen import FullScreenPass
 from gpgpu_rt.scenes import catalogue
 
 KD_BUILDS = next(o for o in find_method("kd-stack").options if o.name == "build").choices
@@ -39,7 +43,20 @@ def test_trees_are_as_the_page_says(scene: str, build: str) -> None:
         assert value == pytest.approx(page[build, what][scene], rel=0.006), what
 
 
+@pytest.mark.parametrize("scene", [pytest.param(scene, marks=[pytest.mark.full] if
+                                                scene != "cornell" else []) for scene in SCENES])
+def test_passes_are_as_many_as_the_page_says(exact_renderer, monkeypatch, scene: str) -> None:
+    drawn = []
+    for kind in (FullScreenPass, streams._Points):
+        def counting(self, *given, _draw=kind.draw, **more):
+            drawn.append(1)
+            return _draw(self, *given, **more)
+        monkeypatch.setattr(kind, "draw", counting)
+    build_kdtree(exact_renderer, real_scene(scene).triangles, build="zhou")
+    assert len(drawn) == _numbers()["zhou", "passes"][scene]
+
+
 def test_every_build_has_its_rows_and_paragraph() -> None:
     assert {build for build, _ in _numbers()} == set(KD_BUILDS)
-    assert len(_numbers()) == 4 * len(KD_BUILDS)
+    assert len(_numbers()) == 4 * len(KD_BUILDS) + len(GPU_KD_BUILDS)
     assert all(f"**`{build}`**" in PAGE.read_text() for build in KD_BUILDS)

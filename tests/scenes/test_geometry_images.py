@@ -7,7 +7,7 @@ import trimesh
 from conftest import assert_same_bits, real_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt.parametrise import embed
+from gpgpu_rt.embedding import embed
 from gpgpu_rt.surface_mesh import SurfaceMesh
 
 METHOD = "geometry-image"

@@ -125,8 +125,9 @@ def test_triangles_without_area_are_never_hit(exact_renderer, test: str, seed: i
     rng = np.random.default_rng(seed)
     charts = [poles(), sheet((20, 20), seed)]
     charts[1][4:9, 5:8] = charts[1][4, 5]                                       # points
-    charts[1][12] = charts[1][12, 0] + np.arange(20)[:, None] * np.float64([2**-5, 0, 0])  # a line
-    charts[1][13] = charts[1][12]
+    # Lines, of few bits so that they are exact: sheared and rounded they may enclose something.
+    one, two = np.arange(20)[:, None] * rng.integers(-9, 9, (2, 1, 3)) / 64
+    charts += [np.stack([one, 3 * one, one]) + (2, 0, 1), np.stack([two] * 4) + (-1, 2, 1)]
     scene = rt.GeometryImage(charts).scene()
     chosen = RAY_SETS["vertices"](scene, 4000, seed)
     some = rng.integers(len(scene), size=len(chosen[0]))
@@ -242,6 +243,7 @@ def test_updates_are_fresh_builds(exact_renderer, options: dict) -> None:
     places[2][:] = np.random.default_rng(3).random(places[2].shape)
     with rt.Tracer(made.scene(), ROW.name, **options) as tracer:
         textures = {name: dict(tables) for name, tables in tracer._tables.items()}
+        written = dict(tracer._filled)
         for at in places:
             tracer.update(at)
             assert not tracer.statistics.rebuilt
@@ -251,6 +253,9 @@ def test_updates_are_fresh_builds(exact_renderer, options: dict) -> None:
             assert_same_bits(hits, trace(scene, ROW.name, chosen, **options))
             assert hits.hit.mean() > 0.1
         assert tracer._tables == textures
+        # What did not change was not written: all but the positions.
+        kept = {name for name, arrays in written.items() if tracer._filled[name] is arrays}
+        assert kept == set(written) - {"position"}
 
 
 def test_updates_of_triangles_that_lose_their_area(exact_renderer) -> None:

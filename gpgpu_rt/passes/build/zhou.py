@@ -28,8 +28,8 @@ class LargeLevel:
     ----------
     cells : CELL
     starts : sums before each node: pieces of large nodes, pieces of small ones, small ones, chunks
-    first_root : small nodes of all levels before
-    roots : its own
+    first_root, first_piece : small nodes of all levels before, and their pieces
+    roots : its own small nodes
     decisions : DECISION; None below the last split
     ranks : sums before each node: split ones, pieces of large ones that are leaves
     first_stuck : such pieces of all levels before
@@ -103,7 +103,8 @@ def grow_large(room: StreamRoom, source: Stream, triangles: np.ndarray,
         found.levels.append(level)
         found.roots += counts[2]
         if not level.inner:
-            room.drop(pieces) if counts[0] else None
+            if counts[0]:       # else they are small nodes', and `found` has them
+                room.drop(pieces)
             return found
         cells, starts, pieces, counts = _children(room, found, level, pieces, source, rules)
 

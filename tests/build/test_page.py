@@ -1,0 +1,70 @@
+"""docs/construction.md: its tables hold what is measured."""
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from conftest import real_scene
+
+import gpgpu_rt as rt
+from gpgpu_rt import accel
+from gpgpu_rt.methods.bvh_build import BUILD_OPTIONS
+from gpgpu_rt.passes.build import GPU_BUILDS, build_bvh
+from gpgpu_rt.passes.streams import StreamRoom
+
+PAGE = Path(__file__).parents[2] / "docs" / "construction.md"
+SCENES = ("bunny", "robots", "kitchen")
+ROWS = {f"`{build}`" + (", gpu" if device == "gpu" else ""): (build, device)
+        for build in BUILD_OPTIONS[0].choices for device in ("cpu", "gpu")
+        if (build, device) != ("lbvh", "gpu")}      # the same tree
+
+
+def tables() -> list[dict[str, dict[str, str]]]:
+    """The page's tables: first cell of a row -> scene -> number."""
+    found: list[dict[str, dict[str, str]]] = []
+    for line in PAGE.read_text().splitlines():
+        name, *values = (cell.strip() for cell in line.strip("|").split("|"))
+        if line.startswith("| build"):
+            found.append({})
+        elif line.startswith("| `"):
+            found[-1][name] = dict(zip(SCENES, values))
+    return found
+
+
+@pytest.mark.parametrize("scene, row", [
+    pytest.param(scene, row, id=f"{scene}-{row}", marks=() if scene == "bunny"
+                 and row == "`lbvh`" else pytest.mark.full)
+    for scene in SCENES for row in tables()[0]])
+def test_trees_are_as_the_page_says(scene: str, row: str) -> None:
+    build, device = ROWS[row]
+    costs, steps, _ = tables()
+    with rt.Tracer(real_scene(scene), "bvh-threaded", build=build, build_device=device,
+                   statistics=True) as tracer:
+        hits = tracer.trace(*tracer.scene.camera.rays((256, 256)))
+        cost = accel.sah_cost(tracer.accelerator.structure)
+    assert cost == pytest.approx(float(costs[row][scene]), rel=0.006)
+    assert (hits.nodes_visited + hits.triangles_tested).mean() == pytest.approx(
+        float(steps[row][scene]), rel=0.006)
+
+
+@pytest.mark.parametrize("scene, build", [
+    pytest.param(scene, build, marks=() if scene == "bunny" and build == "lbvh"
+                 else pytest.mark.full) for scene in SCENES for build in GPU_BUILDS])
+def test_passes_are_as_many_as_the_page_says(gpu, monkeypatch, scene: str, build: str) -> None:
+    drawn = Counter()
+    for name in ("draw", "scatter"):
+        def counting(self, *given, _draw=getattr(StreamRoom, name), _name=name, **more):
+            drawn[_name] += 1
+            return _draw(self, *given, **more)
+        monkeypatch.setattr(StreamRoom, name, counting)
+    build_bvh(gpu, real_scene(scene).triangles, build=build)
+    said = tables()[2][f"`{build}`"][scene]
+    assert said == f"{drawn['draw'] + drawn['scatter']}, {drawn['scatter']}"
+
+
+def test_every_build_has_its_row_and_paragraph() -> None:
+    builds = set(BUILD_OPTIONS[0].choices)
+    for table in tables()[:2]:
+        assert {ROWS[row][0] for row in table} == builds
+    assert all(f"**`{build}`**" in PAGE.read_text() for build in builds)
