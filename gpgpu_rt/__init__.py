@@ -2,14 +2,18 @@
 from . import reference
 from .animation import Animation, load_animation
 from .camera import Camera
+from .deformation import Deformation
 from .errors import (
     ContextError, Error, LimitError, OptionError, SceneError, SettingsError, ShaderError
 )
+from .geometry_image import GeometryImage
 from .hits import Hits
 from .methods import Method, methods
+from .parametrise import remesh
 from .scene import Scene, load_scene
 from .tracer import Tracer
 
-__all__ = ["Animation", "Camera", "ContextError", "Error", "Hits", "LimitError", "Method",
-           "OptionError", "Scene", "SceneError", "SettingsError", "ShaderError", "Tracer",
-           "load_animation", "load_scene", "methods", "reference"]
+__all__ = [
+    "Animation", "Camera", "ContextError", "Deformation", "Error", "GeometryImage", "Hits",
+    "LimitError", "Method", "OptionError", "Scene", "SceneError", "SettingsError", "ShaderError",
+    "Tracer", "load_animation", "load_scene", "methods", "reference", "remesh"]

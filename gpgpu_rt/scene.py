@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import trimesh
 
+from .accel.image_tree import cell_faces
 from .camera import Camera
 from .errors import SceneError
 from .scenes import catalogue, mesh_file
@@ -55,6 +56,8 @@ class Scene:
     source : where it was found
     faces : (n, 3) int32, the vertices of each triangle in the array it was made from; None where
         it was not made from indexed triangles
+    charts : (rows, columns) of texels of each image, where the triangles are the cells of a
+        geometry image (see `GeometryImage`); empty for any other mesh
     """
 
     name: str
@@ -65,6 +68,7 @@ class Scene:
     stand_in: str | None = None
     source: str = "arrays"
     faces: np.ndarray | None = field(default=None, repr=False)
+    charts: tuple[tuple[int, int], ...] = ()
 
     def __post_init__(self) -> None:
         with np.errstate(over="ignore"):    # what overflows is named below
@@ -72,11 +76,17 @@ class Scene:
         if self.triangles.ndim != 3 or self.triangles.shape[1:] != (3, 3):
             raise SceneError(f"{self.name}: triangles have shape {self.triangles.shape}; "
                              "give (n, 3, 3)")
-        finite = np.isfinite(self.triangles).all(axis=(1, 2))
-        if not finite.all():
+        if not np.isfinite(self.triangles).all():
+            finite = np.isfinite(self.triangles).all(axis=(1, 2))
             raise SceneError(f"{self.name}: triangle {np.argmin(finite)} has a vertex that is not "
                              "finite; repair or drop it")
         self.colours = _colours(self.colours, len(self.triangles), self.name)
+        cells = sum((rows - 1) * (columns - 1) for rows, columns in self.charts)
+        if self.charts and 2 * cells != len(self):
+            raise SceneError(f"{self.name}: charts of {cells} cells have {2 * cells} triangles, "
+                             f"not {len(self)}; leave charts out for another mesh")
+        if self.charts and self.faces is None:
+            self.faces = cell_faces(self.charts).astype(np.int32)
 
     def __len__(self) -> int:
         return len(self.triangles)
@@ -86,7 +96,8 @@ class Scene:
         """(lo, hi), (3,) float32 each, world units; zeros where there are no triangles."""
         if not len(self):
             return np.zeros(3, np.float32), np.zeros(3, np.float32)
-        return self.triangles.min(axis=(0, 1)), self.triangles.max(axis=(0, 1))
+        axes = self.triangles.transpose(2, 0, 1)    # one at a time: numpy is slow on short axes
+        return np.array([a.min() for a in axes]), np.array([a.max() for a in axes])
 
     @property
     def extent(self) -> float:
@@ -199,7 +210,8 @@ def load_scene(source: str | os.PathLike | trimesh.Trimesh | trimesh.Scene | Sce
         return _read(path, row)
     made = row.make() if argument is None else row.make(argument)
     return Scene(os.fspath(source), made.triangles, made.colours,
-                 Light(made.light, made.intensity), made.camera, row.stand_in, "built in")
+                 Light(made.light, made.intensity), made.camera, row.stand_in, "built in",
+                 charts=made.charts)
 
 
 def _read(path: Path, row: catalogue.Row | None = None) -> Scene:

@@ -4,6 +4,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import moderngl
@@ -21,13 +22,11 @@ from .hits import STACK_OVERFLOW, UNFINISHED, Hits
 from .methods import Accelerator, Method, find_method
 from .methods.row import Tables
 from .options import TRACER_OPTIONS, resolve_options
+from .passes.driver import Driver, Samplers, Setup, make_driver
 from .passes.packet_room import PacketHits
-from .passes.packet_steps import PacketSteps
-from .passes.packets import PacketTraversal
 from .passes.shade import Shading
 from .passes.traverse import OVERFLOWN
 from .passes.traverse import UNFINISHED as OUT_OF_STEPS
-from .passes.traverse import Traversal
 from .precision import Precision
 from .ray_state import RayBatch, RayTextures, StateBuffer, StateBuffers
 from .scene import Scene, load_scene
@@ -76,8 +75,9 @@ class Tracer:
         self._triangles = self._stored(self.scene)
         self._built_cost: float | None = None   # its SAH cost, once an update asks
         self._tables: dict[str, dict[str, moderngl.Texture]] = {}
+        self._filled: dict[str, object] = {}    # what was written into them
         with self.gpu:
-            self.accelerator = self.method.prepare(self._triangles, self.options)
+            self.accelerator = self._prepared(self._triangles)
             self._fill_tables(self.method.tables_for(self.options), self.accelerator)
             self.statistics.build_seconds = time.perf_counter() - began
             self._traversal = self._make_traversal()
@@ -126,42 +126,47 @@ class Tracer:
         """Its triangles as textures hold them: boxes then enclose what the kernels will read."""
         return shrink_flat(self.precision.stored(scene.triangles))
 
+    def _prepared(self, triangles: np.ndarray) -> Accelerator:
+        return self.method.prepare(triangles, {**self.options, "charts": self.scene.charts})
+
     @property
     def step_cap(self) -> int:
         """Steps after which a ray is stopped and flagged."""
         return min(self.options["step_cap"] or self.accelerator.step_bound + 1, EXACT_INTEGER - 1)
 
     def _fill_tables(self, records: Tables, accelerator: Accelerator) -> None:
-        """Write an accelerator's tables into textures, those of the last one where they fit."""
+        """Write those of an accelerator's tables that are new into textures, where they fit the
+        last ones."""
         for record in records:
-            self._tables[record.name] = table_textures(
-                self.gpu, self.precision.layout(record), accelerator.tables[record.name],
-                self.precision, self._tables.get(record.name))
-            self.statistics.table_bytes[record.name] = texture_bytes(
-                self._tables[record.name].values())
+            arrays = accelerator.tables[record.name]
+            if self._filled.get(record.name) is arrays:
+                continue
+            textures = table_textures(self.gpu, self.precision.layout(record), arrays,
+                                      self.precision, self._tables.get(record.name))
+            self._filled[record.name], self._tables[record.name] = arrays, textures
+            self.statistics.table_bytes[record.name] = texture_bytes(textures.values())
+        if accelerator.finisher is not None:
+            accelerator.finisher.run(self.gpu, self._samplers())
+            self.gpu.finish()
 
     def _samplers(self) -> dict[str, moderngl.Texture]:
         return {k: v for tables in self._tables.values() for k, v in tables.items()}
 
-    def _make_traversal(self) -> Traversal | PacketTraversal | PacketSteps:
-        given = (self.gpu, self.method, self._samplers(), self.accelerator, self.options,
-                 self.step_cap)
-        if self.method.single is None:
-            return Traversal(*given)
-        if self.options["schedule"] == "step":
-            return PacketSteps(*given)
+    def _make_traversal(self) -> Driver:
+        return make_driver(Setup(self.gpu, self.method, self._samplers(), self.accelerator,
+                                 self.options, self.step_cap, self._prepare_other))
 
-        def prepare_single(method: Method, options: Mapping[str, Any]) -> tuple[
-                dict[str, moderngl.Texture], Accelerator]:
-            missing = [record for record in method.tables_for(options)
-                       if record.name not in self._tables]
-            accelerator = self.accelerator
-            if missing:
-                assert method.adopt is not None
-                accelerator = method.adopt(accelerator.structure, self._triangles, options)
-                self._fill_tables(tuple(missing), accelerator)
-            return self._samplers(), accelerator
-        return PacketTraversal(*given, prepare_single)
+    def _prepare_other(self, method: Method, options: Mapping[str, Any]) -> tuple[
+            Samplers, Accelerator]:
+        """Another method over the same structure: its tables, made where they are missing."""
+        missing = [record for record in method.tables_for(options)
+                   if record.name not in self._tables]
+        accelerator = self.accelerator
+        if missing:
+            assert method.adopt is not None
+            accelerator = method.adopt(accelerator.structure, self._triangles, options)
+            self._fill_tables(tuple(missing), accelerator)
+        return self._samplers(), accelerator
 
     # Moving ---------------------------------------------------------------------------------
 
@@ -191,23 +196,33 @@ class Tracer:
             tried = time.perf_counter() - stored
             statistics.rebuilt = accelerator is None
             if accelerator is None:
-                accelerator = self.method.prepare(triangles, self.options)
+                accelerator = self._prepared(triangles)
                 self._built_cost = None
-            self.accelerator, self._triangles = accelerator, triangles
+            before, self.accelerator, self._triangles = self.accelerator, accelerator, triangles
             self.scene, self._bounds = scene, scene.bounds
             own = self.method.tables_for(self.options)
             for name in self._tables.keys() - {record.name for record in own}:
                 _release(self._tables.pop(name))   # of the method for single rays: made again
-                del statistics.table_bytes[name]
+                del statistics.table_bytes[name], self._filled[name]
             self._fill_tables(own, accelerator)
-            self._traversal.follow(self._samplers(), accelerator, self.step_cap)
+            if (before.defines, before.stack_levels) == (accelerator.defines,
+                                                         accelerator.stack_levels):
+                self._traversal.follow(self._samplers(), accelerator, self.step_cap)
+            else:   # other programs, or a stack of another depth
+                self._traversal.release()
+                self._traversal = self._make_traversal()
             if self._shading is not None:
-                self._shading.take(scene)
+                self._shading.take(self._shown())
         took = time.perf_counter() - began
         if statistics.rebuilt:
             statistics.build_seconds, statistics.refit_seconds = took - tried, tried
         else:
             statistics.refit_seconds = took
+
+    def _shown(self) -> Scene:
+        """What hits lie on: the scene, or a coarser level of it."""
+        shown = self.accelerator.shown
+        return self.scene if shown is None else replace(self.scene, triangles=shown)
 
     def _refitted(self, triangles: np.ndarray) -> Accelerator | None:
         """The accelerator around (n, 3, 3) triangles, or None where it must be built anew."""
@@ -338,7 +353,7 @@ class Tracer:
         with self.gpu:
             rays, buffers = self._room((width, height))
             if self._shading is None:
-                self._shading = Shading(self.gpu, self.scene, self.precision,
+                self._shading = Shading(self.gpu, self._shown(), self.precision,
                                         self.options["intersection"])
             began = time.perf_counter()
             self._shading.eye_rays(rays, camera or self.scene.camera)
@@ -369,6 +384,8 @@ class Tracer:
             if self._shading is not None:
                 self._shading.release()
             self._traversal.release()
+            if self.accelerator.finisher is not None:
+                self.accelerator.finisher.release()
             for textures in self._tables.values():
                 _release(textures)
             self._tables = {}

@@ -7,12 +7,13 @@
 #include "build/search.glsl"
 
 uniform int slots;
+uniform int max_leaf;
 
 void main() {
     int slot = element();
     int leaf = int(sums_load(table_texel(slot + 1)).value.x) - 1;
-    int first = find_flagged(leaf, 0, slot + 1);
-    int end = find_flagged(leaf + 1, slot + 1, slots);
+    int first = find_flagged(leaf, max(0, slot + 1 - max_leaf), slot + 1);
+    int end = find_flagged(leaf + 1, slot + 1, min(slots, slot + max_leaf));
     int found = -1;
     for (int i = first; i < end; ++i) {
         int index = source_load(table_texel(i)).index;

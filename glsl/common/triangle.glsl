@@ -19,6 +19,10 @@
 // INTERSECTION_KENSLER_SHIRLEY: Kensler and Shirley, "Optimizing Ray-Triangle Intersection via
 // Automated Search", 2006: the ordering with two cross products, of which one is the normal.
 
+#ifdef IMAGE_CELLS
+#include "common/image_triangles.glsl"
+#endif
+
 void accept(Ray ray, float t, float u, float v, int index, inout Hit hit) {
     if (t >= ray.t_min && (t < hit.t || (t == hit.t && index < hit.triangle))) {
         hit = Hit(t, u, v, index);

@@ -46,11 +46,11 @@ class Refitter:
         """The tree with exact boxes around (n, 3, 3) float32 triangles, as many as before."""
         if not len(self.leaves):
             return bvh
-        box_lo, box_hi = triangle_boxes(triangles[bvh.order])
+        box_lo, box_hi = triangle_boxes(triangles.take(bvh.order, axis=0))
         lo, hi = np.empty_like(bvh.lo), np.empty_like(bvh.hi)
         lo[self.leaves] = np.minimum.reduceat(box_lo, self.starts, axis=1).T
         hi[self.leaves] = np.maximum.reduceat(box_hi, self.starts, axis=1).T
         for nodes, left, right in self.inner:
-            lo[nodes] = np.minimum(lo[left], lo[right])
-            hi[nodes] = np.maximum(hi[left], hi[right])
+            lo[nodes] = np.minimum(lo.take(left, axis=0), lo.take(right, axis=0))
+            hi[nodes] = np.maximum(hi.take(left, axis=0), hi.take(right, axis=0))
         return replace(bvh, lo=lo, hi=hi)

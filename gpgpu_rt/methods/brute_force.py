@@ -16,9 +16,10 @@ def triangle_table(triangles: np.ndarray, order: np.ndarray | None = None,
                    ) -> dict[str, dict[str, np.ndarray | Column]]:
     """The TRIANGLE table of (n, 3, 3) float32 triangles, in ``order`` where it is given."""
     index = np.arange(len(triangles)) if order is None else order
+    corners = np.ascontiguousarray(triangles).reshape(-1, 3)
 
     def corner(k: int) -> Column:
-        return Column(len(index), lambda rows: triangles[index[rows], k])
+        return Column(len(index), lambda rows: corners.take(3 * index[rows] + k, axis=0))
     fields = {"v0": corner(0), "v1": corner(1), "v2": corner(2), "index": index}
     if last is not None:
         fields["last"] = last

@@ -100,7 +100,9 @@ def _stack_row(name: str, summary: str, **more: Any) -> Method:
         name=name, summary=summary, citation="Guenther et al. 2007",
         glsl="traverse/bvh_packet.glsl", kernels=("step_packet",),
         state=Record("state", "phase:int steps:int"), tables=(TRIANGLE, BVH_PAIR),
-        schedules=("step", "loop"), packet_state=_stepwise, single="bvh-threaded", stack=True,
+        schedules=("step", "loop"), drivers={
+            "step": "packet_steps.PacketSteps", "loop": "packets.PacketTraversal"},
+        packet_state=_stepwise, single="bvh-threaded", stack=True,
         **more)
 
 

@@ -79,9 +79,11 @@ class Threads:
         """A corner of each record's box: of (n, 3) ``met``, or ``other`` where rays go in
         reverse."""
         def make(rows: slice) -> np.ndarray:
-            source = self.source[rows]
-            return met[source] if self.reversed is None else np.where(
-                self.reversed[rows], other[source], met[source])
+            source = self.source[rows]     # `take` is several times as fast as brackets
+            found = met.take(source, axis=0)
+            if self.reversed is not None:
+                np.copyto(found, other.take(source, axis=0), where=self.reversed[rows])
+            return found
         return Column(len(self.source), make)
 
 
@@ -138,7 +140,7 @@ def _links(escape: np.ndarray, first: np.ndarray, count: np.ndarray,
 
 
 def _gathered(values: np.ndarray, index: np.ndarray) -> Column:
-    return Column(len(index), lambda rows: values[index[rows]])
+    return Column(len(index), lambda rows: values.take(index[rows], axis=0))
 
 
 def _by_axis(prefix: str, corner: Column) -> Fields:

@@ -84,8 +84,8 @@ def _packet_row(name: str, summary: str, citation: str, single: str, **more: Any
     return Method(
         name=name, summary=summary, citation=citation,
         glsl=f"traverse/{name.replace('-', '_')}.glsl", kernels=("step_packet",),
-        state=Record("state", "phase:int steps:int"), schedules=("loop",), packet=True,
-        single=single, **more)
+        state=Record("state", "phase:int steps:int"), schedules=("loop",),
+        drivers={"loop": "packets.PacketTraversal"}, packet=True, single=single, **more)
 
 
 def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),

@@ -4,11 +4,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
+import moderngl
 import numpy as np
 
 from ..column import Column
+from ..gpu import Gpu
 from ..options import Option
 from ..texel_layout import PackedRecord, Record
 
@@ -16,6 +18,16 @@ Tables = tuple[Record | PackedRecord, ...]
 SCHEDULES = ("kernels", "step", "loop")
 PACKET = Option("packet", (2, 2), "rays a fragment", tuple,
                 choices=((1, 1), (2, 1), (2, 2), (4, 2), (4, 4)))
+
+
+class Finisher(Protocol):
+    """Passes that complete tables on the GPU."""
+
+    def run(self, gpu: Gpu, samplers: Mapping[str, moderngl.Texture]) -> None:
+        """Complete the tables, given by sampler name; again whenever one was written anew."""
+
+    def release(self) -> None:
+        """Free what the passes hold."""
 
 
 @dataclass
@@ -30,6 +42,8 @@ class Accelerator:
     structure : what the builder made, or None
     defines : GLSL defines that follow from the structure
     stack_levels : tiles of the stack's atlas, for a method that has one
+    finisher : passes that complete the tables once they are textures
+    shown : (n, 3, 3) float32, what hits lie on where it is not the scene (a coarser level of it)
     kept : what the row's ``refit`` wants to find again
     """
 
@@ -39,6 +53,8 @@ class Accelerator:
     structure: Any = None
     defines: Mapping[str, object] = field(default_factory=dict)
     stack_levels: int = 0
+    finisher: Finisher | None = None
+    shown: np.ndarray | None = None
     kept: Any = None
 
 
@@ -79,6 +95,8 @@ class Method:
         ``rebuild_ratio``, if the method has it, says so
     options : its own options, the builder's among them
     schedules : those it runs under, the best one last
+    drivers : schedule -> ``module.Class`` in ``passes/`` that runs it there, where that is not
+        ``traverse.Traversal``; see ``passes/driver.py``
     stack_entry : what a level of its stack in textures holds, if it has one
     packet_state : (options) -> what packets carry under ``step``, for a method that has it
     single : the method that traces rays which a packet's limit on steps leaves behind
@@ -98,6 +116,7 @@ class Method:
     options: tuple[Option, ...] = ()
     choose_tables: Callable[[Mapping[str, Any]], Tables] | None = None
     schedules: tuple[str, ...] = SCHEDULES
+    drivers: Mapping[str, str] = field(default_factory=dict)
     stack_entry: Record | None = None
     packet_state: Callable[[Mapping[str, Any]], Stepwise] | None = None
     single: str | None = None

@@ -1,19 +1,17 @@
 """Packets step by step: one texel a packet holds its state, and its stack lies in an atlas."""
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import moderngl
 
-from ..gpu import Gpu
-from ..methods.row import Accelerator, Method
+from ..methods.row import Accelerator
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..statistics import Statistics
 from ..texel_layout import COUNTERS, HIT, Record
 from ..textures import texture_bytes
+from .driver import Samplers, Setup
 from .full_screen import FullScreenPass
 from .packets import packet_defines, packet_of
 from .stack_atlas import StackAtlas
@@ -30,26 +28,22 @@ class PacketSteps:
     it has for its stack is drawn into the atlas between steps.
     """
 
-    def __init__(self, gpu: Gpu, method: Method, samplers: Mapping[str, moderngl.Texture],
-                 accelerator: Accelerator, options: Mapping[str, Any], step_cap: int) -> None:
-        self.gpu, self.method, self.options = gpu, method, options
-        self.accelerator, self.step_cap = accelerator, step_cap
-        self.samplers, self.precision = dict(samplers), Precision.of(options)
-        assert method.packet_state is not None
-        stepwise = method.packet_state(options)
+    def __init__(self, setup: Setup) -> None:
+        self.gpu, self.method, options = setup.gpu, setup.method, setup.options
+        self.options, self.samplers = options, setup.samplers
+        self.accelerator, self.step_cap = setup.accelerator, setup.step_cap
+        self.precision = Precision.of(options)
+        assert self.method.packet_state is not None
+        stepwise = self.method.packet_state(options)
         self.state, self.entry = stepwise.state, stepwise.stack_entry
         self.phases = kernel_defines(stepwise.kernels)
         self.counted = [COUNTERS] if options["statistics"] else []
         self._programs: dict[object, FullScreenPass] = {}
         self._room: _Room | None = None
 
-    def follow(self, samplers: Mapping[str, moderngl.Texture], accelerator: Accelerator,
-               step_cap: int) -> None:
-        """Read these tables from now on: the same records, of triangles that moved."""
-        if accelerator.defines != self.accelerator.defines:
-            self.release()
-            self._programs, self._room = {}, None
-        self.samplers, self.accelerator, self.step_cap = dict(samplers), accelerator, step_cap
+    def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
+        """Read these tables from now on: the same records and defines, triangles that moved."""
+        self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
         for program in self._programs.values():
             program.set(**accelerator.uniforms)
 

@@ -1,13 +1,12 @@
 """Packets: several rays a fragment, their whole way in one pass (Horn et al. 2007)."""
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 import moderngl
 
-from ..gpu import Gpu
 from ..methods import find_method
 from ..methods.row import Accelerator, Method
 from ..options import TRACER_OPTIONS, resolve_options
@@ -15,6 +14,7 @@ from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..statistics import Statistics
 from ..texel_layout import COUNTERS, HIT, RAY_TEXELS, Record
+from .driver import Samplers, Setup
 from .full_screen import FullScreenPass
 from .packet_room import PacketHits, PacketRoom
 from .traverse import UNFINISHED, Traversal, method_defines, method_texts
@@ -22,25 +22,22 @@ from .traverse import UNFINISHED, Traversal, method_defines, method_texts
 # Steps a packet may take in its pass. Every step is an iteration of one loop, and no more than two
 # further iterations come with it: this stays below the 65,535 at which llvmpipe ends all loops.
 PACKET_STEPS = 20_000
-# Samplers and accelerator of the method that traces rays one by one.
-PrepareSingle = Callable[[Method, Mapping[str, Any]],
-                         tuple[dict[str, moderngl.Texture], Accelerator]]
 LIVE = 1   # the phase of a ray that its packet left behind
 
 
 class PacketTraversal:
     """A packet method's programs for one set of tables and options; see ``Traversal``."""
 
-    def __init__(self, gpu: Gpu, method: Method, samplers: Mapping[str, moderngl.Texture],
-                 accelerator: Accelerator, options: Mapping[str, Any], step_cap: int,
-                 prepare_single: PrepareSingle) -> None:
-        self.gpu, self.method, self.options = gpu, method, options
-        self.accelerator, self.step_cap = accelerator, step_cap
-        self.samplers, self.prepare_single = dict(samplers), prepare_single
+    def __init__(self, setup: Setup) -> None:
+        self.gpu, self.method, options = setup.gpu, setup.method, setup.options
+        self.options, self.samplers = options, setup.samplers
+        self.accelerator, self.step_cap = setup.accelerator, setup.step_cap
+        self.setup = setup
         self.precision = Precision.of(options)
         self.packet = packet_of(options)
         self.rays = self.packet[0] * self.packet[1]
-        self.pairs = self.rays > gpu.max_draw_buffers   # of rays a target: one each is too many
+        # Of rays a target, where one each is too many.
+        self.pairs = self.rays > self.gpu.max_draw_buffers
         self.targets = self.rays // 2 if self.pairs else self.rays
         self.statistics_on = bool(options["statistics"])
         self._programs: dict[object, FullScreenPass] = {}
@@ -48,18 +45,14 @@ class PacketTraversal:
         self._single: Traversal | None = None
         self._single_room: tuple[RayTextures, StateBuffers] | None = None
 
-    def follow(self, samplers: Mapping[str, moderngl.Texture], accelerator: Accelerator,
-               step_cap: int) -> None:
-        """Read these tables from now on: the same records, of triangles that moved."""
-        if accelerator.defines != self.accelerator.defines:
-            self.release()
-            self._programs, self._room = {}, None
-        elif self._single is not None:   # made again of what is there now
-            self._single.release()
-        self._single = None
-        self.samplers, self.accelerator, self.step_cap = dict(samplers), accelerator, step_cap
+    def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
+        """Read these tables from now on: the same records and defines, triangles that moved."""
+        self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
         for program in self._programs.values():
             program.set(**accelerator.uniforms)
+        if self._single is not None:   # made again of what is there now
+            self._single.release()
+            self._single = None
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[StateBuffer | PacketHits, int]:
@@ -143,8 +136,10 @@ class PacketTraversal:
                       if option.name in self.options and option.accepts(self.options[option.name])}
             options = resolve_options({**shared, "schedule": "loop", "statistics": False}, known,
                                       f"method {row.name}")
-            samplers, accelerator = self.prepare_single(row, options)
-            self._single = Traversal(self.gpu, row, samplers, accelerator, options, self.step_cap)
+            samplers, accelerator = self.setup.prepare_other(row, options)
+            self._single = Traversal(replace(
+                self.setup, method=row, samplers=samplers, accelerator=accelerator,
+                options=options, step_cap=self.step_cap))
         return self._single
 
     def _count(self, phase: int, now: StateBuffer, buffers: StateBuffers,

@@ -15,13 +15,13 @@ from typing import Any, NamedTuple
 
 import moderngl
 
-from ..gpu import Gpu
 from ..methods.row import Accelerator, Method
 from ..options import word_define
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..statistics import Statistics
 from ..texel_layout import COUNTERS, HIT, TABLE_WIDTH_LOG2, Record
+from .driver import Samplers, Setup
 from .full_screen import FullScreenPass
 from .stack_atlas import StackAtlas
 from .tiles import Tiles
@@ -51,36 +51,21 @@ class ProgramKey(NamedTuple):
 
 
 class Traversal:
-    """A method's programs for one set of tables and options.
+    """A method's programs for one set of tables and options, under any of the three schedules."""
 
-    Parameters
-    ----------
-    samplers : sampler name -> texture, the method's tables
-    accelerator : uniforms and defines that the method's GLSL asks for
-    options : the tracer's options; schedule, steps_per_pass, mask_interval, step_cap,
-        statistics and intersection are read here
-    step_cap : steps after which a ray is stopped and flagged
-    """
-
-    def __init__(self, gpu: Gpu, method: Method, samplers: Mapping[str, moderngl.Texture],
-                 accelerator: Accelerator, options: Mapping[str, Any], step_cap: int) -> None:
-        self.gpu, self.method, self.options = gpu, method, options
-        self.accelerator, self.step_cap = accelerator, step_cap
-        self.samplers = dict(samplers)
+    def __init__(self, setup: Setup) -> None:
+        self.gpu, self.method, options = setup.gpu, setup.method, setup.options
+        self.options, self.samplers = options, setup.samplers
+        self.accelerator, self.step_cap = setup.accelerator, setup.step_cap
         self.precision = Precision.of(options)
         self.statistics_on = bool(options["statistics"])
         self._programs: dict[object, FullScreenPass] = {}
         self._tiles: Tiles | None = None
         self._atlas: StackAtlas | None = None
 
-    def follow(self, samplers: Mapping[str, moderngl.Texture], accelerator: Accelerator,
-               step_cap: int) -> None:
-        """Read these tables from now on: the same records, of triangles that moved."""
-        if (accelerator.defines, accelerator.stack_levels) != (self.accelerator.defines,
-                                                               self.accelerator.stack_levels):
-            self.release()
-            self._programs, self._tiles, self._atlas = {}, None, None
-        self.samplers, self.accelerator, self.step_cap = dict(samplers), accelerator, step_cap
+    def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
+        """Read these tables from now on: the same records and defines, triangles that moved."""
+        self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
         for program in self._programs.values():
             program.set(**accelerator.uniforms, step_cap=step_cap)
 

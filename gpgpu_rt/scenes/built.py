@@ -22,6 +22,7 @@ class Built:
     colours : (n, 3) diffuse in [0, 1]
     camera : its camera
     light : (3,) position of the point light; intensity : (3,)
+    charts : as in Scene, for one that is a geometry image
     """
 
     triangles: np.ndarray
@@ -29,6 +30,7 @@ class Built:
     camera: Camera
     light: tuple[float, float, float]
     intensity: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    charts: tuple[tuple[int, int], ...] = ()
 
 
 class Pieces:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..camera import Camera, load_cameras
 from ..errors import SceneError, nearest_names
-from . import animation, buildings, cornell, creatures, outdoors, rooms
+from . import animation, buildings, cornell, creatures, images, outdoors, rooms
 from .built import Built
 from .mesh_file import SUFFIXES
 from .painting import by_part, cornell_walls
@@ -75,6 +75,8 @@ ROWS: dict[str, Row] = {row.name: row for row in (
     Row("cloth", 49_928, animation.cloth, None, "built in: a sheet that waves, frame by frame"),
     Row("explosion", 69_451, animation.explosion, None, "built in: the bunny's stand-in, "
         "flying apart frame by frame"),
+    Row("boulder", 49_152, images.boulder, None, "built in: a geometry image of six charts"),
+    Row("knot", 36_864, images.knot, None, "built in: a swept surface, one geometry image"),
     Row("cow", 5_804, creatures.cow, "Viewpoint's cow",
         "common-3d-test-models: cow.obj (Viewpoint Animation Engineering)"),
 )}

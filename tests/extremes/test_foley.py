@@ -38,6 +38,7 @@ def check(name: str, kind: str, side: int, sides: dict[str, int], seed: int) -> 
 
 
 @pytest.mark.full
+@pytest.mark.once
 @pytest.mark.parametrize("seed", [41], ids="seed{}".format)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", FOLEY)

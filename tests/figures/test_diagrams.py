@@ -9,14 +9,14 @@ import pytest
 
 import gpgpu_rt as rt
 from gpgpu_rt.accel import build_kdtree
-from gpgpu_rt.figures import fig03, fig09, fig10, fig11, fig15, fig18, fig19
+from gpgpu_rt.figures import fig03, fig09, fig10, fig11, fig15, fig18, fig19, fig21
 from gpgpu_rt.figures.__main__ import FIGURES
 from gpgpu_rt.figures.small_bvh import Hierarchy, hierarchy
 from gpgpu_rt.figures.small_world import MAX_DEPTH, Walk, World, walk, world
 from gpgpu_rt.methods import find_method
 
 DIAGRAMS = {"fig03": fig03, "fig09": fig09, "fig10": fig10, "fig11": fig11, "fig15": fig15,
-            "fig18": fig18, "fig19": fig19}
+            "fig18": fig18, "fig19": fig19, "fig21": fig21}
 SMALL = world()
 
 
@@ -278,3 +278,22 @@ def test_figure_19_visits_are_those_of_geometry() -> None:
     assert {visit.entered for visit in expected} == {True, False}
     assert len(expected) == ray.hits.nodes_visited[0]
     assert nearest == pytest.approx(float(ray.hits.t[0]), rel=1e-5)
+
+
+@pytest.mark.parametrize("height", range(7))
+def test_figure_21_shows_the_least_and_greatest_positions(height: int) -> None:
+    """Of each block of texels, the far row and column included, by hand."""
+    tree, *found = fig21.pyramids()
+    positions, side = fig21.image().charts[0], 2**height
+    for boxes, reduce in zip(found, (np.min, np.max)):
+        shown = fig21.level(tree, boxes, height)
+        expected = [[reduce(positions[r:r + side + 1, c:c + side + 1], axis=(0, 1))
+                     for c in range(0, fig21.SIZE, side)] for r in range(0, fig21.SIZE, side)]
+        assert np.array_equal(shown, np.array(expected))
+
+
+def test_figure_21_is_a_closed_mesh() -> None:
+    scene, rays = fig21.image().scene(), np.random.default_rng(1).normal(size=(3000, 3))
+    with rt.Tracer(scene, "geometry-image") as tracer:
+        assert tracer.trace(np.zeros_like(rays), rays).hit.all()
+    assert int(fig21.rows()[-1][1]) == 1 and fig21.rows()[0][1] == fig21.SIZE**2

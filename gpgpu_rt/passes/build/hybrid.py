@@ -30,4 +30,5 @@ def build(room: StreamRoom, triangles: np.ndarray, *, morton_bits: int = CLUSTER
     room.draw("sah_clusters", slots, [keys, sums])
     below, order, sums = splitting.run(slots, clusters)
     count = keys.length
-    return thread(room, source, order, sums, [(above, count), (below, count)])
+    return thread(room, source, order, sums, splitting.rule["max_leaf"],
+                  [(above, count), (below, count)])

@@ -29,11 +29,14 @@ def build(room: StreamRoom, triangles: np.ndarray, *, morton_bits: int = AXIS_BI
     morton_bits = in_range("morton_bits", morton_bits, 1, AXIS_BITS, int)
     max_leaf = in_range("max_leaf", max_leaf, 1, 64, int)
     source = upload(room, triangles)
-    keys = sorted_keys(room, scaled_boxes(room, source, triangles), morton_bits)
+    boxes = scaled_boxes(room, source, triangles)
+    keys = sorted_keys(room, boxes, morton_bits)
+    room.drop(boxes)
     inner, leaves, sums = radix_nodes(room, keys, max_leaf=max_leaf)
     order = room.stream(SOURCE, keys.length)
     room.draw("key_order", order, [keys])
-    return thread(room, source, order, sums, [(inner, keys.length), (leaves, max_leaf)])
+    room.drop(keys)
+    return thread(room, source, order, sums, max_leaf, [(inner, order.length), (leaves, max_leaf)])
 
 
 def upload(room: StreamRoom, triangles: np.ndarray) -> Stream:
@@ -59,6 +62,7 @@ def sorted_keys(room: StreamRoom, boxes: Stream, bits: int) -> Stream:
                  for which, name in (("min", "low"), ("max", "high")))
     keys = room.stream(SORT_KEY, boxes.length)
     room.draw("morton_codes", keys, [boxes, low, high], bits=bits)
+    room.drop(centres)
     return sort(room, keys)
 
 

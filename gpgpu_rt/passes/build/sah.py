@@ -32,7 +32,7 @@ def build(room: StreamRoom, triangles: np.ndarray, **options: object) -> Bvh:
     root = room.stream(INTERVAL, 1, first=[0], last=[count - 1], parent=[-1])
     splitting = Splitting(room, boxes, **options)
     nodes, order, sums = splitting.run(slots, root)
-    return thread(room, source, order, sums, [(nodes, count)])
+    return thread(room, source, order, sums, splitting.rule["max_leaf"], [(nodes, count)])
 
 
 class Splitting:

@@ -17,7 +17,7 @@ from ..streams import Stream, StreamRoom
 
 
 def thread(room: StreamRoom, triangles: Stream, order: Stream, sums: Stream,
-           lists: Sequence[tuple[Stream, int]]) -> Bvh:
+           max_leaf: int, lists: Sequence[tuple[Stream, int]]) -> Bvh:
     """The hierarchy of all nodes in the lists, read back.
 
     Parameters
@@ -25,6 +25,7 @@ def thread(room: StreamRoom, triangles: Stream, order: Stream, sums: Stream,
     triangles : TRIANGLE, as uploaded
     order : SOURCE, the triangle in each slot
     sums : scan of the flags of slots that begin a leaf
+    max_leaf : no leaf holds more triangles
     lists : INTERVAL each, nodes in any order, those with first = -1 are none; and the most slots
         that one of them spans
     """
@@ -43,12 +44,15 @@ def thread(room: StreamRoom, triangles: Stream, order: Stream, sums: Stream,
         for (part, longest), box in zip(lists, boxes):
             if longest >= run:
                 room.draw("node_boxes", box, [runs, part], run=run)
-        room.draw("box_runs", other, [runs], slots=slots, run=run)
-        runs, other, run = other, runs, 4 * run
+        run *= 4
+        if run <= slots:
+            room.draw("box_runs", other, [runs], slots=slots, run=run // 4)
+            runs, other = other, runs
+    room.drop(runs, other)
     for (part, _), box in zip(lists, boxes):
         room.scatter("thread", threaded, [part, box, sums], part.length, nodes=nodes)
     ascending = room.stream(SOURCE, slots)
-    room.draw("leaf_order", ascending, [order, sums], slots=slots)
+    room.draw("leaf_order", ascending, [order, sums], slots=slots, max_leaf=max_leaf)
     return pack(threaded.read(), ascending.read()["index"])
 
 

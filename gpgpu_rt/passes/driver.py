@@ -1,0 +1,65 @@
+"""Drivers: what runs a method's programs over the rays; a row names its own by schedule."""
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any, Protocol
+
+import moderngl
+
+from ..gpu import Gpu
+from ..methods.row import Accelerator, Method
+from ..ray_state import RayTextures, StateBuffer, StateBuffers
+from ..statistics import Statistics
+from .packet_room import PacketHits
+
+Samplers = dict[str, moderngl.Texture]
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What a driver is made of.
+
+    Attributes
+    ----------
+    samplers : sampler name -> texture, the method's tables
+    accelerator : uniforms and defines that the method's GLSL asks for
+    options : the tracer's and the method's, resolved
+    step_cap : steps after which a ray is stopped and flagged
+    prepare_other : (method, options) -> samplers and accelerator of another method over the same
+        triangles, for a driver that leaves it rays
+    """
+
+    gpu: Gpu
+    method: Method
+    samplers: Samplers
+    accelerator: Accelerator
+    options: Mapping[str, Any]
+    step_cap: int
+    prepare_other: Callable[[Method, Mapping[str, Any]], tuple[Samplers, Accelerator]]
+
+
+class Driver(Protocol):
+    """Runs a method; made of a ``Setup``."""
+
+    def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
+            any_hit: bool = False) -> tuple[StateBuffer | PacketHits, int]:
+        """Trace every ray; where the hits are, and how many rays were stopped unfinished."""
+
+    def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
+        """Read these tables from now on: the same records and defines, triangles that moved."""
+
+    def bytes(self) -> int:
+        """Bytes of the driver's own textures."""
+
+    def release(self) -> None:
+        """Free programs and textures."""
+
+
+def make_driver(setup: Setup) -> Driver:
+    """The driver that the method's row names for the schedule: ``module.Class`` in this folder."""
+    named = setup.method.drivers.get(str(setup.options["schedule"]), "traverse.Traversal")
+    module, _, name = named.partition(".")
+    driver: Driver = getattr(import_module(f"{__package__}.{module}"), name)(setup)
+    return driver
