@@ -460,9 +460,9 @@ CHUNK = Record("chunk", "lo:vec3 | hi:vec3 | left:vec3 | right:vec3")
 DECISION = Record("decision", "plane axis:int futile:int")
 """How a node of such a level is split; axis 3: not at all."""
 
-SMALL_NODE = Record("node", "lo:vec3 base:int | hi:vec3 depth:int | mask:vec4")
-"""A small node: its box, its root's first piece, and which of the root's pieces it holds: 64 bits,
-16 a channel."""
+SMALL_NODE = Record("node", "lo:vec3 base:int | hi:vec3 levels:int | mask:vec4")
+"""A small node: its box, its root's first piece, how many levels there may be below it, and which
+of the root's pieces it holds: 64 bits, 16 a channel."""
 
 EXTENT = Record("extent", "lo hi")
 """A piece along one axis."""
