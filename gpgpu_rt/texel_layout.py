@@ -481,3 +481,28 @@ PLACE = Record("place", "at:int pair:int")
 BUILT = Record("built", "split axis:int left:int count:int | mask:vec4 | base:int")
 """A node of the finished tree, and where a leaf's pieces are: from base on those of the mask, or
 where that is empty the first ones."""
+
+# Streams of the ray hierarchy --------------------------------------------------------------------
+
+CONE = Record("cone", "centre:vec3 radius | axis:vec3 chord | reach")
+"""A node over rays: a sphere around their origins, all lengths in units of about the scene's size;
+an axis and how far unit directions lie from it at most; how far the rays go, or -1 where none is
+left."""
+
+PAIR = Record("pair", "triangle:int x:int y:int")
+"""A triangle and a node of a level of the hierarchy; triangle -1 where the slot is empty."""
+
+CHILDREN = Record("children", "first:ivec3 | second:ivec3 | third:ivec3 | fourth:ivec3")
+"""What became of a pair: the triangle with each of the node's children, as a PAIR."""
+
+CANDIDATE = Record("candidate", "t triangle:int x:int y:int")
+"""A ray's test of a triangle: t and the triangle, or infinity and -1; the ray's texel."""
+
+NEAREST = Record("nearest", "t spare:vec2 tests:int")
+"""By blending, the least t of a ray's candidates and how many they were."""
+
+LOWEST = Record("lowest", "triangle:int")
+"""By blending, the lowest triangle of those at the least t."""
+
+VISITS = Record("visits", "count:int")
+"""How often a node was met with a triangle."""
