@@ -40,12 +40,12 @@ ROWS = (Method(
     prepare=_prepare,
     options=(
         Option("resolution", None, "cells an axis: a number or x,y,z; none: by density", object),
-        Option("density", 1.0, "cells aimed at per triangle, where no resolution is given", float,
+        Option("density", 2.0, "cells aimed at per triangle, where no resolution is given", float,
                minimum=1e-6),
         Option("nearest", "blend", "how the nearest hit of a ray is kept: MIN blending in float, "
                "or the depth test in 24 bits", choices=("blend", "depth"), relaxed=("depth",)),
         Option("batch", 16_384, "most rays a batch holds", int, minimum=1),
-        Option("queue", 16, "rays a cell's queue waits for, while others are longer", int,
+        Option("queue", 64, "rays a cell's queue waits for, while others are longer", int,
                minimum=1),
         Option("cpu_below", 0, "queues of fewer rays the host intersects itself; bits are the "
                "same where the renderer rounds as IEEE says and keeps subnormal numbers", int,
