@@ -27,6 +27,7 @@ class Statistics:
     trace_seconds : first draw to last, finished
     upload_seconds, readback_seconds : arrays to textures, and back
     counters : means a ray of the counters, with statistics=True
+    split : of a method that shares its work with the host, seconds and bytes by what they went to
     """
 
     rays: int = 0
@@ -44,6 +45,7 @@ class Statistics:
     upload_seconds: float = 0.0
     readback_seconds: float = 0.0
     counters: dict[str, float] = field(default_factory=dict)
+    split: dict[str, float] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
         return asdict(self)

@@ -412,6 +412,12 @@ COUNTERS = Record("counters", "nodes_visited:int leaves_visited:int triangles_te
 STACK_ENTRY = Record("stack_entry", "t_max node:int")
 """A level of a ray's stack in an atlas: a node to visit, and where the interval in it ends."""
 
+NEAREST = Record("nearest", "t")
+"""Of a batch's ray: the least t of the triangles drawn over it."""
+
+FIRST = Record("first", "triangle:int")
+"""Of a batch's ray: the lowest triangle at that t."""
+
 LIT = Record("lit", "ambient:vec3 | direct:vec3")
 """Light that leaves a hit towards the eye: what always arrives, and what a shadow takes away."""
 

@@ -55,7 +55,8 @@ def test_no_nan_in_any_state(name: str, method: str, schedule: str, seed: int) -
         hits = tracer.trace(origins, directions, invalid="miss")
         tracer.occluded(origins, directions, 2.0, invalid="miss")
     assert hits.status.tolist().count(1) == 3 and len(passes) >= 2
-    assert len(passes) > 4 or schedule == "loop"
+    # Under a driver of its own a method has passes of other kinds too.
+    assert len(passes) > 4 or schedule == "loop" or schedule in METHODS[method].drivers
 
 
 @pytest.mark.parametrize("scale", [2.0**-20, 1.0, 2.0**20])
