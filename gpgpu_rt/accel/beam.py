@@ -2,8 +2,8 @@
 
 J. Arvo, D. Kirk, "Fast Ray Tracing by Ray Classification", SIGGRAPH 1987. A beam is the box of its
 origins swept along its directions: convex, and bounded by the plane behind it and by four that
-lean as far as its directions do (their "linear separation"). Tests are in float64, padded, and keep
-what they are not sure of.
+lean as far as its directions do (their "linear separation"). Tests are in float64, padded, and
+keep what they are not sure of.
 """
 from __future__ import annotations
 

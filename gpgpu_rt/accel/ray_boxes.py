@@ -49,6 +49,7 @@ class RayBoxes:
     ----------
     directory : (cells + 6,) int64, first candidate of each cell's list; behind the cells each
         face's list of all triangles
+    grow_seconds : what all lists made so far took
     """
 
     def __init__(self, triangles: np.ndarray, tree: Bvh, space: RaySpace, origin_cells: int,
@@ -94,6 +95,7 @@ class RayBoxes:
     def forget(self) -> None:
         """Drop every list but those of the six faces."""
         self.used = 0
+        self._asked = np.zeros(0, np.int64), np.zeros(0, np.int64)
         self.first = [np.full(self._boxes(level), -1, np.int64) for level in range(self.levels)]
         n = len(self.faces[0].order)
         for face in range(FACES):
@@ -127,6 +129,8 @@ class RayBoxes:
         began = time.perf_counter()
         chosen, rays = np.unique(cells[(cells >= 0) & (cells < self.cells)], return_counts=True)
         chosen = chosen.astype(np.int64)
+        if np.array_equal(chosen, self._asked[0]) and np.array_equal(rays, self._asked[1]):
+            return False                # the same rays again, or others like them
         before = self.directory[chosen]
         old = self.used
         wanted = self._affordable(chosen, rays)
@@ -138,7 +142,8 @@ class RayBoxes:
             first = self.first[level][self._box(chosen, level)]
             made = first >= 0
             self.directory[chosen[made]] = first[made]
-        self.grow_seconds = time.perf_counter() - began
+        self._asked = chosen, rays
+        self.grow_seconds += time.perf_counter() - began
         return bool((self.directory[chosen] != before).any())
 
     def _affordable(self, cells: np.ndarray, rays: np.ndarray) -> np.ndarray:

@@ -4,7 +4,7 @@ J. Mortensen, P. Khanna, I. Yu, M. Slater, "A Visibility Field for Ray Tracing",
 Table 1). Directions over half the sphere are cells of three faces of the direction cube, as a
 line is followed either way; over each lies a grid of tiles in the plane through the scene's
 middle across the face's axis. A beam is a cell and a tile: the lines of such a direction that
-cross the plane there. Theirs holds what the middle direction meets; ours everything that any line of
+cross the plane there. Theirs holds what the middle direction meets; ours whatever any line of
 the cell may meet, however far from the middle, so that a ray of any direction finds its hit.
 
 Candidates of a beam are sorted by where they begin along the axis. Beside each stands where the
