@@ -26,6 +26,7 @@ class Statistics:
     rebuilt : whether the last update built it anew
     trace_seconds : first draw to last, finished
     upload_seconds, readback_seconds : arrays to textures, and back
+    driver : what the method's own driver counts, by name
     counters : means a ray of the counters, with statistics=True
     split : of a method that shares its work with the host, seconds and bytes by what they went to
     """
@@ -44,6 +45,7 @@ class Statistics:
     trace_seconds: float = 0.0
     upload_seconds: float = 0.0
     readback_seconds: float = 0.0
+    driver: dict[str, float] = field(default_factory=dict)
     counters: dict[str, float] = field(default_factory=dict)
     split: dict[str, float] = field(default_factory=dict)
 

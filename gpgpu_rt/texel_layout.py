@@ -374,6 +374,20 @@ QUANTISED_PAIR_8 = PackedRecord(
 """An inner node with its children's boxes in steps of the scene's box, rounded outward; a child is
 an inner node, or a leaf's first triangle."""
 
+RAY_BOX = Record("ray_box", "first:int")
+"""A five-dimensional box of rays: the first of its candidates."""
+
+CANDIDATE = Record("candidate", "triangle:int near")
+"""A triangle that rays of a box may hit, -1 behind the last; where it begins along their dominant
+axis, counted the way they go."""
+
+BEAM = Record("beam", "first:int entries:int")
+"""Rays of a cell of directions through a tile: the run of what they may cross."""
+
+BEAM_ENTRY = Record("beam_entry", "triangle:int near far reach")
+"""A triangle in a beam, by where it begins along the beam's axis; where it ends, and where the
+last one of those up to it does."""
+
 POSITION = Record("position", "at:vec3")
 """A texel of a geometry image: the surface's position there."""
 
@@ -417,6 +431,9 @@ NEAREST = Record("nearest", "t")
 
 FIRST = Record("first", "triangle:int")
 """Of a batch's ray: the lowest triangle at that t."""
+
+RAY_CLASS = Record("ray_class", "box:int")
+"""The five-dimensional box that a ray lies in; behind the boxes, its face; or -1, a miss."""
 
 LIT = Record("lit", "ambient:vec3 | direct:vec3")
 """Light that leaves a hit towards the eye: what always arrives, and what a shadow takes away."""

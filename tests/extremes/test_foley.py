@@ -11,9 +11,10 @@ from gpgpu_rt.judge import judge
 KINDS = ("eye", "random", "vertices", "edges")
 ANSWER = ("t", "u", "v", "triangle", "status")
 SIDE = 500   # 10^6 rays a scene: 250,000 of each kind
-# A pass for each triangle, and passes over every level of a stack: these take fewer rays.
-# Every triangle goes down to the cones of rays without coherence, so ray-hierarchy takes fewest.
-SIDES = {"brute-force": 160, "kd-texture-stack": 160, "ray-hierarchy": 32}
+# A pass for each triangle, passes over every level of a stack, lists for boxes of rays that few
+# rays share, every triangle down to the cones of rays without coherence: these take fewer rays.
+SIDES = {"brute-force": 160, "kd-texture-stack": 160, "ray-classification": 40,
+         "visibility-field": 160, "ray-hierarchy": 32}
 
 
 def check(name: str, kind: str, side: int, sides: dict[str, int], seed: int) -> None:
