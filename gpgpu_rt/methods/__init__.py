@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from ..errors import OptionError, nearest_names
-from . import bih, brute_force, bvh, geometry_image, grid, kdtree
+from . import bih, brute_force, bvh, geometry_image, grid, kdtree, ray_tiles
 from .row import Accelerator, Method
 
 _TABLE: dict[str, Method] = {}
@@ -28,6 +28,6 @@ def find_method(name: str) -> Method:
     return _TABLE[name]
 
 
-for _family in (brute_force, grid, kdtree, bvh, geometry_image, bih):
+for _family in (brute_force, grid, kdtree, bvh, geometry_image, bih, ray_tiles):
     for _row in _family.ROWS:
         register(_row)
