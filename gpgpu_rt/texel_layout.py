@@ -438,6 +438,27 @@ RAY_CLASS = Record("ray_class", "box:int")
 LIT = Record("lit", "ambient:vec3 | direct:vec3")
 """Light that leaves a hit towards the eye: what always arrives, and what a shadow takes away."""
 
+TILE_SPAN = Record("tile_span", "centre:vec3 live:int | axis:vec3")
+"""Where the rays of a tile begin and go: the middle of their origins, how many rays are not empty,
+and the middle of their directions."""
+
+TILE_CONE = Record("tile_cone", "apex:vec3 radius | axis:vec3 cosine")
+"""A cone around the rays of a tile: around every origin within ``radius`` of the apex, directions
+whose angle to the axis has this cosine at least."""
+
+TILE_END = Record("tile_end", "reach lines:int")
+"""How far from their origins the rays of a tile still search, world units, -1 for no ray that
+does; and 1 where one of them also searches behind its origin."""
+
+NEAREST = Record("nearest", "t")
+"""The distance to a ray's nearest hit, as blending leaves it."""
+
+FOUND = Record("found", "triangle:int")
+"""The lowest triangle that is hit there."""
+
+QUADS = Record("quads", "drawn:int tested:int")
+"""Quads of triangles that were drawn over a ray, and triangles tested in them."""
+
 # Streams of construction -------------------------------------------------------------------------
 
 VALUES = Record("values", "value:vec4")
