@@ -450,9 +450,6 @@ TILE_END = Record("tile_end", "reach lines:int")
 """How far from their origins the rays of a tile still search, world units, -1 for no ray that
 does; and 1 where one of them also searches behind its origin."""
 
-NEAREST = Record("nearest", "t")
-"""The distance to a ray's nearest hit, as blending leaves it."""
-
 FOUND = Record("found", "triangle:int")
 """The lowest triangle that is hit there."""
 
@@ -539,11 +536,11 @@ PAIR = Record("pair", "triangle:int x:int y:int")
 CHILDREN = Record("children", "first:ivec3 | second:ivec3 | third:ivec3 | fourth:ivec3")
 """What became of a pair: the triangle with each of the node's children, as a PAIR."""
 
-CANDIDATE = Record("candidate", "t triangle:int x:int y:int")
+TESTED = Record("tested", "t triangle:int x:int y:int")
 """A ray's test of a triangle: t and the triangle, or infinity and -1; the ray's texel."""
 
-NEAREST = Record("nearest", "t spare:vec2 tests:int")
-"""By blending, the least t of a ray's candidates and how many they were."""
+LEAST = Record("least", "t spare:vec2 tests:int")
+"""By blending, the least t of a ray's tests and how many they were."""
 
 LOWEST = Record("lowest", "triangle:int")
 """By blending, the lowest triangle of those at the least t."""

@@ -7,10 +7,10 @@
 flat in int number;
 
 void main() {
-    Candidate candidate = candidate_load(table_texel(number));
+    Tested candidate = tested_load(table_texel(number));
 #ifdef LOWEST
     lowest_store(Lowest(candidate.triangle));
 #else
-    nearest_store(Nearest(candidate.t, vec2(0.0), 1));
+    least_store(Least(candidate.t, vec2(0.0), 1));
 #endif
 }

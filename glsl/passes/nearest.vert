@@ -12,11 +12,11 @@ flat out int number;
 
 void main() {
     number = gl_VertexID;
-    Candidate candidate = candidate_load(table_texel(number));
+    Tested candidate = tested_load(table_texel(number));
     ivec2 pixel = ivec2(candidate.x, candidate.y);
     bool drawn = true;
 #ifdef LOWEST
-    drawn = candidate.triangle >= 0 && candidate.t == nearest_load(pixel).t;
+    drawn = candidate.triangle >= 0 && candidate.t == least_load(pixel).t;
 #endif
     vec2 clip = 2.0 * (vec2(pixel) + 0.5) / vec2(size) - 1.0;
     gl_Position = drawn ? vec4(clip, 0.0, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);

@@ -21,6 +21,6 @@ void main() {
     Hit hit = before;
     test_triangle(ray_setup(rays_load(pixel)), pair.triangle, hit);
     bool found = hit.triangle != before.triangle;
-    candidate_store(Candidate(found ? stored(hit.t) : 1.0 / 0.0, found ? pair.triangle : -1,
+    tested_store(Tested(found ? stored(hit.t) : 1.0 / 0.0, found ? pair.triangle : -1,
                               pair.x, pair.y));
 }

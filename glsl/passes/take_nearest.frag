@@ -38,7 +38,7 @@ void main() {
 #endif
 #else
     int lowest = lowest_load(pixel).triangle;
-    int tests = nearest_load(pixel).tests;
+    int tests = least_load(pixel).tests;
 #ifdef STATISTICS
     Counters before = counters;
 #endif

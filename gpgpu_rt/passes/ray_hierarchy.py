@@ -11,8 +11,7 @@ from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..statistics import Statistics
 from ..texel_layout import (
-    CANDIDATE, CHILDREN, COUNTERS, EXACT_INTEGER, HIT, LOWEST, NEAREST, PAIR, VALUES, VISITS,
-    Record
+    CHILDREN, COUNTERS, EXACT_INTEGER, HIT, LEAST, LOWEST, PAIR, TESTED, VALUES, VISITS, Record
 )
 from ..textures import texture_bytes
 from .blocks import reduce_children
@@ -129,10 +128,10 @@ class RayHierarchy:
                    any_hit: bool) -> None:
         """Test ``pairs`` rays' triangles; of each ray the least t, and its lowest triangle."""
         nearest, lowest = self._images
-        candidates = self.stream(CANDIDATE, pairs)
+        candidates = self.stream(TESTED, pairs)
         program = self.program("pair_hits", [
             (rays.record, False), (self.precision.layout(HIT), False), (PAIR, False),
-            (CANDIDATE, True)], {}, any_hit, STATISTICS=False)
+            (TESTED, True)], {}, any_hit, STATISTICS=False)
         program.set(base=first, last_element=pairs - 1, **self.accelerator.uniforms,
                     **rays.uniforms())
         self._rectangles.write(span(0, pairs))
@@ -208,7 +207,7 @@ class RayHierarchy:
     def take(self, rays: RayTextures, any_hit: bool, word: str | None) -> FullScreenPass:
         """The pass that STARTs, FINISHes, or takes up what blending has left."""
         layout = self.precision.layout
-        records = [(rays.record, False), (NEAREST, False), (LOWEST, False), (VISITS, False),
+        records = [(rays.record, False), (LEAST, False), (LOWEST, False), (VISITS, False),
                    (layout(self.method.state), True), (layout(HIT), True)]
         records += [(COUNTERS, True)] if self.statistics_on else []
         return self.program("take_nearest", records, {}, any_hit, **({word: True} if word else {}))
@@ -228,7 +227,7 @@ class RayHierarchy:
         if self.cones is None or self.cones.size != size:
             self._release_images()
             self.cones = RayCones(self.gpu, size, self.method.state, self.precision)
-            self._images = [RayImage(self.gpu, record, size) for record in (NEAREST, LOWEST)]
+            self._images = [RayImage(self.gpu, record, size) for record in (LEAST, LOWEST)]
             if self.statistics_on:
                 self._visits = [RayImage(self.gpu, VISITS, level.size)
                                 for level in self.cones.levels[1:]]
