@@ -8,6 +8,7 @@ import numpy as np
 
 import gpgpu_rt as rt
 
+from . import sheets
 from .measure import Cell, read
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
 from .published_numbers import published
@@ -104,7 +105,13 @@ def draw(data: Path, out: Path, full: bool) -> None:
         "C. Rays are also fetched from the textures where the tracer has them, 32 bytes each, "
         "and their outcome goes back, 32.\n",
         markdown_table(HEADS, [[number(v) if isinstance(v, float) else v if v is not None else "-"
-                                for v in row] for row in rows]), *lines, "")))
+                                for v in row] for row in rows]), *lines, "",
+        "## What 24 bits of depth lose\n",
+        f"{sheets.COUNT} sheets one above the other, rays down on them from above, and a floor "
+        "far below at which depth ends: the share of rays that hit another sheet than the "
+        "topmost, by how far these are apart.\n",
+        markdown_table(sheets.HEADS, [[row[0], *map(number, row[1:])] for row in sheets.rows()])
+    )))
     figure, (left, right) = plt.subplots(1, 2, figsize=(12.4, 5.4), width_ratios=(1, 1.5))
     left.imshow(picture(full))
     left.set_axis_off()

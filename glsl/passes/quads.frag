@@ -15,6 +15,7 @@
 #include "common/triangle.glsl"
 
 uniform float depth_end;   // t that the depth of 1 stands for
+const float DEPTH_STEPS = 16777215.0;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
@@ -33,7 +34,8 @@ void main() {
         discard;
     }
 #else
-    gl_FragDepth = clamp(t / depth_end, 0.0, 1.0);
+    // To the steps of 24 bits here, too: a renderer's depth buffer may have finer ones.
+    gl_FragDepth = round(clamp(t / depth_end, 0.0, 1.0) * DEPTH_STEPS) / DEPTH_STEPS;
 #endif
     first_store(First(hit.triangle));
 #endif

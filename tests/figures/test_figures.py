@@ -13,7 +13,7 @@ import pytest
 import gpgpu_rt as rt
 from gpgpu_rt import accel
 from gpgpu_rt.figures import (
-    fig12, fig13, fig14, fig16, fig17, fig20, fig22, measure, published_numbers, tree_sizes
+    fig05, fig12, fig13, fig14, fig16, fig17, fig20, fig22, measure, published_numbers, tree_sizes
 )
 from gpgpu_rt.figures.__main__ import main
 from gpgpu_rt.figures.comparison import Panel
@@ -209,3 +209,39 @@ def test_sizes_with_ropes(tmp_path) -> None:
     assert "3.2 times as large, within 10%" in page
     assert "2.7 times as large, not within 10%" in page
     assert f"| {leaves:,} |" in page and "| 349,833 |" in page
+
+
+@pytest.mark.parametrize("transfer, says", [
+    (6.0, "transfers bound it, as the survey says"),
+    (1.0, "intersection (passes) bounds it, not transfers")])
+def test_where_the_ray_engines_time_goes(transfer: float, says: str, tmp_path) -> None:
+    """Figure 5: rates from the seconds, bytes a ray, and the verdict."""
+    cell = fig05.cell("cornell", "as it is", False)
+    rays = cell.size ** 2
+    split = {"traversal_seconds": 1.0, "transfer_seconds": transfer, "intersection_seconds": 5.0,
+             "host_intersection_seconds": 0.0, "bytes_up": 100 * rays, "bytes_down": 40 * rays,
+             "batches": 3, "quads": 2 * rays, "pairs": 8 * rays, "host_rays": 0}
+    total = sum(value for name, value in split.items() if name.endswith("seconds"))
+    _fake(cell, tmp_path, 1, statistics={"trace_seconds": total, "split": split},
+          stand_in="something")
+    fig05.draw(tmp_path, tmp_path, False)
+    with (tmp_path / "fig05.csv").open() as file:
+        row, = csv.DictReader(file)
+    values = {name: float(row[name]) for name in fig05.HEADS[2:]}
+    assert values["rays/s"] == pytest.approx(rays / total)
+    assert values["rays/s, infinitely fast passes"] == pytest.approx(rays / (total - 5))
+    assert values["rays/s, transfers alone"] == pytest.approx(rays / transfer)
+    assert values["rays/s, bytes on an AGP 4x bus alone"] == pytest.approx(
+        1 / (100 / 1066e6 + 40 / 266e6))
+    assert values["bytes up a ray"] == 100 and values["pairs a quad"] == 4
+    assert values["bytes a ray that sending triangles would add"] == 72
+    page = (tmp_path / "fig05.md").read_text()
+    assert says in page and "stand-in for something" in page and "114,499" in page
+    assert (tmp_path / "fig05.png").stat().st_size > 10_000
+
+
+def test_the_ray_engine_is_measured_with_its_split(tmp_path) -> None:
+    cell = measure.Cell("cornell", "ray-engine", size=16, runs=1)
+    measure.measure([cell], tmp_path)
+    split = json.loads((tmp_path / cell.name).read_text())["statistics"]["split"]
+    assert split["batches"] > 0 and split["intersection_seconds"] > 0
