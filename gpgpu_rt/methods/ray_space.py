@@ -70,7 +70,7 @@ ROWS = (
                    "direction cube, a power of two", int, minimum=1),
             Option("min_rays", 1, "rays of a call that a box must hold to get a list", int,
                    minimum=1),
-            Option("budget", 32.0, _BUDGET, float, minimum=0.0),
+            Option("budget", 128.0, _BUDGET, float, minimum=0.0),
         ),
         drivers=dict.fromkeys(SCHEDULES, "ray_classes.RayClasses"),
     ),
