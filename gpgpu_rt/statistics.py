@@ -25,6 +25,7 @@ class Statistics:
         try at refitting took before
     rebuilt : whether the last update built it anew
     trace_seconds : first draw to last, finished
+    sort_seconds : of those, what sorting rays and bringing hits back took
     upload_seconds, readback_seconds : arrays to textures, and back
     counters : means a ray of the counters, with statistics=True
     """
@@ -41,6 +42,7 @@ class Statistics:
     refit_seconds: float = 0.0
     rebuilt: bool = False
     trace_seconds: float = 0.0
+    sort_seconds: float = 0.0
     upload_seconds: float = 0.0
     readback_seconds: float = 0.0
     counters: dict[str, float] = field(default_factory=dict)
