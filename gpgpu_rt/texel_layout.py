@@ -427,10 +427,10 @@ STACK_ENTRY = Record("stack_entry", "t_max node:int")
 """A level of a ray's stack in an atlas: a node to visit, and where the interval in it ends."""
 
 NEAREST = Record("nearest", "t")
-"""Of a batch's ray: the least t of the triangles drawn over it."""
+"""Of a ray: the least t of the triangles drawn over it."""
 
-FIRST = Record("first", "triangle:int")
-"""Of a batch's ray: the lowest triangle at that t."""
+FOUND = Record("found", "triangle:int")
+"""Of a ray: the lowest of the triangles drawn over it at that t."""
 
 RAY_CLASS = Record("ray_class", "box:int")
 """The five-dimensional box that a ray lies in; behind the boxes, its face; or -1, a miss."""
@@ -449,9 +449,6 @@ whose angle to the axis has this cosine at least."""
 TILE_END = Record("tile_end", "reach lines:int")
 """How far from their origins the rays of a tile still search, world units, -1 for no ray that
 does; and 1 where one of them also searches behind its origin."""
-
-FOUND = Record("found", "triangle:int")
-"""The lowest triangle that is hit there."""
 
 QUADS = Record("quads", "drawn:int tested:int")
 """Quads of triangles that were drawn over a ray, and triangles tested in them."""

@@ -1,4 +1,4 @@
-"""Tables over rays: nothing that a ray meets is missing from its list, and memory has its limit."""
+"""Tables over rays: nothing that a ray meets is missing from its list, memory has its limit."""
 from __future__ import annotations
 
 import numpy as np
