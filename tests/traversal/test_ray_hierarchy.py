@@ -40,7 +40,7 @@ RAYS: dict[str, Callable] = {
 
 def cones_over(origins: np.ndarray, directions: np.ndarray, **intervals: np.ndarray) -> tuple:
     """The hierarchy's fields by level, its fans, and the unit of its lengths."""
-    with rt.Tracer(scene_of(LARGE), "ray-hierarchy") as tracer:
+    with rt.Tracer(scene_of(LARGE), "ray-hierarchy") as tracer, tracer.gpu:
         tracer.trace(origins, directions, **intervals)
         cones = tracer._traversal.cones
         levels = []
