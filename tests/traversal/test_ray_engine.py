@@ -10,6 +10,7 @@ from conftest import RAY_SETS, assert_same_bits, soup_scene
 
 import gpgpu_rt as rt
 from gpgpu_rt.figures import sheets
+from gpgpu_rt.figures.extreme_cases import make_case
 from gpgpu_rt.passes import ray_engine
 from gpgpu_rt.passes.quads import WIDTH, Runs
 
@@ -82,6 +83,19 @@ def test_what_24_bits_of_depth_lose(exponent: int, least: float, most: float, se
     share, off = sheets.measure(gap, "depth", seed=seed)
     assert least <= share <= most
     assert off <= sheets.FAR * 1.001 * 2.0**-24 + rounding
+
+
+@pytest.mark.parametrize("seed", [8], ids="seed{}".format)
+@pytest.mark.parametrize("name", ["denormals", "slivers", "moved-1e6", "degenerate", "in-planes"])
+def test_the_host_intersects_to_the_same_bits(exact_renderer, name: str, seed: int) -> None:
+    """At the extremes, too."""
+    case = make_case(name, 300, seed)
+    answers = []
+    for options in ({}, {"cpu_below": 10**9}):
+        with rt.Tracer(case.scene, "ray-engine", **options) as tracer:
+            answers.append(tracer.trace(case.origins, case.directions))
+            assert (tracer.statistics.split["batches"] == 0) == bool(options)
+    assert_same_bits(*answers)
 
 
 @pytest.mark.parametrize("options", [{"intersection": "plucker"}, {"storage": "fp16"},
