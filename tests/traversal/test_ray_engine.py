@@ -9,6 +9,7 @@ import pytest
 from conftest import RAY_SETS, assert_same_bits, soup_scene
 
 import gpgpu_rt as rt
+from gpgpu_rt.cli import main
 from gpgpu_rt.figures import sheets
 from gpgpu_rt.figures.extreme_cases import make_case
 from gpgpu_rt.passes import ray_engine
@@ -135,6 +136,14 @@ def test_pictures_are_the_same(exact_renderer) -> None:
         with rt.Tracer("cornell", method) as tracer:
             pictures.append(np.asarray(tracer.render(size=(40, 30))))
     assert (pictures[0] == pictures[1]).all() and pictures[0].std() > 0
+
+
+def test_the_command_line_says_it(tmp_path, capsys) -> None:
+    assert not main(["render", "cornell", "-m", "ray-engine", "--size", "8x8", "-o",
+                     str(tmp_path / "x.png")])
+    line = capsys.readouterr().out.splitlines()[-1]
+    assert line.startswith("shared with the host: traversal ")
+    assert "transfer " in line and "bytes down " in line
 
 
 @pytest.mark.full
