@@ -11,7 +11,8 @@ from gpgpu_rt.error_bounds import FLOAT32
 from gpgpu_rt.hits import Hits
 from gpgpu_rt.rays import spawn, unit_normals
 
-EYE, SHADOW, MIRROR = "eye rays", "shadow rays", "mirror rays"
+EYE, SHADOW, MIRROR, DIFFUSE = "eye rays", "shadow rays", "mirror rays", "diffuse rays"
+SEED = 7    # of directions that diffuse surfaces choose
 _BEFORE_LIGHT = np.float32(1 - 12 * FLOAT32.unit)   # as passes/surfaces.frag ends shadow rays
 
 
@@ -51,22 +52,33 @@ class Workload:
 
 def mirror(bounces: int) -> str:
     """The name of the workload of rays that mirrors have thrown back so often."""
-    return f"{MIRROR} {bounces}" if bounces else EYE
+    return bounced(MIRROR, bounces)
+
+
+def diffuse(bounces: int) -> str:
+    """The name of the workload of rays that diffuse surfaces have scattered so often."""
+    return bounced(DIFFUSE, bounces)
+
+
+def bounced(kind: str, bounces: int) -> str:
+    """The name of the workload of rays after so many bounces of a kind; eye rays after none."""
+    return f"{kind} {bounces}" if bounces else EYE
 
 
 @functools.lru_cache(maxsize=8)
 def workload(scene: str, name: str, size: int) -> Workload:
     """The workload of a name: ``eye rays``, ``shadow rays``, or ``mirror rays 2`` of a scene all
-    mirrors after two bounces."""
+    mirrors after two bounces, and ``diffuse rays 2`` of one without any."""
     if name == EYE:
         origins, directions = load(scene).camera.rays((size, size))
         return Workload(origins.reshape(-1, 3), directions.reshape(-1, 3), size)
     if name == SHADOW:
         return _shadows(load(scene), workload(scene, EYE, size), _hits(scene, EYE, size))
-    if not name.startswith(MIRROR):
-        raise ValueError(f"no workload {name!r}")
-    before = mirror(int(name.removeprefix(MIRROR)) - 1)
-    return _mirrored(load(scene), workload(scene, before, size), _hits(scene, before, size))
+    for kind, bounce in ((MIRROR, _mirrored), (DIFFUSE, _scattered)):
+        if name.startswith(kind):
+            before = bounced(kind, int(name.removeprefix(kind)) - 1)
+            return bounce(load(scene), workload(scene, before, size), _hits(scene, before, size))
+    raise ValueError(f"no workload {name!r}")
 
 
 def _shadows(scene: rt.Scene, seen: Workload, hits: Hits) -> Workload:
@@ -86,6 +98,15 @@ def _mirrored(scene: rt.Scene, seen: Workload, hits: Hits) -> Workload:
     normals = _surfaces(scene, seen, hits)[1]
     along = (seen.directions * normals).sum(axis=1, keepdims=True)
     directions = seen.directions - np.float32(2) * along * normals
+    return Workload(spawn(scene, hits, directions), directions, seen.size)
+
+
+def _scattered(scene: rt.Scene, seen: Workload, hits: Hits) -> Workload:
+    """A ray from each hit in a direction of its own, as often as its cosine to the normal says."""
+    normals = _surfaces(scene, seen, hits)[1]
+    directions = np.random.default_rng(SEED).normal(size=normals.shape)
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    directions = (0.999 * directions + normals).astype(np.float32)
     return Workload(spawn(scene, hits, directions), directions, seen.size)
 
 

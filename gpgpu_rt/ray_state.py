@@ -154,6 +154,10 @@ class RayTextures:
         alike = start is not None and start[3] >= 0
         self._start = self.precision.stored(start) if alike and start is not None else None
 
+    def share_with(self, other: RayTextures) -> None:
+        """Share what another set of rays, of which these are some, shares."""
+        self._start = other._start
+
     @property
     def record(self) -> Record:
         """The rays as traversal programs read them."""

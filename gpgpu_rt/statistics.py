@@ -25,7 +25,9 @@ class Statistics:
         try at refitting took before
     rebuilt : whether the last update built it anew
     trace_seconds : first draw to last, finished
+    sort_seconds : of those, what sorting rays and bringing hits back took
     upload_seconds, readback_seconds : arrays to textures, and back
+    driver : what the method's own driver counts, by name
     counters : means a ray of the counters, with statistics=True
     split : of a method that shares its work with the host, seconds and bytes by what they went to
     """
@@ -42,8 +44,10 @@ class Statistics:
     refit_seconds: float = 0.0
     rebuilt: bool = False
     trace_seconds: float = 0.0
+    sort_seconds: float = 0.0
     upload_seconds: float = 0.0
     readback_seconds: float = 0.0
+    driver: dict[str, float] = field(default_factory=dict)
     counters: dict[str, float] = field(default_factory=dict)
     split: dict[str, float] = field(default_factory=dict)
 

@@ -16,7 +16,7 @@ void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     Ray ray = ray_setup(rays_load(pixel));
     Hit hit = no_hit(ray.t_max);
-    int triangle = first_load(pixel).triangle;
+    int triangle = found_load(pixel).triangle;
     if (triangle != NO_TRIANGLE) {
         test_triangle(ray, triangle, hit);
     }

@@ -37,6 +37,6 @@ void main() {
     // To the steps of 24 bits here, too: a renderer's depth buffer may have finer ones.
     gl_FragDepth = round(clamp(t / depth_end, 0.0, 1.0) * DEPTH_STEPS) / DEPTH_STEPS;
 #endif
-    first_store(First(hit.triangle));
+    found_store(Found(hit.triangle));
 #endif
 }

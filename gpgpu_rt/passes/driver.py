@@ -58,8 +58,12 @@ class Driver(Protocol):
 
 
 def make_driver(setup: Setup) -> Driver:
-    """The driver that the method's row names for the schedule: ``module.Class`` in this folder."""
+    """The driver that the method's row names for the schedule: ``module.Class`` in this folder;
+    on sorted rays where the option says so."""
     named = setup.method.drivers.get(str(setup.options["schedule"]), "traverse.Traversal")
     module, _, name = named.partition(".")
     driver: Driver = getattr(import_module(f"{__package__}.{module}"), name)(setup)
+    if setup.options["sort_rays"]:
+        from .sorted_rays import SortedRays
+        return SortedRays(setup, driver)
     return driver

@@ -12,7 +12,7 @@ from ..precision import Precision
 from ..ray_state import StateBuffer, stream_samplers
 from ..shader import compile_program
 from ..texel_layout import (
-    EXACT_INTEGER, FIRST, HIT, NEAREST, RAY_TEXELS, TABLE_WIDTH_LOG2, TRIANGLE
+    EXACT_INTEGER, FOUND, HIT, NEAREST, RAY_TEXELS, TABLE_WIDTH_LOG2, TRIANGLE
 )
 from ..textures import stream_textures, texture_bytes
 from .driver import Samplers, Setup
@@ -77,7 +77,7 @@ class BatchRoom:
         self.depth = gpu.context.depth_renderbuffer(self.size)
         self.hits = StateBuffer(gpu, [self.hit_record], self.size, self.depth)
         self.nearest = stream_textures(gpu, NEAREST, self.size)
-        self.first = stream_textures(gpu, FIRST, self.size)
+        self.first = stream_textures(gpu, FOUND, self.size)
         self.targets = {
             "KEEP_NEAREST": gpu.context.framebuffer(self.nearest),
             "KEEP_FIRST": gpu.context.framebuffer(self.first),
@@ -111,7 +111,7 @@ class BatchRoom:
         """What the passes may read of the batch."""
         return {**stream_samplers(RAY_TEXELS.name, self.rays),
                 **stream_samplers(NEAREST.name, self.nearest),
-                **stream_samplers(FIRST.name, self.first)}
+                **stream_samplers(FOUND.name, self.first)}
 
     def draw_quads(self, keep: str, any_hit: bool, samplers: Samplers, accelerator: Accelerator,
                    quads: moderngl.Buffer, count: int, depth_end: float) -> None:
@@ -141,7 +141,7 @@ class BatchRoom:
         """The program that leaves what the batch's rays hit."""
         if self._left is None:
             setup = self._setup
-            streams = (RAY_TEXELS.stream_glsl(False), FIRST.stream_glsl(False),
+            streams = (RAY_TEXELS.stream_glsl(False), FOUND.stream_glsl(False),
                        self.hit_record.stream_glsl(True))
             self._left = FullScreenPass(
                 self.gpu, "passes/quad_hits.frag",
@@ -184,7 +184,7 @@ class _Quads:
         streams = [RAY_TEXELS.stream_glsl(False), HIT.stream_glsl(False)]
         if keep == "KEEP_FIRST":
             streams.append(NEAREST.stream_glsl(False))
-        streams.append((NEAREST if keep == "KEEP_NEAREST" else FIRST).stream_glsl(True))
+        streams.append((NEAREST if keep == "KEEP_NEAREST" else FOUND).stream_glsl(True))
         layout = Precision.of(setup.options).layout
         self.program = compile_program(
             setup.gpu, "passes/quads.frag",

@@ -17,7 +17,7 @@ def watching(tracer: rt.Tracer, look: Callable[[Fields, Fields], None]) -> Itera
     """Within, ``look(state, hit)`` gets the target's fields by name, one entry a texel, after each
     pass of the tracer's traversal; the buffers begin as zeros, as fresh textures need not."""
     traversal = tracer._traversal
-    if tracer.method.single:
+    if tracer.method.single or not hasattr(traversal, "_draw"):
         stepwise = tracer.options["schedule"] == "step"
         with (_watching_steps if stepwise else _watching_packets)(tracer, look):
             yield
@@ -40,7 +40,8 @@ def watching(tracer: rt.Tracer, look: Callable[[Fields, Fields], None]) -> Itera
 
 @contextmanager
 def _watching_packets(tracer: rt.Tracer, look: Callable[[Fields, Fields], None]) -> Iterator[None]:
-    """Packets keep their state in registers: what they leave behind a whole run is looked at."""
+    """Packets keep their state in registers, and drivers of their own kind elsewhere: what they
+    leave behind a whole run is looked at."""
     traversal, run = tracer._traversal, tracer._traversal.run
 
     def run_and_look(*arguments, **more):

@@ -9,6 +9,7 @@ import gpgpu_rt as rt
 from gpgpu_rt.methods import find_method
 
 METHODS = [row.name for row in rt.methods()]
+OF_NEIGHBOURS = {"ray-tiles"}   # save tests where neighbouring rays are alike
 pytestmark = pytest.mark.small
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32)
 FACES = np.array([[0, 1, 2], [0, 2, 3]])
@@ -160,8 +161,10 @@ def test_accelerators_save_tests() -> None:
     scene = soup_scene(2000, 15, size=0.03)
     origins, directions = np.random.default_rng(9).random((2, 500, 3)).astype(np.float32)
     for name in METHODS[1:]:
+        tiles = name in OF_NEIGHBOURS   # whose rays have to lie together: an image's
+        rays = scene.camera.rays((96, 96)) if tiles else (origins, directions)
         with rt.Tracer(scene, name, statistics=True) as tracer:
-            hits = tracer.trace(origins, directions)
+            hits = tracer.trace(*rays)
         assert hits.triangles_tested.mean() < 100, name
         assert (hits.leaves_visited <= hits.nodes_visited).all(), name
 

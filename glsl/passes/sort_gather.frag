@@ -1,0 +1,21 @@
+#version 330 core
+// Rays in the order of their keys. Texels past the last ray take an empty one.
+
+#include "common/precision.glsl"
+#include "common/fetch.glsl"
+#include <streams>
+#include "common/sorted_place.glsl"
+
+uniform ivec2 ray_texture_size;   // of the rays as they came
+uniform int blocks_a_row;
+uniform int elements;
+
+void main() {
+    int place = sorted_place(ivec2(gl_FragCoord.xy), blocks_a_row);
+    int i = sort_key_load(table_texel(min(place, elements - 1))).index;
+    Rays ray = rays_load(ivec2(i % ray_texture_size.x, i / ray_texture_size.x));
+    if (place >= elements) {
+        ray = Rays(vec3(0.0), 1.0, vec3(0.0, 0.0, 1.0), -1.0);
+    }
+    rays_store(ray);
+}

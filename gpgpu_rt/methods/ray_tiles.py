@@ -1,0 +1,55 @@
+"""ray-tiles: every triangle against cones around tiles of rays."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ..options import Option
+from ..texel_layout import TRIANGLE, Record
+from .brute_force import triangle_table
+from .row import Accelerator, Method
+
+FIRST_BATCH = 64    # triangles; each batch is twice the last one
+
+
+def batches(triangles: int) -> tuple[tuple[int, int], ...]:
+    """First triangle and number of triangles of each batch.
+
+    Between two batches tiles learn how far their rays still search. Batches double, so that a few
+    triangles shorten the search early and a million takes no more than 15 batches.
+    """
+    found, first, count = [], 0, FIRST_BATCH
+    while first < triangles:
+        found.append((first, min(count, triangles - first)))
+        first, count = first + count, 2 * count
+    return tuple(found)
+
+
+def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
+    corners = triangles.reshape(-1, 3) if len(triangles) else np.zeros((1, 3), np.float32)
+    parts = batches(len(triangles))
+    return Accelerator(
+        triangle_table(triangles),
+        {"scene_lo": tuple(corners.min(0).tolist()), "scene_hi": tuple(corners.max(0).tolist())},
+        step_bound=len(parts), structure=parts)
+
+
+ROWS = (Method(
+    name="ray-tiles",
+    summary="nothing over triangles: each is drawn over the tiles of rays whose cone it meets",
+    citation="Szécsi 2006",
+    glsl="common/cone.glsl",
+    kernels=("draw",),
+    state=Record("state", "phase:int steps:int"),
+    tables=(TRIANGLE,),
+    prepare=_prepare,
+    options=(
+        Option("tile", 8, "rays a side of a tile", int, choices=(8, 4, 16)),
+        Option("pairs", "points", "what a triangle is drawn over a tile as: a point of its size, "
+               "or a quad", choices=("points", "quads"))),
+    schedules=("kernels",),
+    drivers={"kernels": "ray_tiles.RayTiles"},
+    dynamic=True,
+),)

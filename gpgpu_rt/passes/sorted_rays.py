@@ -1,0 +1,182 @@
+"""Sorting rays before a traversal: any driver runs on the sorted ones, and hits go back.
+
+The survey proposes it (section 4.3) and measures nothing. Keys are an origin's cell and a
+direction's; the sort is that of ``sort.py``; sorted rays stand in squares of 8x8 texels, so that
+packets, tiles and what else works on neighbours finds rays that are alike.
+"""
+from __future__ import annotations
+
+import time
+
+import moderngl
+import numpy as np
+
+from ..methods.row import Accelerator
+from ..precision import Precision
+from ..ray_state import RayTextures, StateBuffer, StateBuffers
+from ..shader import compile_program
+from ..statistics import Statistics
+from ..texel_layout import COUNTERS, HIT, SORT_KEY, TABLE_WIDTH_LOG2, VALUES, Record
+from ..textures import texture_bytes
+from .driver import Driver, Samplers, Setup
+from .full_screen import GL_SAMPLERS, FullScreenPass
+from .reduce import reduce_stream
+from .sort import sort
+from .streams import Stream, StreamRoom
+
+BLOCK = 8    # rays a side of a square, as in common/sorted_place.glsl
+BITS = {"ORIGIN_COARSE": 3, "ORIGIN_FINE": 3, "DIRECTION_COARSE": 2, "DIRECTION_FINE": 3}
+
+
+class SortedRays:
+    """Runs another driver on rays in the order of their keys."""
+
+    def __init__(self, setup: Setup, driver: Driver) -> None:
+        self.gpu, self.method, self.driver = setup.gpu, setup.method, driver
+        self.statistics_on = bool(setup.options["statistics"])
+        self.precision = Precision.of(setup.options)
+        self._programs: dict[object, FullScreenPass] = {}
+        self._scatter: tuple[moderngl.Program, moderngl.VertexArray] | None = None
+        self._rays: RayTextures | None = None
+        self._buffers: StateBuffers | None = None
+
+    def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
+        """Read these tables from now on."""
+        self.driver.follow(samplers, accelerator, step_cap)
+
+    def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
+            any_hit: bool = False) -> tuple[StateBuffer, int]:
+        """Trace every ray; where the hits are, and how many rays the step cap stopped."""
+        began = time.perf_counter()
+        with StreamRoom(self.gpu) as room:
+            keys = self._sorted_keys(room, rays)
+            there, aside = self._room_for(rays)
+            self._gather(keys, rays, there)
+            self.gpu.finish()
+            sorted_at = time.perf_counter()
+            side, stopped = self.driver.run(there, aside, statistics, any_hit)
+            self.gpu.finish()
+            traced = time.perf_counter()
+            final = buffers.side(0)
+            self._bring_back(keys, side.samplers(), rays, final)
+            self.gpu.finish()
+        statistics.sort_seconds += (sorted_at - began) + (time.perf_counter() - traced)
+        return final, stopped
+
+    def order(self, rays: RayTextures) -> np.ndarray:
+        """(n,) int32, which rays stand in the first square, in the second and so on: 64 each."""
+        with self.gpu, StreamRoom(self.gpu) as room:
+            return self._sorted_keys(room, rays).read()["index"]
+
+    # Passes ---------------------------------------------------------------------------------
+
+    def _sorted_keys(self, room: StreamRoom, rays: RayTextures) -> Stream:
+        count = rays.size[0] * rays.size[1]
+        corners = []
+        for minus, name in ((False, "low"), (True, "high")):
+            origins = room.stream(VALUES, count)
+            self._draw("sort_bounds", origins, rays, {"MINUS": minus})
+            corners.append(reduce_stream(room, origins, "min").called(name))
+        keys = room.stream(SORT_KEY, count)
+        self._draw("sort_keys", keys, rays, BITS, corners)
+        return sort(room, keys)
+
+    def _draw(self, name: str, target: Stream, rays: RayTextures, defines: dict[str, object],
+              reads: list[Stream] | None = None) -> None:
+        """A pass over a stream of as many elements as there are rays."""
+        reads = reads or []
+        program = self._program(name, rays.record, [read.record for read in reads],
+                                target.record, defines)
+        program.set(last_element=target.length - 1, ray_texture_size=rays.size, **rays.uniforms())
+        samplers = rays.samplers()
+        for read in reads:
+            samplers |= read.samplers()
+        program.draw(target.target, samplers)
+
+    def _gather(self, keys: Stream, rays: RayTextures, there: RayTextures) -> None:
+        program = self._program("sort_gather", None, [SORT_KEY], rays.record, {})
+        program.set(ray_texture_size=rays.size, blocks_a_row=there.size[0] // BLOCK,
+                    elements=keys.length, **rays.uniforms())
+        program.draw(there.target, {**rays.samplers(), **keys.samplers()})
+
+    def _bring_back(self, keys: Stream, samplers: Samplers, rays: RayTextures,
+                    final: StateBuffer) -> None:
+        if self._scatter is None:
+            texts, target = [], 0
+            for record in (self.precision.layout(self.method.state), self.precision.layout(HIT),
+                           *([COUNTERS] if self.statistics_on else [])):
+                texts.append(record.stream_glsl(True, target))
+                target += record.texels
+            program = compile_program(
+                self.gpu, "passes/sort_scatter.frag",
+                {**self.precision.defines(), "STATISTICS": self.statistics_on},
+                {"streams": "\n".join(texts), "sources": _with_width(SORT_KEY)},
+                "passes/sort_scatter.vert")
+            self._scatter = program, self.gpu.context.vertex_array(program, [])
+        program, geometry = self._scatter
+        textures, unit = {**samplers, **keys.samplers()}, 0
+        for name in program:
+            if getattr(program[name], "gl_type", None) in GL_SAMPLERS:
+                textures[name].use(unit)
+                program[name].value = unit
+                unit += 1
+        program["ray_texture_size"].value = rays.size
+        program["blocks_a_row"].value = self._blocks(rays.size)[0]
+        self.gpu.context.enable_only(moderngl.NOTHING)
+        final.target.use()
+        geometry.render(moderngl.POINTS, vertices=keys.length)
+
+    # Programs and textures ------------------------------------------------------------------
+
+    def _program(self, name: str, rays: Record | None, reads: list[Record], writes: Record,
+                 defines: dict[str, object]) -> FullScreenPass:
+        key = (name, rays, writes, tuple(defines.items()))
+        if key not in self._programs:
+            texts = [record.stream_glsl(False) for record in ([rays] if rays else []) + reads]
+            self._programs[key] = FullScreenPass(
+                self.gpu, f"passes/{name}.frag",
+                {**self.precision.defines(), **defines, "TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2},
+                {"streams": "\n".join([*texts, writes.stream_glsl(True)])})
+        return self._programs[key]
+
+    def _blocks(self, size: tuple[int, int]) -> tuple[int, int]:
+        """Squares across and down: about as wide as high, and no more than hold all rays."""
+        blocks = -(-size[0] * size[1] // BLOCK ** 2)
+        across = max(1, round(blocks ** 0.5))
+        return across, max(1, -(-blocks // across))
+
+    def _room_for(self, rays: RayTextures) -> tuple[RayTextures, StateBuffers]:
+        across, down = self._blocks(rays.size)
+        size = (BLOCK * across, BLOCK * down)
+        if self._rays is None or self._buffers is None or self._rays.size != size:
+            self._release_room()
+            self._rays = RayTextures(self.gpu, size, self.precision)
+            self._buffers = StateBuffers(self.gpu, self.method.state, size, self.statistics_on,
+                                         self.precision)
+        self._rays.share_with(rays)
+        return self._rays, self._buffers
+
+    def _release_room(self) -> None:
+        for part in (self._rays, self._buffers):
+            if part is not None:
+                part.release()
+        self._rays = self._buffers = None
+
+    def bytes(self) -> int:
+        """Bytes of the sorted rays, of their states, and of the driver's own textures."""
+        own = 0
+        if self._rays is not None and self._buffers is not None:
+            own = texture_bytes(self._rays.textures) + self._buffers.bytes()
+        return own + self.driver.bytes()
+
+    def release(self) -> None:
+        for program in self._programs.values():
+            program.release()
+        if self._scatter is not None:
+            self._scatter[1].release()
+        self._release_room()
+        self.driver.release()
+
+
+def _with_width(record: Record) -> str:
+    return f"#define TABLE_WIDTH_LOG2 {TABLE_WIDTH_LOG2}\n" + record.stream_glsl(False)
