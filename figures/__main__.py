@@ -10,7 +10,7 @@ from gpgpu_rt.files import check_writable
 
 from . import (
     extremes, fig03, fig08, fig09, fig10, fig11, fig12, fig13, fig14, fig15, fig16, fig17, fig18,
-    fig19, fig20, fig21, frames, schedules, tradeoff
+    fig19, fig20, fig21, frames, ray_space, schedules, tradeoff
 )
 from .measure import measure
 from .output import write_text
@@ -32,6 +32,7 @@ FIGURES = {
     "fig20": (fig20.FIGURE, "Figure 20: whole images by grid, kd-trees and threaded BVHs"),
     "frames": (frames, "Time a frame of moving scenes: refitted, rebuilt, and kd-trees"),
     "fig21": (fig21, "Figure 21: a geometry image, and the pyramids over it"),
+    "ray_space": (ray_space, "Tables over rays: ray classification and the visibility field"),
     "schedules": (schedules, "The three schedules: what being literal costs"),
     "extremes": (extremes, "The extremes: what is wrong where, and how each method ends"),
     "tradeoff": (tradeoff, "Speed against accuracy: precision, intersection tests, intervals"),

@@ -1,4 +1,4 @@
-"""Tables over rays: nothing that a ray meets is missing from its list, and memory has its limit."""
+"""Tables over rays: no list misses what a ray meets, and memory has its limit."""
 from __future__ import annotations
 
 import numpy as np
@@ -30,24 +30,21 @@ def rays_everywhere(n: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
 def listed(tracer: rt.Tracer) -> tuple[np.ndarray, np.ndarray]:
     """What the last rays read: (lists, triangles) bool, and the list of each ray."""
     structure = tracer.accelerator.structure
-    n = len(tracer.scene)
+    triangle = structure.triangle
     if isinstance(structure, RayBoxes):
         with tracer.gpu:
             box = tracer._traversal._box_of_each(tracer._rays, tracer.statistics)
-        first = np.where(box >= 0, structure.directory[box], -1)
-        owner = np.cumsum(structure.triangle == -1) - (structure.triangle == -1)
-        triangle = structure.triangle
-        number = np.where(first >= 0, owner[first], owner[-1] + 1)
+        owner = np.cumsum(triangle == -1) - (triangle == -1)
+        lists = owner[-1] + 1
+        number = np.where(box >= 0, owner[structure.directory[box]], lists)
     else:
         state = tracer._buffers.side(0).fields("state")
+        lists = len(structure.beam_start) - 1
+        owner = np.repeat(np.arange(lists), np.diff(structure.beam_start))
         number = np.searchsorted(structure.beam_start, state["first"], side="right") - 1
-        number[state["first"] == state["end"]] = len(structure.beam_start) - 1
-        owner = np.repeat(np.arange(len(structure.beam_start) - 1), np.diff(structure.beam_start))
-        triangle = structure.triangle
-    table = np.zeros((int(number.max(initial=0)) + 1, n), bool)
-    known = (triangle >= 0) & (owner < len(table))
-    table[owner[known], triangle[known]] = True
-    table[-1] &= not (number == len(table) - 1).any() or owner.max() >= len(table) - 1
+        number[state["first"] == state["end"]] = lists
+    table = np.zeros((lists + 1, len(tracer.scene)), bool)      # the last one: of misses
+    table[owner[triangle >= 0], triangle[triangle >= 0]] = True
     return table, number
 
 
