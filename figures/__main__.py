@@ -10,7 +10,8 @@ from gpgpu_rt.files import check_writable
 
 from . import (
     extremes, fig03, fig04, fig05, fig08, fig09, fig10, fig11, fig12, fig13, fig14, fig15, fig16,
-    fig17, fig18, fig19, fig20, fig21, fig22, fig24, fig25, frames, reduction, schedules, tradeoff
+    fig17, fig18, fig19, fig20, fig21, fig22, fig24, fig25, frames, ray_space, reduction,
+    schedules, tradeoff
 )
 from .measure import measure
 from .output import write_text
@@ -38,6 +39,7 @@ FIGURES = {
     "fig25": (fig25, "Figure 25: the traversal of a ray hierarchy"),
     "frames": (frames, "Time a frame of moving scenes: refitted, rebuilt, and kd-trees"),
     "reduction": (reduction, "Stream reduction by blocks, beside a scan"),
+    "ray_space": (ray_space, "Tables over rays: ray classification and the visibility field"),
     "schedules": (schedules, "The three schedules: what being literal costs"),
     "extremes": (extremes, "The extremes: what is wrong where, and how each method ends"),
     "tradeoff": (tradeoff, "Speed against accuracy: precision, intersection tests, intervals"),
