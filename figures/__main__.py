@@ -9,14 +9,15 @@ from gpgpu_rt.errors import Error
 from gpgpu_rt.files import check_writable
 
 from . import (
-    extremes, fig03, fig08, fig09, fig10, fig11, fig12, fig13, fig14, fig15, fig16, fig17, fig18,
-    fig19, fig20, fig21, frames, schedules, tradeoff
+    extremes, fig03, fig06, fig08, fig09, fig10, fig11, fig12, fig13, fig14, fig15, fig16, fig17,
+    fig18, fig19, fig20, fig21, fig23, frames, ray_sorting, schedules, tradeoff
 )
 from .measure import measure
 from .output import write_text
 
 FIGURES = {
     "fig03": (fig03, "Figure 3: a pass as stream processing"),
+    "fig06": (fig06, "Figure 6: ray tracing in a grid as streams and kernels"),
     "fig08": (fig08, "Figure 8: a teapot in a stadium"),
     "fig09": (fig09, "Figure 9: a kd-tree, and its nodes"),
     "fig10": (fig10, "Figure 10: the traversal of a kd-tree, step by step"),
@@ -32,6 +33,8 @@ FIGURES = {
     "fig20": (fig20.FIGURE, "Figure 20: whole images by grid, kd-trees and threaded BVHs"),
     "frames": (frames, "Time a frame of moving scenes: refitted, rebuilt, and kd-trees"),
     "fig21": (fig21, "Figure 21: a geometry image, and the pyramids over it"),
+    "fig23": (fig23, "Figure 23: the hierarchical ray engine, tiles of rays against triangles"),
+    "ray_sorting": (ray_sorting, "Ray sorting: its price, what it buys, and how alike rays are"),
     "schedules": (schedules, "The three schedules: what being literal costs"),
     "extremes": (extremes, "The extremes: what is wrong where, and how each method ends"),
     "tradeoff": (tradeoff, "Speed against accuracy: precision, intersection tests, intervals"),
