@@ -39,6 +39,7 @@ class Column:
     published_options: str = ""
     published_method: str | None = None   # where theirs is another one: tau-b leaves it out
     only: str | None = None               # the one kind of rays it traces
+    skips: tuple[str, ...] = ()           # scenes it is not measured on
 
 
 Results = dict[tuple[Panel, str], dict[str, Any]]   # by panel and a column's label
@@ -61,22 +62,24 @@ class Comparison:
     cell: Callable[[Panel, Column, bool], Cell]
     notes: tuple[str, ...]
     remarks: Callable[[Results], list[str]] = lambda results: []
+    full_only: tuple[str, ...] = ()       # scenes that the quick size leaves out
 
-    def pairs(self) -> list[tuple[Panel, Column]]:
+    def pairs(self, full: bool) -> list[tuple[Panel, Column]]:
         """What is measured: the columns of every panel."""
         return [(panel, column) for panel in self.panels for column in self.columns
-                if column.only in (None, panel.rays)]
+                if column.only in (None, panel.rays) and panel.scene not in column.skips
+                and (full or panel.scene not in self.full_only)]
 
     def cells(self, full: bool) -> list[Cell]:
-        return [self.cell(panel, column, full) for panel, column in self.pairs()]
+        return [self.cell(panel, column, full) for panel, column in self.pairs(full)]
 
     def draw(self, data: Path, out: Path, full: bool) -> None:
         """Write out/NAME.csv, .md and .png from the measured cells."""
         found = {(panel, column.label): read(self.cell(panel, column, full), data)
-                 for panel, column in self.pairs()}
+                 for panel, column in self.pairs(full)}
         results = {key: result for key, result in found.items() if result is not None}
         rows: Rows = {}
-        for panel, column in self.pairs():
+        for panel, column in self.pairs(full):
             if (panel, column.label) in results:
                 rows.setdefault(panel, []).append(
                     self._row(panel, column, results[panel, column.label]))

@@ -20,7 +20,7 @@ COLOURS = {"brute-force": "#8c8c8c", "grid": "#c98a1b", "grid-proximity": "#e3b6
            "packets": "#7fb2e5", "+ push-down": "#7a4fa3", "+ short stack": "#4b2a70",
            "embreex, one thread": "#8c8c8c", "bvh-threaded": "#3d8b57",
            "bvh-threaded kay-kajiya": "#3d8b57", "bvh-threaded goldsmith-salmon": "#8cc79d",
-           "bvh-threaded octants": "#1d5c37"}
+           "bvh-threaded octants": "#1d5c37", "geometry-image": "#2a9d8f"}
 
 
 def write_csv(path: Path, heads: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:

@@ -20,6 +20,7 @@ from .errors import Error, OptionError
 from .files import check_writable, replacing
 from .gpu import probe
 from .methods import Method, methods
+from .parametrise import CUTS, remesh
 from .scene import Scene, list_scenes, load_scene
 from .tracer import AUTO, DEFAULT_METHOD, Tracer
 
@@ -111,6 +112,18 @@ def _trace(chosen: argparse.Namespace) -> None:
             np.savez_compressed(file, **hits.to_dict())
         _report(chosen, tracer, f"{int(hits.hit.sum()):,} of {len(hits):,} rays hit; "
                                 f"wrote {chosen.output}")
+
+
+def _remesh(chosen: argparse.Namespace) -> None:
+    if not check_writable(chosen.output).suffix.lower() == ".npz":
+        raise OptionError(f"{chosen.output}: a geometry image is written as .npz; end it in that")
+    image = remesh(chosen.scene, chosen.size, chosen.cuts)
+    image.save(chosen.output)
+    found = {"output": chosen.output, "charts": image.shapes, "triangles": len(image.faces)}
+    if chosen.json:
+        return print_json(found)
+    print(f"wrote {chosen.output}: {chosen.size + 1} x {chosen.size + 1} positions, "
+          f"{found['triangles']:,} triangles; render it with -m geometry-image")
 
 
 def _bench(chosen: argparse.Namespace) -> None:
@@ -249,6 +262,12 @@ def _parser() -> argparse.ArgumentParser:
     sub.add_argument("--invalid", choices=("raise", "miss"), default="raise",
                      help="what becomes of a ray with NaN, infinity or no direction")
     add_options(sub)
+    sub = command("remesh", _remesh, "spread a surface over a square: a geometry image")
+    sub.add_argument("scene", help="a scene's name or a mesh file")
+    sub.add_argument("-o", "--output", required=True, metavar="IMAGE.npz")
+    sub.add_argument("--size", type=int, default=128, help="cells a side; default %(default)s")
+    sub.add_argument("--cuts", type=int, default=CUTS, help="paths at most that are cut to places "
+                     "which come out too small; default %(default)s")
     sub = command("bench", _bench, "eye rays per second of the methods, beside embreex")
     sub.add_argument("scene", help="a scene's name or a mesh file")
     sub.add_argument("-m", "--methods", metavar="NAME,NAME,...", help="default: all but "

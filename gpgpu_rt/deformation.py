@@ -74,7 +74,7 @@ class Deformation:
             tracer.gpu.context.enable_only(moderngl.NOTHING)
             self._pass.set(time=float(time))
             self._pass.draw(self._target, self._rest)
-            samplers = tracer._samplers()
+            samplers = tracer._tables.samplers()
             accelerator, tree = tracer.accelerator, tracer.accelerator.structure
             accelerator.finisher.run(tracer.gpu, samplers)
             if read_back:
@@ -82,7 +82,7 @@ class Deformation:
                 triangles = at[:tree.texels, :3][tree.faces]
                 stored = tracer._stored(replace(tracer.scene, triangles=triangles))
                 accelerator = tracer._refitted(stored)
-                tracer._filled[POSITION.name] = accelerator.tables[POSITION.name]
+                tracer._tables.written[POSITION.name] = accelerator.tables[POSITION.name]
                 tracer.scene = replace(tracer.scene, triangles=triangles)
                 tracer._triangles = stored
                 tracer._bounds = tracer.scene.bounds
@@ -93,9 +93,9 @@ class Deformation:
                     **accelerator.uniforms, "scene_lo": lo, "scene_hi": hi})
             tracer.accelerator = accelerator
             if any(accelerator.tables[name] is not arrays
-                   for name, arrays in tracer._filled.items()):
+                   for name, arrays in tracer._tables.written.items()):
                 # A triangle gained area, or lost it.
-                tracer._fill_tables(tracer.method.tables_for(tracer.options), accelerator)
+                tracer._write_tables(tracer.method.tables_for(tracer.options), accelerator)
             tracer._traversal.follow(samplers, accelerator, tracer.step_cap)
             if tracer._shading is not None and read_back:
                 tracer._shading.take(tracer._shown())

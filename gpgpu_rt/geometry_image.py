@@ -1,6 +1,8 @@
 """Geometry image: a surface as images of positions (Gu, Gortler and Hoppe, SIGGRAPH 2002)."""
 from __future__ import annotations
 
+import os
+import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -9,6 +11,7 @@ import numpy as np
 
 from .accel.image_tree import cell_faces
 from .errors import SceneError
+from .files import replacing
 from .scene import Scene
 
 
@@ -85,6 +88,34 @@ class GeometryImage:
         length = np.linalg.norm(total, axis=1, keepdims=True)
         unit = np.divide(total, length, out=np.zeros_like(total), where=length > 0)[place]
         return list(self.moved(unit).charts)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write an .npz file of the charts, which `load_scene` and `load` read."""
+        with replacing(path) as temporary, temporary.open("wb") as file:
+            np.savez_compressed(file, **{f"chart_{k}": c for k, c in enumerate(self.charts)})
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> GeometryImage:
+        """The image of an .npz file: its arrays chart_0, chart_1, ...
+
+        Raises
+        ------
+        SceneError
+            a file that cannot be read, or holds no charts
+        """
+        try:
+            with np.load(path, allow_pickle=False) as file:
+                charts = [file[f"chart_{k}"] for k in range(len(file.files))
+                          if f"chart_{k}" in file]
+        except FileNotFoundError:
+            raise SceneError(f"{path}: no such file") from None
+        except (OSError, ValueError, zipfile.BadZipFile, EOFError, AttributeError) as failure:
+            raise SceneError(f"{path}: cannot read it ({type(failure).__name__}); give an .npz "
+                             "archive of arrays") from failure
+        if not charts:
+            raise SceneError(f"{path}: holds no chart_0; a geometry image is an .npz with arrays "
+                             "chart_0, chart_1, ..., (rows, columns, 3) each")
+        return cls(charts)
 
     def scene(self, **settings: Any) -> Scene:
         """A scene of its triangles, which `geometry-image` traces as images and every other method

@@ -211,6 +211,12 @@ class StateBuffer:
         return self.records[name].unpack(
             texels[0][:, None] if len(texels) == 1 else np.stack(texels, axis=1))
 
+    def write(self, name: str, **fields: np.ndarray) -> None:
+        """The inverse of ``fields``: what the host knows of every ray, one entry a texel."""
+        packed = self.records[name].pack(**fields)
+        for texel, texture in enumerate(self.streams[name]):
+            texture.write(np.ascontiguousarray(packed[:, texel], "<" + texture.dtype))
+
     def release(self) -> None:
         self.gpu.release(self.target)
         for texture in self.textures:

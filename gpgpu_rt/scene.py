@@ -187,7 +187,8 @@ def load_scene(source: str | os.PathLike | trimesh.Trimesh | trimesh.Scene | Sce
     Parameters
     ----------
     source : a name of `scene_names()`, the path of a PLY, OBJ, STL or glTF file (or whatever
-        else trimesh reads), a trimesh object, or a Scene, which is returned as it is
+        else trimesh reads) or of a `GeometryImage` (.npz), a trimesh object, or a Scene, which is
+        returned as it is
 
     Raises
     ------
@@ -216,6 +217,10 @@ def load_scene(source: str | os.PathLike | trimesh.Trimesh | trimesh.Scene | Sce
 
 def _read(path: Path, row: catalogue.Row | None = None) -> Scene:
     """The scene of a mesh file, with the camera of the `cameras.json` beside it."""
+    if path.suffix.lower() == ".npz":
+        from .geometry_image import GeometryImage  # it imports this file
+        return GeometryImage.load(path).scene(name=path.stem, source=str(path),
+                                              camera=catalogue.camera_beside(path))
     vertices, faces, colours = mesh_file.read(path)
     camera = catalogue.camera_beside(path)
     light = None

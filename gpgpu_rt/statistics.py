@@ -27,7 +27,9 @@ class Statistics:
     trace_seconds : first draw to last, finished
     sort_seconds : of those, what sorting rays and bringing hits back took
     upload_seconds, readback_seconds : arrays to textures, and back
+    driver : what the method's own driver counts, by name
     counters : means a ray of the counters, with statistics=True
+    split : of a method that shares its work with the host, seconds and bytes by what they went to
     """
 
     rays: int = 0
@@ -45,7 +47,9 @@ class Statistics:
     sort_seconds: float = 0.0
     upload_seconds: float = 0.0
     readback_seconds: float = 0.0
+    driver: dict[str, float] = field(default_factory=dict)
     counters: dict[str, float] = field(default_factory=dict)
+    split: dict[str, float] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
         return asdict(self)

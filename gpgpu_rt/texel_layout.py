@@ -374,6 +374,20 @@ QUANTISED_PAIR_8 = PackedRecord(
 """An inner node with its children's boxes in steps of the scene's box, rounded outward; a child is
 an inner node, or a leaf's first triangle."""
 
+RAY_BOX = Record("ray_box", "first:int")
+"""A five-dimensional box of rays: the first of its candidates."""
+
+CANDIDATE = Record("candidate", "triangle:int near")
+"""A triangle that rays of a box may hit, -1 behind the last; where it begins along their dominant
+axis, counted the way they go."""
+
+BEAM = Record("beam", "first:int entries:int")
+"""Rays of a cell of directions through a tile: the run of what they may cross."""
+
+BEAM_ENTRY = Record("beam_entry", "triangle:int near far reach")
+"""A triangle in a beam, by where it begins along the beam's axis; where it ends, and where the
+last one of those up to it does."""
+
 POSITION = Record("position", "at:vec3")
 """A texel of a geometry image: the surface's position there."""
 
@@ -412,6 +426,15 @@ COUNTERS = Record("counters", "nodes_visited:int leaves_visited:int triangles_te
 STACK_ENTRY = Record("stack_entry", "t_max node:int")
 """A level of a ray's stack in an atlas: a node to visit, and where the interval in it ends."""
 
+NEAREST = Record("nearest", "t")
+"""Of a ray: the least t of the triangles drawn over it."""
+
+FOUND = Record("found", "triangle:int")
+"""Of a ray: the lowest of the triangles drawn over it at that t."""
+
+RAY_CLASS = Record("ray_class", "box:int")
+"""The five-dimensional box that a ray lies in; behind the boxes, its face; or -1, a miss."""
+
 LIT = Record("lit", "ambient:vec3 | direct:vec3")
 """Light that leaves a hit towards the eye: what always arrives, and what a shadow takes away."""
 
@@ -426,12 +449,6 @@ whose angle to the axis has this cosine at least."""
 TILE_END = Record("tile_end", "reach lines:int")
 """How far from their origins the rays of a tile still search, world units, -1 for no ray that
 does; and 1 where one of them also searches behind its origin."""
-
-NEAREST = Record("nearest", "t")
-"""The distance to a ray's nearest hit, as blending leaves it."""
-
-FOUND = Record("found", "triangle:int")
-"""The lowest triangle that is hit there."""
 
 QUADS = Record("quads", "drawn:int tested:int")
 """Quads of triangles that were drawn over a ray, and triangles tested in them."""
@@ -481,9 +498,9 @@ CHUNK = Record("chunk", "lo:vec3 | hi:vec3 | left:vec3 | right:vec3")
 DECISION = Record("decision", "plane axis:int futile:int")
 """How a node of such a level is split; axis 3: not at all."""
 
-SMALL_NODE = Record("node", "lo:vec3 base:int | hi:vec3 depth:int | mask:vec4")
-"""A small node: its box, its root's first piece, and which of the root's pieces it holds: 64 bits,
-16 a channel."""
+SMALL_NODE = Record("node", "lo:vec3 base:int | hi:vec3 levels:int | mask:vec4")
+"""A small node: its box, its root's first piece, how many levels there may be below it, and which
+of the root's pieces it holds: 64 bits, 16 a channel."""
 
 EXTENT = Record("extent", "lo hi")
 """A piece along one axis."""
@@ -502,3 +519,28 @@ PLACE = Record("place", "at:int pair:int")
 BUILT = Record("built", "split axis:int left:int count:int | mask:vec4 | base:int")
 """A node of the finished tree, and where a leaf's pieces are: from base on those of the mask, or
 where that is empty the first ones."""
+
+# Streams of the ray hierarchy --------------------------------------------------------------------
+
+CONE = Record("cone", "centre:vec3 radius | axis:vec3 chord | reach")
+"""A node over rays: a sphere around their origins, all lengths in units of about the scene's size;
+an axis and how far unit directions lie from it at most; how far the rays go, or -1 where none is
+left."""
+
+PAIR = Record("pair", "triangle:int x:int y:int")
+"""A triangle and a node of a level of the hierarchy; triangle -1 where the slot is empty."""
+
+CHILDREN = Record("children", "first:ivec3 | second:ivec3 | third:ivec3 | fourth:ivec3")
+"""What became of a pair: the triangle with each of the node's children, as a PAIR."""
+
+TESTED = Record("tested", "t triangle:int x:int y:int")
+"""A ray's test of a triangle: t and the triangle, or infinity and -1; the ray's texel."""
+
+LEAST = Record("least", "t spare:vec2 tests:int")
+"""By blending, the least t of a ray's tests and how many they were."""
+
+LOWEST = Record("lowest", "triangle:int")
+"""By blending, the lowest triangle of those at the least t."""
+
+VISITS = Record("visits", "count:int")
+"""How often a node was met with a triangle."""

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-import moderngl
 import numpy as np
 import trimesh
 from PIL import Image
@@ -30,9 +29,10 @@ from .passes.traverse import UNFINISHED as OUT_OF_STEPS
 from .precision import Precision
 from .ray_state import RayBatch, RayTextures, StateBuffer, StateBuffers
 from .scene import Scene, load_scene
+from .scene_tables import SceneTables
 from .statistics import Statistics
 from .texel_layout import COUNTERS, EXACT_INTEGER, HIT
-from .textures import table_textures, texture_bytes
+from .textures import texture_bytes
 
 DEFAULT_METHOD = "bvh-threaded"
 AUTO = "auto"
@@ -74,11 +74,10 @@ class Tracer:
         began = time.perf_counter()
         self._triangles = self._stored(self.scene)
         self._built_cost: float | None = None   # its SAH cost, once an update asks
-        self._tables: dict[str, dict[str, moderngl.Texture]] = {}
-        self._filled: dict[str, object] = {}    # what was written into them
+        self._tables = SceneTables(self.gpu, self.precision)
         with self.gpu:
             self.accelerator = self._prepared(self._triangles)
-            self._fill_tables(self.method.tables_for(self.options), self.accelerator)
+            self._write_tables(self.method.tables_for(self.options), self.accelerator)
             self.statistics.build_seconds = time.perf_counter() - began
             self._traversal = self._make_traversal()
         self._rays: RayTextures | None = None
@@ -134,26 +133,12 @@ class Tracer:
         """Steps after which a ray is stopped and flagged."""
         return min(self.options["step_cap"] or self.accelerator.step_bound + 1, EXACT_INTEGER - 1)
 
-    def _fill_tables(self, records: Tables, accelerator: Accelerator) -> None:
-        """Write those of an accelerator's tables that are new into textures, where they fit the
-        last ones."""
-        for record in records:
-            arrays = accelerator.tables[record.name]
-            if self._filled.get(record.name) is arrays:
-                continue
-            textures = table_textures(self.gpu, self.precision.layout(record), arrays,
-                                      self.precision, self._tables.get(record.name))
-            self._filled[record.name], self._tables[record.name] = arrays, textures
-            self.statistics.table_bytes[record.name] = texture_bytes(textures.values())
-        if accelerator.finisher is not None:
-            accelerator.finisher.run(self.gpu, self._samplers())
-            self.gpu.finish()
-
-    def _samplers(self) -> dict[str, moderngl.Texture]:
-        return {k: v for tables in self._tables.values() for k, v in tables.items()}
+    def _write_tables(self, records: Tables, accelerator: Accelerator) -> None:
+        self._tables.write(records, accelerator)
+        self.statistics.table_bytes = self._tables.bytes()
 
     def _make_traversal(self) -> Driver:
-        return make_driver(Setup(self.gpu, self.method, self._samplers(), self.accelerator,
+        return make_driver(Setup(self.gpu, self.method, self._tables.samplers(), self.accelerator,
                                  self.options, self.step_cap, self._prepare_other))
 
     def _prepare_other(self, method: Method, options: Mapping[str, Any]) -> tuple[
@@ -165,8 +150,8 @@ class Tracer:
         if missing:
             assert method.adopt is not None
             accelerator = method.adopt(accelerator.structure, self._triangles, options)
-            self._fill_tables(tuple(missing), accelerator)
-        return self._samplers(), accelerator
+            self._write_tables(tuple(missing), accelerator)
+        return self._tables.samplers(), accelerator
 
     # Moving ---------------------------------------------------------------------------------
 
@@ -201,13 +186,11 @@ class Tracer:
             before, self.accelerator, self._triangles = self.accelerator, accelerator, triangles
             self.scene, self._bounds = scene, scene.bounds
             own = self.method.tables_for(self.options)
-            for name in self._tables.keys() - {record.name for record in own}:
-                _release(self._tables.pop(name))   # of the method for single rays: made again
-                del statistics.table_bytes[name], self._filled[name]
-            self._fill_tables(own, accelerator)
+            self._tables.keep(own)    # those of the method for single rays are made again
+            self._write_tables(own, accelerator)
             if (before.defines, before.stack_levels) == (accelerator.defines,
                                                          accelerator.stack_levels):
-                self._traversal.follow(self._samplers(), accelerator, self.step_cap)
+                self._traversal.follow(self._tables.samplers(), accelerator, self.step_cap)
             else:   # other programs, or a stack of another depth
                 self._traversal.release()
                 self._traversal = self._make_traversal()
@@ -386,17 +369,10 @@ class Tracer:
             self._traversal.release()
             if self.accelerator.finisher is not None:
                 self.accelerator.finisher.release()
-            for textures in self._tables.values():
-                _release(textures)
-            self._tables = {}
+            self._tables.keep(())
 
     def __enter__(self) -> Tracer:
         return self
 
     def __exit__(self, *exception: object) -> None:
         self.release()
-
-
-def _release(textures: Mapping[str, moderngl.Texture]) -> None:
-    for texture in textures.values():
-        texture.release()

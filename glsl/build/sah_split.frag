@@ -28,10 +28,14 @@ void main() {
             }
         }
     } else {
+        int uneven = count;
         for (int k = node.first; k <= node.last; ++k) {
             vec4 offer = sweep_load(table_texel(k)).value;
-            if (offer.x < cost) {
+            int apart = abs(count - 2 * int(offer.z));
+            // Of splits that cost the same, as those of coincident triangles do, the most even one.
+            if (offer.x < cost || (offer.x == cost && offer.x < FAR && apart < uneven)) {
                 cost = offer.x;
+                uneven = apart;
                 split = Split(int(offer.y), k, int(offer.z));
             }
         }

@@ -10,7 +10,6 @@ uniform float traversal_cost;
 uniform float intersection_cost;
 uniform float spared;           // what a split costs that cuts off empty space, as a share
 uniform float worth_cutting;
-uniform int max_depth;
 
 // Of one node, for splits across each axis.
 vec3 cap, rim, per_unit;
@@ -74,6 +73,6 @@ void main() {
         }
     }
     choice.face = choice.face % 6;
-    choice.inner = int(cheapest < intersection_cost * float(population(mask)) && node.depth < max_depth);
+    choice.inner = int(cheapest < intersection_cost * float(population(mask)) && node.levels > 0);
     choice_store(choice);
 }

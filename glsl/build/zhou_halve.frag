@@ -18,7 +18,7 @@ void main() {
     bool lower = choice.face < 3;
     vec4 left = lower ? sides.lower_left : sides.upper_left;
     vec4 right = lower ? sides.lower_right : sides.upper_right;
-    Node node = Node(above.lo, above.base, above.hi, above.depth + 1,
+    Node node = Node(above.lo, above.base, above.hi, above.levels - 1,
                      mask_floats(mask_bits(above.mask)
                                  & mask_bits(side == 0 ? left : right)));
     if (side == 0) {

@@ -8,7 +8,7 @@
 uniform int cells;
 uniform int first_root;
 uniform int first_piece;
-uniform int level;
+uniform int levels;     // that there may be below one
 
 FIND_OWNER(root_owner, starts_load)
 
@@ -19,5 +19,5 @@ void main() {
     // The lowest bits, as many as pieces. A shift by 32 would be undefined.
     ivec2 bits = clamp(cell.count - ivec2(0, 32), 0, 32);
     uvec2 mask = uvec2(bits.x > 0 ? ~0u >> (32 - bits.x) : 0u, bits.y > 0 ? ~0u >> (32 - bits.y) : 0u);
-    node_store(Node(cell.lo, base, cell.hi, level, mask_floats(mask)));
+    node_store(Node(cell.lo, base, cell.hi, levels, mask_floats(mask)));
 }

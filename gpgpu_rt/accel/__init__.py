@@ -11,3 +11,4 @@ from .proximity import proximity
 from .quality import quality, sah_cost
 from .refit import REBUILD_RATIO, Refitter
 from .ropes import Ropes, build_ropes
+from .visibility_field import VisibilityField, build_visibility_field

@@ -24,8 +24,9 @@ from .bvh import Bvh
 from .grid import Grid
 from .kdtree import KdTree
 from .quality import Structure
+from .visibility_field import VisibilityField
 
-RECORDS = {record.__name__: record for record in (Bih, Bvh, Grid, KdTree)}
+RECORDS = {record.__name__: record for record in (Bih, Bvh, Grid, KdTree, VisibilityField)}
 
 
 _keeping = contextvars.ContextVar("keeping", default=True)

@@ -34,6 +34,8 @@ from .zhou_small import SmallRoots, grow_small
 MASK_BITS = 64
 EMPTY_CUT = 0.25    # Zhou et al. for ray tracing
 FUTILE = 3          # levels, one an axis
+MORE_LEVELS = 8     # of large nodes than `depth_cap`: halves get less far than planes weighed
+SMALL_LEVELS = 8    # below a small root; more make long lists and no shorter ways
 SLACK = 2           # paddings around a clipped part: the clip is in float32
 CHUNK = 1 << 18
 
@@ -42,14 +44,22 @@ CHUNK = 1 << 18
 class ZhouRules:
     """How nodes are split: see `build`.
 
+    max_depth, large_depth : of any node, and of one that is still large
+    small_levels : below a small root
     pad : of triangles' boxes, world units
     """
 
     costs: Costs
     max_depth: int
+    large_depth: int
+    small_levels: int
     small: int
     empty_cut: np.float32
     pad: np.float32
+
+    def levels_below(self, depth: int) -> int:
+        """How many levels there may be below a small root of this depth."""
+        return min(self.small_levels, self.max_depth - depth)
 
     @property
     def slack(self) -> np.float32:
@@ -63,8 +73,12 @@ def rules_of(triangles: np.ndarray, *, traversal_cost: float = 1.0,
              empty_cut: float = EMPTY_CUT, **unknown: object) -> ZhouRules:
     """The options of `build`, checked."""
     refuse_unknown(rules_of, unknown)
+    large = below = deepest = depth_cap(triangles, max_depth)
+    if max_depth is None:
+        large, below = large + MORE_LEVELS, SMALL_LEVELS
+        deepest = large + below
     return ZhouRules(sah_costs(traversal_cost, intersection_cost, empty_bonus),
-                     depth_cap(triangles, max_depth), in_range("small", small, 1, MASK_BITS, int),
+                     deepest, large, below, in_range("small", small, 1, MASK_BITS, int),
                      np.float32(in_range("empty_cut", empty_cut, 0, 1)), padding(triangles))
 
 
@@ -73,14 +87,15 @@ def build(triangles: np.ndarray, **options: object) -> LooseKdTree:
 
     Parameters
     ----------
-    traversal_cost, intersection_cost, empty_bonus, max_depth : as in `sah_kdtree.build`
+    traversal_cost, intersection_cost, empty_bonus : as in `sah_kdtree.build`
+    max_depth : None for 16 + 1.3 log2 n to a small node, and 8 below it
     small : most references of a small node, up to 64
     empty_cut : share of a large node's extent past which empty space is cut off
     """
     rules = rules_of(triangles, **options)
     nodes = Nodes()
     roots = grow_large(root_level(triangles, rules.pad), triangles, rules, nodes)
-    grow_small(roots, rules.costs, rules.max_depth, nodes)
+    grow_small(roots, rules.costs, nodes)
     return nodes.loose()
 
 
@@ -128,7 +143,7 @@ def grow_large(level: Level, triangles: np.ndarray, rules: ZhouRules, nodes: Nod
     while True:
         large = level.count > rules.small
         few = np.flatnonzero(~large & (level.count > 0))
-        roots.add(pick(level, few), node[few], depth)
+        roots.add(pick(level, few), node[few], rules.levels_below(depth))
         kept += int(level.count[few].sum())
         none = node[level.count == 0]
         nodes.leaf(none, np.zeros(len(none), np.int64), np.zeros(0, np.int32))
@@ -137,7 +152,7 @@ def grow_large(level: Level, triangles: np.ndarray, rules: ZhouRules, nodes: Nod
         if not len(node):
             return roots
         inner = np.zeros(len(node), bool)
-        if depth < rules.max_depth and kept + len(level.triangle) <= limit:
+        if depth < rules.large_depth and kept + len(level.triangle) <= limit:
             inner, axis, plane, futile = decide(level, futile, rules)
         leaf, inner = np.flatnonzero(~inner), np.flatnonzero(inner)
         leaves = pick(level, leaf)

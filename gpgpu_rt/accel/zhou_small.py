@@ -21,15 +21,15 @@ class SmallRoots:
     def __init__(self) -> None:
         self._parts: list[tuple[np.ndarray, ...]] = []
 
-    def add(self, level: Level, node: np.ndarray, depth: int) -> None:
-        """Take up a level's nodes, all of them small."""
+    def add(self, level: Level, node: np.ndarray, levels: int) -> None:
+        """Take up a level's nodes, all of them small; there may be so many levels below each."""
         self._parts.append((level.lo, level.hi, level.count, level.triangle, level.box, node,
-                            np.full(len(node), depth)))
+                            np.full(len(node), levels)))
 
     def joined(self) -> tuple[Level, np.ndarray, np.ndarray]:
-        """All of them, their node numbers and their depths."""
-        *level, node, depth = (np.concatenate(part, axis=-1) for part in zip(*self._parts))
-        return Level(*level), node, depth
+        """All of them, their node numbers, and the levels that each may have below it."""
+        *level, node, levels = (np.concatenate(part, axis=-1) for part in zip(*self._parts))
+        return Level(*level), node, levels
 
 
 def side_masks(level: Level) -> np.ndarray:
@@ -54,16 +54,16 @@ def side_masks(level: Level) -> np.ndarray:
     return masks
 
 
-def grow_small(roots: SmallRoots, costs: Costs, max_depth: int, nodes: Nodes) -> None:
+def grow_small(roots: SmallRoots, costs: Costs, nodes: Nodes) -> None:
     """Split small nodes, and all below them, as long as it pays."""
-    level, node, depth = roots.joined()
+    level, node, levels = roots.joined()
     masks, base = side_masks(level), run_starts(level.count)
     mask = ~np.uint64(0) >> (np.uint64(64) - level.count.astype(np.uint64))
     lo, hi = level.lo, level.hi
     while len(node):
         cost, best = _best(level, masks, base, mask, lo, hi, costs)
         inner = cost < np.float32(costs.intersection) * population(mask).astype(np.float32)
-        inner &= depth < max_depth
+        inner &= levels > 0
         leaf, inner = np.flatnonzero(~inner), np.flatnonzero(inner)
         which, bit = bits(mask[leaf])
         nodes.leaf(node[leaf], population(mask[leaf]), level.triangle[base[leaf][which] + bit])
@@ -76,7 +76,7 @@ def grow_small(roots: SmallRoots, costs: Costs, max_depth: int, nodes: Nodes) ->
         lo = np.concatenate([lo[:, inner], right_lo], axis=1)
         hi = np.concatenate([left_hi, hi[:, inner]], axis=1)
         node, base = np.concatenate(children), np.tile(base[inner], 2)
-        depth = np.tile(depth[inner], 2) + 1
+        levels = np.tile(levels[inner], 2) - 1
 
 
 def _best(level: Level, masks: np.ndarray, base: np.ndarray, mask: np.ndarray, lo: np.ndarray,

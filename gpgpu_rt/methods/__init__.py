@@ -2,7 +2,10 @@
 from __future__ import annotations
 
 from ..errors import OptionError, nearest_names
-from . import bih, brute_force, bvh, geometry_image, grid, kdtree, ray_tiles
+from . import (
+    bih, brute_force, bvh, geometry_image, grid, kdtree, ray_engine, ray_hierarchy, ray_space,
+    ray_tiles
+)
 from .row import Accelerator, Method
 
 _TABLE: dict[str, Method] = {}
@@ -28,6 +31,8 @@ def find_method(name: str) -> Method:
     return _TABLE[name]
 
 
-for _family in (brute_force, grid, kdtree, bvh, geometry_image, bih, ray_tiles):
+_FAMILIES = (brute_force, ray_engine, grid, kdtree, bvh, geometry_image, bih, ray_tiles,
+             ray_hierarchy, ray_space)
+for _family in _FAMILIES:
     for _row in _family.ROWS:
         register(_row)

@@ -88,7 +88,7 @@ class StreamRoom:
     """Streams and programs of one task; leaving the room releases them all."""
 
     def __init__(self, gpu: Gpu) -> None:
-        self.gpu = gpu
+        self.gpu, self.draws = gpu, 0
         self._streams: list[Stream] = []
         self._passes: dict[object, FullScreenPass] = {}
         self._points: dict[object, _Points] = {}
@@ -120,7 +120,8 @@ class StreamRoom:
     def draw(self, fragment: str, target: Stream, reads: Sequence[Stream] = (), *,
              first: int = 0, count: int | None = None,
              defines: Mapping[str, object] | None = None, **uniforms: object) -> None:
-        """Run a program from ``glsl/build/`` once for each element first ... first + count - 1.
+        """Run a program from ``glsl/build/``, or that folder of ``glsl/`` which its name begins
+        with, once for each element first ... first + count - 1.
 
         Parameters
         ----------
@@ -132,8 +133,9 @@ class StreamRoom:
         records, samplers = _sources(reads, target.record)
         key = (fragment, records, tuple(sorted((defines or {}).items())))
         if key not in self._passes:
-            self._passes[key] = FullScreenPass(self.gpu, f"build/{fragment}.frag", defines,
+            self._passes[key] = FullScreenPass(self.gpu, f"{entry(fragment)}.frag", defines,
                                                {"records": records})
+        self.draws += 1
         program = self._passes[key]
         program.set(last_element=first + count - 1, **uniforms)
         if self._span != (first, count):
@@ -141,13 +143,14 @@ class StreamRoom:
             self._rectangles.write(span(first, count))
         program.draw(target.target, samplers, rectangles=self._rectangles)
 
-    def scatter(self, program: str, target: Stream, reads: Sequence[Stream], points: int, *,
-                defines: Mapping[str, object] | None = None, **uniforms: object) -> None:
-        """Draw ``points`` points into the texels that ``glsl/build/<program>.vert`` chooses.
+    def scatter(self, program: str, target: Stream, reads: Sequence[Stream], vertices: int, *,
+                mode: int = moderngl.POINTS, defines: Mapping[str, object] | None = None,
+                **uniforms: object) -> None:
+        """Draw points, or lines, into the texels that ``glsl/build/<program>.vert`` chooses.
 
         Where several points meet in a texel the blending in force decides.
         """
-        if points <= 0:
+        if vertices <= 0:
             return
         records, samplers = _sources(reads, target.record)
         sources, _ = _sources(reads)
@@ -156,7 +159,8 @@ class StreamRoom:
         if key not in self._points:
             self._points[key] = _Points(self.gpu, program, {"records": words + records,
                                                             "sources": words + sources})
-        self._points[key].draw(target, samplers, points, uniforms)
+        self.draws += 1
+        self._points[key].draw(target, samplers, vertices, mode, uniforms)
 
     def release(self) -> None:
         for stream in self._streams:
@@ -170,17 +174,17 @@ class StreamRoom:
 
 
 class _Points:
-    """A program drawn as points without attributes."""
+    """A program drawn as points or lines without attributes."""
 
     def __init__(self, gpu: Gpu, program: str, virtual: Mapping[str, str]) -> None:
-        self.program = compile_program(gpu, f"build/{program}.frag", {}, virtual,
-                                       f"build/{program}.vert")
+        self.program = compile_program(gpu, f"{entry(program)}.frag", {}, virtual,
+                                       f"{entry(program)}.vert")
         self.geometry = gpu.context.vertex_array(self.program, [])
         self.samplers = [name for name in self.program
                          if getattr(self.program[name], "gl_type", None) in GL_SAMPLERS]
 
-    def draw(self, target: Stream, textures: Mapping[str, moderngl.Texture], points: int,
-             uniforms: Mapping[str, object]) -> None:
+    def draw(self, target: Stream, textures: Mapping[str, moderngl.Texture], vertices: int,
+             mode: int, uniforms: Mapping[str, object]) -> None:
         for unit, name in enumerate(self.samplers):
             if textures[name] in target.textures:   # GL would not say so: results are undefined
                 raise Error(f"{name} is read while it is drawn into")
@@ -190,10 +194,15 @@ class _Points:
             if name in self.program:
                 self.program[name].value = value
         target.target.use()
-        self.geometry.render(moderngl.POINTS, vertices=points)
+        self.geometry.render(mode, vertices=vertices)
 
     def release(self) -> None:
         self.geometry.release()
+
+
+def entry(program: str) -> str:
+    """Where a program is: in ``build/`` where its name says no folder."""
+    return program if "/" in program else f"build/{program}"
 
 
 def rows_of(length: int) -> int:

@@ -22,14 +22,14 @@ BUILT = [(row.name, build) for row in rt.methods() for option in row.options
 
 @builds
 @pytest.mark.parametrize("name", SCENES)
-def test_trees_hold_together_and_cost_what_the_cpus_do(gpu, build: str, name: str) -> None:
+def test_trees_hold_together_and_cost_no_more_than_the_cpus(gpu, build: str, name: str) -> None:
     triangles = SCENES[name]()
     bvh = build_bvh(gpu, triangles, build=build)
     assert_threaded(bvh, triangles)
     assert bvh.count.max() <= 4
-    # Halves of coincident triangles depend on an order that means nothing.
+    # Coincident triangles are halved here, and peeled off one by one there.
     expected = accel.build_bvh(triangles, build=build)
-    assert accel.sah_cost(bvh) == pytest.approx(accel.sah_cost(expected), rel=0.05)
+    assert accel.sah_cost(bvh) <= 1.05 * accel.sah_cost(expected)
 
 
 @pytest.mark.parametrize("options", [{"bins": 4}, {"max_leaf": 1}, {"max_leaf": 9},
@@ -85,7 +85,7 @@ def test_hybrid_parts_clusters_as_lbvh_does(gpu) -> None:
 @builds
 def test_a_heap_of_one_triangle_ends(gpu, build: str) -> None:
     bvh = build_bvh(gpu, np.repeat(random_soup(1, 34), 5000, axis=0), build=build)
-    assert bvh.depth <= 24 and bvh.count.sum() == 5000
+    assert bvh.depth <= 14 and bvh.count.sum() == 5000
 
 
 @builds

@@ -9,6 +9,7 @@ from watching import Fields, watching
 import gpgpu_rt as rt
 from gpgpu_rt import accel
 from gpgpu_rt.accel.bounds import padding
+from gpgpu_rt.accel.image_tree import ImageTree
 from gpgpu_rt.figures.extreme_cases import Case, long_way, make_case
 from gpgpu_rt.figures.extreme_shapes import soup
 from gpgpu_rt.texel_layout import EXACT_INTEGER
@@ -212,6 +213,8 @@ def stated_cap(structure: object, triangles: int, stack: bool) -> int:
         return int(visits + len(structure.references))
     if isinstance(structure, accel.Bvh):
         return len(structure.escape) + len(structure.order)
+    if isinstance(structure, ImageTree):
+        return len(structure.miss) + len(structure.corner)
     return triangles
 
 
@@ -222,7 +225,8 @@ def test_row_40_the_cap_follows_from_the_structure(method: str, name: str) -> No
     with rt.Tracer(case.scene, method, statistics=True) as tracer:
         structure = tracer.accelerator.structure
         hits = tracer.trace(case.origins, case.directions)
-        if structure is None or type(structure) in (accel.Grid, accel.KdTree, accel.Bvh):
+        if structure is None or type(structure) in (accel.Grid, accel.KdTree, accel.Bvh,
+                                                    ImageTree):
             one_ray = stated_cap(structure, len(case.triangles),
                                  method in ("kd-stack", "kd-texture-stack"))
             packet = np.prod(tracer.options.get("packet", 1))

@@ -126,6 +126,7 @@ def test_schedules_agree_at_the_extremes(exact_renderer, method: str, name: str,
 # Full sizes --------------------------------------------------------------------------------------
 
 @pytest.mark.full
+@pytest.mark.once
 @pytest.mark.parametrize("seed", [11, 12, 13], ids="seed{}".format)
 @pytest.mark.parametrize("name", NAMES)
 def test_brute_force_is_right_in_full(name: str, seed: int) -> None:
@@ -133,15 +134,18 @@ def test_brute_force_is_right_in_full(name: str, seed: int) -> None:
 
 
 @pytest.mark.full
+@pytest.mark.once
 @pytest.mark.parametrize("seed", [11], ids="seed{}".format)
 @pytest.mark.parametrize("method, options", SETTINGS)
 @pytest.mark.parametrize("name", NAMES)
 def test_every_method_in_full(exact_renderer, name: str, method: str, options: dict,
                               seed: int) -> None:
-    check_method(name, method, options, rays_of(name, True), seed)
+    # Options change how a method walks, not what it meets: an eighth of the rays will do for them.
+    check_method(name, method, options, rays_of(name, True) // (8 if options else 1), seed)
 
 
 @pytest.mark.full
+@pytest.mark.once
 @pytest.mark.parametrize("seed", [21], ids="seed{}".format)
 @pytest.mark.parametrize("name", [name for name, kind in CASES.items() if kind.row <= 4])
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()])
@@ -151,7 +155,8 @@ def test_rows_1_to_4_a_million_rays(name: str, method: str, seed: int) -> None:
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("seed", range(31, 41), ids="seed{}".format)
+@pytest.mark.once
+@pytest.mark.parametrize("seed", range(31, 34), ids="seed{}".format)
 @pytest.mark.parametrize("quads", [1, 2, 4, 8, 16, 32, 64, 181])
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()])
 def test_row_5_squares_in_full(method: str, quads: int, seed: int) -> None:

@@ -11,8 +11,10 @@ from gpgpu_rt.judge import judge
 KINDS = ("eye", "random", "vertices", "edges")
 ANSWER = ("t", "u", "v", "triangle", "status")
 SIDE = 500   # 10^6 rays a scene: 250,000 of each kind
-# A pass for each triangle, and passes over every level of a stack: these take fewer rays.
-SIDES = {"brute-force": 160, "kd-texture-stack": 160}
+# A pass for each triangle, passes over every level of a stack, lists for boxes of rays that few
+# rays share, every triangle down to the cones of rays without coherence: these take fewer rays.
+SIDES = {"brute-force": 160, "kd-texture-stack": 160, "ray-classification": 40,
+         "visibility-field": 160, "ray-hierarchy": 32}
 
 
 def check(name: str, kind: str, side: int, sides: dict[str, int], seed: int) -> None:
@@ -38,6 +40,7 @@ def check(name: str, kind: str, side: int, sides: dict[str, int], seed: int) -> 
 
 
 @pytest.mark.full
+@pytest.mark.once
 @pytest.mark.parametrize("seed", [41], ids="seed{}".format)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", FOLEY)

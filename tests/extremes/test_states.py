@@ -52,11 +52,11 @@ def test_no_nan_in_any_state(name: str, method: str, schedule: str, seed: int) -
         passes.append(0)
         scan(state, hit)
     with rt.Tracer(scene, method, schedule=schedule) as tracer, watching(tracer, look):
-        whole_runs = schedule == "loop" or not hasattr(tracer._traversal, "_draw")
         hits = tracer.trace(origins, directions, invalid="miss")
         tracer.occluded(origins, directions, 2.0, invalid="miss")
     assert hits.status.tolist().count(1) == 3 and len(passes) >= 2
-    assert len(passes) > 4 or whole_runs
+    # Under a driver of its own a method has passes of other kinds too.
+    assert len(passes) > 4 or schedule == "loop" or schedule in METHODS[method].drivers
 
 
 @pytest.mark.parametrize("scale", [2.0**-20, 1.0, 2.0**20])
@@ -93,6 +93,8 @@ def test_row_23_a_ray_that_is_over_stays_as_it_is(method: str, seed: int) -> Non
     first, last = {}, {}
 
     def look(state: Fields, hit: Fields) -> None:
+        if not hit:   # a pass over packets
+            return
         words = np.column_stack([np.float32(v).reshape(len(v), -1).view(np.uint32)
                                  for v in (*state.values(), *hit.values())])
         for ray in np.flatnonzero(state["phase"] <= 0):

@@ -30,7 +30,7 @@ def watching(tracer: rt.Tracer, look: Callable[[Fields, Fields], None]) -> Itera
             for side in (0, 1):
                 tracer._buffers.side(side).target.clear()
         draw(program, rays, source, target, *rest, **more)
-        look(*(target.fields(name) for name in names))
+        look(*(target.fields(name) if name in target.records else {} for name in names))
     traversal._draw = draw_and_look
     try:
         yield

@@ -9,14 +9,14 @@ import pytest
 
 import gpgpu_rt as rt
 from gpgpu_rt.accel import build_kdtree
-from gpgpu_rt.figures import fig03, fig09, fig10, fig11, fig15, fig18, fig19, fig21
+from gpgpu_rt.figures import fig03, fig04, fig09, fig10, fig11, fig15, fig18, fig19, fig21
 from gpgpu_rt.figures.__main__ import FIGURES
 from gpgpu_rt.figures.small_bvh import Hierarchy, hierarchy
 from gpgpu_rt.figures.small_world import MAX_DEPTH, Walk, World, walk, world
 from gpgpu_rt.methods import find_method
 
-DIAGRAMS = {"fig03": fig03, "fig09": fig09, "fig10": fig10, "fig11": fig11, "fig15": fig15,
-            "fig18": fig18, "fig19": fig19, "fig21": fig21}
+DIAGRAMS = {"fig03": fig03, "fig04": fig04, "fig09": fig09, "fig10": fig10, "fig11": fig11,
+            "fig15": fig15, "fig18": fig18, "fig19": fig19, "fig21": fig21}
 SMALL = world()
 
 
@@ -102,6 +102,23 @@ def test_figure_3_streams_are_those_of_the_linked_programs() -> None:
     assert gathered == {"init": set(), "down": {"kd_node_table"},
                         "intersect": {"reference_table", "triangle_table"}}
     assert set().union(*gathered.values()) == set(tables)
+
+
+def test_figure_4_passes_follow_each_other_through_textures() -> None:
+    """Every pass of a batch reads what the one before it wrote, and the batches are all there."""
+    passes, split, hits = fig04.passes()
+    order = [one.name for one in passes]
+    assert order == list(fig04.TITLES) * int(split["batches"]) and split["batches"] > 2
+    for before, after in zip(passes, passes[1:]):
+        if before.batch == after.batch:
+            assert set(before.targets) <= set(after.samples)
+            assert not set(after.targets) & set(after.samples)
+    for name in ("KEEP_NEAREST", "KEEP_FIRST"):
+        assert sum(one.quads for one in passes if one.name == name) == split["quads"]
+    assert all("triangle_table" in one.samples for one in passes)
+    with rt.Tracer(SMALL.scene, "brute-force") as tracer:
+        expected = tracer.trace(*fig03.rays())
+    assert (hits.triangle == expected.triangle).all() and hits.hit.any()
 
 
 def test_figure_3_passes_do_all_the_steps() -> None:

@@ -13,7 +13,7 @@ import pytest
 import gpgpu_rt as rt
 from gpgpu_rt import accel
 from gpgpu_rt.figures import (
-    fig12, fig13, fig14, fig16, fig17, fig20, measure, published_numbers, tree_sizes
+    fig05, fig12, fig13, fig14, fig16, fig17, fig20, fig22, measure, published_numbers, tree_sizes
 )
 from gpgpu_rt.figures.__main__ import main
 from gpgpu_rt.figures.comparison import Panel
@@ -22,7 +22,8 @@ from gpgpu_rt.figures.measure import Cell
 from gpgpu_rt.figures.published_numbers import nanoseconds, published, published_row
 from gpgpu_rt.figures.workloads import workload
 
-COMPARISONS = [fig12.FIGURE, fig13.FIGURE, fig16.FIGURE, fig20.FIGURE]
+NOT_PUBLISHED = {("fig22", fig22.FAST), ("fig22", fig22.CPU)}   # rows of ours
+COMPARISONS = [fig12.FIGURE, fig13.FIGURE, fig16.FIGURE, fig20.FIGURE, fig22.FIGURE]
 CELL = Cell("cornell", "kd-restart", size=16, runs=1)
 
 
@@ -83,22 +84,26 @@ def _fake(cell: Cell, folder: Path, ns: float, nodes: float = 3, stand_in: str |
 @pytest.mark.parametrize("figure", COMPARISONS, ids=lambda f: f.name)
 def test_tables_hold_the_measured_numbers(figure, tmp_path) -> None:
     expected = {}
-    for at, (panel, column) in enumerate(figure.pairs()):
+    panels = list(dict.fromkeys(panel for panel, _ in figure.pairs(False)))
+    for at, (panel, column) in enumerate(figure.pairs(False)):
         _fake(figure.cell(panel, column, False), tmp_path, 100.0 + at,
-              stand_in="something" if panel == figure.panels[1] else None)
+              stand_in="something" if panel.scene == panels[1].scene else None)
         expected[panel.scene, panel.rays or "", column.label] = 100.0 + at
     figure.draw(tmp_path, tmp_path, False)
     with (tmp_path / f"{figure.name}.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert {(r["scene"], r["rays"], r["method"]): float(r["ns_per_ray"])
             for r in rows} == expected
-    for row, (panel, column) in zip(rows, figure.pairs()):
+    for row, (panel, column) in zip(rows, figure.pairs(False)):
         value = published(figure.name, panel.scene, column.published_method or column.method,
                           column.published_options, panel.rays)
-        assert value is not None and float(row["published"]) == value
+        if (figure.name, column.label) in NOT_PUBLISHED:
+            assert value is None and row["published"] == ""
+        else:
+            assert value is not None and float(row["published"]) == value
     page = (tmp_path / f"{figure.name}.md").read_text()
     assert "Renderer: R" in page and "stand-in for something" in page
-    assert all(f"## {panel.label}" in page for panel in figure.panels)
+    assert all(f"## {panel.label}" in page for panel in panels)
     assert (tmp_path / f"{figure.name}.png").stat().st_size > 10_000
 
 
@@ -123,11 +128,12 @@ def test_an_order_unlike_the_published_one_is_explained(tmp_path) -> None:
 
 
 def test_every_published_cell_has_a_column() -> None:
-    """Figures 13 and 16: nothing that the survey printed is left out but two CPU columns."""
-    for figure, left_out in ((fig13.FIGURE, set()),
+    """Nothing that the survey printed is left out but two CPU columns."""
+    for figure, left_out in ((fig13.FIGURE, set()), (fig22.FIGURE, set()),
                              (fig16.FIGURE, {"openrt-frustum-packet", "rope-packet-cpu"})):
         ours = {(panel.scene, column.published_method or column.method, column.published_options,
-                 panel.rays) for panel, column in figure.pairs()}
+                 panel.rays) for panel, column in figure.pairs(True)
+                if (figure.name, column.label) not in NOT_PUBLISHED}
         theirs = {(row["scene"], row["method"], row["options"], row["rays"])
                   for row in published_numbers._rows() if row["figure"] == figure.name
                   and row["method"] not in left_out}
@@ -203,3 +209,39 @@ def test_sizes_with_ropes(tmp_path) -> None:
     assert "3.2 times as large, within 10%" in page
     assert "2.7 times as large, not within 10%" in page
     assert f"| {leaves:,} |" in page and "| 349,833 |" in page
+
+
+@pytest.mark.parametrize("transfer, says", [
+    (6.0, "transfers bound it, as the survey says"),
+    (1.0, "intersection (passes) bounds it, not transfers")])
+def test_where_the_ray_engines_time_goes(transfer: float, says: str, tmp_path) -> None:
+    """Figure 5: rates from the seconds, bytes a ray, and the verdict."""
+    cell = fig05.cell("cornell", "as it is", False)
+    rays = cell.size ** 2
+    split = {"traversal_seconds": 1.0, "transfer_seconds": transfer, "intersection_seconds": 5.0,
+             "host_intersection_seconds": 0.0, "bytes_up": 100 * rays, "bytes_down": 40 * rays,
+             "batches": 3, "quads": 2 * rays, "pairs": 8 * rays, "host_rays": 0}
+    total = sum(value for name, value in split.items() if name.endswith("seconds"))
+    _fake(cell, tmp_path, 1, statistics={"trace_seconds": total, "split": split},
+          stand_in="something")
+    fig05.draw(tmp_path, tmp_path, False)
+    with (tmp_path / "fig05.csv").open() as file:
+        row, = csv.DictReader(file)
+    values = {name: float(row[name]) for name in fig05.HEADS[2:]}
+    assert values["rays/s"] == pytest.approx(rays / total)
+    assert values["rays/s, infinitely fast passes"] == pytest.approx(rays / (total - 5))
+    assert values["rays/s, transfers alone"] == pytest.approx(rays / transfer)
+    assert values["rays/s, bytes on an AGP 4x bus alone"] == pytest.approx(
+        1 / (100 / 1066e6 + 40 / 266e6))
+    assert values["bytes up a ray"] == 100 and values["pairs a quad"] == 4
+    assert values["bytes a ray that sending triangles would add"] == 72
+    page = (tmp_path / "fig05.md").read_text()
+    assert says in page and "stand-in for something" in page and "114,499" in page
+    assert (tmp_path / "fig05.png").stat().st_size > 10_000
+
+
+def test_the_ray_engine_is_measured_with_its_split(tmp_path) -> None:
+    cell = measure.Cell("cornell", "ray-engine", size=16, runs=1)
+    measure.measure([cell], tmp_path)
+    split = json.loads((tmp_path / cell.name).read_text())["statistics"]["split"]
+    assert split["batches"] > 0 and split["intersection_seconds"] > 0

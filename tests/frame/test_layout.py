@@ -25,6 +25,12 @@ def fields_of(record: Record, count: int, seed: int) -> dict[str, np.ndarray]:
             else rng.normal(size=(count, f.width)).astype(np.float32) for f in record.fields}
 
 
+def test_records_have_names_of_their_own() -> None:
+    """But for one record's two widths: GLSL knows a record by its name."""
+    names = [record.name for record in RECORDS]
+    assert len(names) == len(set(names))
+
+
 @pytest.mark.parametrize("record", RECORDS, ids=lambda r: r.name)
 @given(seed=st.integers(0, 99))
 def test_pack_and_unpack(record: Record, seed: int) -> None:

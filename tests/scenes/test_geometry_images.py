@@ -7,6 +7,7 @@ import trimesh
 from conftest import assert_same_bits, real_scene
 
 import gpgpu_rt as rt
+from gpgpu_rt import cli
 from gpgpu_rt.embedding import embed
 from gpgpu_rt.surface_mesh import SurfaceMesh
 
@@ -151,6 +152,46 @@ def test_the_bunny_becomes_an_image() -> None:
     mesh = real_scene("bunny")
     scene = rt.remesh(mesh, 64, cuts=3).scene()
     assert np.abs(np.array(scene.bounds) - mesh.bounds).max() < 0.5 * mesh.extent
+
+
+def test_images_in_files(capsys, tmp_path) -> None:
+    mesh = tmp_path / "blob.ply"
+    blob(1, 2).export(mesh)
+    target = tmp_path / "blob.npz"
+    assert cli.main(["remesh", str(mesh), "-o", str(target), "--size", "16"]) == 0
+    assert "17 x 17 positions, 512 triangles" in capsys.readouterr().out
+    scene = rt.load_scene(target)
+    assert scene.charts == ((17, 17),) and scene.name == "blob" and is_closed(scene)
+    assert np.array_equal(scene.triangles, rt.GeometryImage.load(target).scene().triangles)
+    assert cli.main(["render", str(target), "-m", METHOD, "--level", "1", "--size", "16", "-o",
+                     str(tmp_path / "blob.png")]) == 0
+    several = rt.GeometryImage([np.random.default_rng(k).random((3, 2 + k, 3)) for k in range(12)])
+    several.save(tmp_path / "several.npz")
+    assert all(map(np.array_equal, rt.GeometryImage.load(tmp_path / "several.npz").charts,
+                   several.charts))
+
+
+@pytest.mark.parametrize("arguments, message", [
+    (["remesh", "{}/blob.ply", "-o", "{}/x.png"], ".npz"),
+    (["remesh", "{}/blob.ply", "-o", "{}/no/x.npz"], "no folder"),
+    (["remesh", "{}/blob.ply", "-o", "{}/x.npz", "--size", "2"], "size of 4 or more"),
+    (["remesh", "cornell", "-o", "{}/x.npz"], "parts"),
+    (["render", "{}/gone.npz", "-o", "{}/x.png"], "no such file"),
+    (["render", "{}/noise.npz", "-o", "{}/x.png"], "cannot read"),
+    (["render", "{}/other.npz", "-o", "{}/x.png"], "chart_0"),
+    (["render", "{}/flat.npz", "-o", "{}/x.png"], "shape"),
+])
+def test_mistakes_with_files_are_one_line(capsys, tmp_path, arguments: list[str],
+                                          message: str) -> None:
+    blob(1, 1).export(tmp_path / "blob.ply")
+    (tmp_path / "noise.npz").write_bytes(b"PK not an archive")
+    np.savez(tmp_path / "other.npz", stuff=np.zeros(3))
+    np.savez(tmp_path / "flat.npz", chart_0=np.zeros((3, 3)))
+    before = sorted(tmp_path.iterdir())
+    assert cli.main([a.replace("{}", str(tmp_path)) for a in arguments]) == 1
+    error = capsys.readouterr().err
+    assert message in error and error.count("\n") == 1
+    assert sorted(tmp_path.iterdir()) == before
 
 
 def test_surface_mesh_takes_meshes_apart() -> None:

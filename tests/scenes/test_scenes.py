@@ -29,8 +29,9 @@ def test_built_scenes(name: str) -> None:
     assert scene.colours.shape == (len(scene), 3) and scene.colours.max() <= 1
     again = rt.load_scene(name)
     assert (again.triangles == scene.triangles).all()
-    hits = rt.reference.trace(scene, *scene.camera.rays((12, 12)), accelerated=True)
-    assert hits.hit.mean() > 0.15    # there is something to see
+    if len(scene) <= 10**6:     # larger ones: test_large.py
+        hits = rt.reference.trace(scene, *scene.camera.rays((12, 12)), accelerated=True)
+        assert hits.hit.mean() > 0.15    # there is something to see
 
 
 def test_stadium_ratio() -> None:

@@ -8,6 +8,7 @@ import pytest
 from conftest import RAY_SETS, assert_same_bits, random_soup, schedules_of
 
 import gpgpu_rt as rt
+from gpgpu_rt import scene_tables
 from gpgpu_rt.accel.image_boxes import image_boxes
 from gpgpu_rt.accel.image_tree import ImageTree, build_image_tree, build_triangle_image
 from gpgpu_rt.methods import find_method
@@ -237,13 +238,12 @@ def test_normals_are_one_at_a_place() -> None:
 
 @pytest.mark.parametrize("options", [{}, {"octants": True}, {"level": 1}, {"storage": "fp16"}],
                          ids=str)
-def test_updates_are_fresh_builds(exact_renderer, options: dict) -> None:
+def test_updates_are_fresh_builds(exact_renderer, monkeypatch, options: dict) -> None:
     made = image(SHAPES["several"], 9)
     places = [made.positions * np.float32([1, k, 1]) + np.float32([0, 0, k]) for k in range(3)]
     places[2][:] = np.random.default_rng(3).random(places[2].shape)
     with rt.Tracer(made.scene(), ROW.name, **options) as tracer:
         textures = {name: dict(tables) for name, tables in tracer._tables.items()}
-        written = dict(tracer._filled)
         for at in places:
             tracer.update(at)
             assert not tracer.statistics.rebuilt
@@ -253,9 +253,11 @@ def test_updates_are_fresh_builds(exact_renderer, options: dict) -> None:
             assert_same_bits(hits, trace(scene, ROW.name, chosen, **options))
             assert hits.hit.mean() > 0.1
         assert tracer._tables == textures
-        # What did not change was not written: all but the positions.
-        kept = {name for name, arrays in written.items() if tracer._filled[name] is arrays}
-        assert kept == set(written) - {"position"}
+        written, write = [], scene_tables.table_textures
+        monkeypatch.setattr(scene_tables, "table_textures", lambda gpu, record, *rest: (
+            written.append(record.name) or write(gpu, record, *rest)))
+        tracer.update(places[0])
+    assert written == ["position"]    # nothing else changed
 
 
 def test_updates_of_triangles_that_lose_their_area(exact_renderer) -> None:

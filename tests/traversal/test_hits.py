@@ -50,8 +50,11 @@ def trace(scene: rt.Scene, method: str, rays, **options) -> rt.Hits:
 
 
 def rays_for(method: str, rays: int) -> int:
-    """Fewer where every step is a pass of its own."""
-    return rays if "loop" in find_method(method).schedules else rays // 16
+    """Fewer where every step is a pass of its own, or rays share lists of what they may hit: few
+    of many random rays do, and then the lists take longer than the rays."""
+    row = find_method(method)
+    lists = "budget" in {option.name for option in row.options}
+    return rays if "loop" in row.schedules and not lists else rays // 16
 
 
 @functools.lru_cache(maxsize=32)

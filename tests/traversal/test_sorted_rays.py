@@ -13,7 +13,7 @@ QUICK = ("bvh-threaded-loop", "kd-packet-loop", "ray-tiles-kernels", "kd-texture
 
 
 def mixed_rays(seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """(37, 29, 3) each, no side a multiple of 8: from an eye and from everywhere; two invalid."""
+    """(37, 29, 3) each, no side a multiple of 8: from one eye and everywhere, a few invalid."""
     eye, anywhere = (RAY_SETS[kind](SCENE, 1089, seed) for kind in ("eye", "random"))
     some = np.random.default_rng(seed).random(1089) < 0.5
     origins, directions = (np.where(some[:, None], a, b)[:37 * 29].reshape(37, 29, 3)

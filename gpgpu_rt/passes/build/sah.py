@@ -19,7 +19,7 @@ from ..streams import Stream, StreamRoom
 from .lbvh import scaled_boxes, upload
 from .thread import thread
 
-SMALL = 16
+SMALL = 32     # what Lauterbach et al. give to local queues
 FAR = 3e38
 
 

@@ -99,7 +99,7 @@ def grow_large(room: StreamRoom, source: Stream, triangles: np.ndarray,
         depth = len(found.levels)
         kept = found.small_pieces + found.stuck_pieces
         level = _decide(room, found, cells, starts, pieces, counts, rules,
-                        stop=depth >= rules.max_depth or kept + counts[0] > limit)
+                        stop=depth >= rules.large_depth or kept + counts[0] > limit)
         found.levels.append(level)
         found.roots += counts[2]
         if not level.inner:

@@ -36,7 +36,7 @@ def grow_small(room: StreamRoom, large: LargeNodes, pieces: Stream,
     for depth, level in enumerate(large.levels):
         room.draw("zhou_roots", nodes, [level.cells, level.starts], first=level.first_root,
                   count=level.roots, cells=level.cells.length, first_root=level.first_root,
-                  first_piece=level.first_piece, level=depth)
+                  first_piece=level.first_piece, levels=rules.levels_below(depth))
     extents = room.stream(EXTENT, 3 * large.small_pieces)
     room.draw("zhou_extents", extents, [pieces])
     sides = room.stream(SIDES, extents.length)
@@ -57,7 +57,7 @@ def _choose(room: StreamRoom, nodes: Stream, extents: Stream, sides: Stream,
     """Where a level's nodes are split, if they are."""
     costs = rules.costs
     choices = room.stream(CHOICE, nodes.length)
-    room.draw("zhou_choose", choices, [nodes, extents, sides], max_depth=rules.max_depth,
+    room.draw("zhou_choose", choices, [nodes, extents, sides],
               traversal_cost=costs.traversal, intersection_cost=costs.intersection,
               spared=1 - costs.empty_bonus, worth_cutting=np.float32(WORTH_CUTTING))
     flags = room.stream(VALUES, nodes.length)

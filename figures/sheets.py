@@ -1,0 +1,50 @@
+"""Sheets close above each other: which of them a ray from above hits, by depth and by blending."""
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+import gpgpu_rt as rt
+
+COUNT, FLOOR = 9, -7.0    # sheets; the height of a floor below them, to which depth reaches
+FAR = 1.0 - FLOOR         # from where the highest rays start to the floor: depth reaches as far
+GAPS = tuple(range(-27, -20))       # that are tried, as exponents of 2, over FAR
+HEADS = ("gap over the rays' way", "wrong by MIN blending", "wrong by depth",
+         "t off by, over the rays' way")
+
+
+def sheets(gap: float) -> rt.Scene:
+    """COUNT squares, the topmost one last, ``gap`` apart from 0 up, and the floor after them."""
+    square = np.float32([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])[[0, 1, 2, 0, 2, 3]]
+    height = (gap * np.arange(COUNT)).astype(np.float32)
+    up = height[:, None, None] * np.float32([0, 0, 1])
+    floor = np.float32([[-9, -9, FLOOR], [9, -9, FLOOR], [0, 9, FLOOR]])
+    vertices = np.concatenate([(square + up).reshape(-1, 3), floor])
+    return rt.Scene.from_arrays(vertices, np.arange(len(vertices)).reshape(-1, 3), name="sheets")
+
+
+def rays(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """(count, 3) origins, a half to 1 above the lowest sheet, and directions, down."""
+    points = np.random.default_rng(seed).random((count, 3)).astype(np.float32)
+    points[:, 2] = (1 + points[:, 2]) / 2
+    return points, np.tile(np.float32([0, 0, -1]), (count, 1))
+
+
+def measure(gap: float, nearest: str, count: int = 500, seed: int = 1) -> tuple[float, float]:
+    """Share of rays whose hit is not on the topmost sheet, and how far t is off at most."""
+    origins, directions = rays(count, seed)
+    with rt.Tracer(sheets(gap), "ray-engine", nearest=nearest) as tracer:
+        hits = tracer.trace(origins, directions)
+    top = origins[:, 2].astype(np.float64) - gap * (COUNT - 1)
+    return float((hits.triangle // 2 != COUNT - 1).mean()), float(np.abs(hits.t - top).max())
+
+
+def rows() -> list[list[Any]]:
+    """A row a gap, as HEADS names it."""
+    found = []
+    for exponent in GAPS:
+        gap = FAR * 2.0 ** exponent
+        share, off = measure(gap, "depth")
+        found.append([f"2^{exponent}", measure(gap, "blend")[0], share, off / FAR])
+    return found

@@ -1,0 +1,56 @@
+"""ray-engine: the host walks a grid, fragments intersect (Carr, Hall and Hart 2002)."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from .. import accel
+from ..errors import OptionError
+from ..options import Option
+from ..texel_layout import TRIANGLE, Record
+from .brute_force import triangle_table
+from .row import Accelerator, Method
+
+
+def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
+    plain = (options["intersection"] == "woop-watertight" and options["storage"] == "fp32"
+             and options["arithmetic"] == "fp32")
+    if options["cpu_below"] > 1 and not plain:
+        raise OptionError(f"cpu_below={options['cpu_below']}: the host knows the watertight test "
+                          "in fp32 alone; leave it at 0 with any other")
+    grid = accel.cached(accel.build_grid, triangles, resolution=options["resolution"],
+                        density=options["density"])
+    uniforms = {"scene_lo": tuple(grid.lo), "scene_hi": tuple(grid.hi)}
+    # As of the method grid: a cell is visited once, its list tested once.
+    bound = (int(grid.resolution.sum()) + len(grid.references)
+             + int((np.diff(grid.cell_start) > 0).sum()) + 3)
+    return Accelerator(triangle_table(triangles), uniforms, bound, grid)
+
+
+ROWS = (Method(
+    name="ray-engine",
+    summary="the host walks a grid and queues rays by cell; a quad a triangle intersects them",
+    citation="Carr et al. 2002",
+    glsl="traverse/ray_engine.glsl",
+    kernels=("intersect",),
+    state=Record("state", "phase:int steps:int"),
+    tables=(TRIANGLE,),
+    prepare=_prepare,
+    options=(
+        Option("resolution", None, "cells an axis: a number or x,y,z; none: by density", object),
+        Option("density", 2.0, "cells aimed at per triangle, where no resolution is given", float,
+               minimum=1e-6),
+        Option("nearest", "blend", "how the nearest hit of a ray is kept: MIN blending in float, "
+               "or the depth test in 24 bits", choices=("blend", "depth"), relaxed=("depth",)),
+        Option("batch", 16_384, "most rays a batch holds", int, minimum=1),
+        Option("queue", 64, "rays a cell's queue waits for, while others are longer", int,
+               minimum=1),
+        Option("cpu_below", 0, "queues of fewer rays the host intersects itself; bits are the "
+               "same where the renderer rounds as IEEE says and keeps subnormal numbers", int,
+               minimum=0),
+    ),
+    schedules=("kernels",),
+    drivers={"kernels": "ray_engine.RayEngine"},
+),)

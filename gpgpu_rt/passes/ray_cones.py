@@ -1,0 +1,96 @@
+"""Cones over rays: the levels of a ray hierarchy, each made from the one below like a mipmap."""
+from __future__ import annotations
+
+import moderngl
+
+from ..gpu import Gpu
+from ..precision import Precision
+from ..ray_state import RayTextures, StateBuffer, stream_samplers
+from ..texel_layout import CONE, HIT, Record
+from ..textures import stream_textures, texture_bytes
+from .full_screen import FullScreenPass
+
+
+class RayImage:
+    """A record for each ray, or for each node of a level, where its texel lies.
+
+    Parameters
+    ----------
+    size : (width, height)
+    """
+
+    def __init__(self, gpu: Gpu, record: Record, size: tuple[int, int]) -> None:
+        self.gpu, self.record, self.size = gpu, record, size
+        self.length = size[0] * size[1]
+        self.textures = stream_textures(gpu, record, size)
+        self.target = gpu.context.framebuffer(self.textures)
+
+    def samplers(self, name: str | None = None) -> dict[str, moderngl.Texture]:
+        """Sampler name -> texture, as the record's or another name has them."""
+        return stream_samplers(name or self.record.name, self.textures)
+
+    def release(self) -> None:
+        self.gpu.release(self.target)
+        for texture in self.textures:
+            texture.release()
+
+
+def level_sizes(size: tuple[int, int]) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
+    """(width, height) of every level, rays first; and how many nodes of a level become one of the
+    next, by axis: four, in a square or where there is one row or column along that."""
+    sizes, fans = [size], []
+    while len(sizes) == 1 or sizes[-1] != (1, 1):
+        width, height = sizes[-1]
+        fan = (2, 2) if min(width, height) > 1 or width == height else (
+            (4, 1) if height == 1 else (1, 4))
+        fans.append(fan)
+        sizes.append((-(-width // fan[0]), -(-height // fan[1])))
+    return sizes, fans
+
+
+class RayCones:
+    """The hierarchy over the rays of a texture.
+
+    Attributes
+    ----------
+    levels : CONE for every node, the rays' own level first
+    fans : how many nodes of a level become one of the next, by axis
+    """
+
+    def __init__(self, gpu: Gpu, size: tuple[int, int], state: Record,
+                 precision: Precision) -> None:
+        self.size = size
+        sizes, self.fans = level_sizes(size)
+        self.levels = [RayImage(gpu, CONE, each) for each in sizes]
+        self.gpu, self.state, self.precision = gpu, state, precision
+        self._rays: dict[Record, FullScreenPass] = {}
+        self._level = FullScreenPass(gpu, "passes/cone_level.frag", precision.defines(),
+                                     {"streams": CONE.stream_glsl(True)})
+
+    def build(self, rays: RayTextures, states: StateBuffer, unit: float) -> None:
+        """Make every level, of the rays that are not over."""
+        if rays.record not in self._rays:
+            layout = self.precision.layout
+            texts = [record.stream_glsl(False) for record in (rays.record, layout(self.state),
+                                                              layout(HIT))]
+            self._rays[rays.record] = FullScreenPass(
+                self.gpu, "passes/cone_rays.frag", self.precision.defines(),
+                {"streams": "\n".join([*texts, CONE.stream_glsl(True)])})
+        program = self._rays[rays.record]
+        program.set(unit=unit, **rays.uniforms())
+        program.draw(self.levels[0].target, {**rays.samplers(), **states.samplers()})
+        for below, level, fan in zip(self.levels, self.levels[1:], self.fans):
+            self._level.set(unit=unit, fan=fan, below=below.size)
+            self._level.draw(level.target, below.samplers())
+
+    def top(self, nodes: int) -> int:
+        """The lowest level of at most so many nodes, above the rays."""
+        return next(k for k, level in enumerate(self.levels)
+                    if k and (level.length <= nodes or k == len(self.levels) - 1))
+
+    def bytes(self) -> int:
+        return sum(texture_bytes(level.textures) for level in self.levels)
+
+    def release(self) -> None:
+        for part in (*self.levels, *self._rays.values(), self._level):
+            part.release()

@@ -1,0 +1,263 @@
+"""The Ray Engine: the host walks rays and queues them by cell, passes intersect batches."""
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import moderngl
+import numpy as np
+
+from ..accel.runs import chunks, expand
+from ..cell_walk import CellWalk
+from ..methods.row import Accelerator
+from ..precision import FORMATS, Precision
+from ..ray_state import RayTextures, StateBuffer, StateBuffers
+from ..statistics import Statistics
+from ..texel_layout import COUNTERS, EXACT_INTEGER, HIT, RAY_TEXELS
+from ..textures import read_texture, texture_bytes
+from ..watertight import intersect_pairs
+from .driver import Samplers, Setup
+from .full_screen import FullScreenPass
+from .quads import BatchRoom, Runs
+from .traverse import DONE, UNFINISHED
+
+MOST_QUADS = 1 << 20       # a draw; a batch with more is drawn in parts
+MOST_PAIRS = 1 << 20       # that the host intersects at once
+QUAD = np.dtype([("rectangle", "<f4", 4), ("row", "<i4")])
+
+
+class RayEngine:
+    """Drives a method whose host walks a grid; see ``Driver``, ``glsl/traverse/ray_engine.glsl``.
+
+    A round takes the queues that are long enough, or all where none is, in batches, and walks
+    their rays on. Of a ray only what it has hit so far goes up and comes down with its batch.
+    """
+
+    def __init__(self, setup: Setup) -> None:
+        self.setup, self.gpu, self.method = setup, setup.gpu, setup.method
+        self.options = setup.options
+        self.follow(setup.samplers, setup.accelerator, setup.step_cap)
+        self._room: BatchRoom | None = None
+        self._quads: moderngl.Buffer | None = None
+
+    def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
+        """Read these tables from now on: the same records and defines, triangles that moved."""
+        self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
+        self.grid = accelerator.structure
+
+    def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
+            any_hit: bool = False) -> tuple[StateBuffer, int]:
+        """Trace every ray; where the hits are, and how many rays the step cap stopped."""
+        self.gpu.context.enable_only(moderngl.NOTHING)
+        split = statistics.split
+        for name in ("traversal_seconds", "transfer_seconds", "intersection_seconds",
+                     "host_intersection_seconds", "bytes_up", "bytes_down", "batches",
+                     "quads", "pairs", "host_rays"):
+            split.setdefault(name, 0.0 if name.endswith("seconds") else 0)
+        with clocked(split, "transfer_seconds"):
+            texels = np.stack([read_texture(texture).reshape(-1, 4)
+                               for texture in rays.textures], axis=1)
+            split["bytes_down"] += texture_bytes(rays.textures)
+        trip = _Trip(self, RAY_TEXELS.unpack(texels), any_hit)
+        with clocked(split, "traversal_seconds"):
+            waiting = trip.enter(trip.walk.start(trip.hit["t"]))
+        while len(waiting):
+            with clocked(split, "traversal_seconds"):
+                chosen, waiting, alone = trip.ready(waiting)
+            if len(alone):
+                with clocked(split, "host_intersection_seconds"):
+                    trip.intersect_here(alone, split)
+            for begin in range(0, len(chosen), self.options["batch"]):
+                self._batch(trip, chosen[begin:begin + self.options["batch"]], statistics)
+            with clocked(split, "traversal_seconds"):
+                onward = trip.onward(np.concatenate([chosen, alone]))
+                waiting = np.concatenate([waiting, onward])
+        final = buffers.side(0)
+        with clocked(split, "transfer_seconds"):
+            trip.write(final)
+            split["bytes_up"] += texture_bytes(final.textures)
+            self.gpu.finish()
+        return final, int((trip.phase == UNFINISHED).sum())
+
+    # A batch --------------------------------------------------------------------------------
+
+    def _batch(self, trip: _Trip, chosen: np.ndarray, statistics: Statistics) -> None:
+        """Intersect rays, (k,) int sorted by cell, with what their cells list."""
+        split, room = statistics.split, self._room_for(len(trip.phase))
+        with clocked(split, "traversal_seconds"):
+            runs = Runs.of(trip.walk.key[chosen])
+            corners, owner = runs.rectangles()
+            listed = trip.walk.listed[runs.cell][owner]
+            starts = self.grid.cell_start[runs.cell].astype(np.int64)[owner]
+            fields = trip.fields(chosen)
+            depth_end = max(float(trip.walk.t_exit[chosen].max()), 1e-30)
+        with clocked(split, "transfer_seconds"):
+            split["bytes_up"] += room.upload(fields)
+            self.gpu.finish()
+        parts = chunks(listed, MOST_QUADS)
+        for part in parts:
+            with clocked(split, "traversal_seconds"):
+                quads = np.zeros(int(listed[part].sum()), QUAD)
+                quads["rectangle"] = np.repeat(corners[part], listed[part], axis=0)
+                quads["row"] = self.grid.references[expand(starts[part], listed[part])]
+            with clocked(split, "transfer_seconds"):
+                buffer = self._buffer(quads)
+                split["bytes_up"] += quads.nbytes
+                self.gpu.finish()
+            with clocked(split, "intersection_seconds"):
+                for keep in room.passes:
+                    room.draw_quads(keep, trip.any_hit, self.samplers, self.accelerator, buffer,
+                                    len(quads), depth_end)
+                self._draw(room.left(), trip.rays, room.hits, room.hits, statistics)
+                self.gpu.finish()
+            statistics.passes += len(room.passes)
+            statistics.draw_calls += len(room.passes)
+            split["quads"] += len(quads)
+            with clocked(split, "transfer_seconds"):
+                hits, size = room.read(len(chosen))
+                split["bytes_down"] += size
+            with clocked(split, "traversal_seconds"):
+                trip.take(chosen, hits)
+        split["batches"] += 1
+        split["pairs"] += int((runs.count * trip.walk.listed[runs.cell]).sum())
+
+    def _draw(self, program: FullScreenPass, rays: dict[str, np.ndarray], source: StateBuffer,
+              target: StateBuffer, statistics: Statistics) -> None:
+        """The last pass over a batch: what its rays hit."""
+        assert self._room is not None
+        program.set(**self.accelerator.uniforms)
+        self._room.draw_left(program, self.samplers, target)
+        statistics.passes += 1
+        statistics.draw_calls += 1
+
+    def _buffer(self, quads: np.ndarray) -> moderngl.Buffer:
+        if self._quads is None or self._quads.size < quads.nbytes:
+            if self._quads is not None:
+                self._quads.release()
+            size = 1 << max(16, int(quads.nbytes - 1).bit_length())
+            self._quads = self.gpu.context.buffer(reserve=size, dynamic=True)
+        self._quads.write(quads)
+        return self._quads
+
+    def _room_for(self, rays: int) -> BatchRoom:
+        rays = min(rays, self.options["batch"])
+        if self._room is None or self._room.size[0] * self._room.size[1] < rays:
+            if self._room is not None:
+                self._room.release()
+            self._room = BatchRoom(self.setup, rays, self.options["nearest"] == "depth")
+        return self._room
+
+    def bytes(self) -> int:
+        """Bytes of a batch's textures."""
+        return self._room.bytes() if self._room is not None else 0
+
+    def release(self) -> None:
+        if self._room is not None:
+            self._room.release()
+        if self._quads is not None:
+            self._quads.release()
+
+
+class _Trip:
+    """Rays on their way: what the host knows of each.
+
+    walk : where they are
+    hit : fields of HIT, the nearest so far; t begins as t_max
+    tested, leaves, steps : (n,) int32 counters; phase : (n,) int32
+    """
+
+    def __init__(self, engine: RayEngine, rays: dict[str, np.ndarray], any_hit: bool) -> None:
+        self.engine, self.rays, self.any_hit = engine, rays, any_hit
+        unit = FORMATS[Precision.of(engine.options).arithmetic].unit
+        self.walk = CellWalk(engine.grid, rays, unit)
+        count = len(rays["t_max"])
+        self.hit = {"t": rays["t_max"].copy(), "u": np.zeros(count, np.float32),
+                    "v": np.zeros(count, np.float32),
+                    "triangle": np.full(count, EXACT_INTEGER, np.int32)}
+        self.tested, self.leaves, self.steps, self.phase = np.zeros((4, count), np.int32)
+
+    def enter(self, rays: np.ndarray) -> np.ndarray:
+        """Rays that came to a cell: those that may still test its list. Cells and tests are steps,
+        and past the cap no ray goes on."""
+        steps = (self.walk.nodes_visited[rays] + self.tested[rays]
+                 + self.walk.listed[self.walk.key[rays]])
+        on = steps <= self.engine.step_cap
+        self.phase[rays[~on]] = UNFINISHED
+        return rays[on]
+
+    def ready(self, waiting: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Rays sorted by cell whose queues are long enough, those that wait on, and those of
+        queues so short that the host intersects them."""
+        waiting = waiting[np.argsort(self.walk.key[waiting], kind="stable")]
+        queues = Runs.of(self.walk.key[waiting])
+        length = np.repeat(queues.count, queues.count)
+        options = self.engine.options
+        taken = length >= options["queue"]
+        if not taken.any():
+            taken[:] = True
+        here = taken & (length < options["cpu_below"])
+        return waiting[taken & ~here], waiting[~taken], waiting[here]
+
+    def fields(self, chosen: np.ndarray) -> dict[str, np.ndarray]:
+        """The fields of RAY_TEXELS, t_max where a hit would be the nearest."""
+        return {**{name: self.rays[name][chosen] for name in ("origin", "direction", "t_min")},
+                "t_max": self.hit["t"][chosen]}
+
+    def take(self, rays: np.ndarray, found: dict[str, np.ndarray]) -> None:
+        """Keep the hits found that are nearer than those known, or as near and lower."""
+        t, known = found["t"], self.hit["t"][rays]
+        better = (found["triangle"] != EXACT_INTEGER) & (
+            (t < known) | ((t == known) & (found["triangle"] < self.hit["triangle"][rays])))
+        for name, values in self.hit.items():
+            values[rays[better]] = found[name][better]
+
+    def intersect_here(self, rays: np.ndarray, split: dict[str, float]) -> None:
+        """Intersect rays on the host, by the watertight test's twin in numpy."""
+        key = self.walk.key[rays]
+        counts = self.walk.listed[key]
+        triangles = self.engine.accelerator.tables["triangle"]
+        for part in chunks(counts, MOST_PAIRS):
+            some, many = rays[part], counts[part]
+            owner = np.repeat(some, many)
+            row = self.engine.grid.references[expand(
+                self.engine.grid.cell_start[key[part]].astype(np.int64), many)]
+            corners = np.stack([triangles[name].make(row) for name in ("v0", "v1", "v2")], axis=1)
+            accepted, t, u, v = intersect_pairs(corners, self.rays["origin"][owner],
+                                                self.rays["direction"][owner])
+            accepted &= (t >= self.rays["t_min"][owner]) & (t <= self.hit["t"][owner])
+            at = np.flatnonzero(accepted)
+            at = at[np.lexsort((row[at], t[at], owner[at]))]
+            at = at[np.diff(owner[at], prepend=-1) != 0]     # the first of each ray
+            self.take(owner[at], {"t": t[at], "u": u[at], "v": v[at], "triangle": row[at]})
+            split["pairs"] += len(row)
+        split["host_rays"] += len(rays)
+
+    def onward(self, rays: np.ndarray) -> np.ndarray:
+        """From a cell whose list is tested to the next; rays that are to test that one."""
+        self.leaves[rays] += 1
+        self.tested[rays] += self.walk.listed[self.walk.key[rays]]
+        if self.any_hit:
+            rays = rays[self.hit["triangle"][rays] == EXACT_INTEGER]
+        return self.enter(self.walk.onward(rays, self.hit["t"]))
+
+    def write(self, final: StateBuffer) -> None:
+        """Leave the outcome where the tracer looks for it."""
+        visited = self.walk.nodes_visited
+        steps = np.minimum(visited + self.tested, self.engine.step_cap)
+        over = (self.phase == DONE) & (visited + self.tested > self.engine.step_cap)
+        self.phase[over] = UNFINISHED
+        steps[self.phase == UNFINISHED] = self.engine.step_cap
+        final.write(self.engine.method.state.name, phase=self.phase, steps=steps)
+        final.write(HIT.name, **self.hit)
+        if COUNTERS.name in final.records:
+            final.write(COUNTERS.name, nodes_visited=visited, leaves_visited=self.leaves,
+                        triangles_tested=self.tested)
+
+
+@contextmanager
+def clocked(split: dict[str, float], name: str) -> Iterator[None]:
+    """Add the seconds that go by within to an entry."""
+    began = time.perf_counter()
+    yield
+    split[name] += time.perf_counter() - began

@@ -1,0 +1,184 @@
+"""Tables over rays: nothing that a ray meets is missing from its list, memory has its limit."""
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import assert_same_bits, soup_scene
+
+import gpgpu_rt as rt
+from gpgpu_rt import accel
+from gpgpu_rt.accel.ray_boxes import RayBoxes
+from gpgpu_rt.texel_layout import EXACT_INTEGER
+from gpgpu_rt.watertight import intersect_pairs
+
+METHODS = ("ray-classification", "visibility-field")
+MIB = 1 << 20
+AT_ONCE = 1 << 20       # pairs of ray and triangle
+
+
+def rays_everywhere(n: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Origins in and around the unit box, up to where `approach` would move them; directions of
+    all kinds: a third of them have equal or zero components."""
+    rng = np.random.default_rng(seed)
+    origins = 0.5 + rng.choice([0.4, 0.8, 1.6], (n, 1)) * rng.uniform(-1, 1, (n, 3))
+    directions = rng.normal(size=(n, 3))
+    directions[::3] = rng.choice([-1.0, 0.0, 1.0], (len(directions[::3]), 3))
+    directions[(directions == 0).all(axis=1)] = 1
+    return origins.astype(np.float32), directions.astype(np.float32)
+
+
+def listed(tracer: rt.Tracer) -> tuple[np.ndarray, np.ndarray]:
+    """What the last rays read: (lists, triangles) bool, and the list of each ray."""
+    structure = tracer.accelerator.structure
+    n = len(tracer.scene)
+    if isinstance(structure, RayBoxes):
+        with tracer.gpu:
+            box = tracer._traversal._box_of_each(tracer._rays, tracer.statistics)
+        first = np.where(box >= 0, structure.directory[box], -1)
+        owner = np.cumsum(structure.triangle == -1) - (structure.triangle == -1)
+        triangle = structure.triangle
+        number = np.where(first >= 0, owner[first], owner[-1] + 1)
+    else:
+        state = tracer._buffers.side(0).fields("state")
+        number = np.searchsorted(structure.beam_start, state["first"], side="right") - 1
+        number[state["first"] == state["end"]] = len(structure.beam_start) - 1
+        owner = np.repeat(np.arange(len(structure.beam_start) - 1), np.diff(structure.beam_start))
+        triangle = structure.triangle
+    table = np.zeros((int(number.max(initial=0)) + 1, n), bool)
+    known = (triangle >= 0) & (owner < len(table))
+    table[owner[known], triangle[known]] = True
+    table[-1] &= not (number == len(table) - 1).any() or owner.max() >= len(table) - 1
+    return table, number
+
+
+def false_rejections(method: str, rays: int, triangles: int, seed: int, **options) -> int:
+    """Pairs of ray and triangle that the watertight test accepts and no list holds."""
+    scene = soup_scene(triangles, seed, 0.15)
+    origins, directions = rays_everywhere(rays, seed)
+    with rt.Tracer(scene, method, **options) as tracer:
+        tracer.trace(origins, directions)
+        table, number = listed(tracer)
+    missing = met = 0
+    step = AT_ONCE // triangles
+    for start in range(0, rays, step):
+        part = slice(start, min(start + step, rays))
+        count = part.stop - start
+        every = np.tile(np.arange(triangles), count)
+        accepted, t, _, _ = intersect_pairs(scene.triangles[every],
+                                            np.repeat(origins[part], triangles, axis=0),
+                                            np.repeat(directions[part], triangles, axis=0))
+        met_now = accepted & (t >= 0)
+        met += int(met_now.sum())
+        held = table[np.repeat(number[part], triangles), every]
+        missing += int((met_now & ~held).sum())
+    assert met > rays / 20
+    return missing
+
+
+@pytest.mark.parametrize("seed", [51], ids="seed{}".format)
+@pytest.mark.parametrize("method", METHODS)
+def test_no_list_misses_a_triangle(method: str, seed: int) -> None:
+    assert false_rejections(method, 6000, 150, seed) == 0
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("seed", [52, 53], ids="seed{}".format)
+@pytest.mark.parametrize("method, options", [
+    ("ray-classification", {"origin_cells": 4, "direction_cells": 8, "budget": 200.0}),
+    ("ray-classification", {}), ("visibility-field", {}),
+    ("visibility-field", {"directions": 3, "tiles": 50})])
+def test_no_list_misses_a_triangle_of_a_million_rays(method: str, options: dict, seed: int
+                                                     ) -> None:
+    assert false_rejections(method, 1_000_000, 60, seed, **options) == 0
+
+
+@pytest.mark.parametrize("method, budgets", [("ray-classification", (3.05, 3.2, 8.0)),
+                                             ("visibility-field", (0.05, 0.2, 4.0))])
+def test_a_budget_coarsens_and_changes_no_hit(exact_renderer, method: str, budgets: tuple) -> None:
+    scene = soup_scene(300, 54, 0.1)
+    chosen = rays_everywhere(1500, 54)
+    with rt.Tracer(scene, "brute-force") as tracer:
+        expected = tracer.trace(*chosen)
+    tested, held = [], []
+    for budget in budgets:
+        with rt.Tracer(scene, method, budget=budget, statistics=True) as tracer:
+            assert_same_bits(tracer.trace(*chosen), expected)
+            tested.append(tracer.statistics.counters["triangles_tested"])
+            structure = tracer.accelerator.structure
+            held.append(16 * len(structure.triangle) + 8 * len(structure.beam_start)
+                        if method == "visibility-field"
+                        else 8 * structure.used + 4 * len(structure.directory))
+    assert tested[0] > tested[1] > tested[2]
+    assert all(size <= budget * MIB for size, budget in zip(held, budgets))
+
+
+@pytest.mark.parametrize("method, budget", [("ray-classification", 3.0),
+                                            ("visibility-field", 0.001)])
+def test_a_budget_that_nothing_fits_is_refused(method: str, budget: float) -> None:
+    with pytest.raises(rt.LimitError, match="raise budget"):
+        rt.Tracer(soup_scene(300, 1), method, budget=budget)
+
+
+def test_boxes_that_cannot_be_counted_are_refused() -> None:
+    scene = soup_scene(10, 1)
+    with pytest.raises(rt.OptionError, match="power of two"):
+        rt.Tracer(scene, "ray-classification", origin_cells=6)
+    with pytest.raises(rt.LimitError, match="2\\^24"):
+        rt.Tracer(scene, "ray-classification", origin_cells=64)
+
+
+def test_boxes_grow_and_forget(exact_renderer) -> None:
+    """Calls fill what they ask for; where the budget ends, earlier calls' lists make room."""
+    scene = soup_scene(200, 55, 0.1)
+    calls = []
+    for seed in (55, 56, 57, 58):       # each from one place
+        origins, directions = rays_everywhere(800, seed)
+        calls.append((np.tile(origins[:1] / 2, (800, 1)), directions))
+    used = []
+    with rt.Tracer(scene, "brute-force") as plain, rt.Tracer(
+            scene, "ray-classification", budget=3.15) as tracer:
+        boxes = tracer.accelerator.structure
+        for chosen in (calls[0], calls[0], *calls[1:]):
+            assert_same_bits(tracer.trace(*chosen), plain.trace(*chosen))
+            used.append(boxes.used)
+            assert used[-1] <= boxes.most
+            assert tracer.statistics.driver["candidates"] == boxes.used
+        assert 6 * 201 < used[0] == used[1]
+        assert any(later < before for before, later in zip(used, used[1:]))
+        tracer.update(scene.triangles[:, [1, 2, 0]] + np.float32(0.25))
+        plain.update(scene.triangles[:, [1, 2, 0]] + np.float32(0.25))
+        assert_same_bits(tracer.trace(*calls[0]), plain.trace(*calls[0]))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_camera_from_afar(exact_renderer, method: str) -> None:
+    """Eye rays made on the GPU start where the camera is, however far: lists of everything."""
+    scene = soup_scene(60, 59)
+    centre = np.mean(scene.bounds, axis=0)
+    camera = rt.Camera(centre + np.float32([40, 60, 50]), centre, fov=1.5)
+    pictures, afar = [], 0.0
+    for name in ("brute-force", method):
+        with rt.Tracer(scene, name) as tracer:
+            pictures.append(np.asarray(tracer.render(camera, (40, 40))))
+            hits = tracer.trace(*camera.rays((40, 40)))
+            afar = tracer.statistics.driver.get("rays_from_afar", 0.0)
+    assert hits.hit.any() and afar == 0     # the host moved these
+    assert pictures[0].std() > 5
+    assert (pictures[0] == pictures[1]).all()
+
+
+def test_lists_are_in_order() -> None:
+    scene = soup_scene(150, 60)
+    field = accel.build_visibility_field(scene.triangles)
+    beam = np.repeat(np.arange(len(field.beam_start) - 1), np.diff(field.beam_start))
+    same = beam[1:] == beam[:-1]
+    assert (np.diff(field.near)[same] >= 0).all()
+    assert (field.reach >= field.far).all() and (np.diff(field.reach)[same] >= 0).all()
+    fresh = np.r_[True, ~same]
+    assert (field.reach[fresh] == field.far[fresh]).all()
+    assert len(field.triangle) <= EXACT_INTEGER
+    with rt.Tracer(scene, "ray-classification") as tracer:
+        tracer.trace(*rays_everywhere(300, 60))
+        boxes = tracer.accelerator.structure
+    inside = (boxes.triangle[1:] >= 0) & (boxes.triangle[:-1] >= 0)
+    assert (np.diff(boxes.near)[inside] >= 0).all()

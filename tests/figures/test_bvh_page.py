@@ -1,0 +1,58 @@
+"""docs/bvh.md: its tables hold what is measured."""
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import pytest
+
+import gpgpu_rt as rt
+from gpgpu_rt.scenes import catalogue
+
+PAGE = Path(__file__).parents[2] / "docs" / "bvh.md"
+SCENES = ("cornell", "bunny", "robots", "kitchen", "conference")
+
+
+def tables() -> dict[str, dict[str, dict[str, float]]]:
+    """What is counted -> a method as it is asked for -> scene -> number."""
+    found: dict[str, dict[str, dict[str, float]]] = {}
+    for line in PAGE.read_text().splitlines():
+        name, *values = (cell.strip(" `") for cell in line.strip("|").split("|"))
+        if values and values[0] == SCENES[0]:
+            found[name] = table = {}
+        elif line.startswith("| `"):
+            table[name] = dict(zip(SCENES, map(float, values)))
+    return found
+
+
+def asked(words: str) -> tuple[str, dict[str, object]]:
+    """The method and options of a row."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("method")
+    parser.add_argument("--packet", type=lambda text: tuple(map(int, text.split("x"))))
+    parser.add_argument("--quantise-nodes", type=int)
+    for switch in ("--octants", "--interval-test"):
+        parser.add_argument(switch, action="store_true", default=None)
+    given = vars(parser.parse_args(words.split()))
+    return given.pop("method"), {name: value for name, value in given.items() if value is not None}
+
+
+@pytest.mark.parametrize("scene, words", [
+    pytest.param(scene, words, marks=() if scene == "cornell" else pytest.mark.full)
+    for scene in SCENES for words in tables()["nodes"]])
+def test_counters_are_as_the_page_says(scene: str, words: str) -> None:
+    if catalogue.mesh_path(scene) is None and scene != "cornell":
+        pytest.skip(f"the page is about the mesh of {scene}; name its folder in GPGPU_RT_SCENES")
+    method, options = asked(words)
+    with rt.Tracer(scene, method, statistics=True, **options) as tracer:
+        tracer.trace(*tracer.scene.camera.rays((256, 256)))
+        counters = tracer.statistics.counters
+    for table, counter in (("nodes", "nodes_visited"), ("triangles", "triangles_tested")):
+        assert counters[counter] == pytest.approx(tables()[table][words][scene], rel=0.006)
+
+
+def test_every_method_of_the_family_is_there() -> None:
+    family = {row.name for row in rt.methods() if row.name.startswith("bvh-")}
+    assert family == {asked(words)[0] for words in tables()["nodes"]}
+    assert all(f"**`{name}`**" in PAGE.read_text() for name in family)
+    assert all(list(table) == list(tables()["nodes"]) for table in tables().values())

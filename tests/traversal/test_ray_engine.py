@@ -1,0 +1,136 @@
+"""The Ray Engine: quads over the right rays, the grid's own cells, batches of any size, what depth
+loses, and what it says it moved."""
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from conftest import RAY_SETS, assert_same_bits, soup_scene
+
+import gpgpu_rt as rt
+from gpgpu_rt.figures import sheets
+from gpgpu_rt.passes import ray_engine
+from gpgpu_rt.passes.quads import WIDTH, Runs
+
+
+@pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
+def test_rectangles_cover_each_ray_of_a_run_once(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    counts = np.concatenate([rng.choice([1, 2, 7, WIDTH - 1, WIDTH, WIDTH + 1, 5 * WIDTH], 200),
+                             rng.integers(1, 40, 200)])
+    runs = Runs.of(np.repeat(np.arange(400) * 3, counts))
+    assert (runs.count == counts).all() and (runs.cell == np.arange(400) * 3).all()
+    corners, owner = runs.rectangles()
+    covered = np.zeros(-(-counts.sum() // WIDTH) * WIDTH, int)
+    found = np.full(len(covered), -1)
+    for (x0, y0, x1, y1), run in zip(corners.astype(int), owner):
+        assert x0 < x1 <= WIDTH and y0 < y1
+        covered.reshape(-1, WIDTH)[y0:y1, x0:x1] += 1
+        found.reshape(-1, WIDTH)[y0:y1, x0:x1] = run
+    assert (covered[:counts.sum()] == 1).all() and not covered[counts.sum():].any()
+    assert (found[:counts.sum()] == np.repeat(np.arange(400), counts)).all()
+
+
+@pytest.mark.parametrize("seed", [3], ids="seed{}".format)
+@pytest.mark.parametrize("kind", ["eye", "random", "surface"])
+def test_the_host_walks_as_the_grid_does(exact_renderer, kind: str, seed: int) -> None:
+    """Cell by cell and test by test what fragments do that walk the same grid."""
+    scene = soup_scene(500, seed, size=0.05)
+    rays = RAY_SETS[kind](scene, 400, seed)
+    counted = []
+    for method in ("grid", "ray-engine"):
+        with rt.Tracer(scene, method, density=2.0, statistics=True) as tracer:
+            counted.append(tracer.trace(*rays))
+    assert_same_bits(*counted)
+    assert counted[0].nodes_visited.max() > 5
+    for name in ("nodes_visited", "leaves_visited", "triangles_tested"):
+        assert (getattr(counted[0], name) == getattr(counted[1], name)).all(), name
+
+
+@pytest.mark.parametrize("seed", [4], ids="seed{}".format)
+@pytest.mark.parametrize("options", [
+    {"batch": 1, "queue": 1}, {"batch": 300}, {"queue": 1}, {
+        "queue": 10_000}, {"cpu_below": 8, "resolution": 3},
+    {"cpu_below": 10_000}, {"resolution": 1}, {"resolution": 1, "batch": 77}],
+    ids=lambda options: "-".join(f"{k}{v}" for k, v in options.items()))
+def test_batches_do_not_change_hits(exact_renderer, options: dict, seed: int, monkeypatch) -> None:
+    """Nor do draws in parts, however short."""
+    scene = soup_scene(150, seed)
+    rays = RAY_SETS["random"](scene, 60 if options.get("batch") == 1 else 600, seed)
+    with rt.Tracer(scene, "brute-force") as tracer:
+        expected = tracer.trace(*rays)
+    with rt.Tracer(scene, "ray-engine", **options) as tracer:
+        assert_same_bits(tracer.trace(*rays), expected)
+        split = tracer.statistics.split
+        assert (split["host_rays"] > 0) == ("cpu_below" in options)
+        assert (split["batches"] > 0) == (options.get("cpu_below") != 10_000)
+        monkeypatch.setattr(ray_engine, "MOST_QUADS", 40)
+        assert_same_bits(tracer.trace(*rays), expected)
+        assert (tracer.occluded(*rays) == expected.hit).all()
+
+
+@pytest.mark.parametrize("seed", [5], ids="seed{}".format)
+@pytest.mark.parametrize("exponent, least, most", [
+    (-26, 0.65, 0.85), (-25, 0.4, 0.6), (-24, 0.01, 0.2), (-22, 0, 0)])
+def test_what_24_bits_of_depth_lose(exponent: int, least: float, most: float, seed: int) -> None:
+    """Of sheets a half or a quarter of a step of depth apart, so many rays hit a wrong one, no
+    more than a step off; float32 tells them apart. t has its own rounding."""
+    gap, rounding = sheets.FAR * 2.0**exponent, 2.0**-22
+    share, off = sheets.measure(gap, "blend", seed=seed)
+    assert share <= 0.01 and off <= rounding
+    share, off = sheets.measure(gap, "depth", seed=seed)
+    assert least <= share <= most
+    assert off <= sheets.FAR * 1.001 * 2.0**-24 + rounding
+
+
+@pytest.mark.parametrize("options", [{"intersection": "plucker"}, {"storage": "fp16"},
+                                     {"arithmetic": "fp24"}], ids=str)
+def test_the_host_tests_what_it_can_only(options: dict) -> None:
+    with pytest.raises(rt.OptionError, match="cpu_below") as caught:
+        rt.Tracer(soup_scene(9, 1), "ray-engine", cpu_below=4, **options)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("seed", [6], ids="seed{}".format)
+@pytest.mark.parametrize("cpu_below", [0, 12])
+def test_what_it_says_it_moved(cpu_below: int, seed: int) -> None:
+    scene = soup_scene(200, seed)
+    rays = RAY_SETS["random"](scene, 500, seed)
+    with rt.Tracer(scene, "ray-engine", statistics=True, cpu_below=cpu_below) as tracer:
+        for _ in range(2):      # the last call alone counts
+            hits = tracer.trace(*rays)
+        split, spent = tracer.statistics.split, tracer.statistics.trace_seconds
+        json.dumps(tracer.statistics.to_dict())
+        texels = tracer._rays.size[0] * tracer._rays.size[1]
+    batched = hits.leaves_visited.sum() - split["host_rays"]
+    assert split["pairs"] == hits.triangles_tested.sum()
+    # Rays come down once and what became of them goes up once, 32 and 48 bytes (state, hit,
+    # counters); a batch moves 32 and 16 a ray, in whole rows, and 20 a quad.
+    up = split["bytes_up"] - 48 * texels - 20 * split["quads"]
+    down = split["bytes_down"] - 32 * texels
+    assert up == 2 * down and down % (16 * WIDTH) == 0
+    assert 0 <= down // 16 - batched <= WIDTH * split["batches"]
+    seconds = [split[name] for name in split if name.endswith("seconds")]
+    assert all(s >= 0 for s in seconds) and 0 < sum(seconds) <= spent
+
+
+def test_pictures_are_the_same(exact_renderer) -> None:
+    pictures = []
+    for method in ("ray-engine", "bvh-threaded"):
+        with rt.Tracer("cornell", method) as tracer:
+            pictures.append(np.asarray(tracer.render(size=(40, 30))))
+    assert (pictures[0] == pictures[1]).all() and pictures[0].std() > 0
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("seed", [7], ids="seed{}".format)
+@pytest.mark.parametrize("kind", ["random", "edges"])
+def test_no_ray_of_a_million_is_lost(exact_renderer, kind: str, seed: int) -> None:
+    """Neither by the walk nor by quads: what queues together, and where, changes no bit."""
+    scene = soup_scene(1000, seed, size=0.05)
+    rays = RAY_SETS[kind](scene, 10**6, seed)
+    with rt.Tracer(scene, "bvh-threaded") as tracer:
+        expected = tracer.trace(*rays)
+    with rt.Tracer(scene, "ray-engine") as tracer:
+        assert_same_bits(tracer.trace(*rays), expected)
