@@ -9,9 +9,9 @@ from gpgpu_rt.errors import Error
 from gpgpu_rt.files import check_writable
 
 from . import (
-    extremes, fig03, fig04, fig05, fig08, fig09, fig10, fig11, fig12, fig13, fig14, fig15, fig16,
-    fig17, fig18, fig19, fig20, fig21, fig22, fig24, fig25, frames, ray_space, reduction,
-    schedules, tradeoff
+    extremes, fig03, fig04, fig05, fig06, fig08, fig09, fig10, fig11, fig12, fig13, fig14, fig15,
+    fig16, fig17, fig18, fig19, fig20, fig21, fig22, fig23, fig24, fig25, frames, ray_sorting,
+    ray_space, reduction, schedules, tradeoff
 )
 from .measure import measure
 from .output import write_text
@@ -20,6 +20,7 @@ FIGURES = {
     "fig03": (fig03, "Figure 3: a pass as stream processing"),
     "fig04": (fig04, "Figure 4: the organisation of the Ray Engine"),
     "fig05": (fig05, "Figure 5: a picture by the Ray Engine, and where the time goes"),
+    "fig06": (fig06, "Figure 6: ray tracing in a grid as streams and kernels"),
     "fig08": (fig08, "Figure 8: a teapot in a stadium"),
     "fig09": (fig09, "Figure 9: a kd-tree, and its nodes"),
     "fig10": (fig10, "Figure 10: the traversal of a kd-tree, step by step"),
@@ -35,8 +36,10 @@ FIGURES = {
     "fig20": (fig20.FIGURE, "Figure 20: whole images by grid, kd-trees and threaded BVHs"),
     "fig21": (fig21, "Figure 21: a geometry image, and the pyramids over it"),
     "fig22": (fig22.FIGURE, "Figure 22: packets over a BVH and along ropes, to very large scenes"),
+    "fig23": (fig23, "Figure 23: the hierarchical ray engine, tiles of rays against triangles"),
     "fig24": (fig24, "Figure 24: the hierarchy of cones over rays"),
     "fig25": (fig25, "Figure 25: the traversal of a ray hierarchy"),
+    "ray_sorting": (ray_sorting, "Ray sorting: its price, what it buys, and how alike rays are"),
     "frames": (frames, "Time a frame of moving scenes: refitted, rebuilt, and kd-trees"),
     "reduction": (reduction, "Stream reduction by blocks, beside a scan"),
     "ray_space": (ray_space, "Tables over rays: ray classification and the visibility field"),

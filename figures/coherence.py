@@ -3,7 +3,10 @@ from __future__ import annotations
 
 import numpy as np
 
+import gpgpu_rt as rt
 from gpgpu_rt.accel import Bvh
+
+from .workloads import Workload
 
 TILE = 64    # rays
 
@@ -71,3 +74,23 @@ def divergence(steps: np.ndarray, tile_of: np.ndarray) -> float:
     longest = np.zeros(tile_of.max() + 1, np.int64)
     np.maximum.at(longest, tile_of, steps)
     return float(longest[tile_of].sum() / max(1, steps.sum()))
+
+
+def measure(scene: rt.Scene, rays: Workload) -> dict[str, float]:
+    """Coherence of a workload: in tiles of 8x8 pixels, and in squares of its sorted order."""
+    shape, t_max = (rays.size, rays.size), np.inf if rays.t_max is None else rays.t_max
+    with rt.Tracer(scene, "bvh-threaded", statistics=True, sort_rays=True) as tracer:
+        hits = tracer.trace(rays.origins, rays.directions, t_max=t_max, shape=shape,
+                            invalid="miss")
+        order = tracer._traversal.order(tracer._rays)
+        bvh = tracer.accelerator.structure
+    live = np.flatnonzero(hits.status == 0)
+    pairs, nodes = needed_nodes(bvh, rays.origins[live], rays.directions[live],
+                                np.minimum(hits.t, t_max)[live])
+    pairs = live[pairs]
+    found = {"nodes_a_ray": len(pairs) / max(1, len(live))}
+    for name, tiles in (("as_they_come", tiles_of_image(rays.size)),
+                        ("sorted", tiles_of_order(order))):
+        found[f"distinct_{name}"] = distinct_nodes(pairs, nodes, tiles)
+        found[f"waiting_{name}"] = divergence(hits.steps, tiles)
+    return found

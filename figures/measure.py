@@ -25,10 +25,11 @@ from gpgpu_rt.bench import embree_runner
 from gpgpu_rt.files import replacing
 from gpgpu_rt.gpu import open_gpu
 
-from . import extreme_runs, frame_times, reduction_times, tree_sizes
+from . import coherence, extreme_runs, frame_times, reduction_times, tree_sizes
 from .workloads import EYE, load, workload
 
 WARM_UPS = 1
+COHERENCE = "coherence of "   # then a workload: how alike its rays are
 EMBREE = "embreex"   # stands as a method for embreex on one thread of the CPU
 
 
@@ -100,6 +101,10 @@ def run(cell: Cell) -> dict[str, Any]:
     if cell.work == "tree":
         return {**_heading(cell, load(cell.scene), open_gpu().info()),
                 "tree": tree_sizes.measure(load(cell.scene), dict(cell.options))}
+    if cell.work.startswith(COHERENCE):
+        rays = workload(cell.scene, cell.work.removeprefix(COHERENCE), cell.size)
+        return {**_heading(cell, load(cell.scene), open_gpu().info()),
+                "coherence": coherence.measure(load(cell.scene), rays)}
     if cell.work == "frames":
         return {**_heading(cell, load(cell.scene), open_gpu().info()),
                 "frames": frame_times.measure(cell.scene, cell.method, dict(cell.options),
@@ -108,7 +113,7 @@ def run(cell: Cell) -> dict[str, Any]:
         return _run_embree(cell)
     scene = load(cell.scene)
     rays = workload(cell.scene, EYE if cell.work == "picture" else cell.work, cell.size)
-    samples, walls = [], []
+    samples, walls, sorts = [], [], []
     with rt.Tracer(scene, cell.method, **dict(cell.options)) as tracer:
         for turn in range(WARM_UPS + cell.runs):
             began = time.perf_counter()
@@ -120,6 +125,7 @@ def run(cell: Cell) -> dict[str, Any]:
             if turn >= WARM_UPS:
                 samples.append(tracer.statistics.trace_seconds)
                 walls.append(wall)
+                sorts.append(tracer.statistics.sort_seconds)
         cost = tracer.statistics.to_dict()
         gpu = tracer.gpu.info()
     with rt.Tracer(scene, cell.method, **dict(cell.options), statistics=True) as tracer:
@@ -129,7 +135,7 @@ def run(cell: Cell) -> dict[str, Any]:
         share = cell.size ** 2 / (max(rays.live, 1) * width * height)
         counters = {name: share * mean for name, mean in tracer.statistics.counters.items()}
     return {**_heading(cell, scene, gpu), **_timing(samples, walls, rays.live),
-            "statistics": cost, "counters": counters}
+            "sort_ms": 1e3 * statistics.median(sorts), "statistics": cost, "counters": counters}
 
 
 def _timing(samples: list[float], walls: list[float], rays: int) -> dict[str, Any]:

@@ -1,8 +1,10 @@
 #version 330 core
 // What rays are sorted by: a cell of the box that all origins lie in, and a cell of the directions.
 // The survey proposes sorting rays (section 4.3; fact sheet I) and leaves the key open. A direction is
-// a face of the cube around it and a place there; cells of both are numbered along Morton curves, the
-// coarse bits of both in the first number of the key, the fine ones in the second. Empty rays go last.
+// a face of the cube around it and a place there. The key follows a Morton curve through both: bit by
+// bit of each, coarse ones first, the face after those that cut space into a few parts. However many
+// rays there are, as many bits of the key as tell them apart then part origins and directions alike.
+// The first half of the levels is the first number of the key. Empty rays go last.
 
 #include "common/precision.glsl"
 #include <streams>
@@ -11,29 +13,6 @@
 uniform ivec2 ray_texture_size;
 
 const int EMPTY = 1 << 23;
-
-// Bits two and three places apart, of up to 8 bits.
-ivec2 spread_2(ivec2 v) {
-    v = (v | v << 4) & 0x0f0f;
-    v = (v | v << 2) & 0x3333;
-    return (v | v << 1) & 0x5555;
-}
-
-ivec3 spread_3(ivec3 v) {
-    v = (v | v << 8) & 0x00f00f;
-    v = (v | v << 4) & 0x0c30c3;
-    return (v | v << 2) & 0x249249;
-}
-
-int interleave(ivec2 v) {
-    v = spread_2(v);
-    return v.x << 1 | v.y;
-}
-
-int interleave(ivec3 v) {
-    v = spread_3(v);
-    return v.x << 2 | v.y << 1 | v.z;
-}
 
 // 0 to 2^bits - 1 along each axis; an extent of nothing, or so little that its inverse overflows, has
 // one cell. The clamp is for origins on the box's upper faces.
@@ -61,13 +40,22 @@ void main() {
     Rays ray = rays_load(ivec2(i % ray_texture_size.x, i / ray_texture_size.x));
     vec3 lo = low_load(ivec2(0)).value.xyz;
     vec3 hi = -high_load(ivec2(0)).value.xyz;
-    ivec3 cell = origin_cell(ray.origin, lo, hi, ORIGIN_COARSE + ORIGIN_FINE);
+    ivec3 cell = origin_cell(ray.origin, lo, hi, LEVELS);
     ivec2 place;
-    int face = direction_face(ray.direction, DIRECTION_COARSE + DIRECTION_FINE, place);
-    int first = (interleave(cell >> ORIGIN_FINE) << (3 + 2 * DIRECTION_COARSE))
-              | face << (2 * DIRECTION_COARSE) | interleave(place >> DIRECTION_FINE);
-    int second = interleave(cell & ((1 << ORIGIN_FINE) - 1)) << (2 * DIRECTION_FINE)
-               | interleave(place & ((1 << DIRECTION_FINE) - 1));
+    int face = direction_face(ray.direction, LEVELS, place);
+    int words[2] = int[](0, 0);
+    for (int level = 0; level < LEVELS; ++level) {
+        int bit = LEVELS - 1 - level;
+        int word = level < LEVELS / 2 ? 0 : 1;
+        ivec3 o = cell >> bit & 1;
+        words[word] = words[word] << 3 | o.x << 2 | o.y << 1 | o.z;
+        if (level == FACE_LEVEL) {
+            words[word] = words[word] << 3 | face;
+        } else if (level > FACE_LEVEL) {
+            ivec2 d = place >> (bit + 1 + FACE_LEVEL) & 1;
+            words[word] = words[word] << 2 | d.x << 1 | d.y;
+        }
+    }
     bool empty = !(ray.t_min <= ray.t_max);
-    sort_key_store(Sort_key(empty ? EMPTY : first, empty ? 0 : second, i));
+    sort_key_store(Sort_key(empty ? EMPTY : words[0], empty ? 0 : words[1], i));
 }

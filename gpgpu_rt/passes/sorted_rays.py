@@ -25,7 +25,7 @@ from .sort import sort
 from .streams import Stream, StreamRoom
 
 BLOCK = 8    # rays a side of a square, as in common/sorted_place.glsl
-BITS = {"ORIGIN_COARSE": 3, "ORIGIN_FINE": 3, "DIRECTION_COARSE": 2, "DIRECTION_FINE": 3}
+KEY = {"LEVELS": 8, "FACE_LEVEL": 1}    # bits an axis; after which of them the face stands
 
 
 class SortedRays:
@@ -78,7 +78,7 @@ class SortedRays:
             self._draw("sort_bounds", origins, rays, {"MINUS": minus})
             corners.append(reduce_stream(room, origins, "min").called(name))
         keys = room.stream(SORT_KEY, count)
-        self._draw("sort_keys", keys, rays, BITS, corners)
+        self._draw("sort_keys", keys, rays, KEY, corners)
         return sort(room, keys)
 
     def _draw(self, name: str, target: Stream, rays: RayTextures, defines: dict[str, object],
