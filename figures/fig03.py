@@ -15,7 +15,8 @@ from matplotlib.patches import FancyBboxPatch, Rectangle
 
 import gpgpu_rt as rt
 from gpgpu_rt.methods import find_method
-from gpgpu_rt.texel_layout import HIT, RAY_TEXELS, Record
+from gpgpu_rt.record import Record
+from gpgpu_rt.texel_layout import HIT, RAY_TEXELS
 
 from .measure import Cell
 from .output import markdown_table, plt, save_chart, write_csv, write_text

@@ -9,7 +9,8 @@ import moderngl
 from .accel.image_tree import ImageTree
 from .errors import OptionError, ShaderError
 from .passes.full_screen import FullScreenPass
-from .texel_layout import POSITION, TABLE_WIDTH_LOG2
+from .record import TABLE_WIDTH_LOG2
+from .texel_layout import POSITION
 from .textures import make_texture, read_texture
 from .tracer import Tracer
 

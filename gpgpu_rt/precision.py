@@ -18,7 +18,7 @@ from typing import Any, overload
 
 import numpy as np
 
-from .texel_layout import PackedRecord, Record
+from .record import PackedRecord, Record
 
 PRECISIONS = ("fp32", "fp24", "fp16")
 ROUNDINGS = ("nearest", "chop", "up")

@@ -11,7 +11,8 @@ from .approach import approach
 from .gpu import Gpu
 from .hits import INVALID, Hits
 from .precision import Precision
-from .texel_layout import COUNTERS, EXACT_INTEGER, HIT, RAY_TEXELS, Record
+from .record import EXACT_INTEGER, Record
+from .texel_layout import COUNTERS, HIT, RAY_TEXELS
 from .textures import read_texture, stream_textures, texture_bytes
 
 ROW = 1024   # rays in a row of the texture where the caller gave no shape

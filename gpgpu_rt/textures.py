@@ -10,7 +10,7 @@ from .column import Column
 from .errors import LimitError
 from .gpu import Gpu
 from .precision import Precision
-from .texel_layout import TABLE_WIDTH_LOG2, PackedRecord, Plane, Record, check_count
+from .record import TABLE_WIDTH_LOG2, PackedRecord, Plane, Record, check_count
 
 TABLE_WIDTH = 1 << TABLE_WIDTH_LOG2
 RECORDS_AT_ONCE = 32 * TABLE_WIDTH   # whole rows, whatever texels a record has

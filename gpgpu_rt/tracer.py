@@ -28,10 +28,11 @@ from .passes.traverse import OVERFLOWN
 from .passes.traverse import UNFINISHED as OUT_OF_STEPS
 from .precision import Precision
 from .ray_state import RayBatch, RayTextures, StateBuffer, StateBuffers
+from .record import EXACT_INTEGER
 from .scene import Scene, load_scene
 from .scene_tables import SceneTables
 from .statistics import Statistics
-from .texel_layout import COUNTERS, EXACT_INTEGER, HIT
+from .texel_layout import COUNTERS, HIT
 from .textures import texture_bytes
 
 DEFAULT_METHOD = "bvh-threaded"

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..texel_layout import EXACT_INTEGER
+from ..record import EXACT_INTEGER
 from . import tree_order
 from .bounds import as_triangles, triangle_boxes
 from .options import choose, in_range

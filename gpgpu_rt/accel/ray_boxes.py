@@ -18,7 +18,7 @@ import time
 import numpy as np
 
 from ..errors import LimitError, OptionError
-from ..texel_layout import EXACT_INTEGER
+from ..record import EXACT_INTEGER
 from .beam import PAIRS, Beams, Candidates
 from .bvh import Bvh
 from .ray_space import ORDERS, RaySpace

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import LimitError
-from ..texel_layout import EXACT_INTEGER
+from ..record import EXACT_INTEGER
 from .bounds import as_triangles
 from .ray_space import RaySpace, in_frame, ray_space
 from .runs import chunks, expand, owners

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from ..column import Column
-from ..texel_layout import TRIANGLE, Record
+from ..record import Record
+from ..texel_layout import TRIANGLE
 from .row import Accelerator, Method
 
 

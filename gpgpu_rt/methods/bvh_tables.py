@@ -13,9 +13,9 @@ import numpy as np
 from .. import accel
 from ..accel.quantise import quantise
 from ..column import Column
+from ..record import PackedRecord, Record
 from ..texel_layout import (
-    BVH_NODE, BVH_PAIR, QUANTISED_NODE_8, QUANTISED_NODE_16, QUANTISED_PAIR_8, QUANTISED_PAIR_16,
-    PackedRecord, Record
+    BVH_NODE, BVH_PAIR, QUANTISED_NODE_8, QUANTISED_NODE_16, QUANTISED_PAIR_8, QUANTISED_PAIR_16
 )
 
 Options = Mapping[str, Any]

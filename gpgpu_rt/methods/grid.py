@@ -8,7 +8,8 @@ import numpy as np
 
 from .. import accel
 from ..options import Option
-from ..texel_layout import GRID_CELL, REFERENCE, TRIANGLE, Record
+from ..record import Record
+from ..texel_layout import GRID_CELL, REFERENCE, TRIANGLE
 from .brute_force import triangle_table
 from .row import Accelerator, Method
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from .. import accel
 from ..options import Option
-from ..texel_layout import KD_BOUNDS, KD_LEAF, KD_NODE, REFERENCE, STACK_ENTRY, TRIANGLE, Record
+from ..record import Record
+from ..texel_layout import KD_BOUNDS, KD_LEAF, KD_NODE, REFERENCE, STACK_ENTRY, TRIANGLE
 from .brute_force import triangle_table
 from .kd_build import BUILD_OPTIONS, built_kdtree
 from .row import PACKET, SCHEDULES, Accelerator, Method

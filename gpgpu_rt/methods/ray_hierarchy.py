@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from ..options import Option
-from ..texel_layout import TRIANGLE, Record
+from ..record import Record
+from ..texel_layout import TRIANGLE
 from .brute_force import triangle_table
 from .row import Accelerator, Method
 

@@ -12,7 +12,7 @@ import numpy as np
 from ..column import Column
 from ..gpu import Gpu
 from ..options import Option
-from ..texel_layout import PackedRecord, Record
+from ..record import PackedRecord, Record
 
 Tables = tuple[Record | PackedRecord, ...]
 SCHEDULES = ("kernels", "step", "loop")

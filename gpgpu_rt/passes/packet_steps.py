@@ -8,8 +8,9 @@ import moderngl
 from ..methods.row import Accelerator
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
+from ..record import Record
 from ..statistics import Statistics
-from ..texel_layout import COUNTERS, HIT, Record
+from ..texel_layout import COUNTERS, HIT
 from ..textures import texture_bytes
 from .driver import Samplers, Setup
 from .full_screen import FullScreenPass

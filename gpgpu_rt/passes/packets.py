@@ -12,8 +12,9 @@ from ..methods.row import Accelerator, Method
 from ..options import TRACER_OPTIONS, resolve_options
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
+from ..record import Record
 from ..statistics import Statistics
-from ..texel_layout import COUNTERS, HIT, RAY_TEXELS, Record
+from ..texel_layout import COUNTERS, HIT, RAY_TEXELS
 from .driver import Samplers, Setup
 from .full_screen import FullScreenPass
 from .packet_room import PacketHits, PacketRoom

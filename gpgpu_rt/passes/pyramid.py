@@ -13,9 +13,8 @@ import numpy as np
 
 from ..gpu import Gpu
 from ..precision import Precision
-from ..texel_layout import (
-    MAX_PYRAMID, MIN_PYRAMID, POSITION, PYRAMID_SOURCE, TABLE_WIDTH_LOG2, Record
-)
+from ..record import TABLE_WIDTH_LOG2, Record
+from ..texel_layout import MAX_PYRAMID, MIN_PYRAMID, POSITION, PYRAMID_SOURCE
 from ..textures import TABLE_WIDTH, make_texture
 from .full_screen import FullScreenPass, Rectangles
 

@@ -10,10 +10,9 @@ import numpy as np
 from ..methods.row import Accelerator
 from ..precision import Precision
 from ..ray_state import StateBuffer, stream_samplers
+from ..record import EXACT_INTEGER, TABLE_WIDTH_LOG2
 from ..shader import compile_program
-from ..texel_layout import (
-    EXACT_INTEGER, FOUND, HIT, NEAREST, RAY_TEXELS, TABLE_WIDTH_LOG2, TRIANGLE
-)
+from ..texel_layout import FOUND, HIT, NEAREST, RAY_TEXELS, TRIANGLE
 from ..textures import stream_textures, texture_bytes
 from .driver import Samplers, Setup
 from .full_screen import GL_SAMPLERS, FullScreenPass, Rectangles

@@ -8,8 +8,9 @@ import numpy as np
 from ..accel.ray_boxes import RayBoxes
 from ..methods.row import Accelerator
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
+from ..record import TABLE_WIDTH_LOG2, Record
 from ..statistics import Statistics
-from ..texel_layout import CANDIDATE, RAY_BOX, RAY_CLASS, TABLE_WIDTH_LOG2, Record
+from ..texel_layout import CANDIDATE, RAY_BOX, RAY_CLASS
 from ..textures import read_texture, stream_textures, table_textures, texture_bytes
 from .driver import Samplers, Setup
 from .full_screen import FullScreenPass

@@ -6,7 +6,8 @@ import moderngl
 from ..gpu import Gpu
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, stream_samplers
-from ..texel_layout import CONE, HIT, Record
+from ..record import Record
+from ..texel_layout import CONE, HIT
 from ..textures import stream_textures, texture_bytes
 from .full_screen import FullScreenPass
 

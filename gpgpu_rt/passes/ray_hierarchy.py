@@ -9,10 +9,9 @@ import moderngl
 from ..methods.row import Accelerator
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
+from ..record import EXACT_INTEGER, Record
 from ..statistics import Statistics
-from ..texel_layout import (
-    CHILDREN, COUNTERS, EXACT_INTEGER, HIT, LEAST, LOWEST, PAIR, TESTED, VALUES, VISITS, Record
-)
+from ..texel_layout import CHILDREN, COUNTERS, HIT, LEAST, LOWEST, PAIR, TESTED, VALUES, VISITS
 from ..textures import texture_bytes
 from .blocks import reduce_children
 from .driver import Samplers, Setup

@@ -15,11 +15,10 @@ import numpy as np
 from ..methods.row import Accelerator
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers, stream_samplers
+from ..record import TABLE_WIDTH_LOG2, Record
 from ..shader import compile_program
 from ..statistics import Statistics
-from ..texel_layout import (
-    COUNTERS, FOUND, HIT, NEAREST, QUADS, TABLE_WIDTH_LOG2, TILE_CONE, TILE_END, TILE_SPAN, Record
-)
+from ..texel_layout import COUNTERS, FOUND, HIT, NEAREST, QUADS, TILE_CONE, TILE_END, TILE_SPAN
 from ..textures import stream_textures, texture_bytes
 from .driver import Samplers, Setup
 from .full_screen import GL_SAMPLERS, FullScreenPass

@@ -11,7 +11,8 @@ from ..cell_walk import CellWalk
 from ..methods.row import Accelerator
 from ..precision import FORMATS, Precision
 from ..ray_state import StateBuffer
-from ..texel_layout import COUNTERS, EXACT_INTEGER, HIT, TRIANGLE
+from ..record import EXACT_INTEGER
+from ..texel_layout import COUNTERS, HIT, TRIANGLE
 from ..watertight import intersect_pairs
 from .quads import Runs
 from .traverse import DONE, UNFINISHED

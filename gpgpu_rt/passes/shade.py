@@ -15,8 +15,9 @@ from ..options import word_define
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, stream_samplers
 from ..rays import unit_normals
+from ..record import TABLE_WIDTH_LOG2
 from ..scene import Scene
-from ..texel_layout import HIT, LIT, RAY_TEXELS, SURFACE, TABLE_WIDTH_LOG2, TRIANGLE
+from ..texel_layout import HIT, LIT, RAY_TEXELS, SURFACE, TRIANGLE
 from ..textures import read_texture, stream_textures, table_textures, texture_bytes
 from .full_screen import FullScreenPass
 from .packet_room import PacketHits

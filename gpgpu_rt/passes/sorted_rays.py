@@ -14,9 +14,10 @@ import numpy as np
 from ..methods.row import Accelerator
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
+from ..record import TABLE_WIDTH_LOG2, Record
 from ..shader import compile_program
 from ..statistics import Statistics
-from ..texel_layout import COUNTERS, HIT, SORT_KEY, TABLE_WIDTH_LOG2, VALUES, Record
+from ..texel_layout import COUNTERS, HIT, SORT_KEY, VALUES
 from ..textures import texture_bytes
 from .driver import Driver, Samplers, Setup
 from .full_screen import GL_SAMPLERS, FullScreenPass

@@ -8,7 +8,7 @@ import moderngl
 from ..gpu import Gpu
 from ..precision import Precision
 from ..ray_state import stream_samplers
-from ..texel_layout import Record
+from ..record import Record
 from ..textures import stream_textures, texture_bytes
 from .full_screen import FullScreenPass
 

@@ -18,8 +18,8 @@ import numpy as np
 from ..errors import Error, LimitError
 from ..gpu import Gpu
 from ..ray_state import stream_samplers
+from ..record import EXACT_INTEGER, TABLE_WIDTH_LOG2, Record
 from ..shader import compile_program
-from ..texel_layout import EXACT_INTEGER, TABLE_WIDTH_LOG2, Record
 from ..textures import TABLE_WIDTH, read_texture, stream_textures
 from .full_screen import GL_SAMPLERS, FullScreenPass, Rectangles
 

@@ -19,8 +19,9 @@ from ..methods.row import Accelerator, Method
 from ..options import word_define
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
+from ..record import TABLE_WIDTH_LOG2, Record
 from ..statistics import Statistics
-from ..texel_layout import COUNTERS, HIT, TABLE_WIDTH_LOG2, Record
+from ..texel_layout import COUNTERS, HIT
 from .driver import Samplers, Setup
 from .full_screen import FullScreenPass
 from .stack_atlas import StackAtlas

@@ -8,7 +8,7 @@ from conftest import assert_same_bits, random_soup, soup_scene
 import gpgpu_rt as rt
 from gpgpu_rt import accel
 from gpgpu_rt.accel.ray_boxes import RayBoxes
-from gpgpu_rt.texel_layout import EXACT_INTEGER
+from gpgpu_rt.record import EXACT_INTEGER
 from gpgpu_rt.watertight import intersect_pairs
 
 METHODS = ("ray-classification", "visibility-field")

@@ -12,7 +12,7 @@ from gpgpu_rt.accel.bounds import padding
 from gpgpu_rt.accel.image_tree import ImageTree
 from gpgpu_rt.figures.extreme_cases import Case, long_way, make_case
 from gpgpu_rt.figures.extreme_shapes import soup
-from gpgpu_rt.texel_layout import EXACT_INTEGER
+from gpgpu_rt.record import EXACT_INTEGER
 
 ROWS = {row.name: row for row in rt.methods()}
 

@@ -8,7 +8,7 @@ from watching import Fields, watching
 
 import gpgpu_rt as rt
 from gpgpu_rt.figures.extreme_cases import make_case
-from gpgpu_rt.texel_layout import EXACT_INTEGER
+from gpgpu_rt.record import EXACT_INTEGER
 from gpgpu_rt.textures import read_texture
 
 METHODS = {row.name: row for row in rt.methods()}

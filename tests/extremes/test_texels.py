@@ -8,7 +8,7 @@ from conftest import assert_same_bits, soup_scene
 import gpgpu_rt as rt
 from gpgpu_rt.gpu import Gpu
 from gpgpu_rt.passes.full_screen import FullScreenPass
-from gpgpu_rt.texel_layout import EXACT_INTEGER, TABLE_WIDTH_LOG2, Record
+from gpgpu_rt.record import EXACT_INTEGER, TABLE_WIDTH_LOG2, Record
 from gpgpu_rt.textures import read_texture, stream_textures, table_textures
 
 NUMBER = Record("number", "own:int twice:int")

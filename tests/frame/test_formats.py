@@ -12,7 +12,7 @@ from gpgpu_rt.accel.quantise import decode, quantise
 from gpgpu_rt.gpu import open_gpu
 from gpgpu_rt.passes.full_screen import FullScreenPass
 from gpgpu_rt.precision import FORMATS, ROUNDINGS, Precision
-from gpgpu_rt.texel_layout import PackedRecord
+from gpgpu_rt.record import PackedRecord
 from gpgpu_rt.textures import make_texture, read_texture, table_textures
 
 METHODS = [row.name for row in rt.methods()]

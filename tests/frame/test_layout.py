@@ -12,7 +12,7 @@ from gpgpu_rt import texel_layout
 from gpgpu_rt.gpu import open_gpu
 from gpgpu_rt.passes.full_screen import FullScreenPass
 from gpgpu_rt.precision import PRECISIONS, Precision
-from gpgpu_rt.texel_layout import EXACT_INTEGER, Record
+from gpgpu_rt.record import EXACT_INTEGER, Record
 from gpgpu_rt.textures import make_texture, read_texture, table_textures
 
 RECORDS = [r for r in vars(texel_layout).values() if isinstance(r, Record)]

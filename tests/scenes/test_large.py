@@ -14,8 +14,9 @@ from conftest import RAY_SETS, assert_same_bits, random_soup, soup_scene
 import gpgpu_rt as rt
 from gpgpu_rt import accel, textures
 from gpgpu_rt.accel import bounds, bvh
+from gpgpu_rt.record import EXACT_INTEGER
 from gpgpu_rt.scenes import catalogue
-from gpgpu_rt.texel_layout import EXACT_INTEGER, TRIANGLE
+from gpgpu_rt.texel_layout import TRIANGLE
 from gpgpu_rt.textures import TABLE_WIDTH, read_texture, table_textures
 
 BUILDS = ["sah", "kay-kajiya", "goldsmith-salmon"]

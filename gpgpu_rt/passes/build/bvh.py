@@ -8,7 +8,7 @@ from ...accel.bvh import Bvh, LooseTree
 from ...accel.options import choose
 from ...errors import LimitError
 from ...gpu import Gpu
-from ...texel_layout import EXACT_INTEGER
+from ...record import EXACT_INTEGER
 from ..streams import StreamRoom
 from . import hybrid, lbvh, sah
 

@@ -9,7 +9,7 @@ from ...accel.kdtree import build_kdtree as build_on_cpu
 from ...accel.options import choose
 from ...errors import LimitError
 from ...gpu import Gpu
-from ...texel_layout import EXACT_INTEGER
+from ...record import EXACT_INTEGER
 from ..streams import StreamRoom
 from . import zhou
 

@@ -12,7 +12,8 @@ import numpy as np
 
 from ...accel.bvh import Bvh
 from ...errors import LimitError
-from ...texel_layout import BOX, BVH_NODE, EXACT_INTEGER, SOURCE
+from ...record import EXACT_INTEGER
+from ...texel_layout import BOX, BVH_NODE, SOURCE
 from ..streams import Stream, StreamRoom
 
 
