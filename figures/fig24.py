@@ -44,9 +44,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
         "a level. What is shown was read from the textures of those passes.\n\n"
         + markdown_table(("level", "nodes", "radius, mean", "half-angle, degrees, mean"), sizes)
         + "\n" + markdown_table(HEADS, rows())))
-    figure, axes = plt.subplots(1, len(levels), figsize=(3.3 * len(levels), 3.9), sharey=True)
+    figure, axes = plt.subplots(2, 2, figsize=(10.4, 6.6))
     origins, directions = rays()
-    for height, (axis, level) in enumerate(zip(axes, levels)):
+    for height, (axis, level) in enumerate(zip(axes.flat, levels)):
         for o, d in zip(origins, directions):
             axis.plot(*zip(o[:2], (o + SHOWN * d)[:2]), color="#9a9a9a" if height else "#2f6db3",
                       lw=0.4)
@@ -57,8 +57,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
                        if len(level.radius) > 1 else f"level {height}: the root", fontsize=9)
         axis.set_aspect("equal")
         axis.set_axis_off()
-        axis.set_xlim(-3.2, 3.2)
-        axis.set_ylim(-1.2, 2.7)
+        axis.set_xlim(-3.0, 3.0)
+        axis.set_ylim(-1.05, 2.6)
     figure.suptitle("Figure 24: four neighbouring cones become one", fontsize=11)
     figure.tight_layout(rect=(0, 0.04, 1, 0.98))
     save_chart(figure, out / "fig24.png", "Spheres and cones as the passes left them; grey: the "

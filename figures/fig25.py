@@ -73,25 +73,31 @@ def draw(data: Path, out: Path, full: bool) -> None:
         targets(axes[2 * k + 1], one)
     figure.suptitle("Figure 25: pairs of triangle and node, level by level", fontsize=11)
     figure.tight_layout(rect=(0, 0.04, 1, 0.99), h_pad=0.4)
-    save_chart(figure, out / "fig25.png", "A colour is a triangle; white slots are empty, and the "
-               "next stream is what is left of them. Read from the passes' own textures.")
+    save_chart(figure, out / "fig25.png", "A colour is a triangle, a number a node; "
+               "white slots are empty. Read from the passes' own textures.")
 
 
 def stream(axis: Any, one: Round) -> None:
-    strip(axis, one.pairs[None, :, 0],
-          f"level {one.level}: {len(one.pairs)} pairs of a triangle and a node")
+    strip(axis, one.pairs[None], f"level {one.level}: {len(one.pairs)} pairs of a triangle and a "
+          "node, whose number stands there")
 
 
 def targets(axis: Any, one: Round) -> None:
-    strip(axis, one.slots[..., 0].T,
+    strip(axis, one.slots.transpose(1, 0, 2),
           f"their children in four targets: {one.slots[..., 0].size} slots, {one.kept} kept")
 
 
-def strip(axis: Any, triangles: np.ndarray, title: str) -> None:
-    """(h, n) slots in the colours of their triangles."""
-    shown = np.ones((*triangles.shape, 3))
-    shown[triangles >= 0] = plt.cm.tab10(triangles[triangles >= 0] % 10)[:, :3]
+def strip(axis: Any, pairs: np.ndarray, title: str) -> None:
+    """(h, n, 2) slots in the colours of their triangles, with the nodes' numbers in them."""
+    rows, columns = np.nonzero(pairs[..., 0] >= 0)
+    shown = np.ones((*pairs.shape[:2], 3))
+    triangles, nodes = pairs[rows, columns].T
+    shown[rows, columns] = plt.cm.tab10(triangles % 10)[:, :3]
     axis.imshow(shown, aspect="auto", interpolation="nearest")
+    for row, column, node in zip(rows, columns, nodes):
+        axis.text(column, row, str(node), ha="center", va="center", fontsize=7, color="white")
+    for edge in range(1, pairs.shape[1]):
+        axis.axvline(edge - 0.5, color="#dddddd", lw=0.6)
     axis.set_title(title, fontsize=8, loc="left", pad=2)
     axis.set_xticks([])
     axis.set_yticks([])

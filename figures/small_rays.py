@@ -49,8 +49,8 @@ class Round:
 def rays() -> tuple[np.ndarray, np.ndarray]:
     """(RAYS, 3) origins on a wavy mirror and directions in the plane z = 0."""
     x = np.linspace(-1.0, 1.0, RAYS)
-    origins = np.stack([x, 0.12 * np.sin(4 * x), 0 * x], 1)
-    normals = np.stack([-0.48 * np.cos(4 * x), np.ones(RAYS), 0 * x], 1)
+    origins = np.stack([x, 0.04 * np.sin(4 * x), 0 * x], 1)
+    normals = np.stack([-0.16 * np.cos(4 * x), np.ones(RAYS), 0 * x], 1)
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     towards = origins - [0.0, 3.0, 0.0]
     directions = towards - 2 * (towards * normals).sum(1)[:, None] * normals

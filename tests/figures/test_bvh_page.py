@@ -41,7 +41,7 @@ def asked(words: str) -> tuple[str, dict[str, object]]:
     pytest.param(scene, words, marks=() if scene == "cornell" else pytest.mark.full)
     for scene in SCENES for words in tables()["nodes"]])
 def test_counters_are_as_the_page_says(scene: str, words: str) -> None:
-    if catalogue.mesh_path(scene) is None and scene != "cornell":
+    if catalogue.mesh_path(scene) is None:
         pytest.skip(f"the page is about the mesh of {scene}; name its folder in GPGPU_RT_SCENES")
     method, options = asked(words)
     with rt.Tracer(scene, method, statistics=True, **options) as tracer:
