@@ -27,10 +27,9 @@ AXES = 3
 MIB = 1 << 20
 ENTRY_BYTES, BEAM_BYTES = 16, 8      # as textures hold them in float32
 SAMPLES = 2000          # triangles by which the size of a field is estimated
-FINEST = (8, 24)        # directions and tiles where nothing is given: so many tiles a direction
-#                         tested fewest triangles of the bunny in a given memory
+FINEST = (8, 24)        # directions and tiles where nothing is given
+TILES = 2               # a direction, at least: fewer of them test more in as much memory
 USUAL_ENTRIES = 1024    # a triangle, at most, where nothing is given
-COARSER = 2 ** 0.25     # what both shrink by where entries are too many
 CHUNK = 1 << 20         # entries at a time
 
 
@@ -76,16 +75,12 @@ def build_visibility_field(triangles: np.ndarray, *, directions: int | None = No
     most = min(budget * MIB / ENTRY_BYTES, EXACT_INTEGER)
     usual = most if directions or tiles else min(most, USUAL_ENTRIES * len(triangles) + 4096)
     frames = [_Frame(triangles, space, axis) for axis in range(AXES)]
-    finest, scale = (directions or FINEST[0], tiles or FINEST[1]), 1.0
-    while True:
-        size = tuple(max(1, round(count / scale)) for count in finest)
-        if _estimate(frames, *size) <= usual:
-            field = _build(frames, *size, most)
-            if field is not None:
-                return field
-        if max(size) == 1:
-            break
-        scale *= COARSER
+    cells, size = _resolution(frames, directions or FINEST[0], tiles or FINEST[1], usual)
+    while cells * size > 1:
+        field = _build(frames, cells, size, most)
+        if field is not None:
+            return field
+        cells, size = (cells, size - 1) if size > 1 else (cells - 1, size)   # estimated too low
     field = _build(frames, 1, 1, most)
     if field is None:
         raise LimitError(f"a visibility field of {len(triangles):,} triangles takes more than its "
@@ -129,6 +124,20 @@ def half_size(space: RaySpace) -> np.ndarray:
     """(3,) float32: how far the planes of beams reach, straight ahead, from the middle."""
     size = (space.hi.astype(np.float64) - space.lo) / 2 + 8 * space.pad
     return size.astype(np.float32)
+
+
+def _resolution(frames: list[_Frame], directions: int, tiles: int, usual: float
+                ) -> tuple[int, int]:
+    """As many directions as leave each ``TILES`` times as many tiles, then as many tiles as
+    the entries allow; no more of either than given."""
+    while directions > 1 and _estimate(frames, directions, min(TILES * directions, tiles)) > usual:
+        directions -= 1
+    low, high = 1, tiles
+    while low < high:
+        middle = (low + high + 1) // 2
+        fits = _estimate(frames, directions, middle) <= usual
+        low, high = (middle, high) if fits else (low, middle - 1)
+    return directions, low
 
 
 def _cells(directions: int) -> list[tuple[int, int]]:
