@@ -25,7 +25,7 @@ from gpgpu_rt.bench import embree_runner
 from gpgpu_rt.files import replacing
 from gpgpu_rt.gpu import open_gpu
 
-from . import coherence, extreme_runs, frame_times, tree_sizes
+from . import coherence, extreme_runs, frame_times, reduction_times, tree_sizes
 from .workloads import EYE, load, workload
 
 WARM_UPS = 1
@@ -44,7 +44,8 @@ class Cell:
     work: str = EYE            # a workload; "picture": eye rays, shading, shadow rays; "tree":
     #                            what a kd-tree holds; "frames": `runs` frames of a scene that
     #                            moves; "accuracy": size squared rays of each kind
-    #                            of `known_rays`, judged
+    #                            of `known_rays`, judged;
+    #                            "reduction": size squared elements of a stream
     runs: int = 5
 
     @property
@@ -90,6 +91,11 @@ def run(cell: Cell) -> dict[str, Any]:
         return {"settings": settings(cell), "gpu": open_gpu().info(), "commit": _commit(),
                 "date": datetime.date.today().isoformat(), "warm_ups": 0,
                 "cases": extreme_runs.measure(cell.method, dict(cell.options), cell.size ** 2)}
+    if cell.work == "reduction":
+        return {"settings": settings(cell), "gpu": open_gpu().info(), "commit": _commit(),
+                "date": datetime.date.today().isoformat(), "warm_ups": reduction_times.WARM_UPS,
+                "seconds": reduction_times.measure(cell.size ** 2, dict(cell.options)["kept"],
+                                                   cell.runs)}
     if cell.work == "accuracy":
         return _run_accuracy(cell)
     if cell.work == "tree":
@@ -176,6 +182,8 @@ def _scene_digest(name: str) -> str:
     """Tells a stand-in from the mesh that took its place."""
     if name == "extremes":
         return extreme_runs.digest()
+    if name == "streams":   # of numbers, not of a scene
+        return ""
     return hashlib.sha256(rt.load_scene(name).triangles).hexdigest()
 
 

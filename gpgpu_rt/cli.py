@@ -195,6 +195,11 @@ def _report(chosen: argparse.Namespace, tracer: Tracer, line: str) -> None:
     if statistics.counters:
         print("a ray: " + ", ".join(f"{k.replace('_', ' ')} {v:.2f}"
                                     for k, v in statistics.counters.items()))
+    if statistics.split:
+        print("shared with the host: " + ", ".join(
+            f"{name.replace('_seconds', '').replace('_', ' ')} "
+            + (f"{1e3 * value:.0f} ms" if name.endswith("seconds") else f"{value:,}")
+            for name, value in statistics.split.items()))
 
 
 def _read_rays(path: str) -> dict[str, np.ndarray]:

@@ -6,6 +6,7 @@ import os
 import tempfile
 from collections.abc import Iterable, Iterator
 
+import hypothesis
 import numpy as np
 import pytest
 
@@ -20,6 +21,10 @@ from gpgpu_rt.scenes import catalogue
 # Tests build what they test, but each structure once.
 _CACHE = tempfile.TemporaryDirectory(prefix="gpgpu_rt_tests")
 os.environ["GPGPU_RT_CACHE"] = _CACHE.name
+
+# How long an example takes says how busy the machine is, not whether it is right.
+hypothesis.settings.register_profile("untimed", deadline=None)
+hypothesis.settings.load_profile("untimed")
 
 FOLEY = ("cornell", "bunny", "robots", "kitchen")
 RAY_SETS = {

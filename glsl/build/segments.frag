@@ -10,13 +10,17 @@
 
 flat in int block;
 flat in int block_start;
+flat in int block_total;
 
 uniform int texels;   // of the ranks
 
 void main() {
     ivec2 texel = ivec2(gl_FragCoord.xy);
-    float rank = float((texel.y << TABLE_WIDTH_LOG2) + texel.x - block_start);
-    int lo = BLOCK * block, hi = min(lo + BLOCK, texels) - 1;
+    int place = (texel.y << TABLE_WIDTH_LOG2) + texel.x - block_start;
+    float rank = float(place);
+    // A texel has four elements at most: those before and behind this one take up so many.
+    int lo = BLOCK * block + place / 4;
+    int hi = min(BLOCK * (block + 1), texels) - 1 - (block_total - 1 - place) / 4;
     while (lo < hi) {
         int middle = (lo + hi) >> 1;
         if (ranks_load(table_texel(middle)).value.w > rank) {

@@ -15,11 +15,13 @@ uniform int target_rows;
 
 flat out int block;
 flat out int block_start;
+flat out int block_total;
 
 void main() {
     block = gl_VertexID >> 2;
     block_start = int(starts_load(table_texel(block)).value.x);
     int end = int(starts_load(table_texel(block + 1)).value.x);
+    block_total = end - block_start;
     int row = block_start >> TABLE_WIDTH_LOG2;
     int row_end = min(end, (row + 1) << TABLE_WIDTH_LOG2);
     bool second = (gl_VertexID & 2) != 0;

@@ -27,9 +27,10 @@ AXES = 3
 MIB = 1 << 20
 ENTRY_BYTES, BEAM_BYTES = 16, 8      # as textures hold them in float32
 SAMPLES = 2000          # triangles by which the size of a field is estimated
-FINEST = (8, 32)        # directions and tiles where nothing is given
+FINEST = (8, 24)        # directions and tiles where nothing is given: so many tiles a direction
+#                         tested fewest triangles of the bunny in a given memory
 USUAL_ENTRIES = 1024    # a triangle, at most, where nothing is given
-COARSER = 2 ** 0.5      # what both shrink by where entries are too many
+COARSER = 2 ** 0.25     # what both shrink by where entries are too many
 CHUNK = 1 << 20         # entries at a time
 
 

@@ -31,7 +31,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
 
 ROWS = (Method(
     name="ray-engine",
-    summary="the host walks a grid and queues rays by cell; a quad a triangle intersects them",
+    summary="the host walks a grid, a quad a triangle intersects rays queued by cell",
     citation="Carr et al. 2002",
     glsl="traverse/ray_engine.glsl",
     kernels=("intersect",),

@@ -9,21 +9,18 @@ import moderngl
 import numpy as np
 
 from ..accel.runs import chunks, expand
-from ..cell_walk import CellWalk
 from ..methods.row import Accelerator
-from ..precision import FORMATS, Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..statistics import Statistics
-from ..texel_layout import COUNTERS, EXACT_INTEGER, HIT, RAY_TEXELS
+from ..texel_layout import RAY_TEXELS
 from ..textures import read_texture, texture_bytes
-from ..watertight import intersect_pairs
 from .driver import Samplers, Setup
 from .full_screen import FullScreenPass
 from .quads import BatchRoom, Runs
-from .traverse import DONE, UNFINISHED
+from .ray_trip import RayTrip
+from .traverse import UNFINISHED
 
 MOST_QUADS = 1 << 20       # a draw; a batch with more is drawn in parts
-MOST_PAIRS = 1 << 20       # that the host intersects at once
 QUAD = np.dtype([("rectangle", "<f4", 4), ("row", "<i4")])
 
 
@@ -59,7 +56,8 @@ class RayEngine:
             texels = np.stack([read_texture(texture).reshape(-1, 4)
                                for texture in rays.textures], axis=1)
             split["bytes_down"] += texture_bytes(rays.textures)
-        trip = _Trip(self, RAY_TEXELS.unpack(texels), any_hit)
+        trip = RayTrip(self.accelerator, self.options, self.step_cap,
+                       RAY_TEXELS.unpack(texels), any_hit)
         with clocked(split, "traversal_seconds"):
             waiting = trip.enter(trip.walk.start(trip.hit["t"]))
         while len(waiting):
@@ -75,14 +73,14 @@ class RayEngine:
                 waiting = np.concatenate([waiting, onward])
         final = buffers.side(0)
         with clocked(split, "transfer_seconds"):
-            trip.write(final)
+            trip.write(final, self.method.state.name)
             split["bytes_up"] += texture_bytes(final.textures)
             self.gpu.finish()
         return final, int((trip.phase == UNFINISHED).sum())
 
     # A batch --------------------------------------------------------------------------------
 
-    def _batch(self, trip: _Trip, chosen: np.ndarray, statistics: Statistics) -> None:
+    def _batch(self, trip: RayTrip, chosen: np.ndarray, statistics: Statistics) -> None:
         """Intersect rays, (k,) int sorted by cell, with what their cells list."""
         split, room = statistics.split, self._room_for(len(trip.phase))
         with clocked(split, "traversal_seconds"):
@@ -157,102 +155,6 @@ class RayEngine:
             self._room.release()
         if self._quads is not None:
             self._quads.release()
-
-
-class _Trip:
-    """Rays on their way: what the host knows of each.
-
-    walk : where they are
-    hit : fields of HIT, the nearest so far; t begins as t_max
-    tested, leaves, steps : (n,) int32 counters; phase : (n,) int32
-    """
-
-    def __init__(self, engine: RayEngine, rays: dict[str, np.ndarray], any_hit: bool) -> None:
-        self.engine, self.rays, self.any_hit = engine, rays, any_hit
-        unit = FORMATS[Precision.of(engine.options).arithmetic].unit
-        self.walk = CellWalk(engine.grid, rays, unit)
-        count = len(rays["t_max"])
-        self.hit = {"t": rays["t_max"].copy(), "u": np.zeros(count, np.float32),
-                    "v": np.zeros(count, np.float32),
-                    "triangle": np.full(count, EXACT_INTEGER, np.int32)}
-        self.tested, self.leaves, self.steps, self.phase = np.zeros((4, count), np.int32)
-
-    def enter(self, rays: np.ndarray) -> np.ndarray:
-        """Rays that came to a cell: those that may still test its list. Cells and tests are steps,
-        and past the cap no ray goes on."""
-        steps = (self.walk.nodes_visited[rays] + self.tested[rays]
-                 + self.walk.listed[self.walk.key[rays]])
-        on = steps <= self.engine.step_cap
-        self.phase[rays[~on]] = UNFINISHED
-        return rays[on]
-
-    def ready(self, waiting: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Rays sorted by cell whose queues are long enough, those that wait on, and those of
-        queues so short that the host intersects them."""
-        waiting = waiting[np.argsort(self.walk.key[waiting], kind="stable")]
-        queues = Runs.of(self.walk.key[waiting])
-        length = np.repeat(queues.count, queues.count)
-        options = self.engine.options
-        taken = length >= options["queue"]
-        if not taken.any():
-            taken[:] = True
-        here = taken & (length < options["cpu_below"])
-        return waiting[taken & ~here], waiting[~taken], waiting[here]
-
-    def fields(self, chosen: np.ndarray) -> dict[str, np.ndarray]:
-        """The fields of RAY_TEXELS, t_max where a hit would be the nearest."""
-        return {**{name: self.rays[name][chosen] for name in ("origin", "direction", "t_min")},
-                "t_max": self.hit["t"][chosen]}
-
-    def take(self, rays: np.ndarray, found: dict[str, np.ndarray]) -> None:
-        """Keep the hits found that are nearer than those known, or as near and lower."""
-        t, known = found["t"], self.hit["t"][rays]
-        better = (found["triangle"] != EXACT_INTEGER) & (
-            (t < known) | ((t == known) & (found["triangle"] < self.hit["triangle"][rays])))
-        for name, values in self.hit.items():
-            values[rays[better]] = found[name][better]
-
-    def intersect_here(self, rays: np.ndarray, split: dict[str, float]) -> None:
-        """Intersect rays on the host, by the watertight test's twin in numpy."""
-        key = self.walk.key[rays]
-        counts = self.walk.listed[key]
-        triangles = self.engine.accelerator.tables["triangle"]
-        for part in chunks(counts, MOST_PAIRS):
-            some, many = rays[part], counts[part]
-            owner = np.repeat(some, many)
-            row = self.engine.grid.references[expand(
-                self.engine.grid.cell_start[key[part]].astype(np.int64), many)]
-            corners = np.stack([triangles[name].make(row) for name in ("v0", "v1", "v2")], axis=1)
-            accepted, t, u, v = intersect_pairs(corners, self.rays["origin"][owner],
-                                                self.rays["direction"][owner])
-            accepted &= (t >= self.rays["t_min"][owner]) & (t <= self.hit["t"][owner])
-            at = np.flatnonzero(accepted)
-            at = at[np.lexsort((row[at], t[at], owner[at]))]
-            at = at[np.diff(owner[at], prepend=-1) != 0]     # the first of each ray
-            self.take(owner[at], {"t": t[at], "u": u[at], "v": v[at], "triangle": row[at]})
-            split["pairs"] += len(row)
-        split["host_rays"] += len(rays)
-
-    def onward(self, rays: np.ndarray) -> np.ndarray:
-        """From a cell whose list is tested to the next; rays that are to test that one."""
-        self.leaves[rays] += 1
-        self.tested[rays] += self.walk.listed[self.walk.key[rays]]
-        if self.any_hit:
-            rays = rays[self.hit["triangle"][rays] == EXACT_INTEGER]
-        return self.enter(self.walk.onward(rays, self.hit["t"]))
-
-    def write(self, final: StateBuffer) -> None:
-        """Leave the outcome where the tracer looks for it."""
-        visited = self.walk.nodes_visited
-        steps = np.minimum(visited + self.tested, self.engine.step_cap)
-        over = (self.phase == DONE) & (visited + self.tested > self.engine.step_cap)
-        self.phase[over] = UNFINISHED
-        steps[self.phase == UNFINISHED] = self.engine.step_cap
-        final.write(self.engine.method.state.name, phase=self.phase, steps=steps)
-        final.write(HIT.name, **self.hit)
-        if COUNTERS.name in final.records:
-            final.write(COUNTERS.name, nodes_visited=visited, leaves_visited=self.leaves,
-                        triangles_tested=self.tested)
 
 
 @contextmanager

@@ -9,7 +9,9 @@ import pytest
 from conftest import RAY_SETS, assert_same_bits, soup_scene
 
 import gpgpu_rt as rt
+from gpgpu_rt.cli import main
 from gpgpu_rt.figures import sheets
+from gpgpu_rt.figures.extreme_cases import make_case
 from gpgpu_rt.passes import ray_engine
 from gpgpu_rt.passes.quads import WIDTH, Runs
 
@@ -84,6 +86,19 @@ def test_what_24_bits_of_depth_lose(exponent: int, least: float, most: float, se
     assert off <= sheets.FAR * 1.001 * 2.0**-24 + rounding
 
 
+@pytest.mark.parametrize("seed", [8], ids="seed{}".format)
+@pytest.mark.parametrize("name", ["denormals", "slivers", "moved-1e6", "degenerate", "in-planes"])
+def test_the_host_intersects_to_the_same_bits(exact_renderer, name: str, seed: int) -> None:
+    """At the extremes, too."""
+    case = make_case(name, 300, seed)
+    answers = []
+    for options in ({}, {"cpu_below": 10**9}):
+        with rt.Tracer(case.scene, "ray-engine", **options) as tracer:
+            answers.append(tracer.trace(case.origins, case.directions))
+            assert (tracer.statistics.split["batches"] == 0) == bool(options)
+    assert_same_bits(*answers)
+
+
 @pytest.mark.parametrize("options", [{"intersection": "plucker"}, {"storage": "fp16"},
                                      {"arithmetic": "fp24"}], ids=str)
 def test_the_host_tests_what_it_can_only(options: dict) -> None:
@@ -121,6 +136,14 @@ def test_pictures_are_the_same(exact_renderer) -> None:
         with rt.Tracer("cornell", method) as tracer:
             pictures.append(np.asarray(tracer.render(size=(40, 30))))
     assert (pictures[0] == pictures[1]).all() and pictures[0].std() > 0
+
+
+def test_the_command_line_says_it(tmp_path, capsys) -> None:
+    assert not main(["render", "cornell", "-m", "ray-engine", "--size", "8x8", "-o",
+                     str(tmp_path / "x.png")])
+    line = capsys.readouterr().out.splitlines()[-1]
+    assert line.startswith("shared with the host: traversal ")
+    assert "transfer " in line and "bytes down " in line
 
 
 @pytest.mark.full

@@ -1,0 +1,79 @@
+"""Figures 24 and 25, and the table of stream reduction: what they show is what geometry tells."""
+from __future__ import annotations
+
+import csv
+
+import numpy as np
+import pytest
+
+import gpgpu_rt as rt
+from gpgpu_rt.figures import fig24, fig25, measure, reduction, small_rays
+from gpgpu_rt.figures.measure import Cell
+
+WIDE = 1 + 1e-5    # margins of the cones, and float32
+
+
+def test_the_cones_are_those_of_the_rays() -> None:
+    """Spheres hold the origins below and are no larger than that needs, nor are the cones."""
+    levels, _, _ = small_rays.traversal()
+    origins, directions = (a.astype(float) for a in small_rays.rays())
+    assert [len(level.radius) for level in levels] == [64, 16, 4, 1]
+    for height, level in enumerate(levels):
+        count = 4 ** height
+        for node in range(len(level.radius)):
+            some = slice(node * count, (node + 1) * count)
+            off = np.linalg.norm(origins[some] - level.centre[node], axis=1)
+            turn = np.arccos(np.minimum(directions[some] @ level.axis[node], 1))
+            assert off.max() <= level.radius[node] * WIDE + 1e-6
+            assert level.radius[node] <= 1.5 * off.max() + 1e-6
+            assert turn.max() <= level.angle[node] * WIDE + 1e-3
+            assert level.angle[node] <= 2 * turn.max() + 1e-3
+    assert len(fig24.rows()) == 21
+
+
+def test_the_stream_is_what_the_reduction_left() -> None:
+    _, rounds, hits = small_rays.traversal()
+    assert [one.level for one in rounds] == [3, 2, 1]
+    assert (rounds[0].pairs[:, 0] == np.arange(small_rays.TRIANGLES)).all()
+    for one, after in zip(rounds, rounds[1:]):
+        slots = one.slots.reshape(-1, 2)
+        assert (after.pairs == slots[slots[:, 0] >= 0]).all()
+        assert 0 < one.kept < slots.shape[0]
+    for one in rounds:    # a child is the pair's triangle with one of the node's four
+        there = one.slots[..., 0] >= 0
+        assert (one.slots[..., 0] == one.pairs[:, :1])[there].all()
+        assert (one.slots[..., 1] == 4 * one.pairs[:, 1:] + np.arange(4))[there].all()
+    assert rounds[-1].kept == hits.triangles_tested.sum()
+
+
+def test_no_hit_is_missing_in_the_stream() -> None:
+    _, rounds, hits = small_rays.traversal()
+    truth = rt.reference.trace(small_rays.scene(), *small_rays.rays())
+    assert (hits.triangle == truth.triangle).all() and truth.hit.sum() > 10
+    at = rounds[-1].slots.reshape(-1, 2)
+    pairs = set(map(tuple, at[at[:, 0] >= 0].tolist()))
+    assert {(int(truth.triangle[ray]), ray) for ray in np.flatnonzero(truth.hit)} <= pairs
+
+
+@pytest.mark.parametrize("figure", [fig24, fig25], ids=["fig24", "fig25"])
+def test_figures_are_drawn(figure, tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(fig25, "SCENE", "cornell")
+    figure.draw(tmp_path, tmp_path, False)
+    name = figure.__name__.split(".")[-1]
+    assert (tmp_path / f"{name}.png").stat().st_size > 20_000
+    assert (tmp_path / f"{name}.md").read_text().startswith("# Figure 2")
+    with (tmp_path / f"{name}.csv").open() as file:
+        assert len(list(csv.reader(file))) > 3
+
+
+def test_reduction_is_measured_and_drawn(tmp_path, monkeypatch) -> None:
+    cells = [Cell("streams", "blocks", (("kept", kept),), 40, "reduction", 1)
+             for kept in (0.25, 1.0)]
+    monkeypatch.setattr(reduction, "cells", lambda full: cells)
+    measure.measure(cells, tmp_path)
+    reduction.draw(tmp_path, tmp_path, False)
+    with (tmp_path / "reduction.csv").open() as file:
+        rows = list(csv.reader(file))
+    assert tuple(rows[0]) == reduction.HEADS and [row[1] for row in rows[1:]] == ["0.25", "1.0"]
+    assert all(float(number) > 0 for row in rows[1:] for number in row)
+    assert (tmp_path / "reduction.png").stat().st_size > 10_000
