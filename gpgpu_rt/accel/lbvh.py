@@ -17,6 +17,7 @@ import numpy as np
 
 from .bounds import triangle_boxes
 from .bvh import LooseTree
+from .morton import morton_3d
 from .options import in_range, refuse_unknown
 
 AXIS_BITS = 10          # of a code, which has three times as many
@@ -65,11 +66,7 @@ def morton_codes(triangles: np.ndarray, bits: int = AXIS_BITS) -> np.ndarray:
     # An extent of zero has no cells but the first; nor has one whose inverse overflows.
     place[(per_unit > 3e38)[:, 0]] = 0
     cell = place.astype(np.int64).clip(0, (1 << bits) - 1) << (AXIS_BITS - bits)
-    code = np.zeros(len(triangles), np.int64)
-    for bit in range(AXIS_BITS):
-        for axis in range(3):
-            code |= (cell[axis] >> bit & 1) << (3 * bit + 2 - axis)
-    return code
+    return morton_3d(*cell)
 
 
 def sorted_codes(triangles: np.ndarray, bits: int = AXIS_BITS) -> tuple[np.ndarray, np.ndarray]:

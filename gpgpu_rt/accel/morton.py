@@ -11,6 +11,11 @@ def morton_2d(rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
     return _spread_by_two(rows) << 1 | _spread_by_two(columns)
 
 
+def morton_3d(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """(n,) int64 codes of whole coordinates below 2^BITS, three bits a level, x the highest."""
+    return _spread_by_three(x) << 2 | _spread_by_three(y) << 1 | _spread_by_three(z)
+
+
 def morton_order(points: np.ndarray) -> np.ndarray:
     """(n,) int64: points (n, 3) along a Morton curve through their box; equal codes keep order."""
     if not len(points):
@@ -19,8 +24,7 @@ def morton_order(points: np.ndarray) -> np.ndarray:
     points = points - points.min(axis=0)
     largest = points.max() or 1.0
     x, y, z = (points / largest * ((1 << BITS) - 1)).astype(np.int64).T
-    codes = _spread_by_three(x) << 2 | _spread_by_three(y) << 1 | _spread_by_three(z)
-    return np.argsort(codes, kind="stable")
+    return np.argsort(morton_3d(x, y, z), kind="stable")
 
 
 def _spread_by_two(x: np.ndarray) -> np.ndarray:

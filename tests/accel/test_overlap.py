@@ -94,7 +94,7 @@ def test_hybrid_on_a_lattice(triangles: np.ndarray, bits: int, max_depth: int) -
                  intersection_cost=20)
 
 
-@several
+@settings(several, max_examples=15)
 @given(LATTICE, st.sampled_from([1, 2, 4, 64]), st.sampled_from([0.0, 0.25, 1.0]))
 def test_zhou_on_a_lattice(triangles: np.ndarray, small: int, empty_cut: float) -> None:
     check_kdtree(triangles, build="zhou", small=small, empty_cut=empty_cut, intersection_cost=20)
