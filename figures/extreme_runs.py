@@ -5,7 +5,7 @@ import hashlib
 from typing import Any
 
 import gpgpu_rt as rt
-from gpgpu_rt.judge import judge, leaks
+from gpgpu_rt.accuracy.judge import judge, leaks
 
 from .extreme_cases import CASES, make_case
 

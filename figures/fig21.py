@@ -11,7 +11,7 @@ import trimesh
 
 import gpgpu_rt as rt
 from gpgpu_rt.accel.image_tree import ImageTree
-from gpgpu_rt.parametrise import Parametrisation, parametrise
+from gpgpu_rt.surfaces.parametrise import Parametrisation, parametrise
 from gpgpu_rt.textures import read_texture
 
 from .measure import Cell

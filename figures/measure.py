@@ -20,7 +20,7 @@ from typing import Any
 from tqdm import tqdm
 
 import gpgpu_rt as rt
-from gpgpu_rt.accuracy import Yardstick
+from gpgpu_rt.accuracy.measure import Yardstick
 from gpgpu_rt.bench import embree_runner
 from gpgpu_rt.files import replacing
 from gpgpu_rt.gpu import open_gpu

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import gpgpu_rt as rt
-from gpgpu_rt.candidates import option_table, precisions
-from gpgpu_rt.known_rays import WRONG
+from gpgpu_rt.accuracy.candidates import option_table, precisions
+from gpgpu_rt.accuracy.known_rays import WRONG
 
 from .measure import Cell, read
 from .output import COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 import gpgpu_rt as rt
-from gpgpu_rt.error_bounds import FLOAT32
 from gpgpu_rt.hits import Hits
 from gpgpu_rt.rays import spawn, unit_normals
+from gpgpu_rt.reference.error_bounds import FLOAT32
 
 EYE, SHADOW, MIRROR, DIFFUSE = "eye rays", "shadow rays", "mirror rays", "diffuse rays"
 SEED = 7    # of directions that diffuse surfaces choose

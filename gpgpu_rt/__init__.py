@@ -2,15 +2,15 @@
 from . import reference
 from .animation import Animation, load_animation
 from .camera import Camera
-from .deformation import Deformation
 from .errors import (
     ContextError, Error, LimitError, OptionError, SceneError, SettingsError, ShaderError
 )
-from .geometry_image import GeometryImage
 from .hits import Hits
 from .methods import Method, methods
-from .parametrise import remesh
 from .scene import Scene, load_scene
+from .surfaces.deformation import Deformation
+from .surfaces.geometry_image import GeometryImage
+from .surfaces.parametrise import remesh
 from .tracer import Tracer
 
 __all__ = [

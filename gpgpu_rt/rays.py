@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from .error_bounds import FLOAT32, gamma
 from .errors import OptionError, SceneError, nearest_names
 from .hits import Hits
-from .watertight import intersect_pairs
+from .reference.error_bounds import FLOAT32, gamma
+from .reference.watertight import intersect_pairs
 
 Rays = tuple[np.ndarray, np.ndarray]
 

@@ -218,7 +218,7 @@ def load_scene(source: str | os.PathLike | trimesh.Trimesh | trimesh.Scene | Sce
 def _read(path: Path, row: catalogue.Row | None = None) -> Scene:
     """The scene of a mesh file, with the camera of the `cameras.json` beside it."""
     if path.suffix.lower() == ".npz":
-        from .geometry_image import GeometryImage  # it imports this file
+        from .surfaces.geometry_image import GeometryImage  # it imports this file
         return GeometryImage.load(path).scene(name=path.stem, source=str(path),
                                               camera=catalogue.camera_beside(path))
     vertices, faces, colours = mesh_file.read(path)

@@ -15,7 +15,7 @@
 // ray's direction (t is then off by that over the cosine). Eight units of l clear most triangles.
 //
 // Not those that are much longer than high, seen along the ray or in fact: their edge functions have
-// errors of 33 units of l^2 (gpgpu_rt/error_bounds.py, step 5, with |a| <= l), three of them times
+// errors of 33 units of l^2 (gpgpu_rt/reference/error_bounds.py, step 5, with |a| <= l), three of them times
 // depths up to l, over twice the area A: not before 110 units of l^3 / 2A would be safe. Instead of
 // so much (the sliver's length at an aspect of 10^5) the test itself is asked, and the offset doubled
 // while it says that the ray hits its own triangle. The bound tells that this ends.

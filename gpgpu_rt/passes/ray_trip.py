@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from ..accel.cell_walk import CellWalk
 from ..accel.runs import chunks, expand
-from ..cell_walk import CellWalk
 from ..methods.row import Accelerator
 from ..precision import FORMATS, Precision
 from ..ray_state import StateBuffer
 from ..record import EXACT_INTEGER
+from ..reference.watertight import intersect_pairs
 from ..texel_layout import COUNTERS, HIT, TRIANGLE
-from ..watertight import intersect_pairs
 from .quads import Runs
 from .traverse import DONE, UNFINISHED
 

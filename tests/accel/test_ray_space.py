@@ -9,7 +9,7 @@ import gpgpu_rt as rt
 from gpgpu_rt import accel
 from gpgpu_rt.accel.ray_boxes import RayBoxes
 from gpgpu_rt.record import EXACT_INTEGER
-from gpgpu_rt.watertight import intersect_pairs
+from gpgpu_rt.reference.watertight import intersect_pairs
 
 METHODS = ("ray-classification", "visibility-field")
 MIB = 1 << 20

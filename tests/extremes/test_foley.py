@@ -6,7 +6,7 @@ import pytest
 from conftest import FOLEY, RAY_SETS, part_of, real_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt.judge import judge
+from gpgpu_rt.accuracy.judge import judge
 
 KINDS = ("eye", "random", "vertices", "edges")
 ANSWER = ("t", "u", "v", "triangle", "status")

@@ -10,11 +10,11 @@ import trimesh
 
 import gpgpu_rt as rt
 from gpgpu_rt import cli
-from gpgpu_rt.accuracy import Yardstick, accuracy
-from gpgpu_rt.candidates import precisions
-from gpgpu_rt.known_rays import WITHIN_BOUND, WRONG, KnownRays, bytes_in_flight
+from gpgpu_rt.accuracy.candidates import precisions
+from gpgpu_rt.accuracy.known_rays import WITHIN_BOUND, WRONG, KnownRays, bytes_in_flight
+from gpgpu_rt.accuracy.measure import Yardstick, accuracy
 from gpgpu_rt.methods import find_method
-from gpgpu_rt.reference_picture import reference_picture
+from gpgpu_rt.reference.picture import reference_picture
 
 METHODS = [row.name for row in rt.methods()]
 

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from conftest import RAY_SETS, random_soup, soup_scene
 
-from gpgpu_rt import reference, reference_tree
-from gpgpu_rt.reference import settle, trace, trace_exact
+from gpgpu_rt.reference import nearest, settle, trace, trace_exact, tree
 
 WAYS = {"brute force": {"accelerated": False}, "tree": {"accelerated": True}}
 
@@ -66,8 +65,8 @@ def test_answers_do_not_depend_on_batches(seed: int, monkeypatch) -> None:
     assert (first[plain.triangle[plain.hit]] == plain.triangle[plain.hit]).all()
     exact = trace_exact(soup, origins, directions)
     assert (exact.triangle == plain.triangle).all()
-    monkeypatch.setattr(reference, "_PAIRS", 37)
-    monkeypatch.setattr(reference_tree, "_PAIRS", 11)
+    monkeypatch.setattr(nearest, "_PAIRS", 37)
+    monkeypatch.setattr(tree, "_PAIRS", 11)
     for way in WAYS.values():
         again = trace(soup, origins, directions, **way)
         for name in ("t", "u", "v", "triangle"):
@@ -161,7 +160,7 @@ def test_the_tree_prunes_nothing_that_counts(rays: str, seed: int, monkeypatch) 
     scene = soup_scene(500, seed, 0.1)
     origins, directions = RAY_SETS[rays](scene, 400, seed)
     ends = np.random.default_rng(seed).uniform(0.1, 2, (2, 400))
-    monkeypatch.setattr(reference_tree, "_PAIRS", 64)
+    monkeypatch.setattr(tree, "_PAIRS", 64)
     for t_min, t_max in ((0, np.inf), (0, ends[0]), (ends[0], ends[0] + ends[1]), (-1, 1)):
         plain = trace(scene, origins, directions, t_min, t_max)
         fast = trace(scene, origins, directions, t_min, t_max, accelerated=True)

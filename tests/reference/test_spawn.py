@@ -10,9 +10,9 @@ import gpgpu_rt as rt
 from gpgpu_rt import rays as ray_sets
 from gpgpu_rt.hits import Hits
 from gpgpu_rt.ray_state import RayBatch
+from gpgpu_rt.reference.watertight import intersect_pairs
 from gpgpu_rt.texel_layout import HIT
 from gpgpu_rt.textures import read_texture
-from gpgpu_rt.watertight import intersect_pairs
 
 KINDS = ("coordinates", "sizes", "slivers", "ball")
 

@@ -7,7 +7,7 @@ from PIL import Image
 
 import gpgpu_rt as rt
 from gpgpu_rt.animation import animation_names
-from gpgpu_rt.cli import main
+from gpgpu_rt.cli.main import main
 from gpgpu_rt.scenes import catalogue
 
 SMALL = ["--size", "16x16"]

@@ -9,7 +9,7 @@ import pytest
 from conftest import RAY_SETS, assert_same_bits, soup_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt.cli import main
+from gpgpu_rt.cli.main import main
 from gpgpu_rt.figures import sheets
 from gpgpu_rt.figures.extreme_cases import make_case
 from gpgpu_rt.passes import ray_engine

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from . import rays as ray_sets
-from . import reference
-from .error_bounds import PairBounds, bound_pairs
-from .errors import OptionError, nearest_names
-from .hits import Hits
+from .. import rays as ray_sets
+from .. import reference
+from ..errors import OptionError, nearest_names
+from ..hits import Hits
+from ..reference.error_bounds import PairBounds, bound_pairs
+from ..scene import Scene
+from ..tracer import Tracer
 from .judge import CATEGORIES, RIGHT, WRONG_DISTANCE, judge, upper_confidence
-from .scene import Scene
-from .tracer import Tracer
 
 KINDS = ("eye", "random", "vertices", "edges")
 # What makes a ray's hit or miss wrong. A distance past its bound is counted, but apart: how far

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import moderngl
 
-from .accel.image_tree import ImageTree
-from .errors import OptionError, ShaderError
-from .passes.full_screen import FullScreenPass
-from .record import TABLE_WIDTH_LOG2
-from .texel_layout import POSITION
-from .textures import make_texture, read_texture
-from .tracer import Tracer
+from ..accel.image_tree import ImageTree
+from ..errors import OptionError, ShaderError
+from ..passes.full_screen import FullScreenPass
+from ..record import TABLE_WIDTH_LOG2
+from ..texel_layout import POSITION
+from ..textures import make_texture, read_texture
+from ..tracer import Tracer
 
 BUILT_IN = ("wave", "twist")
 

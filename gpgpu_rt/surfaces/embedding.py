@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .accel.morton import morton_order
+from ..accel.morton import morton_order
 from .surface_mesh import SurfaceMesh
 
 PATCHES = 500    # of vertices, at most, in the coarse half of the preconditioner

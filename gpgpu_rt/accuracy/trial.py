@@ -5,9 +5,9 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
+from ..settings import Settings
 from .candidates import Candidate
 from .promise import Finding, Promise
-from .settings import Settings
 
 
 @dataclass

@@ -15,12 +15,10 @@ from typing import Any
 
 import numpy as np
 
+from ..hits import INVALID, TRACED, Hits
 from .error_bounds import FLOAT64, bound_pairs
-from .hits import INVALID, TRACED, Hits
-from .reference_exact import trace_exact
-from .reference_tree import ReferenceTree
-
-__all__ = ["as_rays", "as_triangles", "has_area", "settle", "trace", "trace_exact"]
+from .exact import trace_exact
+from .tree import ReferenceTree
 
 _PAIRS = 1 << 19
 

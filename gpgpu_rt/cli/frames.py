@@ -11,11 +11,11 @@ from typing import Any
 
 from PIL import Image
 
-from .animation import Animation, load_animation
-from .errors import Error, OptionError
-from .files import check_writable, replacing
-from .scenes.animation import FRAMES_A_SECOND
-from .tracer import Tracer
+from ..animation import Animation, load_animation
+from ..errors import Error, OptionError
+from ..files import check_writable, replacing
+from ..scenes.animation import FRAMES_A_SECOND
+from ..tracer import Tracer
 
 IMAGES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp")
 _FILMS = {".gif": "GIF", ".png": "PNG", ".apng": "PNG", ".webp": "WEBP"}

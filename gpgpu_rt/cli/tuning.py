@@ -7,17 +7,17 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-from . import settings
-from .accuracy import accuracy, flip_note
-from .cli_shared import add_options, given_options, print_json, print_table, say, size_word
-from .errors import Error
-from .files import check_writable, replacing
-from .gpu import open_gpu
-from .known_rays import KINDS, WITHIN_BOUND, WRONG
-from .promise import Promise
-from .scene import load_scene
-from .trial import Trial, Tuning
-from .tune import SCREEN, tune
+from .. import settings
+from ..accuracy.known_rays import KINDS, WITHIN_BOUND, WRONG
+from ..accuracy.measure import accuracy, flip_note
+from ..accuracy.promise import Promise
+from ..accuracy.trial import Trial, Tuning
+from ..accuracy.tune import SCREEN, tune
+from ..errors import Error
+from ..files import check_writable, replacing
+from ..gpu import open_gpu
+from ..scene import load_scene
+from .shared import add_options, given_options, print_json, print_table, say, size_word
 
 Command = Callable[[str, Callable[[argparse.Namespace], None], str], argparse.ArgumentParser]
 

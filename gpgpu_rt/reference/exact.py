@@ -9,7 +9,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from .hits import Hits
+from ..hits import Hits
 
 Vector = tuple[Fraction, Fraction, Fraction]
 

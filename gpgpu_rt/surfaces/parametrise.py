@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 import trimesh
 
+from ..errors import OptionError, SceneError
+from ..scene import Scene, load_scene
 from .embedding import embed
-from .errors import OptionError, SceneError
 from .geometry_image import GeometryImage
 from .resampling import cross, rasterised
-from .scene import Scene, load_scene
 from .surface_mesh import SurfaceMesh
 
 CUTS = 8              # paths at most that open a surface further

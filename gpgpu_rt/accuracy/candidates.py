@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from .methods import find_method
-from .options import TRACER_OPTIONS, Option
+from ..methods import find_method
+from ..options import TRACER_OPTIONS, Option
 
 # Knobs that change what is hit and where. All others change time and bytes alone: hits stay the
 # same, to the bit where arithmetic is exact.

@@ -10,19 +10,19 @@ from typing import Any
 
 import numpy as np
 
-from . import cli_tuning
-from .bench import bench
-from .cli_frames import IMAGES, add_frames, render_frames
-from .cli_shared import (
+from ..bench import bench
+from ..errors import Error, OptionError
+from ..files import check_writable, replacing
+from ..gpu import probe
+from ..methods import Method, methods
+from ..scene import Scene, list_scenes, load_scene
+from ..surfaces.parametrise import CUTS, remesh
+from ..tracer import AUTO, DEFAULT_METHOD, Tracer
+from . import tuning
+from .frames import IMAGES, add_frames, render_frames
+from .shared import (
     add_options, given_options, options_for, print_json, print_table, say, size_word
 )
-from .errors import Error, OptionError
-from .files import check_writable, replacing
-from .gpu import probe
-from .methods import Method, methods
-from .parametrise import CUTS, remesh
-from .scene import Scene, list_scenes, load_scene
-from .tracer import AUTO, DEFAULT_METHOD, Tracer
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -282,5 +282,5 @@ def _parser() -> argparse.ArgumentParser:
     sub.add_argument("--runs", type=int, default=5, help="timed runs of each after a warm-up; "
                      "default %(default)s")
     add_options(sub)
-    cli_tuning.add_commands(command)
+    tuning.add_commands(command)
     return parser

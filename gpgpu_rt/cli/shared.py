@@ -7,9 +7,9 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-from .errors import OptionError
-from .methods import find_method, methods
-from .options import TRACER_OPTIONS, Option, spell
+from ..errors import OptionError
+from ..methods import find_method, methods
+from ..options import TRACER_OPTIONS, Option, spell
 
 
 def all_options() -> dict[str, Option]:

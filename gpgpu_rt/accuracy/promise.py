@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import OptionError
 from .confidence import LEVEL, lower_confidence, rays_needed
-from .errors import OptionError
 from .judge import upper_confidence
 from .known_rays import KINDS, Answers, Score, check_kinds
 

@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from . import reference as oracle
-from .error_bounds import PairBounds, bound_pairs
-from .hits import INVALID, STACK_OVERFLOW, UNFINISHED, Hits
-from .reference_tree import ReferenceTree
+from .. import reference as oracle
+from ..hits import INVALID, STACK_OVERFLOW, UNFINISHED, Hits
+from ..reference.error_bounds import PairBounds, bound_pairs
+from ..reference.tree import ReferenceTree
 
 CATEGORIES = ("right", "leak", "false hit", "wrong triangle", "wrong distance", "unfinished")
 RIGHT, LEAK, FALSE_HIT, WRONG_TRIANGLE, WRONG_DISTANCE, UNFINISHED_RAY = range(len(CATEGORIES))

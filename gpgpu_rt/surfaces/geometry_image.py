@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from .accel.image_tree import cell_faces
-from .errors import SceneError
-from .files import replacing
-from .scene import Scene
+from ..accel.image_tree import cell_faces
+from ..errors import SceneError
+from ..files import replacing
+from ..scene import Scene
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,8 +9,8 @@ from functools import cached_property
 
 import numpy as np
 
-from .accel.runs import expand, run_starts
-from .errors import SceneError
+from ..accel.runs import expand, run_starts
+from ..errors import SceneError
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,16 +20,16 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from . import settings
+from .. import settings
+from ..errors import LimitError, OptionError
+from ..gpu import open_gpu
+from ..hits import Hits
+from ..methods import find_method, methods
+from ..scene import Scene
+from ..tracer import Tracer
 from .candidates import STEP_ROOM, Candidate, accuracy_knobs, speed_knobs
-from .errors import LimitError, OptionError
-from .gpu import open_gpu
-from .hits import Hits
 from .known_rays import KnownRays, bytes_in_flight
-from .methods import find_method, methods
 from .promise import Finding, Promise
-from .scene import Scene
-from .tracer import Tracer
 from .trial import Trial, Tuning
 
 PROBE, SCREEN, FIELD = 1 << 10, 1 << 14, 1 << 16   # rays; squares, so that textures are full

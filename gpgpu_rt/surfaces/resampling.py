@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .accel.runs import expand, owners
+from ..accel.runs import expand, owners
 from .surface_mesh import SurfaceMesh
 
 

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from .accel.grid import Grid
+from .grid import Grid
 
 TINY_DIRECTION = np.float32(1e-20)
 BOX_SLACK, SPACING = 64, 2     # roundings: as in glsl/common/slack.glsl

@@ -3,8 +3,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import reference
-from .scene import Scene
+from ..scene import Scene
+from .nearest import trace
 
 SKY_LOW, SKY_HIGH = np.array((0.86, 0.88, 0.90)), np.array((0.42, 0.55, 0.72))
 GROUND, OVERHEAD = np.array((0.16, 0.14, 0.12)), np.array((0.26, 0.29, 0.33))
@@ -18,7 +18,7 @@ def reference_picture(scene: Scene, size: tuple[int, int]) -> np.ndarray:
     """
     width, height = size
     origins, directions = (a.reshape(-1, 3) for a in scene.camera.rays(size))
-    hits = reference.trace(scene, origins, directions, accelerated=True)
+    hits = trace(scene, origins, directions, accelerated=True)
     origins, directions = origins.astype(np.float64), directions.astype(np.float64)
     up = np.clip((directions[:, 1:2] + 0.3) / 1.2, 0, 1)
     light = SKY_LOW + (SKY_HIGH - SKY_LOW) * up * up * (3 - 2 * up)
@@ -45,8 +45,8 @@ def _surfaces(scene: Scene, origins: np.ndarray, directions: np.ndarray, t: np.n
     # From the light to the point, so that no offset is needed: what it meets first is the point's
     # own triangle, or a nearer one. At 1 - 1e-5 of the way only directions rounded to float32
     # at grazing angles, where there is next to no light, are taken for the other.
-    back = reference.trace(scene, np.broadcast_to(scene.light.position, points.shape), -to_light,
-                           accelerated=True)
+    back = trace(scene, np.broadcast_to(scene.light.position, points.shape), -to_light,
+                 accelerated=True)
     lit = ((back.triangle == triangle) | (back.t >= 1 - 1e-5))[:, None]
     ambient = (GROUND + (OVERHEAD - GROUND) * (0.5 + 0.5 * normal[:, 1:2])) * (
         0.7 + 0.3 * np.maximum(-_dot(normal, directions), 0))

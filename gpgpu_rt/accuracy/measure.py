@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import OptionError, nearest_names
+from ..methods import methods
+from ..reference.picture import reference_picture
+from ..scene import Scene
+from ..tracer import Tracer
 from .candidates import FULL_PRECISION, STEP_ROOM, option_table, precisions
-from .errors import OptionError, nearest_names
 from .known_rays import KINDS, KnownRays, check_kinds
-from .methods import methods
-from .reference_picture import reference_picture
-from .scene import Scene
-from .tracer import Tracer
 
 RUNS = 3
 MOST_PAIRS = 1 << 25    # of rays and triangles, for the method that tests every pair
