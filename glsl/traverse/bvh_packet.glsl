@@ -37,6 +37,9 @@ void start_packet() {
 
 void take_turn(int r) {
     bool comes = octant[r] == turn;
+#ifdef INTERVAL_TEST
+    comes = comes && begins_near(r);
+#endif
     rays[r].t_min = comes ? t_turn[r] : through ? NEVER : rays[r].t_min;
     t_turn[r] = comes ? NEVER : t_turn[r];
 }
@@ -47,6 +50,9 @@ void start_walk();
 bool next_turn() {
     turn = -1;
     EACH(find_turn)
+#ifdef INTERVAL_TEST
+    find_neighbourhood();
+#endif
     if (turn >= 0) {
         EACH(take_turn)
 #ifdef INTERVAL_TEST
