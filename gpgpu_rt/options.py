@@ -73,9 +73,7 @@ class Option:
         if self.choices is not None:
             return self.check(next((c for c in self.choices if spell(c) == text), text))
         if self.kind is bool:
-            words = {"1": True, "true": True, "yes": True, "on": True,
-                     "0": False, "false": False, "no": False, "off": False}
-            return self.check(words.get(text.lower(), text))
+            return self.check(TRUTH.get(text.lower(), text))
         if self.kind in (int, float):
             try:
                 value: Any = self.kind(text)
@@ -88,6 +86,10 @@ class Option:
             return self.check(numbers if len(numbers) > 1 else numbers[0])
         return self.check(text)
 
+
+# The words for yes and no.
+TRUTH = {"1": True, "true": True, "yes": True, "on": True,
+         "0": False, "false": False, "no": False, "off": False}
 
 TRACER_OPTIONS: tuple[Option, ...] = (
     Option("schedule", "loop", "how kernels are issued", choices=("kernels", "step", "loop")),

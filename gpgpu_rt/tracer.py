@@ -330,7 +330,10 @@ class Tracer:
         camera : Camera, or None for the scene's own
         size : (width, height) pixels
         """
-        width, height = (int(s) for s in size)
+        try:
+            width, height = (int(s) for s in size)
+        except (TypeError, ValueError):
+            raise OptionError(f"size is {size!r}; give (width, height) in pixels") from None
         if width < 1 or height < 1:
             raise OptionError(f"size {tuple(size)} must be at least 1 x 1 pixels")
         self.statistics.start_call(width * height)
