@@ -15,7 +15,8 @@ class Option:
 
     ``choices`` are the values it takes; without them ``kind`` says which type. ``define`` is the
     GLSL define that follows it: set where the option is true, with its value for a number, and
-    for a word ``define``_WORD.
+    for a word ``define``_WORD. An option that is set leaves those that it ``excludes`` at their
+    defaults.
     """
 
     name: str
@@ -27,6 +28,7 @@ class Option:
     optional: bool = False     # takes None as well
     define: str | None = None
     relaxed: tuple[Any, ...] = ()   # choices that may lose hits: there to be measured
+    excludes: tuple[str, ...] = ()
 
     def glsl_define(self, value: Any) -> tuple[str, object]:
         """The define that stands for a value, and whether it is set."""
@@ -131,5 +133,19 @@ def resolve_options(given: Mapping[str, Any], known: Iterable[Option],
     for name in given:
         if name not in table:
             raise OptionError(f"{what} has no option {name!r}" + nearest_names(name, table))
-    return {name: option.check(given[name]) if name in given else option.default
-            for name, option in table.items()}
+    found = {name: option.check(given[name]) if name in given else option.default
+             for name, option in table.items()}
+    clash = clashing(found, table.values())
+    if clash:
+        raise OptionError(f"{what}: {clash[0]} and {clash[1]} exclude each other; leave one of "
+                          "them at its default")
+    return found
+
+
+def clashing(values: Mapping[str, Any], known: Iterable[Option]) -> tuple[str, str] | None:
+    """Two options that are both set though one excludes the other, if there are any."""
+    table = {option.name: option for option in known}
+    changed = {name for name, option in table.items()
+               if name in values and values[name] != option.default}
+    return next(((name, other) for name in table if name in changed
+                 for other in table[name].excludes if other in changed), None)

@@ -112,10 +112,12 @@ class Tracer:
     def _check_schedule(self, asked: bool) -> None:
         """Take the method's own best schedule where none was asked; refuse one it has not."""
         options, row = self.options, self.method
-        if not asked and options["schedule"] not in row.schedules:
-            options["schedule"] = row.schedules[-1]
-        if options["schedule"] not in row.schedules:
-            raise OptionError(f"method {row.name} runs under {', '.join(row.schedules)} only, not "
+        schedules = row.schedules_for(options)
+        if not asked and options["schedule"] not in schedules:
+            options["schedule"] = schedules[-1]
+        if options["schedule"] not in schedules:
+            so = "" if schedules == row.schedules else " so"
+            raise OptionError(f"method {row.name} runs{so} under {', '.join(schedules)} only, not "
                               f"{options['schedule']}")
         in_atlas = row.stack_entry or (row.single and options["schedule"] == "step")
         if in_atlas and options["steps_per_pass"] != 1:

@@ -79,6 +79,11 @@ _QUANTISE = Option("quantise_nodes", None, "bits a bound, rounded outward: the s
                    "smaller nodes", int, choices=(8, 16), optional=True, define="QUANTISED_NODES")
 _INTERVAL_TEST = Option("interval_test", False, "one test of a box for all rays of a packet, by "
                         "interval arithmetic", bool, define="INTERVAL_TEST")
+_STREAMS = Option("streams", False, "no packets: a stream of rays and their nodes, filtered in "
+                  "passes; kernels only", bool, excludes=("packet", "octants", "interval_test"))
+_STREAM_SIZE = Option("stream_size", 1 << 15, "with streams, the most elements of a stream that "
+                      "go through a pass; fewer follow the order of nodes more closely", int,
+                      minimum=1)
 _REBUILD = Option("rebuild_ratio", accel.REBUILD_RATIO, "a tree refitted to triangles that moved "
                   "is built anew when its SAH cost is so many times that of the last build; 0: "
                   "always", float, minimum=0)
@@ -102,7 +107,8 @@ def _stack_row(name: str, summary: str, **more: Any) -> Method:
         glsl="traverse/bvh_packet.glsl", kernels=("step_packet",),
         state=Record("state", "phase:int steps:int"), tables=(TRIANGLE, BVH_PAIR),
         schedules=("step", "loop"), drivers={
-            "step": "packet_steps.PacketSteps", "loop": "packets.PacketTraversal"},
+            "kernels": "ray_streams.RayStreams", "step": "packet_steps.PacketSteps",
+            "loop": "packets.PacketTraversal"},
         packet_state=_stepwise, single="bvh-threaded", stack=True,
         **more)
 
@@ -124,6 +130,7 @@ ROWS = (
     _stack_row(
         "bvh-packet", "several rays a fragment with one stack, the child first that most meet",
         options=(*BUILD_OPTIONS, PACKET, _OCTANTS, _QUANTISE,
-                 _INTERVAL_TEST, _REBUILD), packet=True,
+                 _INTERVAL_TEST, _STREAMS, _STREAM_SIZE, _REBUILD), packet=True,
+        choose_schedules=lambda options: ("kernels",) if options["streams"] else ("step", "loop"),
         **_family(lambda options: Threads if options["octants"] else Pairs)),
 )

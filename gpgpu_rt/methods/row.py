@@ -95,6 +95,7 @@ class Method:
         ``rebuild_ratio``, if the method has it, says so
     options : its own options, the builder's among them
     schedules : those it runs under, the best one last
+    choose_schedules : (options) -> schedules, where an option leaves others than these
     drivers : schedule -> ``module.Class`` in ``passes/`` that runs it there, where that is not
         ``traverse.Traversal``; see ``passes/driver.py``
     stack_entry : what a level of its stack in textures holds, if it has one
@@ -116,6 +117,7 @@ class Method:
     options: tuple[Option, ...] = ()
     choose_tables: Callable[[Mapping[str, Any]], Tables] | None = None
     schedules: tuple[str, ...] = SCHEDULES
+    choose_schedules: Callable[[Mapping[str, Any]], tuple[str, ...]] | None = None
     drivers: Mapping[str, str] = field(default_factory=dict)
     stack_entry: Record | None = None
     packet_state: Callable[[Mapping[str, Any]], Stepwise] | None = None
@@ -128,6 +130,12 @@ class Method:
     def tables_for(self, options: Mapping[str, Any]) -> Tables:
         """The records its programs read under these options."""
         return self.choose_tables(options) if self.choose_tables else self.tables
+
+    def schedules_for(self, options: Mapping[str, Any]) -> tuple[str, ...]:
+        """What it runs under with these options; one left out is at its default."""
+        if self.choose_schedules is None:
+            return self.schedules
+        return self.choose_schedules({**{o.name: o.default for o in self.options}, **options})
 
     def defines(self, options: Mapping[str, Any]) -> dict[str, object]:
         """GLSL defines that follow from the method and its options."""
