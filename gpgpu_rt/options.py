@@ -97,7 +97,7 @@ TRACER_OPTIONS: tuple[Option, ...] = (
     Option("step_cap", None, "kernel runs after which a ray is stopped and flagged; none: the "
            "bound that follows from the accelerator's size", int, minimum=1),
     Option("statistics", False, "count nodes, leaves and triangles a ray", bool),
-    Option("sort_rays", False, "sort rays by origin and direction before they are traced", bool),
+    Option("sort_rays", False, "sort rays by where they begin and end before they are traced", bool),
     Option("intersection", "woop-watertight", "ray-triangle test",
            choices=("woop-watertight", "moller-trumbore", "plucker", "kensler-shirley")),
     Option("precision", None, "storage and arithmetic at once", choices=("fp32", "fp24", "fp16"),
