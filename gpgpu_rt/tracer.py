@@ -20,7 +20,7 @@ from .gpu import open_gpu
 from .hits import STACK_OVERFLOW, UNFINISHED, Hits
 from .methods import Accelerator, Method, find_method
 from .methods.row import Tables
-from .options import TRACER_OPTIONS, resolve_options
+from .options import TRACER_OPTIONS, resolve_options, spell
 from .passes.driver import Driver, Samplers, Setup, make_driver
 from .passes.packet_room import PacketHits
 from .passes.shade import Shading
@@ -67,6 +67,8 @@ class Tracer:
         for part in ("storage", "arithmetic"):
             self.options[part] = self.options[part] or self.options["precision"] or "fp32"
         self._check_schedule("schedule" in options)
+        if self.method.form is not None:
+            self.method = self.method.form(self.options)
         self.precision = Precision.of(self.options)
         self.scene = load_scene(scene)
         self._bounds = self.scene.bounds
@@ -117,6 +119,11 @@ class Tracer:
         if options["schedule"] not in row.schedules:
             raise OptionError(f"method {row.name} runs under {', '.join(row.schedules)} only, not "
                               f"{options['schedule']}")
+        for option in row.options:
+            if not option.runs_under(options[option.name], options["schedule"]):
+                raise OptionError(
+                    f"option {option.name}={spell(options[option.name])} runs under "
+                    f"{', '.join(option.schedules)} only, not {options['schedule']}")
         in_atlas = row.stack_entry or (row.single and options["schedule"] == "step")
         if in_atlas and options["steps_per_pass"] != 1:
             raise OptionError(f"method {row.name} runs one step a pass, as its stack is drawn "

@@ -4,7 +4,8 @@ from __future__ import annotations
 import itertools
 import os
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from types import MappingProxyType
 
 import hypothesis
 import numpy as np
@@ -47,10 +48,14 @@ SCHEDULES: dict[str, dict[str, object]] = {
 }
 
 
-def schedules_of(row: rt.Method, names: Iterable[str] = SCHEDULES) -> dict[str, dict[str, object]]:
-    """Those schedules' settings that a method runs under."""
+def schedules_of(row: rt.Method, names: Iterable[str] = SCHEDULES,
+                 options: Mapping[str, object] = MappingProxyType({})
+                 ) -> dict[str, dict[str, object]]:
+    """Those schedules' settings that a method runs under, with these of its options."""
+    given = [(option, options[option.name]) for option in row.options if option.name in options]
     return {name: SCHEDULES[name] for name in names
             if SCHEDULES[name]["schedule"] in row.schedules
+            and all(o.runs_under(value, str(SCHEDULES[name]["schedule"])) for o, value in given)
             and not ((row.stack_entry or row.single) and "steps_per_pass" in SCHEDULES[name])}
 
 

@@ -14,7 +14,7 @@ from ..texel_layout import BVH_NODE, BVH_PAIR, STACK_ENTRY, TRIANGLE
 from .brute_force import triangle_table
 from .bvh_build import BUILD_OPTIONS, built_bvh
 from .bvh_tables import Layout, Options, Pairs, Threads, last_of_leaves, scene_box
-from .row import PACKET, Accelerator, Method, Stepwise
+from .row import PACKET, VERTEX_CULLING, Accelerator, Method, Stepwise, check_culling
 
 LayoutOf = Callable[[Options], type[Layout]]
 
@@ -60,6 +60,7 @@ def _family(layout_of: LayoutOf) -> dict[str, Any]:
         return _accelerator(bvh, kept, triangles, options)
 
     def prepare(triangles: np.ndarray, options: Options) -> Accelerator:
+        check_culling(options)
         return adopt(_built(triangles, options), triangles, options)
 
     def refit(accelerator: Accelerator, triangles: np.ndarray, options: Options) -> Accelerator:
@@ -124,6 +125,6 @@ ROWS = (
     _stack_row(
         "bvh-packet", "several rays a fragment with one stack, the child first that most meet",
         options=(*BUILD_OPTIONS, PACKET, _OCTANTS, _QUANTISE,
-                 _INTERVAL_TEST, _REBUILD), packet=True,
+                 _INTERVAL_TEST, VERTEX_CULLING, _REBUILD), packet=True,
         **_family(lambda options: Threads if options["octants"] else Pairs)),
 )
