@@ -20,7 +20,7 @@ from .gpu import open_gpu
 from .hits import STACK_OVERFLOW, UNFINISHED, Hits
 from .methods import Accelerator, Method, find_method
 from .methods.row import Tables
-from .options import TRACER_OPTIONS, resolve_options
+from .options import TRACER_OPTIONS, resolve_options, spell
 from .passes.driver import Driver, Samplers, Setup, make_driver
 from .passes.packet_room import PacketHits
 from .passes.shade import Shading
@@ -67,6 +67,7 @@ class Tracer:
         for part in ("storage", "arithmetic"):
             self.options[part] = self.options[part] or self.options["precision"] or "fp32"
         self._check_schedule("schedule" in options)
+        self.method = self.method.formed(self.options)
         self.precision = Precision.of(self.options)
         self.scene = load_scene(scene)
         self._bounds = self.scene.bounds
@@ -116,9 +117,11 @@ class Tracer:
         if not asked and options["schedule"] not in schedules:
             options["schedule"] = schedules[-1]
         if options["schedule"] not in schedules:
-            so = "" if schedules == row.schedules else " so"
-            raise OptionError(f"method {row.name} runs{so} under {', '.join(schedules)} only, not "
-                              f"{options['schedule']}")
+            given = "" if schedules == row.schedules else " with " + ", ".join(
+                f"{o.name}={spell(options[o.name])}" for o in row.options
+                if options[o.name] != o.default)
+            raise OptionError(f"method {row.name}{given} runs under {', '.join(schedules)} only, "
+                              f"not {options['schedule']}")
         in_atlas = row.stack_entry or (row.single and options["schedule"] == "step")
         if in_atlas and options["steps_per_pass"] != 1:
             raise OptionError(f"method {row.name} runs one step a pass, as its stack is drawn "
