@@ -3,8 +3,9 @@
 Kajiya, "The Rendering Equation", SIGGRAPH 1986. At each vertex a path asks one light (next-event
 estimation), then goes on by what the material reflects; light that it meets by itself counts by
 how much likelier that way of finding it was (the balance heuristic of Veach and Guibas,
-"Optimally Combining Sampling Techniques for Monte Carlo Rendering", SIGGRAPH 1995). Both sides draw the same random numbers, and ask
-the same lights: pictures differ by what float32 rounds, and where that makes a path turn elsewhere.
+"Optimally Combining Sampling Techniques for Monte Carlo Rendering", SIGGRAPH 1995). Both sides
+draw the same random numbers, and ask the same lights: pictures differ by what float32 rounds, and
+where that makes a path turn elsewhere.
 
 Radiance is not scaled where it enters a denser medium, as the factor cancels for all light that
 comes in and goes out: only a light or an eye inside glass would tell.
