@@ -14,7 +14,7 @@ from PIL import Image
 from . import settings
 from .accel import sah_cost, uncached
 from .accel.bounds import shrink_flat
-from .appearance.needs import Asked, SceneNeeds
+from .appearance.needs import SceneNeeds
 from .camera import Camera
 from .errors import Error, OptionError
 from .gpu import open_gpu
@@ -322,40 +322,31 @@ class Tracer:
     # Rendering ------------------------------------------------------------------------------
 
     def render(self, camera: Camera | None = None, size: tuple[int, int] = (512, 512),
-               integrator: str | None = None, all_features: bool = False, bounces: int = 6,
-               light_samples: int = 16) -> Image.Image:
-        """A picture of the scene.
-
-        Rays are made, traced and shaded on the GPU, all by this tracer's method, by programs that
-        know what the scene has and no more.
+               integrator: str | None = None, **options: Any) -> Image.Image:
+        """A picture of the scene, all its rays traced by this tracer's method.
 
         Parameters
         ----------
         camera : Camera, or None for the scene's own
         size : (width, height) pixels
         integrator : "direct": light and shadows; "whitted" (default): and mirrors and glass
-        all_features : programs, textures and passes for all that some scene may have: the same
-            picture, to compare with
-        bounces : reflections and refractions followed, one after another
-        light_samples : shadow rays of a hit towards triangles that emit
+        options : the integrator's, as ``integrators.INTEGRATORS[name].options`` lists them
         """
-        drawer = self._drawer(size, integrator, all_features, bounces, light_samples)
+        drawer = self._drawer(size, integrator, options)
         with self.gpu:
             rays, buffers = self._room(drawer.size)
             began = time.perf_counter()
             waves = Waves(self._traversal, buffers, self.statistics, self._count)
-            pixels = drawer.draw(waves.trace, rays, camera or self.scene.camera)
+            pixels = waves.draw(drawer, rays, camera or self.scene.camera)
             self.gpu.check_error("rendering")
         self.statistics.trace_seconds = time.perf_counter() - began
-        self.statistics.picture_passes = dict(drawer.drawn)
-        self.statistics.waves, self.statistics.texel_fetches = waves.count, drawer.fetches
         self._add_texture_bytes()
         return Image.fromarray(pixels)
 
     def plan(self, size: tuple[int, int] = (512, 512), integrator: str | None = None,
-             all_features: bool = False, bounces: int = 6, light_samples: int = 16) -> Plan:
+             **options: Any) -> Plan:
         """What `render` with the same arguments would do and allocate, and why no more."""
-        drawer = self._drawer(size, integrator, all_features, bounces, light_samples)
+        drawer = self._drawer(size, integrator, options)
         with self.gpu:
             rays, buffers = self._room(drawer.size)
             buffers.side(0)
@@ -364,18 +355,15 @@ class Tracer:
                    for name, taken in self.statistics.table_bytes.items()},
                 "eye rays": texture_bytes(rays.textures), "state and hits": buffers.bytes()})
 
-    def _drawer(self, size: tuple[int, int], integrator: str | None, all_features: bool,
-                bounces: int, light_samples: int) -> Integrator:
+    def _drawer(self, size: tuple[int, int], integrator: str | None,
+                options: Mapping[str, Any]) -> Integrator:
         """The integrator, with room for a picture; the last one if it is asked for the same."""
         kind = find_integrator(integrator)
-        for name, value, least in (("bounces", bounces, 0), ("light_samples", light_samples, 1)):
-            if int(value) != value or value < least:
-                raise OptionError(f"{name}={value!r} must be a whole number, {least} or more")
         width, height = (int(s) for s in size)
         if width < 1 or height < 1:
             raise OptionError(f"size {tuple(size)} must be at least 1 x 1 pixels")
-        asked = Asked(bounces if kind.follows else 0, light_samples, self.precision, all_features)
-        needs, last = SceneNeeds.of(self.scene, asked), self._integrator
+        asked, last = kind.asked(options, self.precision), self._integrator
+        needs = SceneNeeds.of(self.scene, asked)
         with self.gpu:
             if last is None or type(last) is not kind or last.needs != needs:
                 if last is not None:

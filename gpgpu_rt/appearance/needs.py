@@ -43,8 +43,8 @@ class Asked:
     all_features : take every property for one that the scene has
     """
 
-    bounces: int = 6
-    light_samples: int = 16
+    bounces: int = 0
+    light_samples: int = 1
     precision: Precision = Precision()
     all_features: bool = False
 

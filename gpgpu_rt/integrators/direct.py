@@ -8,4 +8,4 @@ class Direct(Whitted):
     """Whitted's ray tracing without bounces; of a scene without mirrors and glass the same."""
 
     name = "direct"
-    follows = False
+    options = tuple(option for option in Whitted.options if option.name != "bounces")

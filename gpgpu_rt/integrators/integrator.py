@@ -15,13 +15,14 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from ..appearance.needs import CUTOFF, SceneNeeds
+from ..appearance.needs import CUTOFF, Asked, SceneNeeds
 from ..camera import Camera
 from ..gpu import Gpu
-from ..options import word_define
+from ..options import Option, resolve_options, word_define
 from ..passes.eye_rays import EyeRays
 from ..passes.full_screen import FullScreenPass
 from ..passes.packet_room import PacketHits
+from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer
 from ..record import TABLE_WIDTH_LOG2, Record
 from ..scene import Scene
@@ -55,6 +56,15 @@ class Pass:
     defines: tuple[str, ...] = ()
 
 
+ALL_FEATURES = Option(
+    "all_features", False, "programs, textures and passes for all that some scene may have: the "
+    "same picture, to compare with", bool)
+BOUNCES = Option("bounces", 6, "reflections and refractions that are followed, one after another",
+                 int, minimum=0)
+LIGHT_SAMPLES = Option("light_samples", 16, "shadow rays of a hit towards triangles that emit",
+                       int, minimum=1)
+
+
 class Integrator:
     """What all have in common: a scene's textures, the streams of one size, and the programs.
 
@@ -65,7 +75,7 @@ class Integrator:
 
     name: str
     passes: tuple[Pass, ...]
-    follows = True      # whether rays go on from hits
+    options: tuple[Option, ...] = (ALL_FEATURES, BOUNCES, LIGHT_SAMPLES)
 
     def __init__(self, gpu: Gpu, scene: Scene, needs: SceneNeeds, intersection: str) -> None:
         self.gpu, self.needs, self.intersection = gpu, needs, intersection
@@ -78,6 +88,13 @@ class Integrator:
         self.room: Room | None = None
         self.size = (0, 0)
         self.take(scene)
+
+    @classmethod
+    def asked(cls, options: Mapping[str, Any], precision: Precision) -> Asked:
+        """What a scene's needs are to follow from, of this integrator's options."""
+        given = resolve_options(options, cls.options, f"integrator {cls.name}")
+        return Asked(given.get("bounces", 0), given.get("light_samples", 1), precision,
+                     given["all_features"])
 
     def take(self, scene: Scene) -> None:
         """Draw this scene from now on: the same one, or one whose triangles moved."""

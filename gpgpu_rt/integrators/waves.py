@@ -3,10 +3,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
+from ..camera import Camera
 from ..passes.driver import Driver
 from ..ray_state import RayTextures, StateBuffers
 from ..statistics import Statistics
-from .integrator import Hits
+from .integrator import Hits, Integrator
 
 
 class Waves:
@@ -22,6 +25,13 @@ class Waves:
         self._driver, self._buffers, self._statistics = driver, buffers, statistics
         self._count_rays = count_rays
         self.count = 0
+
+    def draw(self, drawer: Integrator, rays: RayTextures, camera: Camera) -> np.ndarray:
+        """A picture, (height, width, 3) uint8; the statistics say what its passes were."""
+        pixels = drawer.draw(self.trace, rays, camera)
+        self._statistics.picture_passes = dict(drawer.drawn)
+        self._statistics.waves, self._statistics.texel_fetches = self.count, drawer.fetches
+        return pixels
 
     def trace(self, rays: RayTextures, any_hit: bool = False) -> Hits:
         """Where the hits are, until rays are traced again."""

@@ -2,10 +2,10 @@
 lets light through (Whitted, "An Improved Illumination Model for Shaded Display", CACM 1980).
 
 His recursion runs on the host, over whole images instead of rays: a wave is the rays of one
-branch, a texel a pixel, most of them empty further down the tree of reflections and refractions. An
-occlusion query around the pass that makes a branch says whether any ray is in it; if none is, the
-branch ends there. Rays that reflect are used up by the next wave, so two textures of them are
-enough; of those that are refracted each depth keeps its own until its turn comes.
+branch, a texel a pixel, most of them empty further down the tree of branches. An occlusion query
+around the pass that makes a branch says whether any ray is in it; if none is, the branch ends
+there. Rays that reflect are used up by the next wave, so two textures of them are enough; of those
+that are refracted each depth keeps its own until its turn comes.
 """
 from __future__ import annotations
 
