@@ -372,7 +372,7 @@ class Tracer:
                                         self.options["intersection"])
             assert self._integrator is not None
             self.statistics.start_call(width * height)
-            self._integrator.start((width, height))
+            self._integrator.start((width, height), options)
         return self._integrator
 
     # Lifetime -------------------------------------------------------------------------------

@@ -1,5 +1,5 @@
 // The light that a vertex of a path asks: chosen from a table by Walker's alias method (1977), as
-// gpgpu_rt/integrators/light_choice.py makes it, and a place on it.
+// gpgpu_rt/appearance/light_choice.py makes it, and a place on it.
 
 uniform int light_count;
 uniform float light_density;    // of places by area, over the luminance of their emission

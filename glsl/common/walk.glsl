@@ -19,7 +19,3 @@ vec4 walk_random(ivec2 texel, int vertex, uint which) {
     return random_numbers(random_counter(uvec2(walk_pixel(texel)), uint(walk_sample(texel)),
                                          uint(vertex), which, uint(seed)));
 }
-
-Walk walk_ended() {
-    return Walk(vec3(0.0), 0.0);
-}

@@ -13,6 +13,10 @@
 #include "common/hit.glsl"
 #include "common/triangle.glsl"
 #include "common/spawn.glsl"
+// Here, as the first file below that includes it may have to do without.
+#if defined(TEXTURES) || defined(SKY_IMAGE)
+#include "common/texture.glsl"
+#endif
 #include "common/surroundings.glsl"
 #include "common/surface.glsl"
 #include "common/random.glsl"
@@ -32,9 +36,9 @@ uniform bool last;          // paths turn no more
 uniform int roulette;       // the vertex from which they end by chance
 uniform float most_survive;
 
-// A ray that leaves the hit to this side; the offset of its start may take several tries.
-Rays leave(Spawn spawn, vec3 direction, float t_max) {
-    Rays ray = Rays(vec3(0.0), spawn_t_min(), direction, t_max);
+// A ray without end that leaves the hit to this side; the offset of its start may take several tries.
+Rays leave(inout Spawn spawn, vec3 direction) {
+    Rays ray = Rays(vec3(0.0), spawn_t_min(), direction, uintBitsToFloat(0x7f800000u));
     for (int tries = 0; tries < SPAWN_TRIES; ++tries) {
         ray.origin = spawn_origin(spawn);
         if (!spawn_hits_itself(spawn, ray) || !spawn_further(spawn)) {
@@ -49,7 +53,7 @@ Rays leave(Spawn spawn, vec3 direction, float t_max) {
 vec3 light_asked(Hit hit, Surface surface, Scatter scatter, ivec2 texel, inout Rays shadow) {
     AskedLight light = ask_light(walk_random(texel, vertex, 1u));
     Spawn spawn = spawn_setup(hit, surface.flat_normal);
-    vec3 to_light = light.place - spawn.point;
+    vec3 to_light = light.place - spawn_origin(spawn);
     float distance = length(to_light);
     vec3 direction = stored(to_light / distance);
     float density;
@@ -65,7 +69,10 @@ vec3 light_asked(Hit hit, Surface surface, Scatter scatter, ivec2 texel, inout R
     }
 #endif
     if (max(max(found.r, found.g), found.b) > 0.0) {
-        shadow = leave(spawn, direction, shadow_end(distance, light.blur, facing));
+        shadow = leave(spawn, direction);
+        // A start that has moved since it aimed looks past the place by as much.
+        shadow.t_max = shadow_end(dot(light.place - shadow.origin, direction),
+                                  light.blur + spawn.offset, facing);
     }
     return found;
 }
@@ -79,7 +86,7 @@ void main() {
     Rays none = Rays(vec3(0.0), 1.0, vec3(0.0, 0.0, 1.0), -1.0);
     Rays next_ray = none;
     Rays shadow = none;
-    Walk next_walk = walk_ended();
+    Next_walk next_walk = Next_walk(vec3(0.0), 0.0);
     vec3 lit = vec3(0.0);
     vec3 direct = vec3(0.0);
     if (ray.t_max >= 0.0 && !hit_found(hit)) {
@@ -90,10 +97,10 @@ void main() {
         vec3 emission = emission_radiance(surface.material);
         float share = 1.0;
 #ifdef AREA_LIGHTS
-        if (walk.density > 0.0) {
-            float facing = abs(dot(surface.flat_normal, ray.direction));
-            float asked = light_density * luminance(emission) * hit.t * hit.t / facing;
-            share = walk.density / (walk.density + asked);
+        float bright = light_density * luminance(emission);
+        if (walk.density > 0.0 && bright > 0.0) {
+            float found = walk.density * abs(dot(surface.flat_normal, ray.direction));
+            share = found / (found + bright * hit.t * hit.t);
         }
 #endif
         lit = walk.weight * emission * share;
@@ -111,16 +118,16 @@ void main() {
             float most = max(max(weight.r, weight.g), weight.b);
             float chance = vertex >= roulette ? min(most, most_survive) : 1.0;
             if (most > 0.0 && random.y < chance) {
-                next_walk = Walk(weight / chance, next.density);
+                next_walk = Next_walk(weight / chance, next.density);
                 vec3 direction = stored(normalize(next.direction));
-                next_ray = leave(spawn_setup(hit, next.side), direction,
-                                 uintBitsToFloat(0x7f800000u));
+                Spawn spawn = spawn_setup(hit, next.side);
+                next_ray = leave(spawn, direction);
             }
         }
     }
     next_rays_store(Next_rays(next_ray.origin, next_ray.t_min, next_ray.direction,
                               next_ray.t_max));
-    next_walk_store(Next_walk(next_walk.weight, next_walk.density));
+    next_walk_store(next_walk);
     lit_store(Lit(lit));
 #ifdef SHADOWS
     shadow_rays_store(Shadow_rays(shadow.origin, shadow.t_min, shadow.direction, shadow.t_max));

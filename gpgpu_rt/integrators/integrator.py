@@ -112,8 +112,11 @@ class Integrator:
         """(height, width, 3) uint8 sRGB, of an image as large as ``rays``."""
         raise NotImplementedError
 
-    def start(self, size: tuple[int, int]) -> None:
-        """Make room for a picture of (width, height) pixels, and forget the last one's counts."""
+    def start(self, size: tuple[int, int], options: Mapping[str, Any] = {}) -> None:
+        """Make room for a picture of (width, height) pixels, and forget the last one's counts.
+
+        ``options`` are those that were asked for; most have become needs by now.
+        """
         self.size = size
         if self.room is None or self.room.size != size:
             self._release_room()

@@ -19,7 +19,7 @@ import numpy as np
 
 from ..camera import Camera
 from ..hits import Hits
-from ..integrators.light_choice import LightChoice, luminance
+from ..appearance.light_choice import LightChoice, luminance
 from ..integrators.path_settings import MOST_SURVIVE, PathSettings
 from ..rays import spawn
 from ..scene import Scene
@@ -143,12 +143,10 @@ class _Paths:
         is_point = light < 0
         place, emission, normal = (np.zeros((len(rows), 3)) for _ in range(3))
         if is_point.any():
-            points = self.scene.lights
+            points = self.lights.points(self.scene.lights)
             which = -1 - light[is_point]
-            place[is_point] = np.array([p.position for p in points])[which]
-            # Irradiance: white reflects ``intensity``, so pi times that arrives.
-            emission[is_point] = np.pi * (np.array([p.intensity for p in points])[which]
-                                          / self.lights.point_probability[which, None])
+            place[is_point] = points["position"][which]
+            emission[is_point] = points["strength"][which]
         area = ~is_point
         corners = self.scene.triangles[light[area]].astype(np.float64)
         edges = corners[:, 1:] - corners[:, :1]

@@ -5,8 +5,10 @@ import numpy as np
 import trimesh
 
 import gpgpu_rt as rt
+from gpgpu_rt.appearance.attributes import smooth_normals
 from gpgpu_rt.appearance.light import Environment, PointLight
 from gpgpu_rt.appearance.material import Material
+from gpgpu_rt.appearance.texture import Texture
 
 QUAD = [[0, 1, 2], [0, 2, 3]]
 EMITTED = np.array((0.5, 0.4, 0.3))
@@ -115,3 +117,40 @@ def cornell_lit() -> rt.Scene:
     return rt.Scene("cornell lit", box.triangles, colours, (), box.camera,
                     materials=(Material(), Material("lamp", emission=(18.4, 15.6, 8.0))),
                     material_of=material_of, environment=None)
+
+
+def everything() -> rt.Scene:
+    """A room with all kinds of surface and light, seen from inside; nothing in it is known by a
+    formula."""
+    rng = np.random.default_rng(3)
+    room = trimesh.creation.box((4, 3, 4))
+    ball = trimesh.creation.icosphere(subdivisions=2, radius=0.6)
+    block = trimesh.creation.box((0.8, 0.8, 0.8))
+    lamp = np.array([[-0.4, 1.4, -0.4], [0.4, 1.4, -0.4], [0.4, 1.4, 0.4], [-0.4, 1.4, 0.4]])
+    meshes = [(room.vertices, room.faces), (ball.vertices + (-0.8, -0.9, -0.6), ball.faces),
+              (ball.vertices + (0.9, -0.8, -0.4), ball.faces),
+              (block.vertices + (0.2, -1.1, 0.7), block.faces), (lamp, np.array(QUAD))]
+    material_of = np.repeat(np.arange(5), [len(faces) for _, faces in meshes])
+    material_of[:2] = 5     # one wall is a window
+    triangles = np.concatenate([vertices[faces] for vertices, faces in meshes])
+    keep = material_of != 5
+    triangles, material_of = triangles[keep], material_of[keep]
+    normals = smooth_normals(triangles)
+    flat = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    round_ones = np.isin(material_of, (1, 2))
+    normals[~round_ones] = (flat / np.linalg.norm(flat, axis=1, keepdims=True)
+                            )[~round_ones, None]
+    texture = Texture("noise", rng.random((8, 8, 3)))
+    materials = (Material("walls", diffuse=(0.7, 0.7, 0.7), texture=texture),
+                 Material("glass", ior=1.5),
+                 Material("ball", diffuse=(0.2, 0.1, 0.1), mirror=(0.3, 0.3, 0.4),
+                          glossy=(0.3, 0.4, 0.2), roughness=0.3),
+                 Material("block", diffuse=(0.2, 0.5, 0.7), glossy=(0.2, 0.2, 0.2),
+                          roughness=0.1),
+                 Material("lamp", diffuse=(0.5, 0.5, 0.5), emission=(6, 5, 4)))
+    return rt.Scene.from_arrays(
+        triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3),
+        materials=materials, material_of=material_of, normals=normals,
+        uv=rng.random((len(triangles), 3, 2)), lights=(PointLight((1, 0.5, 1.5), (0.4, 0.5, 0.6)),),
+        environment=Environment.sky((0.4, 0.6, 1.0), (0.2, 0.2, 0.1)),
+        camera=rt.Camera((0.3, 0.2, 1.9), (0, -0.6, -0.5), fov=75))

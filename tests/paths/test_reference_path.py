@@ -7,7 +7,7 @@ import pytest
 
 import gpgpu_rt as rt
 from gpgpu_rt.appearance.material import Material
-from gpgpu_rt.integrators.light_choice import LightChoice
+from gpgpu_rt.appearance.light_choice import LightChoice
 from gpgpu_rt.integrators.path_settings import PathSettings
 from gpgpu_rt.reference.path import PathPicture, path_picture
 

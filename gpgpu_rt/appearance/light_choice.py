@@ -1,11 +1,13 @@
 """Which light a path asks at a vertex: the table that two random numbers choose it from."""
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..scene import Scene
+from .light import PointLight
 
 LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
 
@@ -62,6 +64,18 @@ class LightChoice:
             return cls(names[:0], names[:0], np.zeros(0, np.float32), np.zeros(len(points)), 0.0)
         keep, other = _alias(weights / total)
         return cls(names, names[other], keep.astype(np.float32), points / total, 1 / total)
+
+    def choices(self) -> dict[str, np.ndarray]:
+        """The table as programs read it."""
+        return {"light": self.triangle, "alias": self.alias, "keep": self.keep}
+
+    def points(self, lights: Sequence[PointLight]) -> dict[str, np.ndarray]:
+        """Point lights as programs read them."""
+        intensity = np.array([light.intensity for light in lights]).reshape(-1, 3)
+        chance = np.where(self.point_probability > 0, self.point_probability, 1)
+        return {"position": np.array([light.position for light in lights]).reshape(-1, 3),
+                # White reflects ``intensity``, so pi times that arrives.
+                "strength": np.pi * intensity / chance[:, None]}
 
     def choose(self, random: np.ndarray, coin: np.ndarray) -> np.ndarray:
         """(n,) rows of triangles, or -1 - k, from (n,) numbers in (0, 1) each."""
