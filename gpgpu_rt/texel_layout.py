@@ -139,7 +139,7 @@ LIGHT_CHOICE = Record("light_choice", "light:int alias:int keep")
 with this probability; and which one else."""
 
 POINT_LIGHT = Record("point_light", "position:vec3 | strength:vec3")
-"""A point light that paths ask: the irradiance it gives, over the probability that it is chosen."""
+"""A point light that paths ask: the irradiance it gives, over the chance that it is chosen."""
 
 IMAGE = Record("image", "x:int y:int width:int height:int")
 """Of a material: where its image lies in the texture of all images; width 0 for none."""
@@ -187,8 +187,7 @@ WALK = Record("walk", "weight:vec3 density")
 its ray's direction was, 0 where that was certain."""
 
 SUMS = Record("sums", "total:vec4 | lost:vec4")
-"""Of a pixel: radiance, and squared luminance, summed over its paths; what the sums have rounded
-off."""
+"""Of a pixel: radiance, and squared luminance, summed over its paths; what that rounded off."""
 
 TILE_SPAN = Record("tile_span", "centre:vec3 live:int | axis:vec3")
 """Where the rays of a tile begin and go: the middle of their origins, how many rays are not empty,

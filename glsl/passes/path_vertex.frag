@@ -17,8 +17,8 @@
 #if defined(TEXTURES) || defined(SKY_IMAGE)
 #include "common/texture.glsl"
 #endif
-#include "common/surroundings.glsl"
 #include "common/surface.glsl"
+#include "common/surroundings.glsl"
 #include "common/random.glsl"
 #include "common/walk.glsl"
 #include "common/sample.glsl"

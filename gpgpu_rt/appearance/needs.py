@@ -21,8 +21,8 @@ from ..rays import unit_normals
 from ..record import Record
 from ..scene import Scene
 from ..texel_layout import (
-    COLOUR, CORNER_NORMALS, CORNER_UV, DIELECTRIC, EMISSION, GLOSSY, IMAGE, MIRROR, SURFACE,
-    LIGHT_CHOICE, POINT_LIGHT, TRIANGLE
+    COLOUR, CORNER_NORMALS, CORNER_UV, DIELECTRIC, EMISSION, GLOSSY, IMAGE, LIGHT_CHOICE, MIRROR,
+    POINT_LIGHT, SURFACE, TRIANGLE
 )
 from .images import places
 from .light_choice import LightChoice
@@ -196,7 +196,7 @@ class SceneNeeds:
     def of(cls, scene: Scene, asked: Asked = Asked()) -> SceneNeeds:
         """Derive them."""
         present = [p.name for p in PROPERTIES
-                   if (asked.all_features or (len(scene) and p.found(scene, asked)))
+                   if (asked.all_features or p.found(scene, asked))
                    and (asked.bounces or not p.bouncing) and (asked.paths or not p.of_paths)]
         return cls(tuple(present), tuple(p.name for p in PROPERTIES if p.name not in present),
                    _bounces(scene, asked) if "BOUNCES" in _defines(present) else 0,

@@ -87,6 +87,9 @@ class Integrator:
         self.fetches = 0                        # texels that they read, a pixel
         self.room: Room | None = None
         self.size = (0, 0)
+        self.radiance: np.ndarray | None = None     # linear, of one that finds it
+        # Told samples done, samples of all, and the noise so far, by one that takes samples.
+        self.progress: Callable[[int, int, float], None] | None = None
         self.take(scene)
 
     @classmethod

@@ -9,7 +9,7 @@ whatever a wave holds.
 """
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import moderngl
@@ -44,8 +44,8 @@ class Path(Integrator):
         ALL_FEATURES,
         Option("bounces", _DEFAULTS.bounces, "how often a path may turn at most", int, minimum=0),
         Option("samples", 64, "paths a pixel, at most", int, minimum=1),
-        Option("noise", None, "stop where the picture's standard error is this share of its mean "
-               "luminance", float, minimum=0),
+        Option("noise", None, "stop where the pixels' standard errors are this share of their "
+               "luminance, both averaged over the picture", float, minimum=0),
         Option("roulette", _DEFAULTS.roulette, "the vertex from which paths end by chance", int,
                minimum=1),
         Option("seed", _DEFAULTS.seed, "another one gives other noise", int, minimum=0))
@@ -62,7 +62,6 @@ class Path(Integrator):
         Pass("path sums", "passes/path_sums.frag", (), (("radiance", RADIANCE), ("sums", SUMS)),
              (("next_sums", SUMS),)),
     )
-    progress: Callable[[int, int, float], None] | None = None   # samples done, of all, noise
 
     @classmethod
     def asked(cls, options: Mapping[str, Any], precision: Precision) -> Asked:
@@ -108,6 +107,7 @@ class Path(Integrator):
             self.done = min(self.done + self.block[0] * self.block[1], self.samples)
             if self._finished(f"sums {side}"):
                 break
+        self.radiance = self.mean.astype(np.float32)
         return shown(self.mean)
 
     def _wave(self, trace: Trace, rays: RayTextures, camera: Camera,
@@ -135,13 +135,13 @@ class Path(Integrator):
             if "shadow rays" in room:
                 hits = trace(room.rays["shadow rays"], any_hit=True)
             now, then, walk = then, now, 1 - walk
+            # Asked for before blending is on: packets hand their hits back by a pass of their own.
+            found = {**hits.samplers(), **self._found(), **room.samplers(f"walk {walk}", "walk")}
             context.enable_only(moderngl.BLEND)
             context.blend_func = moderngl.ONE, moderngl.ONE
             query = context.query(samples=True)
             with query:
-                self.run("path gather", room.target("radiance"),
-                         {**hits.samplers(), **self._found(),
-                          **room.samplers(f"walk {walk}", "walk")})
+                self.run("path gather", room.target("radiance"), found)
             context.enable_only(moderngl.NOTHING)
             if not query.samples:
                 break
@@ -169,7 +169,7 @@ class Path(Integrator):
         bright = self.mean @ LUMINANCE
         spread = np.maximum(total[:, :, 3] - bright ** 2, 0) / max(self.done - 1, 1)
         if self.done >= min(FEWEST, self.samples) and bright.any():
-            self.noise = float(np.sqrt(spread.mean()) / bright.mean())
+            self.noise = float(np.sqrt(spread).mean() / bright.mean())
         if self.progress is not None:
             self.progress(self.done, self.samples, self.noise)
         return self.noise_target is not None and self.noise <= self.noise_target

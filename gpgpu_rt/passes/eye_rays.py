@@ -11,7 +11,6 @@ from ..ray_state import RayTextures
 from ..texel_layout import RAY_TEXELS
 from .full_screen import FullScreenPass
 
-
 Bounds = tuple[np.ndarray, np.ndarray]
 
 

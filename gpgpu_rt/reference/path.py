@@ -17,9 +17,9 @@ from typing import Any
 
 import numpy as np
 
+from ..appearance.light_choice import LightChoice, luminance
 from ..camera import Camera
 from ..hits import Hits
-from ..appearance.light_choice import LightChoice, luminance
 from ..integrators.path_settings import MOST_SURVIVE, PathSettings
 from ..rays import spawn
 from ..scene import Scene

@@ -151,6 +151,7 @@ def everything() -> rt.Scene:
     return rt.Scene.from_arrays(
         triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3),
         materials=materials, material_of=material_of, normals=normals,
-        uv=rng.random((len(triangles), 3, 2)), lights=(PointLight((1, 0.5, 1.5), (0.4, 0.5, 0.6)),),
+        uv=rng.random((len(triangles), 3, 2)),
+        lights=(PointLight((1, 0.5, 1.5), (0.4, 0.5, 0.6)),),
         environment=Environment.sky((0.4, 0.6, 1.0), (0.2, 0.2, 0.1)),
         camera=rt.Camera((0.3, 0.2, 1.9), (0, -0.6, -0.5), fov=75))
