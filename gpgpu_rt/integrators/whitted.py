@@ -150,10 +150,11 @@ class Whitted(Integrator):
             if "shadow rays" in room:
                 hits = trace(room.rays["shadow rays"], any_hit=True)
             if "radiance" in room:
+                # Asked for before blending begins: packets hand their hits back by a pass.
+                gathered = {**source, **hits.samplers(), **self._lit()}
                 context.enable_only(moderngl.BLEND)
                 context.blend_func = moderngl.ONE, moderngl.ONE
-                self.run("gather", room.target("radiance"),
-                         {**source, **hits.samplers(), **self._lit()}, tiles,
+                self.run("gather", room.target("radiance"), gathered, tiles,
                          first_wave=not wave.depth)
                 context.enable_only(moderngl.NOTHING)
         return hits
