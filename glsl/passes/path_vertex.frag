@@ -13,10 +13,6 @@
 #include "common/hit.glsl"
 #include "common/triangle.glsl"
 #include "common/spawn.glsl"
-// Here, as the first file below that includes it may have to do without.
-#if defined(TEXTURES) || defined(SKY_IMAGE)
-#include "common/texture.glsl"
-#endif
 #include "common/surface.glsl"
 #include "common/surroundings.glsl"
 #include "common/random.glsl"

@@ -1,11 +1,14 @@
 """The path integrator: held to formulas, to its float64 twin, and to itself by any other way."""
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import path_scenes
 import pytest
 
 import gpgpu_rt as rt
+from gpgpu_rt.appearance.material import Material
 from gpgpu_rt.integrators import path
 from gpgpu_rt.integrators.path_settings import PathSettings
 from gpgpu_rt.reference.path import path_picture
@@ -181,12 +184,27 @@ def test_options_that_make_no_sense_are_refused(wrong: dict) -> None:
     assert "\n" not in str(refusal.value) and next(iter(wrong)) in str(refusal.value)
 
 
-def test_plan_names_what_paths_need_and_what_not() -> None:
-    with rt.Tracer(path_scenes.white_ball()[0]) as tracer:
+@pytest.mark.parametrize("name, adds", [
+    ("dark", set()), ("point", {"light_choice", "point_light"}),
+    ("lamp", {"emission", "light_choice"})])
+def test_each_light_brings_exactly_its_own(name: str, adds: set[str]) -> None:
+    """Of what paths need: streams of their own, a table of lights, one of points."""
+    floor = path_scenes.point_lit_floor()[0]
+    lit = [Material(diffuse=(0.5,) * 3, emission=(1, 1, 1) if name == "lamp" else (0, 0, 0))]
+    scene = dataclasses.replace(floor, materials=lit, lights=floor.lights[:name == "point"])
+    always = {"surface", "triangle", "eye rays", "state and hits", "next rays", "walk 0",
+              "walk 1", "lit", "radiance", "sums 0", "sums 1"}
+    with rt.Tracer(scene, "brute-force") as tracer:
         plan = tracer.plan(size=(8, 8), integrator="path")
-    assert "shadow rays" not in plan.textures and "sums 0" in plan.textures
-    assert "light_choice" in plan.left_out["texture"]
-    assert all("\n" not in line for line in plan.lines())
+        own = {kind for kind in plan.textures if not kind.startswith("the method's")}
+        assert own == always | adds | ({"shadow rays", "direct"} if adds else set())
+        assert ("ASKED_LIGHTS" in plan.defines) == bool(adds) and "PATHS" in plan.defines
+        assert plan.left_out["texture"].get("point_light", "") == (
+            "" if name == "point" else "there is no point light")
+        tracer.render(size=(8, 8), integrator="path")
+        assert tracer.statistics.texture_bytes == sum(plan.textures.values())
+        other = tracer.plan(size=(8, 8))
+    assert other.left_out["define"]["PATHS"] == "no paths are traced"
 
 
 def test_an_empty_scene_shows_its_surroundings() -> None:
