@@ -89,7 +89,9 @@ class Integrator:
         self.room: Room | None = None
         self.size = (0, 0)
         self.radiance: np.ndarray | None = None     # linear, of one that finds it
-        # Told samples done, samples of all, and the noise so far, by one that takes samples.
+        self.samples_done = 0                       # of each pixel, by one that takes samples
+        self.noise: float | None = None             # of them, once their spread tells
+        # Told samples done, samples of all, and the noise so far.
         self.progress: Callable[[int, int, float], None] | None = None
         self.take(scene)
 

@@ -95,16 +95,17 @@ class Path(Integrator):
     def draw(self, trace: Trace, rays: RayTextures, camera: Camera) -> np.ndarray:
         assert self.room is not None and self._sums is not None
         self._sums.target("sums 0").clear()
-        self.done, self.noise, side = 0, np.inf, 0
-        while self.done < self.samples:
-            shared = {"block": self.block, "first_sample": self.done, "samples": self.samples,
-                      "seed": self.settings.seed}
+        self.samples_done, self.noise, side = 0, None, 0
+        while self.samples_done < self.samples:
+            shared = {"block": self.block, "first_sample": self.samples_done,
+                      "samples": self.samples, "seed": self.settings.seed}
             self._wave(trace, rays, camera, shared)
             self.run("path sums", self._sums.target(f"sums {1 - side}"),
                      {**self.room.samplers("radiance", "radiance"),
                       **self._sums.samplers(f"sums {side}", "sums")}, **shared)
             side = 1 - side
-            self.done = min(self.done + self.block[0] * self.block[1], self.samples)
+            self.samples_done += self.block[0] * self.block[1]
+            self.samples_done = min(self.samples_done, self.samples)
             if self._finished(f"sums {side}"):
                 break
         self.radiance = self.mean.astype(np.float32)
@@ -160,19 +161,21 @@ class Path(Integrator):
 
     def _finished(self, sums: str) -> bool:
         """Take the means so far, and whether their noise is as low as was asked for."""
-        last = self.done == self.samples
-        if not (last or self.noise_target is not None or self.progress is not None):
+        done = self.samples_done
+        asked = self.noise_target is not None or self.progress is not None
+        if not (asked or done == self.samples):
             return False
         assert self._sums is not None
-        total = read_texture(self._sums.textures(sums)[0]).astype(np.float64) / self.done
+        total = read_texture(self._sums.textures(sums)[0]).astype(np.float64) / done
         self.mean = total[:, :, :3]
         bright = self.mean @ LUMINANCE
-        spread = np.maximum(total[:, :, 3] - bright ** 2, 0) / max(self.done - 1, 1)
-        if self.done >= min(FEWEST, self.samples) and bright.any():
+        spread = np.maximum(total[:, :, 3] - bright ** 2, 0) / max(done - 1, 1)
+        if done >= min(FEWEST, self.samples) and bright.any():
             self.noise = float(np.sqrt(spread).mean() / bright.mean())
         if self.progress is not None:
-            self.progress(self.done, self.samples, self.noise)
-        return self.noise_target is not None and self.noise <= self.noise_target
+            self.progress(done, self.samples, np.inf if self.noise is None else self.noise)
+        return (self.noise is not None and self.noise_target is not None
+                and self.noise <= self.noise_target)
 
     def bytes(self) -> dict[str, int]:
         return {**super().bytes(), **(self._sums.bytes() if self._sums else {})}

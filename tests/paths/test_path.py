@@ -6,6 +6,7 @@ import dataclasses
 import numpy as np
 import path_scenes
 import pytest
+from PIL import Image
 
 import gpgpu_rt as rt
 from gpgpu_rt.appearance.material import Material
@@ -211,3 +212,15 @@ def test_an_empty_scene_shows_its_surroundings() -> None:
     empty = rt.Scene.from_arrays(np.zeros((0, 3)), np.zeros((0, 3), int), lights=(),
                                  environment=rt.scene.Environment.constant((0.25, 0.5, 1)))
     assert np.allclose(radiance(empty, (4, 4), 2), (0.25, 0.5, 1))
+
+
+def test_render_command(capsys, tmp_path) -> None:
+    from gpgpu_rt.cli import main
+    target = tmp_path / "box.png"
+    assert main(["render", "cornell", "--integrator", "path", "--samples", "20", "--noise", "9",
+                 "--bounces", "2", "--size", "10x8", "-o", str(target)]) == 0
+    out = capsys.readouterr().out
+    assert "16 samples a pixel, noise" in out and Image.open(target).size == (10, 8)
+    assert main(["render", "cornell", "--integrator", "path", "--seed", "x", "--size", "8",
+                 "-o", str(target)]) != 0
+    assert "seed" in capsys.readouterr().err
