@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -322,17 +322,22 @@ class Tracer:
     # Rendering ------------------------------------------------------------------------------
 
     def render(self, camera: Camera | None = None, size: tuple[int, int] = (512, 512),
-               integrator: str | None = None, **options: Any) -> Image.Image:
+               integrator: str | None = None,
+               progress: Callable[[int, int, float], None] | None = None,
+               **options: Any) -> Image.Image:
         """A picture of the scene, all its rays traced by this tracer's method.
 
         Parameters
         ----------
         camera : Camera, or None for the scene's own
         size : (width, height) pixels
-        integrator : "direct": light and shadows; "whitted" (default): and mirrors and glass
+        integrator : "direct": light and shadows; "whitted" (default): and mirrors and glass;
+            "path": and light that bounces. ``radiance`` then holds what was found
+        progress : is told samples done, samples of all, and the noise so far, by "path"
         options : the integrator's, as ``integrators.INTEGRATORS[name].options`` lists them
         """
         drawer = self._drawer(size, integrator, options)
+        drawer.progress = progress
         with self.gpu:
             rays, buffers = self._room(drawer.size)
             began = time.perf_counter()
@@ -342,6 +347,15 @@ class Tracer:
         self.statistics.trace_seconds = time.perf_counter() - began
         self._add_texture_bytes()
         return Image.fromarray(pixels)
+
+    @property
+    def radiance(self) -> np.ndarray:
+        """(height, width, 3) float32, linear: what the last picture by "path" shows, row 0 at the
+        top, before it is cut off at white."""
+        found = self._integrator.radiance if self._integrator is not None else None
+        if found is None:
+            raise Error('there is no radiance yet; render with integrator="path"')
+        return found
 
     def plan(self, size: tuple[int, int] = (512, 512), integrator: str | None = None,
              **options: Any) -> Plan:
@@ -372,7 +386,7 @@ class Tracer:
                                         self.options["intersection"])
             assert self._integrator is not None
             self.statistics.start_call(width * height)
-            self._integrator.start((width, height))
+            self._integrator.start((width, height), options)
         return self._integrator
 
     # Lifetime -------------------------------------------------------------------------------
