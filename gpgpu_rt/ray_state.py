@@ -106,18 +106,24 @@ class RayBatch:
     def hits(self, fields: Mapping[str, np.ndarray]) -> Hits:
         """Hits in the caller's units from the fields of HIT, one or more a ray."""
         fields = {name: values[:self.count] for name, values in fields.items()}
-        missed = fields["triangle"] == EXACT_INTEGER
         with np.errstate(over="ignore"):
             t = fields["t"]
             if self.shift is not None:
                 t = (t + self.shift).astype(np.float32)
             t = np.ldexp(t, -self.exponents)
-        t[missed] = np.inf
-        triangle = np.where(missed, np.int32(-1), fields["triangle"])
-        status = np.zeros(self.count, np.uint8)
-        status[self.invalid] = INVALID
-        return Hits(t, np.where(missed, np.float32(0), fields["u"]),
-                    np.where(missed, np.float32(0), fields["v"]), triangle, status)
+        hits = hits_of({**fields, "t": t})
+        hits.status[self.invalid] = INVALID
+        return hits
+
+
+def hits_of(fields: Mapping[str, np.ndarray]) -> Hits:
+    """Hits from the fields of HIT, in the units they are in."""
+    missed = fields["triangle"] == EXACT_INTEGER
+    zero = np.float32(0)
+    return Hits(np.where(missed, np.float32(np.inf), fields["t"]),
+                np.where(missed, zero, fields["u"]), np.where(missed, zero, fields["v"]),
+                np.where(missed, np.int32(-1), fields["triangle"]),
+                np.zeros(len(missed), np.uint8))
 
 
 def _rays_array(values: np.ndarray, name: str) -> np.ndarray:

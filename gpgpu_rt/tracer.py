@@ -27,7 +27,8 @@ from .passes.shade import Shading
 from .passes.traverse import OVERFLOWN
 from .passes.traverse import UNFINISHED as OUT_OF_STEPS
 from .precision import Precision
-from .ray_state import RayBatch, RayTextures, StateBuffer, StateBuffers
+from .rasterised.first_hits import FirstHits, check_first_hits
+from .ray_state import RayBatch, RayTextures, StateBuffer, StateBuffers, hits_of
 from .record import EXACT_INTEGER
 from .scene import Scene, load_scene
 from .scene_tables import SceneTables
@@ -84,6 +85,7 @@ class Tracer:
         self._rays: RayTextures | None = None
         self._buffers: StateBuffers | None = None
         self._shading: Shading | None = None
+        self._first_hits: FirstHits | None = None
 
     @classmethod
     def from_settings(cls, scene: Scene | trimesh.Trimesh | str | os.PathLike[str],
@@ -197,6 +199,8 @@ class Tracer:
                 self._traversal = self._make_traversal()
             if self._shading is not None:
                 self._shading.take(self._shown())
+            if self._first_hits is not None:
+                self._first_hits.take(self._hit_triangles())
         took = time.perf_counter() - began
         if statistics.rebuilt:
             statistics.build_seconds, statistics.refit_seconds = took - tried, tried
@@ -207,6 +211,11 @@ class Tracer:
         """What hits lie on: the scene, or a coarser level of it."""
         shown = self.accelerator.shown
         return self.scene if shown is None else replace(self.scene, triangles=shown)
+
+    def _hit_triangles(self) -> np.ndarray:
+        """(n, 3, 3) float32, what rays are tested against, in the order of hits."""
+        shown = self.accelerator.shown
+        return self._triangles if shown is None else self._stored(self._shown())
 
     def _refitted(self, triangles: np.ndarray) -> Accelerator | None:
         """The accelerator around (n, 3, 3) triangles, or None where it must be built anew."""
@@ -271,7 +280,7 @@ class Tracer:
             self.gpu.finish()
             traced = time.perf_counter()
             statistics.stopped = stopped
-            hits = self._read(batch, side, stopped)
+            hits = self._finish(batch.hits(side.fields(HIT.name)), side, stopped)
             self.gpu.check_error(f"tracing {batch.count} rays")
         statistics.upload_seconds = uploaded - began
         statistics.trace_seconds = traced - uploaded
@@ -288,14 +297,14 @@ class Tracer:
                                          self.options["statistics"], self.precision)
         return self._rays, self._buffers
 
-    def _read(self, batch: RayBatch, side: StateBuffer | PacketHits, stopped: int) -> Hits:
-        hits = batch.hits(side.fields(HIT.name))
+    def _finish(self, hits: Hits, side: StateBuffer | PacketHits, stopped: int) -> Hits:
+        """The hits with what became of their rays."""
         if stopped:
-            phases = side.fields(self.method.state.name)["phase"][:batch.count]
+            phases = side.fields(self.method.state.name)["phase"][:len(hits)]
             hits.status[phases == OUT_OF_STEPS] = UNFINISHED
             hits.status[phases == OVERFLOWN] = STACK_OVERFLOW
         if self.options["statistics"]:
-            for name, values in self._count(side, batch.count).items():
+            for name, values in self._count(side, len(hits)).items():
                 setattr(hits, name, values)
         self._add_texture_bytes()
         return hits
@@ -314,12 +323,13 @@ class Tracer:
         self.statistics.texture_bytes = (
             sum(self.statistics.table_bytes.values()) + self._buffers.bytes()
             + texture_bytes(self._rays.textures) + self._traversal.bytes()
-            + (self._shading.bytes() if self._shading is not None else 0))
+            + (self._shading.bytes() if self._shading is not None else 0)
+            + (self._first_hits.bytes() if self._first_hits is not None else 0))
 
     # Rendering ------------------------------------------------------------------------------
 
-    def render(self, camera: Camera | None = None,
-               size: tuple[int, int] = (512, 512)) -> Image.Image:
+    def render(self, camera: Camera | None = None, size: tuple[int, int] = (512, 512),
+               first_hits: str = "traced") -> Image.Image:
         """A picture of the scene: diffuse surfaces, one point light, hard shadows.
 
         Eye rays are made, traced, shaded and their shadow rays traced on the GPU, all by this
@@ -329,29 +339,66 @@ class Tracer:
         ----------
         camera : Camera, or None for the scene's own
         size : (width, height) pixels
+        first_hits : "traced", or "rasterised": the eye rays' hits, to the bit the same, from the
+            rasteriser where they can be proved; ``statistics.first_hits`` says how many were traced
+
+        Raises
+        ------
+        OptionError
+            besides what tracing raises, where first hits cannot be proved for this tracer's options
         """
-        width, height = (int(s) for s in size)
-        if width < 1 or height < 1:
-            raise OptionError(f"size {tuple(size)} must be at least 1 x 1 pixels")
-        self.statistics.start_call(width * height)
         with self.gpu:
-            rays, buffers = self._room((width, height))
-            if self._shading is None:
-                self._shading = Shading(self.gpu, self._shown(), self.precision,
-                                        self.options["intersection"])
-            began = time.perf_counter()
-            self._shading.eye_rays(rays, camera or self.scene.camera)
-            eye, stopped = self._traversal.run(rays, buffers, self.statistics)
-            if self.options["statistics"]:
-                self._count(eye, width * height)
-            shadow_rays = self._shading.surfaces(rays, eye)
+            began, eye, stopped = self._eye_rays(camera, size, first_hits)
+            rays, buffers, shading = self._rays, self._buffers, self._shading
+            assert rays is not None and buffers is not None and shading is not None
+            shadow_rays = shading.surfaces(rays, eye)
             shadow, more = self._traversal.run(shadow_rays, buffers, self.statistics, any_hit=True)
             self.statistics.stopped = stopped + more
-            pixels = self._shading.picture(shadow)
+            pixels = shading.picture(shadow)
             self.gpu.check_error("rendering")
         self.statistics.trace_seconds = time.perf_counter() - began
         self._add_texture_bytes()
         return Image.fromarray(pixels)
+
+    def eye_hits(self, camera: Camera | None = None, size: tuple[int, int] = (512, 512),
+                 first_hits: str = "traced") -> Hits:
+        """Hits of the eye rays of ``render``, row by row from the top; parameters as there."""
+        with self.gpu:
+            began, eye, self.statistics.stopped = self._eye_rays(camera, size, first_hits)
+            self.gpu.finish()
+            traced = time.perf_counter()
+            hits = self._finish(hits_of(eye.fields(HIT.name)), eye, self.statistics.stopped)
+            self.gpu.check_error("tracing eye rays")
+        self.statistics.trace_seconds = traced - began
+        self.statistics.readback_seconds = time.perf_counter() - traced
+        return hits
+
+    def _eye_rays(self, camera: Camera | None, size: tuple[int, int],
+                  first_hits: str) -> tuple[float, StateBuffer | PacketHits, int]:
+        """Make and trace eye rays: when that began, their hits, and how many were stopped."""
+        width, height = (int(s) for s in size)
+        if width < 1 or height < 1:
+            raise OptionError(f"size {tuple(size)} must be at least 1 x 1 pixels")
+        rasterised = check_first_hits(first_hits, self.options)
+        self.statistics.start_call(width * height)
+        rays, buffers = self._room((width, height))
+        if self._shading is None:
+            self._shading = Shading(self.gpu, self._shown(), self.precision,
+                                    self.options["intersection"])
+        if rasterised and self._first_hits is None:
+            self._first_hits = FirstHits(self.gpu, self.method, self._hit_triangles(), self.options)
+        began = time.perf_counter()
+        camera = camera or self.scene.camera
+        self._shading.eye_rays(rays, camera)
+        if rasterised:
+            assert self._first_hits is not None
+            eye, stopped = self._first_hits.run(camera, rays, buffers, self._traversal,
+                                                self.statistics)
+        else:
+            eye, stopped = self._traversal.run(rays, buffers, self.statistics)
+        if self.options["statistics"]:
+            self._count(eye, width * height)
+        return began, eye, stopped
 
     # Lifetime -------------------------------------------------------------------------------
 
@@ -367,6 +414,8 @@ class Tracer:
             self._release_room()
             if self._shading is not None:
                 self._shading.release()
+            if self._first_hits is not None:
+                self._first_hits.release()
             self._traversal.release()
             if self.accelerator.finisher is not None:
                 self.accelerator.finisher.release()

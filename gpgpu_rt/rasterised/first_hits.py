@@ -1,0 +1,394 @@
+"""First hits: the eye rays' hits from the rasteriser, equal to traced ones to the bit.
+
+The survey (section 5) calls tracing eye rays equivalent to rasterisation. It nearly is: rasterisers
+snap corners to a grid and interpolate depth, so that some pixels show a triangle which their ray
+misses, or lack one that it hits. Passes, in this order:
+
+1. ``first_sieve``: triangles that no ray of the image can hit are left out;
+2. ``first_drawn``: the others are rasterised, their rows kept by the depth test: candidates;
+3. ``first_verified``: each ray tests its candidate by the triangle test of all methods;
+4. ``first_rivals``: each triangle looks, in the pixels around it that show another one, whether it
+   comes before; those too large for that are drawn once more (``first_rival``), each as a box around
+   all pixels whose rays can hit it, at the least depth at which they can: the depth test rejects
+   what lies behind the hits for certain, and the test of all methods judges the rest;
+5. rays whose candidate failed, or which a triangle came before, are in doubt. They are gathered,
+   traced by the tracer's method, and their hits put in place.
+
+So the rasteriser's own pass is only believed where it is checked, and nothing depends on how it
+rounds. What a triangle may be hit by is bounded in ``glsl/common/cover.glsl``.
+"""
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from ..approach import FAR, sphere
+from ..camera import Camera
+from ..errors import OptionError
+from ..gpu import Gpu
+from ..methods import Method
+from ..methods.brute_force import triangle_table
+from ..options import word_define
+from ..passes.driver import Driver
+from ..passes.full_screen import FullScreenPass, Rectangles
+from ..passes.packet_room import PacketHits
+from ..passes.streams import rows_of, span
+from ..precision import Precision
+from ..ray_state import RayTextures, StateBuffer, StateBuffers
+from ..record import TABLE_WIDTH_LOG2
+from ..statistics import Statistics
+from ..texel_layout import COUNTERS, HIT, RAY_TEXELS, TRIANGLE
+from ..textures import TABLE_WIDTH, make_texture, table_textures, texture_bytes
+from .row_pass import RowPass
+
+FIRST_HITS = ("traced", "rasterised")
+NEAREST = 1e-3       # of the farthest corner: triangles that come nearer are drawn everywhere
+MOST_PIXELS = 256    # around a triangle that looks for itself
+MOST_IN_DOUBT = 0.5  # of the rays: with more, all are traced
+TRACED_ROW = 64      # rays in doubt stand in rows of this length, so that packets find neighbours
+LARGE = 1e15         # scenes of this size or its inverse are traced: squares must not overflow
+
+
+def check_first_hits(first_hits: str, options: Mapping[str, Any]) -> bool:
+    """Whether the rasteriser is asked for; OptionError where no bound is known for it."""
+    if first_hits not in FIRST_HITS:
+        raise OptionError(f"option first_hits={first_hits!r} is none of {', '.join(FIRST_HITS)}")
+    if first_hits == "traced":
+        return False
+    for name, needed in (("intersection", "woop-watertight"), ("storage", "fp32"),
+                         ("arithmetic", "fp32")):
+        if options[name] != needed:
+            raise OptionError(f"first_hits=rasterised is proved for {name}={needed} only, not "
+                              f"{options[name]}; take that, or first_hits=traced")
+    return True
+
+
+class FirstHits:
+    """Rasterises the triangles of a scene from cameras.
+
+    Parameters
+    ----------
+    triangles : (n, 3, 3) float32, as the method's tables hold them
+    """
+
+    def __init__(self, gpu: Gpu, method: Method, triangles: np.ndarray,
+                 options: Mapping[str, Any]) -> None:
+        self.gpu, self.method = gpu, method
+        self.precision = Precision.of(options)
+        self.statistics_on = bool(options["statistics"])
+        self._test = {**self.precision.defines(), "TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2,
+                      word_define("INTERSECTION", options["intersection"]): True}
+        self._tables: dict[str, moderngl.Texture] = {}
+        self._lists: dict[str, moderngl.Texture] = {}
+        self._passes: dict[str, FullScreenPass | RowPass] = {}
+        self._span = Rectangles(gpu, 3)
+        self._image: _Image | None = None
+        self._traced: tuple[RayTextures, StateBuffers, moderngl.Texture] | None = None
+        self.take(triangles)
+
+    def take(self, triangles: np.ndarray) -> None:
+        """Rasterise these triangles from now on."""
+        corners = triangles.reshape(-1, 3)
+        self.count = len(triangles)
+        self.bounds = ((corners.min(0), corners.max(0)) if len(corners)
+                       else (np.zeros(3), np.zeros(3)))
+        self._tables = table_textures(self.gpu, TRIANGLE, triangle_table(triangles)[TRIANGLE.name],
+                                      into=self._tables)
+        size = (TABLE_WIDTH, rows_of(self.count))
+        if not self._lists or self._lists["rows"].size != size:
+            self._release_lists()
+            flags = self.gpu.context.texture(size, 1)
+            self._lists = {"flags": flags,
+                           "rows": make_texture(self.gpu, size, 1, "a list of triangles")}
+            self._flags = self.gpu.context.framebuffer([flags])
+
+    # The passes -----------------------------------------------------------------------------
+
+    def run(self, camera: Camera, rays: RayTextures, buffers: StateBuffers, driver: Driver,
+            statistics: Statistics) -> tuple[StateBuffer | PacketHits, int]:
+        """Hits of the eye rays of a camera, and how many of those traced were stopped.
+
+        Parameters
+        ----------
+        rays : the eye rays, as ``Shading.eye_rays`` leaves them
+        driver : traces those in doubt
+        """
+        view = self._view(camera, rays.size)
+        if view is None:
+            return self._all(rays, buffers, driver, statistics, 0)
+        context = self.gpu.context
+        final = buffers.side(0)
+        image = self._image_for(buffers, final)
+        try:
+            drawn = self._sieve(view)
+            self._draw(image, drawn, view)
+            self._verify(image, rays, final, view)
+            rivals = drawn[self._rivals(rays, final, drawn, view)]
+            self._draw_rivals(image, rays, final, rivals, view)
+        finally:
+            context.enable_only(moderngl.NOTHING)
+            context.depth_func = "<"
+        doubt = np.flatnonzero(np.frombuffer(image.doubt.read(alignment=1), np.uint8))
+        statistics.first_hits = {"drawn": len(drawn), "rivals": len(rivals)}
+        statistics.passes += 5
+        statistics.draw_calls += 5
+        if len(doubt) > MOST_IN_DOUBT * rays.size[0] * rays.size[1]:
+            return self._all(rays, buffers, driver, statistics, len(rivals))
+        self._count(statistics, len(doubt))
+        return final, self._trace(doubt, rays, final, driver, statistics)
+
+    def _view(self, camera: Camera, size: tuple[int, int]) -> dict[str, object] | None:
+        """Uniforms of a camera, or None where no bound is known: so far from the scene that its
+        rays start nearer, or among numbers whose squares floats do not hold."""
+        lo, hi = (np.asarray(corner, np.float64) for corner in self.bounds)
+        eye = np.asarray(np.float32(camera.eye), np.float64)
+        centre, radius = sphere(lo, hi)
+        farthest = 1.01 * float(np.linalg.norm(np.maximum(np.abs(lo - eye), np.abs(hi - eye))))
+        far = np.linalg.norm(np.subtract(camera.eye, centre)) > FAR * radius
+        right, up, forward = camera.basis(size)
+        scales = (farthest, float(np.linalg.norm(right)), float(np.linalg.norm(up)))
+        if not self.count or far or not all(1 / LARGE < scale < LARGE for scale in scales):
+            return None
+        return {"eye": camera.eye, "right": tuple(right), "up": tuple(up),
+                "forward": tuple(forward), "size": size, "nearest": NEAREST * farthest,
+                "farthest": farthest}
+
+    def _all(self, rays: RayTextures, buffers: StateBuffers, driver: Driver,
+             statistics: Statistics, rivals: int) -> tuple[StateBuffer | PacketHits, int]:
+        """Trace every ray."""
+        statistics.first_hits = {"drawn": 0, "rivals": rivals}
+        self._count(statistics, rays.size[0] * rays.size[1])
+        return driver.run(rays, buffers, statistics)
+
+    @staticmethod
+    def _count(statistics: Statistics, retraced: int) -> None:
+        statistics.first_hits |= {"retraced": retraced,
+                                  "retraced_share": retraced / max(1, statistics.rays)}
+
+    def _sieve(self, view: dict[str, object]) -> np.ndarray:
+        """Rows of the triangles that a ray may hit."""
+        self.gpu.context.enable_only(moderngl.NOTHING)
+        program = self._full_screen("first_sieve")
+        program.set(**view, last_element=self.count - 1)
+        self._span.write(span(0, self.count))
+        program.draw(self._flags, self._tables, rectangles=self._span)
+        return self._flagged(self.count)
+
+    def _flagged(self, count: int) -> np.ndarray:
+        """Which of the first ``count`` flags are set."""
+        rows = rows_of(count)
+        flags = self._flags.read((0, 0, TABLE_WIDTH, rows), components=1, alignment=1)
+        return np.flatnonzero(np.frombuffer(flags, np.uint8)[:count])
+
+    def _draw(self, image: _Image, drawn: np.ndarray, view: dict[str, object]) -> None:
+        context = self.gpu.context
+        context.enable_only(moderngl.DEPTH_TEST)
+        context.depth_func = "<"
+        image.drawn.clear(-1.0, depth=1.0)
+        self._row_pass("first_drawn", "row", 3).draw(image.drawn, self._tables, drawn, view)
+
+    def _verify(self, image: _Image, rays: RayTextures, final: StateBuffer,
+                view: dict[str, object]) -> None:
+        context = self.gpu.context
+        context.depth_func = "1"
+        program = self._full_screen("first_verified", rays, True)
+        program.set(**view, **rays.uniforms())
+        program.draw(image.verified, {**self._tables, **rays.samplers(),
+                                      "candidates": image.candidates})
+
+    def _rivals(self, rays: RayTextures, final: StateBuffer, drawn: np.ndarray,
+                view: dict[str, object]) -> np.ndarray:
+        """Which of the triangles drawn must be drawn again."""
+        if not len(drawn):
+            return drawn
+        self.gpu.context.enable_only(moderngl.NOTHING)
+        rows = rows_of(len(drawn))
+        padded = np.zeros(rows * TABLE_WIDTH, np.float32)
+        padded[:len(drawn)] = drawn
+        self._lists["rows"].write(padded, (0, 0, TABLE_WIDTH, rows))
+        program = self._full_screen("first_rivals", rays, False)
+        program.set(**view, **rays.uniforms(), last_element=len(drawn) - 1)
+        self._span.write(span(0, len(drawn)))
+        program.draw(self._flags, {**self._tables, **rays.samplers(), **final.samplers(),
+                                   "rows": self._lists["rows"]}, rectangles=self._span)
+        return self._flagged(len(drawn))
+
+    def _draw_rivals(self, image: _Image, rays: RayTextures, final: StateBuffer,
+                     rivals: np.ndarray, view: dict[str, object]) -> None:
+        context = self.gpu.context
+        context.enable_only(moderngl.DEPTH_TEST)
+        context.depth_func = "<="
+        self._row_pass("first_rival", "row", 6, rays).draw(
+            image.doubted, {**self._tables, **rays.samplers(), **final.samplers()}, rivals,
+            {**view, **rays.uniforms()})
+
+    def _trace(self, doubt: np.ndarray, rays: RayTextures, final: StateBuffer, driver: Driver,
+               statistics: Statistics) -> int:
+        """Trace the rays in doubt; how many were stopped."""
+        if self.statistics_on:
+            self._clear_counts(final)
+        if not len(doubt):
+            return 0
+        some, buffers, places = self._traced_room(len(doubt))
+        padded = np.full(places.size[0] * places.size[1], -1, np.float32)
+        padded[:len(doubt)] = doubt
+        places.write(padded)
+        some.share_with(rays)
+        gather = self._full_screen("first_gather", rays, writes_rays=True)
+        gather.set(image_width=rays.size[0], **rays.uniforms())
+        gather.draw(some.target, {**rays.samplers(), "places": places})
+        found, stopped = driver.run(some, buffers, statistics)
+        self.gpu.context.enable_only(moderngl.NOTHING)
+        if stopped and not self.statistics_on:
+            self._clear_counts(final)
+        self._scatter().draw(final.target, found.samplers(), doubt,
+                             {"image": rays.size, "row_length": TRACED_ROW})
+        statistics.passes += 2
+        statistics.draw_calls += 2
+        return stopped
+
+    def _clear_counts(self, final: StateBuffer) -> None:
+        """Rays that were not traced took no steps and are done."""
+        for name, record in final.records.items():
+            if name != HIT.name:
+                nothing = {field.name: np.zeros((final.target.size[0] * final.target.size[1],
+                                                 field.width), np.float32)
+                           for field in record.fields}
+                final.write(name, **nothing)
+
+    # Programs and textures ------------------------------------------------------------------
+
+    def _streams(self, rays: RayTextures, writes_hits: bool, writes_rays: bool) -> str:
+        streams = rays.record.stream_glsl(writes_rays)
+        return streams if writes_rays else streams + "\n" + HIT.stream_glsl(writes_hits)
+
+    def _full_screen(self, name: str, rays: RayTextures | None = None, writes_hits: bool = False,
+                     writes_rays: bool = False) -> FullScreenPass:
+        if name not in self._passes:
+            virtual = {"tables": TRIANGLE.table_glsl()}
+            if rays is not None:
+                virtual["streams"] = self._streams(rays, writes_hits, writes_rays)
+            self._passes[name] = FullScreenPass(self.gpu, f"passes/{name}.frag",
+                                                {**self._test, "MOST_PIXELS": MOST_PIXELS}, virtual)
+        found = self._passes[name]
+        assert isinstance(found, FullScreenPass)
+        return found
+
+    def _row_pass(self, name: str, attribute: str, vertices: int,
+                  rays: RayTextures | None = None) -> RowPass:
+        if name not in self._passes:
+            virtual = {"tables": TRIANGLE.table_glsl(),
+                       "constants": f"#define TABLE_WIDTH_LOG2 {TABLE_WIDTH_LOG2}"}
+            if rays is not None:
+                virtual["streams"] = self._streams(rays, False, False)
+            self._passes[name] = RowPass(self.gpu, f"passes/{name}.vert", f"passes/{name}.frag",
+                                         attribute, vertices, self._test, virtual)
+        found = self._passes[name]
+        assert isinstance(found, RowPass)
+        return found
+
+    def _scatter(self) -> RowPass:
+        if "first_scatter" not in self._passes:
+            texts, target = [], 0
+            for record in (self.precision.layout(self.method.state), HIT,
+                           *([COUNTERS] if self.statistics_on else [])):
+                texts.append(record.stream_glsl(True, target))
+                target += record.texels
+            self._passes["first_scatter"] = RowPass(
+                self.gpu, "passes/first_scatter.vert", "passes/sort_scatter.frag", "place", 1,
+                {**self.precision.defines(), "STATISTICS": self.statistics_on},
+                {"streams": "\n".join(texts)})
+        found = self._passes["first_scatter"]
+        assert isinstance(found, RowPass)
+        return found
+
+    def _image_for(self, buffers: StateBuffers, final: StateBuffer) -> _Image:
+        if self._image is None or self._image.final is not final:
+            if self._image is not None:
+                self._image.release()
+            self._image = _Image(self.gpu, buffers, final)
+        return self._image
+
+    def _traced_room(self, count: int) -> tuple[RayTextures, StateBuffers, moderngl.Texture]:
+        """Room for ``count`` rays in doubt: twice as much as was ever needed, so that it stays."""
+        if self._traced is None or self._traced[0].size[1] * TRACED_ROW < count:
+            self._release_traced()
+            size = (TRACED_ROW, 2 * -(-count // TRACED_ROW))
+            self._traced = (RayTextures(self.gpu, size, self.precision),
+                            StateBuffers(self.gpu, self.method.state, size, self.statistics_on,
+                                         self.precision),
+                            make_texture(self.gpu, size, 1, "rays in doubt"))
+        return self._traced
+
+    def bytes(self) -> int:
+        """Bytes of its textures."""
+        found = [*self._tables.values()]
+        total = texture_bytes(found) + self._lists["flags"].width * self._lists["flags"].height * 5
+        if self._image is not None:
+            total += self._image.bytes()
+        if self._traced is not None:
+            rays, buffers, places = self._traced
+            total += texture_bytes([*rays.textures, places]) + buffers.bytes()
+        return total
+
+    def _release_traced(self) -> None:
+        if self._traced is not None:
+            for part in self._traced:
+                part.release()
+        self._traced = None
+
+    def _release_lists(self) -> None:
+        if self._lists:
+            self.gpu.release(self._flags)
+            for texture in self._lists.values():
+                texture.release()
+        self._lists = {}
+
+    def release(self) -> None:
+        """Free textures and programs."""
+        self._release_traced()
+        self._release_lists()
+        if self._image is not None:
+            self._image.release()
+        self._image = None
+        for texture in self._tables.values():
+            texture.release()
+        for drawn in self._passes.values():
+            drawn.release()
+        self._span.buffer.release()
+        self._tables, self._passes = {}, {}
+
+
+class _Image:
+    """What is drawn into, as large as the image.
+
+    Attributes
+    ----------
+    drawn : candidates by the depth test
+    verified : the hits, and which rays are in doubt
+    doubted : the latter alone
+    """
+
+    def __init__(self, gpu: Gpu, buffers: StateBuffers, final: StateBuffer) -> None:
+        self.gpu, self.final = gpu, final
+        self.candidates = make_texture(gpu, buffers.size, 1, "candidates")
+        self.doubt = gpu.context.texture(buffers.size, 1)
+        # The state's own depth buffer: schedules clear it before they mask rays by it.
+        framebuffer = gpu.context.framebuffer
+        self.drawn = framebuffer([self.candidates], buffers.depth)
+        self.verified = framebuffer([*final.streams[HIT.name], self.doubt], buffers.depth)
+        self.doubted = framebuffer([self.doubt], buffers.depth)
+        self.doubted.depth_mask = False
+
+    def bytes(self) -> int:
+        return 5 * self.doubt.width * self.doubt.height
+
+    def release(self) -> None:
+        for target in (self.drawn, self.verified, self.doubted):
+            self.gpu.release(target)
+        for texture in (self.candidates, self.doubt):
+            texture.release()
