@@ -1,8 +1,8 @@
 #version 330 core
-// A triangle that may be hit before what the rasteriser shows: looked at in the pixels it covers if
-// those are few, else left to be drawn (see first_rival.vert). What the rasteriser got right passes no
-// ray to the test: the loop inside goes on to the next pixel where another triangle is shown that
-// this one may come before.
+// Whether a triangle, in a part of the image, may be hit before what is shown there. Loops inside each
+// other, from the inside: squares of pixels where this triangle is neither hidden nor the only one
+// shown; rows of pixels in them that its edges enclose; pixels of these where it is neither; and the
+// test of their rays. What the rasteriser got right thus passes no ray to the test.
 
 #include "common/precision.glsl"
 #include <streams>
@@ -14,53 +14,140 @@
 #include "common/hit.glsl"
 #include "common/triangle.glsl"
 #include "common/cover.glsl"
+#include "common/verdict.glsl"
 
-uniform sampler2D rows;
+uniform int most_pixels;   // a side to look through; where there are more, it is to be cut up
+uniform int part_side;     // pixels a side of a part
 
-out float rival;
+const float HALF_DIAGONAL = 0.5 * sqrt(2.0) * float(BLOCK);
+const float FAR_OFF = 1e6;
 
-// Twice the area that an edge spans with a point, if it counts up to the inside.
-float side(vec2 from, vec2 to, vec2 point, float turn) {
-    vec2 edge = to - from;
-    vec2 way = point - from;
-    return turn * (edge.x * way.y - edge.y * way.x);
+// Edges as functions of a place, in pixels from an origin: x * place.x + y * place.y + constant is not
+// below zero where the triangle may be.
+struct Edges {
+    vec3 x;
+    vec3 y;
+    vec3 constant;
+};
+
+vec3 edge(vec2 from, vec2 to, vec2 origin) {
+    vec2 way = to - from;
+    vec2 start = from - origin;
+    return vec3(-way.y, way.x, way.y * start.x - way.x * start.y);
+}
+
+// The plane through the eye, as a function of a place in pixels.
+vec3 edge_plane(vec3 from, vec3 to, vec2 origin) {
+    vec3 plane = cross(from, to - from);
+    vec2 along = plane.xy * 2.0 / size;
+    return vec3(along, plane.z - plane.x - plane.y + dot(along, origin));
+}
+
+Edges edges_of(Cover cover, vec2 origin, float reach) {
+    vec3 a = edge(cover.a, cover.b, origin);
+    vec3 b = edge(cover.b, cover.c, origin);
+    vec3 c = edge(cover.c, cover.a, origin);
+    float turn = a.x * (cover.c.x - cover.a.x) + a.y * (cover.c.y - cover.a.y);
+    vec3 lengths = vec3(length(a.xy), length(b.xy), length(c.xy));
+    vec3 slack = cover.margin * lengths + 4.0 * (cover.eta + 1e-3) * (reach + lengths);
+    if (cover.cut) {
+        a = edge_plane(cover.place_0, cover.place_1, origin);
+        b = edge_plane(cover.place_1, cover.place_2, origin);
+        c = edge_plane(cover.place_2, cover.place_0, origin);
+        turn = dot(cross(cover.place_0, cover.place_1 - cover.place_0), cover.place_2);
+        float axis = max(1.0, max(inversesqrt(dot(right, right)), inversesqrt(dot(up, up))));
+        float across = 1.0 + dot(right, right) + dot(up, up);
+        slack = vec3(16.0 * ERROR * cover.reach * cover.reach * axis * axis * across);
+        // Seen edge on, its turn is anyone's guess.
+        slack = abs(turn) > 16.0 * ERROR * cover.reach * cover.reach * cover.reach * axis * axis * axis
+            ? slack : vec3(1e30);
+    }
+    float sign = turn < 0.0 ? -1.0 : 1.0;
+    return Edges(sign * vec3(a.x, b.x, c.x), sign * vec3(a.y, b.y, c.y),
+                 sign * vec3(a.z, b.z, c.z) + slack);
+}
+
+bool may_be(Edges edges, vec2 place, float around) {
+    return least(edges.x * place.x + edges.y * place.y + edges.constant
+                 + around * (abs(edges.x) + abs(edges.y))) >= 0.0;
+}
+
+// From where to where the edges enclose a row; nothing if the first lies behind the second.
+vec2 enclosed(Edges edges, vec3 inverse_x, float y) {
+    vec3 rest = edges.y * y + edges.constant;
+    vec3 end = -rest * inverse_x;
+    vec3 lo = mix(vec3(-FAR_OFF), end, greaterThan(edges.x, vec3(0.0)));
+    vec3 hi = mix(vec3(FAR_OFF), end, lessThan(edges.x, vec3(0.0)));
+    vec3 none = mix(vec3(0.0), vec3(-1.0), equal(edges.x, vec3(0.0))) * step(rest, vec3(-1e-30));
+    return vec2(greatest(lo), least(none) < 0.0 ? -FAR_OFF : least(hi));
 }
 
 void main() {
-    int i = int(texelFetch(rows, table_texel(element()), 0).x);
+    Part part = part_load(table_texel(element()));
+    int i = part.row;
     int index = triangle_index(i);
     Cover cover = cover_of(triangle_v0(i), triangle_v1(i), triangle_v2(i));
     ivec4 pixels = covered_pixels(cover);
-    ivec2 extent = pixels.zw - pixels.xy + 1;
-    int left = max(extent.x, 0) * max(extent.y, 0);
-    bool many = cover.unbounded || left > MOST_PIXELS;
-    left = many || cover.outside ? 0 : left;
+    ivec2 corner = ivec2(part.x, part.y);
+    pixels = ivec4(max(pixels.xy, corner), min(pixels.zw, corner + part_side - 1));
+    ivec2 extent = max(pixels.zw - pixels.xy + 1, 0);
+    bool many = extent.x > 0 && extent.y > 0 && max(extent.x, extent.y) > most_pixels;
+    vec2 origin = vec2(pixels.xy) + 0.5;
+    Edges edges = edges_of(cover, origin,
+                           length(cover.a - origin) + length(vec2(extent)) + cover.margin);
+    vec3 inverse_x = 1.0 / edges.x;
 
-    float area = side(cover.a, cover.b, cover.c, 1.0);
-    float turn = area < 0.0 ? -1.0 : 1.0;
-    float reach = length(vec2(extent)) + 4.0 * cover.margin;
-    vec3 edges = vec3(distance(cover.a, cover.b), distance(cover.b, cover.c), distance(cover.c, cover.a));
-    vec3 least = -(cover.margin * edges + 4.0 * (cover.eta + 1e-3) * reach);
+    ivec4 squares = pixels / BLOCK;
+    ivec2 next_square = squares.xy;
+    bool squares_left = extent.x > 0 && extent.y > 0 && !many;
+    ivec4 range = ivec4(0, 0, 0, -1);    // of pixels in the present square; its rows are used up
+    float least_here = 0.0;
+    ivec2 next = ivec2(0);
+    int last = -1;                       // pixel of the present row
     bool before = false;
-    ivec2 next = pixels.xy;
-    while (left > 0 && !before) {
-        ivec2 pixel = next;
-        Hit shown = no_hit(0.0);
+    bool left = squares_left;
+    while (left && !before) {
+        ivec2 pixel = pixels.xy;
         bool asked = false;
-        while (left > 0 && !asked) {
-            pixel = next;
-            next = next.x < pixels.z ? ivec2(next.x + 1, next.y) : ivec2(pixels.x, next.y + 1);
-            --left;
-            vec2 centre = vec2(pixel) + 0.5;
-            shown = hit_load(pixel);
-            asked = shown.triangle != index && cover.depth * slant(centre) <= shown.t
-                && side(cover.a, cover.b, centre, turn) >= least.x
-                && side(cover.b, cover.c, centre, turn) >= least.y
-                && side(cover.c, cover.a, centre, turn) >= least.z;
+        while (left && !asked) {
+            while (left && next.x > last) {
+                while (squares_left && range.y > range.w) {
+                    ivec2 square = next_square;
+                    next_square = square.x < squares.z ? ivec2(square.x + 1, square.y)
+                                                       : ivec2(squares.x, square.y + 1);
+                    squares_left = next_square.y <= squares.w;
+                    Shown_block block = shown_block_load(square);
+                    vec2 middle = (vec2(square) + 0.5) * float(BLOCK);
+                    least_here = least_depth(cover, middle, HALF_DIAGONAL);
+                    range = ivec4(max(square * BLOCK, pixels.xy),
+                                  min(square * BLOCK + BLOCK - 1, pixels.zw));
+                    bool own = block.lowest == index && block.highest == index;
+                    if (own || least_here > block.depth
+                            || !may_be(edges, middle - origin, 0.5 * float(BLOCK))) {
+                        range.w = range.y - 1;
+                    }
+                }
+                vec2 ends = origin.x - 0.5
+                    + enclosed(edges, inverse_x, float(range.y) + 0.5 - origin.y);
+                next = ivec2(max(range.x, int(ceil(ends.x - 0.01))), range.y);
+                last = range.y > range.w ? -1 : min(range.z, int(floor(ends.y + 0.01)));
+                left = squares_left || range.y <= range.w;
+                ++range.y;
+            }
+            if (next.x <= last) {
+                pixel = next;
+                ++next.x;
+                Shown shown = shown_load(pixel);
+                asked = shown.triangle != index && shown.depth >= 0.0 && least_here <= shown.depth;
+            }
+            left = squares_left || range.y <= range.w || next.x <= last;
         }
+        Hit shown = hit_load(pixel);
         Hit hit = shown;
         test_triangle(ray_setup(rays_load(pixel)), i, hit);
         before = asked && hit.triangle != shown.triangle;
     }
-    rival = many || before ? 1.0 : 0.0;
+    ivec4 parts = pixels / PART_SIDE;
+    verdict_store(Verdict(many ? MANY : before ? BEFORE : BEHIND,
+                          parts.x + 1024 * parts.y, parts.z + 1024 * parts.w));
 }

@@ -14,5 +14,5 @@ void main() {
     Cover cover = cover_of(triangle_v0(i), triangle_v1(i), triangle_v2(i));
     ivec4 pixels = covered_pixels(cover);
     bool between = pixels.z < pixels.x || pixels.w < pixels.y;
-    kept = cover.outside || (between && !cover.unbounded) ? 0.0 : 1.0;
+    kept = cover.outside || between ? 0.0 : 1.0;
 }

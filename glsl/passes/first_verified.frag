@@ -1,8 +1,8 @@
 #version 330 core
-// Every eye ray against the triangle that the rasteriser shows there, by the test of all methods. A
-// ray that misses its candidate is in doubt, and its t of -1 keeps other passes from asking about it.
-// The depth written is that of the hit, rounded up, so that what a later depth test rejects lies
-// behind it for certain.
+// Every eye ray against the triangle that the rasteriser shows there, by the test of all methods. What
+// is shown from then on: the hit's triangle, and a depth that it does not lie behind; without a hit an
+// infinite one. A ray that misses its candidate is in doubt, and a depth of -1 keeps other passes from
+// asking about it.
 
 #include "common/precision.glsl"
 #include "common/fetch.glsl"
@@ -17,7 +17,7 @@
 
 uniform sampler2D candidates;
 
-layout(location = 1) out float in_doubt;
+layout(location = 2) out float in_doubt;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
@@ -29,11 +29,8 @@ void main() {
     if (row < 0) {
         hit = no_hit(ray.t_max);
     }
-    if (failed) {
-        hit.t = -1.0;
-    }
     hit_store(hit);
     in_doubt = failed ? 1.0 : 0.0;
-    float depth = hit.t / slant(gl_FragCoord.xy) * (1.0 + 4.0 * PROPER) / farthest;
-    gl_FragDepth = failed ? 0.0 : hit_found(hit) ? min(depth + PROPER, 1.0) : 1.0;
+    float depth = hit.t / slant(gl_FragCoord.xy) * (1.0 + 4.0 * ERROR);
+    shown_store(Shown(failed ? -1.0 : depth, hit.triangle));
 }

@@ -7,10 +7,10 @@ misses, or lack one that it hits. Passes, in this order:
 1. ``first_sieve``: triangles that no ray of the image can hit are left out;
 2. ``first_drawn``: the others are rasterised, their rows kept by the depth test: candidates;
 3. ``first_verified``: each ray tests its candidate by the triangle test of all methods;
-4. ``first_rivals``: each triangle looks, in the pixels around it that show another one, whether it
-   comes before; those too large for that are drawn once more (``first_rival``), each as a box around
-   all pixels whose rays can hit it, at the least depth at which they can: the depth test rejects
-   what lies behind the hits for certain, and the test of all methods judges the rest;
+4. ``first_blocks``, ``first_rivals``: each triangle looks, in the pixels around it that show another
+   one, whether it comes before: those that cover many pixels in parts of the image. It reaches only
+   pixels whose rays can hit it at all, and at depths that are not behind what is shown for certain;
+   the test of all methods judges the rest. ``first_doubt`` then says which pixels those are;
 5. rays whose candidate failed, or which a triangle came before, are in doubt. They are gathered,
    traced by the tracer's method, and their hits put in place.
 
@@ -36,20 +36,23 @@ from ..options import word_define
 from ..passes.driver import Driver
 from ..passes.full_screen import FullScreenPass, Rectangles
 from ..passes.packet_room import PacketHits
-from ..passes.streams import rows_of, span
+from ..passes.streams import Stream, rows_of, span
 from ..precision import Precision
-from ..ray_state import RayTextures, StateBuffer, StateBuffers
-from ..record import TABLE_WIDTH_LOG2
+from ..ray_state import RayTextures, StateBuffer, StateBuffers, stream_samplers
+from ..record import TABLE_WIDTH_LOG2, Record
 from ..statistics import Statistics
-from ..texel_layout import COUNTERS, HIT, RAY_TEXELS, TRIANGLE
-from ..textures import TABLE_WIDTH, make_texture, table_textures, texture_bytes
+from ..texel_layout import COUNTERS, HIT, PART, SHOWN, SHOWN_BLOCK, TRIANGLE, VERDICT
+from ..textures import TABLE_WIDTH, make_texture, stream_textures, table_textures, texture_bytes
 from .row_pass import RowPass
 
 FIRST_HITS = ("traced", "rasterised")
-NEAREST = 1e-3       # of the farthest corner: triangles that come nearer are drawn everywhere
-MOST_PIXELS = 256    # around a triangle that looks for itself
+NEAREST = 1e-3       # of the farthest corner: no bound in pixels for what comes nearer
+BLOCK = 8            # pixels a side of a square that is hidden, or is a triangle's own, as a whole
+MOST_PIXELS = 24     # a side around a triangle that is not cut up
+PART_SIDE = 32       # pixels a side of the parts of the image in which others look
 MOST_IN_DOUBT = 0.5  # of the rays: with more, all are traced
 TRACED_ROW = 64      # rays in doubt stand in rows of this length, so that packets find neighbours
+BEFORE, MANY = 1, 2   # as in common/verdict.glsl
 LARGE = 1e15         # scenes of this size or its inverse are traced: squares must not overflow
 
 
@@ -83,10 +86,11 @@ class FirstHits:
         self._test = {**self.precision.defines(), "TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2,
                       word_define("INTERSECTION", options["intersection"]): True}
         self._tables: dict[str, moderngl.Texture] = {}
-        self._lists: dict[str, moderngl.Texture] = {}
+        self._flags: moderngl.Framebuffer | None = None
         self._passes: dict[str, FullScreenPass | RowPass] = {}
         self._span = Rectangles(gpu, 3)
         self._image: _Image | None = None
+        self._parts: tuple[Stream, Stream] | None = None
         self._traced: tuple[RayTextures, StateBuffers, moderngl.Texture] | None = None
         self.take(triangles)
 
@@ -99,12 +103,9 @@ class FirstHits:
         self._tables = table_textures(self.gpu, TRIANGLE, triangle_table(triangles)[TRIANGLE.name],
                                       into=self._tables)
         size = (TABLE_WIDTH, rows_of(self.count))
-        if not self._lists or self._lists["rows"].size != size:
-            self._release_lists()
-            flags = self.gpu.context.texture(size, 1)
-            self._lists = {"flags": flags,
-                           "rows": make_texture(self.gpu, size, 1, "a list of triangles")}
-            self._flags = self.gpu.context.framebuffer([flags])
+        if self._flags is None or self._flags.size != size:
+            self._release_flags()
+            self._flags = self.gpu.context.framebuffer([self.gpu.context.texture(size, 1)])
 
     # The passes -----------------------------------------------------------------------------
 
@@ -126,18 +127,18 @@ class FirstHits:
         try:
             drawn = self._sieve(view)
             self._draw(image, drawn, view)
-            self._verify(image, rays, final, view)
-            rivals = drawn[self._rivals(rays, final, drawn, view)]
-            self._draw_rivals(image, rays, final, rivals, view)
+            self._verify(image, rays, view)
+            whole, parts = self._rivals(image, rays, final, drawn, view)
+            self._mark(image, rays, final, whole, max(rays.size), view)
+            self._mark(image, rays, final, parts, PART_SIDE, view)
         finally:
             context.enable_only(moderngl.NOTHING)
-            context.depth_func = "<"
         doubt = np.flatnonzero(np.frombuffer(image.doubt.read(alignment=1), np.uint8))
-        statistics.first_hits = {"drawn": len(drawn), "rivals": len(rivals)}
-        statistics.passes += 5
-        statistics.draw_calls += 5
+        statistics.first_hits = {"drawn": len(drawn), "rivals": len(whole) + len(parts)}
+        statistics.passes += 8
+        statistics.draw_calls += 8
         if len(doubt) > MOST_IN_DOUBT * rays.size[0] * rays.size[1]:
-            return self._all(rays, buffers, driver, statistics, len(rivals))
+            return self._all(rays, buffers, driver, statistics, statistics.first_hits["rivals"])
         self._count(statistics, len(doubt))
         return final, self._trace(doubt, rays, final, driver, statistics)
 
@@ -175,14 +176,10 @@ class FirstHits:
         program = self._full_screen("first_sieve")
         program.set(**view, last_element=self.count - 1)
         self._span.write(span(0, self.count))
+        assert self._flags is not None
         program.draw(self._flags, self._tables, rectangles=self._span)
-        return self._flagged(self.count)
-
-    def _flagged(self, count: int) -> np.ndarray:
-        """Which of the first ``count`` flags are set."""
-        rows = rows_of(count)
-        flags = self._flags.read((0, 0, TABLE_WIDTH, rows), components=1, alignment=1)
-        return np.flatnonzero(np.frombuffer(flags, np.uint8)[:count])
+        return np.flatnonzero(np.frombuffer(self._flags.read(components=1, alignment=1),
+                                            np.uint8)[:self.count])
 
     def _draw(self, image: _Image, drawn: np.ndarray, view: dict[str, object]) -> None:
         context = self.gpu.context
@@ -191,40 +188,56 @@ class FirstHits:
         image.drawn.clear(-1.0, depth=1.0)
         self._row_pass("first_drawn", "row", 3).draw(image.drawn, self._tables, drawn, view)
 
-    def _verify(self, image: _Image, rays: RayTextures, final: StateBuffer,
-                view: dict[str, object]) -> None:
-        context = self.gpu.context
-        context.depth_func = "1"
-        program = self._full_screen("first_verified", rays, True)
+    def _verify(self, image: _Image, rays: RayTextures, view: dict[str, object]) -> None:
+        self.gpu.context.enable_only(moderngl.NOTHING)
+        program = self._full_screen("first_verified", (rays.record,), (HIT, SHOWN))
         program.set(**view, **rays.uniforms())
         program.draw(image.verified, {**self._tables, **rays.samplers(),
                                       "candidates": image.candidates})
+        self._full_screen("first_blocks", (SHOWN,), (SHOWN_BLOCK,)).draw(image.blocks,
+                                                                         image.samplers())
 
-    def _rivals(self, rays: RayTextures, final: StateBuffer, drawn: np.ndarray,
-                view: dict[str, object]) -> np.ndarray:
-        """Which of the triangles drawn must be drawn again."""
-        if not len(drawn):
-            return drawn
-        self.gpu.context.enable_only(moderngl.NOTHING)
-        rows = rows_of(len(drawn))
-        padded = np.zeros(rows * TABLE_WIDTH, np.float32)
-        padded[:len(drawn)] = drawn
-        self._lists["rows"].write(padded, (0, 0, TABLE_WIDTH, rows))
-        program = self._full_screen("first_rivals", rays, False)
-        program.set(**view, **rays.uniforms(), last_element=len(drawn) - 1)
-        self._span.write(span(0, len(drawn)))
-        program.draw(self._flags, {**self._tables, **rays.samplers(), **final.samplers(),
-                                   "rows": self._lists["rows"]}, rectangles=self._span)
-        return self._flagged(len(drawn))
+    def _rivals(self, image: _Image, rays: RayTextures, final: StateBuffer, drawn: np.ndarray,
+                view: dict[str, object]) -> list[np.ndarray]:
+        """Triangles that come before what is shown: (k, 3) PART each, the whole image and parts
+        of it."""
+        side = max(rays.size)
+        whole = np.pad(drawn[:, None], ((0, 0), (0, 2)))
+        verdict = self._judge(image, rays, final, whole, side, MOST_PIXELS, view)
+        found = [whole[verdict["kind"] == BEFORE]]
+        many = verdict["kind"] == MANY
+        parts = _cut(drawn[many], verdict["first"][many], verdict["last"][many])
+        verdict = self._judge(image, rays, final, parts, PART_SIDE, side, view)
+        found.append(parts[verdict["kind"] == BEFORE])
+        return found
 
-    def _draw_rivals(self, image: _Image, rays: RayTextures, final: StateBuffer,
-                     rivals: np.ndarray, view: dict[str, object]) -> None:
-        context = self.gpu.context
-        context.enable_only(moderngl.DEPTH_TEST)
-        context.depth_func = "<="
-        self._row_pass("first_rival", "row", 6, rays).draw(
+    def _judge(self, image: _Image, rays: RayTextures, final: StateBuffer, parts: np.ndarray,
+               side: int, most_pixels: int, view: dict[str, object]) -> dict[str, np.ndarray]:
+        """VERDICT of (k, 3) PART, ``side`` pixels large."""
+        count = len(parts)
+        room = self._part_room(count)
+        program = self._full_screen("first_rivals", (PART, SHOWN, SHOWN_BLOCK, HIT, rays.record),
+                                    (VERDICT,))
+        rows = rows_of(count)
+        if count:
+            texels = np.zeros((rows * TABLE_WIDTH, 4), np.float32)
+            texels[:count, :3] = parts
+            room[0].textures[0].write(texels, (0, 0, TABLE_WIDTH, rows))
+            program.set(**view, **rays.uniforms(), last_element=count - 1, part_side=side,
+                        most_pixels=most_pixels)
+            self._span.write(span(0, count))
+            program.draw(room[1].target, {
+                **self._tables, **rays.samplers(), **final.samplers(), **image.samplers(),
+                **room[0].samplers()}, rectangles=self._span)
+        read = room[1].target.read((0, 0, TABLE_WIDTH, rows), components=4, dtype="f4")
+        return VERDICT.unpack(np.frombuffer(read, np.float32).reshape(-1, 1, 4)[:count])
+
+    def _mark(self, image: _Image, rays: RayTextures, final: StateBuffer, rivals: np.ndarray,
+              side: int, view: dict[str, object]) -> None:
+        """Mark the rays that rivals come before as in doubt."""
+        self._row_pass("first_doubt", "part", 6, (rays.record, HIT)).draw(
             image.doubted, {**self._tables, **rays.samplers(), **final.samplers()}, rivals,
-            {**view, **rays.uniforms()})
+            {**view, **rays.uniforms(), "part_side": side})
 
     def _trace(self, doubt: np.ndarray, rays: RayTextures, final: StateBuffer, driver: Driver,
                statistics: Statistics) -> int:
@@ -238,7 +251,7 @@ class FirstHits:
         padded[:len(doubt)] = doubt
         places.write(padded)
         some.share_with(rays)
-        gather = self._full_screen("first_gather", rays, writes_rays=True)
+        gather = self._full_screen("first_gather", (), (rays.record,))
         gather.set(image_width=rays.size[0], **rays.uniforms())
         gather.draw(some.target, {**rays.samplers(), "places": places})
         found, stopped = driver.run(some, buffers, statistics)
@@ -262,46 +275,36 @@ class FirstHits:
 
     # Programs and textures ------------------------------------------------------------------
 
-    def _streams(self, rays: RayTextures, writes_hits: bool, writes_rays: bool) -> str:
-        streams = rays.record.stream_glsl(writes_rays)
-        return streams if writes_rays else streams + "\n" + HIT.stream_glsl(writes_hits)
-
-    def _full_screen(self, name: str, rays: RayTextures | None = None, writes_hits: bool = False,
-                     writes_rays: bool = False) -> FullScreenPass:
+    def _full_screen(self, name: str, reads: tuple[Record, ...] = (),
+                     writes: tuple[Record, ...] = ()) -> FullScreenPass:
         if name not in self._passes:
-            virtual = {"tables": TRIANGLE.table_glsl()}
-            if rays is not None:
-                virtual["streams"] = self._streams(rays, writes_hits, writes_rays)
-            self._passes[name] = FullScreenPass(self.gpu, f"passes/{name}.frag",
-                                                {**self._test, "MOST_PIXELS": MOST_PIXELS}, virtual)
+            self._passes[name] = FullScreenPass(
+                self.gpu, f"passes/{name}.frag",
+                {**self._test, "BLOCK": BLOCK, "PART_SIDE": PART_SIDE},
+                {"tables": TRIANGLE.table_glsl(), "streams": _streams(reads, writes)})
         found = self._passes[name]
         assert isinstance(found, FullScreenPass)
         return found
 
     def _row_pass(self, name: str, attribute: str, vertices: int,
-                  rays: RayTextures | None = None) -> RowPass:
+                  reads: tuple[Record, ...] = ()) -> RowPass:
         if name not in self._passes:
-            virtual = {"tables": TRIANGLE.table_glsl(),
-                       "constants": f"#define TABLE_WIDTH_LOG2 {TABLE_WIDTH_LOG2}"}
-            if rays is not None:
-                virtual["streams"] = self._streams(rays, False, False)
-            self._passes[name] = RowPass(self.gpu, f"passes/{name}.vert", f"passes/{name}.frag",
-                                         attribute, vertices, self._test, virtual)
+            self._passes[name] = RowPass(
+                self.gpu, f"passes/{name}.vert", f"passes/{name}.frag", attribute, vertices,
+                self._test, {"tables": TRIANGLE.table_glsl(), "streams": _streams(reads, ()),
+                             "constants": f"#define TABLE_WIDTH_LOG2 {TABLE_WIDTH_LOG2}"})
         found = self._passes[name]
         assert isinstance(found, RowPass)
         return found
 
     def _scatter(self) -> RowPass:
         if "first_scatter" not in self._passes:
-            texts, target = [], 0
-            for record in (self.precision.layout(self.method.state), HIT,
-                           *([COUNTERS] if self.statistics_on else [])):
-                texts.append(record.stream_glsl(True, target))
-                target += record.texels
+            writes = (self.precision.layout(self.method.state), HIT,
+                      *([COUNTERS] if self.statistics_on else []))
             self._passes["first_scatter"] = RowPass(
                 self.gpu, "passes/first_scatter.vert", "passes/sort_scatter.frag", "place", 1,
                 {**self.precision.defines(), "STATISTICS": self.statistics_on},
-                {"streams": "\n".join(texts)})
+                {"streams": _streams((), writes)})
         found = self._passes["first_scatter"]
         assert isinstance(found, RowPass)
         return found
@@ -312,6 +315,19 @@ class FirstHits:
                 self._image.release()
             self._image = _Image(self.gpu, buffers, final)
         return self._image
+
+    def _part_room(self, count: int) -> tuple[Stream, Stream]:
+        """Room for a list of parts, and for what becomes of them."""
+        if self._parts is None or self._parts[0].length < count:
+            self._release_parts()
+            length = max(self.count, 2 * count)
+            self._parts = Stream(self.gpu, PART, length), Stream(self.gpu, VERDICT, length)
+        return self._parts
+
+    def _release_parts(self) -> None:
+        for stream in self._parts or ():
+            stream.release()
+        self._parts = None
 
     def _traced_room(self, count: int) -> tuple[RayTextures, StateBuffers, moderngl.Texture]:
         """Room for ``count`` rays in doubt: twice as much as was ever needed, so that it stays."""
@@ -326,8 +342,9 @@ class FirstHits:
 
     def bytes(self) -> int:
         """Bytes of its textures."""
-        found = [*self._tables.values()]
-        total = texture_bytes(found) + self._lists["flags"].width * self._lists["flags"].height * 5
+        total = texture_bytes(self._tables.values()) + rows_of(self.count) * TABLE_WIDTH
+        for stream in self._parts or ():
+            total += texture_bytes(stream.textures)
         if self._image is not None:
             total += self._image.bytes()
         if self._traced is not None:
@@ -341,17 +358,18 @@ class FirstHits:
                 part.release()
         self._traced = None
 
-    def _release_lists(self) -> None:
-        if self._lists:
+    def _release_flags(self) -> None:
+        if self._flags is not None:
+            flags = self._flags.color_attachments[0]
             self.gpu.release(self._flags)
-            for texture in self._lists.values():
-                texture.release()
-        self._lists = {}
+            flags.release()
+        self._flags = None
 
     def release(self) -> None:
         """Free textures and programs."""
         self._release_traced()
-        self._release_lists()
+        self._release_flags()
+        self._release_parts()
         if self._image is not None:
             self._image.release()
         self._image = None
@@ -369,26 +387,56 @@ class _Image:
     Attributes
     ----------
     drawn : candidates by the depth test
-    verified : the hits, and which rays are in doubt
-    doubted : the latter alone
+    verified : the hits, what pixels show, and which rays are in doubt
+    blocks : what squares of pixels show
+    doubted : which rays are in doubt
     """
 
     def __init__(self, gpu: Gpu, buffers: StateBuffers, final: StateBuffer) -> None:
         self.gpu, self.final = gpu, final
-        self.candidates = make_texture(gpu, buffers.size, 1, "candidates")
-        self.doubt = gpu.context.texture(buffers.size, 1)
+        size = buffers.size
+        self.candidates = make_texture(gpu, size, 1, "candidates")
+        self.shown = [make_texture(gpu, size, 2, "what pixels show")]
+        self.squares = stream_textures(gpu, SHOWN_BLOCK, tuple(-(-s // BLOCK) for s in size))
+        self.doubt = gpu.context.texture(size, 1)
         # The state's own depth buffer: schedules clear it before they mask rays by it.
         framebuffer = gpu.context.framebuffer
         self.drawn = framebuffer([self.candidates], buffers.depth)
-        self.verified = framebuffer([*final.streams[HIT.name], self.doubt], buffers.depth)
-        self.doubted = framebuffer([self.doubt], buffers.depth)
-        self.doubted.depth_mask = False
+        self.verified = framebuffer([*final.streams[HIT.name], *self.shown, self.doubt])
+        self.blocks = framebuffer(self.squares)
+        self.doubted = framebuffer([self.doubt])
+
+    @property
+    def textures(self) -> list[moderngl.Texture]:
+        return [self.candidates, *self.shown, *self.squares]
+
+    def samplers(self) -> dict[str, moderngl.Texture]:
+        return {**stream_samplers(SHOWN.name, self.shown),
+                **stream_samplers(SHOWN_BLOCK.name, self.squares)}
 
     def bytes(self) -> int:
-        return 5 * self.doubt.width * self.doubt.height
+        return texture_bytes(self.textures) + self.doubt.width * self.doubt.height
 
     def release(self) -> None:
-        for target in (self.drawn, self.verified, self.doubted):
+        for target in (self.drawn, self.verified, self.blocks, self.doubted):
             self.gpu.release(target)
-        for texture in (self.candidates, self.doubt):
+        for texture in (*self.textures, self.doubt):
             texture.release()
+
+
+def _streams(reads: tuple[Record, ...], writes: tuple[Record, ...]) -> str:
+    texts, target = [record.stream_glsl(False) for record in reads], 0
+    for record in writes:
+        texts.append(record.stream_glsl(True, target))
+        target += record.texels
+    return "\n".join(texts)
+
+
+def _cut(rows: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """(k, 3) PART: each of the rows in every part of the image from its first to its last."""
+    across = last % 1024 - first % 1024 + 1
+    owner = np.repeat(np.arange(len(rows)), across * (last // 1024 - first // 1024 + 1))
+    within = np.arange(len(owner)) - np.searchsorted(owner, owner)
+    x = first[owner] % 1024 + within % across[owner]
+    y = first[owner] // 1024 + within // across[owner]
+    return np.stack([rows[owner], PART_SIDE * x, PART_SIDE * y], axis=1)

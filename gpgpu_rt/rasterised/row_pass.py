@@ -33,16 +33,16 @@ class RowPass:
 
     def draw(self, target: moderngl.Framebuffer, textures: Mapping[str, moderngl.Texture],
              rows: np.ndarray, uniforms: Mapping[str, object]) -> None:
-        """Draw (n,) int ``rows``; more textures and uniforms than are used may be given."""
+        """Draw (n,) or (n, k) int ``rows``; more textures and uniforms than are used may be given."""
         if not len(rows):
             return
-        data = np.repeat(rows.astype(np.int32), self.vertices)
+        data = np.repeat(rows.astype(np.int32), self.vertices, axis=0)
         if self._buffer is None or self._buffer.size < data.nbytes:
             self._release_geometry()
             self._buffer = self.gpu.context.buffer(reserve=max(1 << 16, 2 * data.nbytes),
                                                    dynamic=True)
             self._geometry = self.gpu.context.vertex_array(
-                self.program, [(self._buffer, "i", self.attribute)])
+                self.program, [(self._buffer, f"{rows[0].size}i", self.attribute)])
         assert self._geometry is not None
         self._buffer.write(data)
         attached = {texture.glo for texture in target.color_attachments}

@@ -1,5 +1,6 @@
 #version 330 core
-// An eye ray against a triangle that may come before its hit: if it does, the ray is in doubt.
+// An eye ray against a triangle that comes before its hit in some pixel nearby: if it does in this
+// one, the ray is in doubt.
 
 #include "common/precision.glsl"
 #include "common/fetch.glsl"
