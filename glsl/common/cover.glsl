@@ -36,7 +36,8 @@ struct Cover {
     vec2 a;           // in pixels
     vec2 b;
     vec2 c;
-    float eta;        // pixels, as margin
+    float eta;        // pixels, as beyond and margin
+    vec3 beyond;      // the edges from a, b and c
     float margin;
     float depth;      // along forward, as misjudged
     float misjudged;
@@ -101,11 +102,10 @@ Cover cover_of(vec3 v0, vec3 v1, vec3 v2) {
     cover.eta = ERROR * (focal * (angle * angle + across) + max(size.x, size.y));
     vec3 sides = vec3(distance(cover.a, cover.b), distance(cover.b, cover.c), distance(cover.c, cover.a));
     float longest = greatest(sides) + 2.0 * cover.eta;
-    float shortest = least(sides);
     float square = 2.0 * ERROR * longest * longest * ratio * ratio;
-    float beyond = min(square / max(shortest - 2.0 * cover.eta, 1e-9),
-                       8.0 * ratio * (shortest + 2.0 * cover.eta));
-    cover.margin = 2.0 * cover.eta + beyond;
+    cover.beyond = min(square / max(sides - 2.0 * cover.eta, 1e-9),
+                       8.0 * ratio * (sides + 2.0 * cover.eta));
+    cover.margin = 2.0 * cover.eta + greatest(cover.beyond);
 
     vec3 from = v1 - v0;
     vec3 to = v2 - v0;

@@ -43,13 +43,14 @@ vec3 edge_plane(vec3 from, vec3 to, vec2 origin) {
     return vec3(along, plane.z - plane.x - plane.y + dot(along, origin));
 }
 
+// `reach`: how far corners are from any of the places asked about.
 Edges edges_of(Cover cover, vec2 origin, float reach) {
     vec3 a = edge(cover.a, cover.b, origin);
     vec3 b = edge(cover.b, cover.c, origin);
     vec3 c = edge(cover.c, cover.a, origin);
     float turn = a.x * (cover.c.x - cover.a.x) + a.y * (cover.c.y - cover.a.y);
     vec3 lengths = vec3(length(a.xy), length(b.xy), length(c.xy));
-    vec3 slack = cover.margin * lengths + 4.0 * (cover.eta + 1e-3) * (reach + lengths);
+    vec3 slack = (cover.beyond + cover.eta) * lengths + 2.0 * cover.eta * (reach + lengths);
     if (cover.cut) {
         a = edge_plane(cover.place_0, cover.place_1, origin);
         b = edge_plane(cover.place_1, cover.place_2, origin);
@@ -93,8 +94,9 @@ void main() {
     ivec2 extent = max(pixels.zw - pixels.xy + 1, 0);
     bool many = extent.x > 0 && extent.y > 0 && max(extent.x, extent.y) > most_pixels;
     vec2 origin = vec2(pixels.xy) + 0.5;
-    Edges edges = edges_of(cover, origin,
-                           length(cover.a - origin) + length(vec2(extent)) + cover.margin);
+    float corners = max(distance(cover.a, origin), max(distance(cover.b, origin),
+                                                       distance(cover.c, origin)));
+    Edges edges = edges_of(cover, origin, corners + length(vec2(extent)));
     vec3 inverse_x = 1.0 / edges.x;
 
     ivec4 squares = pixels / BLOCK;
