@@ -8,6 +8,7 @@ import moderngl
 import numpy as np
 
 from .approach import approach
+from .camera import Camera
 from .gpu import Gpu
 from .hits import INVALID, Hits
 from .precision import Precision
@@ -153,10 +154,12 @@ class RayTextures:
         self.textures = stream_textures(gpu, precision.layout(RAY_TEXELS), size)
         self.target = gpu.context.framebuffer(self.textures)
         self._start: np.ndarray | None = None
+        self.seen_from: Camera | None = None    # whose pixels' centres they go through, if so
 
     def share_start(self, start: np.ndarray | None) -> None:
         """All rays have this origin and t_min, (4,) float32; None: they may differ. Programs read
         what is shared from a uniform, which saves a fetch and whatever follows from it alone."""
+        self.seen_from = None
         # An empty ray is one whose t_max is -1: that only a t_min below could make it live.
         alike = start is not None and start[3] >= 0
         self._start = self.precision.stored(start) if alike and start is not None else None
@@ -239,6 +242,7 @@ class StateBuffers:
         self.gpu, self.size = gpu, size
         self.records = [precision.layout(state), precision.layout(HIT)]
         self.records += [COUNTERS] if statistics else []
+        self.counts = statistics
         self.depth = gpu.context.depth_renderbuffer(size)
         self.mask = gpu.context.framebuffer(depth_attachment=self.depth)
         self._sides: list[StateBuffer] = []

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -14,16 +14,20 @@ from PIL import Image
 from . import settings
 from .accel import sah_cost, uncached
 from .accel.bounds import shrink_flat
+from .appearance.needs import SceneNeeds
 from .camera import Camera
 from .errors import Error, OptionError
 from .gpu import open_gpu
 from .hits import STACK_OVERFLOW, UNFINISHED, Hits
+from .integrators import Integrator, find_integrator
+from .integrators.plan import Plan
+from .integrators.waves import Waves
 from .methods import Accelerator, Method, find_method
 from .methods.row import Tables
 from .options import TRACER_OPTIONS, resolve_options
 from .passes.driver import Driver, Samplers, Setup, make_driver
+from .passes.eye_rays import EyeRays
 from .passes.packet_room import PacketHits
-from .passes.shade import Shading
 from .passes.traverse import OVERFLOWN
 from .passes.traverse import UNFINISHED as OUT_OF_STEPS
 from .precision import Precision
@@ -38,6 +42,14 @@ from .textures import texture_bytes
 
 DEFAULT_METHOD = "bvh-threaded"
 AUTO = "auto"
+
+
+def image_size(size: Sequence[int]) -> tuple[int, int]:
+    """(width, height), or OptionError where there is no pixel."""
+    width, height = (int(s) for s in size)
+    if width < 1 or height < 1:
+        raise OptionError(f"size {tuple(size)} must be at least 1 x 1 pixels")
+    return width, height
 
 
 class Tracer:
@@ -84,7 +96,7 @@ class Tracer:
             self._traversal = self._make_traversal()
         self._rays: RayTextures | None = None
         self._buffers: StateBuffers | None = None
-        self._shading: Shading | None = None
+        self._integrator: Integrator | None = None
         self._first_hits: FirstHits | None = None
 
     @classmethod
@@ -197,10 +209,10 @@ class Tracer:
             else:   # other programs, or a stack of another depth
                 self._traversal.release()
                 self._traversal = self._make_traversal()
-            if self._shading is not None:
-                self._shading.take(self._shown())
+            if self._integrator is not None:
+                self._integrator.take(self._shown())
             if self._first_hits is not None:
-                self._first_hits.take(self._hit_triangles())
+                self._first_hits.take(self._hit_triangles(), self._traversal)
         took = time.perf_counter() - began
         if statistics.rebuilt:
             statistics.build_seconds, statistics.refit_seconds = took - tried, tried
@@ -211,11 +223,6 @@ class Tracer:
         """What hits lie on: the scene, or a coarser level of it."""
         shown = self.accelerator.shown
         return self.scene if shown is None else replace(self.scene, triangles=shown)
-
-    def _hit_triangles(self) -> np.ndarray:
-        """(n, 3, 3) float32, what rays are tested against, in the order of hits."""
-        shown = self.accelerator.shown
-        return self._triangles if shown is None else self._stored(self._shown())
 
     def _refitted(self, triangles: np.ndarray) -> Accelerator | None:
         """The accelerator around (n, 3, 3) triangles, or None where it must be built anew."""
@@ -323,38 +330,32 @@ class Tracer:
         self.statistics.texture_bytes = (
             sum(self.statistics.table_bytes.values()) + self._buffers.bytes()
             + texture_bytes(self._rays.textures) + self._traversal.bytes()
-            + (self._shading.bytes() if self._shading is not None else 0)
+            + (sum(self._integrator.bytes().values()) if self._integrator is not None else 0)
             + (self._first_hits.bytes() if self._first_hits is not None else 0))
 
     # Rendering ------------------------------------------------------------------------------
 
     def render(self, camera: Camera | None = None, size: tuple[int, int] = (512, 512),
-               first_hits: str = "traced") -> Image.Image:
-        """A picture of the scene: diffuse surfaces, one point light, hard shadows.
-
-        Eye rays are made, traced, shaded and their shadow rays traced on the GPU, all by this
-        tracer's method.
+               integrator: str | None = None, first_hits: str = "traced",
+               **options: Any) -> Image.Image:
+        """A picture of the scene, all its rays traced by this tracer's method.
 
         Parameters
         ----------
         camera : Camera, or None for the scene's own
         size : (width, height) pixels
-        first_hits : "traced", or "rasterised": the eye rays' hits, to the bit the same, from the
-            rasteriser where they can be proved; ``statistics.first_hits`` says how many were traced
-
-        Raises
-        ------
-        OptionError
-            besides what tracing raises, where first hits cannot be proved for this tracer's options
+        integrator : "direct": light and shadows; "whitted" (default): and mirrors and glass
+        first_hits : "traced", or "rasterised": the same ones to the bit, from the rasteriser where
+            they can be proved; ``statistics.first_hits`` says how many were traced after all
+        options : the integrator's, as ``integrators.INTEGRATORS[name].options`` lists them
         """
+        drawer = self._drawer(size, integrator, options)
         with self.gpu:
-            began, eye, stopped = self._eye_rays(camera, size, first_hits)
-            rays, buffers, shading = self._rays, self._buffers, self._shading
-            assert rays is not None and buffers is not None and shading is not None
-            shadow_rays = shading.surfaces(rays, eye)
-            shadow, more = self._traversal.run(shadow_rays, buffers, self.statistics, any_hit=True)
-            self.statistics.stopped = stopped + more
-            pixels = shading.picture(shadow)
+            rays, buffers = self._room(drawer.size)
+            driver = self._driver(first_hits)
+            began = time.perf_counter()
+            waves = Waves(driver, buffers, self.statistics, self._count)
+            pixels = waves.draw(drawer, rays, camera or self.scene.camera)
             self.gpu.check_error("rendering")
         self.statistics.trace_seconds = time.perf_counter() - began
         self._add_texture_bytes()
@@ -363,42 +364,68 @@ class Tracer:
     def eye_hits(self, camera: Camera | None = None, size: tuple[int, int] = (512, 512),
                  first_hits: str = "traced") -> Hits:
         """Hits of the eye rays of ``render``, row by row from the top; parameters as there."""
+        width, height = image_size(size)
+        self.statistics.start_call(width * height)
         with self.gpu:
-            began, eye, self.statistics.stopped = self._eye_rays(camera, size, first_hits)
+            rays, buffers = self._room((width, height))
+            driver = self._driver(first_hits)
+            eye = EyeRays(self.gpu, self.precision)
+            eye.write(rays, camera or self.scene.camera, self.scene.bounds)
             self.gpu.finish()
-            traced = time.perf_counter()
-            hits = self._finish(hits_of(eye.fields(HIT.name)), eye, self.statistics.stopped)
+            began = time.perf_counter()
+            side, self.statistics.stopped = driver.run(rays, buffers, self.statistics)
+            self.gpu.finish()
+            self.statistics.trace_seconds = time.perf_counter() - began
+            hits = self._finish(hits_of(side.fields(HIT.name)), side, self.statistics.stopped)
+            eye.release()
             self.gpu.check_error("tracing eye rays")
-        self.statistics.trace_seconds = traced - began
-        self.statistics.readback_seconds = time.perf_counter() - traced
+        self.statistics.readback_seconds = (time.perf_counter() - began
+                                            - self.statistics.trace_seconds)
         return hits
 
-    def _eye_rays(self, camera: Camera | None, size: tuple[int, int],
-                  first_hits: str) -> tuple[float, StateBuffer | PacketHits, int]:
-        """Make and trace eye rays: when that began, their hits, and how many were stopped."""
-        width, height = (int(s) for s in size)
-        if width < 1 or height < 1:
-            raise OptionError(f"size {tuple(size)} must be at least 1 x 1 pixels")
-        rasterised = check_first_hits(first_hits, self.options)
-        self.statistics.start_call(width * height)
-        rays, buffers = self._room((width, height))
-        if self._shading is None:
-            self._shading = Shading(self.gpu, self._shown(), self.precision,
-                                    self.options["intersection"])
-        if rasterised and self._first_hits is None:
-            self._first_hits = FirstHits(self.gpu, self.method, self._hit_triangles(), self.options)
-        began = time.perf_counter()
-        camera = camera or self.scene.camera
-        self._shading.eye_rays(rays, camera)
-        if rasterised:
-            assert self._first_hits is not None
-            eye, stopped = self._first_hits.run(camera, rays, buffers, self._traversal,
-                                                self.statistics)
-        else:
-            eye, stopped = self._traversal.run(rays, buffers, self.statistics)
-        if self.options["statistics"]:
-            self._count(eye, width * height)
-        return began, eye, stopped
+    def _driver(self, first_hits: str) -> Driver:
+        """What traces a picture's rays."""
+        if not check_first_hits(first_hits, self.options):
+            return self._traversal
+        if self._first_hits is None:
+            self._first_hits = FirstHits(self.gpu, self.method, self.options)
+            self._first_hits.take(self._hit_triangles(), self._traversal)
+        return self._first_hits
+
+    def _hit_triangles(self) -> np.ndarray:
+        """(n, 3, 3) float32: what rays are tested against, in the order that hits count."""
+        coarser = self.accelerator.shown is not None
+        return self._stored(self._shown()) if coarser else self._triangles
+
+    def plan(self, size: tuple[int, int] = (512, 512), integrator: str | None = None,
+             **options: Any) -> Plan:
+        """What `render` with the same arguments would do and allocate, and why no more."""
+        drawer = self._drawer(size, integrator, options)
+        with self.gpu:
+            rays, buffers = self._room(drawer.size)
+            buffers.side(0)
+            return Plan.of(drawer, {
+                **{f"the method's {name}": taken
+                   for name, taken in self.statistics.table_bytes.items()},
+                "eye rays": texture_bytes(rays.textures), "state and hits": buffers.bytes()})
+
+    def _drawer(self, size: tuple[int, int], integrator: str | None,
+                options: Mapping[str, Any]) -> Integrator:
+        """The integrator, with room for a picture; the last one if it is asked for the same."""
+        kind = find_integrator(integrator)
+        width, height = image_size(size)
+        asked, last = kind.asked(options, self.precision), self._integrator
+        needs = SceneNeeds.of(self.scene, asked)
+        with self.gpu:
+            if last is None or type(last) is not kind or last.needs != needs:
+                if last is not None:
+                    last.release()
+                self._integrator = kind(self.gpu, self._shown(), needs,
+                                        self.options["intersection"])
+            assert self._integrator is not None
+            self.statistics.start_call(width * height)
+            self._integrator.start((width, height))
+        return self._integrator
 
     # Lifetime -------------------------------------------------------------------------------
 
@@ -412,8 +439,8 @@ class Tracer:
         """Free textures and programs; the tracer is of no use afterwards."""
         with self.gpu:
             self._release_room()
-            if self._shading is not None:
-                self._shading.release()
+            if self._integrator is not None:
+                self._integrator.release()
             if self._first_hits is not None:
                 self._first_hits.release()
             self._traversal.release()

@@ -55,7 +55,7 @@ def _images(tracer: Tracer, animation: Animation, chosen: argparse.Namespace,
     for frame in range(chosen.frames):
         if frame:
             tracer.update(animation.vertices(frame))
-        yield tracer.render(size=chosen.size)
+        yield tracer.render(size=chosen.size, first_hits=chosen.first_hits)
         if frame:
             spent.append(tracer.statistics.to_dict())
 

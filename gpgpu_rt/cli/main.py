@@ -15,6 +15,7 @@ from ..errors import Error, OptionError
 from ..files import check_writable, replacing
 from ..gpu import probe
 from ..methods import Method, methods
+from ..rasterised.first_hits import FIRST_HITS
 from ..scene import Scene, list_scenes, load_scene
 from ..surfaces.parametrise import CUTS, remesh
 from ..tracer import AUTO, DEFAULT_METHOD, Tracer
@@ -97,7 +98,7 @@ def _render(chosen: argparse.Namespace) -> None:
     if os.path.splitext(chosen.output)[1].lower() not in IMAGES:
         raise OptionError(f"cannot tell an image format from {chosen.output}; end it in .png")
     with _tracer(chosen) as tracer:
-        image = tracer.render(size=chosen.size)
+        image = tracer.render(size=chosen.size, first_hits=chosen.first_hits)
         with replacing(chosen.output) as path:
             image.save(path)
         _report(chosen, tracer, f"wrote {chosen.output}")
@@ -195,6 +196,9 @@ def _report(chosen: argparse.Namespace, tracer: Tracer, line: str) -> None:
     if statistics.counters:
         print("a ray: " + ", ".join(f"{k.replace('_', ' ')} {v:.2f}"
                                     for k, v in statistics.counters.items()))
+    if statistics.first_hits:
+        print(f"first hits rasterised: {statistics.first_hits['retraced']:,} of the eye rays were "
+              f"traced, {statistics.first_hits['retraced_share']:.3%}")
     if statistics.split:
         print("shared with the host: " + ", ".join(
             f"{name.replace('_seconds', '').replace('_', ' ')} "
@@ -256,6 +260,9 @@ def _parser() -> argparse.ArgumentParser:
     sub.add_argument("-o", "--output", required=True, metavar="IMAGE.png")
     sub.add_argument("--size", type=size_word, default=(512, 512), metavar="WIDTHxHEIGHT",
                      help="pixels; default 512x512")
+    sub.add_argument("--first-hits", choices=FIRST_HITS, default=FIRST_HITS[0],
+                     help="where the eye rays' hits come from, to the bit the same: rasterised ones "
+                     "are verified, those in doubt traced; default %(default)s")
     add_frames(sub)
     add_options(sub)
     sub = command("trace", _trace, "trace a file of rays to a file of hits")

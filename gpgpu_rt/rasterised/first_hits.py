@@ -1,32 +1,31 @@
-"""First hits: the eye rays' hits from the rasteriser, equal to traced ones to the bit.
+"""First hits: those of eye rays, from the rasteriser, equal to traced ones to the bit.
 
-The survey (section 5) calls tracing eye rays equivalent to rasterisation. It nearly is: rasterisers
-snap corners to a grid and interpolate depth, so that some pixels show a triangle which their ray
-misses, or lack one that it hits. Passes, in this order:
+The survey (section 5) calls tracing eye rays equivalent to rasterisation. It nearly is:
+rasterisers snap corners to a grid and interpolate depth, so that some pixels show a triangle
+which their ray misses, or lack one that it hits. Passes, in this order:
 
 1. ``first_sieve``: triangles that no ray of the image can hit are left out;
 2. ``first_drawn``: the others are rasterised, their rows kept by the depth test: candidates;
 3. ``first_verified``: each ray tests its candidate by the triangle test of all methods;
-4. ``first_blocks``, ``first_rivals``: each triangle looks, in the pixels around it that show another
-   one, whether it comes before: those that cover many pixels in parts of the image. It reaches only
-   pixels whose rays can hit it at all, and at depths that are not behind what is shown for certain;
-   the test of all methods judges the rest. ``first_doubt`` then says which pixels those are;
+4. ``first_blocks``, ``first_rivals``: each triangle looks, in the pixels around it that show
+   another one, whether it comes before; those that cover many pixels, in parts of the image. It
+   reaches only pixels whose rays can hit it at all, and at depths that are not behind what is
+   shown for certain; the test of all methods judges the rest. ``first_doubt`` then says which
+   pixels those are;
 5. rays whose candidate failed, or which a triangle came before, are in doubt. They are gathered,
    traced by the tracer's method, and their hits put in place.
 
-So the rasteriser's own pass is only believed where it is checked, and nothing depends on how it
-rounds. What a triangle may be hit by is bounded in ``glsl/common/cover.glsl``.
+So the rasteriser is only believed where it is checked, and nothing depends on how it rounds. What
+a triangle may be hit by is bounded in ``glsl/common/cover.glsl``.
 """
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
 from typing import Any
 
 import moderngl
 import numpy as np
 
-from ..approach import FAR, sphere
 from ..camera import Camera
 from ..errors import OptionError
 from ..gpu import Gpu
@@ -53,7 +52,7 @@ PART_SIDE = 32       # pixels a side of the parts of the image in which others l
 MOST_IN_DOUBT = 0.5  # of the rays: with more, all are traced
 TRACED_ROW = 64      # rays in doubt stand in rows of this length, so that packets find neighbours
 BEFORE, MANY = 1, 2   # as in common/verdict.glsl
-LARGE = 1e15         # scenes of this size or its inverse are traced: squares must not overflow
+SCALES = 1e-6, 1e10   # of scenes and views: else products of the test, or of bounds, leave floats
 
 
 def check_first_hits(first_hits: str, options: Mapping[str, Any]) -> bool:
@@ -71,15 +70,10 @@ def check_first_hits(first_hits: str, options: Mapping[str, Any]) -> bool:
 
 
 class FirstHits:
-    """Rasterises the triangles of a scene from cameras.
+    """A driver that rasterises rays through the pixels of a camera, and leaves all others, and
+    what it cannot prove, to another one."""
 
-    Parameters
-    ----------
-    triangles : (n, 3, 3) float32, as the method's tables hold them
-    """
-
-    def __init__(self, gpu: Gpu, method: Method, triangles: np.ndarray,
-                 options: Mapping[str, Any]) -> None:
+    def __init__(self, gpu: Gpu, method: Method, options: Mapping[str, Any]) -> None:
         self.gpu, self.method = gpu, method
         self.precision = Precision.of(options)
         self.statistics_on = bool(options["statistics"])
@@ -92,10 +86,15 @@ class FirstHits:
         self._image: _Image | None = None
         self._parts: tuple[Stream, Stream] | None = None
         self._traced: tuple[RayTextures, StateBuffers, moderngl.Texture] | None = None
-        self.take(triangles)
 
-    def take(self, triangles: np.ndarray) -> None:
-        """Rasterise these triangles from now on."""
+    def take(self, triangles: np.ndarray, driver: Driver) -> None:
+        """Rasterise these triangles from now on, and trace by this driver.
+
+        Parameters
+        ----------
+        triangles : (n, 3, 3) float32, as the method's tables hold them, in the order of hits
+        """
+        self.driver = driver
         corners = triangles.reshape(-1, 3)
         self.count = len(triangles)
         self.bounds = ((corners.min(0), corners.max(0)) if len(corners)
@@ -107,20 +106,14 @@ class FirstHits:
             self._release_flags()
             self._flags = self.gpu.context.framebuffer([self.gpu.context.texture(size, 1)])
 
-    # The passes -----------------------------------------------------------------------------
-
-    def run(self, camera: Camera, rays: RayTextures, buffers: StateBuffers, driver: Driver,
-            statistics: Statistics) -> tuple[StateBuffer | PacketHits, int]:
-        """Hits of the eye rays of a camera, and how many of those traced were stopped.
-
-        Parameters
-        ----------
-        rays : the eye rays, as ``Shading.eye_rays`` leaves them
-        driver : traces those in doubt
-        """
-        view = self._view(camera, rays.size)
+    def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
+            any_hit: bool = False) -> tuple[StateBuffer | PacketHits, int]:
+        """Hits of the rays, and how many of those that were traced were stopped."""
+        if any_hit or rays.seen_from is None:
+            return self.driver.run(rays, buffers, statistics, any_hit)
+        view = self._view(rays.seen_from, rays.size)
         if view is None:
-            return self._all(rays, buffers, driver, statistics, 0)
+            return self._all(rays, buffers, statistics)
         context = self.gpu.context
         final = buffers.side(0)
         image = self._image_for(buffers, final)
@@ -134,41 +127,40 @@ class FirstHits:
         finally:
             context.enable_only(moderngl.NOTHING)
         doubt = np.flatnonzero(np.frombuffer(image.doubt.read(alignment=1), np.uint8))
-        statistics.first_hits = {"drawn": len(drawn), "rivals": len(whole) + len(parts)}
+        if len(doubt) > MOST_IN_DOUBT * rays.size[0] * rays.size[1]:
+            return self._all(rays, buffers, statistics)
         statistics.passes += 8
         statistics.draw_calls += 8
-        if len(doubt) > MOST_IN_DOUBT * rays.size[0] * rays.size[1]:
-            return self._all(rays, buffers, driver, statistics, statistics.first_hits["rivals"])
-        self._count(statistics, len(doubt))
-        return final, self._trace(doubt, rays, final, driver, statistics)
+        self._count(statistics, rays, len(doubt), len(drawn), len(whole) + len(parts))
+        return final, self._trace(doubt, rays, final, statistics)
 
     def _view(self, camera: Camera, size: tuple[int, int]) -> dict[str, object] | None:
-        """Uniforms of a camera, or None where no bound is known: so far from the scene that its
-        rays start nearer, or among numbers whose squares floats do not hold."""
+        """Uniforms of a camera, or None among numbers whose squares floats do not hold."""
         lo, hi = (np.asarray(corner, np.float64) for corner in self.bounds)
         eye = np.asarray(np.float32(camera.eye), np.float64)
-        centre, radius = sphere(lo, hi)
         farthest = 1.01 * float(np.linalg.norm(np.maximum(np.abs(lo - eye), np.abs(hi - eye))))
-        far = np.linalg.norm(np.subtract(camera.eye, centre)) > FAR * radius
         right, up, forward = camera.basis(size)
         scales = (farthest, float(np.linalg.norm(right)), float(np.linalg.norm(up)))
-        if not self.count or far or not all(1 / LARGE < scale < LARGE for scale in scales):
+        if not self.count or not all(
+                SCALES[0] < scale < SCALES[1] for scale in scales):
             return None
         return {"eye": camera.eye, "right": tuple(right), "up": tuple(up),
                 "forward": tuple(forward), "size": size, "nearest": NEAREST * farthest,
                 "farthest": farthest}
 
-    def _all(self, rays: RayTextures, buffers: StateBuffers, driver: Driver,
-             statistics: Statistics, rivals: int) -> tuple[StateBuffer | PacketHits, int]:
+    def _all(self, rays: RayTextures, buffers: StateBuffers,
+             statistics: Statistics) -> tuple[StateBuffer | PacketHits, int]:
         """Trace every ray."""
-        statistics.first_hits = {"drawn": 0, "rivals": rivals}
-        self._count(statistics, rays.size[0] * rays.size[1])
-        return driver.run(rays, buffers, statistics)
+        self._count(statistics, rays, rays.size[0] * rays.size[1], 0, 0)
+        return self.driver.run(rays, buffers, statistics)
 
     @staticmethod
-    def _count(statistics: Statistics, retraced: int) -> None:
-        statistics.first_hits |= {"retraced": retraced,
-                                  "retraced_share": retraced / max(1, statistics.rays)}
+    def _count(statistics: Statistics, rays: RayTextures, retraced: int, drawn: int,
+               rivals: int) -> None:
+        statistics.first_hits = {"drawn": drawn, "rivals": rivals, "retraced": retraced,
+                                 "retraced_share": retraced / (rays.size[0] * rays.size[1])}
+
+    # The passes -----------------------------------------------------------------------------
 
     def _sieve(self, view: dict[str, object]) -> np.ndarray:
         """Rows of the triangles that a ray may hit."""
@@ -239,7 +231,7 @@ class FirstHits:
             image.doubted, {**self._tables, **rays.samplers(), **final.samplers()}, rivals,
             {**view, **rays.uniforms(), "part_side": side})
 
-    def _trace(self, doubt: np.ndarray, rays: RayTextures, final: StateBuffer, driver: Driver,
+    def _trace(self, doubt: np.ndarray, rays: RayTextures, final: StateBuffer,
                statistics: Statistics) -> int:
         """Trace the rays in doubt; how many were stopped."""
         if self.statistics_on:
@@ -254,7 +246,7 @@ class FirstHits:
         gather = self._full_screen("first_gather", (), (rays.record,))
         gather.set(image_width=rays.size[0], **rays.uniforms())
         gather.draw(some.target, {**rays.samplers(), "places": places})
-        found, stopped = driver.run(some, buffers, statistics)
+        found, stopped = self.driver.run(some, buffers, statistics)
         self.gpu.context.enable_only(moderngl.NOTHING)
         if stopped and not self.statistics_on:
             self._clear_counts(final)
@@ -341,7 +333,7 @@ class FirstHits:
         return self._traced
 
     def bytes(self) -> int:
-        """Bytes of its textures."""
+        """Bytes of its own textures."""
         total = texture_bytes(self._tables.values()) + rows_of(self.count) * TABLE_WIDTH
         for stream in self._parts or ():
             total += texture_bytes(stream.textures)

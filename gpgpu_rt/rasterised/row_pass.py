@@ -1,4 +1,4 @@
-"""A pass whose geometry is made by its vertex program, a few vertices for each number it is given."""
+"""A pass whose vertex program makes its geometry, a few vertices for each number it is given."""
 from __future__ import annotations
 
 from collections.abc import Mapping
