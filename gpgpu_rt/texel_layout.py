@@ -178,6 +178,9 @@ PATH = Record("path", "weight:vec3")
 SHOWN = Record("shown", "depth triangle:int")
 """What a rasterised pixel shows: a depth that its hit does not lie behind, and the triangle."""
 
+SHOWN_FOUR = Record("shown_four", "triangle:ivec4 | depth:vec4")
+"""Four such pixels of a row."""
+
 SHOWN_BLOCK = Record("shown_block", "depth lowest:int highest:int")
 """A square of such pixels: the greatest depth, the lowest and the highest triangle."""
 

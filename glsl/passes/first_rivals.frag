@@ -83,6 +83,10 @@ vec2 enclosed(Edges edges, vec3 inverse_x, float y) {
     return vec2(greatest(lo), least(none) < 0.0 ? -FAR_OFF : least(hi));
 }
 
+bool any_of(ivec4 flags) {
+    return (flags.x | flags.y | flags.z | flags.w) != 0;
+}
+
 void main() {
     Part part = part_load(table_texel(element()));
     int i = part.row;
@@ -102,52 +106,60 @@ void main() {
     ivec4 squares = pixels / BLOCK;
     ivec2 next_square = squares.xy;
     bool squares_left = extent.x > 0 && extent.y > 0 && !many;
-    ivec4 range = ivec4(0, 0, 0, -1);    // of pixels in the present square; its rows are used up
+    int x = 0;                           // of the present square; its next row, the last one
+    int y = 0;
+    int last_y = -1;
+    int next_four = 0;                   // pixels of the row from here on are still to be looked at
     float least_here = 0.0;
-    ivec2 next = ivec2(0);
-    int last = -1;                       // pixel of the present row
+    ivec2 first = ivec2(0);              // of the present four pixels
+    ivec4 asked = ivec4(0);              // those to be tested
     bool before = false;
     bool left = squares_left;
     while (left && !before) {
-        ivec2 pixel = pixels.xy;
-        bool asked = false;
-        while (left && !asked) {
-            while (left && next.x > last) {
-                while (squares_left && range.y > range.w) {
-                    ivec2 square = next_square;
-                    next_square = square.x < squares.z ? ivec2(square.x + 1, square.y)
-                                                       : ivec2(squares.x, square.y + 1);
-                    squares_left = next_square.y <= squares.w;
-                    Shown_block block = shown_block_load(square);
-                    vec2 middle = (vec2(square) + 0.5) * float(BLOCK);
-                    least_here = least_depth(cover, middle, HALF_DIAGONAL);
-                    range = ivec4(max(square * BLOCK, pixels.xy),
-                                  min(square * BLOCK + BLOCK - 1, pixels.zw));
-                    bool own = block.lowest == index && block.highest == index;
-                    if (own || least_here > block.depth
-                            || !may_be(edges, middle - origin, 0.5 * float(BLOCK))) {
-                        range.w = range.y - 1;
-                    }
-                }
-                vec2 ends = origin.x - 0.5
-                    + enclosed(edges, inverse_x, float(range.y) + 0.5 - origin.y);
-                next = ivec2(max(range.x, int(ceil(ends.x - 0.01))), range.y);
-                last = range.y > range.w ? -1 : min(range.z, int(floor(ends.y + 0.01)));
-                left = squares_left || range.y <= range.w;
-                ++range.y;
+        while (left && !any_of(asked)) {
+            while (squares_left && y > last_y) {
+                ivec2 square = next_square;
+                next_square = square.x < squares.z ? ivec2(square.x + 1, square.y)
+                                                   : ivec2(squares.x, square.y + 1);
+                squares_left = next_square.y <= squares.w;
+                Shown_block block = shown_block_load(square);
+                vec2 middle = (vec2(square) + 0.5) * float(BLOCK);
+                least_here = least_depth(cover, middle, HALF_DIAGONAL);
+                bool own = block.lowest == index && block.highest == index;
+                bool passed = own || least_here > block.depth
+                    || !may_be(edges, middle - origin, 0.5 * float(BLOCK));
+                x = square.x * BLOCK;
+                y = max(square.y * BLOCK, pixels.y);
+                last_y = passed ? -1 : min(square.y * BLOCK + BLOCK - 1, pixels.w);
+                next_four = x;
             }
-            if (next.x <= last) {
-                pixel = next;
-                ++next.x;
-                Shown shown = shown_load(pixel);
-                asked = shown.triangle != index && shown.depth >= 0.0 && least_here <= shown.depth;
+            vec2 ends = origin.x - 0.5 + enclosed(edges, inverse_x, float(y) + 0.5 - origin.y);
+            int from = max(int(ceil(ends.x - 0.01)), pixels.x);
+            int to = min(int(floor(ends.y + 0.01)), min(pixels.z, x + BLOCK - 1));
+            first = ivec2(max(next_four, from & ~3), y);
+            Shown_four shown = shown_four_load(ivec2(first.x >> 2, y));
+            ivec4 at = first.x + ivec4(0, 1, 2, 3);
+            // `&`, not a product: those of integers are slow, and a renderer may run all of this often.
+            asked = ivec4(notEqual(shown.triangle, ivec4(index)))
+                & ivec4(greaterThanEqual(shown.depth, vec4(max(least_here, 0.0))))
+                & ivec4(greaterThanEqual(at, ivec4(from)))
+                & ivec4(lessThanEqual(at, ivec4(y <= last_y ? to : -1)));
+            next_four = first.x + 4;
+            if (next_four > to) {
+                next_four = x;
+                ++y;
             }
-            left = squares_left || range.y <= range.w || next.x <= last;
+            left = squares_left || y <= last_y || any_of(asked);
         }
+        int k = asked.x != 0 ? 0 : asked.y != 0 ? 1 : asked.z != 0 ? 2 : 3;
+        bool any_asked = any_of(asked);
+        asked &= ivec4(notEqual(ivec4(0, 1, 2, 3), ivec4(k)));
+        ivec2 pixel = min(first + ivec2(k, 0), ivec2(size) - 1);
         Hit shown = hit_load(pixel);
         Hit hit = shown;
         test_triangle(ray_setup(rays_load(pixel)), i, hit);
-        before = asked && hit.triangle != shown.triangle;
+        before = any_asked && hit.triangle != shown.triangle;
+        left = squares_left || y <= last_y || any_of(asked);
     }
     ivec4 parts = pixels / PART_SIDE;
     verdict_store(Verdict(many ? MANY : before ? BEFORE : BEHIND,

@@ -261,7 +261,7 @@ def _parser() -> argparse.ArgumentParser:
     sub.add_argument("--size", type=size_word, default=(512, 512), metavar="WIDTHxHEIGHT",
                      help="pixels; default 512x512")
     sub.add_argument("--first-hits", choices=FIRST_HITS, default=FIRST_HITS[0],
-                     help="where the eye rays' hits come from, to the bit the same: rasterised ones "
+                     help="where the hits of eye rays come from, to the bit the same: rasterised ones "
                      "are verified, those in doubt traced; default %(default)s")
     add_frames(sub)
     add_options(sub)

@@ -40,7 +40,7 @@ from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers, stream_samplers
 from ..record import TABLE_WIDTH_LOG2, Record
 from ..statistics import Statistics
-from ..texel_layout import COUNTERS, HIT, PART, SHOWN, SHOWN_BLOCK, TRIANGLE, VERDICT
+from ..texel_layout import COUNTERS, HIT, PART, SHOWN, SHOWN_BLOCK, SHOWN_FOUR, TRIANGLE, VERDICT
 from ..textures import TABLE_WIDTH, make_texture, stream_textures, table_textures, texture_bytes
 from .row_pass import RowPass
 
@@ -186,8 +186,10 @@ class FirstHits:
         program.set(**view, **rays.uniforms())
         program.draw(image.verified, {**self._tables, **rays.samplers(),
                                       "candidates": image.candidates})
-        self._full_screen("first_blocks", (SHOWN,), (SHOWN_BLOCK,)).draw(image.blocks,
-                                                                         image.samplers())
+        for name, reads, writes in (("first_packed", SHOWN, SHOWN_FOUR),
+                                    ("first_blocks", SHOWN_FOUR, SHOWN_BLOCK)):
+            self._full_screen(name, (reads,), (writes,)).draw(image.targets[writes.name],
+                                                              image.samplers())
 
     def _rivals(self, image: _Image, rays: RayTextures, final: StateBuffer, drawn: np.ndarray,
                 view: dict[str, object]) -> list[np.ndarray]:
@@ -208,7 +210,7 @@ class FirstHits:
         """VERDICT of (k, 3) PART, ``side`` pixels large."""
         count = len(parts)
         room = self._part_room(count)
-        program = self._full_screen("first_rivals", (PART, SHOWN, SHOWN_BLOCK, HIT, rays.record),
+        program = self._full_screen("first_rivals", (PART, SHOWN_FOUR, SHOWN_BLOCK, HIT, rays.record),
                                     (VERDICT,))
         rows = rows_of(count)
         if count:
@@ -380,37 +382,41 @@ class _Image:
     ----------
     drawn : candidates by the depth test
     verified : the hits, what pixels show, and which rays are in doubt
-    blocks : what squares of pixels show
+    targets : what fours and squares of pixels show, by record
     doubted : which rays are in doubt
     """
 
     def __init__(self, gpu: Gpu, buffers: StateBuffers, final: StateBuffer) -> None:
         self.gpu, self.final = gpu, final
-        size = buffers.size
+        width, height = size = buffers.size
         self.candidates = make_texture(gpu, size, 1, "candidates")
-        self.shown = [make_texture(gpu, size, 2, "what pixels show")]
-        self.squares = stream_textures(gpu, SHOWN_BLOCK, tuple(-(-s // BLOCK) for s in size))
+        self.streams = {
+            SHOWN.name: [make_texture(gpu, size, 2, "what pixels show")],
+            SHOWN_FOUR.name: stream_textures(gpu, SHOWN_FOUR, (-(-width // 4), height)),
+            SHOWN_BLOCK.name: stream_textures(gpu, SHOWN_BLOCK,
+                                              (-(-width // BLOCK), -(-height // BLOCK)))}
         self.doubt = gpu.context.texture(size, 1)
         # The state's own depth buffer: schedules clear it before they mask rays by it.
         framebuffer = gpu.context.framebuffer
         self.drawn = framebuffer([self.candidates], buffers.depth)
-        self.verified = framebuffer([*final.streams[HIT.name], *self.shown, self.doubt])
-        self.blocks = framebuffer(self.squares)
+        self.verified = framebuffer([*final.streams[HIT.name], *self.streams[SHOWN.name],
+                                     self.doubt])
+        self.targets = {name: framebuffer(textures) for name, textures in self.streams.items()}
         self.doubted = framebuffer([self.doubt])
 
     @property
     def textures(self) -> list[moderngl.Texture]:
-        return [self.candidates, *self.shown, *self.squares]
+        return [self.candidates, *(t for textures in self.streams.values() for t in textures)]
 
     def samplers(self) -> dict[str, moderngl.Texture]:
-        return {**stream_samplers(SHOWN.name, self.shown),
-                **stream_samplers(SHOWN_BLOCK.name, self.squares)}
+        return {sampler: texture for name, textures in self.streams.items()
+                for sampler, texture in stream_samplers(name, textures).items()}
 
     def bytes(self) -> int:
         return texture_bytes(self.textures) + self.doubt.width * self.doubt.height
 
     def release(self) -> None:
-        for target in (self.drawn, self.verified, self.blocks, self.doubted):
+        for target in (self.drawn, self.verified, *self.targets.values(), self.doubted):
             self.gpu.release(target)
         for texture in (*self.textures, self.doubt):
             texture.release()
