@@ -345,8 +345,10 @@ class Tracer:
         camera : Camera, or None for the scene's own
         size : (width, height) pixels
         integrator : "direct": light and shadows; "whitted" (default): and mirrors and glass
-        first_hits : "traced", or "rasterised": the same ones to the bit, from the rasteriser where
-            they can be proved; ``statistics.first_hits`` says how many were traced after all
+        first_hits : "traced"; "rasterised": the same ones to the bit, from the rasteriser where
+            they can be proved; or "verified": from the rasteriser where they are hits at all,
+            though a few pixels may lack one that comes before. ``statistics.first_hits`` says how
+            many were traced after all
         options : the integrator's, as ``integrators.INTEGRATORS[name].options`` lists them
         """
         drawer = self._drawer(size, integrator, options)
@@ -390,6 +392,7 @@ class Tracer:
         if self._first_hits is None:
             self._first_hits = FirstHits(self.gpu, self.method, self.options)
             self._first_hits.take(self._hit_triangles(), self._traversal)
+        self._first_hits.proved = first_hits == "rasterised"
         return self._first_hits
 
     def _hit_triangles(self) -> np.ndarray:

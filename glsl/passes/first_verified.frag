@@ -17,7 +17,7 @@
 
 uniform sampler2D candidates;
 
-layout(location = 2) out float in_doubt;
+layout(location = IN_DOUBT) out float in_doubt;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
@@ -31,6 +31,8 @@ void main() {
     }
     hit_store(hit);
     in_doubt = failed ? 1.0 : 0.0;
+#ifdef PROVED
     float depth = hit.t / slant(gl_FragCoord.xy) * (1.0 + 4.0 * ERROR);
     shown_store(Shown(failed ? -1.0 : depth, hit.triangle));
+#endif
 }

@@ -37,16 +37,16 @@ from ..passes.full_screen import FullScreenPass, Rectangles
 from ..passes.packet_room import PacketHits
 from ..passes.streams import Stream, rows_of, span
 from ..precision import Precision
-from ..ray_state import RayTextures, StateBuffer, StateBuffers, stream_samplers
+from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..record import TABLE_WIDTH_LOG2, Record
 from ..statistics import Statistics
 from ..texel_layout import COUNTERS, HIT, PART, SHOWN, SHOWN_BLOCK, SHOWN_FOUR, TRIANGLE, VERDICT
-from ..textures import TABLE_WIDTH, make_texture, stream_textures, table_textures, texture_bytes
+from ..textures import TABLE_WIDTH, make_texture, table_textures, texture_bytes
+from .first_image import BLOCK, FirstImage
 from .row_pass import RowPass
 
-FIRST_HITS = ("traced", "rasterised")
+FIRST_HITS = ("traced", "rasterised", "verified")
 NEAREST = 1e-3       # of the farthest corner: no bound in pixels for what comes nearer
-BLOCK = 8            # pixels a side of a square that is hidden, or is a triangle's own, as a whole
 MOST_PIXELS = 24     # a side around a triangle that is not cut up
 PART_SIDE = 32       # pixels a side of the parts of the image in which others look
 MOST_IN_DOUBT = 0.5  # of the rays: with more, all are traced
@@ -56,11 +56,14 @@ SCALES = 1e-6, 1e10   # of scenes and views: else products of the test, or of bo
 
 
 def check_first_hits(first_hits: str, options: Mapping[str, Any]) -> bool:
-    """Whether the rasteriser is asked for; OptionError where no bound is known for it."""
+    """Whether the rasteriser is asked for; OptionError where no bound is known for it.
+
+    "rasterised" hits are proved; of "verified" ones each is a hit, but not proved to be the first.
+    """
     if first_hits not in FIRST_HITS:
         raise OptionError(f"option first_hits={first_hits!r} is none of {', '.join(FIRST_HITS)}")
-    if first_hits == "traced":
-        return False
+    if first_hits != "rasterised":
+        return first_hits == "verified"
     for name, needed in (("intersection", "woop-watertight"), ("storage", "fp32"),
                          ("arithmetic", "fp32")):
         if options[name] != needed:
@@ -81,11 +84,13 @@ class FirstHits:
                       word_define("INTERSECTION", options["intersection"]): True}
         self._tables: dict[str, moderngl.Texture] = {}
         self._flags: moderngl.Framebuffer | None = None
-        self._passes: dict[str, FullScreenPass | RowPass] = {}
+        self._passes: dict[object, FullScreenPass | RowPass] = {}
         self._span = Rectangles(gpu, 3)
-        self._image: _Image | None = None
+        self._image: FirstImage | None = None
         self._parts: tuple[Stream, Stream] | None = None
         self._traced: tuple[RayTextures, StateBuffers, moderngl.Texture] | None = None
+
+        self.proved = True     # or each hit verified, and no more
 
     def take(self, triangles: np.ndarray, driver: Driver) -> None:
         """Rasterise these triangles from now on, and trace by this driver.
@@ -121,9 +126,12 @@ class FirstHits:
             drawn = self._sieve(view)
             self._draw(image, drawn, view)
             self._verify(image, rays, view)
-            whole, parts = self._rivals(image, rays, final, drawn, view)
-            self._mark(image, rays, final, whole, max(rays.size), view)
-            self._mark(image, rays, final, parts, PART_SIDE, view)
+            rivals = 0
+            if self.proved:
+                whole, parts = self._rivals(image, rays, final, drawn, view)
+                self._mark(image, rays, final, whole, max(rays.size), view)
+                self._mark(image, rays, final, parts, PART_SIDE, view)
+                rivals = len(whole) + len(parts)
         finally:
             context.enable_only(moderngl.NOTHING)
         doubt = np.flatnonzero(np.frombuffer(image.doubt.read(alignment=1), np.uint8))
@@ -131,7 +139,7 @@ class FirstHits:
             return self._all(rays, buffers, statistics)
         statistics.passes += 8
         statistics.draw_calls += 8
-        self._count(statistics, rays, len(doubt), len(drawn), len(whole) + len(parts))
+        self._count(statistics, rays, len(doubt), len(drawn), rivals)
         return final, self._trace(doubt, rays, final, statistics)
 
     def _view(self, camera: Camera, size: tuple[int, int]) -> dict[str, object] | None:
@@ -173,25 +181,29 @@ class FirstHits:
         return np.flatnonzero(np.frombuffer(self._flags.read(components=1, alignment=1),
                                             np.uint8)[:self.count])
 
-    def _draw(self, image: _Image, drawn: np.ndarray, view: dict[str, object]) -> None:
+    def _draw(self, image: FirstImage, drawn: np.ndarray, view: dict[str, object]) -> None:
         context = self.gpu.context
         context.enable_only(moderngl.DEPTH_TEST)
         context.depth_func = "<"
         image.drawn.clear(-1.0, depth=1.0)
         self._row_pass("first_drawn", "row", 3).draw(image.drawn, self._tables, drawn, view)
 
-    def _verify(self, image: _Image, rays: RayTextures, view: dict[str, object]) -> None:
+    def _verify(self, image: FirstImage, rays: RayTextures, view: dict[str, object]) -> None:
         self.gpu.context.enable_only(moderngl.NOTHING)
-        program = self._full_screen("first_verified", (rays.record,), (HIT, SHOWN))
+        writes = (HIT, SHOWN) if self.proved else (HIT,)
+        program = self._full_screen("first_verified", (rays.record,), writes, PROVED=self.proved,
+                                    IN_DOUBT=len(writes))
         program.set(**view, **rays.uniforms())
-        program.draw(image.verified, {**self._tables, **rays.samplers(),
-                                      "candidates": image.candidates})
+        program.draw(image.proved if self.proved else image.verified, {**self._tables, **rays.samplers(),
+                                                                       "candidates": image.candidates})
+        if not self.proved:
+            return
         for name, reads, writes in (("first_packed", SHOWN, SHOWN_FOUR),
                                     ("first_blocks", SHOWN_FOUR, SHOWN_BLOCK)):
             self._full_screen(name, (reads,), (writes,)).draw(image.targets[writes.name],
                                                               image.samplers())
 
-    def _rivals(self, image: _Image, rays: RayTextures, final: StateBuffer, drawn: np.ndarray,
+    def _rivals(self, image: FirstImage, rays: RayTextures, final: StateBuffer, drawn: np.ndarray,
                 view: dict[str, object]) -> list[np.ndarray]:
         """Triangles that come before what is shown: (k, 3) PART each, the whole image and parts
         of it."""
@@ -205,7 +217,7 @@ class FirstHits:
         found.append(parts[verdict["kind"] == BEFORE])
         return found
 
-    def _judge(self, image: _Image, rays: RayTextures, final: StateBuffer, parts: np.ndarray,
+    def _judge(self, image: FirstImage, rays: RayTextures, final: StateBuffer, parts: np.ndarray,
                side: int, most_pixels: int, view: dict[str, object]) -> dict[str, np.ndarray]:
         """VERDICT of (k, 3) PART, ``side`` pixels large."""
         count = len(parts)
@@ -226,7 +238,7 @@ class FirstHits:
         read = room[1].target.read((0, 0, TABLE_WIDTH, rows), components=4, dtype="f4")
         return VERDICT.unpack(np.frombuffer(read, np.float32).reshape(-1, 1, 4)[:count])
 
-    def _mark(self, image: _Image, rays: RayTextures, final: StateBuffer, rivals: np.ndarray,
+    def _mark(self, image: FirstImage, rays: RayTextures, final: StateBuffer, rivals: np.ndarray,
               side: int, view: dict[str, object]) -> None:
         """Mark the rays that rivals come before as in doubt."""
         self._row_pass("first_doubt", "part", 6, (rays.record, HIT)).draw(
@@ -270,13 +282,14 @@ class FirstHits:
     # Programs and textures ------------------------------------------------------------------
 
     def _full_screen(self, name: str, reads: tuple[Record, ...] = (),
-                     writes: tuple[Record, ...] = ()) -> FullScreenPass:
-        if name not in self._passes:
-            self._passes[name] = FullScreenPass(
+                     writes: tuple[Record, ...] = (), **defines: object) -> FullScreenPass:
+        key = (name, *defines.values())
+        if key not in self._passes:
+            self._passes[key] = FullScreenPass(
                 self.gpu, f"passes/{name}.frag",
-                {**self._test, "BLOCK": BLOCK, "PART_SIDE": PART_SIDE},
+                {**self._test, "BLOCK": BLOCK, "PART_SIDE": PART_SIDE, **defines},
                 {"tables": TRIANGLE.table_glsl(), "streams": _streams(reads, writes)})
-        found = self._passes[name]
+        found = self._passes[key]
         assert isinstance(found, FullScreenPass)
         return found
 
@@ -303,11 +316,11 @@ class FirstHits:
         assert isinstance(found, RowPass)
         return found
 
-    def _image_for(self, buffers: StateBuffers, final: StateBuffer) -> _Image:
+    def _image_for(self, buffers: StateBuffers, final: StateBuffer) -> FirstImage:
         if self._image is None or self._image.final is not final:
             if self._image is not None:
                 self._image.release()
-            self._image = _Image(self.gpu, buffers, final)
+            self._image = FirstImage(self.gpu, buffers, final)
         return self._image
 
     def _part_room(self, count: int) -> tuple[Stream, Stream]:
@@ -373,53 +386,6 @@ class FirstHits:
             drawn.release()
         self._span.buffer.release()
         self._tables, self._passes = {}, {}
-
-
-class _Image:
-    """What is drawn into, as large as the image.
-
-    Attributes
-    ----------
-    drawn : candidates by the depth test
-    verified : the hits, what pixels show, and which rays are in doubt
-    targets : what fours and squares of pixels show, by record
-    doubted : which rays are in doubt
-    """
-
-    def __init__(self, gpu: Gpu, buffers: StateBuffers, final: StateBuffer) -> None:
-        self.gpu, self.final = gpu, final
-        width, height = size = buffers.size
-        self.candidates = make_texture(gpu, size, 1, "candidates")
-        self.streams = {
-            SHOWN.name: [make_texture(gpu, size, 2, "what pixels show")],
-            SHOWN_FOUR.name: stream_textures(gpu, SHOWN_FOUR, (-(-width // 4), height)),
-            SHOWN_BLOCK.name: stream_textures(gpu, SHOWN_BLOCK,
-                                              (-(-width // BLOCK), -(-height // BLOCK)))}
-        self.doubt = gpu.context.texture(size, 1)
-        # The state's own depth buffer: schedules clear it before they mask rays by it.
-        framebuffer = gpu.context.framebuffer
-        self.drawn = framebuffer([self.candidates], buffers.depth)
-        self.verified = framebuffer([*final.streams[HIT.name], *self.streams[SHOWN.name],
-                                     self.doubt])
-        self.targets = {name: framebuffer(textures) for name, textures in self.streams.items()}
-        self.doubted = framebuffer([self.doubt])
-
-    @property
-    def textures(self) -> list[moderngl.Texture]:
-        return [self.candidates, *(t for textures in self.streams.values() for t in textures)]
-
-    def samplers(self) -> dict[str, moderngl.Texture]:
-        return {sampler: texture for name, textures in self.streams.items()
-                for sampler, texture in stream_samplers(name, textures).items()}
-
-    def bytes(self) -> int:
-        return texture_bytes(self.textures) + self.doubt.width * self.doubt.height
-
-    def release(self) -> None:
-        for target in (self.drawn, self.verified, *self.targets.values(), self.doubted):
-            self.gpu.release(target)
-        for texture in (*self.textures, self.doubt):
-            texture.release()
 
 
 def _streams(reads: tuple[Record, ...], writes: tuple[Record, ...]) -> str:

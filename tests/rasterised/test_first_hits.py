@@ -101,6 +101,20 @@ def test_every_method_traces_the_rest(exact_renderer, row: rt.Method) -> None:
         assert (hits.steps > 0).sum() <= found["retraced"]     # the others took none
 
 
+@pytest.mark.parametrize("shape", ["fans", "slivers", "soup"])
+def test_verified_ones_are_hits(exact_renderer, shape: str) -> None:
+    """Not all need be first hits, but each is one of its ray, and nearly all are the first."""
+    scene = scene_of(SHAPES[shape](200, 4))
+    with rt.Tracer(scene, "brute-force") as tracer:
+        expected = tracer.eye_hits(size=SIZE)
+        hits = tracer.eye_hits(size=SIZE, first_hits="verified")
+        assert tracer.statistics.first_hits["rivals"] == 0
+        proved = tracer.eye_hits(size=SIZE, first_hits="rasterised")     # after one another
+        assert_same_bits(proved, expected)
+    wrong = hits.t != expected.t
+    assert wrong.sum() < 0.01 * len(hits) and (hits.t[wrong] > expected.t[wrong]).all()
+
+
 def test_pictures_are_the_same(exact_renderer) -> None:
     with rt.Tracer(soup_scene(80, 7)) as tracer:
         pictures = [np.asarray(tracer.render(size=SIZE, first_hits=kind))
