@@ -44,7 +44,7 @@ class Scene:
     materials : what ``material_of`` counts; one that is diffuse by default
     material_of : (n,) int32, the material of each triangle; by default the first
     normals : (n, 3, 3) float32 unit normals of each triangle's corners, between which shading
-        blends, or None: flat
+        blends, zeros for a flat triangle; or None: all are flat
     uv : (n, 3, 2) float32 texture coordinates of each triangle's corners, or None
     environment : what surrounds the scene; None is darkness
     moving : whether the triangles are going to move
@@ -165,7 +165,9 @@ class Scene:
         if np.shape(vertices) != self.triangles.shape:
             raise SceneError(f"{self.name}: new triangles have shape {np.shape(vertices)}; give "
                              f"{self.triangles.shape}, as before")
-        normals = None if self.normals is None else smooth_normals(vertices, self.faces)
+        normals = None
+        if self.normals is not None:
+            normals = smooth_normals(vertices, self.faces) * self.normals.any(2, keepdims=True)
         return replace(self, triangles=vertices, normals=normals)
 
     @classmethod
@@ -217,9 +219,9 @@ class Scene:
 
         A `trimesh.Scene` is flattened: each instance of a geometry is placed by its transform.
         """
-        vertices, faces, colours = mesh_file.flatten(mesh)
-        return cls.from_arrays(vertices, faces, name=name, colours=colours, light=light,
-                               camera=camera, source=source)
+        flat = mesh_file.flatten(mesh)
+        return cls.from_arrays(flat.vertices, flat.faces, name=name, colours=flat.colours,
+                               light=light, camera=camera, source=source, **flat.appearance())
 
 
 def load_scene(source: str | os.PathLike | trimesh.Trimesh | trimesh.Scene | Scene) -> Scene:
@@ -228,8 +230,8 @@ def load_scene(source: str | os.PathLike | trimesh.Trimesh | trimesh.Scene | Sce
     Parameters
     ----------
     source : a name of `scene_names()`, the path of a PLY, OBJ, STL or glTF file (or whatever
-        else trimesh reads) or of a `GeometryImage` (.npz), a trimesh object, or a Scene, which is
-        returned as it is
+        else trimesh reads), of a scene file (.json) or of a `GeometryImage` (.npz), a trimesh
+        object, or a Scene, which is returned as it is
 
     Raises
     ------
@@ -251,28 +253,31 @@ def load_scene(source: str | os.PathLike | trimesh.Trimesh | trimesh.Scene | Sce
     if path is not None:
         return _read(path, row)
     made = row.make() if argument is None else row.make(argument)
-    return Scene(os.fspath(source), made.triangles, made.colours,
-                 PointLight(made.light, made.intensity), made.camera, row.stand_in, "built in",
-                 charts=made.charts)
+    said = {"lights": (PointLight(made.light, made.intensity),), **made.appearance}
+    return Scene(os.fspath(source), made.triangles, made.colours, camera=made.camera,
+                 stand_in=row.stand_in, source="built in", charts=made.charts, **said)
 
 
 def _read(path: Path, row: catalogue.Row | None = None) -> Scene:
     """The scene of a mesh file, with the camera of the `cameras.json` beside it."""
+    if path.suffix.lower() == ".json":
+        from .appearance.scene_file import read_scene  # it imports this file
+        return read_scene(path)
     if path.suffix.lower() == ".npz":
         from .surfaces.geometry_image import GeometryImage  # it imports this file
         return GeometryImage.load(path).scene(name=path.stem, source=str(path),
                                               camera=catalogue.camera_beside(path))
-    vertices, faces, colours = mesh_file.read(path)
+    mesh = mesh_file.read(path)
     camera = catalogue.camera_beside(path)
     light: PointLight | None = None
     if row is not None:
         light = PointLight(row.light) if row.light else None
-        if colours is None and row.paint and len(faces):
-            _check_vertices(vertices, str(path))
-            colours = row.paint(vertices, faces)
-    scene = Scene.from_arrays(vertices, faces, name=row.name if row else path.stem,
-                              colours=colours, camera=camera, light=light, source=str(path))
-    return scene
+        if mesh.colours is None and row.paint and len(mesh.faces):
+            _check_vertices(mesh.vertices, str(path))
+            mesh.colours = row.paint(mesh.vertices, mesh.faces)
+    return Scene.from_arrays(mesh.vertices, mesh.faces, name=row.name if row else path.stem,
+                             colours=mesh.colours, camera=camera, light=light, source=str(path),
+                             **mesh.appearance())
 
 
 def scene_names() -> list[str]:
@@ -291,7 +296,7 @@ def list_scenes() -> list[dict[str, Any]]:
         if path is not None:
             found = str(path)
             try:
-                triangles = len(mesh_file.read(path)[1])
+                triangles = len(mesh_file.read(path).faces)
             except SceneError:
                 triangles = None
         rows.append({"name": row.name, "triangles": triangles, "found": found,

@@ -172,6 +172,9 @@ RADIANCE = Record("radiance", "sum:vec3")
 SCREEN = Record("screen", "colour:vec4")
 """A pixel as it is shown, sRGB."""
 
+LIVE = Record("live", "weight")
+"""Of a tile of pixels: the largest weight of a path in it."""
+
 PATH = Record("path", "weight:vec3")
 """How much of what a ray meets arrives at its pixel."""
 

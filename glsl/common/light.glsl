@@ -8,9 +8,12 @@ uniform vec3 light_intensity;   // of a point; of a triangle, radiance times are
 // then direction and end are stored.
 const float LIGHT_ERROR = 12.0 * ARITHMETIC_UNIT + 4.0 * STORAGE_UNIT;
 
+#if defined(AREA_LIGHTS) || defined(GLOSSY)
+#include "common/sample.glsl"
+#endif
+
 #ifdef AREA_LIGHTS
 #include "common/random.glsl"
-#include "common/sample.glsl"
 
 uniform bool light_is_area;
 uniform vec3 light_edge_u;      // from the first corner to the others
@@ -35,10 +38,6 @@ float light_blur(vec3 place, float cosine) {
 #endif
 
 #ifdef GLOSSY
-#ifndef AREA_LIGHTS
-#include "common/sample.glsl"
-#endif
-
 // A lobe around the mirror's direction, of which no more leaves than arrives (Lafortune and Willems
 // 1994), times pi: intensities are irradiances over pi.
 vec3 glossy_light(Surface surface, vec3 to_light, vec3 direction) {

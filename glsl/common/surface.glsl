@@ -11,8 +11,10 @@ struct Surface {
     int material;
 };
 
-#ifdef TEXTURES
+#if defined(TEXTURES) || defined(SKY_IMAGE)
 #include "common/texture.glsl"
+#endif
+#ifdef TEXTURES
 uniform sampler2D images;
 #endif
 #ifndef COLOURS

@@ -1,6 +1,6 @@
 // What rays meet that miss everything, and what of it reaches a surface that nothing shadows: the
 // ambient term of Whitted's model ("An Improved Illumination Model for Shaded Display", 1980). The
-// twin of gpgpu_rt/appearance/light.py.
+// twin of gpgpu_rt/appearance/light.py. Comes after surface.glsl, which includes texture.glsl.
 
 const int BACKDROP_KIND = 0;
 const int SKY_KIND = 1;
@@ -21,7 +21,6 @@ uniform vec3 ground;
 uniform vec3 ambient_terms[4];      // a constant, and factors of the normal's components
 
 #ifdef SKY_IMAGE
-#include "common/texture.glsl"
 uniform sampler2D surroundings_image;
 #endif
 

@@ -12,8 +12,8 @@
 #include "common/slack.glsl"
 #include "common/ray.glsl"
 #include "common/hit.glsl"
-#include "common/surroundings.glsl"
 #include "common/surface.glsl"
+#include "common/surroundings.glsl"
 #ifdef SHADOWS
 #include "common/triangle.glsl"
 #include "common/spawn.glsl"

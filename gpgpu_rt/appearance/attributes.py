@@ -31,7 +31,7 @@ def material_rows(values: Any, count: int, materials: Sequence[Material], name: 
 def corner_values(values: Any, count: int, width: int, name: str,
                   what: str) -> np.ndarray | None:
     """(count, 3, width) float32 values of the triangles' corners, or None; normals get unit
-    length."""
+    length, but for triangles whose three are zeros, which are flat."""
     if values is None:
         return None
     try:
@@ -47,12 +47,13 @@ def corner_values(values: Any, count: int, width: int, name: str,
                          "repair or drop them")
     if width == 3:
         length = np.linalg.norm(array.astype(np.float64), axis=2, keepdims=True)
-        if (length == 0).any():
-            first = int(np.argmax((length == 0).any(axis=(1, 2))))
+        none = (length == 0)[..., 0]
+        if (none.any(axis=1) & ~none.all(axis=1)).any():
+            first = int(np.argmax(none.any(axis=1) & ~none.all(axis=1)))
             raise SceneError(f"{name}: triangle {first} has a normal without length; repair or "
                              "drop the normals")
         unit = np.abs(length - 1) < 1e-6    # what has unit length keeps its bits
-        array = np.where(unit, array, array / length)
+        array = np.where(unit, array, array / np.where(length > 0, length, 1))
     return np.ascontiguousarray(array, np.float32)
 
 

@@ -128,8 +128,9 @@ PROPERTIES: tuple[Property, ...] = (
     Property("colours", lambda scene, asked: bool((scene.colours != scene.colours[:1]).any()),
              "all triangles have one colour", ("COLOURS",),
              (Table(COLOUR, lambda scene: {"diffuse": scene.colours}),)),
-    Property("materials", lambda scene, asked: len(scene.used_materials) > 1,
-             "all triangles have one material", ("MATERIALS",)),
+    Property("materials", lambda scene, asked: len({
+        (m.mirror, m.glossy, m.roughness, m.ior, m.emission, m.texture)
+        for m in scene.used_materials}) > 1, "materials differ in colour alone", ("MATERIALS",)),
     Property("smooth normals", lambda scene, asked: scene.normals is not None,
              "the mesh has no normals", ("SMOOTH_NORMALS",),
              (Table(CORNER_NORMALS, _corner_normals),)),

@@ -14,6 +14,7 @@ from ..bench import bench
 from ..errors import Error, OptionError
 from ..files import check_writable, replacing
 from ..gpu import probe
+from ..integrators.plan import Plan
 from ..methods import Method, methods
 from ..rasterised.first_hits import FIRST_HITS
 from ..scene import Scene, list_scenes, load_scene
@@ -21,6 +22,7 @@ from ..surfaces.parametrise import CUTS, remesh
 from ..tracer import AUTO, DEFAULT_METHOD, Tracer
 from . import tuning
 from .frames import IMAGES, add_frames, render_frames
+from .picture import add_picture, explain, picture_options
 from .shared import (
     add_options, given_options, options_for, print_json, print_table, say, size_word
 )
@@ -98,10 +100,12 @@ def _render(chosen: argparse.Namespace) -> None:
     if os.path.splitext(chosen.output)[1].lower() not in IMAGES:
         raise OptionError(f"cannot tell an image format from {chosen.output}; end it in .png")
     with _tracer(chosen) as tracer:
-        image = tracer.render(size=chosen.size, first_hits=chosen.first_hits)
+        plan = explain(chosen, tracer)
+        image = tracer.render(size=chosen.size, first_hits=chosen.first_hits,
+                              **picture_options(chosen))
         with replacing(chosen.output) as path:
             image.save(path)
-        _report(chosen, tracer, f"wrote {chosen.output}")
+        _report(chosen, tracer, f"wrote {chosen.output}", plan)
 
 
 def _trace(chosen: argparse.Namespace) -> None:
@@ -171,14 +175,16 @@ def _tracer(chosen: argparse.Namespace, scene: Scene | None = None) -> Tracer:
     return Tracer(load_scene(source), method, **options)
 
 
-def _report(chosen: argparse.Namespace, tracer: Tracer, line: str) -> None:
+def _report(chosen: argparse.Namespace, tracer: Tracer, line: str,
+            plan: Plan | None = None) -> None:
     statistics = tracer.statistics
     if chosen.json:
         print_json({"scene": tracer.scene.name, "triangles": len(tracer.scene),
                     "source": tracer.scene.source, "stand_in": tracer.scene.stand_in,
                     "method": tracer.method.name, "gpu": tracer.gpu.info(),
                     "options": {k: v for k, v in tracer.options.items() if k != "context"},
-                    "statistics": statistics.to_dict()})
+                    "statistics": statistics.to_dict(),
+                    **({} if plan is None else {"plan": plan.to_dict()})})
         return
     if tracer.scene.stand_in:
         print(f"{tracer.scene.name} is a procedural stand-in for {tracer.scene.stand_in} "
@@ -255,14 +261,16 @@ def _parser() -> argparse.ArgumentParser:
     command("methods", _methods, "the method table")
     command("scenes", _scenes, "named scenes, and where each was found")
     sub = command("render", _render, "render a scene to an image file")
-    sub.add_argument("scene", help="a scene's name or a mesh file")
+    sub.add_argument("scene", help="a scene's name, a mesh file or a scene file (.json)")
     add_method(sub)
     sub.add_argument("-o", "--output", required=True, metavar="IMAGE.png")
     sub.add_argument("--size", type=size_word, default=(512, 512), metavar="WIDTHxHEIGHT",
                      help="pixels; default 512x512")
     sub.add_argument("--first-hits", choices=FIRST_HITS, default=FIRST_HITS[0],
-                     help="where the hits of eye rays come from, to the bit the same: rasterised ones "
-                     "are verified, those in doubt traced; default %(default)s")
+                     help="where the hits of eye rays come from: the tracer; the rasteriser, "
+                     "proved to be the same to the bit; or the rasteriser, verified to be hits; "
+                     "default %(default)s")
+    add_picture(sub)
     add_frames(sub)
     add_options(sub)
     sub = command("trace", _trace, "trace a file of rays to a file of hits")

@@ -20,8 +20,9 @@ from ..camera import Camera
 from ..gpu import Gpu
 from ..options import Option, resolve_options, word_define
 from ..passes.eye_rays import EyeRays
-from ..passes.full_screen import FullScreenPass
+from ..passes.full_screen import FullScreenPass, Rectangles
 from ..passes.packet_room import PacketHits
+from ..passes.tiles import TILE
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer
 from ..record import TABLE_WIDTH_LOG2, Record
@@ -130,11 +131,11 @@ class Integrator:
         self.drawn["eye rays"] += 1
 
     def run(self, name: str, target: moderngl.Framebuffer, samplers: Samplers,
-            **uniforms: Any) -> None:
-        """Draw a pass; the scene's own textures are at hand."""
+            rectangles: Rectangles | None = None, **uniforms: Any) -> None:
+        """Draw a pass, everywhere or on rectangles; the scene's own textures are at hand."""
         program = self.program(name)
         program.set(**uniforms)
-        program.draw(target, {**self.textures.samplers(), **samplers})
+        program.draw(target, {**self.textures.samplers(), **samplers}, rectangles=rectangles)
         self.drawn[name] += 1
         texels = self.textures.texels()
         self.fetches += sum(texels.get(sampler, 1) for sampler in program.samplers)
@@ -157,7 +158,7 @@ class Integrator:
                 {"TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2, "CUTOFF": CUTOFF,
                  **self.precision.defines(), **self.needs.defines,
                  word_define("INTERSECTION", self.intersection): True,
-                 **{define: True for define in declared.defines}},
+                 **{define: True for define in declared.defines}, "TILE": TILE},
                 {"streams": "\n".join(texts), "tables": self.textures.tables_glsl()})
             self._programs[name].set(**self._uniforms)
         return self._programs[name]

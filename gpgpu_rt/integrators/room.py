@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import moderngl
 
 from ..gpu import Gpu
+from ..passes.full_screen import Rectangles
 from ..precision import Precision
 from ..ray_state import RayTextures, stream_samplers
 from ..record import Record
@@ -24,18 +25,20 @@ def held(record: Record, precision: Precision) -> Record:
 
 @dataclass(frozen=True)
 class Stream:
-    """A stream of an integrator: one record a pixel.
+    """A stream of an integrator: a record a pixel, or a tile of pixels.
 
     Attributes
     ----------
     name : how plans call it
     record : what it holds
     wanted : it exists where one of these defines is set, or always
+    tile : pixels a side that one record stands for
     """
 
     name: str
     record: Record
     wanted: tuple[str, ...] = ()
+    tile: int = 1
 
 
 class Room:
@@ -47,13 +50,15 @@ class Room:
         self.rays: dict[str, RayTextures] = {}
         self._textures: dict[str, list[moderngl.Texture]] = {}
         self._targets: dict[tuple[str, ...], moderngl.Framebuffer] = {}
+        self.rectangles = Rectangles(gpu)      # of the wave at hand
         for stream in streams:
             if stream.record is RAY_TEXELS:
                 self.rays[stream.name] = RayTextures(gpu, size, precision)
                 self._textures[stream.name] = self.rays[stream.name].textures
             else:
                 self._textures[stream.name] = stream_textures(
-                    gpu, held(stream.record, precision), size)
+                    gpu, held(stream.record, precision),
+                    (-(-size[0] // stream.tile), -(-size[1] // stream.tile)))
 
     def __contains__(self, name: str) -> bool:
         return name in self._textures
@@ -89,6 +94,7 @@ class Room:
         return {name: texture_bytes(textures) for name, textures in self._textures.items()}
 
     def release(self) -> None:
+        self.rectangles.buffer.release()
         for target in self._targets.values():
             self.gpu.release(target)
         for name, textures in self._textures.items():

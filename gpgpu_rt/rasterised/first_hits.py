@@ -42,13 +42,12 @@ from ..record import TABLE_WIDTH_LOG2, Record
 from ..statistics import Statistics
 from ..texel_layout import COUNTERS, HIT, PART, SHOWN, SHOWN_BLOCK, SHOWN_FOUR, TRIANGLE, VERDICT
 from ..textures import TABLE_WIDTH, make_texture, table_textures, texture_bytes
-from .first_image import BLOCK, FirstImage
+from .first_image import BLOCK, PART_SIDE, FirstImage, cut
 from .row_pass import RowPass
 
 FIRST_HITS = ("traced", "rasterised", "verified")
 NEAREST = 1e-3       # of the farthest corner: no bound in pixels for what comes nearer
 MOST_PIXELS = 24     # a side around a triangle that is not cut up
-PART_SIDE = 32       # pixels a side of the parts of the image in which others look
 MOST_IN_DOUBT = 0.5  # of the rays: with more, all are traced
 TRACED_ROW = 64      # rays in doubt stand in rows of this length, so that packets find neighbours
 BEFORE, MANY = 1, 2   # as in common/verdict.glsl
@@ -194,8 +193,8 @@ class FirstHits:
         program = self._full_screen("first_verified", (rays.record,), writes, PROVED=self.proved,
                                     IN_DOUBT=len(writes))
         program.set(**view, **rays.uniforms())
-        program.draw(image.proved if self.proved else image.verified, {**self._tables, **rays.samplers(),
-                                                                       "candidates": image.candidates})
+        program.draw(image.proved if self.proved else image.verified, {
+            **self._tables, **rays.samplers(), "candidates": image.candidates})
         if not self.proved:
             return
         for name, reads, writes in (("first_packed", SHOWN, SHOWN_FOUR),
@@ -212,7 +211,7 @@ class FirstHits:
         verdict = self._judge(image, rays, final, whole, side, MOST_PIXELS, view)
         found = [whole[verdict["kind"] == BEFORE]]
         many = verdict["kind"] == MANY
-        parts = _cut(drawn[many], verdict["first"][many], verdict["last"][many])
+        parts = cut(drawn[many], verdict["first"][many], verdict["last"][many])
         verdict = self._judge(image, rays, final, parts, PART_SIDE, side, view)
         found.append(parts[verdict["kind"] == BEFORE])
         return found
@@ -222,8 +221,8 @@ class FirstHits:
         """VERDICT of (k, 3) PART, ``side`` pixels large."""
         count = len(parts)
         room = self._part_room(count)
-        program = self._full_screen("first_rivals", (PART, SHOWN_FOUR, SHOWN_BLOCK, HIT, rays.record),
-                                    (VERDICT,))
+        program = self._full_screen(
+            "first_rivals", (PART, SHOWN_FOUR, SHOWN_BLOCK, HIT, rays.record), (VERDICT,))
         rows = rows_of(count)
         if count:
             texels = np.zeros((rows * TABLE_WIDTH, 4), np.float32)
@@ -394,13 +393,3 @@ def _streams(reads: tuple[Record, ...], writes: tuple[Record, ...]) -> str:
         texts.append(record.stream_glsl(True, target))
         target += record.texels
     return "\n".join(texts)
-
-
-def _cut(rows: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-    """(k, 3) PART: each of the rows in every part of the image from its first to its last."""
-    across = last % 1024 - first % 1024 + 1
-    owner = np.repeat(np.arange(len(rows)), across * (last // 1024 - first // 1024 + 1))
-    within = np.arange(len(owner)) - np.searchsorted(owner, owner)
-    x = first[owner] % 1024 + within % across[owner]
-    y = first[owner] // 1024 + within // across[owner]
-    return np.stack([rows[owner], PART_SIDE * x, PART_SIDE * y], axis=1)

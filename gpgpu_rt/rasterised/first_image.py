@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import moderngl
+import numpy as np
 
 from ..gpu import Gpu
 from ..ray_state import StateBuffer, StateBuffers, stream_samplers
@@ -9,6 +10,7 @@ from ..texel_layout import HIT, SHOWN, SHOWN_BLOCK, SHOWN_FOUR
 from ..textures import make_texture, stream_textures, texture_bytes
 
 BLOCK = 8    # pixels a side of a square that is hidden, or is a triangle's own, as a whole
+PART_SIDE = 32    # of the parts of the image in which large triangles look for themselves
 
 
 class FirstImage:
@@ -54,7 +56,18 @@ class FirstImage:
         return texture_bytes(self.textures) + self.doubt.width * self.doubt.height
 
     def release(self) -> None:
-        for target in (self.drawn, self.verified, self.proved, *self.targets.values(), self.doubted):
+        for target in (self.drawn, self.verified, self.proved, self.doubted,
+                       *self.targets.values()):
             self.gpu.release(target)
         for texture in (*self.textures, self.doubt):
             texture.release()
+
+
+def cut(rows: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """(k, 3) PART: each of the rows in every part of the image from its first to its last."""
+    across = last % 1024 - first % 1024 + 1
+    owner = np.repeat(np.arange(len(rows)), across * (last // 1024 - first // 1024 + 1))
+    within = np.arange(len(owner)) - np.searchsorted(owner, owner)
+    x = first[owner] % 1024 + within % across[owner]
+    y = first[owner] // 1024 + within // across[owner]
+    return np.stack([rows[owner], PART_SIDE * x, PART_SIDE * y], axis=1)

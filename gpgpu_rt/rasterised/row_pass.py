@@ -33,7 +33,7 @@ class RowPass:
 
     def draw(self, target: moderngl.Framebuffer, textures: Mapping[str, moderngl.Texture],
              rows: np.ndarray, uniforms: Mapping[str, object]) -> None:
-        """Draw (n,) or (n, k) int ``rows``; more textures and uniforms may be given than are read."""
+        """Draw (n,) or (n, k) int ``rows``; more may be given than the program reads."""
         if not len(rows):
             return
         data = np.repeat(rows.astype(np.int32), self.vertices, axis=0)

@@ -49,7 +49,7 @@ BAD = {
     "texels": (lambda: Texture("t", -np.ones((2, 2, 3))), "texture t: a texel is negative"),
     "rows": (lambda: scene(material_of=[0, 1]), "triangle 1 is of material 1"),
     "row shape": (lambda: scene(material_of=[0.5, 1]), "material_of has shape"),
-    "normals": (lambda: scene(normals=np.zeros((2, 3, 3))), "triangle 0 has a normal"),
+    "normals": (lambda: scene(normals=[np.diag([1, 1, 0])] * 2), "triangle 0 has a normal"),
     "uv": (lambda: scene(uv=np.zeros((2, 3))), "uv have shape"),
     "no uv": (lambda: scene(materials=[Material("t", texture=Texture("t", np.ones((1, 1, 3))))]),
               "material t has a texture"),
