@@ -23,6 +23,7 @@ from .methods.row import Tables
 from .options import TRACER_OPTIONS, resolve_options
 from .passes.driver import Driver, Samplers, Setup, make_driver
 from .passes.packet_room import PacketHits
+from .passes.rasterised_bounds import RasterisedBounds, check_bounds
 from .passes.shade import Shading
 from .passes.traverse import OVERFLOWN
 from .passes.traverse import UNFINISHED as OUT_OF_STEPS
@@ -67,7 +68,9 @@ class Tracer:
         for part in ("storage", "arithmetic"):
             self.options[part] = self.options[part] or self.options["precision"] or "fp32"
         self._check_schedule("schedule" in options)
+        self.method = self.method.under(self.options)
         self.precision = Precision.of(self.options)
+        check_bounds(self.options)
         self.scene = load_scene(scene)
         self._bounds = self.scene.bounds
         self.gpu = open_gpu(self.options["context"])
@@ -81,6 +84,7 @@ class Tracer:
             self._write_tables(self.method.tables_for(self.options), self.accelerator)
             self.statistics.build_seconds = time.perf_counter() - began
             self._traversal = self._make_traversal()
+        self._depth_bounds = RasterisedBounds(self.gpu, self.options, self.precision)
         self._rays: RayTextures | None = None
         self._buffers: StateBuffers | None = None
         self._shading: Shading | None = None
@@ -258,7 +262,21 @@ class Tracer:
                 raise Error(f"{undecided} rays {advice}")
         return hits.hit
 
-    def _trace(self, batch: RayBatch, any_hit: bool) -> Hits:
+    def trace_eye(self, camera: Camera | None = None,
+                  size: tuple[int, int] = (512, 512)) -> Hits:
+        """Nearest hits of ``camera.rays(size)``, as ``trace`` has them, found within
+        ``rasterised_bounds`` where that option is set; camera None: the scene's own."""
+        camera = camera or self.scene.camera
+        batch = RayBatch(*camera.rays(size), bounds=self._bounds)
+        return self._trace(batch, False, camera if batch.shift is None else None)
+
+    def _shader(self) -> Shading:
+        if self._shading is None:
+            self._shading = Shading(self.gpu, self._shown(), self.precision,
+                                    self.options["intersection"])
+        return self._shading
+
+    def _trace(self, batch: RayBatch, any_hit: bool, camera: Camera | None = None) -> Hits:
         statistics = self.statistics
         statistics.start_call(batch.count)
         with self.gpu:
@@ -267,6 +285,8 @@ class Tracer:
             rays.upload(batch)
             self.gpu.finish()
             uploaded = time.perf_counter()
+            if camera is not None:
+                rays = self._depth_bounds.apply(rays, camera, self._shader, statistics)
             side, stopped = self._traversal.run(rays, buffers, statistics, any_hit)
             self.gpu.finish()
             traced = time.perf_counter()
@@ -314,7 +334,8 @@ class Tracer:
         self.statistics.texture_bytes = (
             sum(self.statistics.table_bytes.values()) + self._buffers.bytes()
             + texture_bytes(self._rays.textures) + self._traversal.bytes()
-            + (self._shading.bytes() if self._shading is not None else 0))
+            + sum(part.bytes() for part in (self._shading, self._depth_bounds)
+                  if part is not None))
 
     # Rendering ------------------------------------------------------------------------------
 
@@ -336,18 +357,17 @@ class Tracer:
         self.statistics.start_call(width * height)
         with self.gpu:
             rays, buffers = self._room((width, height))
-            if self._shading is None:
-                self._shading = Shading(self.gpu, self._shown(), self.precision,
-                                        self.options["intersection"])
+            shading, camera = self._shader(), camera or self.scene.camera
             began = time.perf_counter()
-            self._shading.eye_rays(rays, camera or self.scene.camera)
+            shading.eye_rays(rays, camera)
+            rays = self._depth_bounds.apply(rays, camera, self._shader, self.statistics)
             eye, stopped = self._traversal.run(rays, buffers, self.statistics)
             if self.options["statistics"]:
                 self._count(eye, width * height)
-            shadow_rays = self._shading.surfaces(rays, eye)
+            shadow_rays = shading.surfaces(rays, eye)
             shadow, more = self._traversal.run(shadow_rays, buffers, self.statistics, any_hit=True)
             self.statistics.stopped = stopped + more
-            pixels = self._shading.picture(shadow)
+            pixels = shading.picture(shadow)
             self.gpu.check_error("rendering")
         self.statistics.trace_seconds = time.perf_counter() - began
         self._add_texture_bytes()
@@ -365,8 +385,9 @@ class Tracer:
         """Free textures and programs; the tracer is of no use afterwards."""
         with self.gpu:
             self._release_room()
-            if self._shading is not None:
-                self._shading.release()
+            for part in (self._shading, self._depth_bounds):
+                if part is not None:
+                    part.release()
             self._traversal.release()
             if self.accelerator.finisher is not None:
                 self.accelerator.finisher.release()

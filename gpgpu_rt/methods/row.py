@@ -19,6 +19,11 @@ SCHEDULES = ("kernels", "step", "loop")
 PACKET = Option("packet", (2, 2), "rays a fragment", tuple,
                 choices=((1, 1), (2, 1), (2, 2), (4, 2), (4, 4)))
 
+ENTRY_POINTS = Option(
+    "entry_points", None, "rays begin at nodes that a beam found for their tile of 4x4; rays a "
+    "side of the tiles whose beams go first, those of 4x4 through what these found", int,
+    choices=(16, 4), optional=True)
+
 
 class Finisher(Protocol):
     """Passes that complete tables on the GPU."""
@@ -100,6 +105,8 @@ class Method:
     stack_entry : what a level of its stack in textures holds, if it has one
     packet_state : (options) -> what packets carry under ``step``, for a method that has it
     single : the method that traces rays which a packet's limit on steps leaves behind
+    entry_walk : GLSL of a beam's walk through its tree, for the option ``entry_points``
+    adapted : (row, options) -> row, where an option changes state, kernels or drivers
     stack, packet, dynamic : as in the survey's Table 1
     """
 
@@ -120,10 +127,16 @@ class Method:
     stack_entry: Record | None = None
     packet_state: Callable[[Mapping[str, Any]], Stepwise] | None = None
     single: str | None = None
+    entry_walk: str | None = None
+    adapted: Callable[[Method, Mapping[str, Any]], Method] | None = None
     stack: bool = False
     packet: bool = False
     dynamic: bool = False
     fixed_defines: Mapping[str, object] = field(default_factory=dict)
+
+    def under(self, options: Mapping[str, Any]) -> Method:
+        """The row as these options make it."""
+        return self.adapted(self, options) if self.adapted else self
 
     def tables_for(self, options: Mapping[str, Any]) -> Tables:
         """The records its programs read under these options."""

@@ -92,7 +92,10 @@ class Shading:
 
     def bytes(self) -> int:
         """Bytes of the textures that shading adds."""
-        return texture_bytes([*self.surface_tables.values(), *self.shadow_rays.textures, *self.lit,
+        tables = list(self.surface_tables.values())
+        if self._size is None:
+            return texture_bytes(tables)
+        return texture_bytes([*tables, *self.shadow_rays.textures, *self.lit,
                               *self._screen.color_attachments])
 
     def _make_room(self, size: tuple[int, int]) -> None:
