@@ -26,7 +26,7 @@ from gpgpu_rt.files import replacing
 from gpgpu_rt.gpu import open_gpu
 
 from . import coherence, extreme_runs, frame_times, needs_times, reduction_times, tree_sizes
-from .workloads import EYE, load, workload
+from .workloads import EYE, Workload, load, workload
 
 WARM_UPS = 1
 COHERENCE = "coherence of "   # then a workload: how alike its rays are
@@ -126,7 +126,7 @@ def run(cell: Cell) -> dict[str, Any]:
             if cell.work == "picture":
                 tracer.render(size=(cell.size, cell.size))
             else:
-                rays.trace(tracer)
+                _trace(rays, tracer)
             wall = time.perf_counter() - began
             if turn >= WARM_UPS:
                 samples.append(tracer.statistics.trace_seconds)
@@ -135,13 +135,23 @@ def run(cell: Cell) -> dict[str, Any]:
         cost = tracer.statistics.to_dict()
         gpu = tracer.gpu.info()
     with rt.Tracer(scene, cell.method, **dict(cell.options), statistics=True) as tracer:
-        rays.trace(tracer)
+        _trace(rays, tracer)
+        driver = tracer.statistics.driver
         # Pixels without a ray count nothing by themselves, and each of a packet what all do.
         width, height = tracer.options.get("packet", (1, 1))
         share = cell.size ** 2 / (max(rays.live, 1) * width * height)
         counters = {name: share * mean for name, mean in tracer.statistics.counters.items()}
     return {**_heading(cell, scene, gpu), **_timing(samples, walls, rays.live),
-            "sort_ms": 1e3 * statistics.median(sorts), "statistics": cost, "counters": counters}
+            "sort_ms": 1e3 * statistics.median(sorts), "statistics": cost, "counters": counters,
+            "driver": driver}
+
+
+def _trace(rays: Workload, tracer: rt.Tracer) -> None:
+    """Trace a workload; eye rays that bounds are asked for, by the camera they come from."""
+    if tracer.options["rasterised_bounds"]:
+        tracer.eye_hits(size=(rays.size, rays.size))
+    else:
+        rays.trace(tracer)
 
 
 def _timing(samples: list[float], walls: list[float], rays: int) -> dict[str, Any]:

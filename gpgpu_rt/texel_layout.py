@@ -167,6 +167,10 @@ FOUND = Record("found", "triangle:int")
 RAY_CLASS = Record("ray_class", "box:int")
 """The five-dimensional box that a ray lies in; behind the boxes, its face; or -1, a miss."""
 
+DEPTH_BOUNDS = Record("depth_bounds", "least closed minus_most")
+"""Of a tile of eye rays: between which depths along the view triangles lie, the greatest negated
+so that one blending takes the minimum of all; and the depth at which a triangle closes it."""
+
 LIT = Record("lit", "ambient:vec3")
 """Light that leaves a hit towards the eye whatever casts shadows."""
 
@@ -207,6 +211,23 @@ PART = Record("part", "row:int x:int y:int")
 VERDICT = Record("verdict", "kind:int first:int last:int")
 """What becomes of such a triangle, as in common/verdict.glsl; where it must be cut up, the parts
 it begins and ends in, counted across and then in rows of 1,024."""
+
+TILE_BEAM = Record(
+    "tile_beam", "lo_origin:vec3 t_min | hi_origin:vec3 t_max | inv_lo:vec3 signs:int "
+                 "| inv_hi:vec3 live:int")
+"""The rays of a tile by their outermost values: what corners are measured from, t and inverse
+direction; which signs directions have by axis (bit a negative, 3 + a positive), and how
+many rays are not empty."""
+
+ENTRIES = 28      # of a tile, at most
+ENTRY_TILE = 4    # rays a side of the tiles that rays have their lists from
+ENTRY_POINTS = Record("entries", " | ".join(f"list_{k}:ivec4" for k in range(ENTRIES // 4))
+                      + " | visited:int count:int")
+"""Where a tile's rays enter the tree, see common/entry_list.glsl; nodes that its beam visited, and
+how many entries there are."""
+
+ENTRY_LIST = Record("entry_list", "codes:ivec4")
+"""Four entries of a tile's list."""
 
 TILE_SPAN = Record("tile_span", "centre:vec3 live:int | axis:vec3")
 """Where the rays of a tile begin and go: the middle of their origins, how many rays are not empty,

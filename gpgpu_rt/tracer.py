@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -15,7 +15,7 @@ from . import settings
 from .accel import sah_cost, uncached
 from .accel.bounds import shrink_flat
 from .appearance.needs import SceneNeeds
-from .camera import Camera
+from .camera import Camera, image_size
 from .errors import Error, OptionError
 from .gpu import open_gpu
 from .hits import STACK_OVERFLOW, UNFINISHED, Hits
@@ -31,7 +31,7 @@ from .passes.packet_room import PacketHits
 from .passes.traverse import OVERFLOWN
 from .passes.traverse import UNFINISHED as OUT_OF_STEPS
 from .precision import Precision
-from .rasterised.first_hits import FirstHits, check_first_hits
+from .rasterised.eye_drivers import EyeDrivers
 from .ray_state import RayBatch, RayTextures, StateBuffer, StateBuffers, hits_of
 from .record import EXACT_INTEGER
 from .scene import Scene, load_scene
@@ -42,17 +42,6 @@ from .textures import texture_bytes
 
 DEFAULT_METHOD = "bvh-threaded"
 AUTO = "auto"
-
-
-def image_size(size: Sequence[int]) -> tuple[int, int]:
-    """(width, height), or OptionError where there is no pixel."""
-    try:
-        width, height = (int(s) for s in size)
-    except (TypeError, ValueError):
-        raise OptionError(f"size is {size!r}; give (width, height) in pixels") from None
-    if width < 1 or height < 1:
-        raise OptionError(f"size {tuple(size)} must be at least 1 x 1 pixels")
-    return width, height
 
 
 class Tracer:
@@ -101,7 +90,7 @@ class Tracer:
         self._rays: RayTextures | None = None
         self._buffers: StateBuffers | None = None
         self._integrator: Integrator | None = None
-        self._first_hits: FirstHits | None = None
+        self._eye_drivers = EyeDrivers(self.gpu, self.method, self.options)
 
     @classmethod
     def from_settings(cls, scene: Scene | trimesh.Trimesh | str | os.PathLike[str],
@@ -219,8 +208,7 @@ class Tracer:
                 self._traversal = self._make_traversal()
             if self._integrator is not None:
                 self._integrator.take(self._shown())
-            if self._first_hits is not None:
-                self._first_hits.take(self._hit_triangles(), self._traversal)
+            self._eye_drivers.take(self._hit_triangles(), self._traversal)
         took = time.perf_counter() - began
         if statistics.rebuilt:
             statistics.build_seconds, statistics.refit_seconds = took - tried, tried
@@ -339,7 +327,7 @@ class Tracer:
             sum(self.statistics.table_bytes.values()) + self._buffers.bytes()
             + texture_bytes(self._rays.textures) + self._traversal.bytes()
             + (sum(self._integrator.bytes().values()) if self._integrator is not None else 0)
-            + (self._first_hits.bytes() if self._first_hits is not None else 0))
+            + self._eye_drivers.bytes())
 
     # Rendering ------------------------------------------------------------------------------
 
@@ -409,13 +397,7 @@ class Tracer:
 
     def _driver(self, first_hits: str) -> Driver:
         """What traces a picture's rays."""
-        if not check_first_hits(first_hits, self.options):
-            return self._traversal
-        if self._first_hits is None:
-            self._first_hits = FirstHits(self.gpu, self.method, self.options)
-            self._first_hits.take(self._hit_triangles(), self._traversal)
-        self._first_hits.proved = first_hits == "rasterised"
-        return self._first_hits
+        return self._eye_drivers.over(self._traversal, first_hits, self._hit_triangles())
 
     def _hit_triangles(self) -> np.ndarray:
         """(n, 3, 3) float32: what rays are tested against, in the order that hits count."""
@@ -466,8 +448,7 @@ class Tracer:
             self._release_room()
             if self._integrator is not None:
                 self._integrator.release()
-            if self._first_hits is not None:
-                self._first_hits.release()
+            self._eye_drivers.release()
             self._traversal.release()
             if self.accelerator.finisher is not None:
                 self.accelerator.finisher.release()

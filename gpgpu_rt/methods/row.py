@@ -23,6 +23,11 @@ VERTEX_CULLING = Option("vertex_culling", False, "skip triangles of a leaf that 
                         "frustum around a packet's rays", bool, define="VERTEX_CULLING",
                         schedules=("loop",))
 
+ENTRY_POINTS = Option(
+    "entry_points", None, "rays begin at nodes that a beam found for their tile of 4x4; rays a "
+    "side of the tiles whose beams go first, those of 4x4 through what these found", int,
+    choices=(16, 4), optional=True)
+
 
 class Finisher(Protocol):
     """Passes that complete tables on the GPU."""
@@ -98,13 +103,15 @@ class Method:
         that moved; None where it is built anew. The tracer builds anew as well where the option
         ``rebuild_ratio``, if the method has it, says so
     options : its own options, the builder's among them
-    form : (options) -> the row that stands for these, where an option asks for other programs
+    form : (row, options) -> the row that stands for these, where an option changes state,
+        kernels or drivers
     schedules : those it runs under, the best one last
     drivers : schedule -> ``module.Class`` in ``passes/`` that runs it there, where that is not
         ``traverse.Traversal``; see ``passes/driver.py``
     stack_entry : what a level of its stack in textures holds, if it has one
     packet_state : (options) -> what packets carry under ``step``, for a method that has it
     single : the method that traces rays which a packet's limit on steps leaves behind
+    entry_walk : GLSL of a beam's walk through its tree, for the option ``entry_points``
     stack, packet, dynamic : as in the survey's Table 1
     """
 
@@ -119,13 +126,14 @@ class Method:
     adopt: Callable[[Any, np.ndarray, Mapping[str, Any]], Accelerator] | None = None
     refit: Callable[[Accelerator, np.ndarray, Mapping[str, Any]], Accelerator] | None = None
     options: tuple[Option, ...] = ()
-    form: Callable[[Mapping[str, Any]], Method] | None = None
+    form: Callable[[Method, Mapping[str, Any]], Method] | None = None
     choose_tables: Callable[[Mapping[str, Any]], Tables] | None = None
     schedules: tuple[str, ...] = SCHEDULES
     drivers: Mapping[str, str] = field(default_factory=dict)
     stack_entry: Record | None = None
     packet_state: Callable[[Mapping[str, Any]], Stepwise] | None = None
     single: str | None = None
+    entry_walk: str | None = None
     stack: bool = False
     packet: bool = False
     dynamic: bool = False
@@ -139,7 +147,7 @@ class Method:
         """The row that stands for these options; one left out is at its default."""
         if self.form is None:
             return self
-        return self.form({**{o.name: o.default for o in self.options}, **options})
+        return self.form(self, {**{o.name: o.default for o in self.options}, **options})
 
     def schedules_for(self, options: Mapping[str, Any]) -> tuple[str, ...]:
         """What it runs under with these options; one left out is at its default."""
