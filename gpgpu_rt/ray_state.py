@@ -233,6 +233,7 @@ class StateBuffers:
         self.gpu, self.size = gpu, size
         self.records = [precision.layout(state), precision.layout(HIT)]
         self.records += [COUNTERS] if statistics else []
+        self.counts = statistics
         self.depth = gpu.context.depth_renderbuffer(size)
         self.mask = gpu.context.framebuffer(depth_attachment=self.depth)
         self._sides: list[StateBuffer] = []

@@ -110,8 +110,39 @@ PYRAMID_SOURCE = Record("pyramid_source", "first:int last:int")
 """What a node's box is made from: its first and last child. Of a node on the finest level: the
 first and last texel of its cell, which are diagonal corners."""
 
-SURFACE = Record("surface", "diffuse:vec3 | normal:vec3")
-"""What shading needs of a triangle: colour and unit normal."""
+SURFACE = Record("surface", "normal:vec3 material:int")
+"""What shading always needs of a triangle: unit normal; and the row of its material."""
+
+COLOUR = Record("colour", "diffuse:vec3")
+"""A triangle's diffuse share, where they differ."""
+
+CORNER_NORMALS = Record("corner_normals", "n0:vec3 | n1:vec3 | n2:vec3")
+"""Normals of a triangle's corners, zeros where it is flat."""
+
+CORNER_UV = Record("corner_uv", "uv0:vec2 uv1:vec2 | uv2:vec2")
+"""Texture coordinates of a triangle's corners."""
+
+MIRROR = Record("mirror", "share:vec3")
+"""Of a material: what it reflects as a mirror."""
+
+DIELECTRIC = Record("dielectric", "ior")
+"""Of a material: its refractive index, 0 for one that lets nothing through."""
+
+GLOSSY = Record("glossy", "share:vec3 exponent")
+"""Of a material: what it reflects into a lobe, and the cosine's exponent in that."""
+
+EMISSION = Record("emission", "radiance:vec3")
+"""Of a material: what it sends out by itself."""
+
+LIGHT_CHOICE = Record("light_choice", "light:int alias:int keep")
+"""What a random number chooses: a light, the row of a triangle or -1 - k for the k-th point, kept
+with this probability; and which one else."""
+
+POINT_LIGHT = Record("point_light", "position:vec3 | strength:vec3")
+"""A point light that paths ask: the irradiance it gives, over the chance that it is chosen."""
+
+IMAGE = Record("image", "x:int y:int width:int height:int")
+"""Of a material: where its image lies in the texture of all images; width 0 for none."""
 
 # Streams -----------------------------------------------------------------------------------------
 
@@ -136,8 +167,30 @@ FOUND = Record("found", "triangle:int")
 RAY_CLASS = Record("ray_class", "box:int")
 """The five-dimensional box that a ray lies in; behind the boxes, its face; or -1, a miss."""
 
-LIT = Record("lit", "ambient:vec3 | direct:vec3")
-"""Light that leaves a hit towards the eye: what always arrives, and what a shadow takes away."""
+LIT = Record("lit", "ambient:vec3")
+"""Light that leaves a hit towards the eye whatever casts shadows."""
+
+DIRECT = Record("direct", "light:vec3")
+"""Light that does unless a shadow takes it away."""
+
+RADIANCE = Record("radiance", "sum:vec3")
+"""What a pixel has gathered so far."""
+
+SCREEN = Record("screen", "colour:vec4")
+"""A pixel as it is shown, sRGB."""
+
+LIVE = Record("live", "weight")
+"""Of a tile of pixels: the largest weight of a path in it."""
+
+PATH = Record("path", "weight:vec3")
+"""How much of what a ray meets arrives at its pixel."""
+
+WALK = Record("walk", "weight:vec3 density")
+"""Of a path: how much of what it meets arrives at its pixel, zero where it has ended; how likely
+its ray's direction was, 0 where that was certain."""
+
+SUMS = Record("sums", "total:vec4 | lost:vec4")
+"""Of a pixel: radiance, and squared luminance, summed over its paths; what that rounded off."""
 
 TILE_SPAN = Record("tile_span", "centre:vec3 live:int | axis:vec3")
 """Where the rays of a tile begin and go: the middle of their origins, how many rays are not empty,

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -14,16 +14,19 @@ from PIL import Image
 from . import settings
 from .accel import sah_cost, uncached
 from .accel.bounds import shrink_flat
+from .appearance.needs import SceneNeeds
 from .camera import Camera
 from .errors import Error, OptionError
 from .gpu import open_gpu
 from .hits import STACK_OVERFLOW, UNFINISHED, Hits
+from .integrators import Integrator, find_integrator
+from .integrators.plan import Plan
+from .integrators.waves import Waves
 from .methods import Accelerator, Method, find_method
 from .methods.row import Tables
-from .options import TRACER_OPTIONS, resolve_options
+from .options import TRACER_OPTIONS, resolve_options, spell
 from .passes.driver import Driver, Samplers, Setup, make_driver
 from .passes.packet_room import PacketHits
-from .passes.shade import Shading
 from .passes.traverse import OVERFLOWN
 from .passes.traverse import UNFINISHED as OUT_OF_STEPS
 from .precision import Precision
@@ -67,6 +70,7 @@ class Tracer:
         for part in ("storage", "arithmetic"):
             self.options[part] = self.options[part] or self.options["precision"] or "fp32"
         self._check_schedule("schedule" in options)
+        self.method = self.method.formed(self.options)
         self.precision = Precision.of(self.options)
         self.scene = load_scene(scene)
         self._bounds = self.scene.bounds
@@ -83,7 +87,7 @@ class Tracer:
             self._traversal = self._make_traversal()
         self._rays: RayTextures | None = None
         self._buffers: StateBuffers | None = None
-        self._shading: Shading | None = None
+        self._integrator: Integrator | None = None
 
     @classmethod
     def from_settings(cls, scene: Scene | trimesh.Trimesh | str | os.PathLike[str],
@@ -116,9 +120,11 @@ class Tracer:
         if not asked and options["schedule"] not in schedules:
             options["schedule"] = schedules[-1]
         if options["schedule"] not in schedules:
-            so = "" if schedules == row.schedules else " so"
-            raise OptionError(f"method {row.name} runs{so} under {', '.join(schedules)} only, not "
-                              f"{options['schedule']}")
+            given = "" if schedules == row.schedules else " with " + ", ".join(
+                f"{o.name}={spell(options[o.name])}" for o in row.options
+                if options[o.name] != o.default)
+            raise OptionError(f"method {row.name}{given} runs under {', '.join(schedules)} only, "
+                              f"not {options['schedule']}")
         in_atlas = row.stack_entry or (row.single and options["schedule"] == "step")
         if in_atlas and options["steps_per_pass"] != 1:
             raise OptionError(f"method {row.name} runs one step a pass, as its stack is drawn "
@@ -197,8 +203,8 @@ class Tracer:
             else:   # other programs, or a stack of another depth
                 self._traversal.release()
                 self._traversal = self._make_traversal()
-            if self._shading is not None:
-                self._shading.take(self._shown())
+            if self._integrator is not None:
+                self._integrator.take(self._shown())
         took = time.perf_counter() - began
         if statistics.rebuilt:
             statistics.build_seconds, statistics.refit_seconds = took - tried, tried
@@ -316,44 +322,80 @@ class Tracer:
         self.statistics.texture_bytes = (
             sum(self.statistics.table_bytes.values()) + self._buffers.bytes()
             + texture_bytes(self._rays.textures) + self._traversal.bytes()
-            + (self._shading.bytes() if self._shading is not None else 0))
+            + (sum(self._integrator.bytes().values()) if self._integrator is not None else 0))
 
     # Rendering ------------------------------------------------------------------------------
 
-    def render(self, camera: Camera | None = None,
-               size: tuple[int, int] = (512, 512)) -> Image.Image:
-        """A picture of the scene: diffuse surfaces, one point light, hard shadows.
-
-        Eye rays are made, traced, shaded and their shadow rays traced on the GPU, all by this
-        tracer's method.
+    def render(self, camera: Camera | None = None, size: tuple[int, int] = (512, 512),
+               integrator: str | None = None,
+               progress: Callable[[int, int, float], None] | None = None,
+               **options: Any) -> Image.Image:
+        """A picture of the scene, all its rays traced by this tracer's method.
 
         Parameters
         ----------
         camera : Camera, or None for the scene's own
         size : (width, height) pixels
+        integrator : "direct": light and shadows; "whitted" (default): and mirrors and glass;
+            "path": and light that bounces. ``radiance`` then holds what was found
+        progress : is told samples done, samples of all, and the noise so far, by "path"
+        options : the integrator's, as ``integrators.INTEGRATORS[name].options`` lists them
         """
-        width, height = (int(s) for s in size)
-        if width < 1 or height < 1:
-            raise OptionError(f"size {tuple(size)} must be at least 1 x 1 pixels")
-        self.statistics.start_call(width * height)
+        drawer = self._drawer(size, integrator, options)
+        drawer.progress = progress
         with self.gpu:
-            rays, buffers = self._room((width, height))
-            if self._shading is None:
-                self._shading = Shading(self.gpu, self._shown(), self.precision,
-                                        self.options["intersection"])
+            rays, buffers = self._room(drawer.size)
             began = time.perf_counter()
-            self._shading.eye_rays(rays, camera or self.scene.camera)
-            eye, stopped = self._traversal.run(rays, buffers, self.statistics)
-            if self.options["statistics"]:
-                self._count(eye, width * height)
-            shadow_rays = self._shading.surfaces(rays, eye)
-            shadow, more = self._traversal.run(shadow_rays, buffers, self.statistics, any_hit=True)
-            self.statistics.stopped = stopped + more
-            pixels = self._shading.picture(shadow)
+            waves = Waves(self._traversal, buffers, self.statistics, self._count)
+            pixels = waves.draw(drawer, rays, camera or self.scene.camera)
             self.gpu.check_error("rendering")
         self.statistics.trace_seconds = time.perf_counter() - began
         self._add_texture_bytes()
         return Image.fromarray(pixels)
+
+    @property
+    def radiance(self) -> np.ndarray:
+        """(height, width, 3) float32, linear: what the last picture by "path" shows, row 0 at the
+        top, before it is cut off at white."""
+        found = self._integrator.radiance if self._integrator is not None else None
+        if found is None:
+            raise Error('there is no radiance yet; render with integrator="path"')
+        return found
+
+    def plan(self, size: tuple[int, int] = (512, 512), integrator: str | None = None,
+             **options: Any) -> Plan:
+        """What `render` with the same arguments would do and allocate, and why no more."""
+        drawer = self._drawer(size, integrator, options)
+        with self.gpu:
+            rays, buffers = self._room(drawer.size)
+            buffers.side(0)
+            return Plan.of(drawer, {
+                **{f"the method's {name}": taken
+                   for name, taken in self.statistics.table_bytes.items()},
+                "eye rays": texture_bytes(rays.textures), "state and hits": buffers.bytes()})
+
+    def _drawer(self, size: tuple[int, int], integrator: str | None,
+                options: Mapping[str, Any]) -> Integrator:
+        """The integrator, with room for a picture; the last one if it is asked for the same."""
+        kind = find_integrator(integrator)
+        try:
+            width, height = (int(s) for s in size)
+        except (TypeError, ValueError):
+            raise OptionError(f"size is {size!r}; give (width, height) in pixels") from None
+        if width < 1 or height < 1:
+            raise OptionError(f"size {tuple(size)} must be at least 1 x 1 pixels")
+        asked, last = kind.asked(options, self.precision), self._integrator
+        needs = SceneNeeds.of(self.scene, asked)
+        with self.gpu:
+            if last is None or type(last) is not kind or last.needs != needs:
+                if last is not None:
+                    last.release()
+                self._integrator = kind(self.gpu, self._shown(), needs,
+                                        self.options["intersection"])
+            assert self._integrator is not None
+            self.statistics.start_call(width * height)
+            self._integrator.start((width, height), options)
+        return self._integrator
 
     # Lifetime -------------------------------------------------------------------------------
 
@@ -367,8 +409,8 @@ class Tracer:
         """Free textures and programs; the tracer is of no use afterwards."""
         with self.gpu:
             self._release_room()
-            if self._shading is not None:
-                self._shading.release()
+            if self._integrator is not None:
+                self._integrator.release()
             self._traversal.release()
             if self.accelerator.finisher is not None:
                 self.accelerator.finisher.release()

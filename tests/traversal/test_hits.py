@@ -140,6 +140,7 @@ def test_real_scene_matches_oracle(name: str) -> None:
 
 
 @pytest.mark.full
+@pytest.mark.once
 @pytest.mark.parametrize("rays", ["eye", "random", "surface"])
 @pytest.mark.parametrize("name", FOLEY)
 def test_real_scene_bars(exact_renderer, name: str, rays: str) -> None:
