@@ -253,9 +253,9 @@ def load_scene(source: str | os.PathLike | trimesh.Trimesh | trimesh.Scene | Sce
     if path is not None:
         return _read(path, row)
     made = row.make() if argument is None else row.make(argument)
-    return Scene(os.fspath(source), made.triangles, made.colours,
-                 PointLight(made.light, made.intensity), made.camera, row.stand_in, "built in",
-                 charts=made.charts)
+    said = {"lights": (PointLight(made.light, made.intensity),), **made.appearance}
+    return Scene(os.fspath(source), made.triangles, made.colours, camera=made.camera,
+                 stand_in=row.stand_in, source="built in", charts=made.charts, **said)
 
 
 def _read(path: Path, row: catalogue.Row | None = None) -> Scene:

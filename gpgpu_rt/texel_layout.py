@@ -192,6 +192,22 @@ its ray's direction was, 0 where that was certain."""
 SUMS = Record("sums", "total:vec4 | lost:vec4")
 """Of a pixel: radiance, and squared luminance, summed over its paths; what that rounded off."""
 
+SHOWN = Record("shown", "depth triangle:int")
+"""What a rasterised pixel shows: a depth that its hit does not lie behind, and the triangle."""
+
+SHOWN_FOUR = Record("shown_four", "triangle:ivec4 | depth:vec4")
+"""Four such pixels of a row."""
+
+SHOWN_BLOCK = Record("shown_block", "depth lowest:int highest:int")
+"""A square of such pixels: the greatest depth, the lowest and the highest triangle."""
+
+PART = Record("part", "row:int x:int y:int")
+"""A triangle in a part of the image, which begins at a pixel."""
+
+VERDICT = Record("verdict", "kind:int first:int last:int")
+"""What becomes of such a triangle, as in common/verdict.glsl; where it must be cut up, the parts
+it begins and ends in, counted across and then in rows of 1,024."""
+
 TILE_SPAN = Record("tile_span", "centre:vec3 live:int | axis:vec3")
 """Where the rays of a tile begin and go: the middle of their origins, how many rays are not empty,
 and the middle of their directions."""

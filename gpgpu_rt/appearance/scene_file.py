@@ -154,8 +154,9 @@ class _SceneFile:
             return boxes(lo, hi)
         if shape == "sphere":
             said = entry["sphere"]
-            return ball(int(said.get("triangles", SPHERE_TRIANGLES)), said["centre"],
-                        (said["radius"],) * 3)
+            inward = ball(int(said.get("triangles", SPHERE_TRIANGLES)), said["centre"],
+                          (said["radius"],) * 3)
+            return inward[:, ::-1]
         return quad(*entry["quad"])
 
     def _row(self, name: str | None, where: str) -> int:

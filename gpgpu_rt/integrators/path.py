@@ -2,14 +2,15 @@
 
 Kajiya, "The Rendering Equation", SIGGRAPH 1986, with next-event estimation and Russian roulette;
 what is weighed how stands in its float64 twin, ``reference/path.py``. A wave is a block of texels
-for each pixel, a path each. Paths that have ended are empty rays, which every method skips; an
-occlusion query tells when all have. Random numbers depend on pixel, sample and vertex alone, and
-samples are added up one after another: pictures are the same, to the bit, by every method and
-whatever a wave holds.
+for each pixel, a path each. Paths that have ended are empty rays, which every method skips, and
+are masked by depth; an occlusion query tells when all have. Random numbers depend on pixel, sample
+and vertex alone, and samples are added up one after another: pictures are the same, to the bit, by
+every method and whatever a wave holds.
 """
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import moderngl
@@ -40,6 +41,8 @@ class Path(Integrator):
     """All light there is, as noise that fades with more samples."""
 
     name = "path"
+    _sums: Room | None = None
+    _mask: moderngl.Framebuffer | None = None
     options = (
         ALL_FEATURES,
         Option("bounces", _DEFAULTS.bounces, "how often a path may turn at most", int, minimum=0),
@@ -59,6 +62,7 @@ class Path(Integrator):
         Pass("path gather", "passes/path_gather.frag", (),
              (("lit", LIT), ("direct", DIRECT), ("hit", HIT), ("walk", WALK)),
              (("radiance", RADIANCE),)),
+        Pass("path mask", "passes/path_mask.frag", (), (("walk", WALK),)),
         Pass("path sums", "passes/path_sums.frag", (), (("radiance", RADIANCE), ("sums", SUMS)),
              (("next_sums", SUMS),)),
     )
@@ -89,8 +93,12 @@ class Path(Integrator):
         self.block = _block(min(self.samples, WAVE // (size[0] * size[1])), size,
                             self.gpu.max_texture_size)
         super().start((size[0] * self.block[0], size[1] * self.block[1]))
+        if self._sums is not None and self._sums.size == size:
+            return
         self._sums = Room(self.gpu, size, self.precision,
                           [Stream("sums 0", SUMS), Stream("sums 1", SUMS)])
+        self._depth = self.gpu.context.depth_renderbuffer(self.size)
+        self._mask = self.gpu.context.framebuffer(depth_attachment=self._depth)
 
     def draw(self, trace: Trace, rays: RayTextures, camera: Camera) -> np.ndarray:
         assert self.room is not None and self._sums is not None
@@ -114,50 +122,62 @@ class Path(Integrator):
     def _wave(self, trace: Trace, rays: RayTextures, camera: Camera,
               shared: Mapping[str, Any]) -> None:
         """The next samples of every pixel, from the eye until all have ended."""
-        assert self.room is not None
+        assert self.room is not None and self._mask is not None
         room, context = self.room, self.gpu.context
         room.target("radiance").clear()
+        self._mask.clear(depth=1.0)
         eye = eye_uniforms(camera, self.image, self.scene.bounds)
-        start = self.gpu.context.framebuffer([*rays.textures, *room.textures("walk 0")])
-        self.run("path start", start, {}, **eye, **shared)
-        self.gpu.release(start)
+        with self._target(rays.textures, "walk 0") as start:
+            self.run("path start", start, {}, **eye, **shared)
         share_eye(rays, eye)
-        now, then, walk = rays, room.rays["next rays"], 0
+        now, then, walk = rays, room.rays["next rays"], ("walk 0", "walk 1")
         for vertex in range(1, self.settings.bounces + 2):
-            hits = trace(now)
-            target = self._targets(then, f"walk {1 - walk}")
-            self.run("path vertex", target,
-                     {**now.samplers(), **hits.samplers(),
-                      **room.samplers(f"walk {walk}", "walk")}, **shared, vertex=vertex,
-                     last=vertex > self.settings.bounces, roulette=self.settings.roulette,
-                     most_survive=MOST_SURVIVE)
+            source = {**now.samplers(), **trace(now).samplers(), **room.samplers(walk[0], "walk")}
+            with self._target(then.textures, walk[1], "lit", "shadow rays", "direct") as target:
+                context.enable_only(moderngl.DEPTH_TEST)
+                self.run("path vertex", target, source, **shared, vertex=vertex,
+                         last=vertex > self.settings.bounces, roulette=self.settings.roulette,
+                         most_survive=MOST_SURVIVE)
+                context.enable_only(moderngl.NOTHING)
             then.share_start(None)
-            self.gpu.release(target)
-            if "shadow rays" in room:
-                hits = trace(room.rays["shadow rays"], any_hit=True)
-            now, then, walk = then, now, 1 - walk
+            if not self._gather(trace, walk[1], source):
+                break
+            context.enable_only(moderngl.DEPTH_TEST)
+            self.run("path mask", self._mask, source)
+            context.enable_only(moderngl.NOTHING)
+            now, then, walk = then, now, walk[::-1]
+
+    def _gather(self, trace: Trace, walk: str, source: Samplers) -> bool:
+        """Add what a vertex found to its path; whether another vertex is needed."""
+        assert self.room is not None
+        room, context = self.room, self.gpu.context
+        found = {**source, **room.samplers(walk, "walk"), **room.samplers("lit", "lit")}
+        if "shadow rays" in room:
             # Asked for before blending is on: packets hand their hits back by a pass of their own.
-            found = {**hits.samplers(), **self._found(), **room.samplers(f"walk {walk}", "walk")}
-            context.enable_only(moderngl.BLEND)
+            found.update(trace(room.rays["shadow rays"], any_hit=True).samplers())
+            found.update(room.samplers("direct", "direct"))
+        with self._target([], "radiance") as target:
+            context.enable_only(moderngl.BLEND | moderngl.DEPTH_TEST)
             context.blend_func = moderngl.ONE, moderngl.ONE
             query = context.query(samples=True)
             with query:
-                self.run("path gather", room.target("radiance"), found)
+                self.run("path gather", target, found)
             context.enable_only(moderngl.NOTHING)
-            if not query.samples:
-                break
+        return query.samples > 0
 
-    def _targets(self, rays: RayTextures, walk: str) -> moderngl.Framebuffer:
+    @contextmanager
+    def _target(self, textures: list[moderngl.Texture], *streams: str
+                ) -> Iterator[moderngl.Framebuffer]:
+        """Textures, and those of streams that there are, as one target with the mask's depth."""
         assert self.room is not None
-        names = [n for n in (walk, "lit", "shadow rays", "direct") if n in self.room]
-        return self.gpu.context.framebuffer(
-            [*rays.textures, *(t for name in names for t in self.room.textures(name))])
-
-    def _found(self) -> Samplers:
-        """What a vertex left for its path."""
-        assert self.room is not None
-        return {name: texture for stream in ("lit", "direct") if stream in self.room
-                for name, texture in self.room.samplers(stream, stream).items()}
+        target = self.gpu.context.framebuffer(
+            [*textures, *(t for name in streams if name in self.room
+                          for t in self.room.textures(name))], self._depth)
+        target.depth_mask = False
+        try:
+            yield target
+        finally:
+            self.gpu.release(target)
 
     def _finished(self, sums: str) -> bool:
         """Take the means so far, and whether their noise is as low as was asked for."""
@@ -180,13 +200,14 @@ class Path(Integrator):
     def bytes(self) -> dict[str, int]:
         return {**super().bytes(), **(self._sums.bytes() if self._sums else {})}
 
-    _sums: Room | None = None
-
     def _release_room(self) -> None:
         super()._release_room()
         if self._sums is not None:
             self._sums.release()
-        self._sums = None
+        if self._mask is not None:
+            self.gpu.release(self._mask)
+            self._depth.release()
+        self._sums = self._mask = None
 
 
 def shown(light: np.ndarray) -> np.ndarray:

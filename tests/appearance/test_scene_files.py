@@ -53,6 +53,8 @@ def test_a_scene_file_is_read(folder: Path) -> None:
     spheres = names.count("glass")
     assert names == ["wood"] * 2 + ["glass"] * spheres + ["lamp"] * 12 + ["white", "green"]
     assert 1000 < spheres <= 1280 and scene.name == "still"
+    a, b, c = (scene.triangles[2:2 + spheres] - (0, 1, 0)).transpose(1, 0, 2)
+    assert (np.cross(a, b) * c).sum() / 6 > 0.5     # anticlockwise as seen from outside
     box = scene.triangles[2 + spheres:14 + spheres].reshape(-1, 3)
     assert np.allclose([box.min(0), box.max(0)], [[5, 0, -1], [8, 2, 0]], atol=1e-6)
     assert scene.normals[:2].any() == 0 and scene.normals[2].any()

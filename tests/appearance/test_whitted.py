@@ -52,7 +52,7 @@ def fresnel(cosine: np.ndarray, ior: float) -> np.ndarray:
 
 @pytest.mark.parametrize("ior", [1.5, 1.1, 2.4, 1 / 1.5])
 def test_a_slab_of_glass_reflects_and_lets_through_by_fresnel(ior: float) -> None:
-    """Every path of up to six turns, each with its weight: light from before and behind differs."""
+    """Every path of up to six turns, with its weight: light from before and behind differs."""
     camera = rt.Camera((0, 0, 3), (0.8, 0.5, 0), fov=70)
     slab = boxes((-500, -500, -0.5), (500, 500, 0.5))
     sky = rt.Environment.surrounded(rt.Texture("halves", np.ones((4, 8, 3)) * np.where(
