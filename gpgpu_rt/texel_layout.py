@@ -281,13 +281,20 @@ PIECE = Record("piece", "lo:vec3 triangle:int | hi:vec3 node:int")
 
 CELL = Record("cell", "lo:vec3 count:int | hi:vec3 futile:int | parent:int")
 """A node of a level of large nodes: its box, its pieces; how many levels have told none from
-another; its parent in the level above."""
+another, or the prefix of codes that it is; its parent in the level above."""
 
 CHUNK = Record("chunk", "lo:vec3 | hi:vec3 | left:vec3 | right:vec3")
 """Some pieces of a node: bounds; how many lie left and right of the node's middle, by axis."""
 
 DECISION = Record("decision", "plane axis:int futile:int")
 """How a node of such a level is split; axis 3: not at all."""
+
+TALLIES = Record("tallies", "left_x:vec4 | left_y:vec4 | left_z:vec4 | right_x:vec4 "
+                            "| right_y:vec4 | right_z:vec4")
+"""How many of some pieces lie left and right of four planes along each axis."""
+
+OFFER = Record("offer", "plane axis:int cost")
+"""The cheapest of some planes of a node; axis 3: none."""
 
 SMALL_NODE = Record("node", "lo:vec3 base:int | hi:vec3 levels:int | mask:vec4")
 """A small node: its box, its root's first piece, how many levels there may be below it, and which
