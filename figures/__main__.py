@@ -10,8 +10,8 @@ from gpgpu_rt.files import check_writable
 
 from . import (
     extremes, fig03, fig04, fig05, fig06, fig08, fig09, fig10, fig11, fig12, fig13, fig14, fig15,
-    fig16, fig17, fig18, fig19, fig20, fig21, fig22, fig23, fig24, fig25, frames, rasterised,
-    ray_sorting, ray_space, reduction, schedules, tradeoff
+    fig16, fig17, fig18, fig19, fig20, fig21, fig22, fig23, fig24, fig25, frames, needs,
+    rasterised, ray_sorting, ray_space, reduction, schedules, tradeoff
 )
 from .measure import measure
 from .output import write_text
@@ -42,6 +42,7 @@ FIGURES = {
     "ray_sorting": (ray_sorting, "Ray sorting: its price, what it buys, and how alike rays are"),
     "rasterised": (rasterised, "First hits from the rasteriser: what their proof costs"),
     "frames": (frames, "Time a frame of moving scenes: refitted, rebuilt, and kd-trees"),
+    "needs": (needs, "What a scene needs: renderers derived from ten scenes, beside one for all"),
     "reduction": (reduction, "Stream reduction by blocks, beside a scan"),
     "ray_space": (ray_space, "Tables over rays: ray classification and the visibility field"),
     "schedules": (schedules, "The three schedules: what being literal costs"),

@@ -25,7 +25,9 @@ from gpgpu_rt.bench import embree_runner
 from gpgpu_rt.files import replacing
 from gpgpu_rt.gpu import open_gpu
 
-from . import coherence, extreme_runs, first_hit_times, frame_times, reduction_times, tree_sizes
+from . import (
+    coherence, extreme_runs, first_hit_times, frame_times, needs_times, reduction_times, tree_sizes
+)
 from .workloads import EYE, load, workload
 
 WARM_UPS = 1
@@ -46,6 +48,7 @@ class Cell:
     #                            moves; "accuracy": size squared rays of each kind
     #                            of `known_rays`, judged;
     #                            "first hits": eye rays, rasterised and traced;
+    #                            "needs": pictures of a step of `growing`;
     #                            "reduction": size squared elements of a stream
     runs: int = 5
 
@@ -60,7 +63,8 @@ class Cell:
 def settings(cell: Cell) -> dict[str, Any]:
     """What must be equal for a finished cell to count."""
     return {**asdict(cell), "options": dict(cell.options), "renderer": open_gpu().renderer,
-            "scene_sha256": _scene_digest(cell.scene),
+            "scene_sha256": (needs_times.digest(cell.scene, dict(cell.options)["step"])
+                             if cell.work == "needs" else _scene_digest(cell.scene)),
             "version": importlib.metadata.version("gpgpu_rt")}
 
 
@@ -97,6 +101,10 @@ def run(cell: Cell) -> dict[str, Any]:
                 "date": datetime.date.today().isoformat(), "warm_ups": reduction_times.WARM_UPS,
                 "seconds": reduction_times.measure(cell.size ** 2, dict(cell.options)["kept"],
                                                    cell.runs)}
+    if cell.work == "needs":
+        return {**_heading(cell, load(cell.scene), open_gpu().info()),
+                "needs": needs_times.measure(dict(cell.options)["step"], cell.method, cell.size,
+                                             cell.runs, cell.scene)}
     if cell.work == "accuracy":
         return _run_accuracy(cell)
     if cell.work == "tree":

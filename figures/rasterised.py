@@ -1,7 +1,7 @@
 """The rasteriser as a helper (survey, section 5): first hits, beside the traced truth.
 
-"rasterised" hits are proved to be the traced ones; of "verified" ones each is a hit of its ray, but
-one that comes before may be missing. What the proof costs, and what is wrong without it.
+"rasterised" hits are proved to be the traced ones; of "verified" ones each is a hit of its ray,
+but one that comes before may be missing. What the proof costs, and what is wrong without it.
 """
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
               f"{row[8]:.4%}", row[9], f"{row[10]:.4%}"] for row in found]
     result = read(cells(full)[0], data)
     assert result is not None
-    note = (f"{result['gpu']['renderer']}, {cells(full)[0].size} x {cells(full)[0].size} eye rays, "
+    note = (f"{result['gpu']['renderer']}, {result['settings']['size']} pixels a side, "
             f"traced and in doubt by {METHOD} 4x4 with octants; taken in turns, medians.")
     write_text(out / "rasterised.md", (
         "# First hits from the rasteriser\n\n"

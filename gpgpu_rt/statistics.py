@@ -20,6 +20,8 @@ class Statistics:
     picture_passes : of a picture, passes besides those of traversal, by name
     waves : of a picture, sets of rays that were traced
     texel_fetches : texels that those passes read, a pixel
+    samples : of each pixel, by an integrator that takes samples
+    noise : standard error of such a picture's pixels over their luminance, both averaged
     texture_bytes : scene tables, rays and state
     table_bytes : the scene tables by record
     build_seconds : building (or loading from the cache) and packing the accelerator, when it was
@@ -46,6 +48,8 @@ class Statistics:
     picture_passes: dict[str, int] = field(default_factory=dict)
     waves: int = 0
     texel_fetches: int = 0
+    samples: int = 0
+    noise: float | None = None
     texture_bytes: int = 0
     table_bytes: dict[str, int] = field(default_factory=dict)
     build_seconds: float = 0.0

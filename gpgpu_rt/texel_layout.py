@@ -134,6 +134,13 @@ GLOSSY = Record("glossy", "share:vec3 exponent")
 EMISSION = Record("emission", "radiance:vec3")
 """Of a material: what it sends out by itself."""
 
+LIGHT_CHOICE = Record("light_choice", "light:int alias:int keep")
+"""What a random number chooses: a light, the row of a triangle or -1 - k for the k-th point, kept
+with this probability; and which one else."""
+
+POINT_LIGHT = Record("point_light", "position:vec3 | strength:vec3")
+"""A point light that paths ask: the irradiance it gives, over the chance that it is chosen."""
+
 IMAGE = Record("image", "x:int y:int width:int height:int")
 """Of a material: where its image lies in the texture of all images; width 0 for none."""
 
@@ -177,6 +184,13 @@ LIVE = Record("live", "weight")
 
 PATH = Record("path", "weight:vec3")
 """How much of what a ray meets arrives at its pixel."""
+
+WALK = Record("walk", "weight:vec3 density")
+"""Of a path: how much of what it meets arrives at its pixel, zero where it has ended; how likely
+its ray's direction was, 0 where that was certain."""
+
+SUMS = Record("sums", "total:vec4 | lost:vec4")
+"""Of a pixel: radiance, and squared luminance, summed over its paths; what that rounded off."""
 
 SHOWN = Record("shown", "depth triangle:int")
 """What a rasterised pixel shows: a depth that its hit does not lie behind, and the triangle."""

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -337,6 +337,7 @@ class Tracer:
 
     def render(self, camera: Camera | None = None, size: tuple[int, int] = (512, 512),
                integrator: str | None = None, first_hits: str = "traced",
+               progress: Callable[[int, int, float], None] | None = None,
                **options: Any) -> Image.Image:
         """A picture of the scene, all its rays traced by this tracer's method.
 
@@ -344,14 +345,20 @@ class Tracer:
         ----------
         camera : Camera, or None for the scene's own
         size : (width, height) pixels
-        integrator : "direct": light and shadows; "whitted" (default): and mirrors and glass
+        integrator : "direct": light and shadows; "whitted" (default): and mirrors and glass;
+            "path": and light that bounces. ``radiance`` then holds what was found
         first_hits : "traced"; "rasterised": the same ones to the bit, from the rasteriser where
             they can be proved; or "verified": from the rasteriser where they are hits at all,
             though a few pixels may lack one that comes before. ``statistics.first_hits`` says how
             many were traced after all
+        progress : is told samples done, samples of all, and the noise so far, by "path"
         options : the integrator's, as ``integrators.INTEGRATORS[name].options`` lists them
         """
         drawer = self._drawer(size, integrator, options)
+        drawer.progress = progress
+        if first_hits != "traced" and not drawer.centred:
+            raise OptionError(f"integrator {drawer.name} sends rays through all of a pixel, of "
+                              "which none is rasterised; take first_hits=traced")
         with self.gpu:
             rays, buffers = self._room(drawer.size)
             driver = self._driver(first_hits)
@@ -400,6 +407,15 @@ class Tracer:
         coarser = self.accelerator.shown is not None
         return self._stored(self._shown()) if coarser else self._triangles
 
+    @property
+    def radiance(self) -> np.ndarray:
+        """(height, width, 3) float32, linear: what the last picture by "path" shows, row 0 at the
+        top, before it is cut off at white."""
+        found = self._integrator.radiance if self._integrator is not None else None
+        if found is None:
+            raise Error('there is no radiance yet; render with integrator="path"')
+        return found
+
     def plan(self, size: tuple[int, int] = (512, 512), integrator: str | None = None,
              **options: Any) -> Plan:
         """What `render` with the same arguments would do and allocate, and why no more."""
@@ -427,7 +443,7 @@ class Tracer:
                                         self.options["intersection"])
             assert self._integrator is not None
             self.statistics.start_call(width * height)
-            self._integrator.start((width, height))
+            self._integrator.start((width, height), options)
         return self._integrator
 
     # Lifetime -------------------------------------------------------------------------------

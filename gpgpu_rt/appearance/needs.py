@@ -21,10 +21,11 @@ from ..rays import unit_normals
 from ..record import Record
 from ..scene import Scene
 from ..texel_layout import (
-    COLOUR, CORNER_NORMALS, CORNER_UV, DIELECTRIC, EMISSION, GLOSSY, IMAGE, MIRROR, SURFACE,
-    TRIANGLE
+    COLOUR, CORNER_NORMALS, CORNER_UV, DIELECTRIC, EMISSION, GLOSSY, IMAGE, LIGHT_CHOICE, MIRROR,
+    POINT_LIGHT, SURFACE, TRIANGLE
 )
 from .images import places
+from .light_choice import LightChoice
 
 # Of a pixel, a path's least weight that is followed: of a picture with 8 bits it moves no channel
 # by more than a quarter of a step, unless what it meets is brighter than white.
@@ -41,12 +42,14 @@ class Asked:
     light_samples : places on triangles that emit, for all of them together
     precision : what textures hold and kernels round to
     all_features : take every property for one that the scene has
+    paths : trace paths, which ask one light at each vertex and go on from any surface
     """
 
     bounces: int = 0
     light_samples: int = 1
     precision: Precision = Precision()
     all_features: bool = False
+    paths: bool = False
 
 
 @dataclass(frozen=True)
@@ -74,6 +77,7 @@ class Property:
     tables : what they then read
     images : textures besides tables: "images" of materials, "surroundings_image"
     bouncing : whether it is about rays that go on, and so nothing where none are followed
+    of_paths : whether it is about paths, and so nothing where none are traced
     """
 
     name: str
@@ -83,6 +87,7 @@ class Property:
     tables: tuple[Table, ...] = ()
     images: tuple[str, ...] = ()
     bouncing: bool = False
+    of_paths: bool = False
 
 
 def _some(has: Callable[[Any], Any]) -> Callable[[Scene, Asked], bool]:
@@ -106,6 +111,10 @@ _DIELECTRIC = Table(DIELECTRIC, lambda scene: {"ior": [m.ior or 0.0 for m in sce
 _GLOSSY = Table(GLOSSY, lambda scene: {"share": [m.glossy for m in scene.materials],
                                        "exponent": [m.exponent for m in scene.materials]})
 _EMISSION = Table(EMISSION, lambda scene: {"radiance": [m.emission for m in scene.materials]})
+
+
+_LIGHT_CHOICE = Table(LIGHT_CHOICE, lambda scene: LightChoice.of(scene).choices())
+_POINT_LIGHT = Table(POINT_LIGHT, lambda scene: LightChoice.of(scene).points(scene.lights))
 
 
 def _corner_normals(scene: Scene) -> Mapping[str, Any]:
@@ -156,6 +165,11 @@ PROPERTIES: tuple[Property, ...] = (
              images=("surroundings_image",)),
     Property("moving", lambda scene, asked: scene.moving, "the triangles stay where they are",
              ("MOVING",)),
+    Property("paths", lambda scene, asked: True, "", ("PATHS",), (LEFT_SURFACES,), of_paths=True),
+    Property("lights to ask", lambda scene, asked: light_count(scene, asked) > 0,
+             "there is no light to ask", ("ASKED_LIGHTS",), (_LIGHT_CHOICE,), of_paths=True),
+    Property("points to ask", lambda scene, asked: any(any(li.intensity) for li in scene.lights),
+             "there is no point light", ("ASKED_POINTS",), (_POINT_LIGHT,), of_paths=True),
 )
 
 
@@ -183,8 +197,8 @@ class SceneNeeds:
     def of(cls, scene: Scene, asked: Asked = Asked()) -> SceneNeeds:
         """Derive them."""
         present = [p.name for p in PROPERTIES
-                   if (asked.all_features or (len(scene) and p.found(scene, asked)))
-                   and (asked.bounces or not p.bouncing)]
+                   if (asked.all_features or p.found(scene, asked))
+                   and (asked.bounces or not p.bouncing) and (asked.paths or not p.of_paths)]
         return cls(tuple(present), tuple(p.name for p in PROPERTIES if p.name not in present),
                    _bounces(scene, asked) if "BOUNCES" in _defines(present) else 0,
                    light_count(scene, asked), max(len(scene) - 1, 1).bit_length(), asked)
@@ -221,6 +235,8 @@ class SceneNeeds:
 
     def reason(self, p: Property) -> str:
         """Why a property is not among those present."""
+        if p.of_paths and not self.asked.paths:
+            return "no paths are traced"
         return "no bounces are followed" if p.bouncing and not self.asked.bounces else p.absent
 
     @staticmethod

@@ -22,7 +22,7 @@ from ..surfaces.parametrise import CUTS, remesh
 from ..tracer import AUTO, DEFAULT_METHOD, Tracer
 from . import tuning
 from .frames import IMAGES, add_frames, render_frames
-from .picture import add_picture, explain, picture_options
+from .picture import add_picture, explain, picture_options, progress_shown
 from .shared import (
     add_options, given_options, options_for, print_json, print_table, say, size_word
 )
@@ -101,8 +101,9 @@ def _render(chosen: argparse.Namespace) -> None:
         raise OptionError(f"cannot tell an image format from {chosen.output}; end it in .png")
     with _tracer(chosen) as tracer:
         plan = explain(chosen, tracer)
-        image = tracer.render(size=chosen.size, first_hits=chosen.first_hits,
-                              **picture_options(chosen))
+        with progress_shown(chosen) as progress:
+            image = tracer.render(size=chosen.size, first_hits=chosen.first_hits,
+                                  progress=progress, **picture_options(chosen))
         with replacing(chosen.output) as path:
             image.save(path)
         _report(chosen, tracer, f"wrote {chosen.output}", plan)
@@ -196,6 +197,9 @@ def _report(chosen: argparse.Namespace, tracer: Tracer, line: str,
         print("auto took " + ("the settings that `tune` kept for this scene and renderer"
                               if tracer.settings is not None else
                               "a safe default: `tune` kept no settings that fit"))
+    if statistics.samples:
+        print(f"{statistics.samples:,} samples a pixel" + (
+            f", noise {statistics.noise:.2%} of the luminance" if statistics.noise else ""))
     if statistics.stopped:
         print(f"{statistics.stopped:,} rays were stopped before their end was known, by the step "
               f"cap of {tracer.step_cap:,} or a full stack")

@@ -2,6 +2,8 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from ..errors import OptionError
@@ -9,6 +11,7 @@ from ..integrators import DEFAULT, INTEGRATORS, find_integrator
 from ..integrators.plan import Plan
 from ..options import Option, spell
 from ..tracer import Tracer
+from .shared import say
 
 
 def add_picture(sub: argparse.ArgumentParser) -> None:
@@ -22,7 +25,8 @@ def add_picture(sub: argparse.ArgumentParser) -> None:
         bare = {"nargs": "?", "const": "true"} if option.kind is bool else {}
         group.add_argument("--" + option.name.replace("_", "-"), dest="picture_" + option.name,
                            metavar="true|false" if bare else "VALUE",
-                           help=f"{option.help}; default {spell(option.default)}".lower(), **bare)
+                           help=f"{option.help}; default {spell(option.default).lower()}".replace(
+                               "%", "%%"), **bare)
 
 
 def picture_options(chosen: argparse.Namespace) -> dict[str, Any]:
@@ -49,6 +53,44 @@ def explain(chosen: argparse.Namespace, tracer: Tracer) -> Plan | None:
     if not chosen.json:
         print("\n".join(plan.lines()), flush=True)
     return plan
+
+
+@contextmanager
+def progress_shown(chosen: argparse.Namespace) -> Iterator[Callable[[int, int, float], None]]:
+    """What `Tracer.render` is to tell its progress: a bar where tqdm is installed and someone
+    looks on; else a line for each doubling of the samples."""
+    try:
+        from tqdm import tqdm
+    except ImportError:
+        yield _doublings()
+        return
+    bar = None
+
+    def move(done: int, samples: int, noise: float) -> None:
+        nonlocal bar
+        if bar is None:
+            bar = tqdm(total=samples, unit="sample", dynamic_ncols=True, disable=None)
+        bar.set_postfix_str("" if noise == float("inf") else f"noise {noise:.1%}", refresh=False)
+        bar.update(done - bar.n)
+
+    try:
+        yield move
+    finally:
+        if bar is not None:
+            bar.close()
+
+
+def _doublings() -> Callable[[int, int, float], None]:
+    told = 0
+
+    def tell(done: int, samples: int, noise: float) -> None:
+        nonlocal told
+        if done >= 2 * told or done == samples:
+            told = done
+            say(f"{done:,} of {samples:,} samples a pixel"
+                + ("" if noise == float("inf") else f", noise {noise:.1%}"))
+
+    return tell
 
 
 def _options() -> dict[str, Option]:

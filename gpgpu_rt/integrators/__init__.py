@@ -4,9 +4,10 @@ from __future__ import annotations
 from ..errors import OptionError, nearest_names
 from .direct import Direct
 from .integrator import Integrator
+from .path import Path
 from .whitted import Whitted
 
-INTEGRATORS: dict[str, type[Integrator]] = {kind.name: kind for kind in (Direct, Whitted)}
+INTEGRATORS: dict[str, type[Integrator]] = {kind.name: kind for kind in (Direct, Whitted, Path)}
 DEFAULT = Whitted.name
 
 

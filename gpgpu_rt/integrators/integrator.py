@@ -75,6 +75,7 @@ class Integrator:
     """
 
     name: str
+    centred = True     # its eye rays go through pixel centres: first hits can be rasterised
     passes: tuple[Pass, ...]
     options: tuple[Option, ...] = (ALL_FEATURES, BOUNCES, LIGHT_SAMPLES)
 
@@ -88,6 +89,11 @@ class Integrator:
         self.fetches = 0                        # texels that they read, a pixel
         self.room: Room | None = None
         self.size = (0, 0)
+        self.radiance: np.ndarray | None = None     # linear, of one that finds it
+        self.samples_done = 0                       # of each pixel, by one that takes samples
+        self.noise: float | None = None             # of them, once their spread tells
+        # Told samples done, samples of all, and the noise so far.
+        self.progress: Callable[[int, int, float], None] | None = None
         self.take(scene)
 
     @classmethod
@@ -113,8 +119,11 @@ class Integrator:
         """(height, width, 3) uint8 sRGB, of an image as large as ``rays``."""
         raise NotImplementedError
 
-    def start(self, size: tuple[int, int]) -> None:
-        """Make room for a picture of (width, height) pixels, and forget the last one's counts."""
+    def start(self, size: tuple[int, int], options: Mapping[str, Any] = {}) -> None:
+        """Make room for a picture of (width, height) pixels, and forget the last one's counts.
+
+        ``options`` are those that were asked for; most have become needs by now.
+        """
         self.size = size
         if self.room is None or self.room.size != size:
             self._release_room()

@@ -30,6 +30,7 @@ class Waves:
         """A picture, (height, width, 3) uint8; the statistics say what its passes were."""
         pixels = drawer.draw(self.trace, rays, camera)
         self._statistics.picture_passes = dict(drawer.drawn)
+        self._statistics.samples, self._statistics.noise = drawer.samples_done, drawer.noise
         self._statistics.waves, self._statistics.texel_fetches = self.count, drawer.fetches
         return pixels
 

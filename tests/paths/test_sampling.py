@@ -1,4 +1,4 @@
-"""Sampling and Fresnel's equations: GLSL against float64, and both against what they must add up to."""
+"""Sampling and Fresnel: GLSL against float64, and both against what they must add up to."""
 from __future__ import annotations
 
 import numpy as np
@@ -109,7 +109,7 @@ def test_fresnel() -> None:
                                for a in (-ULP, 0, ULP) for b in (-ULP, 0, ULP)])
     assert (np.abs(found - expected) <= 16 * ULP * expected + 4 * known).all()
     ordinary = known < 1e-4 * expected
-    assert ordinary.mean() > 0.75       # not 1.0003, whose last bits are most of its F
+    assert ordinary.mean() > 0.75           # not 1.0003, whose last bits are most of its F
     assert (np.abs(found - expected)[ordinary] < 1e-4).all()
     # The values of every textbook.
     some = np.float32([[1, 1.5], [1, 1 / 1.5], [0.5, 1 / 1.5], [np.cos(np.arctan(1.5)), 1.5]])
