@@ -1,4 +1,4 @@
-"""First hits from the rasteriser beside traced ones: time in turns, what is in doubt, what is wrong."""
+"""First hits from the rasteriser beside traced ones: time, what is in doubt, what is wrong."""
 from __future__ import annotations
 
 import statistics
@@ -14,8 +14,8 @@ WARM_UPS = 1
 
 def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int,
             runs: int) -> dict[str, dict[str, Any]]:
-    """By where first hits come from: seconds of each run, rays in doubt, and rays whose hit differs
-    from the traced one, as pixels counted row by row."""
+    """By where first hits come from: seconds of each run, taken in turns; rays in doubt; and rays
+    whose hit differs from the traced one, as pixels counted row by row."""
     with rt.Tracer(scene, method, **options) as tracer:
         truth = tracer.eye_hits(size=(size, size))
         found: dict[str, dict[str, Any]] = {kind: {"seconds": []} for kind in FIRST_HITS}
