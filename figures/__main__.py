@@ -41,6 +41,7 @@ FIGURES = {
     "fig25": "Figure 25: the traversal of a ray hierarchy",
     "entry_points": "Entry points and rasterised bounds",
     "ray_sorting": "Ray sorting: its price, what it buys, and how alike rays are",
+    "rasterised": "First hits from the rasteriser: what their proof costs",
     "frames": "Time a frame of moving scenes: refitted, rebuilt, and kd-trees",
     "needs": "What a scene needs: renderers derived from ten scenes, beside one for all",
     "reduction": "Stream reduction by blocks, beside a scan",

@@ -25,7 +25,9 @@ from gpgpu_rt.bench import embree_runner
 from gpgpu_rt.files import replacing
 from gpgpu_rt.gpu import open_gpu
 
-from . import coherence, extreme_runs, frame_times, needs_times, reduction_times, tree_sizes
+from . import (
+    coherence, extreme_runs, first_hit_times, frame_times, needs_times, reduction_times, tree_sizes
+)
 from .workloads import EYE, Workload, load, workload
 
 WARM_UPS = 1
@@ -45,6 +47,7 @@ class Cell:
     #                            what a kd-tree holds; "frames": `runs` frames of a scene that
     #                            moves; "accuracy": size squared rays of each kind
     #                            of `known_rays`, judged;
+    #                            "first hits": eye rays, rasterised and traced;
     #                            "needs": pictures of a step of `growing`;
     #                            "reduction": size squared elements of a stream
     runs: int = 5
@@ -115,6 +118,11 @@ def run(cell: Cell) -> dict[str, Any]:
         return {**_heading(cell, load(cell.scene), open_gpu().info()),
                 "frames": frame_times.measure(cell.scene, cell.method, dict(cell.options),
                                               cell.size, cell.runs)}
+    if cell.work == "first hits":
+        scene = load(cell.scene)
+        return {**_heading(cell, scene, open_gpu().info()),
+                "first_hits": first_hit_times.measure(scene, cell.method, dict(cell.options),
+                                                      cell.size, cell.runs)}
     if cell.method == EMBREE:
         return _run_embree(cell)
     scene = load(cell.scene)

@@ -353,6 +353,9 @@ class Tracer:
         """
         drawer = self._drawer(size, integrator, options)
         drawer.progress = progress
+        if first_hits != "traced" and not drawer.centred:
+            raise OptionError(f"integrator {drawer.name} sends rays through all of a pixel, of "
+                              "which none is rasterised; take first_hits=traced")
         with self.gpu:
             rays, buffers = self._room(drawer.size)
             driver = self._driver(first_hits)

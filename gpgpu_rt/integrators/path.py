@@ -41,6 +41,7 @@ class Path(Integrator):
     """All light there is, as noise that fades with more samples."""
 
     name = "path"
+    centred = False
     _sums: Room | None = None
     _mask: moderngl.Framebuffer | None = None
     options = (
