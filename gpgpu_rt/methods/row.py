@@ -10,6 +10,7 @@ import moderngl
 import numpy as np
 
 from ..column import Column
+from ..errors import OptionError
 from ..gpu import Gpu
 from ..options import Option
 from ..record import PackedRecord, Record
@@ -133,6 +134,18 @@ class Method:
         """GLSL defines that follow from the method and its options."""
         chosen = dict(o.glsl_define(options[o.name]) for o in self.options if o.define)
         return {**self.fixed_defines, **chosen}
+
+    def check_schedule(self, options: dict[str, Any], asked: bool) -> None:
+        """Take its own best schedule where none was asked; refuse one it has not."""
+        if not asked and options["schedule"] not in self.schedules:
+            options["schedule"] = self.schedules[-1]
+        if options["schedule"] not in self.schedules:
+            raise OptionError(f"method {self.name} runs under {', '.join(self.schedules)} only, "
+                              f"not {options['schedule']}")
+        in_atlas = self.stack_entry or (self.single and options["schedule"] == "step")
+        if in_atlas and options["steps_per_pass"] != 1:
+            raise OptionError(f"method {self.name} runs one step a pass, as its stack is drawn "
+                              "between them; leave steps_per_pass at 1")
 
     def to_dict(self) -> dict[str, Any]:
         """The row as plain data, for tables and JSON."""
