@@ -10,6 +10,8 @@ one of two things:
 """
 from __future__ import annotations
 
+from dataclasses import replace
+
 from .record import PackedRecord, Record
 
 # Tables ------------------------------------------------------------------------------------------
@@ -148,6 +150,11 @@ IMAGE = Record("image", "x:int y:int width:int height:int")
 
 RAY_TEXELS = Record("rays", "origin:vec3 t_min | direction:vec3 t_max")
 """A ray as it lies in its two textures."""
+
+RAY_AFTER_HIT = replace(RAY_TEXELS, layout=RAY_TEXELS.layout + " | after:int",
+                        define="AFTER_HIT")
+"""A ray that goes on behind what it hit at t_min: of the triangles at just that t only those above
+``after`` count, which is -1 where nothing was hit yet."""
 
 HIT = Record("hit", "t u v triangle:int")
 """The nearest hit so far; triangle -1 while there is none."""

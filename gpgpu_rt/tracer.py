@@ -14,6 +14,7 @@ from PIL import Image
 from . import settings
 from .accel import sah_cost, uncached
 from .accel.bounds import shrink_flat
+from .all_hits import AllHits, check_exact, collect
 from .appearance.needs import SceneNeeds
 from .camera import Camera, image_size
 from .errors import Error, OptionError
@@ -28,8 +29,7 @@ from .options import TRACER_OPTIONS, resolve_options, spell
 from .passes.driver import Driver, Samplers, Setup, make_driver
 from .passes.eye_rays import EyeRays
 from .passes.packet_room import PacketHits
-from .passes.traverse import OVERFLOWN
-from .passes.traverse import UNFINISHED as OUT_OF_STEPS
+from .passes.traverse import mark_stopped
 from .precision import Precision
 from .rasterised.eye_drivers import EyeDrivers
 from .ray_state import RayBatch, RayTextures, StateBuffer, StateBuffers, hits_of
@@ -57,6 +57,13 @@ class Tracer:
     Raises
     ------
     OptionError, SceneError, ContextError, ShaderError, LimitError
+
+    Notes
+    -----
+    A ``with`` block, or ``release``, frees textures and programs. Threads may share a tracer or
+    have one each: they take turns at the context (``statistics`` is then of whoever came last).
+    Processes have one each, and start by "spawn", for a context does not outlive a fork; a tracer
+    that is pickled is made again there, with the same scene, method and options.
     """
 
     def __init__(self, scene: Scene | trimesh.Trimesh | str | os.PathLike[str],
@@ -71,7 +78,7 @@ class Tracer:
                                        f"method {method}")
         for part in ("storage", "arithmetic"):
             self.options[part] = self.options[part] or self.options["precision"] or "fp32"
-        self._check_schedule("schedule" in options)
+        self.method.check_schedule(self.options, "schedule" in options)
         self.method = self.method.formed(self.options)
         self.precision = Precision.of(self.options)
         self.scene = load_scene(scene)
@@ -115,23 +122,6 @@ class Tracer:
         tracer = cls(scene, found.method, **found.with_options(options, str(path)))
         tracer.settings = found
         return tracer
-
-    def _check_schedule(self, asked: bool) -> None:
-        """Take the method's own best schedule where none was asked; refuse one it has not."""
-        options, row = self.options, self.method
-        schedules = row.schedules_for(options)
-        if not asked and options["schedule"] not in schedules:
-            options["schedule"] = schedules[-1]
-        if options["schedule"] not in schedules:
-            given = "" if schedules == row.schedules else " with " + ", ".join(
-                f"{o.name}={spell(options[o.name])}" for o in row.options
-                if options[o.name] != o.default)
-            raise OptionError(f"method {row.name}{given} runs under {', '.join(schedules)} only, "
-                              f"not {options['schedule']}")
-        in_atlas = row.stack_entry or (row.single and options["schedule"] == "step")
-        if in_atlas and options["steps_per_pass"] != 1:
-            raise OptionError(f"method {row.name} runs one step a pass, as its stack is drawn "
-                              "between them; leave steps_per_pass at 1")
 
     def _stored(self, scene: Scene) -> np.ndarray:
         """Its triangles as textures hold them: boxes then enclose what the kernels will read."""
@@ -270,10 +260,52 @@ class Tracer:
                 raise Error(f"{undecided} rays {advice}")
         return hits.hit
 
+    def trace_all(self, origins: np.ndarray, directions: np.ndarray,
+                  t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf,
+                  shape: tuple[int, int] | None = None, invalid: str = "raise",
+                  max_hits: int | None = None) -> AllHits:
+        """All hits, ray by ray in the order of (t, triangle), coincident ones included.
+
+        A round of passes finds the next hit of every ray that had one; ``statistics`` adds up what
+        they took, but holds no counters.
+
+        Parameters
+        ----------
+        origins, directions, t_min, t_max, shape, invalid : as for ``trace``
+        max_hits : of a ray, the nearest ones; None for all
+
+        Raises
+        ------
+        ValueError
+            for arrays that do not fit, or naming the first invalid ray.
+        OptionError
+            under options that round or lose hits, whose order is then not that of (t, triangle).
+        """
+        check_exact(self.method, self.options)
+        batch = RayBatch(origins, directions, t_min, t_max, shape, invalid, self._bounds)
+        with self.gpu:
+            self.statistics.start_call(batch.count)
+            began = time.perf_counter()
+            hits = collect(batch, self._trace_on, max_hits)
+            self.gpu.check_error(f"tracing all hits of {batch.count} rays")
+            self.statistics.trace_seconds = time.perf_counter() - began
+        return hits
+
+    def _trace_on(self, texels: np.ndarray) -> tuple[dict[str, np.ndarray], np.ndarray]:
+        """The next hits of rays, (height, width, 3, 4) of RAY_AFTER_HIT: HIT, and their status."""
+        rays, buffers = self._room(texels.shape[1::-1], after_hit=True)
+        rays.write(texels)
+        side, stopped = self._traversal.run(rays, buffers, self.statistics)
+        self.statistics.stopped += stopped
+        fields, status = side.fields(HIT.name), np.zeros(texels[..., 0, 0].size, np.uint8)
+        if stopped:
+            mark_stopped(status, side.fields(self.method.state.name)["phase"])
+        return fields, status
+
     def _trace(self, batch: RayBatch, any_hit: bool) -> Hits:
         statistics = self.statistics
-        statistics.start_call(batch.count)
         with self.gpu:
+            statistics.start_call(batch.count)
             rays, buffers = self._room(batch.size)
             began = time.perf_counter()
             rays.upload(batch)
@@ -290,11 +322,12 @@ class Tracer:
         statistics.readback_seconds = time.perf_counter() - traced
         return hits
 
-    def _room(self, size: tuple[int, int]) -> tuple[RayTextures, StateBuffers]:
+    def _room(self, size: tuple[int, int],
+              after_hit: bool = False) -> tuple[RayTextures, StateBuffers]:
         """Ray textures and state buffers of ``size``; those of the last call if they fit."""
-        if self._rays is None or self._rays.size != size:
+        if self._rays is None or (self._rays.size, self._rays.after_hit) != (size, after_hit):
             self._release_room()
-            self._rays = RayTextures(self.gpu, size, self.precision)
+            self._rays = RayTextures(self.gpu, size, self.precision, after_hit)
         if self._buffers is None:
             self._buffers = StateBuffers(self.gpu, self.method.state, size,
                                          self.options["statistics"], self.precision)
@@ -304,8 +337,7 @@ class Tracer:
         """The hits with what became of their rays."""
         if stopped:
             phases = side.fields(self.method.state.name)["phase"][:len(hits)]
-            hits.status[phases == OUT_OF_STEPS] = UNFINISHED
-            hits.status[phases == OVERFLOWN] = STACK_OVERFLOW
+            mark_stopped(hits.status, phases)
         if self.options["statistics"]:
             for name, values in self._count(side, len(hits)).items():
                 setattr(hits, name, values)
@@ -460,5 +492,14 @@ class Tracer:
     def __enter__(self) -> Tracer:
         return self
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        context = self.options["context"]
+        options = {**self.options, "context": context if isinstance(context, str) else None}
+        return _made_again, (self.scene, self.method.name, options)
+
     def __exit__(self, *exception: object) -> None:
         self.release()
+
+
+def _made_again(scene: Scene, method: str, options: dict[str, Any]) -> Tracer:
+    return Tracer(scene, method, **options)

@@ -12,7 +12,7 @@ import numpy as np
 from ..column import Column
 from ..errors import OptionError
 from ..gpu import Gpu
-from ..options import Option
+from ..options import Option, spell
 from ..record import PackedRecord, Record
 
 Tables = tuple[Record | PackedRecord, ...]
@@ -159,6 +159,22 @@ class Method:
         """GLSL defines that follow from the method and its options."""
         chosen = dict(o.glsl_define(options[o.name]) for o in self.options if o.define)
         return {**self.fixed_defines, **chosen}
+
+    def check_schedule(self, options: dict[str, Any], asked: bool) -> None:
+        """Take its own best schedule where none was asked; refuse one it has not."""
+        left = self.schedules_for(options)
+        if not asked and options["schedule"] not in left:
+            options["schedule"] = left[-1]
+        if options["schedule"] not in left:
+            given = "" if left == self.schedules else " with " + ", ".join(
+                f"{o.name}={spell(options[o.name])}" for o in self.options
+                if options[o.name] != o.default)
+            raise OptionError(f"method {self.name}{given} runs under {', '.join(left)} only, not "
+                              f"{options['schedule']}")
+        in_atlas = self.stack_entry or (self.single and options["schedule"] == "step")
+        if in_atlas and options["steps_per_pass"] != 1:
+            raise OptionError(f"method {self.name} runs one step a pass, as its stack is drawn "
+                              "between them; leave steps_per_pass at 1")
 
     def to_dict(self) -> dict[str, Any]:
         """The row as plain data, for tables and JSON."""

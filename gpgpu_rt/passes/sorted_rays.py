@@ -153,9 +153,9 @@ class SortedRays:
     def _room_for(self, rays: RayTextures) -> tuple[RayTextures, StateBuffers]:
         across, down = self._blocks(rays.size)
         size = (BLOCK * across, BLOCK * down)
-        if self._rays is None or self._buffers is None or self._rays.size != size:
+        if self._rays is None or self._buffers is None or not self._rays.fits(rays, size):
             self._release_room()
-            self._rays = RayTextures(self.gpu, size, self.precision)
+            self._rays = rays.like(size)
             self._buffers = StateBuffers(self.gpu, self.method.state, size, self.statistics_on,
                                          self.precision)
         self._rays.share_with(rays)

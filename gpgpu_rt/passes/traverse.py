@@ -14,7 +14,9 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import moderngl
+import numpy as np
 
+from .. import hits
 from ..methods.row import Accelerator, Method
 from ..options import word_define
 from ..precision import Precision
@@ -39,6 +41,12 @@ MASKED, DRAWN = 0.0, 0.5   # depths of a masked ray and of the passes it is mask
 def kernel_depth(kernel: int) -> float:
     """The depth that marks rays waiting for a kernel (0: those that are over)."""
     return (1 + kernel) / 16
+
+
+def mark_stopped(status: np.ndarray, phases: np.ndarray) -> None:
+    """Write into (n,) status, as of ``Hits``, which rays' phases say that they were stopped."""
+    status[phases == UNFINISHED] = hits.UNFINISHED
+    status[phases == OVERFLOWN] = hits.STACK_OVERFLOW
 
 
 class ProgramKey(NamedTuple):
