@@ -10,8 +10,8 @@ from gpgpu_rt.files import check_writable
 
 from . import (
     extremes, fig03, fig04, fig05, fig06, fig08, fig09, fig10, fig11, fig12, fig13, fig14, fig15,
-    fig16, fig17, fig18, fig19, fig20, fig21, fig22, fig23, fig24, fig25, frames, ray_sorting,
-    ray_space, reduction, schedules, tradeoff
+    fig16, fig17, fig18, fig19, fig20, fig21, fig22, fig23, fig24, fig25, frames, period,
+    ray_sorting, ray_space, reduction, schedules, tradeoff
 )
 from .measure import measure
 from .output import write_text
@@ -39,6 +39,7 @@ FIGURES = {
     "fig23": (fig23, "Figure 23: the hierarchical ray engine, tiles of rays against triangles"),
     "fig24": (fig24, "Figure 24: the hierarchy of cones over rays"),
     "fig25": (fig25, "Figure 25: the traversal of a ray hierarchy"),
+    "period": (period, "Period hardware: predicted against published"),
     "ray_sorting": (ray_sorting, "Ray sorting: its price, what it buys, and how alike rays are"),
     "frames": (frames, "Time a frame of moving scenes: refitted, rebuilt, and kd-trees"),
     "reduction": (reduction, "Stream reduction by blocks, beside a scan"),

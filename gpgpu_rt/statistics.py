@@ -29,6 +29,9 @@ class Statistics:
     upload_seconds, readback_seconds : arrays to textures, and back
     driver : what the method's own driver counts, by name
     counters : means a ray of the counters, with statistics=True
+    pass_log : with statistics=True, each program drawn: name, draws, fragments, bytes of streams
+        read, tables sampled, bytes written; see ``passes/pass_log.py``
+    uploaded_bytes, read_back_bytes : over the bus during the call, with statistics=True
     split : of a method that shares its work with the host, seconds and bytes by what they went to
     """
 
@@ -49,6 +52,9 @@ class Statistics:
     readback_seconds: float = 0.0
     driver: dict[str, float] = field(default_factory=dict)
     counters: dict[str, float] = field(default_factory=dict)
+    pass_log: list[dict[str, Any]] = field(default_factory=list)
+    uploaded_bytes: int = 0
+    read_back_bytes: int = 0
     split: dict[str, float] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:

@@ -3,7 +3,8 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -23,6 +24,7 @@ from .methods.row import Tables
 from .options import TRACER_OPTIONS, resolve_options
 from .passes.driver import Driver, Samplers, Setup, make_driver
 from .passes.packet_room import PacketHits
+from .passes.pass_log import PassLog
 from .passes.shade import Shading
 from .passes.traverse import OVERFLOWN
 from .passes.traverse import UNFINISHED as OUT_OF_STEPS
@@ -84,6 +86,7 @@ class Tracer:
         self._rays: RayTextures | None = None
         self._buffers: StateBuffers | None = None
         self._shading: Shading | None = None
+        self.pass_log: PassLog | None = None    # of the last call, with statistics=True
 
     @classmethod
     def from_settings(cls, scene: Scene | trimesh.Trimesh | str | os.PathLike[str],
@@ -261,7 +264,7 @@ class Tracer:
     def _trace(self, batch: RayBatch, any_hit: bool) -> Hits:
         statistics = self.statistics
         statistics.start_call(batch.count)
-        with self.gpu:
+        with self.gpu, self._logged():
             rays, buffers = self._room(batch.size)
             began = time.perf_counter()
             rays.upload(batch)
@@ -277,6 +280,21 @@ class Tracer:
         statistics.trace_seconds = traced - uploaded
         statistics.readback_seconds = time.perf_counter() - traced
         return hits
+
+    @contextmanager
+    def _logged(self) -> Iterator[None]:
+        """Within, passes are logged where statistics are asked for."""
+        if not self.options["statistics"]:
+            yield
+            return
+        self.gpu.log = log = PassLog()
+        try:
+            yield
+        finally:
+            self.gpu.log = None
+        statistics, self.pass_log = self.statistics, log
+        statistics.pass_log = log.to_list()
+        statistics.uploaded_bytes, statistics.read_back_bytes = log.uploaded, log.read_back
 
     def _room(self, size: tuple[int, int]) -> tuple[RayTextures, StateBuffers]:
         """Ray textures and state buffers of ``size``; those of the last call if they fit."""
@@ -334,7 +352,7 @@ class Tracer:
         if width < 1 or height < 1:
             raise OptionError(f"size {tuple(size)} must be at least 1 x 1 pixels")
         self.statistics.start_call(width * height)
-        with self.gpu:
+        with self.gpu, self._logged():
             rays, buffers = self._room((width, height))
             if self._shading is None:
                 self._shading = Shading(self.gpu, self._shown(), self.precision,
