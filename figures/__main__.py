@@ -40,6 +40,7 @@ FIGURES = {
     "fig24": "Figure 24: the hierarchy of cones over rays",
     "fig25": "Figure 25: the traversal of a ray hierarchy",
     "entry_points": "Entry points and rasterised bounds",
+    "period": "Period hardware: predicted against published",
     "ray_sorting": "Ray sorting: its price, what it buys, and how alike rays are",
     "rasterised": "First hits from the rasteriser: what their proof costs",
     "frames": "Time a frame of moving scenes: refitted, rebuilt, and kd-trees",

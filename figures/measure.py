@@ -26,7 +26,8 @@ from gpgpu_rt.files import replacing
 from gpgpu_rt.gpu import open_gpu
 
 from . import (
-    coherence, extreme_runs, first_hit_times, frame_times, needs_times, reduction_times, tree_sizes
+    coherence, extreme_runs, first_hit_times, frame_times, needs_times, period_work,
+    reduction_times, tree_sizes
 )
 from .workloads import EYE, Workload, load, workload
 
@@ -49,6 +50,7 @@ class Cell:
     #                            of `known_rays`, judged;
     #                            "first hits": eye rays, rasterised and traced;
     #                            "needs": pictures of a step of `growing`;
+    #                            "work of" a workload: what period hardware would do;
     #                            "reduction": size squared elements of a stream
     runs: int = 5
 
@@ -114,6 +116,8 @@ def run(cell: Cell) -> dict[str, Any]:
         rays = workload(cell.scene, cell.work.removeprefix(COHERENCE), cell.size)
         return {**_heading(cell, load(cell.scene), open_gpu().info()),
                 "coherence": coherence.measure(load(cell.scene), rays)}
+    if cell.work.startswith(period_work.WORK):
+        return _run_work(cell)
     if cell.work == "frames":
         return {**_heading(cell, load(cell.scene), open_gpu().info()),
                 "frames": frame_times.measure(cell.scene, cell.method, dict(cell.options),
@@ -186,6 +190,16 @@ def _heading(cell: Cell, scene: rt.Scene, gpu: dict[str, Any]) -> dict[str, Any]
             "date": datetime.date.today().isoformat(),
             "scene": {"name": scene.name, "triangles": len(scene), "stand_in": scene.stand_in,
                       "file": Path(scene.source).name, "camera": scene.camera.to_dict()}}
+
+
+def _run_work(cell: Cell) -> dict[str, Any]:
+    """Count what period hardware would have to do for the rays of a cell."""
+    name = cell.work.removeprefix(period_work.WORK)
+    manner = next((m for m in (period_work.SQUARES, period_work.KERNELS) if name.endswith(m)), "")
+    rays = workload(cell.scene, name.removesuffix(manner), cell.size)
+    return {**_heading(cell, load(cell.scene), open_gpu().info()),
+            "work": period_work.measure(load(cell.scene), rays, cell.method, dict(cell.options),
+                                        manner)}
 
 
 def _run_accuracy(cell: Cell) -> dict[str, Any]:

@@ -6,11 +6,16 @@ import ctypes.util
 import functools
 import os
 import threading
-from typing import Any, Iterator
+from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager, nullcontext
+from typing import TYPE_CHECKING, Any
 
 import moderngl
 
 from .errors import ContextError, LimitError, OptionError, nearest_names
+
+if TYPE_CHECKING:
+    from .passes.pass_log import PassLog
 
 BACKENDS = ("egl", "osmesa")
 GL_VERSION = 330
@@ -100,6 +105,7 @@ class Gpu:
         self.max_texture_size: int = context.info["GL_MAX_TEXTURE_SIZE"]
         self.max_draw_buffers: int = context.info["GL_MAX_DRAW_BUFFERS"]
         self.programs: dict[Any, moderngl.Program] = {}   # filled by shader.py
+        self.watch: Any = None    # is told of every full-screen pass, where one is asked for
         self._rest: moderngl.Framebuffer | None = None
         self._entered = 0
         self._turn = threading.RLock()
@@ -120,6 +126,28 @@ class Gpu:
         if not self._entered:
             self.context.__exit__(*exception)
         self._turn.release()
+
+    @property
+    def log(self) -> PassLog | None:
+        """The log that a call's passes are written to, or None."""
+        return self.context.extra    # there, so that who has a texture alone finds it
+
+    @log.setter
+    def log(self, log: PassLog | None) -> None:
+        self.context.extra = log
+
+    def drawing(self, name: str, program: moderngl.Program, target: moderngl.Framebuffer,
+                textures: Mapping[str, moderngl.Texture]) -> AbstractContextManager[None]:
+        """Around every draw: where there is a log, it is written there."""
+        if self.log is None:
+            return nullcontext()
+        texts = next(texts for texts, one in self.programs.items() if one is program)
+        return self.log.drawing(name, program, texts, target, textures)
+
+    def query(self) -> Any:
+        """An occlusion query of the host's: ``with`` it, then ``samples``."""
+        query = self.context.query(samples=True)
+        return query if self.log is None else self.log.hosts(query)
 
     def check_size(self, width: int, height: int, what: str) -> None:
         """Raise LimitError before GL is asked for a texture it cannot hold (it fails silently)."""

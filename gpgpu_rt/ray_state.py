@@ -14,7 +14,7 @@ from .hits import INVALID, Hits
 from .precision import Precision
 from .record import EXACT_INTEGER, Record
 from .texel_layout import COUNTERS, HIT, RAY_AFTER_HIT, RAY_TEXELS
-from .textures import read_texture, stream_textures, texture_bytes
+from .textures import read_texture, stream_textures, texture_bytes, write_texture
 
 ROW = 1024   # rays in a row of the texture where the caller gave no shape
 
@@ -207,7 +207,7 @@ class RayTextures:
         """Take (height, width, textures, 4) float32 texels."""
         for k, texture in enumerate(self.textures):
             stored = self.precision.stored(texels[:, :, k])
-            texture.write(np.ascontiguousarray(stored, "<" + texture.dtype))
+            write_texture(texture, np.ascontiguousarray(stored, "<" + texture.dtype))
 
     def samplers(self) -> dict[str, moderngl.Texture]:
         return stream_samplers(RAY_TEXELS.name, self.textures)
@@ -249,7 +249,8 @@ class StateBuffer:
         """The inverse of ``fields``: what the host knows of every ray, one entry a texel."""
         packed = self.records[name].pack(**fields)
         for texel, texture in enumerate(self.streams[name]):
-            texture.write(np.ascontiguousarray(packed[:, texel], "<" + texture.dtype))
+            write_texture(texture,
+                          np.ascontiguousarray(packed[:, texel], "<" + texture.dtype))
 
     def release(self) -> None:
         self.gpu.release(self.target)

@@ -3,7 +3,8 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -25,10 +26,11 @@ from .integrators.plan import Plan
 from .integrators.waves import Waves
 from .methods import Accelerator, Method, find_method
 from .methods.row import Tables
-from .options import TRACER_OPTIONS, resolve_options, spell
+from .options import TRACER_OPTIONS, resolve_options
 from .passes.driver import Driver, Samplers, Setup, make_driver
 from .passes.eye_rays import EyeRays
 from .passes.packet_room import PacketHits
+from .passes.pass_log import PassLog
 from .passes.traverse import mark_stopped
 from .precision import Precision
 from .rasterised.eye_drivers import EyeDrivers
@@ -98,6 +100,7 @@ class Tracer:
         self._buffers: StateBuffers | None = None
         self._integrator: Integrator | None = None
         self._eye_drivers = EyeDrivers(self.gpu, self.method, self.options)
+        self.pass_log: PassLog | None = None    # of the last call, with statistics=True
 
     @classmethod
     def from_settings(cls, scene: Scene | trimesh.Trimesh | str | os.PathLike[str],
@@ -304,7 +307,7 @@ class Tracer:
 
     def _trace(self, batch: RayBatch, any_hit: bool) -> Hits:
         statistics = self.statistics
-        with self.gpu:
+        with self.gpu, self._logged():
             statistics.start_call(batch.count)
             rays, buffers = self._room(batch.size)
             began = time.perf_counter()
@@ -321,6 +324,21 @@ class Tracer:
         statistics.trace_seconds = traced - uploaded
         statistics.readback_seconds = time.perf_counter() - traced
         return hits
+
+    @contextmanager
+    def _logged(self) -> Iterator[None]:
+        """Within, passes are logged where statistics are asked for."""
+        if not self.options["statistics"]:
+            yield
+            return
+        self.gpu.log = log = PassLog()
+        try:
+            yield
+        finally:
+            self.gpu.log = None
+        statistics, self.pass_log = self.statistics, log
+        statistics.pass_log = log.to_list()
+        statistics.uploaded_bytes, statistics.read_back_bytes = log.uploaded, log.read_back
 
     def _room(self, size: tuple[int, int],
               after_hit: bool = False) -> tuple[RayTextures, StateBuffers]:
@@ -388,7 +406,7 @@ class Tracer:
         if first_hits != "traced" and not drawer.centred:
             raise OptionError(f"integrator {drawer.name} sends rays through all of a pixel, of "
                               "which none is rasterised; take first_hits=traced")
-        with self.gpu:
+        with self.gpu, self._logged():
             rays, buffers = self._room(drawer.size)
             driver = self._driver(first_hits)
             began = time.perf_counter()

@@ -161,7 +161,7 @@ class Path(Integrator):
         with self._target([], "radiance") as target:
             context.enable_only(moderngl.BLEND | moderngl.DEPTH_TEST)
             context.blend_func = moderngl.ONE, moderngl.ONE
-            query = context.query(samples=True)
+            query = self.gpu.query()
             with query:
                 self.run("path gather", target, found)
             context.enable_only(moderngl.NOTHING)

@@ -89,7 +89,7 @@ class PacketTraversal:
         """Packets that left rays behind: their depth is 1, that of others 0."""
         self.gpu.context.depth_func = "<"
         program = self._program("everywhere", False)
-        query = self.gpu.context.query(samples=True)
+        query = self.gpu.query()
         with query:
             program.draw(room.mask, {}, depth=0.5)
         statistics.draw_calls += 1
@@ -147,7 +147,7 @@ class PacketTraversal:
                statistics: Statistics) -> int:
         program = self._program("classify", False)
         program.set(phase=phase)
-        query = self.gpu.context.query(samples=True)
+        query = self.gpu.query()
         with query:
             program.draw(buffers.mask, now.samplers())
         statistics.draw_calls += 1

@@ -13,7 +13,7 @@ from ..ray_state import StateBuffer, stream_samplers
 from ..record import EXACT_INTEGER, TABLE_WIDTH_LOG2, Record
 from ..shader import compile_program
 from ..texel_layout import FOUND, HIT, NEAREST, TRIANGLE
-from ..textures import stream_textures, texture_bytes
+from ..textures import note_moved, stream_textures, texture_bytes, write_texture
 from .driver import Samplers, Setup
 from .full_screen import GL_SAMPLERS, FullScreenPass, Rectangles
 from .traverse import method_defines, method_texts
@@ -102,7 +102,7 @@ class BatchRoom:
         texels[0, :, 3], texels[1, :, 2], texels[1, :, 3] = 1, 1, -1
         texels[:, :len(packed)] = packed.transpose(1, 0, 2)
         for texture, values in zip(self.rays, texels):
-            texture.write(values, (0, 0, WIDTH, rows))
+            write_texture(texture, values, (0, 0, WIDTH, rows))
         self._rows.write(np.array([[0, 0, WIDTH, rows]]))
         self.rows = rows
         return int(texels.nbytes)
@@ -157,6 +157,7 @@ class BatchRoom:
     def read(self, count: int) -> tuple[dict[str, np.ndarray], int]:
         """The hits of the batch's rays by field, and the bytes that came down."""
         data = self.hits.target.read((0, 0, WIDTH, self.rows), 4, dtype="f4")
+        note_moved(self.hits.textures[0], down=len(data))
         texels = np.frombuffer(data, np.float32).reshape(-1, 1, 4)
         return self.hit_record.unpack(texels[:count]), len(data)
 
@@ -217,7 +218,9 @@ class _Quads:
                 self.program[name].value = value
         target.use()
         assert self._geometry is not None
-        self._geometry.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=count)
+        used = {name: textures[name] for name in self.samplers}
+        with self.gpu.drawing("passes/quads.frag", self.program, target, used):
+            self._geometry.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=count)
 
     def release(self) -> None:
         if self._geometry is not None:

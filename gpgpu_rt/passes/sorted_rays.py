@@ -129,7 +129,9 @@ class SortedRays:
         program["blocks_a_row"].value = self._blocks(rays.size)[0]
         self.gpu.context.enable_only(moderngl.NOTHING)
         final.target.use()
-        geometry.render(moderngl.POINTS, vertices=keys.length)
+        used = {name: textures[name] for name in program if name in textures}
+        with self.gpu.drawing("passes/sort_scatter.frag", program, final.target, used):
+            geometry.render(moderngl.POINTS, vertices=keys.length)
 
     # Programs and textures ------------------------------------------------------------------
 

@@ -197,7 +197,7 @@ class Traversal:
         for kernel in range(1, len(self.method.kernels) + 1):
             tiles.choose(kernel)
             program.set(phase=kernel)
-            queries[kernel] = self.gpu.context.query(samples=True)
+            queries[kernel] = self.gpu.query()
             with queries[kernel]:
                 program.draw(buffers.mask, now.samplers(), kernel_depth(kernel), tiles.rectangles)
         statistics.draw_calls += 1 + len(queries)
@@ -223,7 +223,7 @@ class Traversal:
 
     def _count(self, program: FullScreenPass, source: StateBuffer, buffers: StateBuffers,
                depth: float, statistics: Statistics, tiles: Tiles | None = None) -> int:
-        query = self.gpu.context.query(samples=True)
+        query = self.gpu.query()
         with query:
             program.draw(buffers.mask, source.samplers(), depth, tiles and tiles.rectangles)
         statistics.draw_calls += 1
@@ -274,6 +274,8 @@ class Traversal:
                 self.gpu, "passes/traverse.frag", defines, virtual)
             self._programs[key].set(**self.accelerator.uniforms, step_cap=self.step_cap,
                                     steps_per_pass=steps)
+            if kernel:
+                self._programs[key].label = self.method.kernels[kernel - 1]
         return self._programs[key]
 
     def _streams_glsl(self, rays: Record) -> str:
