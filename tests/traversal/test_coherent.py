@@ -11,21 +11,23 @@ import gpgpu_rt as rt
 PACKET = (4, 2)
 
 
-def bundles(count: int, seed: int, aim: np.ndarray, spread: float) -> tuple[np.ndarray, ...]:
-    """Bundles of 8 rays, (count, 3) each: from one point or from points ``spread`` apart, towards
-    points as far apart around some of ``aim``; every fifth bundle between two dominant axes."""
-    rng = np.random.default_rng(seed)
-    bundle = np.arange(count) // 8
-    some = rng.integers(0, len(aim), count // 8 + 1)[bundle]
+def bundles(side: int, seed: int, aim: np.ndarray, spread: float) -> tuple[np.ndarray, ...]:
+    """An image of bundles, a packet each, (side, side, 3) rays: from one point or from points
+    ``spread`` apart, towards points as far apart around some of ``aim``; every fifth bundle
+    between two dominant axes."""
+    rng, count = np.random.default_rng(seed), side * side
+    y, x = np.divmod(np.arange(count), side)
+    bundle = y // PACKET[1] * (side // PACKET[0]) + x // PACKET[0]
+    some = rng.integers(0, len(aim), count)[bundle]
     towards = aim[some] + spread * rng.normal(size=(count, 3))
     towards[::8] = aim[some[::8]]
-    origins = (3 * rng.normal(size=(count // 8 + 1, 3)))[bundle] + 0.5
+    origins = (3 * rng.normal(size=(count, 3)))[bundle] + 0.5
     origins += (spread * (bundle % 2))[:, None] * rng.normal(size=(count, 3))
     directions = towards - origins
     between = bundle % 5 == 0
     origins[between] = aim[some[between]] - np.float32([2, 2, 0.1])
     directions[between] = np.float32([1, 1, 0.05]) + spread * rng.normal(size=(between.sum(), 3))
-    return origins.astype(np.float32), directions.astype(np.float32)
+    return tuple(a.astype(np.float32).reshape(side, side, 3) for a in (origins, directions))
 
 
 def scene_and_aim(seed: int, count: int) -> tuple[rt.Scene, np.ndarray]:
@@ -42,15 +44,15 @@ def scene_and_aim(seed: int, count: int) -> tuple[rt.Scene, np.ndarray]:
 def test_no_hit_is_lost(exact_renderer, method: str, option: str | None, spread: float,
                         seed: int) -> None:
     scene, aim = scene_and_aim(seed, 200)
-    rays = bundles(4096, seed, aim, spread)
+    rays = bundles(64, seed, aim, spread)
     with rt.Tracer(scene, "brute-force") as tracer:
         expected = tracer.trace(*rays)
     options = {option: True} if option else {}
     with rt.Tracer(scene, method, packet=PACKET, **options) as tracer:
-        hits = tracer.trace(*rays, shape=(2, 2048))
+        hits = tracer.trace(*rays)
         assert not hits.status.any()
         assert_same_bits(hits, expected)
-        assert (tracer.occluded(*rays, shape=(2, 2048)) == expected.hit).all()
+        assert (tracer.occluded(*rays) == expected.hit).all()
 
 
 @pytest.mark.full
@@ -60,14 +62,14 @@ def test_no_hit_is_lost(exact_renderer, method: str, option: str | None, spread:
 def test_no_ray_of_a_million_is_lost(exact_renderer, method: str, option: str | None,
                                      seed: int) -> None:
     scene, aim = scene_and_aim(seed, 2000)
-    parts = [bundles(1 << 18, seed + k, aim, spread)
+    parts = [bundles(512, seed + k, aim, spread)
              for k, spread in enumerate((0.0, 1e-5, 1e-3, 0.03))]
     rays = [np.concatenate(part) for part in zip(*parts)]
     with rt.Tracer(scene, "bvh-threaded") as tracer:
         expected = tracer.trace(*rays)
     options = {option: True} if option else {}
     with rt.Tracer(scene, method, packet=PACKET, **options) as tracer:
-        assert_same_bits(tracer.trace(*rays, shape=(2, 1 << 19)), expected)
+        assert_same_bits(tracer.trace(*rays), expected)
 
 
 @pytest.mark.parametrize("octants", [False, True])
@@ -108,6 +110,39 @@ def test_any_resolution(exact_renderer, resolution: object, seed: int) -> None:
             expected = tracer.trace(*rays)
         with rt.Tracer(scene, "grid", packet=(2, 2), resolution=resolution) as tracer:
             assert_same_bits(tracer.trace(*rays), expected)
+
+
+@pytest.mark.parametrize("seed", [7], ids="seed{}".format)
+@pytest.mark.parametrize("statistics", [False, True])
+def test_rays_that_a_packet_leaves_behind_go_alone(exact_renderer, monkeypatch, statistics: bool,
+                                                   seed: int) -> None:
+    scene = soup_scene(200, seed)
+    rays = RAY_SETS["random"](scene, 1024, seed)
+    with rt.Tracer(scene, "brute-force") as tracer:
+        expected = tracer.trace(*rays)
+    with rt.Tracer(scene, "grid", packet=PACKET, step_cap=20) as tracer:
+        assert (tracer.trace(*rays).status == 2).any()
+    monkeypatch.setattr("gpgpu_rt.passes.packets.PACKET_STEPS", 20)
+    with rt.Tracer(scene, "grid", packet=PACKET, statistics=statistics) as tracer:
+        hits = tracer.trace(*rays)
+        assert not hits.status.any()
+        assert_same_bits(hits, expected)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("seed", [8], ids="seed{}".format)
+@pytest.mark.parametrize("precision", ["fp24", "fp16"])
+@pytest.mark.parametrize("method", ["bvh-packet", "kd-packet"])
+def test_culling_loses_nothing_in_lower_precision(exact_renderer, method: str, precision: str,
+                                                  seed: int) -> None:
+    scene, aim = scene_and_aim(seed, 100)
+    rays, answers = bundles(32, seed, aim, 1e-2), []
+    for on in (False, True):
+        with rt.Tracer(scene, method, precision=precision, packet=PACKET,
+                       vertex_culling=on) as tracer:
+            answers.append(tracer.trace(*rays))
+    assert answers[0].hit.any()
+    assert_same_bits(*answers)
 
 
 @pytest.mark.parametrize("method, options, word", [
