@@ -26,8 +26,8 @@ def scenes(name: str = "bunny") -> tuple[rt.Scene, ...]:
     parts = [base.triangles.astype(np.float64), *(middle + size * part for part in (
         quad((-2, 0, 2), (2, 0, 2), (2, 0, -2), (-2, 0, -2)) + (0, (lo - middle)[1] / size, 0),
         quad((-0.5, 2, -0.5), (0.5, 2, -0.5), (0.5, 2, 0.5), (-0.5, 2, 0.5)),
-        ball(320, (0.45, -0.24, 0.75), (0.22,) * 3),
-        ball(320, (-0.25, -0.26, 0.95), (0.2,) * 3)[:, ::-1]))]
+        ball(320, (0.68, -0.25, 0.1), (0.25,) * 3),
+        ball(320, (-0.5, -0.28, 0.55), (0.22,) * 3)[:, ::-1]))]
     triangles = np.concatenate(parts).astype(np.float32)
     part_of = np.repeat(np.arange(5), [len(part) for part in parts])
     normals = smooth_normals(triangles)
@@ -38,7 +38,8 @@ def scenes(name: str = "bunny") -> tuple[rt.Scene, ...]:
                         * np.ones(3))
     rows = np.linspace(1, 0.15, 32)[:, None, None] * np.array((0.55, 0.75, 1.0))
     around = rt.Texture("around", np.broadcast_to(rows, (32, 64, 3)))
-    camera = rt.Camera.looking_at((lo, hi), fov=52, along=(-0.4, -0.35, -1.0))
+    camera = rt.Camera.looking_at((lo - 0.1 * size, hi + 0.1 * size), fov=44,
+                                  along=(-0.4, -0.35, -1.0))
     light = rt.PointLight(tuple(middle + size * np.array((2, 3, 2))), (0.8, 0.76, 0.7))
     fill = rt.PointLight(tuple(middle + size * np.array((-3, 2, 1))), (0.25, 0.27, 0.3))
 

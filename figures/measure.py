@@ -60,7 +60,8 @@ class Cell:
 def settings(cell: Cell) -> dict[str, Any]:
     """What must be equal for a finished cell to count."""
     return {**asdict(cell), "options": dict(cell.options), "renderer": open_gpu().renderer,
-            "scene_sha256": _scene_digest(cell.scene),
+            "scene_sha256": (needs_times.digest(cell.scene, dict(cell.options)["step"])
+                             if cell.work == "needs" else _scene_digest(cell.scene)),
             "version": importlib.metadata.version("gpgpu_rt")}
 
 

@@ -1,6 +1,7 @@
 """Renderers derived from ten scenes that need more and more, beside one that is ready for all."""
 from __future__ import annotations
 
+import textwrap
 from pathlib import Path
 from typing import Any
 
@@ -52,8 +53,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
                "pairs'. Passes are those besides traversal; waves are sets of rays traced. The "
                "pictures are the same to the bit.\n\n" + markdown_table(HEADS, [
                    [number(v) if isinstance(v, float) else v for v in row] for row in rows]))
-    figure = plt.figure(figsize=(11, 6.6))
-    grid = figure.add_gridspec(3, len(STEPS), height_ratios=(2.4, 0.1, 1))
+    figure = plt.figure(figsize=(11, 5.6))
+    grid = figure.add_gridspec(2, len(STEPS), height_ratios=(3, 1), hspace=0.35)
     axis = figure.add_subplot(grid[0, :])
     places = range(len(rows))
     axis.bar([p - 0.2 for p in places], [row[3] for row in rows], 0.36, color="#3d8b57",
@@ -66,17 +67,16 @@ def draw(data: Path, out: Path, full: bool) -> None:
         axis.annotate(f"{row[4]:.0f} MiB", (place + 0.2, row[4] / row[5]), ha="center",
                       va="bottom", fontsize=7)
     axis.axhline(1, color="#8c8c8c", linewidth=0.8)
-    axis.set(ylabel="derived, over all features on", ylim=(0, 1.15), xlim=(-0.6, len(STEPS) - 0.4))
-    axis.set_xticks(list(places), [row[0].replace(", ", ",\n").replace(" on ", "\non ")
-                                   for row in rows], fontsize=7)
-    axis.legend(frameon=False, loc="lower right")
+    axis.set(ylabel="derived, over all features on", ylim=(0, 1.3), xlim=(-0.6, len(STEPS) - 0.4))
+    axis.set_xticks(list(places), [textwrap.fill(row[0], 13) for row in rows], fontsize=7)
+    axis.legend(frameon=False, loc="upper left", ncols=2)
     axis.spines[["top", "right"]].set_visible(False)
     for step, scene in enumerate(scenes(SCENE)):
         with rt.Tracer(scene, METHOD) as tracer:
             image = tracer.render(size=(112, 112), bounces=BOUNCES, light_samples=LIGHT_SAMPLES)
-        picture = figure.add_subplot(grid[2, step])
+        picture = figure.add_subplot(grid[1, step])
         picture.imshow(image)
         picture.axis("off")
     figure.suptitle(f"What a scene needs: {known['scene']['name']}, {size}x{size}", fontsize=11)
-    figure.tight_layout(rect=(0, 0.03, 1, 1))
+    figure.subplots_adjust(left=0.06, right=0.99, top=0.93, bottom=0.05)
     save_chart(figure, out / "needs.png", f"Renderer: {known['gpu']['renderer']}")

@@ -1,6 +1,7 @@
 """What deriving a renderer from its scene saves, beside one with everything forced on."""
 from __future__ import annotations
 
+import hashlib
 import statistics
 import time
 from typing import Any
@@ -13,6 +14,13 @@ from .growing import scenes
 
 COUNTS = ("texture_bytes", "texel_fetches", "waves", "passes")
 LIGHT_SAMPLES, BOUNCES = 4, 4
+
+
+def digest(name: str, step: int) -> str:
+    """Tells a step's scene from what it was in another version."""
+    scene = scenes(name)[step]
+    said = (scene.camera, scene.lights, [(m.name, m.diffuse) for m in scene.materials])
+    return hashlib.sha256(scene.triangles.tobytes() + repr(said).encode()).hexdigest()
 
 
 def measure(step: int, method: str, size: int, runs: int, name: str = "bunny") -> dict[str, Any]:

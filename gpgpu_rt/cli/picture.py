@@ -25,7 +25,8 @@ def add_picture(sub: argparse.ArgumentParser) -> None:
         bare = {"nargs": "?", "const": "true"} if option.kind is bool else {}
         group.add_argument("--" + option.name.replace("_", "-"), dest="picture_" + option.name,
                            metavar="true|false" if bare else "VALUE",
-                           help=f"{option.help}; default {spell(option.default)}".lower(), **bare)
+                           help=f"{option.help}; default {spell(option.default).lower()}".replace(
+                               "%", "%%"), **bare)
 
 
 def picture_options(chosen: argparse.Namespace) -> dict[str, Any]:

@@ -163,3 +163,42 @@ def picture(method: str) -> np.ndarray:
             PICTURES[method] = np.asarray(tracer.render(CAMERA, (20, 14), bounces=2,
                                                         light_samples=1))
     return PICTURES[method]
+
+
+def drawn(scene: rt.Scene, method: str = "bvh-threaded", all_features: bool = False,
+          **options: object) -> np.ndarray:
+    with rt.Tracer(scene, method, **options) as tracer:
+        return np.asarray(tracer.render(CAMERA, (20, 14), bounces=2, light_samples=1,
+                                        all_features=all_features))
+
+
+@pytest.mark.parametrize("options", [
+    {"schedule": "step"}, {"schedule": "kernels"}, {"sort_rays": True}, {"statistics": True},
+    {"octants": True}], ids=str)
+def test_how_rays_are_traced_does_not_show(exact_renderer, options: dict[str, object]) -> None:
+    assert (drawn(everything(), **options) == picture("brute-force")).all()
+
+
+@pytest.mark.parametrize("precision, most", [("fp24", 0.1), ("fp16", 3.0)])
+def test_low_precision_shows_little(exact_renderer, precision: str, most: float) -> None:
+    """And all features are no different under it."""
+    derived = drawn(everything(), precision=precision)
+    assert np.abs(derived.astype(int) - picture("brute-force")).mean() < most
+    assert (drawn(everything(), all_features=True, precision=precision) == derived).all()
+
+
+def test_what_moves_looks_as_what_was_there_from_the_start(exact_renderer) -> None:
+    scene = everything()
+    triangles = scene.triangles * np.float32(1.1) + np.float32(0.05)
+    with rt.Tracer(scene) as tracer:
+        before = np.asarray(tracer.render(CAMERA, (20, 14), bounces=2, light_samples=1))
+        tracer.update(triangles)
+        after = np.asarray(tracer.render(CAMERA, (20, 14), bounces=2, light_samples=1))
+    assert (after == drawn(scene.moved(triangles))).all() and (after != before).any()
+
+
+@pytest.mark.parametrize("all_features", [False, True])
+def test_an_empty_scene_is_its_environment(all_features: bool) -> None:
+    empty = rt.Scene.from_arrays(np.zeros((0, 3)), np.zeros((0, 3), int), environment=DIM)
+    pixels = drawn(empty, all_features=all_features).reshape(-1, 3)
+    assert (pixels == pixels[0]).all() and pixels[0].tolist() == [137, 188, 225]
