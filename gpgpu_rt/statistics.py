@@ -34,6 +34,8 @@ class Statistics:
     upload_seconds, readback_seconds : arrays to textures, and back
     driver : what the method's own driver counts, by name
     counters : means a ray of the counters, with statistics=True
+    first_hits : of a picture whose first hits were rasterised: ``drawn`` triangles, ``rivals``
+        that come before what was drawn, ``retraced`` eye rays and their ``retraced_share``
     split : of a method that shares its work with the host, seconds and bytes by what they went to
     """
 
@@ -59,6 +61,7 @@ class Statistics:
     readback_seconds: float = 0.0
     driver: dict[str, float] = field(default_factory=dict)
     counters: dict[str, float] = field(default_factory=dict)
+    first_hits: dict[str, float] = field(default_factory=dict)
     split: dict[str, float] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:

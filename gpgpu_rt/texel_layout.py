@@ -192,6 +192,22 @@ its ray's direction was, 0 where that was certain."""
 SUMS = Record("sums", "total:vec4 | lost:vec4")
 """Of a pixel: radiance, and squared luminance, summed over its paths; what that rounded off."""
 
+SHOWN = Record("shown", "depth triangle:int")
+"""What a rasterised pixel shows: a depth that its hit does not lie behind, and the triangle."""
+
+SHOWN_FOUR = Record("shown_four", "triangle:ivec4 | depth:vec4")
+"""Four such pixels of a row."""
+
+SHOWN_BLOCK = Record("shown_block", "depth lowest:int highest:int")
+"""A square of such pixels: the greatest depth, the lowest and the highest triangle."""
+
+PART = Record("part", "row:int x:int y:int")
+"""A triangle in a part of the image, which begins at a pixel."""
+
+VERDICT = Record("verdict", "kind:int first:int last:int")
+"""What becomes of such a triangle, as in common/verdict.glsl; where it must be cut up, the parts
+it begins and ends in, counted across and then in rows of 1,024."""
+
 TILE_SPAN = Record("tile_span", "centre:vec3 live:int | axis:vec3")
 """Where the rays of a tile begin and go: the middle of their origins, how many rays are not empty,
 and the middle of their directions."""
@@ -273,6 +289,21 @@ PLACE = Record("place", "at:int pair:int")
 BUILT = Record("built", "split axis:int left:int count:int | mask:vec4 | base:int")
 """A node of the finished tree, and where a leaf's pieces are: from base on those of the mask, or
 where that is empty the first ones."""
+
+# Ray streams -------------------------------------------------------------------------------------
+
+QUEUED = Record("queued", "child:int x:int y:int t_enter")
+"""A ray, by its texel, and a node that it is in: an inner one, or -1 minus the first triangle of a
+leaf; where it enters that."""
+
+VISITED = Record("visited", "near:int near_t far:int far_t | x:int y:int")
+"""What a ray finds at a node: the children that it is in and where it enters them; its texel."""
+
+MET = Record("met", "u v tests:int")
+"""More of a TESTED leaf: where on the nearest triangle, and how many were tested."""
+
+TALLY = Record("tally", COUNTERS.layout)
+"""By blending, what a ray did so far."""
 
 # Streams of the ray hierarchy --------------------------------------------------------------------
 

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -24,13 +24,15 @@ from .integrators.plan import Plan
 from .integrators.waves import Waves
 from .methods import Accelerator, Method, find_method
 from .methods.row import Tables
-from .options import TRACER_OPTIONS, resolve_options
+from .options import TRACER_OPTIONS, resolve_options, spell
 from .passes.driver import Driver, Samplers, Setup, make_driver
+from .passes.eye_rays import EyeRays
 from .passes.packet_room import PacketHits
 from .passes.traverse import OVERFLOWN
 from .passes.traverse import UNFINISHED as OUT_OF_STEPS
 from .precision import Precision
-from .ray_state import RayBatch, RayTextures, StateBuffer, StateBuffers
+from .rasterised.first_hits import FirstHits, check_first_hits
+from .ray_state import RayBatch, RayTextures, StateBuffer, StateBuffers, hits_of
 from .record import EXACT_INTEGER
 from .scene import Scene, load_scene
 from .scene_tables import SceneTables
@@ -40,6 +42,17 @@ from .textures import texture_bytes
 
 DEFAULT_METHOD = "bvh-threaded"
 AUTO = "auto"
+
+
+def image_size(size: Sequence[int]) -> tuple[int, int]:
+    """(width, height), or OptionError where there is no pixel."""
+    try:
+        width, height = (int(s) for s in size)
+    except (TypeError, ValueError):
+        raise OptionError(f"size is {size!r}; give (width, height) in pixels") from None
+    if width < 1 or height < 1:
+        raise OptionError(f"size {tuple(size)} must be at least 1 x 1 pixels")
+    return width, height
 
 
 class Tracer:
@@ -70,6 +83,7 @@ class Tracer:
         for part in ("storage", "arithmetic"):
             self.options[part] = self.options[part] or self.options["precision"] or "fp32"
         self._check_schedule("schedule" in options)
+        self.method = self.method.formed(self.options)
         self.precision = Precision.of(self.options)
         self.scene = load_scene(scene)
         self._bounds = self.scene.bounds
@@ -87,6 +101,7 @@ class Tracer:
         self._rays: RayTextures | None = None
         self._buffers: StateBuffers | None = None
         self._integrator: Integrator | None = None
+        self._first_hits: FirstHits | None = None
 
     @classmethod
     def from_settings(cls, scene: Scene | trimesh.Trimesh | str | os.PathLike[str],
@@ -115,11 +130,15 @@ class Tracer:
     def _check_schedule(self, asked: bool) -> None:
         """Take the method's own best schedule where none was asked; refuse one it has not."""
         options, row = self.options, self.method
-        if not asked and options["schedule"] not in row.schedules:
-            options["schedule"] = row.schedules[-1]
-        if options["schedule"] not in row.schedules:
-            raise OptionError(f"method {row.name} runs under {', '.join(row.schedules)} only, not "
-                              f"{options['schedule']}")
+        schedules = row.schedules_for(options)
+        if not asked and options["schedule"] not in schedules:
+            options["schedule"] = schedules[-1]
+        if options["schedule"] not in schedules:
+            given = "" if schedules == row.schedules else " with " + ", ".join(
+                f"{o.name}={spell(options[o.name])}" for o in row.options
+                if options[o.name] != o.default)
+            raise OptionError(f"method {row.name}{given} runs under {', '.join(schedules)} only, "
+                              f"not {options['schedule']}")
         in_atlas = row.stack_entry or (row.single and options["schedule"] == "step")
         if in_atlas and options["steps_per_pass"] != 1:
             raise OptionError(f"method {row.name} runs one step a pass, as its stack is drawn "
@@ -200,6 +219,8 @@ class Tracer:
                 self._traversal = self._make_traversal()
             if self._integrator is not None:
                 self._integrator.take(self._shown())
+            if self._first_hits is not None:
+                self._first_hits.take(self._hit_triangles(), self._traversal)
         took = time.perf_counter() - began
         if statistics.rebuilt:
             statistics.build_seconds, statistics.refit_seconds = took - tried, tried
@@ -274,7 +295,7 @@ class Tracer:
             self.gpu.finish()
             traced = time.perf_counter()
             statistics.stopped = stopped
-            hits = self._read(batch, side, stopped)
+            hits = self._finish(batch.hits(side.fields(HIT.name)), side, stopped)
             self.gpu.check_error(f"tracing {batch.count} rays")
         statistics.upload_seconds = uploaded - began
         statistics.trace_seconds = traced - uploaded
@@ -291,14 +312,14 @@ class Tracer:
                                          self.options["statistics"], self.precision)
         return self._rays, self._buffers
 
-    def _read(self, batch: RayBatch, side: StateBuffer | PacketHits, stopped: int) -> Hits:
-        hits = batch.hits(side.fields(HIT.name))
+    def _finish(self, hits: Hits, side: StateBuffer | PacketHits, stopped: int) -> Hits:
+        """The hits with what became of their rays."""
         if stopped:
-            phases = side.fields(self.method.state.name)["phase"][:batch.count]
+            phases = side.fields(self.method.state.name)["phase"][:len(hits)]
             hits.status[phases == OUT_OF_STEPS] = UNFINISHED
             hits.status[phases == OVERFLOWN] = STACK_OVERFLOW
         if self.options["statistics"]:
-            for name, values in self._count(side, batch.count).items():
+            for name, values in self._count(side, len(hits)).items():
                 setattr(hits, name, values)
         self._add_texture_bytes()
         return hits
@@ -317,13 +338,15 @@ class Tracer:
         self.statistics.texture_bytes = (
             sum(self.statistics.table_bytes.values()) + self._buffers.bytes()
             + texture_bytes(self._rays.textures) + self._traversal.bytes()
-            + (sum(self._integrator.bytes().values()) if self._integrator is not None else 0))
+            + (sum(self._integrator.bytes().values()) if self._integrator is not None else 0)
+            + (self._first_hits.bytes() if self._first_hits is not None else 0))
 
     # Rendering ------------------------------------------------------------------------------
 
     def render(self, camera: Camera | None = None, size: tuple[int, int] = (512, 512),
                integrator: str | None = None,
                progress: Callable[[int, int, float], None] | None = None,
+               first_hits: str = "traced",
                **options: Any) -> Image.Image:
         """A picture of the scene, all its rays traced by this tracer's method.
 
@@ -333,6 +356,10 @@ class Tracer:
         size : (width, height) pixels
         integrator : "direct": light and shadows; "whitted" (default): and mirrors and glass;
             "path": and light that bounces. ``radiance`` then holds what was found
+        first_hits : "traced"; "rasterised": the same ones to the bit, from the rasteriser where
+            they can be proved; or "verified": from the rasteriser where they are hits at all,
+            though a few pixels may lack one that comes before. ``statistics.first_hits`` says how
+            many were traced after all
         progress : is told samples done, samples of all, and the noise so far, by "path"
         options : the integrator's, as ``integrators.INTEGRATORS[name].options`` lists them
         """
@@ -340,8 +367,9 @@ class Tracer:
         drawer.progress = progress
         with self.gpu:
             rays, buffers = self._room(drawer.size)
+            driver = self._driver(first_hits)
             began = time.perf_counter()
-            waves = Waves(self._traversal, buffers, self.statistics, self._count)
+            waves = Waves(driver, buffers, self.statistics, self._count)
             pixels = waves.draw(drawer, rays, camera or self.scene.camera)
             self.gpu.check_error("rendering")
         self.statistics.trace_seconds = time.perf_counter() - began
@@ -356,6 +384,43 @@ class Tracer:
         if found is None:
             raise Error('there is no radiance yet; render with integrator="path"')
         return found
+
+    def eye_hits(self, camera: Camera | None = None, size: tuple[int, int] = (512, 512),
+                 first_hits: str = "traced") -> Hits:
+        """Hits of the eye rays of ``render``, row by row from the top; parameters as there."""
+        width, height = image_size(size)
+        self.statistics.start_call(width * height)
+        with self.gpu:
+            rays, buffers = self._room((width, height))
+            driver = self._driver(first_hits)
+            eye = EyeRays(self.gpu, self.precision)
+            eye.write(rays, camera or self.scene.camera, self.scene.bounds)
+            self.gpu.finish()
+            began = time.perf_counter()
+            side, self.statistics.stopped = driver.run(rays, buffers, self.statistics)
+            self.gpu.finish()
+            self.statistics.trace_seconds = time.perf_counter() - began
+            hits = self._finish(hits_of(side.fields(HIT.name)), side, self.statistics.stopped)
+            eye.release()
+            self.gpu.check_error("tracing eye rays")
+        self.statistics.readback_seconds = (time.perf_counter() - began
+                                            - self.statistics.trace_seconds)
+        return hits
+
+    def _driver(self, first_hits: str) -> Driver:
+        """What traces a picture's rays."""
+        if not check_first_hits(first_hits, self.options):
+            return self._traversal
+        if self._first_hits is None:
+            self._first_hits = FirstHits(self.gpu, self.method, self.options)
+            self._first_hits.take(self._hit_triangles(), self._traversal)
+        self._first_hits.proved = first_hits == "rasterised"
+        return self._first_hits
+
+    def _hit_triangles(self) -> np.ndarray:
+        """(n, 3, 3) float32: what rays are tested against, in the order that hits count."""
+        coarser = self.accelerator.shown is not None
+        return self._stored(self._shown()) if coarser else self._triangles
 
     def plan(self, size: tuple[int, int] = (512, 512), integrator: str | None = None,
              **options: Any) -> Plan:
@@ -373,9 +438,7 @@ class Tracer:
                 options: Mapping[str, Any]) -> Integrator:
         """The integrator, with room for a picture; the last one if it is asked for the same."""
         kind = find_integrator(integrator)
-        width, height = (int(s) for s in size)
-        if width < 1 or height < 1:
-            raise OptionError(f"size {tuple(size)} must be at least 1 x 1 pixels")
+        width, height = image_size(size)
         asked, last = kind.asked(options, self.precision), self._integrator
         needs = SceneNeeds.of(self.scene, asked)
         with self.gpu:
@@ -403,6 +466,8 @@ class Tracer:
             self._release_room()
             if self._integrator is not None:
                 self._integrator.release()
+            if self._first_hits is not None:
+                self._first_hits.release()
             self._traversal.release()
             if self.accelerator.finisher is not None:
                 self.accelerator.finisher.release()

@@ -56,7 +56,8 @@ def _images(tracer: Tracer, animation: Animation, chosen: argparse.Namespace,
     for frame in range(chosen.frames):
         if frame:
             tracer.update(animation.vertices(frame))
-        yield tracer.render(size=chosen.size, **picture_options(chosen))
+        yield tracer.render(size=chosen.size, first_hits=chosen.first_hits,
+                            **picture_options(chosen))
         if frame:
             spent.append(tracer.statistics.to_dict())
 

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import argparse
+import importlib.metadata
 import os
 import sys
 import zipfile
@@ -16,6 +17,7 @@ from ..files import check_writable, replacing
 from ..gpu import probe
 from ..integrators.plan import Plan
 from ..methods import Method, methods
+from ..rasterised.first_hits import FIRST_HITS
 from ..scene import Scene, list_scenes, load_scene
 from ..surfaces.parametrise import CUTS, remesh
 from ..tracer import AUTO, DEFAULT_METHOD, Tracer
@@ -23,14 +25,14 @@ from . import tuning
 from .frames import IMAGES, add_frames, render_frames
 from .picture import add_picture, explain, picture_options, progress_shown
 from .shared import (
-    add_options, given_options, options_for, print_json, print_table, say, size_word
+    add_options, given_options, options_for, print_json, print_table, say, size_word, spelled_out
 )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; the exit status. A user's mistake is one line on stderr."""
     parser = _parser()
-    chosen = parser.parse_args(arguments)
+    chosen = parser.parse_args(spelled_out(sys.argv[1:] if arguments is None else arguments))
     try:
         chosen.run(chosen)
         sys.stdout.flush()
@@ -101,7 +103,8 @@ def _render(chosen: argparse.Namespace) -> None:
     with _tracer(chosen) as tracer:
         plan = explain(chosen, tracer)
         with progress_shown(chosen) as progress:
-            image = tracer.render(size=chosen.size, progress=progress, **picture_options(chosen))
+            image = tracer.render(size=chosen.size, first_hits=chosen.first_hits,
+                                  progress=progress, **picture_options(chosen))
         with replacing(chosen.output) as path:
             image.save(path)
         _report(chosen, tracer, f"wrote {chosen.output}", plan)
@@ -204,6 +207,9 @@ def _report(chosen: argparse.Namespace, tracer: Tracer, line: str,
     if statistics.counters:
         print("a ray: " + ", ".join(f"{k.replace('_', ' ')} {v:.2f}"
                                     for k, v in statistics.counters.items()))
+    if statistics.first_hits:
+        print(f"first hits rasterised: {statistics.first_hits['retraced']:,} of the eye rays were "
+              f"traced, {statistics.first_hits['retraced_share']:.3%}")
     if statistics.split:
         print("shared with the host: " + ", ".join(
             f"{name.replace('_seconds', '').replace('_', ' ')} "
@@ -239,6 +245,8 @@ class _Parser(argparse.ArgumentParser):
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(prog="gpgpu-rt", description="Ray tracing by fragment programs, as on the "
                      "graphics hardware of 2002-2007.")
+    parser.add_argument("--version", action="version",
+                        version=f"gpgpu-rt {importlib.metadata.version('gpgpu_rt')}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     def command(name: str, run: Callable[[argparse.Namespace], None],
@@ -265,6 +273,10 @@ def _parser() -> argparse.ArgumentParser:
     sub.add_argument("-o", "--output", required=True, metavar="IMAGE.png")
     sub.add_argument("--size", type=size_word, default=(512, 512), metavar="WIDTHxHEIGHT",
                      help="pixels; default 512x512")
+    sub.add_argument("--first-hits", choices=FIRST_HITS, default=FIRST_HITS[0],
+                     help="where the hits of eye rays come from: the tracer; the rasteriser, "
+                     "proved to be the same to the bit; or the rasteriser, verified to be hits; "
+                     "default %(default)s")
     add_picture(sub)
     add_frames(sub)
     add_options(sub)
