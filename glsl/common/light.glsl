@@ -3,11 +3,7 @@
 uniform vec3 light_position;    // of a point, or the first corner of a triangle that emits
 uniform vec3 light_intensity;   // of a point; of a triangle, radiance times area over pi
 
-// A shadow ray ends before the light by as much as its end is off: five roundings for the distance,
-// one for the direction, and six with which a surface there is seen (its vertices' and the shear's);
-// then direction and end are stored.
-const float LIGHT_ERROR = 12.0 * ARITHMETIC_UNIT + 4.0 * STORAGE_UNIT;
-
+#include "common/light_end.glsl"
 #if defined(AREA_LIGHTS) || defined(GLOSSY)
 #include "common/sample.glsl"
 #endif
@@ -26,14 +22,6 @@ vec3 place_on_light(ivec2 pixel) {
     vec2 moved = random_numbers(random_counter(uvec2(pixel), 0u, 0u, 0u, 0u)).xy;
     vec2 uv = sample_triangle(fract(light_place + moved));
     return light_position + uv.x * light_edge_u + uv.y * light_edge_v;
-}
-
-// How far before its place a light's own triangle may be met: its place is known to some units of
-// the largest coordinates, and seen with as many of its extent, along the normal.
-float light_blur(vec3 place, float cosine) {
-    vec3 off = abs(place) + abs(light_edge_u) + abs(light_edge_v);
-    float units = 12.0 * ARITHMETIC_UNIT + 4.0 * STORAGE_UNIT;
-    return units * max(max(off.x, off.y), off.z) / max(cosine, 1e-4);
 }
 #endif
 
@@ -64,7 +52,7 @@ void light_surface(Rays ray, Hit hit, Surface surface, ivec2 pixel) {
         vec3 to_light = place - shadow.origin;
         distance = length(to_light);
         shadow.direction = stored(to_light / distance);
-        shadow.t_max = distance * (1.0 - LIGHT_ERROR);
+        shadow.t_max = shadow_end(distance, 0.0, 1.0);
         // A surface that faces away from the light needs no ray.
         if (dot(surface.flat_normal, shadow.direction) <= 0.0 || !spawn_hits_itself(spawn, shadow)
                 || !spawn_further(spawn)) {
@@ -81,7 +69,7 @@ void light_surface(Rays ray, Hit hit, Surface surface, ivec2 pixel) {
         vec3 normal = normalize(cross(light_edge_u, light_edge_v));
         float facing = abs(dot(normal, shadow.direction));   // it shines both ways
         falloff = facing / (distance * distance);
-        shadow.t_max -= min(light_blur(place, facing), 0.5 * distance);
+        shadow.t_max = shadow_end(distance, place_error(place, light_edge_u, light_edge_v), facing);
         cosine = facing > 0.0 ? cosine : 0.0;
     }
 #endif
