@@ -13,8 +13,9 @@ from .output import markdown_table, number, plt, save_chart, write_csv, write_te
 
 SCENES = ("bunny", "robots", "kitchen", "conference")
 METHODS = (("bvh-threaded", "bvh-threaded", ()),
-           ("bvh-threaded, octants", "bvh-threaded", (("octants", True),)))
-BOUNDED = (*METHODS, ("kd-short-stack", "kd-short-stack", ()))
+           ("bvh-threaded, octants", "bvh-threaded", (("octants", True),)),
+           ("kd-restart", "kd-restart", ()), ("kd-short-stack", "kd-short-stack", ()))
+BOUNDED = METHODS[1:]
 ENTRIES = (("entry_points", 16),)
 BOUNDS = (("rasterised_bounds", 8),)
 HEADS = ("scene", "method", "nodes a ray", "with", "of beams", "fewer by", "entries a tile",

@@ -16,6 +16,8 @@
 #include "common/tile_beam.glsl"
 #include "common/entry_list.glsl"
 
+const int MOST_VISITS = 2000;   // a beam that goes on for so long leaves the rest to its rays
+
 int found[ENTRIES];
 int entries = 0;
 int visited = 0;

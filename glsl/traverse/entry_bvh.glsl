@@ -6,8 +6,6 @@
 //
 // Departure: a list in the place of the paper's one node, which here would soon be the root.
 
-const int MOST_VISITS = 2000;   // a beam that is lost leaves the rest to its rays
-
 #include "common/quantised.glsl"
 #include "common/bvh_nodes.glsl"
 

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,10 @@ from ..texel_layout import BVH_NODE, BVH_PAIR, STACK_ENTRY, TRIANGLE
 from .brute_force import triangle_table
 from .bvh_build import BUILD_OPTIONS, built_bvh
 from .bvh_tables import Layout, Options, Pairs, Threads, last_of_leaves, scene_box
-from .row import ENTRY_POINTS, PACKET, VERTEX_CULLING, Accelerator, Method, Stepwise, check_culling
+from .row import (
+    ENTRY_POINTS, PACKET, VERTEX_CULLING, Accelerator, Method, Stepwise, check_culling,
+    with_entries
+)
 
 LayoutOf = Callable[[Options], type[Layout]]
 
@@ -87,17 +90,6 @@ _STREAMS = Option("streams", False, "no packets: a stream of rays and their node
 _STREAM_SIZE = Option("stream_size", 1 << 15, "with streams, the most elements of a stream that "
                       "go through a pass; fewer follow the order of nodes more closely", int,
                       minimum=1)
-_ENTRIES = " | entry:int end:int"
-
-
-def _with_entries(row: Method, options: Options) -> Method:
-    """Rays that go through a list of subtrees know which comes next, and where theirs ends."""
-    if not options["entry_points"]:
-        return row
-    return replace(row, kernels=("enter", *row.kernels),
-                   state=replace(row.state, layout=row.state.layout + _ENTRIES))
-
-
 _REBUILD = Option("rebuild_ratio", accel.REBUILD_RATIO, "a tree refitted to triangles that moved "
                   "is built anew when its SAH cost is so many times that of the last build; 0: "
                   "always", float, minimum=0)
@@ -142,7 +134,7 @@ ROWS = (
         state=Record("state", "node:int cursor:int phase:int steps:int"),
         tables=(TRIANGLE, BVH_NODE),
         options=(*BUILD_OPTIONS, _OCTANTS, _QUANTISE, ENTRY_POINTS, _REBUILD),
-        entry_walk="traverse/entry_bvh.glsl", form=_with_entries,
+        entry_walk="traverse/entry_bvh.glsl", form=with_entries("entry:int end:int"),
         **_family(lambda options: Threads)),
     _stack_row(
         "bvh-stack", "BVH with a stack a ray, in a local array, the nearer child first",

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -111,7 +111,7 @@ class Method:
     stack_entry : what a level of its stack in textures holds, if it has one
     packet_state : (options) -> what packets carry under ``step``, for a method that has it
     single : the method that traces rays which a packet's limit on steps leaves behind
-    entry_walk : GLSL of a beam's walk through its tree, for the option ``entry_points``
+    entry_walk : GLSL file of a beam's walk through its tree, for the option ``entry_points``
     stack, packet, dynamic : as in the survey's Table 1
     """
 
@@ -189,3 +189,15 @@ def check_culling(options: Mapping[str, Any]) -> None:
     if options.get("vertex_culling") and options["intersection"] != "woop-watertight":
         raise OptionError("vertex_culling bounds what the watertight test computes; take "
                           "intersection woop-watertight with it")
+
+
+def with_entries(state: str) -> Callable[[Method, Mapping[str, Any]], Method]:
+    """How a row changes for rays that go through a list of subtrees: a kernel takes up the next
+    one, and ``state`` is what each then knows besides, in a texel of its own."""
+    def formed(row: Method, options: Mapping[str, Any]) -> Method:
+        if not options["entry_points"]:
+            return row
+        layout = f"{row.state.layout} | {state}"
+        return replace(row, kernels=("enter", *row.kernels),
+                       state=replace(row.state, layout=layout))
+    return formed

@@ -16,7 +16,7 @@ PAGE = Path(__file__).parents[2] / "docs" / "bvh.md"
 def test_measured_cells_are_drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(entry_points, "SCENES", ("cornell",))
     monkeypatch.setattr(entry_points, "METHODS", entry_points.METHODS[:1])
-    monkeypatch.setattr(entry_points, "BOUNDED", entry_points.BOUNDED[:1])
+    monkeypatch.setattr(entry_points, "BOUNDED", entry_points.BOUNDED[-1:])
     measure.measure(entry_points.cells(False), tmp_path)
     entry_points.draw(tmp_path, tmp_path, False)
     with (tmp_path / "entry_points.csv").open() as file:

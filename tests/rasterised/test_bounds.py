@@ -85,7 +85,7 @@ def test_aimed_eye_rays_lose_no_hit(exact_renderer, kind: str, seed: int) -> Non
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_million_aimed_eye_rays(exact_renderer, kind: str, seed: int, tile: int) -> None:
     """154,053 of each kind."""
-    count, size = 100 if kind in ("far", "behind") else 6_000, (463, 333)
+    count, size = 100 if kind in ("far", "behind", "beside") else 6_000, (463, 333)
     check(aimed_scene(CAMERA, size, count, kind, seed), CAMERA, size, "bvh-threaded", tile)
 
 

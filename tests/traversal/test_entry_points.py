@@ -10,6 +10,8 @@ from gpgpu_rt.texel_layout import ENTRIES, ENTRY_TILE
 
 METHODS = [row.name for row in rt.methods()
            if "entry_points" in {option.name for option in row.options}]
+QUICK = ("bvh-threaded", "kd-restart")
+SOME = [pytest.param(name, marks=() if name in QUICK else pytest.mark.full) for name in METHODS]
 SIDE = ENTRY_TILE      # rays a side of the smallest tiles
 
 
@@ -65,18 +67,34 @@ def test_beams_lose_no_aimed_ray(exact_renderer, method: str, seed: int, tile: i
     assert found["hit"] > 0.3
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_in_low_precision_and_from_small_nodes(exact_renderer, method: str) -> None:
+@pytest.mark.parametrize("method", SOME)
+def test_from_other_nodes(exact_renderer, method: str) -> None:
+    """Copies by octant, small nodes, and trees of other builds."""
     scene = soup_scene(100, 3, size=0.05)
     rays = aimed_tiles(scene, 12, 12, 3)
-    names = {option.name for option in rt.methods()[
-        [row.name for row in rt.methods()].index(method)].options}
-    settings: list[dict[str, object]] = [{"precision": "fp24"}, {"precision": "fp16"}]
-    settings += [{"octants": True}] if "octants" in names else []
-    settings += [{"octants": True, "quantise_nodes": 8}] if {
-        "octants", "quantise_nodes"} <= names else []
+    settings: list[dict[str, object]] = [{"build": "hybrid"}]
+    if method == "bvh-threaded":
+        settings += [{"octants": True}, {"octants": True, "quantise_nodes": 8}]
     for options in settings:
         check(scene, *rays, method, **options)
+
+
+@pytest.mark.parametrize("precision", ["fp24", "fp16"])
+@pytest.mark.parametrize("method", SOME)
+def test_in_low_precision(exact_renderer, method: str, precision: str) -> None:
+    """A BVH's beams lose nothing; a kd-tree's rays lose hits themselves, and more of them the
+    longer their way down is."""
+    scene = soup_scene(100, 3, size=0.05)
+    rays = aimed_tiles(scene, 12, 12, 3)
+    wrong = []
+    with rt.Tracer(scene, "brute-force", precision=precision) as tracer:
+        truth = tracer.trace(*rays)
+    for tile in (None, 16):
+        with rt.Tracer(scene, method, precision=precision, entry_points=tile) as tracer:
+            hits = tracer.trace(*rays)
+        wrong.append(int(((hits.t != truth.t) | (hits.triangle != truth.triangle)).sum()))
+    assert wrong[1] <= wrong[0]
+    assert method.startswith("kd-") or wrong[1] <= 1
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -107,18 +125,22 @@ def test_rays_that_go_both_ways(exact_renderer, method: str) -> None:
         check(scene, origins, both, method)
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", SOME)
 def test_full_lists(exact_renderer, method: str) -> None:
-    """Narrow tiles through hundreds of large triangles: more subtrees than a list holds."""
-    scene = soup_scene(600, 6, size=2.0)
-    eye = np.full((48, 48, 3), [0.5, 0.5, 30.0], np.float32)
-    x, y = np.meshgrid(np.linspace(-0.02, 0.02, 48), np.linspace(-0.02, 0.02, 48))
-    directions = np.stack([x, y + 0.01, np.full_like(x, -1)], 2).astype(np.float32)
-    found = check(scene, eye, directions, method)
+    """Narrow tiles through 200 walls, each ray between two of them: more subtrees than a list
+    holds."""
+    walls = np.tile(np.float32([[-.1, -.1, 0], [.1, -.1, 0], [0, .15, 0]]), (200, 1, 1))
+    walls[:, :, 2] += np.linspace(0, 1, 200)[:, None]
+    scene = rt.Scene.from_arrays(walls.reshape(-1, 3), np.arange(600).reshape(-1, 3))
+    eye = np.full((48, 48, 3), [0, 0, 3], np.float32)
+    x, y = np.meshgrid(np.linspace(-0.005, 0.005, 48), np.linspace(-0.005, 0.005, 48))
+    directions = np.stack([x, y, np.full_like(x, -1)], 2).astype(np.float32)
+    t_min = np.random.default_rng(6).uniform(1.9, 3.1, 48 * 48)
+    found = check(scene, eye, directions, method, {"t_min": t_min})
     assert found["entries"] > 0.5 * ENTRIES
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", SOME)
 def test_an_empty_scene_and_few_rays(method: str) -> None:
     nothing = rt.Scene.from_arrays(np.zeros((0, 3)), np.zeros((0, 3), int))
     with rt.Tracer(nothing, method, entry_points=16) as tracer:
