@@ -11,7 +11,7 @@ from gpgpu_rt.files import check_writable
 from . import (
     extremes, fig03, fig04, fig05, fig06, fig08, fig09, fig10, fig11, fig12, fig13, fig14, fig15,
     fig16, fig17, fig18, fig19, fig20, fig21, fig22, fig23, fig24, fig25, frames, needs,
-    rasterised, ray_sorting, ray_space, reduction, schedules, tradeoff
+    rasterised, ray_sorting, ray_space, reduction, refraction, schedules, tradeoff
 )
 from .measure import measure
 from .output import write_text
@@ -41,6 +41,7 @@ FIGURES = {
     "fig25": (fig25, "Figure 25: the traversal of a ray hierarchy"),
     "ray_sorting": (ray_sorting, "Ray sorting: its price, what it buys, and how alike rays are"),
     "rasterised": (rasterised, "First hits from the rasteriser: what their proof costs"),
+    "refraction": (refraction, "Refraction by two passes of the rasteriser, beside the truth"),
     "frames": (frames, "Time a frame of moving scenes: refitted, rebuilt, and kd-trees"),
     "needs": (needs, "What a scene needs: renderers derived from ten scenes, beside one for all"),
     "reduction": (reduction, "Stream reduction by blocks, beside a scan"),
