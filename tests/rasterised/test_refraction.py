@@ -27,8 +27,7 @@ def errors(scene: rt.Scene, camera: Camera, smooth: bool, ior: float = 1.5
         refraction.release()
     origins, directions = (rays.reshape(-1, 3) for rays in camera.rays(SIZE))
     truth, right = through_two_borders(refraction.triangles, refraction.normals, origins,
-                                       directions,
-                                       ior)
+                                       directions, ior)
     found, kind = found.reshape(-1, 3), kind.reshape(-1)
     both = (kind == LEFT) & (right == LEFT)
     cosine = np.clip((found[both] * truth[both]).sum(1), -1, 1)
