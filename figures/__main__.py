@@ -43,6 +43,7 @@ FIGURES = {
     "period": "Period hardware: predicted against published",
     "ray_sorting": "Ray sorting: its price, what it buys, and how alike rays are",
     "rasterised": "First hits from the rasteriser: what their proof costs",
+    "refraction": "Refraction by two passes of the rasteriser, beside the truth",
     "frames": "Time a frame of moving scenes: refitted, rebuilt, and kd-trees",
     "needs": "What a scene needs: renderers derived from ten scenes, beside one for all",
     "reduction": "Stream reduction by blocks, beside a scan",

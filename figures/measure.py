@@ -27,7 +27,7 @@ from gpgpu_rt.gpu import open_gpu
 
 from . import (
     coherence, extreme_runs, first_hit_times, frame_times, needs_times, period_work,
-    reduction_times, tree_sizes
+    reduction_times, refraction_errors, tree_sizes
 )
 from .workloads import EYE, Workload, load, workload
 
@@ -48,6 +48,7 @@ class Cell:
     #                            what a kd-tree holds; "frames": `runs` frames of a scene that
     #                            moves; "accuracy": size squared rays of each kind
     #                            of `known_rays`, judged;
+    #                            "refraction": of a closed scene, or "ball";
     #                            "first hits": eye rays, rasterised and traced;
     #                            "needs": pictures of a step of `growing`;
     #                            "work of" a workload: what period hardware would do;
@@ -122,6 +123,11 @@ def run(cell: Cell) -> dict[str, Any]:
         return {**_heading(cell, load(cell.scene), open_gpu().info()),
                 "frames": frame_times.measure(cell.scene, cell.method, dict(cell.options),
                                               cell.size, cell.runs)}
+    if cell.work == "refraction":
+        return {"settings": settings(cell), "gpu": open_gpu().info(), "commit": _commit(),
+                "date": datetime.date.today().isoformat(), "warm_ups": WARM_UPS,
+                "refraction": refraction_errors.measure(
+                    cell.scene, cell.method, dict(cell.options), cell.size, cell.runs)}
     if cell.work == "first hits":
         scene = load(cell.scene)
         return {**_heading(cell, scene, open_gpu().info()),
@@ -220,7 +226,7 @@ def _scene_digest(name: str) -> str:
     """Tells a stand-in from the mesh that took its place."""
     if name == "extremes":
         return extreme_runs.digest()
-    if name == "streams":   # of numbers, not of a scene
+    if name in ("streams", "ball"):   # of numbers, not of a scene; and made here
         return ""
     return hashlib.sha256(rt.load_scene(name).triangles).hexdigest()
 

@@ -1,0 +1,62 @@
+"""Light through two borders of a mesh, in float64: what image-space refraction approximates."""
+from __future__ import annotations
+
+import numpy as np
+
+from .nearest import trace
+
+
+def refract(directions: np.ndarray, normals: np.ndarray, ratio: float
+            ) -> tuple[np.ndarray, np.ndarray]:
+    """Snell's law: unit (n, 3) directions that meet unit normals against them; ``ratio`` is the
+    index before the border over that behind it. Where light is reflected totally, that direction,
+    and True."""
+    cosine = -(directions * normals).sum(1)
+    rest = 1 - ratio ** 2 * (1 - cosine ** 2)
+    total = rest < 0
+    through = ratio * directions + \
+        (ratio * cosine - np.sqrt(np.maximum(rest, 0)))[:, None] * normals
+    mirrored = directions + 2 * cosine[:, None] * normals
+    return np.where(total[:, None], mirrored, through), total
+
+
+def through_two_borders(triangles: np.ndarray, normals: np.ndarray, origins: np.ndarray,
+                        directions: np.ndarray, ior: float
+                        ) -> tuple[np.ndarray, np.ndarray]:
+    """Where light that comes out along rays entered.
+
+    Parameters
+    ----------
+    triangles, normals : (m, 3, 3), a closed mesh, and unit normals of its corners
+    origins, directions : (n, 3), outside
+
+    Returns
+    -------
+    (n, 3) float64 unit directions, and (n,) int: 0 no hit, 1 through both, 3 reflected totally at
+    the second, 2 no second border
+    """
+    size = float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
+    directions = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    kind = np.zeros(len(origins), int)
+    first, place, normal = _meet(triangles, normals, origins, directions)
+    kind[first] = 2
+    inside, _ = refract(directions[first], normal, 1 / ior)
+    found = directions.copy()
+    found[first] = inside
+    second, _, normal = _meet(triangles, normals, place + 1e-5 * size * inside, inside)
+    rays = np.flatnonzero(first)[second]
+    found[rays], total = refract(inside[second], -normal, ior)
+    kind[rays] = np.where(total, 3, 1)
+    return found, kind
+
+
+def _meet(triangles: np.ndarray, normals: np.ndarray, origins: np.ndarray, directions: np.ndarray
+          ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(n,) which rays hit, and of those the place and the blended normal."""
+    hits = trace(triangles, origins, directions, accelerated=True)
+    hit = hits.triangle >= 0
+    weights = np.stack([1 - hits.u - hits.v, hits.u, hits.v], axis=1)[hit]
+    at = hits.triangle[hit]
+    normal = (weights[:, :, None] * normals[at].astype(np.float64)).sum(1)
+    place = (weights[:, :, None] * triangles[at].astype(np.float64)).sum(1)
+    return hit, place, normal / np.linalg.norm(normal, axis=1, keepdims=True)

@@ -1,0 +1,72 @@
+"""Image-space refraction: right for a slab, good for a ball, beside the float64 truth."""
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import gpgpu_rt as rt
+from gpgpu_rt.camera import Camera
+from gpgpu_rt.rasterised.refraction import LEFT, TOTAL, UNSEEN, Refraction
+from gpgpu_rt.reference.refraction import refract, through_two_borders
+from gpgpu_rt.scenes.shapes import ball, boxes
+
+SIZE = (64, 48)
+
+
+def scene_of(triangles: np.ndarray) -> rt.Scene:
+    corners = np.asarray(triangles, np.float32).reshape(-1, 3)
+    return rt.Scene.from_arrays(corners, np.arange(len(corners)).reshape(-1, 3), name="glass")
+
+
+def errors(scene: rt.Scene, camera: Camera, smooth: bool, ior: float = 1.5
+           ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of the pixels that both show as refracted twice, degrees; and the kinds of both."""
+    with rt.Tracer(scene) as tracer:
+        refraction = Refraction(tracer, ior, smooth)
+        found, kind = refraction.draw(camera, SIZE)
+        refraction.release()
+    origins, directions = (rays.reshape(-1, 3) for rays in camera.rays(SIZE))
+    truth, right = through_two_borders(refraction.triangles, refraction.normals, origins,
+                                       directions, ior)
+    found, kind = found.reshape(-1, 3), kind.reshape(-1)
+    both = (kind == LEFT) & (right == LEFT)
+    cosine = np.clip((found[both] * truth[both]).sum(1), -1, 1)
+    return np.degrees(np.arccos(cosine)), kind, right
+
+
+def test_snell() -> None:
+    angles = np.radians([0, 20, 60, 89])
+    directions = np.stack([np.sin(angles), 0 * angles, -np.cos(angles)], axis=1)
+    normals = np.tile([0.0, 0.0, 1.0], (4, 1))
+    inside, total = refract(directions, normals, 1 / 1.5)
+    assert not total.any() and np.allclose(inside[:, 0], np.sin(angles) / 1.5)
+    _, total = refract(directions, normals, 1.5)
+    assert (total == (1.5 * np.sin(angles) > 1)).all()
+
+
+def test_a_slab_changes_no_direction(exact_renderer) -> None:
+    slab = scene_of(boxes(np.array([[-5.0, -5.0, -0.5]]), np.array([[5.0, 5.0, 0.5]])))
+    camera = Camera((0.3, 0.2, 4.0), (0.0, 0.0, 0.0), fov=40)
+    with rt.Tracer(slab) as tracer:
+        found, kind = Refraction(tracer, smooth=False).draw(camera, SIZE)
+    _, directions = camera.rays(SIZE)
+    assert (kind == LEFT).all()
+    assert np.abs(found - directions).max() < 1e-5
+
+
+@pytest.mark.parametrize("ior", [1.1, 1.5])
+def test_a_ball(exact_renderer, ior: float) -> None:
+    scene = scene_of(ball(5000))
+    off, kind, right = errors(scene, Camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), fov=35), True, ior)
+    assert ((kind > 0) == (right > 0)).mean() > 0.995       # the silhouette
+    # Towards the silhouette the thickness is too small, and the normal found there too steep.
+    assert (kind == LEFT).sum() > 0.75 * (right > 0).sum()
+    assert np.median(off) < 2 and np.quantile(off, 0.9) < 10
+
+
+def test_kinds(exact_renderer) -> None:
+    """A box seen on edge throws light back that a slab lets through."""
+    box = scene_of(boxes(np.array([[-1.0, -1.0, -1.0]]), np.array([[1.0, 1.0, 1.0]])))
+    _, kind, right = errors(box, Camera((3.0, 0.4, 3.0), (0.0, 0.0, 0.0), fov=50), False)
+    assert (right == TOTAL).any() and (kind == TOTAL).any()
+    assert not (kind == UNSEEN).all()
