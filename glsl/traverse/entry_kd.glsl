@@ -9,6 +9,16 @@
 
 #include "common/kd_leaf.glsl"
 
+int stack[ENTRIES];
+int stacked = 0;
+
+void push(int node) {
+    for (int i = 0; i < ENTRIES; ++i) {   // see emit
+        stack[i] = i == stacked ? node : stack[i];
+    }
+    ++stacked;
+}
+
 void walk(Tile_beam beam, ivec2 tile) {
     Beam_interval scene = beam_interval(beam, scene_lo, scene_hi);
     if (scene.outer.x > scene.outer.y) {
@@ -18,18 +28,15 @@ void walk(Tile_beam beam, ivec2 tile) {
         emit(WHOLE_TREE);
         return;
     }
-    int stack[ENTRIES];
-    int stacked = 0;
 #ifdef UPPER
-    for (int i = 0; i < ENTRIES; ++i) {
-        stacked += entry_code(tile / FAN, i) != LIST_END ? 1 : 0;
-    }
-    for (int i = 0; i < stacked; ++i) {
-        stack[stacked - 1 - i] = entry_node(entry_code(tile / FAN, i), 0);
+    for (int i = ENTRIES - 1; i >= 0; --i) {   // the first one on top
+        int code = entry_code(tile / FAN, i);
+        if (code != LIST_END) {
+            push(entry_node(code, 0));
+        }
     }
 #else
-    stack[0] = 0;
-    stacked = 1;
+    push(0);
 #endif
     while (stacked > 0) {
         --stacked;
@@ -47,12 +54,10 @@ void walk(Tile_beam beam, ivec2 tile) {
             int near = left + negative;
             int far = left + 1 - negative;
             if ((count & (2 - negative)) == 0) {
-                stack[stacked] = far;
-                ++stacked;
+                push(far);
             }
             if ((count & (1 + negative)) == 0) {
-                stack[stacked] = near;
-                ++stacked;
+                push(near);
             }
         } else if (met) {
             emit(node);
