@@ -25,8 +25,11 @@ from gpgpu_rt.bench import embree_runner
 from gpgpu_rt.files import replacing
 from gpgpu_rt.gpu import open_gpu
 
-from . import coherence, extreme_runs, frame_times, needs_times, reduction_times, tree_sizes
-from .workloads import EYE, load, workload
+from . import (
+    coherence, extreme_runs, first_hit_times, frame_times, needs_times, period_work,
+    reduction_times, tree_sizes
+)
+from .workloads import EYE, Workload, load, workload
 
 WARM_UPS = 1
 COHERENCE = "coherence of "   # then a workload: how alike its rays are
@@ -45,7 +48,9 @@ class Cell:
     #                            what a kd-tree holds; "frames": `runs` frames of a scene that
     #                            moves; "accuracy": size squared rays of each kind
     #                            of `known_rays`, judged;
+    #                            "first hits": eye rays, rasterised and traced;
     #                            "needs": pictures of a step of `growing`;
+    #                            "work of" a workload: what period hardware would do;
     #                            "reduction": size squared elements of a stream
     runs: int = 5
 
@@ -111,10 +116,17 @@ def run(cell: Cell) -> dict[str, Any]:
         rays = workload(cell.scene, cell.work.removeprefix(COHERENCE), cell.size)
         return {**_heading(cell, load(cell.scene), open_gpu().info()),
                 "coherence": coherence.measure(load(cell.scene), rays)}
+    if cell.work.startswith(period_work.WORK):
+        return _run_work(cell)
     if cell.work == "frames":
         return {**_heading(cell, load(cell.scene), open_gpu().info()),
                 "frames": frame_times.measure(cell.scene, cell.method, dict(cell.options),
                                               cell.size, cell.runs)}
+    if cell.work == "first hits":
+        scene = load(cell.scene)
+        return {**_heading(cell, scene, open_gpu().info()),
+                "first_hits": first_hit_times.measure(scene, cell.method, dict(cell.options),
+                                                      cell.size, cell.runs)}
     if cell.method == EMBREE:
         return _run_embree(cell)
     scene = load(cell.scene)
@@ -126,7 +138,7 @@ def run(cell: Cell) -> dict[str, Any]:
             if cell.work == "picture":
                 tracer.render(size=(cell.size, cell.size))
             else:
-                rays.trace(tracer)
+                _trace(rays, tracer)
             wall = time.perf_counter() - began
             if turn >= WARM_UPS:
                 samples.append(tracer.statistics.trace_seconds)
@@ -135,13 +147,23 @@ def run(cell: Cell) -> dict[str, Any]:
         cost = tracer.statistics.to_dict()
         gpu = tracer.gpu.info()
     with rt.Tracer(scene, cell.method, **dict(cell.options), statistics=True) as tracer:
-        rays.trace(tracer)
+        _trace(rays, tracer)
+        driver = tracer.statistics.driver
         # Pixels without a ray count nothing by themselves, and each of a packet what all do.
         width, height = tracer.options.get("packet", (1, 1))
         share = cell.size ** 2 / (max(rays.live, 1) * width * height)
         counters = {name: share * mean for name, mean in tracer.statistics.counters.items()}
     return {**_heading(cell, scene, gpu), **_timing(samples, walls, rays.live),
-            "sort_ms": 1e3 * statistics.median(sorts), "statistics": cost, "counters": counters}
+            "sort_ms": 1e3 * statistics.median(sorts), "statistics": cost, "counters": counters,
+            "driver": driver}
+
+
+def _trace(rays: Workload, tracer: rt.Tracer) -> None:
+    """Trace a workload; eye rays that bounds are asked for, by the camera they come from."""
+    if tracer.options["rasterised_bounds"]:
+        tracer.eye_hits(size=(rays.size, rays.size))
+    else:
+        rays.trace(tracer)
 
 
 def _timing(samples: list[float], walls: list[float], rays: int) -> dict[str, Any]:
@@ -168,6 +190,16 @@ def _heading(cell: Cell, scene: rt.Scene, gpu: dict[str, Any]) -> dict[str, Any]
             "date": datetime.date.today().isoformat(),
             "scene": {"name": scene.name, "triangles": len(scene), "stand_in": scene.stand_in,
                       "file": Path(scene.source).name, "camera": scene.camera.to_dict()}}
+
+
+def _run_work(cell: Cell) -> dict[str, Any]:
+    """Count what period hardware would have to do for the rays of a cell."""
+    name = cell.work.removeprefix(period_work.WORK)
+    manner = next((m for m in (period_work.SQUARES, period_work.KERNELS) if name.endswith(m)), "")
+    rays = workload(cell.scene, name.removesuffix(manner), cell.size)
+    return {**_heading(cell, load(cell.scene), open_gpu().info()),
+            "work": period_work.measure(load(cell.scene), rays, cell.method, dict(cell.options),
+                                        manner)}
 
 
 def _run_accuracy(cell: Cell) -> dict[str, Any]:

@@ -5,11 +5,17 @@ import ctypes
 import ctypes.util
 import functools
 import os
-from typing import Any, Iterator
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager, nullcontext
+from typing import TYPE_CHECKING, Any
 
 import moderngl
 
 from .errors import ContextError, LimitError, OptionError, nearest_names
+
+if TYPE_CHECKING:
+    from .passes.pass_log import PassLog
 
 BACKENDS = ("egl", "osmesa")
 GL_VERSION = 330
@@ -79,6 +85,9 @@ class OsMesaLoader:
 class Gpu:
     """A moderngl context and what this package must know of it.
 
+    Entering it makes the context current in this thread and keeps other threads out until it is
+    left: threads that trace take turns.
+
     Parameters
     ----------
     context : moderngl.Context
@@ -96,10 +105,17 @@ class Gpu:
         self.max_texture_size: int = context.info["GL_MAX_TEXTURE_SIZE"]
         self.max_draw_buffers: int = context.info["GL_MAX_DRAW_BUFFERS"]
         self.programs: dict[Any, moderngl.Program] = {}   # filled by shader.py
+        self.watch: Any = None    # is told of every full-screen pass, where one is asked for
         self._rest: moderngl.Framebuffer | None = None
         self._entered = 0
+        self._turn = threading.RLock()
+        self._process = os.getpid()
 
     def __enter__(self) -> Gpu:
+        if self._process != os.getpid():
+            raise ContextError("an OpenGL context does not outlive a fork; start processes by "
+                               "\"spawn\", or make the first Tracer after forking")
+        self._turn.acquire()
         self._entered += 1
         self.context.__enter__()
         return self
@@ -109,6 +125,29 @@ class Gpu:
         self._entered -= 1
         if not self._entered:
             self.context.__exit__(*exception)
+        self._turn.release()
+
+    @property
+    def log(self) -> PassLog | None:
+        """The log that a call's passes are written to, or None."""
+        return self.context.extra    # there, so that who has a texture alone finds it
+
+    @log.setter
+    def log(self, log: PassLog | None) -> None:
+        self.context.extra = log
+
+    def drawing(self, name: str, program: moderngl.Program, target: moderngl.Framebuffer,
+                textures: Mapping[str, moderngl.Texture]) -> AbstractContextManager[None]:
+        """Around every draw: where there is a log, it is written there."""
+        if self.log is None:
+            return nullcontext()
+        texts = next(texts for texts, one in self.programs.items() if one is program)
+        return self.log.drawing(name, program, texts, target, textures)
+
+    def query(self) -> Any:
+        """An occlusion query of the host's: ``with`` it, then ``samples``."""
+        query = self.context.query(samples=True)
+        return query if self.log is None else self.log.hosts(query)
 
     def check_size(self, width: int, height: int, what: str) -> None:
         """Raise LimitError before GL is asked for a texture it cannot hold (it fails silently)."""
@@ -162,9 +201,20 @@ def _create_osmesa() -> Gpu:
     return Gpu(moderngl.create_context(require=GL_VERSION, context=OsMesaLoader()), "osmesa")
 
 
-@functools.lru_cache(maxsize=None)
+_making = threading.Lock()
+
+
 def _shared(backend: str) -> Gpu:
-    return {"egl": _create_egl, "osmesa": _create_osmesa}[backend]()
+    with _making:    # two threads would each make one
+        return _made(backend)
+
+
+@functools.lru_cache(maxsize=None)
+def _made(backend: str) -> Gpu:
+    gpu = {"egl": _create_egl, "osmesa": _create_osmesa}[backend]()
+    # Making it made it current here, where no other thread could have it.
+    gpu.context.__exit__(None, None, None)
+    return gpu
 
 
 def open_gpu(context: str | moderngl.Context | Gpu | None = None) -> Gpu:

@@ -107,6 +107,9 @@ TRACER_OPTIONS: tuple[Option, ...] = (
            "bound that follows from the accelerator's size", int, minimum=1),
     Option("statistics", False, "count nodes, leaves and triangles a ray", bool),
     Option("sort_rays", False, "sort rays by where they begin and end before tracing them", bool),
+    Option("rasterised_bounds", None, "pixels a side of tiles that triangles are drawn to first, "
+           "so that eye rays search only where hits can lie", int, choices=(4, 8, 16),
+           optional=True),
     Option("intersection", "woop-watertight", "ray-triangle test",
            choices=("woop-watertight", "moller-trumbore", "plucker", "kensler-shirley")),
     Option("precision", None, "storage and arithmetic at once", choices=("fp32", "fp24", "fp16"),

@@ -13,8 +13,8 @@ from .gpu import Gpu
 from .hits import INVALID, Hits
 from .precision import Precision
 from .record import EXACT_INTEGER, Record
-from .texel_layout import COUNTERS, HIT, RAY_TEXELS
-from .textures import read_texture, stream_textures, texture_bytes
+from .texel_layout import COUNTERS, HIT, RAY_AFTER_HIT, RAY_TEXELS
+from .textures import read_texture, stream_textures, texture_bytes, write_texture
 
 ROW = 1024   # rays in a row of the texture where the caller gave no shape
 
@@ -97,6 +97,13 @@ class RayBatch:
                 f"{name} holds {len(t)} values for {self.count} rays: one, or one each")
         return np.broadcast_to(t, self.count)
 
+    def given_units(self, t: np.ndarray, rays: slice | np.ndarray) -> np.ndarray:
+        """(k,) float32 t of the programs, of the rays chosen, in the caller's units."""
+        with np.errstate(over="ignore"):
+            if self.shift is not None:
+                t = (t + self.shift[rays]).astype(np.float32)
+            return np.ldexp(t, -self.exponents[rays])
+
     def shared_start(self) -> np.ndarray | None:
         """Origin and t_min, (4,) float32, where all valid rays have the same."""
         starts = self.texels.reshape(-1, 2, 4)[:self.count, 0]
@@ -107,14 +114,15 @@ class RayBatch:
     def hits(self, fields: Mapping[str, np.ndarray]) -> Hits:
         """Hits in the caller's units from the fields of HIT, one or more a ray."""
         fields = {name: values[:self.count] for name, values in fields.items()}
-        with np.errstate(over="ignore"):
-            t = fields["t"]
-            if self.shift is not None:
-                t = (t + self.shift).astype(np.float32)
-            t = np.ldexp(t, -self.exponents)
-        hits = hits_of({**fields, "t": t})
-        hits.status[self.invalid] = INVALID
+        hits = hits_of({**fields, "t": self.given_units(fields["t"], slice(None))})
+        hits.status = self.status()
         return hits
+
+    def status(self) -> np.ndarray:
+        """(n,) uint8, what is known before anything is traced: which rays are invalid."""
+        status = np.zeros(self.count, np.uint8)
+        status[self.invalid] = INVALID
+        return status
 
 
 def hits_of(fields: Mapping[str, np.ndarray]) -> Hits:
@@ -141,17 +149,21 @@ def _rays_array(values: np.ndarray, name: str) -> np.ndarray:
 
 
 class RayTextures:
-    """The two textures of a set of rays, one texel a ray.
+    """The textures of a set of rays, one texel a ray.
 
     Parameters
     ----------
     size : (width, height)
     precision : what they hold
+    after_hit : rays that go on behind a hit (RAY_AFTER_HIT), which take a third texture
     """
 
-    def __init__(self, gpu: Gpu, size: tuple[int, int], precision: Precision) -> None:
+    def __init__(self, gpu: Gpu, size: tuple[int, int], precision: Precision,
+                 after_hit: bool = False) -> None:
         self.gpu, self.size, self.precision = gpu, size, precision
-        self.textures = stream_textures(gpu, precision.layout(RAY_TEXELS), size)
+        self.after_hit = after_hit
+        self.in_textures = precision.layout(RAY_AFTER_HIT if after_hit else RAY_TEXELS)
+        self.textures = stream_textures(gpu, self.in_textures, size)
         self.target = gpu.context.framebuffer(self.textures)
         self._start: np.ndarray | None = None
         self.seen_from: Camera | None = None    # whose pixels' centres they go through, if so
@@ -168,10 +180,18 @@ class RayTextures:
         """Share what another set of rays, of which these are some, shares."""
         self._start = other._start
 
+    def like(self, size: tuple[int, int]) -> RayTextures:
+        """Textures of another size for rays of the same kind."""
+        return RayTextures(self.gpu, size, self.precision, self.after_hit)
+
+    def fits(self, other: RayTextures, size: tuple[int, int] | None = None) -> bool:
+        """Whether rays of ``other`` can stand here, as many as its own or those of ``size``."""
+        return self.size == (size or other.size) and self.after_hit == other.after_hit
+
     @property
     def record(self) -> Record:
         """The rays as traversal programs read them."""
-        record = self.precision.layout(RAY_TEXELS)
+        record = self.in_textures
         return record if self._start is None else replace(record, uniform_texels=(0,))
 
     def uniforms(self) -> dict[str, tuple[float, ...]]:
@@ -181,9 +201,13 @@ class RayTextures:
 
     def upload(self, batch: RayBatch) -> None:
         self.share_start(batch.shared_start())
+        self.write(batch.texels)
+
+    def write(self, texels: np.ndarray) -> None:
+        """Take (height, width, textures, 4) float32 texels."""
         for k, texture in enumerate(self.textures):
-            texels = self.precision.stored(batch.texels[:, :, k])
-            texture.write(np.ascontiguousarray(texels, "<" + texture.dtype))
+            stored = self.precision.stored(texels[:, :, k])
+            write_texture(texture, np.ascontiguousarray(stored, "<" + texture.dtype))
 
     def samplers(self) -> dict[str, moderngl.Texture]:
         return stream_samplers(RAY_TEXELS.name, self.textures)
@@ -225,7 +249,8 @@ class StateBuffer:
         """The inverse of ``fields``: what the host knows of every ray, one entry a texel."""
         packed = self.records[name].pack(**fields)
         for texel, texture in enumerate(self.streams[name]):
-            texture.write(np.ascontiguousarray(packed[:, texel], "<" + texture.dtype))
+            write_texture(texture,
+                          np.ascontiguousarray(packed[:, texel], "<" + texture.dtype))
 
     def release(self) -> None:
         self.gpu.release(self.target)

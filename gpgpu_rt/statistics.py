@@ -36,6 +36,9 @@ class Statistics:
     counters : means a ray of the counters, with statistics=True
     first_hits : of a picture whose first hits were rasterised: ``drawn`` triangles, ``rivals``
         that come before what was drawn, ``retraced`` eye rays and their ``retraced_share``
+    pass_log : with statistics=True, each program drawn: name, draws, fragments, bytes of streams
+        read, tables sampled, bytes written; see ``passes/pass_log.py``
+    uploaded_bytes, read_back_bytes : over the bus during the call, with statistics=True
     split : of a method that shares its work with the host, seconds and bytes by what they went to
     """
 
@@ -62,6 +65,9 @@ class Statistics:
     driver: dict[str, float] = field(default_factory=dict)
     counters: dict[str, float] = field(default_factory=dict)
     first_hits: dict[str, float] = field(default_factory=dict)
+    pass_log: list[dict[str, Any]] = field(default_factory=list)
+    uploaded_bytes: int = 0
+    read_back_bytes: int = 0
     split: dict[str, float] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:

@@ -10,6 +10,8 @@ one of two things:
 """
 from __future__ import annotations
 
+from dataclasses import replace
+
 from .record import PackedRecord, Record
 
 # Tables ------------------------------------------------------------------------------------------
@@ -149,6 +151,11 @@ IMAGE = Record("image", "x:int y:int width:int height:int")
 RAY_TEXELS = Record("rays", "origin:vec3 t_min | direction:vec3 t_max")
 """A ray as it lies in its two textures."""
 
+RAY_AFTER_HIT = replace(RAY_TEXELS, layout=RAY_TEXELS.layout + " | after:int",
+                        define="AFTER_HIT")
+"""A ray that goes on behind what it hit at t_min: of the triangles at just that t only those above
+``after`` count, which is -1 where nothing was hit yet."""
+
 HIT = Record("hit", "t u v triangle:int")
 """The nearest hit so far; triangle -1 while there is none."""
 
@@ -166,6 +173,10 @@ FOUND = Record("found", "triangle:int")
 
 RAY_CLASS = Record("ray_class", "box:int")
 """The five-dimensional box that a ray lies in; behind the boxes, its face; or -1, a miss."""
+
+DEPTH_BOUNDS = Record("depth_bounds", "least closed minus_most")
+"""Of a tile of eye rays: between which depths along the view triangles lie, the greatest negated
+so that one blending takes the minimum of all; and the depth at which a triangle closes it."""
 
 LIT = Record("lit", "ambient:vec3")
 """Light that leaves a hit towards the eye whatever casts shadows."""
@@ -207,6 +218,23 @@ PART = Record("part", "row:int x:int y:int")
 VERDICT = Record("verdict", "kind:int first:int last:int")
 """What becomes of such a triangle, as in common/verdict.glsl; where it must be cut up, the parts
 it begins and ends in, counted across and then in rows of 1,024."""
+
+TILE_BEAM = Record(
+    "tile_beam", "lo_origin:vec3 t_min | hi_origin:vec3 t_max | inv_lo:vec3 signs:int "
+                 "| inv_hi:vec3 live:int")
+"""The rays of a tile by their outermost values: what corners are measured from, t and inverse
+direction; which signs directions have by axis (bit a negative, 3 + a positive), and how
+many rays are not empty."""
+
+ENTRIES = 28      # of a tile, at most
+ENTRY_TILE = 4    # rays a side of the tiles that rays have their lists from
+ENTRY_POINTS = Record("entries", " | ".join(f"list_{k}:ivec4" for k in range(ENTRIES // 4))
+                      + " | visited:int count:int")
+"""Where a tile's rays enter the tree, see common/entry_list.glsl; nodes that its beam visited, and
+how many entries there are."""
+
+ENTRY_LIST = Record("entry_list", "codes:ivec4")
+"""Four entries of a tile's list."""
 
 TILE_SPAN = Record("tile_span", "centre:vec3 live:int | axis:vec3")
 """Where the rays of a tile begin and go: the middle of their origins, how many rays are not empty,
@@ -260,13 +288,20 @@ PIECE = Record("piece", "lo:vec3 triangle:int | hi:vec3 node:int")
 
 CELL = Record("cell", "lo:vec3 count:int | hi:vec3 futile:int | parent:int")
 """A node of a level of large nodes: its box, its pieces; how many levels have told none from
-another; its parent in the level above."""
+another, or the prefix of codes that it is; its parent in the level above."""
 
 CHUNK = Record("chunk", "lo:vec3 | hi:vec3 | left:vec3 | right:vec3")
 """Some pieces of a node: bounds; how many lie left and right of the node's middle, by axis."""
 
 DECISION = Record("decision", "plane axis:int futile:int")
 """How a node of such a level is split; axis 3: not at all."""
+
+TALLIES = Record("tallies", "left_x:vec4 | left_y:vec4 | left_z:vec4 | right_x:vec4 "
+                            "| right_y:vec4 | right_z:vec4")
+"""How many of some pieces lie left and right of four planes along each axis."""
+
+OFFER = Record("offer", "plane axis:int cost")
+"""The cheapest of some planes of a node; axis 3: none."""
 
 SMALL_NODE = Record("node", "lo:vec3 base:int | hi:vec3 levels:int | mask:vec4")
 """A small node: its box, its root's first piece, how many levels there may be below it, and which

@@ -114,7 +114,23 @@ def read_texture(texture: moderngl.Texture) -> np.ndarray:
     """A float texture as (height, width, components) float32."""
     values = np.empty((texture.height, texture.width, texture.components), "<" + texture.dtype)
     texture.read_into(values)
+    note_moved(texture, down=values.nbytes)
     return values.astype(np.float32, copy=False)
+
+
+def write_texture(texture: moderngl.Texture, values: np.ndarray,
+                  viewport: tuple[int, int, int, int] | None = None) -> None:
+    """Texels from the host, into all of a texture or (x, y, width, height) of it."""
+    texture.write(values, viewport)
+    note_moved(texture, up=values.nbytes)
+
+
+def note_moved(texture: moderngl.Texture, up: int = 0, down: int = 0) -> None:
+    """Write bytes that went up or came down into the log of passes, where there is one."""
+    log = texture.ctx.extra
+    if log is not None:
+        log.uploaded += up
+        log.read_back += down
 
 
 def texture_bytes(textures: Iterable[moderngl.Texture]) -> int:

@@ -3,7 +3,8 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -14,8 +15,9 @@ from PIL import Image
 from . import settings
 from .accel import sah_cost, uncached
 from .accel.bounds import shrink_flat
+from .all_hits import AllHits, check_exact, collect
 from .appearance.needs import SceneNeeds
-from .camera import Camera
+from .camera import Camera, image_size
 from .errors import Error, OptionError
 from .gpu import open_gpu
 from .hits import STACK_OVERFLOW, UNFINISHED, Hits
@@ -24,14 +26,14 @@ from .integrators.plan import Plan
 from .integrators.waves import Waves
 from .methods import Accelerator, Method, find_method
 from .methods.row import Tables
-from .options import TRACER_OPTIONS, resolve_options, spell
+from .options import TRACER_OPTIONS, resolve_options
 from .passes.driver import Driver, Samplers, Setup, make_driver
 from .passes.eye_rays import EyeRays
 from .passes.packet_room import PacketHits
-from .passes.traverse import OVERFLOWN
-from .passes.traverse import UNFINISHED as OUT_OF_STEPS
+from .passes.pass_log import PassLog
+from .passes.traverse import mark_stopped
 from .precision import Precision
-from .rasterised.first_hits import FirstHits, check_first_hits
+from .rasterised.eye_drivers import EyeDrivers
 from .ray_state import RayBatch, RayTextures, StateBuffer, StateBuffers, hits_of
 from .record import EXACT_INTEGER
 from .scene import Scene, load_scene
@@ -42,17 +44,6 @@ from .textures import texture_bytes
 
 DEFAULT_METHOD = "bvh-threaded"
 AUTO = "auto"
-
-
-def image_size(size: Sequence[int]) -> tuple[int, int]:
-    """(width, height), or OptionError where there is no pixel."""
-    try:
-        width, height = (int(s) for s in size)
-    except (TypeError, ValueError):
-        raise OptionError(f"size is {size!r}; give (width, height) in pixels") from None
-    if width < 1 or height < 1:
-        raise OptionError(f"size {tuple(size)} must be at least 1 x 1 pixels")
-    return width, height
 
 
 class Tracer:
@@ -68,6 +59,13 @@ class Tracer:
     Raises
     ------
     OptionError, SceneError, ContextError, ShaderError, LimitError
+
+    Notes
+    -----
+    A ``with`` block, or ``release``, frees textures and programs. Threads may share a tracer or
+    have one each: they take turns at the context (``statistics`` is then of whoever came last).
+    Processes have one each, and start by "spawn", for a context does not outlive a fork; a tracer
+    that is pickled is made again there, with the same scene, method and options.
     """
 
     def __init__(self, scene: Scene | trimesh.Trimesh | str | os.PathLike[str],
@@ -82,7 +80,7 @@ class Tracer:
                                        f"method {method}")
         for part in ("storage", "arithmetic"):
             self.options[part] = self.options[part] or self.options["precision"] or "fp32"
-        self._check_schedule("schedule" in options)
+        self.method.check_schedule(self.options, "schedule" in options)
         self.method = self.method.formed(self.options)
         self.precision = Precision.of(self.options)
         self.scene = load_scene(scene)
@@ -101,7 +99,8 @@ class Tracer:
         self._rays: RayTextures | None = None
         self._buffers: StateBuffers | None = None
         self._integrator: Integrator | None = None
-        self._first_hits: FirstHits | None = None
+        self._eye_drivers = EyeDrivers(self.gpu, self.method, self.options)
+        self.pass_log: PassLog | None = None    # of the last call, with statistics=True
 
     @classmethod
     def from_settings(cls, scene: Scene | trimesh.Trimesh | str | os.PathLike[str],
@@ -126,23 +125,6 @@ class Tracer:
         tracer = cls(scene, found.method, **found.with_options(options, str(path)))
         tracer.settings = found
         return tracer
-
-    def _check_schedule(self, asked: bool) -> None:
-        """Take the method's own best schedule where none was asked; refuse one it has not."""
-        options, row = self.options, self.method
-        schedules = row.schedules_for(options)
-        if not asked and options["schedule"] not in schedules:
-            options["schedule"] = schedules[-1]
-        if options["schedule"] not in schedules:
-            given = "" if schedules == row.schedules else " with " + ", ".join(
-                f"{o.name}={spell(options[o.name])}" for o in row.options
-                if options[o.name] != o.default)
-            raise OptionError(f"method {row.name}{given} runs under {', '.join(schedules)} only, "
-                              f"not {options['schedule']}")
-        in_atlas = row.stack_entry or (row.single and options["schedule"] == "step")
-        if in_atlas and options["steps_per_pass"] != 1:
-            raise OptionError(f"method {row.name} runs one step a pass, as its stack is drawn "
-                              "between them; leave steps_per_pass at 1")
 
     def _stored(self, scene: Scene) -> np.ndarray:
         """Its triangles as textures hold them: boxes then enclose what the kernels will read."""
@@ -219,8 +201,7 @@ class Tracer:
                 self._traversal = self._make_traversal()
             if self._integrator is not None:
                 self._integrator.take(self._shown())
-            if self._first_hits is not None:
-                self._first_hits.take(self._hit_triangles(), self._traversal)
+            self._eye_drivers.take(self._hit_triangles(), self._traversal)
         took = time.perf_counter() - began
         if statistics.rebuilt:
             statistics.build_seconds, statistics.refit_seconds = took - tried, tried
@@ -282,10 +263,52 @@ class Tracer:
                 raise Error(f"{undecided} rays {advice}")
         return hits.hit
 
+    def trace_all(self, origins: np.ndarray, directions: np.ndarray,
+                  t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf,
+                  shape: tuple[int, int] | None = None, invalid: str = "raise",
+                  max_hits: int | None = None) -> AllHits:
+        """All hits, ray by ray in the order of (t, triangle), coincident ones included.
+
+        A round of passes finds the next hit of every ray that had one; ``statistics`` adds up what
+        they took, but holds no counters.
+
+        Parameters
+        ----------
+        origins, directions, t_min, t_max, shape, invalid : as for ``trace``
+        max_hits : of a ray, the nearest ones; None for all
+
+        Raises
+        ------
+        ValueError
+            for arrays that do not fit, or naming the first invalid ray.
+        OptionError
+            under options that round or lose hits, whose order is then not that of (t, triangle).
+        """
+        check_exact(self.method, self.options)
+        batch = RayBatch(origins, directions, t_min, t_max, shape, invalid, self._bounds)
+        with self.gpu:
+            self.statistics.start_call(batch.count)
+            began = time.perf_counter()
+            hits = collect(batch, self._trace_on, max_hits)
+            self.gpu.check_error(f"tracing all hits of {batch.count} rays")
+            self.statistics.trace_seconds = time.perf_counter() - began
+        return hits
+
+    def _trace_on(self, texels: np.ndarray) -> tuple[dict[str, np.ndarray], np.ndarray]:
+        """The next hits of rays, (height, width, 3, 4) of RAY_AFTER_HIT: HIT, and their status."""
+        rays, buffers = self._room(texels.shape[1::-1], after_hit=True)
+        rays.write(texels)
+        side, stopped = self._traversal.run(rays, buffers, self.statistics)
+        self.statistics.stopped += stopped
+        fields, status = side.fields(HIT.name), np.zeros(texels[..., 0, 0].size, np.uint8)
+        if stopped:
+            mark_stopped(status, side.fields(self.method.state.name)["phase"])
+        return fields, status
+
     def _trace(self, batch: RayBatch, any_hit: bool) -> Hits:
         statistics = self.statistics
-        statistics.start_call(batch.count)
-        with self.gpu:
+        with self.gpu, self._logged():
+            statistics.start_call(batch.count)
             rays, buffers = self._room(batch.size)
             began = time.perf_counter()
             rays.upload(batch)
@@ -302,11 +325,27 @@ class Tracer:
         statistics.readback_seconds = time.perf_counter() - traced
         return hits
 
-    def _room(self, size: tuple[int, int]) -> tuple[RayTextures, StateBuffers]:
+    @contextmanager
+    def _logged(self) -> Iterator[None]:
+        """Within, passes are logged where statistics are asked for."""
+        if not self.options["statistics"]:
+            yield
+            return
+        self.gpu.log = log = PassLog()
+        try:
+            yield
+        finally:
+            self.gpu.log = None
+        statistics, self.pass_log = self.statistics, log
+        statistics.pass_log = log.to_list()
+        statistics.uploaded_bytes, statistics.read_back_bytes = log.uploaded, log.read_back
+
+    def _room(self, size: tuple[int, int],
+              after_hit: bool = False) -> tuple[RayTextures, StateBuffers]:
         """Ray textures and state buffers of ``size``; those of the last call if they fit."""
-        if self._rays is None or self._rays.size != size:
+        if self._rays is None or (self._rays.size, self._rays.after_hit) != (size, after_hit):
             self._release_room()
-            self._rays = RayTextures(self.gpu, size, self.precision)
+            self._rays = RayTextures(self.gpu, size, self.precision, after_hit)
         if self._buffers is None:
             self._buffers = StateBuffers(self.gpu, self.method.state, size,
                                          self.options["statistics"], self.precision)
@@ -316,8 +355,7 @@ class Tracer:
         """The hits with what became of their rays."""
         if stopped:
             phases = side.fields(self.method.state.name)["phase"][:len(hits)]
-            hits.status[phases == OUT_OF_STEPS] = UNFINISHED
-            hits.status[phases == OVERFLOWN] = STACK_OVERFLOW
+            mark_stopped(hits.status, phases)
         if self.options["statistics"]:
             for name, values in self._count(side, len(hits)).items():
                 setattr(hits, name, values)
@@ -339,7 +377,7 @@ class Tracer:
             sum(self.statistics.table_bytes.values()) + self._buffers.bytes()
             + texture_bytes(self._rays.textures) + self._traversal.bytes()
             + (sum(self._integrator.bytes().values()) if self._integrator is not None else 0)
-            + (self._first_hits.bytes() if self._first_hits is not None else 0))
+            + self._eye_drivers.bytes())
 
     # Rendering ------------------------------------------------------------------------------
 
@@ -365,7 +403,10 @@ class Tracer:
         """
         drawer = self._drawer(size, integrator, options)
         drawer.progress = progress
-        with self.gpu:
+        if first_hits != "traced" and not drawer.centred:
+            raise OptionError(f"integrator {drawer.name} sends rays through all of a pixel, of "
+                              "which none is rasterised; take first_hits=traced")
+        with self.gpu, self._logged():
             rays, buffers = self._room(drawer.size)
             driver = self._driver(first_hits)
             began = time.perf_counter()
@@ -409,13 +450,7 @@ class Tracer:
 
     def _driver(self, first_hits: str) -> Driver:
         """What traces a picture's rays."""
-        if not check_first_hits(first_hits, self.options):
-            return self._traversal
-        if self._first_hits is None:
-            self._first_hits = FirstHits(self.gpu, self.method, self.options)
-            self._first_hits.take(self._hit_triangles(), self._traversal)
-        self._first_hits.proved = first_hits == "rasterised"
-        return self._first_hits
+        return self._eye_drivers.over(self._traversal, first_hits, self._hit_triangles())
 
     def _hit_triangles(self) -> np.ndarray:
         """(n, 3, 3) float32: what rays are tested against, in the order that hits count."""
@@ -466,8 +501,7 @@ class Tracer:
             self._release_room()
             if self._integrator is not None:
                 self._integrator.release()
-            if self._first_hits is not None:
-                self._first_hits.release()
+            self._eye_drivers.release()
             self._traversal.release()
             if self.accelerator.finisher is not None:
                 self.accelerator.finisher.release()
@@ -476,5 +510,14 @@ class Tracer:
     def __enter__(self) -> Tracer:
         return self
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        context = self.options["context"]
+        options = {**self.options, "context": context if isinstance(context, str) else None}
+        return _made_again, (self.scene, self.method.name, options)
+
     def __exit__(self, *exception: object) -> None:
         self.release()
+
+
+def _made_again(scene: Scene, method: str, options: dict[str, Any]) -> Tracer:
+    return Tracer(scene, method, **options)

@@ -11,6 +11,9 @@ struct Ray {
     vec3 shear;      // (x / z, y / z, 1 / z) of the direction, axes permuted so z is dominant
     vec3 lo_origin;  // what the two corners of a box are measured from: see box.glsl
     vec3 hi_origin;
+#ifdef AFTER_HIT
+    int after;       // of the triangles at t_min only those above it count
+#endif
 };
 
 // Directions are scaled so that their largest component lies in [0.5, 1) (rays made here are of
@@ -31,6 +34,9 @@ Ray ray_setup(Rays texels) {
     ray.t_min = texels.t_min;
     ray.direction = texels.direction;
     ray.t_max = texels.t_max;
+#ifdef AFTER_HIT
+    ray.after = texels.after;
+#endif
     vec3 d = ray.direction;
     vec3 size = abs(d);
     vec3 tiny = vec3(d.x < 0.0 ? -TINY_DIRECTION : TINY_DIRECTION,

@@ -11,6 +11,8 @@
 // of a branch still leaves a loop that no ray is in (Aila and Laine, HPG 2009, call it
 // while-while). Such a renderer runs the body of a loop that breaks at its top once more than rays
 // want, with nothing to do: hence `if` and `do while`, and for a single step no loop at all.
+// STEP_A_TURN takes one step a turn of the outer loop instead, as a program does that has one loop
+// for all: the cost model of period hardware asks for it.
 
 #include "common/precision.glsl"
 #include "common/fetch.glsl"
@@ -41,7 +43,7 @@ uniform int step_cap;
     state = state_stored(state); \
     hit = hit_stored(hit);
 
-#ifdef SINGLE_STEP
+#if defined(SINGLE_STEP) || defined(STEP_A_TURN)
 #define RUN(number, kernel) \
     if (RUNS(number) && phase == number) { \
         STEP(kernel) \

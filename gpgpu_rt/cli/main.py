@@ -21,7 +21,7 @@ from ..rasterised.first_hits import FIRST_HITS
 from ..scene import Scene, list_scenes, load_scene
 from ..surfaces.parametrise import CUTS, remesh
 from ..tracer import AUTO, DEFAULT_METHOD, Tracer
-from . import tuning
+from . import hardware, tuning
 from .frames import IMAGES, add_frames, render_frames
 from .picture import add_picture, explain, picture_options, progress_shown
 from .shared import (
@@ -304,5 +304,6 @@ def _parser() -> argparse.ArgumentParser:
     sub.add_argument("--runs", type=int, default=5, help="timed runs of each after a warm-up; "
                      "default %(default)s")
     add_options(sub)
+    hardware.add_command(command)
     tuning.add_commands(command)
     return parser

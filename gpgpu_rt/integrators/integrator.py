@@ -75,6 +75,7 @@ class Integrator:
     """
 
     name: str
+    centred = True     # its eye rays go through pixel centres: first hits can be rasterised
     passes: tuple[Pass, ...]
     options: tuple[Option, ...] = (ALL_FEATURES, BOUNCES, LIGHT_SAMPLES)
 

@@ -41,6 +41,7 @@ class Path(Integrator):
     """All light there is, as noise that fades with more samples."""
 
     name = "path"
+    centred = False
     _sums: Room | None = None
     _mask: moderngl.Framebuffer | None = None
     options = (
@@ -160,7 +161,7 @@ class Path(Integrator):
         with self._target([], "radiance") as target:
             context.enable_only(moderngl.BLEND | moderngl.DEPTH_TEST)
             context.blend_func = moderngl.ONE, moderngl.ONE
-            query = context.query(samples=True)
+            query = self.gpu.query()
             with query:
                 self.run("path gather", target, found)
             context.enable_only(moderngl.NOTHING)

@@ -115,7 +115,7 @@ class Whitted(Integrator):
         paths = name + " paths"
         self.room.clear_rays(name)
         self.room.target(paths).clear()
-        query = self.gpu.context.query(samples=True)
+        query = self.gpu.query()
         with query:
             self.run(word, self.room.target(name, paths), source, tiles,
                      first_wave=not wave.depth)

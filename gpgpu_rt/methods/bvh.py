@@ -14,7 +14,7 @@ from ..texel_layout import BVH_NODE, BVH_PAIR, STACK_ENTRY, TRIANGLE
 from .brute_force import triangle_table
 from .bvh_build import BUILD_OPTIONS, built_bvh
 from .bvh_tables import Layout, Options, Pairs, Threads, last_of_leaves, scene_box
-from .row import PACKET, VERTEX_CULLING, Accelerator, Method, Stepwise, check_culling
+from .row import ENTRY_POINTS, PACKET, VERTEX_CULLING, Accelerator, Method, Stepwise, check_culling
 
 LayoutOf = Callable[[Options], type[Layout]]
 
@@ -43,11 +43,12 @@ def _accelerator(bvh: accel.Bvh, kept: _Kept, triangles: np.ndarray,
     fields, uniforms = layout.fields(bvh, options)
     lo, hi = scene_box(bvh)
     width, height = options.get("packet", (1, 1))
+    ends = 1 if options.get("entry_points") else 0    # a list's end is a step that visits nothing
     return Accelerator(
         {**triangle_table(triangles, bvh.order, kept.last), layout.record(options).name: fields},
         {"scene_lo": tuple(lo), "scene_hi": tuple(hi), **layout.uniforms, **uniforms},
         # A packet takes at most the steps that its rays would take one after another.
-        step_bound=(len(bvh.escape) + len(bvh.order)) * width * height, structure=bvh,
+        step_bound=(len(bvh.escape) + len(bvh.order) + ends) * width * height, structure=bvh,
         defines=layout.defines, kept=kept)
 
 
@@ -86,6 +87,17 @@ _STREAMS = Option("streams", False, "no packets: a stream of rays and their node
 _STREAM_SIZE = Option("stream_size", 1 << 15, "with streams, the most elements of a stream that "
                       "go through a pass; fewer follow the order of nodes more closely", int,
                       minimum=1)
+_ENTRIES = " | entry:int end:int"
+
+
+def _with_entries(row: Method, options: Options) -> Method:
+    """Rays that go through a list of subtrees know which comes next, and where theirs ends."""
+    if not options["entry_points"]:
+        return row
+    return replace(row, kernels=("enter", *row.kernels),
+                   state=replace(row.state, layout=row.state.layout + _ENTRIES))
+
+
 _REBUILD = Option("rebuild_ratio", accel.REBUILD_RATIO, "a tree refitted to triangles that moved "
                   "is built anew when its SAH cost is so many times that of the last build; 0: "
                   "always", float, minimum=0)
@@ -114,9 +126,8 @@ def _stack_row(name: str, summary: str, **more: Any) -> Method:
         **more)
 
 
-def _packet_form(options: Options) -> Method:
+def _packet_form(packets: Method, options: Options) -> Method:
     """Packets, or the stream that has none."""
-    packets = ROWS[-1]
     return replace(packets, schedules=("kernels",), drivers={
         "kernels": "ray_streams.RayStreams"}) if options["streams"] else packets
 
@@ -130,7 +141,8 @@ ROWS = (
         kernels=("traverse", "intersect"),
         state=Record("state", "node:int cursor:int phase:int steps:int"),
         tables=(TRIANGLE, BVH_NODE),
-        options=(*BUILD_OPTIONS, _OCTANTS, _QUANTISE, _REBUILD),
+        options=(*BUILD_OPTIONS, _OCTANTS, _QUANTISE, ENTRY_POINTS, _REBUILD),
+        entry_walk="traverse/entry_bvh.glsl", form=_with_entries,
         **_family(lambda options: Threads)),
     _stack_row(
         "bvh-stack", "BVH with a stack a ray, in a local array, the nearer child first",

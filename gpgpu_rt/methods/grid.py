@@ -70,20 +70,20 @@ def _row(name: str, summary: str, citation: str, proximity: bool, **more: Any) -
         fixed_defines={"PROXIMITY": proximity}, **more)
 
 
-def _form(options: Mapping[str, Any]) -> Method:
+def _form(single: Method, options: Mapping[str, Any]) -> Method:
     """Purcell's walk of single rays, or with packets Wald's."""
-    return _SINGLE if options["packet"] == (1, 1) else _COHERENT
+    if options["packet"] == (1, 1):
+        return single
+    return replace(
+        single, glsl="traverse/coherent_grid.glsl", kernels=("step_packet",),
+        state=Record("state", "phase:int steps:int"), prepare=_prepare_packets,
+        schedules=("loop",), drivers={"loop": "packets.PacketTraversal"}, packet=True,
+        single="grid")
 
-
-_SINGLE = _row("grid", "uniform grid, a cell or a list entry a step; or packets, slice by slice",
-               "Purcell et al. 2002", False, options=(*_GRID_OPTIONS, _PACKET), form=_form)
-_COHERENT = replace(
-    _SINGLE, glsl="traverse/coherent_grid.glsl", kernels=("step_packet",),
-    state=Record("state", "phase:int steps:int"), prepare=_prepare_packets, schedules=("loop",),
-    drivers={"loop": "packets.PacketTraversal"}, packet=True, single="grid")
 
 ROWS = (
-    _SINGLE,
+    _row("grid", "uniform grid, a cell or a list entry a step; or packets, slice by slice",
+         "Purcell et al. 2002", False, options=(*_GRID_OPTIONS, _PACKET), form=_form),
     _row("grid-proximity", "uniform grid with proximity clouds: empty cells in one jump",
          "Karlsson and Ljungstedt 2004", True, options=_GRID_OPTIONS),
 )

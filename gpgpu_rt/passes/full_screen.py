@@ -39,7 +39,7 @@ class FullScreenPass:
     def __init__(self, gpu: Gpu, fragment: str, defines: Mapping[str, object] | None = None,
                  virtual: Mapping[str, str] | None = None) -> None:
         self.gpu = gpu
-        self.name = fragment
+        self.name, self.label = fragment, ""   # the label: what it is called in a log
         self.program = compile_program(gpu, fragment, defines, virtual)
         self._whole = Rectangles(gpu, 1)
         self._geometry: dict[int, moderngl.VertexArray] = {}
@@ -95,11 +95,21 @@ class FullScreenPass:
                 self._size = size
         self.program["scale"].value = (2.0 / (unit * size[0]), 2.0 / (unit * size[1]))
         self.program["depth"].value = 2.0 * depth - 1.0
+        if self.gpu.watch is not None:
+            self.gpu.watch.note(self, target, textures)
         target.use()
         geometry = self._geometry.get(id(rectangles))
         if geometry is None:
             geometry = self._geometry[id(rectangles)] = self.gpu.context.vertex_array(
                 self.program, [(rectangles.buffer, "4f/i", "rectangle")])
+        if self.gpu.log is None:
+            self._render(geometry, rectangles)
+            return
+        used = {name: textures[name] for name in self._samplers}
+        with self.gpu.drawing(self.label or self.name, self.program, target, used):
+            self._render(geometry, rectangles)
+
+    def _render(self, geometry: moderngl.VertexArray, rectangles: Rectangles) -> None:
         if rectangles is self._whole:   # one triangle, twice as large as the target
             geometry.render(moderngl.TRIANGLES, vertices=3, instances=1)
         elif rectangles.count:

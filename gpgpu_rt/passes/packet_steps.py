@@ -112,7 +112,7 @@ class PacketSteps:
 
     def _samples(self, program: FullScreenPass, mask: moderngl.Framebuffer, source: StateBuffer,
                  statistics: Statistics) -> int:
-        query = self.gpu.context.query(samples=True)
+        query = self.gpu.query()
         with query:
             program.draw(mask, source.samplers())
         statistics.draw_calls += 1

@@ -176,7 +176,7 @@ class RayHierarchy:
     def _stopped(self, final: StateBuffer, buffers: StateBuffers, statistics: Statistics) -> int:
         program = self.program("classify", [(self.precision.layout(self.method.state), False)])
         program.set(phase=UNFINISHED)
-        query = self.gpu.context.query(samples=True)
+        query = self.gpu.query()
         with query:
             program.draw(buffers.mask, final.samplers())
         statistics.draw_calls += 1

@@ -129,7 +129,7 @@ class RayTiles:
         if key not in self._programs:
             self._programs[key] = FullScreenPass(self.gpu, key, {}, {
                 "streams": self._layout(self.method.state).stream_glsl(writes=False)})
-        program, query = self._programs[key], self.gpu.context.query(samples=True)
+        program, query = self._programs[key], self.gpu.query()
         program.set(phase=-1)
         with query:
             program.draw(buffers.mask, final.samplers())
@@ -205,6 +205,7 @@ class _PairPass:
 
     def __init__(self, owner: RayTiles, defines: Mapping[str, object],
                  virtual: Mapping[str, str]) -> None:
+        self.gpu = owner.gpu
         self.program = compile_program(owner.gpu, "passes/tile_pairs.frag", defines, virtual,
                                        "passes/tile_pairs.vert")
         self.geometry = owner.gpu.context.vertex_array(self.program, [])
@@ -221,10 +222,12 @@ class _PairPass:
             if name in self.program:
                 self.program[name].value = value
         target.use()
-        if self.points:
-            self.geometry.render(moderngl.POINTS, vertices=pairs)
-        else:
-            self.geometry.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=pairs)
+        used = {name: textures[name] for name in self.samplers}
+        with self.gpu.drawing("passes/tile_pairs.frag", self.program, target, used):
+            if self.points:
+                self.geometry.render(moderngl.POINTS, vertices=pairs)
+            else:
+                self.geometry.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=pairs)
 
     def release(self) -> None:
         self.geometry.release()

@@ -129,7 +129,9 @@ class SortedRays:
         program["blocks_a_row"].value = self._blocks(rays.size)[0]
         self.gpu.context.enable_only(moderngl.NOTHING)
         final.target.use()
-        geometry.render(moderngl.POINTS, vertices=keys.length)
+        used = {name: textures[name] for name in program if name in textures}
+        with self.gpu.drawing("passes/sort_scatter.frag", program, final.target, used):
+            geometry.render(moderngl.POINTS, vertices=keys.length)
 
     # Programs and textures ------------------------------------------------------------------
 
@@ -153,9 +155,9 @@ class SortedRays:
     def _room_for(self, rays: RayTextures) -> tuple[RayTextures, StateBuffers]:
         across, down = self._blocks(rays.size)
         size = (BLOCK * across, BLOCK * down)
-        if self._rays is None or self._buffers is None or self._rays.size != size:
+        if self._rays is None or self._buffers is None or not self._rays.fits(rays, size):
             self._release_room()
-            self._rays = RayTextures(self.gpu, size, self.precision)
+            self._rays = rays.like(size)
             self._buffers = StateBuffers(self.gpu, self.method.state, size, self.statistics_on,
                                          self.precision)
         self._rays.share_with(rays)

@@ -20,7 +20,7 @@ from ..gpu import Gpu
 from ..ray_state import stream_samplers
 from ..record import EXACT_INTEGER, TABLE_WIDTH_LOG2, Record
 from ..shader import compile_program
-from ..textures import TABLE_WIDTH, read_texture, stream_textures
+from ..textures import TABLE_WIDTH, note_moved, read_texture, stream_textures, write_texture
 from .full_screen import GL_SAMPLERS, FullScreenPass, Rectangles
 
 
@@ -62,7 +62,7 @@ class Stream:
         padded = np.zeros((rows_of(self.length) * TABLE_WIDTH, 4), np.float32)
         for texel, texture in enumerate(self.textures):
             padded[:self.length] = packed[:, texel]
-            texture.write(padded)
+            write_texture(texture, padded)
 
     def read(self, count: int | None = None) -> dict[str, np.ndarray]:
         """The first ``count`` elements (all) by field name."""
@@ -73,6 +73,7 @@ class Stream:
     def read_one(self, i: int) -> dict[str, np.ndarray]:
         """Element i alone."""
         corner = (i % TABLE_WIDTH, i // TABLE_WIDTH, 1, 1)
+        note_moved(self.textures[0], down=16 * len(self.textures))
         texels = [np.frombuffer(self.target.read(corner, 4, attachment=k, dtype="f4"), np.float32)
                   for k in range(len(self.textures))]
         return {name: value[0]
@@ -177,7 +178,8 @@ class _Points:
     """A program drawn as points or lines without attributes."""
 
     def __init__(self, gpu: Gpu, program: str, virtual: Mapping[str, str]) -> None:
-        self.program = compile_program(gpu, f"{entry(program)}.frag", {}, virtual,
+        self.gpu, self.name = gpu, f"{entry(program)}.frag"
+        self.program = compile_program(gpu, self.name, {}, virtual,
                                        f"{entry(program)}.vert")
         self.geometry = gpu.context.vertex_array(self.program, [])
         self.samplers = [name for name in self.program
@@ -194,7 +196,9 @@ class _Points:
             if name in self.program:
                 self.program[name].value = value
         target.target.use()
-        self.geometry.render(mode, vertices=vertices)
+        used = {name: textures[name] for name in self.samplers}
+        with self.gpu.drawing(self.name, self.program, target.target, used):
+            self.geometry.render(mode, vertices=vertices)
 
     def release(self) -> None:
         self.geometry.release()

@@ -184,3 +184,9 @@ def test_command(tmp_path, capsys) -> None:
     assert main([*words, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)["statistics"]["first_hits"]
     assert found["retraced_share"] == found["retraced"] / 64 ** 2 < 0.05
+
+
+def test_rays_beside_the_centres_are_refused() -> None:
+    with rt.Tracer(soup_scene(3, 1)) as tracer:
+        with pytest.raises(rt.Error, match="integrator path .* take first_hits=traced"):
+            tracer.render(size=(8, 8), integrator="path", first_hits="rasterised")

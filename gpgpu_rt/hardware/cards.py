@@ -1,0 +1,96 @@
+"""The graphics cards of the survey: what each could do, and which programs it could run at all."""
+from __future__ import annotations
+
+import functools
+import importlib.resources
+import json
+from dataclasses import dataclass
+from typing import Any
+
+from ..errors import OptionError, nearest_names
+from .program import Program
+
+
+@dataclass(frozen=True)
+class Needs:
+    """What a program asks of a card.
+
+    Attributes
+    ----------
+    arithmetic, textures : instructions of the text
+    dependent_reads : levels of fetches whose place comes from a fetch
+    loops : whether it loops
+    targets : render targets
+    texture_size : texels a side of its largest texture
+    floats : whether it stands on float textures
+    queries : whether its host counts rays by occlusion queries
+    """
+
+    arithmetic: int = 0
+    textures: int = 0
+    dependent_reads: int = 0
+    loops: bool = False
+    targets: int = 1
+    texture_size: int = 0
+    floats: bool = True
+    queries: bool = False
+
+    @classmethod
+    def of(cls, program: Program, targets: int, texture_size: int = 0,
+           queries: bool = False) -> Needs:
+        """The needs of a compiled program."""
+        return cls(sum(work.vector for work in program.work),
+                   sum(sum(work.fetches.values()) for work in program.work),
+                   program.dependent_reads, bool(program.loops), targets, texture_size, True,
+                   queries)
+
+
+@dataclass(frozen=True)
+class Card:
+    """A card; its figures by name are attributes too: ``card.clock``."""
+
+    name: str
+    chip: str
+    year: int
+    figures: dict[str, dict[str, Any]]
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_") or name not in self.figures:
+            raise AttributeError(name)
+        return self.figures[name]["value"]
+
+    def refuses(self, needs: Needs) -> list[str]:
+        """Why it cannot run such a program: nothing where it can."""
+        limits = (("arithmetic_slots", needs.arithmetic, "arithmetic instructions"),
+                  ("texture_slots", needs.textures, "fetches in the text"),
+                  ("dependent_reads", needs.dependent_reads, "levels of dependent fetches"),
+                  ("render_targets", needs.targets, "render targets"),
+                  ("texture_size", needs.texture_size, "texels a side"))
+        reasons = [f"{wanted:,} {what}, it has {getattr(self, name):,}"
+                   for name, wanted, what in limits if wanted > getattr(self, name)]
+        if needs.loops and not self.branching:
+            reasons.insert(0, "loops, it has no branches")
+        if needs.floats and not self.float_textures:
+            reasons.insert(0, f"float textures, it has {self.precision}")
+        if needs.queries and not self.occlusion_query:
+            reasons.append("occlusion queries")
+        return reasons
+
+    def to_dict(self) -> dict[str, Any]:
+        """Name, chip, year and every figure with its unit and source."""
+        return {"name": self.name, "chip": self.chip, "year": self.year, "figures": self.figures}
+
+
+@functools.cache
+def cards() -> tuple[Card, ...]:
+    """The cards in the order of their years."""
+    text = (importlib.resources.files("gpgpu_rt.hardware") / "cards.json").read_text()
+    return tuple(Card(**row) for row in json.loads(text)["cards"])
+
+
+def find_card(name: str) -> Card:
+    """A card by its name, or by its chip's; OptionError where there is none."""
+    for card in cards():
+        if name in (card.name, card.chip):
+            return card
+    raise OptionError(f"no card {name!r}" + nearest_names(name, [c.chip for c in cards()]))

@@ -1,0 +1,73 @@
+"""Which methods a card could have run: each program of a method, compiled, against its limits."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from ..methods import find_method, methods
+from ..passes.full_screen import FullScreenPass
+from ..scene import load_scene
+from ..shader import text_of
+from ..tracer import Tracer
+from .cards import Card, Needs
+from .compiler import compiled
+from .program import parse
+
+LEFT_OUT = {"passes/tile_counts.frag"}   # ours: spares passes the tiles without rays
+SCENE, SIZE = "cornell", 8   # programs do not depend on the scene, but for the depth of a stack
+
+
+class _Programs:
+    """Every full-screen pass of a call: its texts, and the most targets it was drawn into."""
+
+    def __init__(self) -> None:
+        self.found: dict[tuple[str, str], tuple[str, int]] = {}
+
+    def note(self, one: FullScreenPass, target: Any, textures: Mapping[str, Any]) -> None:
+        if one.name in LEFT_OUT:
+            return
+        texts = text_of(one.gpu, one.program)
+        most = max(len(target.color_attachments), self.found.get(texts, ("", 0))[1])
+        self.found[texts] = (one.name, most)
+
+
+def method_needs(names: list[str] | None = None) -> dict[tuple[str, str], dict[str, Needs]]:
+    """(method, schedule) -> program -> what it asks of a card.
+
+    Parameters
+    ----------
+    names : methods; None: all of the table
+    """
+    seen = {}
+    scene = load_scene(SCENE)
+    rays = scene.camera.rays((SIZE, SIZE))
+    for row in [find_method(name) for name in names] if names else methods():
+        for schedule in row.schedules:
+            watch = _Programs()
+            with Tracer(scene, row.name, schedule=schedule) as tracer:
+                tracer.gpu.watch = watch
+                try:
+                    tracer.trace(*rays)
+                finally:
+                    tracer.gpu.watch = None
+            seen[row.name, schedule] = watch.found
+    texts = list(dict.fromkeys(text for found in seen.values() for text in found))
+    programs = {text: parse(code) for text, code in zip(texts, compiled(texts))}
+    needs = {}
+    for key, found in seen.items():
+        asked: dict[str, Needs] = {}
+        for text, (name, targets) in found.items():
+            of_one = Needs.of(programs[text], targets)
+            label = name.split("/")[-1] + ("" if name not in asked else f" {len(asked)}")
+            asked[label] = replace(of_one, queries=key[1] != "loop")
+        needs[key] = asked
+    return needs
+
+
+def refusals(card: Card, needs: dict[tuple[str, str], dict[str, Needs]]
+             ) -> dict[tuple[str, str], list[str]]:
+    """(method, schedule) -> why the card cannot run it: nothing where it can."""
+    return {key: list(dict.fromkeys(reason for one in programs.values()
+                                    for reason in card.refuses(one)))
+            for key, programs in needs.items()}

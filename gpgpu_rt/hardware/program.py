@@ -1,0 +1,259 @@
+"""A fragment program as a compiler left it: blocks, branches and loops of simple instructions.
+
+The text is Mesa's NIR (static single assignment), which its reference rasteriser prints; see
+``compiler.py``. A program is a tree of blocks, ``Branch`` and ``Loop``; a **region** is what runs
+under one condition: the program as a whole, a loop's body, a side of a branch.
+"""
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+_LINE = re.compile(r"(?:vec(?P<width>\d+)\s+(?P<bits>\d+)\s+ssa_(?P<to>\d+) = )?(?P<rest>.*)")
+_SOURCE = re.compile(r"ssa_(\d+)(?:\.([xyzw]+))?")
+_UNIFORM = re.compile(r"decl_var uniform \S+ (\S+) (\S+) \(\d+, (\d+), \d+\)")
+_SAMPLER = re.compile(r"decl_var uniform \S+ [iu]?sampler2D (\S+) \(\d+, (\d+), \d+\)")
+_OUTPUT = re.compile(r"decl_var shader_out \S+ \S+ (\S+) \(([^,]*), (\d+), \d+\)")
+_LOCAL = re.compile(r"^\s+decl_var\s+\S+ (\w+)\[(\d+)\] (\S+)", re.M)
+
+# What shader hardware of the period gives for nothing: moves and swizzles, negated and absolute
+# operands, constants, and integers, which were floats all along.
+FREE = {"mov", "vec2", "vec3", "vec4", "fneg", "ineg", "fabs", "iabs", "inot", "b2i32", "b2f32",
+        "f2i32", "f2u32", "i2f32", "u2f32"}
+_NO_ARITHMETIC = {"load_const", "phi", "deref_var", "deref_array", "load_ubo", "load_deref",
+                  "store_deref", "discard_if", "txf", "break", "undefined"}
+_ONE_A_COMPONENT = {"frcp", "frsq", "fsqrt"}   # by a scalar unit
+
+
+@dataclass
+class Instruction:
+    """One of them: ``to`` is the value it makes, or -1; sources are (value, swizzle)."""
+
+    op: str
+    to: int = -1
+    width: int = 0
+    bits: int = 32
+    sources: list[tuple[int, str]] = field(default_factory=list)
+    bits_of_constant: tuple[int, ...] = ()
+    predecessors: tuple[int, ...] = ()   # of a phi: the block that each source comes from
+    name: str = ""                       # variable, or sampler of a fetch
+    offset: int = 0                      # of a uniform, bytes
+    mask: str = ""                       # components stored
+
+
+@dataclass
+class Block:
+    number: int
+    instructions: list[Instruction] = field(default_factory=list)
+
+
+@dataclass
+class Branch:
+    condition: int
+    sides: tuple[list[Node], list[Node]]
+    regions: tuple[int, int] = (0, 0)
+
+
+@dataclass
+class Loop:
+    body: list[Node]
+    region: int = 0
+
+
+Node = Block | Branch | Loop
+
+
+@dataclass
+class Work:
+    """What a region costs each time it runs, without the regions inside it.
+
+    Attributes
+    ----------
+    vector : instructions of a machine that works on four components at once
+    scalar : instructions of one that works on one
+    fetches : texel fetches by sampler
+    """
+
+    vector: int = 0
+    scalar: int = 0
+    fetches: Counter[str] = field(default_factory=Counter)
+
+    def __add__(self, other: Work) -> Work:
+        return Work(self.vector + other.vector, self.scalar + other.scalar,
+                    self.fetches + other.fetches)
+
+
+@dataclass
+class Program:
+    """A program's tree and what each region of it costs.
+
+    Attributes
+    ----------
+    uniforms : byte offset -> name and GLSL type
+    outputs : name -> render target, by location; depth is -1
+    arrays : local array -> its length
+    work : by region; 0 is the program
+    parents : by region, the one around it; -1 of the program
+    loops : regions that are bodies of loops, in the order of the text
+    """
+
+    tree: list[Node]
+    samplers: list[str]
+    uniforms: dict[int, tuple[str, str]]
+    outputs: dict[str, int]
+    arrays: dict[str, tuple[str, int]]
+    work: list[Work]
+    parents: list[int]
+    loops: list[int]
+
+    @property
+    def dependent_reads(self) -> int:
+        """Levels of fetches whose place comes from a fetch, once through the text."""
+        levels: dict[int, int] = {}
+        for one in self.instructions():
+            # A loop's later turns would depend on earlier ones: loops are another limit.
+            sources = [levels.get(value, 0) for value, _ in one.sources]
+            levels[one.to] = max(sources, default=0) + (one.op == "txf")
+        return max(levels.values(), default=0)
+
+    def instructions(self) -> Iterator[Instruction]:
+        """All of the text, in its order."""
+        waiting = list(self.tree)
+        while waiting:
+            node = waiting.pop(0)
+            if isinstance(node, Block):
+                yield from node.instructions
+            elif isinstance(node, Loop):
+                waiting[:0] = node.body
+            else:
+                waiting[:0] = [*node.sides[0], *node.sides[1]]
+
+    def flattened(self, region: int) -> Work:
+        """A region and the branches in it, both sides of each, but no loop within."""
+        total = self.work[region]
+        for child, parent in enumerate(self.parents):
+            if parent == region and child not in self.loops:
+                total = total + self.flattened(child)
+        return total
+
+
+def parse(text: str) -> Program:
+    """The program of a compiler's text."""
+    uniforms = {16 * int(at): (name, kind) for kind, name, at in _UNIFORM.findall(text)
+                if "sampler" not in kind}
+    samplers = {int(at): name for name, at in _SAMPLER.findall(text)}
+    outputs = {name: -1 if "DEPTH" in place else int(location)
+               for name, place, location in _OUTPUT.findall(text)}
+    arrays = {name: (kind, int(length)) for kind, length, name in _LOCAL.findall(text)}
+    lines = iter(text[text.index("impl main"):].splitlines()[1:])
+    tree = _nodes(lines, samplers)
+    program = Program(tree, list(samplers.values()), uniforms, outputs, arrays, [], [], [])
+    _number(program, tree, -1)
+    return program
+
+
+def _nodes(lines: Iterator[str], samplers: dict[int, str]) -> list[Node]:
+    """The nodes up to the brace that closes them."""
+    nodes: list[Node] = []
+    for line in map(str.strip, lines):
+        if line.startswith("}"):
+            if nodes and line.startswith("} else"):
+                nodes.append(Block(-1))   # a mark for `if`
+            return nodes
+        if line.startswith("block block_"):
+            nodes.append(Block(int(line[12:-1])))
+        elif line.startswith("loop {"):
+            nodes.append(Loop(_nodes(lines, samplers)))
+        elif line.startswith("if "):
+            found = _SOURCE.search(line)
+            assert found is not None
+            yes = _nodes(lines, samplers)
+            assert isinstance(yes[-1], Block) and yes[-1].number == -1
+            nodes.append(Branch(int(found[1]), (yes[:-1], _nodes(lines, samplers))))
+        elif line and not line.startswith(("/*", "decl_var")):
+            assert isinstance(nodes[-1], Block), line
+            nodes[-1].instructions.append(_instruction(line, samplers))
+    return nodes
+
+
+def _instruction(line: str, samplers: dict[int, str]) -> Instruction:
+    found = _LINE.fullmatch(line)
+    assert found is not None
+    rest = found["rest"]
+    op = rest.split()[0].rstrip("!")
+    one = Instruction(op, int(found["to"] or -1), int(found["width"] or 0),
+                      int(found["bits"] or 32))
+    if op == "load_const":
+        words = rest[rest.index("(") + 1:].split("=")[0].split(")")[0].split(",")
+        one.bits_of_constant = tuple(
+            {"true": 1, "false": 0}.get(w.strip()) if w.strip() in ("true", "false")
+            else int(w.strip(), 16) for w in words)
+    elif op == "phi":
+        pairs = re.findall(r"block_(\d+): ssa_(\d+)", rest)
+        one.predecessors = tuple(int(block) for block, _ in pairs)
+        one.sources = [(int(value), "") for _, value in pairs]
+    elif op == "intrinsic":
+        one.op = rest.split()[1]
+        inside = rest[rest.index("("):]
+        one.sources = [(int(v), s) for v, s in _SOURCE.findall(inside[:inside.index(")")])]
+        if base := re.search(r"range_base=(\d+)", rest):
+            one.offset = int(base[1])
+        if mask := re.search(r"wrmask=([xyzw]+)", rest):
+            one.mask = mask[1]
+    elif op == "deref_var":
+        one.name = rest.split()[1].lstrip("&")
+    elif op.endswith("txf"):
+        one.op = "txf"
+        parts = rest.split(")", 1)[1]
+        one.sources = [(int(v), s) for v, s in _SOURCE.findall(parts)][:1]
+        number = re.search(r"(\d+) \(sampler\)", rest)
+        assert number is not None
+        one.name = samplers[int(number[1])]
+    else:
+        one.sources = [(int(v), s) for v, s in _SOURCE.findall(rest.split("/*")[0])]
+    return one
+
+
+def _number(program: Program, nodes: list[Node], parent: int) -> int:
+    """Number the region of these nodes and those inside it, and count their work."""
+    region = len(program.work)
+    program.work.append(Work())
+    program.parents.append(parent)
+    blocks = [node for node in nodes if isinstance(node, Block)]
+    program.work[region] = _work([one for block in blocks for one in block.instructions])
+    for node in nodes:
+        if isinstance(node, Loop):
+            node.region = len(program.work)
+            program.loops.append(node.region)
+            _number(program, node.body, region)
+        elif isinstance(node, Branch):
+            yes = _number(program, node.sides[0], region)
+            node.regions = (yes, _number(program, node.sides[1], region))
+    return region
+
+
+def _work(instructions: list[Instruction]) -> Work:
+    """Static counts: a product whose one use is a sum is issued with it."""
+    uses = Counter(value for one in instructions for value, _ in one.sources)
+    made = {one.to: one for one in instructions if one.to >= 0}
+    fused: set[int] = set()
+    for one in instructions:
+        if one.op in ("fadd", "iadd"):
+            for value, _ in one.sources:
+                while value in made and made[value].op in ("fneg", "ineg") and uses[value] == 1:
+                    value = made[value].sources[0][0]
+                product = value in made and made[value].op in ("fmul", "imul")
+                if product and uses[value] == 1 and value not in fused:
+                    fused.add(value)
+                    break
+    work = Work()
+    for one in instructions:
+        if one.op == "txf":
+            work.fetches[one.name] += 1
+        elif one.op not in FREE and one.op not in _NO_ARITHMETIC and one.to not in fused:
+            division = one.op == "fdiv"    # a reciprocal and a product
+            work.vector += one.width if one.op in _ONE_A_COMPONENT else 1 + division
+            work.scalar += one.width + division
+    return work

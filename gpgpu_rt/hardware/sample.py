@@ -1,0 +1,122 @@
+"""What a method does to the rays of an image, from tiles of it that are emulated.
+
+Tiles are whole patches of neighbouring pixels at the image's own resolution, spread over it: rays
+of a patch go together as on hardware that binds neighbouring pixels.
+"""
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..passes.full_screen import FullScreenPass
+from ..shader import text_of
+from ..tracer import Tracer
+from .compiler import compiled
+from .emulate import WIDTHS, Run, emulate, morton_order
+from .program import Program, parse
+
+TRAVERSALS = ("passes/traverse.frag", "passes/packet.frag")
+TILE = (24, 32)    # pixels: of 48 and of 32 there are whole numbers in it, in packets of 2x2 too
+
+
+def tile_pixels(size: int, tile: tuple[int, int] = TILE,
+                spread: tuple[int, int] = (3, 2)) -> np.ndarray:
+    """(height, width of all tiles side by side) int: pixels of a square image, row by row.
+
+    Parameters
+    ----------
+    size : pixels a side
+    spread : tiles across and down, each in the middle of its share of the image
+    """
+    strips = []
+    for row in range(spread[1]):
+        for column in range(spread[0]):
+            x, y = ((size * (2 * at + 1) // (2 * count)) - side // 2
+                    for at, count, side in zip((column, row), spread, tile))
+            x, y = (min(max(at - at % 4, 0), size - side) for at, side in zip((x, y), tile))
+            strips.append((y + np.arange(tile[1]))[:, None] * size + x + np.arange(tile[0]))
+    return np.concatenate(strips, axis=1)
+
+
+class Watch:
+    """Keeps the first draw of a traversal: program, uniforms and textures, as numpy."""
+
+    def __init__(self) -> None:
+        self.texts: tuple[str, str] | None = None
+        self.uniforms: dict[str, Any] = {}
+        self.samplers: dict[str, np.ndarray] = {}
+        self.target: Any = None
+        self.texel_bytes: dict[str, int] = {}
+        self.written_bytes = 0    # a fragment
+
+    def note(self, one: FullScreenPass, target: Any, textures: Mapping[str, Any]) -> None:
+        if self.texts is not None or one.name not in TRAVERSALS:
+            return
+        self.texts, self.target = text_of(one.gpu, one.program), target
+        self.uniforms = dict(one._uniforms)
+        self.written_bytes = sum(texel_bytes(t) for t in target.color_attachments)
+        for name in one._samplers:
+            self.samplers[name] = as_array(textures[name])
+            self.texel_bytes[name] = texel_bytes(textures[name])
+
+    def results(self) -> list[np.ndarray]:
+        """(h, w, c) float32 of each render target."""
+        return [as_array(texture) for texture in self.target.color_attachments]
+
+
+def texel_bytes(texture: Any) -> int:
+    return int(texture.components) * int(texture.dtype[1])
+
+
+def as_array(texture: Any) -> np.ndarray:
+    """(h, w, c) of a texture, in its own type."""
+    kind = {"f4": np.float32, "f2": np.float16, "u4": np.uint32}[texture.dtype]
+    return np.frombuffer(texture.read(), kind).reshape(texture.height, texture.width, -1)
+
+
+def emulated(tracer: Tracer, origins: np.ndarray, directions: np.ndarray, any_hit: bool = False,
+             t_max: Any = np.inf, tile: tuple[int, int] = TILE,
+             widths: Sequence[int] = WIDTHS, flat: bool = False) -> tuple[Run, Watch]:
+    """Trace (h, w, 3) rays, tiles side by side, and emulate the program that did.
+
+    Parameters
+    ----------
+    flat : emulate it with one loop for all kernels, a step a turn, and not a loop within for each
+
+    Returns
+    -------
+    (Run, Watch)
+        what it did; and the draw, whose results are what the emulation must have come to
+    """
+    watch = Watch()
+    tracer.gpu.watch = watch
+    try:
+        (tracer.occluded if any_hit else tracer.trace)(
+            origins, directions, t_max=t_max, invalid="miss")
+    finally:
+        tracer.gpu.watch = None
+    assert watch.texts is not None
+    vertex, fragment = watch.texts
+    if flat:
+        head, _, rest = fragment.partition("\n")     # behind #version
+        fragment = f"{head}\n#define STEP_A_TURN\n{rest}"
+    program = program_of((vertex, fragment))
+    packet = tracer.options.get("packet", (1, 1)) if tracer.method.packet else (1, 1)
+    part = tile[0] // packet[0], tile[1] // packet[1]
+    inside = morton_order(*part)
+    tiles = origins.shape[1] // tile[0]
+    texels = np.concatenate([inside + (part[0] * at, 0) for at in range(tiles)])
+    with np.errstate(all="ignore"):
+        return emulate(program, watch.samplers, watch.uniforms, texels, widths), watch
+
+
+_programs: dict[tuple[str, str], Program] = {}
+
+
+def program_of(texts: tuple[str, str]) -> Program:
+    """The compiled program of a text; each is compiled once."""
+    if texts not in _programs:
+        _programs[texts] = parse(compiled([texts])[0])
+    return _programs[texts]

@@ -1,0 +1,131 @@
+"""The emulated fragment processor: the renderer's bits, and the counts of the shaders' own."""
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+import gpgpu_rt as rt
+from gpgpu_rt.hardware.counters import modelled, pass_counts
+from gpgpu_rt.hardware.emulate import morton_order
+from gpgpu_rt.hardware.sample import emulated, tile_pixels
+
+TILE = (16, 8)
+MANY = [("kd-restart", {}), ("kd-packet", {}), ("bvh-packet", {}), ("grid", {"resolution": 2}),
+        ("kd-stack", {}), ("geometry-image", {})]
+MORE = [("brute-force", {}), ("grid-proximity", {}), ("kd-backtrack", {}), ("kd-push-down", {}),
+        ("kd-short-stack", {}), ("kd-ropes", {}), ("kd-ropes-packet", {}), ("bvh-threaded", {}),
+        ("bvh-threaded", {"octants": True}), ("bih", {}), ("visibility-field", {}),
+        ("kd-restart", {"precision": "fp24"})]
+
+
+def _case(method: str, options: dict, marks: list) -> object:
+    words = " ".join(f"{name}={value}" for name, value in options.items())
+    return pytest.param(method, options, id=f"{method} {words} seed 5".strip(), marks=marks)
+
+
+CASES = [_case(*one, []) for one in MANY] + [_case(*one, [pytest.mark.full]) for one in MORE]
+
+
+def _rays(scene: rt.Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Two tiles of rays, each from a place of its own: origins then lie in a texture."""
+    pixels = tile_pixels(64, TILE, (2, 1))
+    origins, directions = (a.reshape(-1, 3)[pixels] for a in scene.camera.rays((64, 64)))
+    aside = np.random.default_rng(5).normal(scale=1e-3, size=origins.shape)
+    return origins + aside.astype(np.float32), directions
+
+
+@pytest.mark.parametrize("method, options", CASES)
+def test_the_emulation_leaves_what_the_renderer_left(method: str, options: dict) -> None:
+    scene = rt.load_scene("cornell")
+    with rt.Tracer(scene, method, **options) as tracer:
+        run, watch = emulated(tracer, *_rays(scene), tile=TILE)
+        drawn = {texture: _name(texture, tracer.method.packet or method == "bvh-stack")
+                 for texture in range(len(watch.results()))}
+        width, height = tracer.options.get("packet", (1, 1)) if tracer.method.packet else (1, 1)
+        part = TILE[0] // width, TILE[1] // height
+        places = np.concatenate([morton_order(*part) + (part[0] * at, 0) for at in range(2)])
+        for target, image in enumerate(watch.results()):
+            left = image[places[:, 1], places[:, 0]].view(np.uint32)
+            mine = [name for name in run.outputs if name == drawn[target]] or [
+                name for name, at in run.program.outputs.items() if at == target]
+            found = run.outputs[mine[0]][:, :left.shape[1]].view(np.uint32)
+            assert np.array_equal(left, found)
+
+
+def _name(target: int, packet: bool) -> str:
+    """What the compiler calls an element of an array of outputs."""
+    return ("packet_target" if target == 0 else f"packet_target@{target - 1}") if packet else ""
+
+
+@pytest.mark.parametrize("method, first, second", [
+    ("kd-restart", "kd_node_table", "triangle_table"),
+    ("bvh-threaded", "bvh_node_table", "triangle_table")])
+def test_the_static_model_agrees_with_the_instrumented_run(method: str, first: str,
+                                                           second: str) -> None:
+    scene = rt.load_scene("cornell")
+    rays = _rays(scene)
+    with rt.Tracer(scene, method) as tracer:
+        run, _ = emulated(tracer, *rays, tile=TILE)
+    with rt.Tracer(scene, method, statistics=True) as tracer:
+        hits = tracer.trace(*rays)
+        counted = tracer.statistics.counters
+    nodes, tests = int(hits.nodes_visited.sum()), int(hits.triangles_tested.sum())
+    assert counted["steps"] * len(hits) == pytest.approx(nodes + tests)
+    model, ran = modelled(run.program, len(hits), [nodes, tests]), run.predicated()
+    assert model.vector == pytest.approx(ran.vector, rel=0.02)
+    assert model.scalar == pytest.approx(ran.scalar, rel=0.02)
+    fetches = run.fetches()
+    assert fetches[second] == 3 * tests
+    assert fetches[first] == nodes * (2 if method == "bvh-threaded" else 1)
+    assert Counter(model.fetches)[first] == fetches[first]
+
+
+def test_groups_run_what_any_of_them_wants() -> None:
+    scene = rt.load_scene("cornell")
+    with rt.Tracer(scene, "kd-restart") as tracer:
+        run, _ = emulated(tracer, *_rays(scene), tile=TILE, widths=(1, 8, 64, 256))
+    lanes = [run.instructions(True, width) for width in (1, 8, 64, 256)]
+    assert lanes == sorted(lanes) and lanes[0] < lanes[-1]
+    assert run.runs[256].max() >= 1 and run.runs[1][0] == run.fragments == 256
+
+
+@pytest.mark.parametrize("schedule", ["kernels", "step", "loop"])
+def test_the_log_of_passes_counts_what_ran(schedule: str) -> None:
+    scene = rt.load_scene("cornell")
+    with rt.Tracer(scene, "kd-restart", schedule=schedule, statistics=True) as tracer:
+        hits = tracer.trace(*_rays(scene))
+        cost, log = tracer.statistics, tracer.pass_log
+        steps = cost.counters["steps"] * len(hits)
+    assert sum(one["draws"] for one in cost.pass_log) == cost.draw_calls
+    assert cost.uploaded_bytes == 32 * len(hits)
+    assert log is not None and log.queries == cost.queries
+    ran = {one["name"]: one for one in cost.pass_log}
+    if schedule == "kernels":
+        assert ran["down"]["fragments"] + ran["intersect"]["fragments"] >= steps
+        assert ran["down"]["written"] == ran["down"]["fragments"] * 4 * 16
+    else:
+        assert ran["passes/traverse.frag"]["written"] > 0
+
+
+def test_passes_have_operations_and_fetches() -> None:
+    scene = rt.load_scene("cornell")
+    with rt.Tracer(scene, "kd-restart", schedule="kernels", statistics=True) as tracer:
+        tracer.trace(*_rays(scene))
+        assert tracer.pass_log is not None
+        passes = {one["name"]: one for one in pass_counts(tracer.pass_log)}
+    assert passes["down"]["once"]["fetches"]["kd_node_table"] == 1
+    assert passes["intersect"]["once"]["fetches"]["triangle_table"] == 3
+    total = passes["intersect"]["total"]
+    assert total["fetches"]["triangle_table"] == 3 * passes["intersect"]["fragments"]
+    assert total["vector"] == passes["intersect"]["once"]["vector"] * passes["intersect"][
+        "fragments"] > 0
+
+
+def test_without_statistics_nothing_is_logged() -> None:
+    scene = rt.load_scene("cornell")
+    with rt.Tracer(scene, "kd-restart") as tracer:
+        tracer.trace(*_rays(scene))
+        assert tracer.gpu.log is None and tracer.pass_log is None
+        assert tracer.statistics.pass_log == [] and tracer.statistics.uploaded_bytes == 0
