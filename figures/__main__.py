@@ -9,18 +9,20 @@ from gpgpu_rt.errors import Error
 from gpgpu_rt.files import check_writable
 
 from . import (
-    extremes, fig03, fig04, fig05, fig06, fig08, fig09, fig10, fig11, fig12, fig13, fig14, fig15,
-    fig16, fig17, fig18, fig19, fig20, fig21, fig22, fig23, fig24, fig25, frames, needs,
-    rasterised, ray_sorting, ray_space, reduction, refraction, schedules, tradeoff
+    extremes, fig01, fig03, fig04, fig05, fig06, fig07, fig08, fig09, fig10, fig11, fig12, fig13,
+    fig14, fig15, fig16, fig17, fig18, fig19, fig20, fig21, fig22, fig23, fig24, fig25, frames,
+    needs, rasterised, ray_sorting, ray_space, reduction, refraction, schedules, tradeoff
 )
 from .measure import measure
 from .output import write_text
 
 FIGURES = {
+    "fig01": (fig01, "Figure 1: reflections, soft shadows, refraction"),
     "fig03": (fig03, "Figure 3: a pass as stream processing"),
     "fig04": (fig04, "Figure 4: the organisation of the Ray Engine"),
     "fig05": (fig05, "Figure 5: a picture by the Ray Engine, and where the time goes"),
     "fig06": (fig06, "Figure 6: ray tracing in a grid as streams and kernels"),
+    "fig07": (fig07, "Figure 7: a picture by the grid with proximity clouds"),
     "fig08": (fig08, "Figure 8: a teapot in a stadium"),
     "fig09": (fig09, "Figure 9: a kd-tree, and its nodes"),
     "fig10": (fig10, "Figure 10: the traversal of a kd-tree, step by step"),

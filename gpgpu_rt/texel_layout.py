@@ -290,6 +290,21 @@ BUILT = Record("built", "split axis:int left:int count:int | mask:vec4 | base:in
 """A node of the finished tree, and where a leaf's pieces are: from base on those of the mask, or
 where that is empty the first ones."""
 
+# Ray streams -------------------------------------------------------------------------------------
+
+QUEUED = Record("queued", "child:int x:int y:int t_enter")
+"""A ray, by its texel, and a node that it is in: an inner one, or -1 minus the first triangle of a
+leaf; where it enters that."""
+
+VISITED = Record("visited", "near:int near_t far:int far_t | x:int y:int")
+"""What a ray finds at a node: the children that it is in and where it enters them; its texel."""
+
+MET = Record("met", "u v tests:int")
+"""More of a TESTED leaf: where on the nearest triangle, and how many were tested."""
+
+TALLY = Record("tally", COUNTERS.layout)
+"""By blending, what a ray did so far."""
+
 # Streams of the ray hierarchy --------------------------------------------------------------------
 
 CONE = Record("cone", "centre:vec3 radius | axis:vec3 chord | reach")

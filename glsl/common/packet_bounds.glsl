@@ -3,6 +3,34 @@
 // agree in the signs of their directions (see packet_turns.glsl). Each operation here is one of
 // box_interval's on the outermost of its rays' values, and rounding is monotonic: no ray is in a box
 // outside of this interval.
+//
+// Bounds of rays that begin far apart hold next to everything: where a silhouette parts the shadow rays
+// of a packet, it would walk through most of the tree. So of rays that wait for a turn those come
+// that begin within REACH of the first, on every axis.
+
+// Of the scene's largest side. Shadow rays at 1024x1024 take, by reach 0.1, 0.01 and 0.001: 4.9, 1 and 1.2
+// times as long in the kitchen, 1, 1 and 3.0 times on the bunny (software renderer).
+const float REACH = 0.01;
+
+float reach;
+vec3 beginning;      // of the first ray that waits
+bool found_beginning;
+
+void find_beginning(int r) {
+    bool first = !found_beginning && t_turn[r] != NEVER;
+    beginning = first ? rays[r].origin : beginning;
+    found_beginning = found_beginning || first;
+}
+
+void find_neighbourhood() {
+    reach = REACH * max_component(scene_hi - scene_lo);
+    found_beginning = false;
+    EACH(find_beginning)
+}
+
+bool begins_near(int r) {
+    return max_component(abs(rays[r].origin - beginning)) <= reach;
+}
 
 vec3 first_origin;   // what the corners of a box, in the order that rays meet them, are measured from
 vec3 last_origin;

@@ -84,8 +84,7 @@ class Environment:
             self.image is not None and bool(self.image.texels.any()))
 
     def radiance(self, directions: np.ndarray) -> np.ndarray:
-        """(n, 3) float64 from (n, 3) unit directions; twin of ``glsl/common/surroundings.glsl``.
-        """
+        """(n, 3) float64 from (n, 3) unit directions, as ``common/surroundings.glsl`` has it."""
         d = np.asarray(directions, np.float64)
         if self.kind == "backdrop":
             up = np.clip((d[:, 1:2] + 0.3) / 1.2, 0, 1)

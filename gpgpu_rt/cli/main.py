@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import argparse
+import importlib.metadata
 import os
 import sys
 import zipfile
@@ -24,14 +25,14 @@ from . import tuning
 from .frames import IMAGES, add_frames, render_frames
 from .picture import add_picture, explain, picture_options, progress_shown
 from .shared import (
-    add_options, given_options, options_for, print_json, print_table, say, size_word
+    add_options, given_options, options_for, print_json, print_table, say, size_word, spelled_out
 )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; the exit status. A user's mistake is one line on stderr."""
     parser = _parser()
-    chosen = parser.parse_args(arguments)
+    chosen = parser.parse_args(spelled_out(sys.argv[1:] if arguments is None else arguments))
     try:
         chosen.run(chosen)
         sys.stdout.flush()
@@ -244,6 +245,8 @@ class _Parser(argparse.ArgumentParser):
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(prog="gpgpu-rt", description="Ray tracing by fragment programs, as on the "
                      "graphics hardware of 2002-2007.")
+    parser.add_argument("--version", action="version",
+                        version=f"gpgpu-rt {importlib.metadata.version('gpgpu_rt')}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     def command(name: str, run: Callable[[argparse.Namespace], None],

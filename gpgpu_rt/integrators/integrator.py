@@ -62,8 +62,8 @@ ALL_FEATURES = Option(
     "same picture, to compare with", bool)
 BOUNCES = Option("bounces", 6, "reflections and refractions that are followed, one after another",
                  int, minimum=0)
-LIGHT_SAMPLES = Option("light_samples", 16, "shadow rays of a hit towards triangles that emit",
-                       int, minimum=1)
+LIGHT_SAMPLES = Option("light_samples", 16, "shadow rays of what the eye sees towards triangles "
+                       "that emit; half as many after each bounce", int, minimum=1)
 
 
 class Integrator:

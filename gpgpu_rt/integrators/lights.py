@@ -14,14 +14,18 @@ _STEP = np.array((1 / _PLASTIC, 1 / _PLASTIC ** 2))
 Uniforms = dict[str, object]
 
 
-def light_uniforms(scene: Scene, needs: SceneNeeds) -> list[Uniforms]:
+def light_uniforms(scene: Scene, needs: SceneNeeds, depth: int = 0) -> list[Uniforms]:
     """Uniforms of ``common/light.glsl``, one entry a shadow ray; a point light that is dark where
-    programs are to shade by some light and there is none."""
+    programs are to shade by some light and there is none.
+
+    Rays that turned ``depth`` times are many, and each shows in few pixels or weighs little: after
+    each turn they send out half as many shadow rays towards triangles that emit.
+    """
     lights: list[Uniforms] = [
         {"light_position": light.position, "light_intensity": light.intensity,
          "light_is_area": False} for light in scene.lights if any(light.intensity)]
     if len(scene.emitters):
-        lights += _places(scene, needs.asked.light_samples)
+        lights += _places(scene, max(needs.asked.light_samples >> depth, 1))
     if not lights and needs.want(("SHADOWS",)):
         above = np.add(scene.bounds[1], 1 + scene.extent)
         lights = [{"light_position": tuple(above.tolist()), "light_intensity": (0.0, 0.0, 0.0),

@@ -77,7 +77,8 @@ class Whitted(Integrator):
     def draw(self, trace: Trace, rays: RayTextures, camera: Camera) -> np.ndarray:
         assert self.room is not None
         self.eye_rays(rays, camera)
-        self._lights = light_uniforms(self.scene, self.needs)
+        self._lights = {depth: light_uniforms(self.scene, self.needs, depth)
+                        for depth in range(self.needs.bounces + 1)}
         if "radiance" in self.room:
             self.room.target("radiance").clear()
         shadows = self._wave(trace, Wave(rays, self.room.samplers("lit", "path")))
@@ -144,7 +145,7 @@ class Whitted(Integrator):
         if "kept hits" in room:
             self.run("keep hits", room.target("kept hits"), source, tiles)
             source = {**source, **room.samplers("kept hits", "hit")}
-        for k, light in enumerate(self._lights or [{}]):
+        for k, light in enumerate(self._lights[wave.depth] or [{}]):
             self.run("surfaces", room.target("shadow rays", "lit", "direct"), source, tiles,
                      **light, further_light=k > 0)
             if "shadow rays" in room:

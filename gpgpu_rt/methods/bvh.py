@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from ..texel_layout import BVH_NODE, BVH_PAIR, STACK_ENTRY, TRIANGLE
 from .brute_force import triangle_table
 from .bvh_build import BUILD_OPTIONS, built_bvh
 from .bvh_tables import Layout, Options, Pairs, Threads, last_of_leaves, scene_box
-from .row import PACKET, Accelerator, Method, Stepwise
+from .row import PACKET, VERTEX_CULLING, Accelerator, Method, Stepwise, check_culling
 
 LayoutOf = Callable[[Options], type[Layout]]
 
@@ -60,6 +60,7 @@ def _family(layout_of: LayoutOf) -> dict[str, Any]:
         return _accelerator(bvh, kept, triangles, options)
 
     def prepare(triangles: np.ndarray, options: Options) -> Accelerator:
+        check_culling(options)
         return adopt(_built(triangles, options), triangles, options)
 
     def refit(accelerator: Accelerator, triangles: np.ndarray, options: Options) -> Accelerator:
@@ -79,6 +80,12 @@ _QUANTISE = Option("quantise_nodes", None, "bits a bound, rounded outward: the s
                    "smaller nodes", int, choices=(8, 16), optional=True, define="QUANTISED_NODES")
 _INTERVAL_TEST = Option("interval_test", False, "one test of a box for all rays of a packet, by "
                         "interval arithmetic", bool, define="INTERVAL_TEST")
+_STREAMS = Option("streams", False, "no packets: a stream of rays and their nodes, filtered in "
+                  "passes; kernels only", bool, excludes=(
+                      "packet", "octants", "interval_test", "vertex_culling"))
+_STREAM_SIZE = Option("stream_size", 1 << 15, "with streams, the most elements of a stream that "
+                      "go through a pass; fewer follow the order of nodes more closely", int,
+                      minimum=1)
 _REBUILD = Option("rebuild_ratio", accel.REBUILD_RATIO, "a tree refitted to triangles that moved "
                   "is built anew when its SAH cost is so many times that of the last build; 0: "
                   "always", float, minimum=0)
@@ -107,6 +114,13 @@ def _stack_row(name: str, summary: str, **more: Any) -> Method:
         **more)
 
 
+def _packet_form(options: Options) -> Method:
+    """Packets, or the stream that has none."""
+    packets = ROWS[-1]
+    return replace(packets, schedules=("kernels",), drivers={
+        "kernels": "ray_streams.RayStreams"}) if options["streams"] else packets
+
+
 ROWS = (
     Method(
         name="bvh-threaded",
@@ -124,6 +138,7 @@ ROWS = (
     _stack_row(
         "bvh-packet", "several rays a fragment with one stack, the child first that most meet",
         options=(*BUILD_OPTIONS, PACKET, _OCTANTS, _QUANTISE,
-                 _INTERVAL_TEST, _REBUILD), packet=True,
+                 _INTERVAL_TEST, VERTEX_CULLING, _STREAMS, _STREAM_SIZE, _REBUILD), packet=True,
+        form=_packet_form,
         **_family(lambda options: Threads if options["octants"] else Pairs)),
 )

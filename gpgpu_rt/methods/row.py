@@ -10,6 +10,7 @@ import moderngl
 import numpy as np
 
 from ..column import Column
+from ..errors import OptionError
 from ..gpu import Gpu
 from ..options import Option
 from ..record import PackedRecord, Record
@@ -18,6 +19,9 @@ Tables = tuple[Record | PackedRecord, ...]
 SCHEDULES = ("kernels", "step", "loop")
 PACKET = Option("packet", (2, 2), "rays a fragment", tuple,
                 choices=((1, 1), (2, 1), (2, 2), (4, 2), (4, 4)))
+VERTEX_CULLING = Option("vertex_culling", False, "skip triangles of a leaf that lie outside the "
+                        "frustum around a packet's rays", bool, define="VERTEX_CULLING",
+                        schedules=("loop",))
 
 
 class Finisher(Protocol):
@@ -94,6 +98,7 @@ class Method:
         that moved; None where it is built anew. The tracer builds anew as well where the option
         ``rebuild_ratio``, if the method has it, says so
     options : its own options, the builder's among them
+    form : (options) -> the row that stands for these, where an option asks for other programs
     schedules : those it runs under, the best one last
     drivers : schedule -> ``module.Class`` in ``passes/`` that runs it there, where that is not
         ``traverse.Traversal``; see ``passes/driver.py``
@@ -114,6 +119,7 @@ class Method:
     adopt: Callable[[Any, np.ndarray, Mapping[str, Any]], Accelerator] | None = None
     refit: Callable[[Accelerator, np.ndarray, Mapping[str, Any]], Accelerator] | None = None
     options: tuple[Option, ...] = ()
+    form: Callable[[Mapping[str, Any]], Method] | None = None
     choose_tables: Callable[[Mapping[str, Any]], Tables] | None = None
     schedules: tuple[str, ...] = SCHEDULES
     drivers: Mapping[str, str] = field(default_factory=dict)
@@ -129,6 +135,18 @@ class Method:
         """The records its programs read under these options."""
         return self.choose_tables(options) if self.choose_tables else self.tables
 
+    def formed(self, options: Mapping[str, Any]) -> Method:
+        """The row that stands for these options; one left out is at its default."""
+        if self.form is None:
+            return self
+        return self.form({**{o.name: o.default for o in self.options}, **options})
+
+    def schedules_for(self, options: Mapping[str, Any]) -> tuple[str, ...]:
+        """What it runs under with these options; one left out is at its default."""
+        return tuple(schedule for schedule in self.formed(options).schedules
+                     if all(o.runs_under(options.get(o.name, o.default), schedule)
+                            for o in self.options))
+
     def defines(self, options: Mapping[str, Any]) -> dict[str, object]:
         """GLSL defines that follow from the method and its options."""
         chosen = dict(o.glsl_define(options[o.name]) for o in self.options if o.define)
@@ -140,3 +158,10 @@ class Method:
                 "kernels": list(self.kernels), "schedules": list(self.schedules),
                 "options": {o.name: o.default for o in self.options}, "stack": self.stack,
                 "packet": self.packet, "dynamic": self.dynamic, "refit": self.refit is not None}
+
+
+def check_culling(options: Mapping[str, Any]) -> None:
+    """Refuse vertex culling for a triangle test whose rounding it does not bound."""
+    if options.get("vertex_culling") and options["intersection"] != "woop-watertight":
+        raise OptionError("vertex_culling bounds what the watertight test computes; take "
+                          "intersection woop-watertight with it")

@@ -44,7 +44,7 @@ class EyeRays:
         self._pass.set(**uniforms)
         self._pass.draw(rays.target, {})
         share_eye(rays, uniforms)
-        rays.seen_from = None if uniforms["beyond"] else camera
+        rays.seen_from = camera if uniforms["beyond"] == 0 else None
 
     def release(self) -> None:
         self._pass.release()

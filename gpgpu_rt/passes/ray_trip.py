@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..accel.cell_walk import CellWalk
+from ..accel.octree_walk import cell_walk
 from ..accel.runs import chunks, expand
 from ..methods.row import Accelerator
 from ..precision import FORMATS, Precision
@@ -36,7 +36,7 @@ class RayTrip:
         self.accelerator, self.options, self.step_cap = accelerator, options, step_cap
         self.grid, self.rays, self.any_hit = accelerator.structure, rays, any_hit
         unit = FORMATS[Precision.of(options).arithmetic].unit
-        self.walk = CellWalk(self.grid, rays, unit)
+        self.walk = cell_walk(self.grid, rays, unit)
         count = len(rays["t_max"])
         self.hit = {"t": rays["t_max"].copy(), "u": np.zeros(count, np.float32),
                     "v": np.zeros(count, np.float32),

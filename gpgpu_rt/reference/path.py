@@ -30,7 +30,7 @@ from .sampling import (
     sample_triangle
 )
 
-BRUTE_FORCE = 64    # triangles up to which no tree pays
+BRUTE_FORCE = 8     # triangles up to which no tree pays
 AT_ONCE = 1 << 16
 
 

@@ -3,10 +3,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..appearance.light import BACKDROP
 from ..scene import Scene
 from .nearest import trace
 
-SKY_LOW, SKY_HIGH = np.array((0.86, 0.88, 0.90)), np.array((0.42, 0.55, 0.72))
 GROUND, OVERHEAD = np.array((0.16, 0.14, 0.12)), np.array((0.26, 0.29, 0.33))
 
 
@@ -20,8 +20,7 @@ def reference_picture(scene: Scene, size: tuple[int, int]) -> np.ndarray:
     origins, directions = (a.reshape(-1, 3) for a in scene.camera.rays(size))
     hits = trace(scene, origins, directions, accelerated=True)
     origins, directions = origins.astype(np.float64), directions.astype(np.float64)
-    up = np.clip((directions[:, 1:2] + 0.3) / 1.2, 0, 1)
-    light = SKY_LOW + (SKY_HIGH - SKY_LOW) * up * up * (3 - 2 * up)
+    light = BACKDROP.radiance(directions)
     rays = np.flatnonzero(hits.hit)
     if len(rays):
         light[rays] = _surfaces(scene, origins[rays], directions[rays], hits.t[rays],

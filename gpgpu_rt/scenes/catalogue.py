@@ -10,7 +10,7 @@ import numpy as np
 
 from ..camera import Camera, load_cameras
 from ..errors import SceneError, nearest_names
-from . import animation, buildings, cornell, creatures, images, lit, outdoors, rooms
+from . import animation, buildings, cornell, creatures, images, lit, outdoors, rooms, walker
 from .built import Built
 from .mesh_file import SUFFIXES
 from .painting import by_part, cornell_walls
@@ -73,6 +73,8 @@ ROWS: dict[str, Row] = {row.name: row for row in (
     Row("teapot", 6_320, creatures.teapot, "the Utah teapot",
         "Martin Newell's teapot, tessellated"),
     Row("cloth", 49_928, animation.cloth, None, "built in: a sheet that waves, frame by frame"),
+    Row("walker", 28_412, walker.walker, None, "built in: an animal that walks round a meadow, "
+        "frame by frame"),
     Row("explosion", 69_451, animation.explosion, None, "built in: the bunny's stand-in, "
         "flying apart frame by frame"),
     Row("boulder", 49_152, images.boulder, None, "built in: a geometry image of six charts"),

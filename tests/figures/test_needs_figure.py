@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from gpgpu_rt.appearance.needs import Asked, SceneNeeds
-from gpgpu_rt.figures import measure, needs, needs_times
+from gpgpu_rt.figures import fig01, fig07, measure, needs, needs_times
 from gpgpu_rt.figures.growing import STEPS, scenes
 from gpgpu_rt.figures.measure import Cell
 
@@ -41,3 +41,17 @@ def test_the_page_says_what_was_measured(tmp_path: Path, monkeypatch) -> None:
     assert [row["scene"] for row in rows] == list(STEPS[:2])
     assert STEPS[1] in (tmp_path / "needs.md").read_text()
     assert (tmp_path / "needs.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("module", [fig01, fig07], ids=["fig01", "fig07"])
+def test_lit_pictures_are_drawn_with_what_they_took(module, tmp_path: Path, monkeypatch) -> None:
+    def tiny(scene: str, method: str, full: bool) -> Cell:
+        return Cell("cornell-light", method, (), 12, "picture", runs=1)
+    monkeypatch.setattr(module, "cell", tiny)
+    measure.measure(dict.fromkeys(module.cells(False)), tmp_path)
+    module.draw(tmp_path, tmp_path, False)
+    name = module.__name__.rpartition(".")[2]
+    with (tmp_path / f"{name}.csv").open() as file:
+        row = next(csv.DictReader(file))
+    assert int(row["rays traced"]) == 17 * 12 * 12 and float(row["s"]) > 0
+    assert (tmp_path / f"{name}.png").stat().st_size > 5_000
