@@ -38,8 +38,8 @@ NOTES = {
 
 # What misses have in common.
 WHY = (
-    "Brute force: see Figure 12. On cornell it turns the order of methods round as well: it is the "
-    "fastest there as published, and the slowest as predicted.",
+    "Brute force: see Figure 12. On cornell it turns the order of methods round as well: it is "
+    "the fastest there as published, and the slowest as predicted.",
     "robots comes out too fast by about the same factor for every kd method, on three cards and "
     "in three figures. Cameras are ours, the papers' are not published: a view whose rays meet "
     "fewer nodes than theirs would do this; that it is so cannot be shown.",
