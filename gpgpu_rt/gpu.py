@@ -5,6 +5,7 @@ import ctypes
 import ctypes.util
 import functools
 import os
+import threading
 from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING, Any
@@ -84,6 +85,9 @@ class OsMesaLoader:
 class Gpu:
     """A moderngl context and what this package must know of it.
 
+    Entering it makes the context current in this thread and keeps other threads out until it is
+    left: threads that trace take turns.
+
     Parameters
     ----------
     context : moderngl.Context
@@ -104,8 +108,14 @@ class Gpu:
         self.watch: Any = None    # is told of every full-screen pass, where one is asked for
         self._rest: moderngl.Framebuffer | None = None
         self._entered = 0
+        self._turn = threading.RLock()
+        self._process = os.getpid()
 
     def __enter__(self) -> Gpu:
+        if self._process != os.getpid():
+            raise ContextError("an OpenGL context does not outlive a fork; start processes by "
+                               "\"spawn\", or make the first Tracer after forking")
+        self._turn.acquire()
         self._entered += 1
         self.context.__enter__()
         return self
@@ -115,6 +125,7 @@ class Gpu:
         self._entered -= 1
         if not self._entered:
             self.context.__exit__(*exception)
+        self._turn.release()
 
     @property
     def log(self) -> PassLog | None:
@@ -190,9 +201,20 @@ def _create_osmesa() -> Gpu:
     return Gpu(moderngl.create_context(require=GL_VERSION, context=OsMesaLoader()), "osmesa")
 
 
-@functools.lru_cache(maxsize=None)
+_making = threading.Lock()
+
+
 def _shared(backend: str) -> Gpu:
-    return {"egl": _create_egl, "osmesa": _create_osmesa}[backend]()
+    with _making:    # two threads would each make one
+        return _made(backend)
+
+
+@functools.lru_cache(maxsize=None)
+def _made(backend: str) -> Gpu:
+    gpu = {"egl": _create_egl, "osmesa": _create_osmesa}[backend]()
+    # Making it made it current here, where no other thread could have it.
+    gpu.context.__exit__(None, None, None)
+    return gpu
 
 
 def open_gpu(context: str | moderngl.Context | Gpu | None = None) -> Gpu:

@@ -8,11 +8,12 @@ import moderngl
 import numpy as np
 
 from .approach import approach
+from .camera import Camera
 from .gpu import Gpu
 from .hits import INVALID, Hits
 from .precision import Precision
 from .record import EXACT_INTEGER, Record
-from .texel_layout import COUNTERS, HIT, RAY_TEXELS
+from .texel_layout import COUNTERS, HIT, RAY_AFTER_HIT, RAY_TEXELS
 from .textures import read_texture, stream_textures, texture_bytes, write_texture
 
 ROW = 1024   # rays in a row of the texture where the caller gave no shape
@@ -96,6 +97,13 @@ class RayBatch:
                 f"{name} holds {len(t)} values for {self.count} rays: one, or one each")
         return np.broadcast_to(t, self.count)
 
+    def given_units(self, t: np.ndarray, rays: slice | np.ndarray) -> np.ndarray:
+        """(k,) float32 t of the programs, of the rays chosen, in the caller's units."""
+        with np.errstate(over="ignore"):
+            if self.shift is not None:
+                t = (t + self.shift[rays]).astype(np.float32)
+            return np.ldexp(t, -self.exponents[rays])
+
     def shared_start(self) -> np.ndarray | None:
         """Origin and t_min, (4,) float32, where all valid rays have the same."""
         starts = self.texels.reshape(-1, 2, 4)[:self.count, 0]
@@ -106,18 +114,25 @@ class RayBatch:
     def hits(self, fields: Mapping[str, np.ndarray]) -> Hits:
         """Hits in the caller's units from the fields of HIT, one or more a ray."""
         fields = {name: values[:self.count] for name, values in fields.items()}
-        missed = fields["triangle"] == EXACT_INTEGER
-        with np.errstate(over="ignore"):
-            t = fields["t"]
-            if self.shift is not None:
-                t = (t + self.shift).astype(np.float32)
-            t = np.ldexp(t, -self.exponents)
-        t[missed] = np.inf
-        triangle = np.where(missed, np.int32(-1), fields["triangle"])
+        hits = hits_of({**fields, "t": self.given_units(fields["t"], slice(None))})
+        hits.status = self.status()
+        return hits
+
+    def status(self) -> np.ndarray:
+        """(n,) uint8, what is known before anything is traced: which rays are invalid."""
         status = np.zeros(self.count, np.uint8)
         status[self.invalid] = INVALID
-        return Hits(t, np.where(missed, np.float32(0), fields["u"]),
-                    np.where(missed, np.float32(0), fields["v"]), triangle, status)
+        return status
+
+
+def hits_of(fields: Mapping[str, np.ndarray]) -> Hits:
+    """Hits from the fields of HIT, in the units they are in."""
+    missed = fields["triangle"] == EXACT_INTEGER
+    zero = np.float32(0)
+    return Hits(np.where(missed, np.float32(np.inf), fields["t"]),
+                np.where(missed, zero, fields["u"]), np.where(missed, zero, fields["v"]),
+                np.where(missed, np.int32(-1), fields["triangle"]),
+                np.zeros(len(missed), np.uint8))
 
 
 def _rays_array(values: np.ndarray, name: str) -> np.ndarray:
@@ -134,23 +149,29 @@ def _rays_array(values: np.ndarray, name: str) -> np.ndarray:
 
 
 class RayTextures:
-    """The two textures of a set of rays, one texel a ray.
+    """The textures of a set of rays, one texel a ray.
 
     Parameters
     ----------
     size : (width, height)
     precision : what they hold
+    after_hit : rays that go on behind a hit (RAY_AFTER_HIT), which take a third texture
     """
 
-    def __init__(self, gpu: Gpu, size: tuple[int, int], precision: Precision) -> None:
+    def __init__(self, gpu: Gpu, size: tuple[int, int], precision: Precision,
+                 after_hit: bool = False) -> None:
         self.gpu, self.size, self.precision = gpu, size, precision
-        self.textures = stream_textures(gpu, precision.layout(RAY_TEXELS), size)
+        self.after_hit = after_hit
+        self.in_textures = precision.layout(RAY_AFTER_HIT if after_hit else RAY_TEXELS)
+        self.textures = stream_textures(gpu, self.in_textures, size)
         self.target = gpu.context.framebuffer(self.textures)
         self._start: np.ndarray | None = None
+        self.seen_from: Camera | None = None    # whose pixels' centres they go through, if so
 
     def share_start(self, start: np.ndarray | None) -> None:
         """All rays have this origin and t_min, (4,) float32; None: they may differ. Programs read
         what is shared from a uniform, which saves a fetch and whatever follows from it alone."""
+        self.seen_from = None
         # An empty ray is one whose t_max is -1: that only a t_min below could make it live.
         alike = start is not None and start[3] >= 0
         self._start = self.precision.stored(start) if alike and start is not None else None
@@ -159,10 +180,18 @@ class RayTextures:
         """Share what another set of rays, of which these are some, shares."""
         self._start = other._start
 
+    def like(self, size: tuple[int, int]) -> RayTextures:
+        """Textures of another size for rays of the same kind."""
+        return RayTextures(self.gpu, size, self.precision, self.after_hit)
+
+    def fits(self, other: RayTextures, size: tuple[int, int] | None = None) -> bool:
+        """Whether rays of ``other`` can stand here, as many as its own or those of ``size``."""
+        return self.size == (size or other.size) and self.after_hit == other.after_hit
+
     @property
     def record(self) -> Record:
         """The rays as traversal programs read them."""
-        record = self.precision.layout(RAY_TEXELS)
+        record = self.in_textures
         return record if self._start is None else replace(record, uniform_texels=(0,))
 
     def uniforms(self) -> dict[str, tuple[float, ...]]:
@@ -172,9 +201,13 @@ class RayTextures:
 
     def upload(self, batch: RayBatch) -> None:
         self.share_start(batch.shared_start())
+        self.write(batch.texels)
+
+    def write(self, texels: np.ndarray) -> None:
+        """Take (height, width, textures, 4) float32 texels."""
         for k, texture in enumerate(self.textures):
-            texels = self.precision.stored(batch.texels[:, :, k])
-            write_texture(texture, np.ascontiguousarray(texels, "<" + texture.dtype))
+            stored = self.precision.stored(texels[:, :, k])
+            write_texture(texture, np.ascontiguousarray(stored, "<" + texture.dtype))
 
     def samplers(self) -> dict[str, moderngl.Texture]:
         return stream_samplers(RAY_TEXELS.name, self.textures)
@@ -234,6 +267,7 @@ class StateBuffers:
         self.gpu, self.size = gpu, size
         self.records = [precision.layout(state), precision.layout(HIT)]
         self.records += [COUNTERS] if statistics else []
+        self.counts = statistics
         self.depth = gpu.context.depth_renderbuffer(size)
         self.mask = gpu.context.framebuffer(depth_attachment=self.depth)
         self._sides: list[StateBuffer] = []

@@ -10,7 +10,7 @@ to texels of their own, in half float textures, and integers keep their float32 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -77,6 +77,8 @@ class Record:
     ``half_texels`` of them, the first ones, lie in half float textures; ``storage`` is the format
     that geometric fields are rounded to. Both come from ``stored``. ``uniform_texels`` of a stream
     are the same for all its records: a program reads them from uniforms, not from textures.
+    ``define`` is a GLSL define that comes with a stream's accessors, for a program that does
+    something else with fields which only some records of that name have.
     """
 
     name: str
@@ -84,15 +86,17 @@ class Record:
     storage: str = "fp32"
     half_texels: int = 0
     uniform_texels: tuple[int, ...] = ()
+    define: str = ""
 
     @lru_cache(maxsize=None)
     def stored(self, storage: str) -> Record:
         """This record under the option ``storage``; under fp16 regrouped, geometric first."""
         if storage != "fp16":
-            return Record(self.name, self.layout, storage)
+            return replace(self, storage=storage)
         groups = [_cut_into_texels(f for f in self.fields if f.is_integer is integer)
                   for integer in (False, True)]
-        return Record(self.name, " | ".join(groups[0] + groups[1]), storage, len(groups[0]))
+        return replace(self, layout=" | ".join(groups[0] + groups[1]), storage=storage,
+                       half_texels=len(groups[0]))
 
     @cached_property
     def fields(self) -> tuple[Field, ...]:
@@ -187,7 +191,8 @@ class Record:
         ``first_target`` is the render target of the record's first texel.
         """
         name, struct = self.name, self.name.capitalize()
-        lines = [f"struct {struct} {{"]
+        lines = [f"#define {self.define}"] if self.define else []
+        lines += [f"struct {struct} {{"]
         lines += [f"    {f.type} {f.name};" for f in self.fields] + ["};"]
         kinds = ["vec4" if k in self.uniform_texels else "sampler2D" for k in range(self.texels)]
         lines += [f"uniform {kind} {name}_texel_{k};" for k, kind in enumerate(kinds)]

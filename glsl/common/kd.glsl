@@ -1,7 +1,7 @@
 // Rays against a kd-tree's planes. One expression serves splits and boxes, so that the t of a plane
 // is the same wherever it comes from.
 
-const int LEAF = 3;   // from here on an axis is a leaf's number
+#include "common/kd_leaf.glsl"
 
 float along(int axis, vec3 v) {
     return axis == 0 ? v.x : (axis == 1 ? v.y : v.z);
@@ -18,6 +18,14 @@ vec3 box_exits(Ray ray, vec3 lo, vec3 hi) {
                      ray.inv_dir.y < 0.0 ? lo.y : hi.y,
                      ray.inv_dir.z < 0.0 ? lo.z : hi.z);
     return R(R(last - ray.origin) * ray.inv_dir);
+}
+
+// Where it enters one.
+float box_entry(Ray ray, vec3 lo, vec3 hi) {
+    vec3 first = vec3(ray.inv_dir.x < 0.0 ? hi.x : lo.x,
+                      ray.inv_dir.y < 0.0 ? hi.y : lo.y,
+                      ray.inv_dir.z < 0.0 ? hi.z : lo.z);
+    return max_component(R(R(first - ray.origin) * ray.inv_dir));
 }
 
 float box_exit(Ray ray, vec3 lo, vec3 hi) {

@@ -11,14 +11,21 @@ struct Ray {
     vec3 shear;      // (x / z, y / z, 1 / z) of the direction, axes permuted so z is dominant
     vec3 lo_origin;  // what the two corners of a box are measured from: see box.glsl
     vec3 hi_origin;
+#ifdef AFTER_HIT
+    int after;       // of the triangles at t_min only those above it count
+#endif
 };
 
 // Directions are scaled so that their largest component lies in [0.5, 1) (rays made here are of
 // unit length), so this is far below anything that moves a ray across a scene.
 const float TINY_DIRECTION = 1e-20;
 
+vec3 permuted(bvec2 dominant, vec3 v) {
+    return dominant.x ? v.yzx : (dominant.y ? v.zxy : v);
+}
+
 vec3 permute(Ray ray, vec3 v) {
-    return ray.dominant.x ? v.yzx : (ray.dominant.y ? v.zxy : v);
+    return permuted(ray.dominant, v);
 }
 
 Ray ray_setup(Rays texels) {
@@ -27,6 +34,9 @@ Ray ray_setup(Rays texels) {
     ray.t_min = texels.t_min;
     ray.direction = texels.direction;
     ray.t_max = texels.t_max;
+#ifdef AFTER_HIT
+    ray.after = texels.after;
+#endif
     vec3 d = ray.direction;
     vec3 size = abs(d);
     vec3 tiny = vec3(d.x < 0.0 ? -TINY_DIRECTION : TINY_DIRECTION,

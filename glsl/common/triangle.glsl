@@ -23,8 +23,15 @@
 #include "common/image_triangles.glsl"
 #endif
 
+// Hits are in the order of (t, index). A ray that goes on behind a hit (AFTER_HIT) has that hit's t
+// as t_min, and of what lies at just that t it takes what comes later in the order.
 void accept(Ray ray, float t, float u, float v, int index, inout Hit hit) {
-    if (t >= ray.t_min && (t < hit.t || (t == hit.t && index < hit.triangle))) {
+#ifdef AFTER_HIT
+    bool ahead = t > ray.t_min || (t == ray.t_min && index > ray.after);
+#else
+    bool ahead = t >= ray.t_min;
+#endif
+    if (ahead && (t < hit.t || (t == hit.t && index < hit.triangle))) {
         hit = Hit(t, u, v, index);
     }
 }

@@ -10,6 +10,13 @@ void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     Rays ray = rays_load(pixel);
     bool left_behind = state_load(pixel).phase > DONE;
-    single_rays_store(Single_rays(ray.origin, left_behind ? ray.t_min : 1.0, ray.direction,
-                                  left_behind ? ray.t_max : -1.0));
+    Single_rays single;
+    single.origin = ray.origin;
+    single.direction = ray.direction;
+    single.t_min = left_behind ? ray.t_min : 1.0;
+    single.t_max = left_behind ? ray.t_max : -1.0;
+#ifdef AFTER_HIT
+    single.after = ray.after;
+#endif
+    single_rays_store(single);
 }

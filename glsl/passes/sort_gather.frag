@@ -15,7 +15,10 @@ void main() {
     int i = sort_key_load(table_texel(min(place, elements - 1))).index;
     Rays ray = rays_load(ivec2(i % ray_texture_size.x, i / ray_texture_size.x));
     if (place >= elements) {
-        ray = Rays(vec3(0.0), 1.0, vec3(0.0, 0.0, 1.0), -1.0);
+        ray.origin = vec3(0.0);
+        ray.direction = vec3(0.0, 0.0, 1.0);
+        ray.t_min = 1.0;
+        ray.t_max = -1.0;
     }
     rays_store(ray);
 }

@@ -21,6 +21,12 @@ void take_only_child(inout State state);
 void pass_far_child(int far, float t_max, inout State state);
 void leave_leaf(inout State state, Hit hit);
 
+#ifdef ENTRY_TILE
+#define BEGIN ENTER
+#else
+#define BEGIN DOWN
+#endif
+
 void init(Ray ray, out State state) {
     vec2 interval = box_interval(ray, scene_lo, scene_hi);
     state.node = 0;
@@ -29,9 +35,62 @@ void init(Ray ray, out State state) {
     state.t_max = state.t_exit;
     state.cursor = 0;
     state.end = 0;
-    state.phase = state.t_min <= min(interval.y, ray.t_max) ? DOWN : DONE;
+    state.phase = state.t_min <= min(interval.y, ray.t_max) ? BEGIN : DONE;
+#ifdef ENTRY_TILE
+    state.root = state.entry = 0;
+#endif
     start_search(state);
 }
+
+// The root of the tree, or of the subtree that an entry list (passes/entry_points.frag) names.
+int root_of(State state) {
+#ifdef ENTRY_TILE
+    return state.root;
+#else
+    return 0;
+#endif
+}
+
+// Ends a search that is settled: a subtree's end is not yet the ray's.
+void settle(inout State state, Hit hit) {
+#ifdef ENTRY_TILE
+    state.phase = hit.t < state.t_max ? DONE : ENTER;
+#else
+    state.phase = DONE;
+#endif
+}
+
+#ifdef ENTRY_TILE
+
+#include "common/entry_list.glsl"
+
+// The next subtree of the list that the ray goes through, and its interval there: between planes
+// whose t are computed as splits' are, so that subtrees side by side share their ends.
+void enter(Ray ray, inout State state, inout Hit hit) {
+    int code = entry_code(ivec2(gl_FragCoord.xy) / ENTRY_TILE, state.entry);
+    ++state.entry;
+    if (code == LIST_END) {
+        state.phase = DONE;
+    } else {
+        COUNT(nodes_visited);
+        int node = entry_node(code, 0);
+        vec3 lo = kd_bounds_lo(node);
+        vec3 hi = kd_bounds_hi(node);
+        float start = max(box_interval(ray, scene_lo, scene_hi).x, ray.t_min);
+        float exit = min(max(box_exit(ray, scene_lo, scene_hi), start), ray.t_max);
+        float t_first = max(start, box_entry(ray, lo, hi));
+        float t_last = min(exit, max(box_exit(ray, lo, hi), start));
+        if (t_first <= min(t_last, hit.t)) {
+            state.node = state.root = node;
+            state.t_min = t_first;
+            state.t_max = state.t_exit = t_last;
+            state.phase = DOWN;
+            start_search(state);
+        }
+    }
+}
+
+#endif
 
 // A hit before the leaf's end settles the ray, as does the end of its interval. (Without a hit,
 // hit.t is the ray's own end.)

@@ -8,7 +8,7 @@
 #include "traverse/kd_common.glsl"
 
 void start_search(inout State state) {
-    state.pushed = 0;
+    state.pushed = state.node;
     state.pushing = 1;
 }
 
@@ -22,7 +22,7 @@ void pass_far_child(int far, float t_max, inout State state) {
 
 void leave_leaf(inout State state, Hit hit) {
     if (is_settled(state, hit)) {
-        state.phase = DONE;
+        settle(state, hit);
     } else {
         search_rest(state.pushed, state);
         state.pushing = 1;

@@ -14,8 +14,8 @@ void pass_far_child(int far, float t_max, inout State state) {
 
 void leave_leaf(inout State state, Hit hit) {
     if (is_settled(state, hit)) {
-        state.phase = DONE;
+        settle(state, hit);
     } else {
-        search_rest(0, state);
+        search_rest(root_of(state), state);
     }
 }

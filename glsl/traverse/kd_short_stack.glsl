@@ -9,7 +9,7 @@
 #include "traverse/kd_common.glsl"
 
 void start_search(inout State state) {
-    state.pushed = 0;
+    state.pushed = state.node;
     state.pushing = 1;
     state.stacked = 0;
     state.stack_t_max = vec4(0.0);
@@ -32,7 +32,7 @@ void pass_far_child(int far, float t_max, inout State state) {
 // A descent from a popped node pushes nothing down: that node does not hold the whole interval.
 void leave_leaf(inout State state, Hit hit) {
     if (is_settled(state, hit)) {
-        state.phase = DONE;
+        settle(state, hit);
     } else if (state.stacked > 0) {
         state.t_min = resumed(state.t_max);
         state.t_max = state.stack_t_max.x;

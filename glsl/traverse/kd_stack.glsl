@@ -14,6 +14,7 @@ int stack_node[STACK_SIZE + 1];
 float stack_t_max[STACK_SIZE + 1];
 
 void start_search(inout State state) {
+    stacked = 0;
 }
 
 void take_only_child(inout State state) {
@@ -30,7 +31,7 @@ void pass_far_child(int far, float t_max, inout State state) {
 
 void leave_leaf(inout State state, Hit hit) {
     if (is_settled(state, hit)) {
-        state.phase = DONE;
+        settle(state, hit);
     } else if (stacked > 0) {
         --stacked;
         state.t_min = resumed(state.t_max);
@@ -38,6 +39,6 @@ void leave_leaf(inout State state, Hit hit) {
         state.node = stack_node[stacked];
         state.phase = DOWN;
     } else {
-        search_rest(0, state);
+        search_rest(root_of(state), state);
     }
 }

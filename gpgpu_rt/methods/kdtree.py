@@ -9,11 +9,15 @@ import numpy as np
 from .. import accel
 from ..options import Option
 from ..record import Record
-from ..texel_layout import KD_BOUNDS, KD_LEAF, KD_NODE, REFERENCE, STACK_ENTRY, TRIANGLE
+from ..texel_layout import ENTRIES, KD_BOUNDS, KD_LEAF, KD_NODE, REFERENCE, STACK_ENTRY, TRIANGLE
 from .brute_force import triangle_table
 from .kd_build import BUILD_OPTIONS, built_kdtree
-from .row import PACKET, SCHEDULES, Accelerator, Method
+from .row import (
+    ENTRY_POINTS, PACKET, SCHEDULES, VERTEX_CULLING, Accelerator, Method, check_culling,
+    with_entries
+)
 
+_OPEN = np.float32(3e38)
 _TABLES = (TRIANGLE, KD_NODE, REFERENCE)
 _STATE = "t_min t_max t_exit node:int | cursor:int end:int phase:int steps:int"
 
@@ -29,6 +33,7 @@ _FULL_STACK = Option("stack_size", None, "levels; none: the tree's depth, which 
 
 def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     """The tables and bounds that every method of the family needs."""
+    check_culling(options)
     tree = built_kdtree(triangles, options)
     leaf = tree.axis == accel.KD_LEAF_AXIS
     # An inner node's count tells which children are empty leaves: 1 the left, 2 the right one.
@@ -51,6 +56,21 @@ def _prepare_bounds(triangles: np.ndarray, options: Mapping[str, Any]) -> Accele
     prepared.tables[KD_BOUNDS.name] = {"lo": lo, "hi": hi,
                                        "parent": prepared.structure.parents()}
     return prepared
+
+
+def _with_boxes(prepare: Callable[..., Accelerator]) -> Callable[..., Accelerator]:
+    """As ``prepare``, and where rays begin at listed nodes with the boxes of all nodes. Faces of
+    the scene's box are open there: rays are held to that box itself, whatever bits bounds have."""
+    def prepare_boxes(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
+        prepared = prepare(triangles, options)
+        if options["entry_points"]:
+            tree = prepared.structure
+            lo, hi = tree.boxes()
+            prepared.tables[KD_BOUNDS.name] = {"lo": np.where(lo <= tree.lo, -_OPEN, lo),
+                                               "hi": np.where(hi >= tree.hi, _OPEN, hi)}
+            prepared.step_bound += ENTRIES + 1
+        return prepared
+    return prepare_boxes
 
 
 def _prepare_stack(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
@@ -100,19 +120,32 @@ def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
         options=(*_OPTIONS, *options), **more)
 
 
+def _entering_row(name: str, summary: str, citation: str, state: str = "",
+                  options: tuple[Option, ...] = (),
+                  prepare: Callable[..., Accelerator] = _prepare, **more: Any) -> Method:
+    """The row of a method whose rays may begin at listed nodes."""
+    return _row(name, summary, citation, state=state, options=(*options, ENTRY_POINTS),
+                prepare=_with_boxes(prepare), entry_walk="traverse/entry_kd.glsl",
+                form=with_entries("entry:int root:int"), choose_tables=lambda options: (
+                    (*_TABLES, KD_BOUNDS) if options["entry_points"] else _TABLES), **more)
+
+
 ROWS = (
-    _row("kd-restart", "kd-tree, from the root again after each leaf",
-         "Foley and Sugerman 2005"),
+    _entering_row("kd-restart", "kd-tree, from the root again after each leaf",
+                  "Foley and Sugerman 2005"),
     _row("kd-backtrack", "kd-tree, up the parents after each leaf", "Foley and Sugerman 2005",
          ("climb",), tables=(KD_BOUNDS,), prepare=_prepare_bounds),
-    _row("kd-push-down", "kd-restart, from the last node that holds the rest of the interval",
-         "Horn et al. 2007", state=" | pushed:int pushing:int"),
-    _row("kd-short-stack", "kd-push-down with a stack of a few far children", "Horn et al. 2007",
-         state=" | pushed:int pushing:int stacked:int | stack_t_max:vec4 | stack_node:ivec4",
-         options=(Option("stack_size", 3, "entries of the stack", int, choices=(1, 2, 3, 4),
-                         define="STACK_SIZE"), _PUSH_DOWN), stack=True),
-    _row("kd-stack", "kd-tree with a full stack a ray, in a local array", "Budge et al. 2008",
-         options=(_FULL_STACK,), prepare=_prepare_stack, schedules=("loop",), stack=True),
+    _entering_row("kd-push-down",
+                  "kd-restart, from the last node that holds the rest of the interval",
+                  "Horn et al. 2007", state=" | pushed:int pushing:int"),
+    _entering_row(
+        "kd-short-stack", "kd-push-down with a stack of a few far children", "Horn et al. 2007",
+        state=" | pushed:int pushing:int stacked:int | stack_t_max:vec4 | stack_node:ivec4",
+        options=(Option("stack_size", 3, "entries of the stack", int, choices=(1, 2, 3, 4),
+                        define="STACK_SIZE"), _PUSH_DOWN), stack=True),
+    _entering_row("kd-stack", "kd-tree with a full stack a ray, in a local array",
+                  "Budge et al. 2008", options=(_FULL_STACK,), prepare=_prepare_stack,
+                  schedules=("loop",), stack=True),
     _row("kd-texture-stack", "kd-tree with a full stack a ray, in the tiles of a texture",
          "Ernst et al. 2004", ("push", "pop"), state=" | far_t_max far:int stacked:int",
          options=(_FULL_STACK,), prepare=_prepare_stack, stack_entry=STACK_ENTRY,
@@ -123,7 +156,7 @@ ROWS = (
                 "Horn et al. 2007", "kd-short-stack", tables=_TABLES,
                 prepare=lambda triangles, options: _for_packets(_prepare(triangles, options),
                                                                 options),
-                options=(*BUILD_OPTIONS, PACKET, _PUSH_DOWN, Option(
+                options=(*BUILD_OPTIONS, PACKET, VERTEX_CULLING, _PUSH_DOWN, Option(
                     "stack_size", 3, "entries of the stack; none: restarts alone", int,
                     choices=(0, 1, 2, 3, 4), define="STACK_SIZE")), stack=True),
     _packet_row("kd-ropes-packet", "several rays a fragment, along ropes that are not pushed down",

@@ -99,7 +99,7 @@ class PacketTraversal:
     def _hand_back(self, rays: RayTextures, buffers: StateBuffers, room: PacketRoom,
                    statistics: Statistics, any_hit: bool) -> StateBuffer:
         """Write packets' hits where single rays have theirs."""
-        now, program = buffers.side(0), self._program("packet_hits", any_hit)
+        now, program = buffers.side(0), self._program("packet_hits", any_hit, rays.in_textures)
         capped = self.step_cap <= PACKET_STEPS
         program.set(unsettled_phase=UNFINISHED if capped else LIVE)
         program.draw(now.target, {**self.samplers, **rays.samplers(), **room.samplers()})
@@ -111,20 +111,20 @@ class PacketTraversal:
                       any_hit: bool) -> None:
         """Trace what packets left behind one ray a fragment, and write it into ``now``."""
         single = self._single_traversal()
-        if self._single_room is None or self._single_room[0].size != rays.size:
+        if self._single_room is None or not self._single_room[0].fits(rays):
             self._release_single_room()
             self._single_room = (
-                RayTextures(self.gpu, rays.size, self.precision),
+                rays.like(rays.size),
                 StateBuffers(self.gpu, single.method.state, rays.size, False, self.precision))
         single_rays, single_buffers = self._single_room
-        self._program("left_behind", any_hit).draw(
+        self._program("left_behind", any_hit, rays.in_textures).draw(
             single_rays.target, {**rays.samplers(), **now.samplers()})
         found, _ = single.run(single_rays, single_buffers, statistics, any_hit)
         single_samplers = {**single_rays.samplers(), **found.samplers()}
         counted = len(now.streams.get(COUNTERS.name, ()))
         channels = [(True,) * 4] * (len(now.textures) - counted)
         now.target.color_mask = (*channels, *[(False,) * 4] * counted)   # a packet's stay
-        self._program("brought_back", any_hit).draw(
+        self._program("brought_back", any_hit, rays.in_textures).draw(
             now.target, {f"single_{name}": texture for name, texture in single_samplers.items()})
         now.target.color_mask = ((True,) * 4,) * len(now.textures)
         statistics.draw_calls += 2
@@ -189,14 +189,14 @@ class PacketTraversal:
             writes = written
         elif name == "left_behind":
             reads += written[:1]
-            writes = [replace(layout(RAY_TEXELS), name="single_rays")]
+            writes = [replace(rays, name="single_rays")]
         elif name == "classify":
             reads = written[:1]
         elif name == "everywhere":
             reads = []
         else:
             single = layout(self._single_traversal().method.state)
-            reads = [replace(layout(RAY_TEXELS), name="single_rays"),
+            reads = [replace(rays, name="single_rays"),
                      replace(single, name="single_state"),
                      replace(layout(HIT), name="single_hit")]
             writes = written[:2]

@@ -10,9 +10,9 @@ import numpy as np
 from ..methods.row import Accelerator
 from ..precision import Precision
 from ..ray_state import StateBuffer, stream_samplers
-from ..record import EXACT_INTEGER, TABLE_WIDTH_LOG2
+from ..record import EXACT_INTEGER, TABLE_WIDTH_LOG2, Record
 from ..shader import compile_program
-from ..texel_layout import FOUND, HIT, NEAREST, RAY_TEXELS, TRIANGLE
+from ..texel_layout import FOUND, HIT, NEAREST, TRIANGLE
 from ..textures import note_moved, stream_textures, texture_bytes, write_texture
 from .driver import Samplers, Setup
 from .full_screen import GL_SAMPLERS, FullScreenPass, Rectangles
@@ -62,16 +62,17 @@ class BatchRoom:
     ----------
     rays : most rays a batch holds
     by_depth : the depth test keeps the nearest hit, and no blending
+    record : what is known of a ray
     """
 
-    def __init__(self, setup: Setup, rays: int, by_depth: bool) -> None:
-        self.gpu, self.by_depth = setup.gpu, by_depth
+    def __init__(self, setup: Setup, rays: int, by_depth: bool, record: Record) -> None:
+        self.gpu, self.by_depth, self.record = setup.gpu, by_depth, record
         self.precision = Precision.of(setup.options)
         gpu = setup.gpu
         self.size = (WIDTH, max(1, -(-rays // WIDTH)))
         gpu.check_size(*self.size, f"a batch of {rays:,} rays")
         # What these hold of a ray has been rounded to its storage before it came here.
-        self.rays = stream_textures(gpu, RAY_TEXELS, self.size)
+        self.rays = stream_textures(gpu, record, self.size)
         self.hit_record = replace(HIT, storage=self.precision.storage)
         self.depth = gpu.context.depth_renderbuffer(self.size)
         self.hits = StateBuffer(gpu, [self.hit_record], self.size, self.depth)
@@ -94,10 +95,10 @@ class BatchRoom:
 
     def upload(self, rays: Mapping[str, np.ndarray]) -> int:
         """Take the fields of a batch's rays; bytes that went up."""
-        packed = RAY_TEXELS.pack(**rays)
+        packed = self.record.pack(**rays)
         rows = -(-len(packed) // WIDTH)
         # What fills the last row is a ray whose interval is empty.
-        texels = np.zeros((2, rows * WIDTH, 4), np.float32)
+        texels = np.zeros((self.record.texels, rows * WIDTH, 4), np.float32)
         texels[0, :, 3], texels[1, :, 2], texels[1, :, 3] = 1, 1, -1
         texels[:, :len(packed)] = packed.transpose(1, 0, 2)
         for texture, values in zip(self.rays, texels):
@@ -108,7 +109,7 @@ class BatchRoom:
 
     def samplers(self) -> Samplers:
         """What the passes may read of the batch."""
-        return {**stream_samplers(RAY_TEXELS.name, self.rays),
+        return {**stream_samplers(self.record.name, self.rays),
                 **stream_samplers(NEAREST.name, self.nearest),
                 **stream_samplers(FOUND.name, self.first)}
 
@@ -128,7 +129,7 @@ class BatchRoom:
             context.blend_equation = moderngl.MIN
         key = (keep, any_hit)
         if key not in self._quads:
-            self._quads[key] = _Quads(self._setup, keep, any_hit)
+            self._quads[key] = _Quads(self._setup, keep, any_hit, self.record)
         try:
             self._quads[key].draw(target, {**samplers, **self.samplers()}, quads, count,
                                   {**accelerator.uniforms, "depth_end": depth_end})
@@ -140,7 +141,7 @@ class BatchRoom:
         """The program that leaves what the batch's rays hit."""
         if self._left is None:
             setup = self._setup
-            streams = (RAY_TEXELS.stream_glsl(False), FOUND.stream_glsl(False),
+            streams = (self.record.stream_glsl(False), FOUND.stream_glsl(False),
                        self.hit_record.stream_glsl(True))
             self._left = FullScreenPass(
                 self.gpu, "passes/quad_hits.frag",
@@ -180,8 +181,8 @@ class BatchRoom:
 class _Quads:
     """The program that draws triangles as quads and keeps one thing of them."""
 
-    def __init__(self, setup: Setup, keep: str, any_hit: bool) -> None:
-        streams = [RAY_TEXELS.stream_glsl(False), HIT.stream_glsl(False)]
+    def __init__(self, setup: Setup, keep: str, any_hit: bool, rays: Record) -> None:
+        streams = [rays.stream_glsl(False), HIT.stream_glsl(False)]
         if keep == "KEEP_FIRST":
             streams.append(NEAREST.stream_glsl(False))
         streams.append((NEAREST if keep == "KEEP_NEAREST" else FOUND).stream_glsl(True))

@@ -11,8 +11,8 @@ import numpy as np
 from ..accel.runs import chunks, expand
 from ..methods.row import Accelerator
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
+from ..record import Record
 from ..statistics import Statistics
-from ..texel_layout import RAY_TEXELS
 from ..textures import read_texture, texture_bytes
 from .driver import Samplers, Setup
 from .full_screen import FullScreenPass
@@ -25,7 +25,7 @@ QUAD = np.dtype([("rectangle", "<f4", 4), ("row", "<i4")])
 
 
 class RayEngine:
-    """Drives a method whose host walks a grid; see ``Driver``, ``glsl/traverse/ray_engine.glsl``.
+    """Drives a method whose host walks cells; see ``Driver``, ``glsl/traverse/ray_engine.glsl``.
 
     A round takes the queues that are long enough, or all where none is, in batches, and walks
     their rays on. Of a ray only what it has hit so far goes up and comes down with its batch.
@@ -57,7 +57,7 @@ class RayEngine:
                                for texture in rays.textures], axis=1)
             split["bytes_down"] += texture_bytes(rays.textures)
         trip = RayTrip(self.accelerator, self.options, self.step_cap,
-                       RAY_TEXELS.unpack(texels), any_hit)
+                       rays.in_textures, texels, any_hit)
         with clocked(split, "traversal_seconds"):
             waiting = trip.enter(trip.walk.start(trip.hit["t"]))
         while len(waiting):
@@ -82,7 +82,7 @@ class RayEngine:
 
     def _batch(self, trip: RayTrip, chosen: np.ndarray, statistics: Statistics) -> None:
         """Intersect rays, (k,) int sorted by cell, with what their cells list."""
-        split, room = statistics.split, self._room_for(len(trip.phase))
+        split, room = statistics.split, self._room_for(len(trip.phase), trip.record)
         with clocked(split, "traversal_seconds"):
             runs = Runs.of(trip.walk.key[chosen])
             corners, owner = runs.rectangles()
@@ -138,12 +138,13 @@ class RayEngine:
         self._quads.write(quads)
         return self._quads
 
-    def _room_for(self, rays: int) -> BatchRoom:
+    def _room_for(self, rays: int, record: Record) -> BatchRoom:
         rays = min(rays, self.options["batch"])
-        if self._room is None or self._room.size[0] * self._room.size[1] < rays:
+        room = self._room
+        if room is None or room.size[0] * room.size[1] < rays or room.record != record:
             if self._room is not None:
                 self._room.release()
-            self._room = BatchRoom(self.setup, rays, self.options["nearest"] == "depth")
+            self._room = BatchRoom(self.setup, rays, self.options["nearest"] == "depth", record)
         return self._room
 
     def bytes(self) -> int:

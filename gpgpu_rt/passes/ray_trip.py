@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from ..accel.cell_walk import CellWalk
+from ..accel.octree_walk import cell_walk
 from ..accel.runs import chunks, expand
 from ..methods.row import Accelerator
 from ..precision import FORMATS, Precision
 from ..ray_state import StateBuffer
-from ..record import EXACT_INTEGER
+from ..record import EXACT_INTEGER, Record
 from ..reference.watertight import intersect_pairs
 from ..texel_layout import COUNTERS, HIT, TRIANGLE
 from .quads import Runs
@@ -25,6 +25,7 @@ class RayTrip:
 
     Attributes
     ----------
+    record, rays : what is known of each, and its fields
     walk : where they are
     hit : fields of HIT, the nearest so far; t begins as t_max
     tested, leaves : (n,) int32 counters
@@ -32,11 +33,12 @@ class RayTrip:
     """
 
     def __init__(self, accelerator: Accelerator, options: Mapping[str, Any], step_cap: int,
-                 rays: dict[str, np.ndarray], any_hit: bool) -> None:
+                 record: Record, texels: np.ndarray, any_hit: bool) -> None:
         self.accelerator, self.options, self.step_cap = accelerator, options, step_cap
-        self.grid, self.rays, self.any_hit = accelerator.structure, rays, any_hit
+        self.record, self.rays = record, record.unpack(texels)
+        self.grid, self.any_hit, rays = accelerator.structure, any_hit, self.rays
         unit = FORMATS[Precision.of(options).arithmetic].unit
-        self.walk = CellWalk(self.grid, rays, unit)
+        self.walk = cell_walk(self.grid, rays, unit)
         count = len(rays["t_max"])
         self.hit = {"t": rays["t_max"].copy(), "u": np.zeros(count, np.float32),
                     "v": np.zeros(count, np.float32),
@@ -65,8 +67,8 @@ class RayTrip:
         return waiting[taken & ~here], waiting[~taken], waiting[here]
 
     def fields(self, chosen: np.ndarray) -> dict[str, np.ndarray]:
-        """The fields of RAY_TEXELS, t_max where a hit would be the nearest."""
-        return {**{name: self.rays[name][chosen] for name in ("origin", "direction", "t_min")},
+        """The fields of the rays' record, t_max where a hit would be the nearest."""
+        return {**{name: values[chosen] for name, values in self.rays.items()},
                 "t_max": self.hit["t"][chosen]}
 
     def take(self, rays: np.ndarray, found: dict[str, np.ndarray]) -> None:
@@ -90,7 +92,10 @@ class RayTrip:
             corners = np.stack([triangles[name].make(row) for name in ("v0", "v1", "v2")], axis=1)
             accepted, t, u, v = intersect_pairs(corners, self.rays["origin"][owner],
                                                 self.rays["direction"][owner])
-            accepted &= (t >= self.rays["t_min"][owner]) & (t <= self.hit["t"][owner])
+            t_min = self.rays["t_min"][owner]
+            accepted &= (t >= t_min) & (t <= self.hit["t"][owner])
+            if "after" in self.rays:    # as accept() of common/triangle.glsl has it
+                accepted &= (t > t_min) | (row > self.rays["after"][owner])
             at = np.flatnonzero(accepted)
             at = at[np.lexsort((row[at], t[at], owner[at]))]
             at = at[np.diff(owner[at], prepend=-1) != 0]     # the first of each ray

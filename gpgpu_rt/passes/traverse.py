@@ -14,14 +14,16 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import moderngl
+import numpy as np
 
+from .. import hits
 from ..methods.row import Accelerator, Method
 from ..options import word_define
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..record import TABLE_WIDTH_LOG2, Record
 from ..statistics import Statistics
-from ..texel_layout import COUNTERS, HIT
+from ..texel_layout import COUNTERS, ENTRIES, ENTRY_LIST, ENTRY_TILE, HIT
 from .driver import Samplers, Setup
 from .full_screen import FullScreenPass
 from .stack_atlas import StackAtlas
@@ -39,6 +41,12 @@ MASKED, DRAWN = 0.0, 0.5   # depths of a masked ray and of the passes it is mask
 def kernel_depth(kernel: int) -> float:
     """The depth that marks rays waiting for a kernel (0: those that are over)."""
     return (1 + kernel) / 16
+
+
+def mark_stopped(status: np.ndarray, phases: np.ndarray) -> None:
+    """Write into (n,) status, as of ``Hits``, which rays' phases say that they were stopped."""
+    status[phases == UNFINISHED] = hits.UNFINISHED
+    status[phases == OVERFLOWN] = hits.STACK_OVERFLOW
 
 
 class ProgramKey(NamedTuple):
@@ -310,8 +318,11 @@ def method_defines(method: Method, accelerator: Accelerator, options: Mapping[st
 def method_texts(method: Method, options: Mapping[str, Any]) -> dict[str, str]:
     """What its programs include: the method's own file, and the accessors of its tables."""
     layout = Precision.of(options).layout
-    return {"method": "file:" + str(method.glsl),
-            "tables": "\n".join(layout(r).table_glsl() for r in method.tables_for(options))}
+    tables = [layout(r).table_glsl() for r in method.tables_for(options)]
+    if options.get("entry_points"):
+        tables += [f"#define ENTRY_TILE {ENTRY_TILE}", f"const int ENTRIES = {ENTRIES};",
+                   ENTRY_LIST.stream_glsl(writes=False)]
+    return {"method": "file:" + str(method.glsl), "tables": "\n".join(tables)}
 
 
 def kernel_defines(kernels: tuple[str, ...]) -> dict[str, object]:

@@ -1,0 +1,111 @@
+"""All hits: everything that rays pass through, nearest first, found by tracing them on.
+
+Hits are in the order of (t, triangle). After one at (t, triangle) a ray goes on with that t as its
+t_min and takes, of the triangles at just that t, those of a higher index only: ``accept`` in
+``glsl/common/triangle.glsl`` decides it, and every method calls that. So nothing is stepped over,
+no offset is guessed, and triangles that coincide are all found. The t at which a ray goes on never
+leaves the programs' own units, where it is exact.
+"""
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .errors import OptionError
+from .hits import TRACED
+from .methods.row import Method
+from .ray_state import ROW, RayBatch
+from .record import EXACT_INTEGER
+
+EMPTY = np.array([[0, 0, 0, 1], [0, 0, 1, -1], [-1, 0, 0, 0]], np.float32)   # texels of no ray
+
+
+@dataclass
+class AllHits:
+    """Hits of n rays, m in all, ray by ray in the order of (t, triangle).
+
+    Attributes
+    ----------
+    ray : (m,) int64, which ray each hit is of; ascending
+    t : (m,) float32, in units of the ray's |direction|
+    u, v : (m,) float32, barycentric: p = (1 - u - v) v0 + u v1 + v v2
+    triangle : (m,) int32, row of the scene's faces as given
+    status : (n,) uint8, as of ``Hits``: of a ray that is not 0 there may be more hits
+    """
+
+    ray: np.ndarray
+    t: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+    triangle: np.ndarray
+    status: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    @property
+    def count(self) -> np.ndarray:
+        """(n,) int64, how many hits each ray has."""
+        return np.bincount(self.ray, minlength=len(self.status))
+
+
+# (height, width, 3, 4) texels of RAY_AFTER_HIT -> fields of HIT and status, one entry a texel.
+Round = Callable[[np.ndarray], tuple[dict[str, np.ndarray], np.ndarray]]
+
+
+def collect(batch: RayBatch, trace: Round, max_hits: int | None = None) -> AllHits:
+    """Trace rays on until none hits anything more.
+
+    Parameters
+    ----------
+    batch : the rays
+    trace : finds the nearest hit of rays that go on behind another
+    max_hits : of a ray, or None for all of them
+    """
+    given = batch.texels.reshape(-1, 2, 4)[:batch.count]
+    texels = np.empty((len(given), 3, 4), np.float32)
+    texels[:, :2], texels[:, 2] = given, EMPTY[2]
+    status = batch.status()
+    rays = np.arange(len(given))    # all in the first round, so that packets find their tiles
+    found: list[dict[str, np.ndarray]] = []
+    height, width = batch.size[::-1]
+    while len(rays) and (max_hits is None or len(found) < max_hits):
+        if 2 * len(rays) <= height * width:     # textures are kept until they are half empty
+            height, width = -(-len(rays) // ROW), min(len(rays), ROW)
+        image = np.broadcast_to(EMPTY, (height * width, 3, 4)).copy()
+        image[:len(rays)] = texels[rays]
+        hits, ended = trace(image.reshape(height, width, 3, 4))
+        ended = ended[:len(rays)]
+        # A ray that was stopped may have a nearer hit than the one it had found by then.
+        status[rays[ended != TRACED]] = ended[ended != TRACED]
+        some = np.flatnonzero((hits["triangle"][:len(rays)] != EXACT_INTEGER) & (ended == TRACED))
+        rays = rays[some]
+        found.append({"ray": rays, **{name: values[some] for name, values in hits.items()}})
+        texels[rays, 0, 3], texels[rays, 2, 0] = found[-1]["t"], found[-1]["triangle"]
+    return _ordered(batch, found, status)
+
+
+def check_exact(method: Method, options: Mapping[str, Any]) -> None:
+    """Raise OptionError where hits may be lost, or t is not what the test computed."""
+    for option in method.options:
+        if options[option.name] in option.relaxed:
+            raise OptionError(f"{option.name}={options[option.name]} may lose hits, and all hits "
+                              f"are asked for; leave it at {option.name}={option.default}")
+    if (options["storage"], options["arithmetic"]) != ("fp32", "fp32"):
+        raise OptionError("all hits are found in fp32 only: rounded t make one of several; leave "
+                          "storage, arithmetic and precision at fp32")
+
+
+def _ordered(batch: RayBatch, found: list[dict[str, np.ndarray]], status: np.ndarray) -> AllHits:
+    """Rounds one behind the other -> rays one behind the other, in the caller's units."""
+    kinds = {"ray": np.int64, "t": np.float32, "u": np.float32, "v": np.float32,
+             "triangle": np.int32}
+    parts = {name: np.concatenate([np.zeros(0, kind), *(one[name] for one in found)]).astype(kind)
+             for name, kind in kinds.items()}
+    parts["t"] = batch.given_units(parts["t"], parts["ray"])
+    # By t and triangle once more: the caller's units may round two t to one.
+    order = np.lexsort((parts["triangle"], parts["t"], parts["ray"]))
+    return AllHits(**{name: values[order] for name, values in parts.items()}, status=status)

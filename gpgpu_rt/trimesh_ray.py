@@ -1,0 +1,235 @@
+"""A drop-in for trimesh's ray engines: ``mesh.ray = RayMeshIntersector(mesh, "kd-restart")``.
+
+Names, arguments, shapes and the order of what is returned are those of ``trimesh.ray``. What
+differs is said here once:
+
+* The hits of a ray come nearest first, by (t, triangle), ray after ray. A ray goes on behind a hit
+  exactly (see ``all_hits.py``): triangles that coincide are all found, none is stepped over.
+* Rays and mesh meet in float32. A mesh that lies far from the origin for its size is moved there
+  first, in float64. Where a hit lies on its ray is then computed in float64.
+* ``intersects_location``, as trimesh's own engine has it, names a place once: of triangles that
+  a ray passes through at one place, as at an edge, the first is kept. ``intersects_id`` names all.
+* A ray whose origin or direction is not finite, or that has no direction, hits nothing.
+"""
+from __future__ import annotations
+
+import os
+import threading
+from typing import Any
+
+import numpy as np
+import trimesh
+from trimesh.ray.ray_util import contains_points
+
+from .all_hits import AllHits
+from .errors import Error
+from .reference.error_bounds import bound_pairs
+from .scene import Scene
+from .tracer import DEFAULT_METHOD, Tracer
+
+
+class RayMeshIntersector:
+    """Ray queries of a mesh by one of the methods of ``gpgpu_rt.methods()``.
+
+    A mesh that changes is noticed, as trimesh notices it: the next query takes it as it is then.
+    It can be pickled and copied; the copy makes textures of its own when it is first asked.
+
+    Parameters
+    ----------
+    mesh : trimesh.Trimesh
+    method, options : as for ``Tracer``
+    """
+
+    def __init__(self, mesh: trimesh.Trimesh, method: str = DEFAULT_METHOD,
+                 **options: Any) -> None:
+        self.mesh = mesh
+        self.method, self.options = method, options
+        self._forget()
+
+    # Queries --------------------------------------------------------------------------------
+
+    def intersects_id(self, ray_origins: np.ndarray, ray_directions: np.ndarray,
+                      return_locations: bool = False, multiple_hits: bool = True,
+                      max_hits: int | None = None) -> tuple[np.ndarray, ...]:
+        """The triangles that rays hit.
+
+        Parameters
+        ----------
+        ray_origins, ray_directions : (n, 3) float
+        return_locations : say where, too
+        multiple_hits : all hits of a ray, or its first one alone
+        max_hits : of a ray, the nearest ones; None for all
+
+        Returns
+        -------
+        index_tri : (m,) int64, rows of ``mesh.faces``
+        index_ray : (m,) int64, ascending
+        locations : (m, 3) float64, only with ``return_locations``
+        """
+        hits, _, locations = self._hits(ray_origins, ray_directions, multiple_hits, max_hits,
+                                        return_locations)
+        found = hits.triangle.astype(np.int64), hits.ray
+        return (*found, locations) if return_locations else found
+
+    def intersects_location(self, ray_origins: np.ndarray, ray_directions: np.ndarray,
+                            multiple_hits: bool = True, max_hits: int | None = None
+                            ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The places where rays hit the mesh, each once.
+
+        Hits of a ray are one place where float32 cannot tell their t apart, by the bounds of
+        ``reference/error_bounds.py``: the triangles around an edge or a vertex, or two that
+        coincide.
+
+        Parameters
+        ----------
+        ray_origins, ray_directions, multiple_hits, max_hits : as for ``intersects_id``
+
+        Returns
+        -------
+        locations : (m, 3) float64
+        index_ray : (m,) int64, ascending
+        index_tri : (m,) int64, of each place the first in the order of (t, triangle)
+        """
+        hits, reach, locations = self._hits(ray_origins, ray_directions, multiple_hits, max_hits,
+                                            True)
+        kept = _first_of_each_place(hits, reach)
+        return locations[kept], hits.ray[kept], hits.triangle[kept].astype(np.int64)
+
+    def intersects_first(self, ray_origins: np.ndarray, ray_directions: np.ndarray) -> np.ndarray:
+        """(n,) int64, the first triangle that each ray hits, -1 where there is none."""
+        with self._lock:
+            origins, directions, tracer = self._prepared(ray_origins, ray_directions)
+            hits = tracer.trace(origins, directions, invalid="miss")
+        _check_status(hits.status)
+        return hits.triangle.astype(np.int64)
+
+    def intersects_any(self, ray_origins: np.ndarray, ray_directions: np.ndarray) -> np.ndarray:
+        """(n,) bool, whether each ray hits anything."""
+        with self._lock:
+            origins, directions, tracer = self._prepared(ray_origins, ray_directions)
+            return tracer.occluded(origins, directions, invalid="miss")
+
+    def contains_points(self, points: np.ndarray) -> np.ndarray:
+        """(n,) bool, which of (n, 3) points lie inside; on the surface, either.
+
+        trimesh's own way: the parity of the places that rays to both sides pass through.
+        """
+        return contains_points(self, points)
+
+    # What they are made of ------------------------------------------------------------------
+
+    def _hits(self, origins: np.ndarray, directions: np.ndarray, multiple_hits: bool,
+              max_hits: int | None, locate: bool) -> tuple[AllHits, np.ndarray, np.ndarray]:
+        """Hits; how far t may be off, (m,), and where they lie, (m, 3), if that is asked."""
+        with self._lock:
+            origins, directions, tracer = self._prepared(origins, directions)
+            hits = tracer.trace_all(origins, directions, invalid="miss",
+                                    max_hits=max_hits if multiple_hits else 1)
+            triangles, moved = tracer.scene.triangles[hits.triangle], self._moved
+        _check_status(hits.status)
+        if not locate:
+            return hits, np.zeros(0), np.zeros((0, 3))
+        origins, directions = origins[hits.ray], directions[hits.ray]
+        with np.errstate(over="ignore"):
+            bounds = bound_pairs(triangles, origins.astype(np.float32),
+                                 directions.astype(np.float32))
+        # Where the plane is met, as far as float32's t allows: one seen edge-on is met anywhere.
+        t = hits.t.astype(np.float64)
+        reach = np.where(np.isfinite(bounds.t_bound), bounds.t_bound, 0)
+        exact = np.where(np.isfinite(bounds.t), bounds.t, t)
+        t = np.clip(exact, t - reach, t + reach)
+        return hits, reach, origins + t[:, None] * directions + moved
+
+    def _prepared(self, origins: np.ndarray, directions: np.ndarray
+                  ) -> tuple[np.ndarray, np.ndarray, Tracer]:
+        """Rays, (n, 3) float64 each, seen from where the mesh was moved; and its tracer."""
+        origins, directions = (np.asanyarray(a, np.float64) for a in (origins, directions))
+        if origins.shape != directions.shape:
+            raise ValueError(f"ray_origins {origins.shape} and ray_directions "
+                             f"{directions.shape} differ")
+        tracer = self._current()
+        return origins - self._moved, directions, tracer
+
+    def _current(self) -> Tracer:
+        """The tracer of the mesh as it is now."""
+        if self._process != os.getpid():    # a context does not outlive a fork
+            self._forget()
+        shape, faces = hash(self.mesh), hash(self.mesh.faces)
+        if self._tracer is not None and shape == self._shape:
+            return self._tracer
+        vertices = np.asarray(self.mesh.vertices, np.float64)
+        self._moved = _far_centre(vertices)
+        vertices = vertices - self._moved
+        if self._tracer is not None and faces == self._faces:
+            self._tracer.update(vertices)
+        else:
+            self.release()
+            scene = Scene.from_arrays(vertices, np.asarray(self.mesh.faces), name="mesh",
+                                      source="trimesh")
+            self._tracer = Tracer(scene, self.method, **self.options)
+        self._shape, self._faces = shape, faces
+        return self._tracer
+
+    # Lifetime -------------------------------------------------------------------------------
+
+    def _forget(self) -> None:
+        self._tracer: Tracer | None = None
+        self._shape = self._faces = 0
+        self._moved = np.zeros(3)
+        self._lock = threading.RLock()
+        self._process = os.getpid()
+
+    def release(self) -> None:
+        """Free textures and programs; the next query makes them again."""
+        if self._tracer is not None and self._process == os.getpid():
+            self._tracer.release()
+        self._tracer = None
+
+    def __enter__(self) -> RayMeshIntersector:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.release()
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"mesh": self.mesh, "method": self.method, "options": self.options}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._forget()
+
+    def __deepcopy__(self, memo: Any) -> RayMeshIntersector:
+        """A mesh's copy copies its engine: of the same mesh, as trimesh's own do."""
+        return self.__copy__()
+
+    def __copy__(self) -> RayMeshIntersector:
+        return RayMeshIntersector(self.mesh, self.method, **self.options)
+
+
+def _far_centre(vertices: np.ndarray) -> np.ndarray:
+    """(3,) float64: where (v, 3) vertices lie along each axis if that is far from 0 for their
+    size, else 0: float32 would round them coarsely there."""
+    if not len(vertices) or not np.isfinite(vertices).all():
+        return np.zeros(3)
+    lo, hi = vertices.min(axis=0), vertices.max(axis=0)
+    centre = (lo + hi) / 2
+    return np.where(np.abs(centre) > (hi - lo).max(), centre, 0.0)
+
+
+def _first_of_each_place(hits: AllHits, reach: np.ndarray) -> np.ndarray:
+    """(k,) rows of hits that begin a place: t is past all that the ray's one before may be."""
+    t = hits.t.astype(np.float64)
+    new = np.ones(len(hits), bool)
+    new[1:] = (np.diff(hits.ray) > 0) | (t[1:] - reach[1:] > t[:-1] + reach[:-1])
+    return np.flatnonzero(new)
+
+
+def _check_status(status: np.ndarray) -> None:
+    """Raise where rays were stopped: there may be more hits, or nearer ones."""
+    stopped = int((status > 1).sum())
+    if stopped:
+        raise Error(f"{stopped} rays were stopped before their end was known; raise step_cap or "
+                    "stack_size")
+
+
+__all__ = ("RayMeshIntersector",)

@@ -1,0 +1,203 @@
+"""The drop-in for trimesh: answers what trimesh's own engines answer, in the same shapes."""
+from __future__ import annotations
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+import trimesh
+from trimesh.ray.ray_pyembree import RayMeshIntersector as Embree
+from trimesh.ray.ray_triangle import RayMeshIntersector as Native
+
+import gpgpu_rt as rt
+from gpgpu_rt.trimesh_ray import RayMeshIntersector
+
+OURS = {"bvh-threaded": {}, "kd-short-stack": {}, "bvh-packet": {"packet": (2, 2)},
+        "grid": {"schedule": "step", "steps_per_pass": 8}}
+ENGINES = {"native": Native, "embree": Embree,
+           **{name: lambda mesh, name=name, options=options: RayMeshIntersector(
+               mesh, name, **options) for name, options in OURS.items()}}
+EXACT = [name for name in ENGINES if name != "embree"]    # that one steps by offsets
+
+
+@pytest.fixture(params=ENGINES)
+def engine(request):
+    return ENGINES[request.param]
+
+
+@pytest.fixture(params=EXACT)
+def exact(request):
+    return ENGINES[request.param]
+
+
+def random_rays(mesh: trimesh.Trimesh, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    directions = rng.normal(size=(count, 3))
+    return mesh.bounds.mean(axis=0) + 1.5 * mesh.scale * rng.uniform(-0.5, 0.5, (count, 3)), \
+        directions
+
+
+def closed(name: str) -> trimesh.Trimesh:
+    make = {"box": lambda: trimesh.creation.box(extents=(1, 2, 3)),
+            "ball": lambda: trimesh.creation.icosphere(subdivisions=2),
+            "tube": lambda: trimesh.creation.annulus(r_min=0.4, r_max=1, height=2)}[name]
+    return make()
+
+
+@pytest.mark.parametrize("name", ["box", "ball", "tube"])
+def test_shapes_types_and_return_order(engine, name: str) -> None:
+    mesh = closed(name)
+    ray = engine(mesh)
+    origins, directions = random_rays(mesh, 90, 1)
+    tri, rays = ray.intersects_id(origins, directions)
+    assert tri.shape == rays.shape == (len(tri),) and len(tri) > 10
+    assert tri.dtype.kind == rays.dtype.kind == "i" and tri.max() < len(mesh.faces)
+    tri, rays, at = ray.intersects_id(origins, directions, return_locations=True)
+    assert at.shape == (len(tri), 3) == (len(rays), 3) and at.dtype == np.float64
+    at, rays, tri = ray.intersects_location(origins, directions)
+    assert at.shape == (len(tri), 3) == (len(rays), 3) and len(np.unique(rays)) > 5
+    off = mesh.triangles[tri] - at[:, None]
+    assert np.abs((off[:, 0] * mesh.face_normals[tri]).sum(axis=1)).max() < 1e-6
+    first = ray.intersects_first(origins, directions)
+    assert first.shape == (90,) and first.dtype.kind == "i"
+    hit = ray.intersects_any(origins, directions)
+    assert hit.shape == (90,) and hit.dtype == bool and (hit == (first >= 0)).all()
+    inside = ray.contains_points(origins)
+    assert inside.shape == (90,) and inside.dtype == bool
+
+
+@pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
+@pytest.mark.parametrize("name", ["box", "ball", "tube"])
+def test_the_same_hits_as_trimesh_itself(exact, name: str, seed: int) -> None:
+    mesh = closed(name)
+    rays = random_rays(mesh, 150, seed)
+    expected = sorted(zip(*np.array(Native(mesh).intersects_id(*rays))[::-1]))
+    assert sorted(zip(*np.array(exact(mesh).intersects_id(*rays))[::-1])) == expected
+    assert (exact(mesh).intersects_first(*rays) == Native(mesh).intersects_first(*rays)).all()
+    found, known = (ray.intersects_location(*rays) for ray in (exact(mesh), Native(mesh)))
+    order, theirs = (np.lexsort((tri, rays)) for _, rays, tri in (found, known))
+    assert np.abs(found[0][order] - known[0][theirs]).max() < 1e-6
+    assert (found[1][order] == known[1][theirs]).all()
+
+
+@pytest.mark.parametrize("name", ["box", "ball", "tube"])
+def test_points_inside_a_closed_mesh(engine, name: str) -> None:
+    mesh = closed(name)
+    rng = np.random.default_rng(3)
+    points = mesh.bounds[0] + rng.random((400, 3)) * np.ptp(mesh.bounds, axis=0)
+    radius, z = np.linalg.norm(points, axis=1), np.abs(points[:, 2])
+    flat = np.linalg.norm(points[:, :2], axis=1)
+    known, sure = {
+        "box": (np.ones(400, bool), np.ones(400, bool)),
+        "ball": (radius < 0.9, (radius < 0.9) | (radius > 1)),
+        "tube": ((flat > 0.5) & (flat < 0.9) & (z < 1), (np.abs(flat - 0.4) > 0.1)
+                 & (np.abs(flat - 1) > 0.1))}[name]
+    assert (engine(mesh).contains_points(points) == known)[sure].all()
+    assert not engine(mesh).contains_points(points + 10).any()
+    with pytest.raises(ValueError, match=r"\(n,3\)"):
+        engine(mesh).contains_points(points[:, :2])
+
+
+def test_rays_at_vertices_and_along_edges(exact) -> None:
+    """One place a ray, however many triangles meet there; and all of those, if triangles are
+    asked for."""
+    mesh = trimesh.creation.box()
+    origins = np.zeros_like(mesh.vertices)
+    ray = exact(mesh)
+    assert ray.intersects_any(origins, mesh.vertices).all()
+    _, rays, _ = ray.intersects_location(origins, mesh.vertices)
+    assert np.bincount(rays, minlength=8).tolist() == [1] * 8
+    tri, rays = ray.intersects_id(origins, mesh.vertices)
+    around = np.bincount(mesh.faces.ravel(), minlength=8)
+    assert np.bincount(rays, minlength=8).tolist() == around.tolist()
+    # The diagonal of a face: in and out of the box, through two triangles each.
+    _, rays, _ = ray.intersects_location([[0.1, 0.1, -9]], [[0, 0, 1]])
+    assert len(rays) == 2
+
+
+@pytest.mark.parametrize("name", OURS)
+def test_triangles_that_coincide_are_all_found_in_order(name: str) -> None:
+    square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
+    faces = np.array([[0, 1, 2], [0, 2, 3]])
+    layers = [0, 0, 1e-5, 0.5, 0.5, 0.5]
+    mesh = trimesh.Trimesh(np.concatenate([square + [0, 0, z] for z in layers]),
+                           np.concatenate([faces + 4 * k for k in range(6)]), process=False)
+    ray = ENGINES[name](mesh)
+    tri, rays = ray.intersects_id([[0.7, 0.2, -1], [0.7, 0.2, 2]], [[0, 0, 1], [0, 0, -3]])
+    assert rays.tolist() == [0] * 6 + [1] * 6
+    assert tri.tolist() == [0, 2, 4, 6, 8, 10, 6, 8, 10, 4, 0, 2]
+    tri, _ = ray.intersects_id([[0.7, 0.2, -1]], [[0, 0, 1]], max_hits=4)
+    assert tri.tolist() == [0, 2, 4, 6]
+    tri, rays, at = ray.intersects_id([[0.7, 0.2, -1]], [[0, 0, 1]], multiple_hits=False,
+                                      return_locations=True)
+    assert tri.tolist() == [0] and np.abs(at - [[0.7, 0.2, 0]]).max() < 1e-12
+    at, _, tri = ray.intersects_location([[0.7, 0.2, -1]], [[0, 0, 1]])
+    assert tri.tolist() == [0, 4, 6] and np.allclose(at[:, 2], layers[1:4], atol=1e-12)
+
+
+@pytest.mark.parametrize("name", OURS)
+def test_a_mesh_far_from_the_origin(name: str) -> None:
+    near, far = closed("tube"), closed("tube")
+    away = np.array([4e6, 0, -2e5])
+    far.apply_translation(away)
+    origins, directions = random_rays(near, 100, 4)
+    expected = ENGINES[name](near).intersects_location(origins, directions)
+    found = ENGINES[name](far).intersects_location(origins + away, directions)
+    assert found[1].tolist() == expected[1].tolist()
+    assert found[2].tolist() == expected[2].tolist()
+    assert np.abs(found[0] - away - expected[0]).max() < 1e-6
+
+
+def test_a_mesh_that_changes_is_noticed() -> None:
+    mesh = closed("ball")
+    with RayMeshIntersector(mesh, "kd-restart") as ray:
+        down = [[0.05, 0.02, 9]], [[0, 0, -1]]
+        before = ray.intersects_location(*down)[0][:, 2]
+        tracer = ray._current()
+        assert ray._current() is tracer
+        mesh.apply_scale(2)
+        after = ray.intersects_location(*down, multiple_hits=False)[0][:, 2]
+        assert ray._current() is tracer and np.allclose(after, 2 * before.max(), rtol=0.02)
+        top = int(ray.intersects_first(*down)[0])
+        mesh.update_faces(np.arange(len(mesh.faces)) != top)
+        assert ray.intersects_id(*down)[0].tolist() != [top]
+        assert len(ray.intersects_id(*down)[0]) == 1 and ray._current() is not tracer
+
+
+def test_copies_and_pickles() -> None:
+    mesh = closed("box")
+    mesh.ray = RayMeshIntersector(mesh, "grid", schedule="step")
+    rays = random_rays(mesh, 20, 5)
+    expected = mesh.ray.intersects_first(*rays).tolist()
+    for other in (pickle.loads(pickle.dumps(mesh.ray)), copy.copy(mesh.ray),
+                  copy.deepcopy(mesh.ray)):
+        assert other.method == "grid" and other.options == {"schedule": "step"}
+        assert other.intersects_first(*rays).tolist() == expected
+    assert mesh.contains([[0, 0, 0], [3, 0, 0]]).tolist() == [True, False]
+    with pytest.raises(rt.OptionError, match="no option"):
+        RayMeshIntersector(mesh, "grid", nonsense=1).intersects_any(*rays)
+
+
+def test_rays_that_are_none_and_those_that_do_not_fit(exact) -> None:
+    mesh = closed("box")
+    ray = exact(mesh)
+    nothing = np.zeros((0, 3))
+    if not isinstance(ray, Native):     # it fails on none
+        assert [len(a) for a in ray.intersects_id(nothing, nothing, return_locations=True)] \
+            == [0, 0, 0]
+        assert ray.intersects_first(nothing, nothing).shape == (0,)
+        with pytest.raises(ValueError, match="differ"):
+            ray.intersects_any(np.zeros((2, 3)), np.zeros((1, 3)))
+        assert ray.intersects_first([[0, 0, np.nan], [0, 0, 0]], [[0, 0, 1.0], [0, 0, 0]]
+                                    ).tolist() == [-1, -1]
+    missing = ray.intersects_location([[9, 9, 9], [8, 8, 8]], [[1, 0, 0], [0, 1, 0]])
+    assert [len(a) for a in missing] == [0, 0, 0]
+
+
+def test_a_ray_that_is_stopped_is_no_miss() -> None:
+    ray = RayMeshIntersector(closed("ball"), "kd-restart", step_cap=2)
+    rays = random_rays(ray.mesh, 30, 6)
+    for ask in (ray.intersects_id, ray.intersects_first, ray.intersects_any):
+        with pytest.raises(rt.Error, match="step_cap"):
+            ask(*rays)
