@@ -38,11 +38,11 @@ NOTES = {
 
 # What misses have in common.
 WHY = (
-    "Brute force: see Figure 12. It also takes most of tau-b on cornell there: without it the "
-    "order of the other three is their grid's 24 % apart.",
+    "Brute force: see Figure 12. On cornell it turns the order of methods round as well: it is "
+    "the fastest there as published, and the slowest as predicted.",
     "robots comes out too fast by about the same factor for every kd method, on three cards and "
-    "in three figures, while ratios within the scene hold: cameras are ours, the papers' are not "
-    "published, and ours looks at surfaces that are near.",
+    "in three figures. Cameras are ours, the papers' are not published: a view whose rays meet "
+    "fewer nodes than theirs would do this; that it is so cannot be shown.",
     "conference's shadow rays come out too slow by two for every method: the light is ours, and "
     "few lanes are used because few pixels of a group have a ray.",
     "Figure 20's kd-trees are slow in the thesis beside its BVHs, on robots by three, though "

@@ -12,6 +12,8 @@ def add_command(command: Callable[..., argparse.ArgumentParser]) -> None:
     sub = command("hardware", _hardware, "the survey's graphics cards: figures, sources, limits")
     sub.add_argument("--methods", action="store_true", help="which methods each could have run, "
                      "from the compiled programs of each schedule (takes a minute)")
+    sub.add_argument("--scene", default="cornell", help="with --methods, the scene whose tables "
+                     "must fit; default %(default)s")
     sub.add_argument("--sources", action="store_true", help="where each figure is from")
 
 
@@ -21,7 +23,7 @@ def _hardware(chosen: argparse.Namespace) -> None:
     if chosen.methods:
         from ..hardware.methods_on_cards import method_needs, refusals
         say("compiling every method's programs")
-        needs = method_needs()
+        needs = method_needs(scene_name=chosen.scene)
         refused = {card.name: refusals(card, needs) for card in found}
     if chosen.json:
         return print_json([{**card.to_dict(), **({"refuses": {
@@ -38,6 +40,9 @@ def _hardware(chosen: argparse.Namespace) -> None:
             (method, schedule, *("no: " + refused[card.name][method, schedule][0]
                                  if refused[card.name][method, schedule] else "yes"
                                  for card in found)) for method, schedule in pairs])
+        print("\nThe programs are this package's: an index is one channel here, two coordinates "
+              "would reach further;\nthe ray engine of 2002 ran in fixed point, ours stands on "
+              "float textures.")
         return
     names = list(found[0].figures)
     print_table(("figure", *(f"{card.chip}, {card.year}" for card in found)),

@@ -4,6 +4,7 @@ from __future__ import annotations
 import functools
 import importlib.resources
 import json
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,7 +22,8 @@ class Needs:
     dependent_reads : levels of fetches whose place comes from a fetch
     loops : whether it loops
     targets : render targets
-    texture_size : texels a side of its largest texture
+    texture_size : texels a side of its largest table, were that a square
+    largest_index : texels of it, which an index must tell apart
     floats : whether it stands on float textures
     queries : whether its host counts rays by occlusion queries
     """
@@ -32,17 +34,17 @@ class Needs:
     loops: bool = False
     targets: int = 1
     texture_size: int = 0
+    largest_index: int = 0
     floats: bool = True
     queries: bool = False
 
     @classmethod
-    def of(cls, program: Program, targets: int, texture_size: int = 0,
-           queries: bool = False) -> Needs:
-        """The needs of a compiled program."""
+    def of(cls, program: Program, targets: int, texels: int = 0, queries: bool = False) -> Needs:
+        """The needs of a compiled program whose largest table has so many texels."""
         return cls(sum(work.vector for work in program.work),
                    sum(sum(work.fetches.values()) for work in program.work),
-                   program.dependent_reads, bool(program.loops), targets, texture_size, True,
-                   queries)
+                   program.dependent_reads, bool(program.loops), targets,
+                   math.isqrt(max(texels - 1, 0)) + 1, texels, True, queries)
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,8 @@ class Card:
                   ("texture_slots", needs.textures, "fetches in the text"),
                   ("dependent_reads", needs.dependent_reads, "levels of dependent fetches"),
                   ("render_targets", needs.targets, "render targets"),
-                  ("texture_size", needs.texture_size, "texels a side"))
+                  ("texture_size", needs.texture_size, "texels a side"),
+                  ("exact_integers", needs.largest_index, "texels to index"))
         reasons = [f"{wanted:,} {what}, it has {getattr(self, name):,}"
                    for name, wanted, what in limits if wanted > getattr(self, name)]
         if needs.loops and not self.branching:

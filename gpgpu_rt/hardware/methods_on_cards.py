@@ -1,4 +1,8 @@
-"""Which methods a card could have run: each program of a method, compiled, against its limits."""
+"""Which methods a card could have run: each program of a method, compiled, against its limits.
+
+They are the programs of this package: Carr's ray engine of 2002 did run in fixed point on the
+Radeon 8500, ours stands on float textures.
+"""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -15,32 +19,37 @@ from .compiler import compiled
 from .program import parse
 
 LEFT_OUT = {"passes/tile_counts.frag"}   # ours: spares passes the tiles without rays
-SCENE, SIZE = "cornell", 8   # programs do not depend on the scene, but for the depth of a stack
+SCENE, SIZE = "cornell", 8   # programs hardly depend on the scene, their tables do
 
 
 class _Programs:
-    """Every full-screen pass of a call: its texts, and the most targets it was drawn into."""
+    """Every full-screen pass of a call: its texts, the most targets it was drawn into, and the
+    texels of the largest table it read."""
 
     def __init__(self) -> None:
-        self.found: dict[tuple[str, str], tuple[str, int]] = {}
+        self.found: dict[tuple[str, str], tuple[str, int, int]] = {}
 
     def note(self, one: FullScreenPass, target: Any, textures: Mapping[str, Any]) -> None:
         if one.name in LEFT_OUT:
             return
         texts = text_of(one.gpu, one.program)
-        most = max(len(target.color_attachments), self.found.get(texts, ("", 0))[1])
-        self.found[texts] = (one.name, most)
+        most = max(len(target.color_attachments or ()), self.found.get(texts, ("", 0, 0))[1])
+        texels = max((textures[name].width * textures[name].height for name in one._samplers
+                      if name.endswith("_table")), default=0)
+        self.found[texts] = (one.name, most, texels)
 
 
-def method_needs(names: list[str] | None = None) -> dict[tuple[str, str], dict[str, Needs]]:
+def method_needs(names: list[str] | None = None, scene_name: str = SCENE
+                 ) -> dict[tuple[str, str], dict[str, Needs]]:
     """(method, schedule) -> program -> what it asks of a card.
 
     Parameters
     ----------
     names : methods; None: all of the table
+    scene_name : whose tables must fit
     """
     seen = {}
-    scene = load_scene(SCENE)
+    scene = load_scene(scene_name)
     rays = scene.camera.rays((SIZE, SIZE))
     for row in [find_method(name) for name in names] if names else methods():
         for schedule in row.schedules:
@@ -57,8 +66,8 @@ def method_needs(names: list[str] | None = None) -> dict[tuple[str, str], dict[s
     needs = {}
     for key, found in seen.items():
         asked: dict[str, Needs] = {}
-        for text, (name, targets) in found.items():
-            of_one = Needs.of(programs[text], targets)
+        for text, (name, targets, texels) in found.items():
+            of_one = Needs.of(programs[text], targets, texels)
             label = name.split("/")[-1] + ("" if name not in asked else f" {len(asked)}")
             asked[label] = replace(of_one, queries=key[1] != "loop")
         needs[key] = asked
