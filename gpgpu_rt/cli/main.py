@@ -18,7 +18,7 @@ from ..methods import Method, methods
 from ..scene import Scene, list_scenes, load_scene
 from ..surfaces.parametrise import CUTS, remesh
 from ..tracer import AUTO, DEFAULT_METHOD, Tracer
-from . import tuning
+from . import looking, tuning
 from .frames import IMAGES, add_frames, render_frames
 from .shared import (
     add_options, given_options, options_for, print_json, print_table, say, size_word
@@ -282,5 +282,6 @@ def _parser() -> argparse.ArgumentParser:
     sub.add_argument("--runs", type=int, default=5, help="timed runs of each after a warm-up; "
                      "default %(default)s")
     add_options(sub)
+    looking.add_commands(command)
     tuning.add_commands(command)
     return parser
