@@ -3,49 +3,52 @@ from __future__ import annotations
 
 import argparse
 import sys
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 from gpgpu_rt.errors import Error
 from gpgpu_rt.files import check_writable
 
-from . import (
-    extremes, fig03, fig04, fig05, fig06, fig08, fig09, fig10, fig11, fig12, fig13, fig14, fig15,
-    fig16, fig17, fig18, fig19, fig20, fig21, fig22, fig23, fig24, fig25, frames, ray_sorting,
-    ray_space, reduction, schedules, tradeoff
-)
 from .measure import measure
 from .output import write_text
 
+# A module of this folder -> its title.
 FIGURES = {
-    "fig03": (fig03, "Figure 3: a pass as stream processing"),
-    "fig04": (fig04, "Figure 4: the organisation of the Ray Engine"),
-    "fig05": (fig05, "Figure 5: a picture by the Ray Engine, and where the time goes"),
-    "fig06": (fig06, "Figure 6: ray tracing in a grid as streams and kernels"),
-    "fig08": (fig08, "Figure 8: a teapot in a stadium"),
-    "fig09": (fig09, "Figure 9: a kd-tree, and its nodes"),
-    "fig10": (fig10, "Figure 10: the traversal of a kd-tree, step by step"),
-    "fig11": (fig11, "Figure 11: kd-restart against kd-backtrack"),
-    "fig12": (fig12.FIGURE, "Figure 12: eye rays by brute force, grid and kd-trees"),
-    "fig13": (fig13.FIGURE, "Figure 13: restart, packets, push-down, short stack"),
-    "fig14": (fig14, "Figure 14: mirrors upon mirrors, with and without packets"),
-    "fig15": (fig15, "Figure 15: a kd-tree with ropes"),
-    "fig16": (fig16.FIGURE, "Figure 16: ropes for single rays and packets"),
-    "fig17": (fig17, "Figure 17: what ropes add to a kd-tree's size"),
-    "fig18": (fig18, "Figure 18: a bounding volume hierarchy of boxes"),
-    "fig19": (fig19, "Figure 19: the same hierarchy, threaded"),
-    "fig20": (fig20.FIGURE, "Figure 20: whole images by grid, kd-trees and threaded BVHs"),
-    "fig21": (fig21, "Figure 21: a geometry image, and the pyramids over it"),
-    "fig22": (fig22.FIGURE, "Figure 22: packets over a BVH and along ropes, to very large scenes"),
-    "fig23": (fig23, "Figure 23: the hierarchical ray engine, tiles of rays against triangles"),
-    "fig24": (fig24, "Figure 24: the hierarchy of cones over rays"),
-    "fig25": (fig25, "Figure 25: the traversal of a ray hierarchy"),
-    "ray_sorting": (ray_sorting, "Ray sorting: its price, what it buys, and how alike rays are"),
-    "frames": (frames, "Time a frame of moving scenes: refitted, rebuilt, and kd-trees"),
-    "reduction": (reduction, "Stream reduction by blocks, beside a scan"),
-    "ray_space": (ray_space, "Tables over rays: ray classification and the visibility field"),
-    "schedules": (schedules, "The three schedules: what being literal costs"),
-    "extremes": (extremes, "The extremes: what is wrong where, and how each method ends"),
-    "tradeoff": (tradeoff, "Speed against accuracy: precision, intersection tests, intervals"),
+    "fig01": "Figure 1: reflections, soft shadows, refraction",
+    "fig03": "Figure 3: a pass as stream processing",
+    "fig04": "Figure 4: the organisation of the Ray Engine",
+    "fig05": "Figure 5: a picture by the Ray Engine, and where the time goes",
+    "fig06": "Figure 6: ray tracing in a grid as streams and kernels",
+    "fig07": "Figure 7: a picture by the grid with proximity clouds",
+    "fig08": "Figure 8: a teapot in a stadium",
+    "fig09": "Figure 9: a kd-tree, and its nodes",
+    "fig10": "Figure 10: the traversal of a kd-tree, step by step",
+    "fig11": "Figure 11: kd-restart against kd-backtrack",
+    "fig12": "Figure 12: eye rays by brute force, grid and kd-trees",
+    "fig13": "Figure 13: restart, packets, push-down, short stack",
+    "fig14": "Figure 14: mirrors upon mirrors, with and without packets",
+    "fig15": "Figure 15: a kd-tree with ropes",
+    "fig16": "Figure 16: ropes for single rays and packets",
+    "fig17": "Figure 17: what ropes add to a kd-tree's size",
+    "fig18": "Figure 18: a bounding volume hierarchy of boxes",
+    "fig19": "Figure 19: the same hierarchy, threaded",
+    "fig20": "Figure 20: whole images by grid, kd-trees and threaded BVHs",
+    "fig21": "Figure 21: a geometry image, and the pyramids over it",
+    "fig22": "Figure 22: packets over a BVH and along ropes, to very large scenes",
+    "fig23": "Figure 23: the hierarchical ray engine, tiles of rays against triangles",
+    "fig24": "Figure 24: the hierarchy of cones over rays",
+    "fig25": "Figure 25: the traversal of a ray hierarchy",
+    "entry_points": "Entry points and rasterised bounds",
+    "ray_sorting": "Ray sorting: its price, what it buys, and how alike rays are",
+    "rasterised": "First hits from the rasteriser: what their proof costs",
+    "frames": "Time a frame of moving scenes: refitted, rebuilt, and kd-trees",
+    "needs": "What a scene needs: renderers derived from ten scenes, beside one for all",
+    "reduction": "Stream reduction by blocks, beside a scan",
+    "ray_space": "Tables over rays: ray classification and the visibility field",
+    "schedules": "The three schedules: what being literal costs",
+    "extremes": "The extremes: what is wrong where, and how each method ends",
+    "tradeoff": "Speed against accuracy: precision, intersection tests, intervals",
 }
 
 
@@ -61,12 +64,12 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         for folder in (chosen.data, chosen.out):
             _make(folder)
-        figures = [FIGURES[name][0] for name in chosen.only]
+        figures = [_figure(name) for name in chosen.only]
         measure([cell for figure in figures for cell in figure.cells(chosen.full)], chosen.data,
                 chosen.again)
         for figure in figures:
             figure.draw(chosen.data, chosen.out, chosen.full)
-        index = [f"* [{FIGURES[name][1]}]({name}.md): [chart]({name}.png), [CSV]({name}.csv)"
+        index = [f"* [{FIGURES[name]}]({name}.md): [chart]({name}.png), [CSV]({name}.csv)"
                  for name in FIGURES if (chosen.out / f"{name}.md").exists()]
         write_text(chosen.out / "index.md", "# Figures\n\n" + "\n".join(index) + "\n")
     except KeyboardInterrupt:
@@ -77,6 +80,12 @@ def main(arguments: list[str] | None = None) -> int:
         return 1
     print(f"wrote {chosen.out / 'index.md'}")
     return 0
+
+
+def _figure(name: str) -> Any:
+    """What has ``cells(full)`` to measure and ``draw(data, out, full)``."""
+    module = import_module(f"{__package__}.{name}")
+    return getattr(module, "FIGURE", module)
 
 
 def _make(folder: Path) -> None:

@@ -10,7 +10,8 @@ import gpgpu_rt as rt
 from .measure import Cell, read
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
 
-SCENES = {"cloth": "a cloth waves", "explosion": "a mesh flies apart", "bunny": "nothing moves"}
+SCENES = {"cloth": "a cloth waves", "walker": "an animal walks", "explosion": "a mesh flies apart",
+          "bunny": "nothing moves"}
 # That are fast enough for frames, of those a method has, and on what. (The other builds by passes
 # are for graphics hardware: on a software renderer a frame takes them seconds.)
 BUILDS = {"sah": ("cpu",), "lbvh": ("cpu", "gpu"), "hybrid": ("cpu",)}

@@ -25,8 +25,10 @@ from gpgpu_rt.bench import embree_runner
 from gpgpu_rt.files import replacing
 from gpgpu_rt.gpu import open_gpu
 
-from . import coherence, extreme_runs, frame_times, reduction_times, tree_sizes
-from .workloads import EYE, load, workload
+from . import (
+    coherence, extreme_runs, first_hit_times, frame_times, needs_times, reduction_times, tree_sizes
+)
+from .workloads import EYE, Workload, load, workload
 
 WARM_UPS = 1
 COHERENCE = "coherence of "   # then a workload: how alike its rays are
@@ -45,6 +47,8 @@ class Cell:
     #                            what a kd-tree holds; "frames": `runs` frames of a scene that
     #                            moves; "accuracy": size squared rays of each kind
     #                            of `known_rays`, judged;
+    #                            "first hits": eye rays, rasterised and traced;
+    #                            "needs": pictures of a step of `growing`;
     #                            "reduction": size squared elements of a stream
     runs: int = 5
 
@@ -59,7 +63,8 @@ class Cell:
 def settings(cell: Cell) -> dict[str, Any]:
     """What must be equal for a finished cell to count."""
     return {**asdict(cell), "options": dict(cell.options), "renderer": open_gpu().renderer,
-            "scene_sha256": _scene_digest(cell.scene),
+            "scene_sha256": (needs_times.digest(cell.scene, dict(cell.options)["step"])
+                             if cell.work == "needs" else _scene_digest(cell.scene)),
             "version": importlib.metadata.version("gpgpu_rt")}
 
 
@@ -96,6 +101,10 @@ def run(cell: Cell) -> dict[str, Any]:
                 "date": datetime.date.today().isoformat(), "warm_ups": reduction_times.WARM_UPS,
                 "seconds": reduction_times.measure(cell.size ** 2, dict(cell.options)["kept"],
                                                    cell.runs)}
+    if cell.work == "needs":
+        return {**_heading(cell, load(cell.scene), open_gpu().info()),
+                "needs": needs_times.measure(dict(cell.options)["step"], cell.method, cell.size,
+                                             cell.runs, cell.scene)}
     if cell.work == "accuracy":
         return _run_accuracy(cell)
     if cell.work == "tree":
@@ -109,6 +118,11 @@ def run(cell: Cell) -> dict[str, Any]:
         return {**_heading(cell, load(cell.scene), open_gpu().info()),
                 "frames": frame_times.measure(cell.scene, cell.method, dict(cell.options),
                                               cell.size, cell.runs)}
+    if cell.work == "first hits":
+        scene = load(cell.scene)
+        return {**_heading(cell, scene, open_gpu().info()),
+                "first_hits": first_hit_times.measure(scene, cell.method, dict(cell.options),
+                                                      cell.size, cell.runs)}
     if cell.method == EMBREE:
         return _run_embree(cell)
     scene = load(cell.scene)
@@ -120,7 +134,7 @@ def run(cell: Cell) -> dict[str, Any]:
             if cell.work == "picture":
                 tracer.render(size=(cell.size, cell.size))
             else:
-                rays.trace(tracer)
+                _trace(rays, tracer)
             wall = time.perf_counter() - began
             if turn >= WARM_UPS:
                 samples.append(tracer.statistics.trace_seconds)
@@ -129,13 +143,23 @@ def run(cell: Cell) -> dict[str, Any]:
         cost = tracer.statistics.to_dict()
         gpu = tracer.gpu.info()
     with rt.Tracer(scene, cell.method, **dict(cell.options), statistics=True) as tracer:
-        rays.trace(tracer)
+        _trace(rays, tracer)
+        driver = tracer.statistics.driver
         # Pixels without a ray count nothing by themselves, and each of a packet what all do.
         width, height = tracer.options.get("packet", (1, 1))
         share = cell.size ** 2 / (max(rays.live, 1) * width * height)
         counters = {name: share * mean for name, mean in tracer.statistics.counters.items()}
     return {**_heading(cell, scene, gpu), **_timing(samples, walls, rays.live),
-            "sort_ms": 1e3 * statistics.median(sorts), "statistics": cost, "counters": counters}
+            "sort_ms": 1e3 * statistics.median(sorts), "statistics": cost, "counters": counters,
+            "driver": driver}
+
+
+def _trace(rays: Workload, tracer: rt.Tracer) -> None:
+    """Trace a workload; eye rays that bounds are asked for, by the camera they come from."""
+    if tracer.options["rasterised_bounds"]:
+        tracer.eye_hits(size=(rays.size, rays.size))
+    else:
+        rays.trace(tracer)
 
 
 def _timing(samples: list[float], walls: list[float], rays: int) -> dict[str, Any]:

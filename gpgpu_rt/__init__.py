@@ -1,6 +1,9 @@
 """Ray tracing on graphics hardware, as fragment programs did it in 2002-2007."""
 from . import reference
 from .animation import Animation, load_animation
+from .appearance.light import Environment, PointLight
+from .appearance.material import Material
+from .appearance.texture import Texture
 from .camera import Camera
 from .errors import (
     ContextError, Error, LimitError, OptionError, SceneError, SettingsError, ShaderError
@@ -14,6 +17,7 @@ from .surfaces.parametrise import remesh
 from .tracer import Tracer
 
 __all__ = [
-    "Animation", "Camera", "ContextError", "Deformation", "Error", "GeometryImage", "Hits",
-    "LimitError", "Method", "OptionError", "Scene", "SceneError", "SettingsError", "ShaderError",
-    "Tracer", "load_animation", "load_scene", "methods", "reference", "remesh"]
+    "Animation", "Camera", "ContextError", "Deformation", "Environment", "Error", "GeometryImage",
+    "Hits", "LimitError", "Material", "Method", "OptionError", "PointLight", "Scene", "SceneError",
+    "SettingsError", "ShaderError", "Texture", "Tracer", "load_animation", "load_scene", "methods",
+    "reference", "remesh"]

@@ -59,7 +59,7 @@ def load_animation(source: str | os.PathLike[str]) -> Animation:
     motion, scene = MOTIONS[name], load_scene(name)
     if motion.faces is not None:
         scene = replace(scene, faces=motion.faces())
-    return Animation(scene, motion.vertices)
+    return Animation(replace(scene, moving=True), motion.vertices)
 
 
 def _read(path: Path) -> Animation:
@@ -71,5 +71,5 @@ def _read(path: Path) -> Animation:
         raise SceneError(f"cannot read an animation from {path}: {reason}") from failure
     if vertices.ndim != 3 or not len(vertices):
         raise SceneError(f"{path}: vertices have shape {vertices.shape}; give (frames, v, 3)")
-    scene = Scene.from_arrays(vertices[0], faces, name=path.stem, source=str(path))
+    scene = Scene.from_arrays(vertices[0], faces, name=path.stem, source=str(path), moving=True)
     return Animation(scene, lambda frame: vertices[frame], len(vertices))

@@ -10,9 +10,20 @@ from typing import Any
 
 import numpy as np
 
-from .errors import SceneError
+from .errors import OptionError, SceneError
 
 Vector = tuple[float, float, float]
+
+
+def image_size(size: Sequence[int]) -> tuple[int, int]:
+    """(width, height) in pixels, or OptionError where there is none."""
+    try:
+        width, height = (int(s) for s in size)
+    except (TypeError, ValueError):
+        raise OptionError(f"size is {size!r}; give (width, height) in pixels") from None
+    if width < 1 or height < 1:
+        raise OptionError(f"size {tuple(size)} must be at least 1 x 1 pixels")
+    return width, height
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,8 @@ class Option:
 
     ``choices`` are the values it takes; without them ``kind`` says which type. ``define`` is the
     GLSL define that follows it: set where the option is true, with its value for a number, and
-    for a word ``define``_WORD.
+    for a word ``define``_WORD. An option that is set leaves those that it ``excludes`` at their
+    defaults, and of its method's schedules those of ``schedules``, if it names any.
     """
 
     name: str
@@ -27,6 +28,8 @@ class Option:
     optional: bool = False     # takes None as well
     define: str | None = None
     relaxed: tuple[Any, ...] = ()   # choices that may lose hits: there to be measured
+    excludes: tuple[str, ...] = ()
+    schedules: tuple[str, ...] = ()
 
     def glsl_define(self, value: Any) -> tuple[str, object]:
         """The define that stands for a value, and whether it is set."""
@@ -58,6 +61,10 @@ class Option:
             raise OptionError(f"option {self.name}={value!r} must be at least {self.minimum:g}")
         return converted
 
+    def runs_under(self, value: Any, schedule: str) -> bool:
+        """Whether the value goes together with a schedule."""
+        return value == self.default or not self.schedules or schedule in self.schedules
+
     def accepts(self, value: Any) -> bool:
         """Whether ``check`` would take the value."""
         try:
@@ -73,9 +80,7 @@ class Option:
         if self.choices is not None:
             return self.check(next((c for c in self.choices if spell(c) == text), text))
         if self.kind is bool:
-            words = {"1": True, "true": True, "yes": True, "on": True,
-                     "0": False, "false": False, "no": False, "off": False}
-            return self.check(words.get(text.lower(), text))
+            return self.check(TRUTH.get(text.lower(), text))
         if self.kind in (int, float):
             try:
                 value: Any = self.kind(text)
@@ -89,6 +94,10 @@ class Option:
         return self.check(text)
 
 
+# The words for yes and no.
+TRUTH = {"1": True, "true": True, "yes": True, "on": True,
+         "0": False, "false": False, "no": False, "off": False}
+
 TRACER_OPTIONS: tuple[Option, ...] = (
     Option("schedule", "loop", "how kernels are issued", choices=("kernels", "step", "loop")),
     Option("steps_per_pass", 1, "kernel runs a pass under the step schedule", int, minimum=1),
@@ -97,7 +106,10 @@ TRACER_OPTIONS: tuple[Option, ...] = (
     Option("step_cap", None, "kernel runs after which a ray is stopped and flagged; none: the "
            "bound that follows from the accelerator's size", int, minimum=1),
     Option("statistics", False, "count nodes, leaves and triangles a ray", bool),
-    Option("sort_rays", False, "sort rays by origin and direction before they are traced", bool),
+    Option("sort_rays", False, "sort rays by where they begin and end before tracing them", bool),
+    Option("rasterised_bounds", None, "pixels a side of tiles that triangles are drawn to first, "
+           "so that eye rays search only where hits can lie", int, choices=(4, 8, 16),
+           optional=True),
     Option("intersection", "woop-watertight", "ray-triangle test",
            choices=("woop-watertight", "moller-trumbore", "plucker", "kensler-shirley")),
     Option("precision", None, "storage and arithmetic at once", choices=("fp32", "fp24", "fp16"),
@@ -129,5 +141,19 @@ def resolve_options(given: Mapping[str, Any], known: Iterable[Option],
     for name in given:
         if name not in table:
             raise OptionError(f"{what} has no option {name!r}" + nearest_names(name, table))
-    return {name: option.check(given[name]) if name in given else option.default
-            for name, option in table.items()}
+    found = {name: option.check(given[name]) if name in given else option.default
+             for name, option in table.items()}
+    clash = clashing(found, table.values())
+    if clash:
+        raise OptionError(f"{what}: {clash[0]} and {clash[1]} exclude each other; leave one of "
+                          "them at its default")
+    return found
+
+
+def clashing(values: Mapping[str, Any], known: Iterable[Option]) -> tuple[str, str] | None:
+    """Two options that are both set though one excludes the other, if there are any."""
+    table = {option.name: option for option in known}
+    changed = {name for name, option in table.items()
+               if name in values and values[name] != option.default}
+    return next(((name, other) for name in table if name in changed
+                 for other in table[name].excludes if other in changed), None)

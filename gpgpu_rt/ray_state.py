@@ -8,6 +8,7 @@ import moderngl
 import numpy as np
 
 from .approach import approach
+from .camera import Camera
 from .gpu import Gpu
 from .hits import INVALID, Hits
 from .precision import Precision
@@ -113,18 +114,25 @@ class RayBatch:
     def hits(self, fields: Mapping[str, np.ndarray]) -> Hits:
         """Hits in the caller's units from the fields of HIT, one or more a ray."""
         fields = {name: values[:self.count] for name, values in fields.items()}
-        missed = fields["triangle"] == EXACT_INTEGER
-        t = self.given_units(fields["t"], slice(None))
-        t[missed] = np.inf
-        triangle = np.where(missed, np.int32(-1), fields["triangle"])
-        return Hits(t, np.where(missed, np.float32(0), fields["u"]),
-                    np.where(missed, np.float32(0), fields["v"]), triangle, self.status())
+        hits = hits_of({**fields, "t": self.given_units(fields["t"], slice(None))})
+        hits.status[:] = self.status()
+        return hits
 
     def status(self) -> np.ndarray:
         """(n,) uint8, what is known before anything is traced: which rays are invalid."""
         status = np.zeros(self.count, np.uint8)
         status[self.invalid] = INVALID
         return status
+
+
+def hits_of(fields: Mapping[str, np.ndarray]) -> Hits:
+    """Hits from the fields of HIT, in the units they are in."""
+    missed = fields["triangle"] == EXACT_INTEGER
+    zero = np.float32(0)
+    return Hits(np.where(missed, np.float32(np.inf), fields["t"]),
+                np.where(missed, zero, fields["u"]), np.where(missed, zero, fields["v"]),
+                np.where(missed, np.int32(-1), fields["triangle"]),
+                np.zeros(len(missed), np.uint8))
 
 
 def _rays_array(values: np.ndarray, name: str) -> np.ndarray:
@@ -158,10 +166,12 @@ class RayTextures:
         self.textures = stream_textures(gpu, self.in_textures, size)
         self.target = gpu.context.framebuffer(self.textures)
         self._start: np.ndarray | None = None
+        self.seen_from: Camera | None = None    # whose pixels' centres they go through, if so
 
     def share_start(self, start: np.ndarray | None) -> None:
         """All rays have this origin and t_min, (4,) float32; None: they may differ. Programs read
         what is shared from a uniform, which saves a fetch and whatever follows from it alone."""
+        self.seen_from = None
         # An empty ray is one whose t_max is -1: that only a t_min below could make it live.
         alike = start is not None and start[3] >= 0
         self._start = self.precision.stored(start) if alike and start is not None else None
@@ -256,6 +266,7 @@ class StateBuffers:
         self.gpu, self.size = gpu, size
         self.records = [precision.layout(state), precision.layout(HIT)]
         self.records += [COUNTERS] if statistics else []
+        self.counts = statistics
         self.depth = gpu.context.depth_renderbuffer(size)
         self.mask = gpu.context.framebuffer(depth_attachment=self.depth)
         self._sides: list[StateBuffer] = []

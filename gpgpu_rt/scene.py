@@ -1,4 +1,4 @@
-"""Scene: triangles with colours, a light and a camera, from arrays, a mesh or a name."""
+"""Scene: triangles with materials, lights and a camera, from arrays, a mesh or a name."""
 from __future__ import annotations
 
 import os
@@ -11,34 +11,15 @@ import numpy as np
 import trimesh
 
 from .accel.image_tree import cell_faces
+from .appearance.attributes import corner_values, material_rows, smooth_normals
+from .appearance.light import BACKDROP, Environment, PointLight
+from .appearance.material import GREY, Material
 from .camera import Camera
 from .errors import SceneError
 from .scenes import catalogue, mesh_file
 
-LIGHT_GREY = (0.60, 0.58, 0.54)
-
-
-@dataclass(frozen=True)
-class Light:
-    """A point light.
-
-    Attributes
-    ----------
-    position : (3,), world units
-    intensity : (3,), what arrives at a surface that faces the light, at any distance (there is
-        no falloff, as OpenGL's lights had none unless told): white reflects it as it is
-    """
-
-    position: tuple[float, float, float]
-    intensity: tuple[float, float, float] = (1.0, 1.0, 1.0)
-
-    def __post_init__(self) -> None:
-        for name in ("position", "intensity"):
-            value = np.asarray(getattr(self, name), np.float64)
-            if value.shape != (3,) or not np.isfinite(value).all():
-                raise SceneError(f"light: {name} is {getattr(self, name)}; give three finite "
-                                 "numbers")
-            object.__setattr__(self, name, tuple(value.tolist()))
+LIGHT_GREY = GREY
+Light = PointLight
 
 
 @dataclass(eq=False)
@@ -49,8 +30,10 @@ class Scene:
     ----------
     name : how tables and figures call it
     triangles : (n, 3, 3) float32, world units, in the order of the faces as given
-    colours : (n, 3) float32, diffuse reflectance of each triangle in [0, 1]
-    light : the point light
+    colours : (n, 3) float32, diffuse reflectance of each triangle in [0, 1]; its material adds
+        whatever else it reflects, and a texture that this is multiplied with
+    lights : the point lights; one alone may be given as it is. Triangles of a material that emits
+        are lights too
     camera : the camera a picture is taken with unless another is given
     stand_in : what a procedural scene stands in for, None for a real one
     source : where it was found
@@ -58,17 +41,30 @@ class Scene:
         it was not made from indexed triangles
     charts : (rows, columns) of texels of each image, where the triangles are the cells of a
         geometry image (see `GeometryImage`); empty for any other mesh
+    materials : what ``material_of`` counts; one that is diffuse by default
+    material_of : (n,) int32, the material of each triangle; by default the first
+    normals : (n, 3, 3) float32 unit normals of each triangle's corners, between which shading
+        blends, zeros for a flat triangle; or None: all are flat
+    uv : (n, 3, 2) float32 texture coordinates of each triangle's corners, or None
+    environment : what surrounds the scene; None is darkness
+    moving : whether the triangles are going to move
     """
 
     name: str
     triangles: np.ndarray = field(repr=False)
     colours: np.ndarray = field(repr=False)
-    light: Light
+    lights: tuple[PointLight, ...]
     camera: Camera
     stand_in: str | None = None
     source: str = "arrays"
     faces: np.ndarray | None = field(default=None, repr=False)
     charts: tuple[tuple[int, int], ...] = ()
+    materials: tuple[Material, ...] = (Material(),)
+    material_of: np.ndarray | None = field(default=None, repr=False)
+    normals: np.ndarray | None = field(default=None, repr=False)
+    uv: np.ndarray | None = field(default=None, repr=False)
+    environment: Environment | None = BACKDROP
+    moving: bool = False
 
     def __post_init__(self) -> None:
         with np.errstate(over="ignore"):    # what overflows is named below
@@ -87,9 +83,46 @@ class Scene:
                              f"not {len(self)}; leave charts out for another mesh")
         if self.charts and self.faces is None:
             self.faces = cell_faces(self.charts).astype(np.int32)
+        self.lights = (self.lights,) if isinstance(self.lights, PointLight) else tuple(self.lights)
+        self.materials = tuple(self.materials)
+        self.material_of = material_rows(self.material_of, len(self), self.materials, self.name)
+        self.normals = corner_values(self.normals, len(self), 3, self.name, "normals")
+        self.uv = corner_values(self.uv, len(self), 2, self.name, "uv")
+        textured = [m.name for m in self.used_materials if m.texture is not None]
+        if textured and self.uv is None:
+            raise SceneError(f"{self.name}: material {textured[0]} has a texture, but the mesh no "
+                             "texture coordinates; give uv")
 
     def __len__(self) -> int:
         return len(self.triangles)
+
+    @property
+    def light(self) -> PointLight:
+        """The first point light."""
+        if not self.lights:
+            raise SceneError(f"{self.name}: has no point light; give lights")
+        return self.lights[0]
+
+    @light.setter
+    def light(self, light: PointLight) -> None:
+        self.lights = (light, *self.lights[1:])
+
+    @property
+    def used_materials(self) -> tuple[Material, ...]:
+        """Those that some triangle has."""
+        used = np.bincount(self.material_of, minlength=len(self.materials))  # type: ignore
+        return tuple(m for m, count in zip(self.materials, used) if count)
+
+    @property
+    def emitters(self) -> np.ndarray:
+        """(k,) int rows of the triangles that emit light and have an area."""
+        emits = np.array([m.emits for m in self.materials])
+        if not emits.any():
+            return np.zeros(0, np.int64)
+        rows = np.flatnonzero(emits[self.material_of])
+        corners = self.triangles[rows].astype(np.float64)
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        return rows[normal.any(axis=1)]
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
@@ -106,7 +139,8 @@ class Scene:
         return float((hi.astype(np.float64) - lo).max())
 
     def moved(self, vertices: Any) -> Scene:
-        """The same triangles with their corners elsewhere; colours, light and camera stay.
+        """The same triangles with their corners elsewhere; colours, lights and camera stay.
+        Normals of corners, where the scene has some, are made anew from the triangles.
 
         Parameters
         ----------
@@ -131,20 +165,25 @@ class Scene:
         if np.shape(vertices) != self.triangles.shape:
             raise SceneError(f"{self.name}: new triangles have shape {np.shape(vertices)}; give "
                              f"{self.triangles.shape}, as before")
-        return replace(self, triangles=vertices)
+        normals = None
+        if self.normals is not None:
+            normals = smooth_normals(vertices, self.faces) * self.normals.any(2, keepdims=True)
+        return replace(self, triangles=vertices, normals=normals)
 
     @classmethod
     def from_arrays(cls, vertices: Any, faces: Any, *, name: str = "arrays", colours: Any = None,
-                    light: Light | None = None, camera: Camera | None = None,
-                    source: str = "arrays") -> Scene:
+                    light: PointLight | None = None, camera: Camera | None = None,
+                    source: str = "arrays", **appearance: Any) -> Scene:
         """A scene of indexed triangles; nothing is merged, reordered or dropped.
 
         Parameters
         ----------
         vertices : (v, 3) float, world units, rounded to float32
         faces : (n, 3) int
-        colours : (n, 3) or (3,) in [0, 1]; a light grey by default
+        colours : (n, 3) or (3,) in [0, 1]; by default those of the materials, a light grey
         light, camera : by default beside and at a camera that sees the whole from outside
+        appearance : materials, material_of, normals, uv, lights (instead of light), environment,
+            moving, as in Scene
 
         Raises
         ------
@@ -164,21 +203,25 @@ class Scene:
         if camera is None:
             used = triangles.reshape(-1, 3) if len(triangles) else np.zeros((1, 3))
             camera = Camera.looking_at((used.min(axis=0), used.max(axis=0)))
-        return cls(name, triangles, LIGHT_GREY if colours is None else colours,
-                   light or beside(camera), camera, source=source,
-                   faces=faces.astype(np.int32))
+        if colours is None:
+            colours = diffuse_of(len(faces), name, **appearance)
+        lights = appearance.pop("lights", None)
+        if lights is None:
+            lights = light or beside(camera)
+        return cls(name, triangles, colours, lights, camera, source=source,
+                   faces=faces.astype(np.int32), **appearance)
 
     @classmethod
     def from_trimesh(cls, mesh: trimesh.Trimesh | trimesh.Scene, *, name: str = "mesh",
-                     light: Light | None = None, camera: Camera | None = None,
+                     light: PointLight | None = None, camera: Camera | None = None,
                      source: str = "trimesh") -> Scene:
         """A scene of a trimesh object, with its face, vertex or material colours.
 
         A `trimesh.Scene` is flattened: each instance of a geometry is placed by its transform.
         """
-        vertices, faces, colours = mesh_file.flatten(mesh)
-        return cls.from_arrays(vertices, faces, name=name, colours=colours, light=light,
-                               camera=camera, source=source)
+        flat = mesh_file.flatten(mesh)
+        return cls.from_arrays(flat.vertices, flat.faces, name=name, colours=flat.colours,
+                               light=light, camera=camera, source=source, **flat.appearance())
 
 
 def load_scene(source: str | os.PathLike | trimesh.Trimesh | trimesh.Scene | Scene) -> Scene:
@@ -187,8 +230,8 @@ def load_scene(source: str | os.PathLike | trimesh.Trimesh | trimesh.Scene | Sce
     Parameters
     ----------
     source : a name of `scene_names()`, the path of a PLY, OBJ, STL or glTF file (or whatever
-        else trimesh reads) or of a `GeometryImage` (.npz), a trimesh object, or a Scene, which is
-        returned as it is
+        else trimesh reads), of a scene file (.json) or of a `GeometryImage` (.npz), a trimesh
+        object, or a Scene, which is returned as it is
 
     Raises
     ------
@@ -210,28 +253,31 @@ def load_scene(source: str | os.PathLike | trimesh.Trimesh | trimesh.Scene | Sce
     if path is not None:
         return _read(path, row)
     made = row.make() if argument is None else row.make(argument)
-    return Scene(os.fspath(source), made.triangles, made.colours,
-                 Light(made.light, made.intensity), made.camera, row.stand_in, "built in",
-                 charts=made.charts)
+    said = {"lights": (PointLight(made.light, made.intensity),), **made.appearance}
+    return Scene(os.fspath(source), made.triangles, made.colours, camera=made.camera,
+                 stand_in=row.stand_in, source="built in", charts=made.charts, **said)
 
 
 def _read(path: Path, row: catalogue.Row | None = None) -> Scene:
     """The scene of a mesh file, with the camera of the `cameras.json` beside it."""
+    if path.suffix.lower() == ".json":
+        from .appearance.scene_file import read_scene  # it imports this file
+        return read_scene(path)
     if path.suffix.lower() == ".npz":
         from .surfaces.geometry_image import GeometryImage  # it imports this file
         return GeometryImage.load(path).scene(name=path.stem, source=str(path),
                                               camera=catalogue.camera_beside(path))
-    vertices, faces, colours = mesh_file.read(path)
+    mesh = mesh_file.read(path)
     camera = catalogue.camera_beside(path)
-    light = None
+    light: PointLight | None = None
     if row is not None:
-        light = Light(row.light) if row.light else None
-        if colours is None and row.paint and len(faces):
-            _check_vertices(vertices, str(path))
-            colours = row.paint(vertices, faces)
-    scene = Scene.from_arrays(vertices, faces, name=row.name if row else path.stem,
-                              colours=colours, camera=camera, light=light, source=str(path))
-    return scene
+        light = PointLight(row.light) if row.light else None
+        if mesh.colours is None and row.paint and len(mesh.faces):
+            _check_vertices(mesh.vertices, str(path))
+            mesh.colours = row.paint(mesh.vertices, mesh.faces)
+    return Scene.from_arrays(mesh.vertices, mesh.faces, name=row.name if row else path.stem,
+                             colours=mesh.colours, camera=camera, light=light, source=str(path),
+                             **mesh.appearance())
 
 
 def scene_names() -> list[str]:
@@ -250,7 +296,7 @@ def list_scenes() -> list[dict[str, Any]]:
         if path is not None:
             found = str(path)
             try:
-                triangles = len(mesh_file.read(path)[1])
+                triangles = len(mesh_file.read(path).faces)
             except SceneError:
                 triangles = None
         rows.append({"name": row.name, "triangles": triangles, "found": found,
@@ -259,12 +305,19 @@ def list_scenes() -> list[dict[str, Any]]:
     return rows
 
 
-def beside(camera: Camera) -> Light:
+def beside(camera: Camera) -> PointLight:
     """A light a little above the camera and to its left, so that shadows can be seen."""
     distance = np.linalg.norm(np.subtract(camera.target, camera.eye))
     right, up, _ = camera.basis((1, 1))
     offset = 0.9 * up / np.linalg.norm(up) - 0.6 * right / np.linalg.norm(right)
-    return Light(tuple(np.add(camera.eye, 0.5 * distance * offset)))
+    return PointLight(tuple(np.add(camera.eye, 0.5 * distance * offset)))
+
+
+def diffuse_of(count: int, name: str, materials: Sequence[Material] = (Material(),),
+               material_of: Any = None, **_: Any) -> np.ndarray:
+    """(count, 3) float32, the diffuse share of each triangle's material."""
+    rows = material_rows(material_of, count, tuple(materials), name)
+    return np.array([m.diffuse for m in materials], np.float32)[rows]
 
 
 def _array(values: Any, dtype: type, name: str, what: str) -> np.ndarray:

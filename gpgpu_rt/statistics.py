@@ -17,6 +17,11 @@ class Statistics:
     queries : occlusion queries read back
     stopped : rays that the step cap or a full stack stopped; of a picture, shadow rays too
     kernel_passes : passes by kernel, under the ``kernels`` schedule
+    picture_passes : of a picture, passes besides those of traversal, by name
+    waves : of a picture, sets of rays that were traced
+    texel_fetches : texels that those passes read, a pixel
+    samples : of each pixel, by an integrator that takes samples
+    noise : standard error of such a picture's pixels over their luminance, both averaged
     texture_bytes : scene tables, rays and state
     table_bytes : the scene tables by record
     build_seconds : building (or loading from the cache) and packing the accelerator, when it was
@@ -29,6 +34,8 @@ class Statistics:
     upload_seconds, readback_seconds : arrays to textures, and back
     driver : what the method's own driver counts, by name
     counters : means a ray of the counters, with statistics=True
+    first_hits : of a picture whose first hits were rasterised: ``drawn`` triangles, ``rivals``
+        that come before what was drawn, ``retraced`` eye rays and their ``retraced_share``
     split : of a method that shares its work with the host, seconds and bytes by what they went to
     """
 
@@ -38,6 +45,11 @@ class Statistics:
     queries: int = 0
     stopped: int = 0
     kernel_passes: dict[str, int] = field(default_factory=dict)
+    picture_passes: dict[str, int] = field(default_factory=dict)
+    waves: int = 0
+    texel_fetches: int = 0
+    samples: int = 0
+    noise: float | None = None
     texture_bytes: int = 0
     table_bytes: dict[str, int] = field(default_factory=dict)
     build_seconds: float = 0.0
@@ -49,6 +61,7 @@ class Statistics:
     readback_seconds: float = 0.0
     driver: dict[str, float] = field(default_factory=dict)
     counters: dict[str, float] = field(default_factory=dict)
+    first_hits: dict[str, float] = field(default_factory=dict)
     split: dict[str, float] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:

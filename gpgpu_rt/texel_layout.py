@@ -112,8 +112,39 @@ PYRAMID_SOURCE = Record("pyramid_source", "first:int last:int")
 """What a node's box is made from: its first and last child. Of a node on the finest level: the
 first and last texel of its cell, which are diagonal corners."""
 
-SURFACE = Record("surface", "diffuse:vec3 | normal:vec3")
-"""What shading needs of a triangle: colour and unit normal."""
+SURFACE = Record("surface", "normal:vec3 material:int")
+"""What shading always needs of a triangle: unit normal; and the row of its material."""
+
+COLOUR = Record("colour", "diffuse:vec3")
+"""A triangle's diffuse share, where they differ."""
+
+CORNER_NORMALS = Record("corner_normals", "n0:vec3 | n1:vec3 | n2:vec3")
+"""Normals of a triangle's corners, zeros where it is flat."""
+
+CORNER_UV = Record("corner_uv", "uv0:vec2 uv1:vec2 | uv2:vec2")
+"""Texture coordinates of a triangle's corners."""
+
+MIRROR = Record("mirror", "share:vec3")
+"""Of a material: what it reflects as a mirror."""
+
+DIELECTRIC = Record("dielectric", "ior")
+"""Of a material: its refractive index, 0 for one that lets nothing through."""
+
+GLOSSY = Record("glossy", "share:vec3 exponent")
+"""Of a material: what it reflects into a lobe, and the cosine's exponent in that."""
+
+EMISSION = Record("emission", "radiance:vec3")
+"""Of a material: what it sends out by itself."""
+
+LIGHT_CHOICE = Record("light_choice", "light:int alias:int keep")
+"""What a random number chooses: a light, the row of a triangle or -1 - k for the k-th point, kept
+with this probability; and which one else."""
+
+POINT_LIGHT = Record("point_light", "position:vec3 | strength:vec3")
+"""A point light that paths ask: the irradiance it gives, over the chance that it is chosen."""
+
+IMAGE = Record("image", "x:int y:int width:int height:int")
+"""Of a material: where its image lies in the texture of all images; width 0 for none."""
 
 # Streams -----------------------------------------------------------------------------------------
 
@@ -143,8 +174,67 @@ FOUND = Record("found", "triangle:int")
 RAY_CLASS = Record("ray_class", "box:int")
 """The five-dimensional box that a ray lies in; behind the boxes, its face; or -1, a miss."""
 
-LIT = Record("lit", "ambient:vec3 | direct:vec3")
-"""Light that leaves a hit towards the eye: what always arrives, and what a shadow takes away."""
+DEPTH_BOUNDS = Record("depth_bounds", "least closed minus_most")
+"""Of a tile of eye rays: between which depths along the view triangles lie, the greatest negated
+so that one blending takes the minimum of all; and the depth at which a triangle closes it."""
+
+LIT = Record("lit", "ambient:vec3")
+"""Light that leaves a hit towards the eye whatever casts shadows."""
+
+DIRECT = Record("direct", "light:vec3")
+"""Light that does unless a shadow takes it away."""
+
+RADIANCE = Record("radiance", "sum:vec3")
+"""What a pixel has gathered so far."""
+
+SCREEN = Record("screen", "colour:vec4")
+"""A pixel as it is shown, sRGB."""
+
+LIVE = Record("live", "weight")
+"""Of a tile of pixels: the largest weight of a path in it."""
+
+PATH = Record("path", "weight:vec3")
+"""How much of what a ray meets arrives at its pixel."""
+
+WALK = Record("walk", "weight:vec3 density")
+"""Of a path: how much of what it meets arrives at its pixel, zero where it has ended; how likely
+its ray's direction was, 0 where that was certain."""
+
+SUMS = Record("sums", "total:vec4 | lost:vec4")
+"""Of a pixel: radiance, and squared luminance, summed over its paths; what that rounded off."""
+
+SHOWN = Record("shown", "depth triangle:int")
+"""What a rasterised pixel shows: a depth that its hit does not lie behind, and the triangle."""
+
+SHOWN_FOUR = Record("shown_four", "triangle:ivec4 | depth:vec4")
+"""Four such pixels of a row."""
+
+SHOWN_BLOCK = Record("shown_block", "depth lowest:int highest:int")
+"""A square of such pixels: the greatest depth, the lowest and the highest triangle."""
+
+PART = Record("part", "row:int x:int y:int")
+"""A triangle in a part of the image, which begins at a pixel."""
+
+VERDICT = Record("verdict", "kind:int first:int last:int")
+"""What becomes of such a triangle, as in common/verdict.glsl; where it must be cut up, the parts
+it begins and ends in, counted across and then in rows of 1,024."""
+
+TILE_BEAM = Record(
+    "tile_beam", "lo_origin:vec3 t_min | hi_origin:vec3 t_max | inv_lo:vec3 signs:int "
+                 "| inv_hi:vec3 live:int")
+"""The rays of a tile by their outermost values: what corners are measured from, t and inverse
+direction; which signs directions have by axis (bit a negative, 3 + a positive), and how
+many rays are not empty."""
+
+ENTRIES = 28      # of a tile, at most
+ENTRY_TILE = 4    # rays a side of the tiles that rays have their lists from
+ENTRY_POINTS = Record("entries", " | ".join(f"list_{k}:ivec4" for k in range(ENTRIES // 4))
+                      + " | visited:int count:int")
+"""Where a tile's rays enter the tree, see common/entry_list.glsl; nodes that its beam visited, and
+how many entries there are."""
+
+ENTRY_LIST = Record("entry_list", "codes:ivec4")
+"""Four entries of a tile's list."""
 
 TILE_SPAN = Record("tile_span", "centre:vec3 live:int | axis:vec3")
 """Where the rays of a tile begin and go: the middle of their origins, how many rays are not empty,
@@ -198,13 +288,20 @@ PIECE = Record("piece", "lo:vec3 triangle:int | hi:vec3 node:int")
 
 CELL = Record("cell", "lo:vec3 count:int | hi:vec3 futile:int | parent:int")
 """A node of a level of large nodes: its box, its pieces; how many levels have told none from
-another; its parent in the level above."""
+another, or the prefix of codes that it is; its parent in the level above."""
 
 CHUNK = Record("chunk", "lo:vec3 | hi:vec3 | left:vec3 | right:vec3")
 """Some pieces of a node: bounds; how many lie left and right of the node's middle, by axis."""
 
 DECISION = Record("decision", "plane axis:int futile:int")
 """How a node of such a level is split; axis 3: not at all."""
+
+TALLIES = Record("tallies", "left_x:vec4 | left_y:vec4 | left_z:vec4 | right_x:vec4 "
+                            "| right_y:vec4 | right_z:vec4")
+"""How many of some pieces lie left and right of four planes along each axis."""
+
+OFFER = Record("offer", "plane axis:int cost")
+"""The cheapest of some planes of a node; axis 3: none."""
 
 SMALL_NODE = Record("node", "lo:vec3 base:int | hi:vec3 levels:int | mask:vec4")
 """A small node: its box, its root's first piece, how many levels there may be below it, and which
@@ -227,6 +324,21 @@ PLACE = Record("place", "at:int pair:int")
 BUILT = Record("built", "split axis:int left:int count:int | mask:vec4 | base:int")
 """A node of the finished tree, and where a leaf's pieces are: from base on those of the mask, or
 where that is empty the first ones."""
+
+# Ray streams -------------------------------------------------------------------------------------
+
+QUEUED = Record("queued", "child:int x:int y:int t_enter")
+"""A ray, by its texel, and a node that it is in: an inner one, or -1 minus the first triangle of a
+leaf; where it enters that."""
+
+VISITED = Record("visited", "near:int near_t far:int far_t | x:int y:int")
+"""What a ray finds at a node: the children that it is in and where it enters them; its texel."""
+
+MET = Record("met", "u v tests:int")
+"""More of a TESTED leaf: where on the nearest triangle, and how many were tested."""
+
+TALLY = Record("tally", COUNTERS.layout)
+"""By blending, what a ray did so far."""
 
 # Streams of the ray hierarchy --------------------------------------------------------------------
 

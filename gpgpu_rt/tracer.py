@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -15,19 +15,24 @@ from . import settings
 from .accel import sah_cost, uncached
 from .accel.bounds import shrink_flat
 from .all_hits import AllHits, check_exact, collect
-from .camera import Camera
+from .appearance.needs import SceneNeeds
+from .camera import Camera, image_size
 from .errors import Error, OptionError
 from .gpu import open_gpu
 from .hits import STACK_OVERFLOW, UNFINISHED, Hits
+from .integrators import Integrator, find_integrator
+from .integrators.plan import Plan
+from .integrators.waves import Waves
 from .methods import Accelerator, Method, find_method
 from .methods.row import Tables
 from .options import TRACER_OPTIONS, resolve_options
 from .passes.driver import Driver, Samplers, Setup, make_driver
+from .passes.eye_rays import EyeRays
 from .passes.packet_room import PacketHits
-from .passes.shade import Shading
 from .passes.traverse import mark_stopped
 from .precision import Precision
-from .ray_state import RayBatch, RayTextures, StateBuffer, StateBuffers
+from .rasterised.eye_drivers import EyeDrivers
+from .ray_state import RayBatch, RayTextures, StateBuffer, StateBuffers, hits_of
 from .record import EXACT_INTEGER
 from .scene import Scene, load_scene
 from .scene_tables import SceneTables
@@ -74,6 +79,7 @@ class Tracer:
         for part in ("storage", "arithmetic"):
             self.options[part] = self.options[part] or self.options["precision"] or "fp32"
         self.method.check_schedule(self.options, "schedule" in options)
+        self.method = self.method.formed(self.options)
         self.precision = Precision.of(self.options)
         self.scene = load_scene(scene)
         self._bounds = self.scene.bounds
@@ -90,7 +96,8 @@ class Tracer:
             self._traversal = self._make_traversal()
         self._rays: RayTextures | None = None
         self._buffers: StateBuffers | None = None
-        self._shading: Shading | None = None
+        self._integrator: Integrator | None = None
+        self._eye_drivers = EyeDrivers(self.gpu, self.method, self.options)
 
     @classmethod
     def from_settings(cls, scene: Scene | trimesh.Trimesh | str | os.PathLike[str],
@@ -189,8 +196,9 @@ class Tracer:
             else:   # other programs, or a stack of another depth
                 self._traversal.release()
                 self._traversal = self._make_traversal()
-            if self._shading is not None:
-                self._shading.take(self._shown())
+            if self._integrator is not None:
+                self._integrator.take(self._shown())
+            self._eye_drivers.take(self._hit_triangles(), self._traversal)
         took = time.perf_counter() - began
         if statistics.rebuilt:
             statistics.build_seconds, statistics.refit_seconds = took - tried, tried
@@ -307,7 +315,7 @@ class Tracer:
             self.gpu.finish()
             traced = time.perf_counter()
             statistics.stopped = stopped
-            hits = self._read(batch, side, stopped)
+            hits = self._finish(batch.hits(side.fields(HIT.name)), side, stopped)
             self.gpu.check_error(f"tracing {batch.count} rays")
         statistics.upload_seconds = uploaded - began
         statistics.trace_seconds = traced - uploaded
@@ -325,13 +333,13 @@ class Tracer:
                                          self.options["statistics"], self.precision)
         return self._rays, self._buffers
 
-    def _read(self, batch: RayBatch, side: StateBuffer | PacketHits, stopped: int) -> Hits:
-        hits = batch.hits(side.fields(HIT.name))
+    def _finish(self, hits: Hits, side: StateBuffer | PacketHits, stopped: int) -> Hits:
+        """The hits with what became of their rays."""
         if stopped:
-            phases = side.fields(self.method.state.name)["phase"][:batch.count]
+            phases = side.fields(self.method.state.name)["phase"][:len(hits)]
             mark_stopped(hits.status, phases)
         if self.options["statistics"]:
-            for name, values in self._count(side, batch.count).items():
+            for name, values in self._count(side, len(hits)).items():
                 setattr(hits, name, values)
         self._add_texture_bytes()
         return hits
@@ -350,44 +358,116 @@ class Tracer:
         self.statistics.texture_bytes = (
             sum(self.statistics.table_bytes.values()) + self._buffers.bytes()
             + texture_bytes(self._rays.textures) + self._traversal.bytes()
-            + (self._shading.bytes() if self._shading is not None else 0))
+            + (sum(self._integrator.bytes().values()) if self._integrator is not None else 0)
+            + self._eye_drivers.bytes())
 
     # Rendering ------------------------------------------------------------------------------
 
-    def render(self, camera: Camera | None = None,
-               size: tuple[int, int] = (512, 512)) -> Image.Image:
-        """A picture of the scene: diffuse surfaces, one point light, hard shadows.
-
-        Eye rays are made, traced, shaded and their shadow rays traced on the GPU, all by this
-        tracer's method.
+    def render(self, camera: Camera | None = None, size: tuple[int, int] = (512, 512),
+               integrator: str | None = None,
+               progress: Callable[[int, int, float], None] | None = None,
+               first_hits: str = "traced",
+               **options: Any) -> Image.Image:
+        """A picture of the scene, all its rays traced by this tracer's method.
 
         Parameters
         ----------
         camera : Camera, or None for the scene's own
         size : (width, height) pixels
+        integrator : "direct": light and shadows; "whitted" (default): and mirrors and glass;
+            "path": and light that bounces. ``radiance`` then holds what was found
+        first_hits : "traced"; "rasterised": the same ones to the bit, from the rasteriser where
+            they can be proved; or "verified": from the rasteriser where they are hits at all,
+            though a few pixels may lack one that comes before. ``statistics.first_hits`` says how
+            many were traced after all
+        progress : is told samples done, samples of all, and the noise so far, by "path"
+        options : the integrator's, as ``integrators.INTEGRATORS[name].options`` lists them
         """
-        width, height = (int(s) for s in size)
-        if width < 1 or height < 1:
-            raise OptionError(f"size {tuple(size)} must be at least 1 x 1 pixels")
-        self.statistics.start_call(width * height)
+        drawer = self._drawer(size, integrator, options)
+        drawer.progress = progress
+        if first_hits != "traced" and not drawer.centred:
+            raise OptionError(f"integrator {drawer.name} sends rays through all of a pixel, of "
+                              "which none is rasterised; take first_hits=traced")
         with self.gpu:
-            rays, buffers = self._room((width, height))
-            if self._shading is None:
-                self._shading = Shading(self.gpu, self._shown(), self.precision,
-                                        self.options["intersection"])
+            rays, buffers = self._room(drawer.size)
+            driver = self._driver(first_hits)
             began = time.perf_counter()
-            self._shading.eye_rays(rays, camera or self.scene.camera)
-            eye, stopped = self._traversal.run(rays, buffers, self.statistics)
-            if self.options["statistics"]:
-                self._count(eye, width * height)
-            shadow_rays = self._shading.surfaces(rays, eye)
-            shadow, more = self._traversal.run(shadow_rays, buffers, self.statistics, any_hit=True)
-            self.statistics.stopped = stopped + more
-            pixels = self._shading.picture(shadow)
+            waves = Waves(driver, buffers, self.statistics, self._count)
+            pixels = waves.draw(drawer, rays, camera or self.scene.camera)
             self.gpu.check_error("rendering")
         self.statistics.trace_seconds = time.perf_counter() - began
         self._add_texture_bytes()
         return Image.fromarray(pixels)
+
+    @property
+    def radiance(self) -> np.ndarray:
+        """(height, width, 3) float32, linear: what the last picture by "path" shows, row 0 at the
+        top, before it is cut off at white."""
+        found = self._integrator.radiance if self._integrator is not None else None
+        if found is None:
+            raise Error('there is no radiance yet; render with integrator="path"')
+        return found
+
+    def eye_hits(self, camera: Camera | None = None, size: tuple[int, int] = (512, 512),
+                 first_hits: str = "traced") -> Hits:
+        """Hits of the eye rays of ``render``, row by row from the top; parameters as there."""
+        width, height = image_size(size)
+        self.statistics.start_call(width * height)
+        with self.gpu:
+            rays, buffers = self._room((width, height))
+            driver = self._driver(first_hits)
+            eye = EyeRays(self.gpu, self.precision)
+            eye.write(rays, camera or self.scene.camera, self.scene.bounds)
+            self.gpu.finish()
+            began = time.perf_counter()
+            side, self.statistics.stopped = driver.run(rays, buffers, self.statistics)
+            self.gpu.finish()
+            self.statistics.trace_seconds = time.perf_counter() - began
+            hits = self._finish(hits_of(side.fields(HIT.name)), side, self.statistics.stopped)
+            eye.release()
+            self.gpu.check_error("tracing eye rays")
+        self.statistics.readback_seconds = (time.perf_counter() - began
+                                            - self.statistics.trace_seconds)
+        return hits
+
+    def _driver(self, first_hits: str) -> Driver:
+        """What traces a picture's rays."""
+        return self._eye_drivers.over(self._traversal, first_hits, self._hit_triangles())
+
+    def _hit_triangles(self) -> np.ndarray:
+        """(n, 3, 3) float32: what rays are tested against, in the order that hits count."""
+        coarser = self.accelerator.shown is not None
+        return self._stored(self._shown()) if coarser else self._triangles
+
+    def plan(self, size: tuple[int, int] = (512, 512), integrator: str | None = None,
+             **options: Any) -> Plan:
+        """What `render` with the same arguments would do and allocate, and why no more."""
+        drawer = self._drawer(size, integrator, options)
+        with self.gpu:
+            rays, buffers = self._room(drawer.size)
+            buffers.side(0)
+            return Plan.of(drawer, {
+                **{f"the method's {name}": taken
+                   for name, taken in self.statistics.table_bytes.items()},
+                "eye rays": texture_bytes(rays.textures), "state and hits": buffers.bytes()})
+
+    def _drawer(self, size: tuple[int, int], integrator: str | None,
+                options: Mapping[str, Any]) -> Integrator:
+        """The integrator, with room for a picture; the last one if it is asked for the same."""
+        kind = find_integrator(integrator)
+        width, height = image_size(size)
+        asked, last = kind.asked(options, self.precision), self._integrator
+        needs = SceneNeeds.of(self.scene, asked)
+        with self.gpu:
+            if last is None or type(last) is not kind or last.needs != needs:
+                if last is not None:
+                    last.release()
+                self._integrator = kind(self.gpu, self._shown(), needs,
+                                        self.options["intersection"])
+            assert self._integrator is not None
+            self.statistics.start_call(width * height)
+            self._integrator.start((width, height), options)
+        return self._integrator
 
     # Lifetime -------------------------------------------------------------------------------
 
@@ -401,8 +481,9 @@ class Tracer:
         """Free textures and programs; the tracer is of no use afterwards."""
         with self.gpu:
             self._release_room()
-            if self._shading is not None:
-                self._shading.release()
+            if self._integrator is not None:
+                self._integrator.release()
+            self._eye_drivers.release()
             self._traversal.release()
             if self.accelerator.finisher is not None:
                 self.accelerator.finisher.release()

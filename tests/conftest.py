@@ -4,7 +4,7 @@ from __future__ import annotations
 import itertools
 import os
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
 import hypothesis
 import numpy as np
@@ -15,6 +15,7 @@ from gpgpu_rt import rays as ray_sets
 from gpgpu_rt.accel import Bvh
 from gpgpu_rt.gpu import Gpu, open_gpu
 from gpgpu_rt.methods import find_method
+from gpgpu_rt.options import clashing
 from gpgpu_rt.passes.build import GPU_BUILDS, GPU_KD_BUILDS
 from gpgpu_rt.scenes import catalogue
 
@@ -47,10 +48,11 @@ SCHEDULES: dict[str, dict[str, object]] = {
 }
 
 
-def schedules_of(row: rt.Method, names: Iterable[str] = SCHEDULES) -> dict[str, dict[str, object]]:
-    """Those schedules' settings that a method runs under."""
+def schedules_of(row: rt.Method, names: Iterable[str] = SCHEDULES,
+                 options: Mapping[str, object] | None = None) -> dict[str, dict[str, object]]:
+    """Those schedules' settings that a method runs under with these options."""
     return {name: SCHEDULES[name] for name in names
-            if SCHEDULES[name]["schedule"] in row.schedules
+            if SCHEDULES[name]["schedule"] in row.schedules_for(options or {})
             and not ((row.stack_entry or row.single) and "steps_per_pass" in SCHEDULES[name])}
 
 
@@ -106,7 +108,8 @@ def variant_pairs(name: str) -> list[dict[str, object]]:
     single = variants(name)[1:]
     pairs = ({**one, **other} for one, other in itertools.combinations(single, 2)
              if not set(one) & set(other))
-    return [pair for pair in pairs if buildable(name, pair)]
+    return [pair for pair in pairs if buildable(name, pair)
+            and not clashing(pair, find_method(name).options)]
 
 
 def real_scene(name: str) -> rt.Scene:

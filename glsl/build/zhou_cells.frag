@@ -1,5 +1,6 @@
 #version 330 core
 // The children of a level: 2 k and 2 k + 1 are the left and the right one of its k-th inner node.
+// With PREFIXES what a node carries is the prefix of codes that it stands for.
 
 #include <records>
 #include "common/stream.glsl"
@@ -17,7 +18,11 @@ void main() {
     int first = int(starts_load(table_texel(parent)).value.x);
     int count = int(sums_load(table_texel(first + above.count)).value[side]
                     - sums_load(table_texel(first)).value[side]);
-    Cell cell = Cell(above.lo, count, above.hi, decision.futile, parent);
+    int futile = decision.futile;
+#ifdef PREFIXES
+    futile = 2 * futile + side;
+#endif
+    Cell cell = Cell(above.lo, count, above.hi, futile, parent);
     if (side == 0) {
         cell.hi[decision.axis] = decision.plane;
     } else {

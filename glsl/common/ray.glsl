@@ -20,8 +20,12 @@ struct Ray {
 // unit length), so this is far below anything that moves a ray across a scene.
 const float TINY_DIRECTION = 1e-20;
 
+vec3 permuted(bvec2 dominant, vec3 v) {
+    return dominant.x ? v.yzx : (dominant.y ? v.zxy : v);
+}
+
 vec3 permute(Ray ray, vec3 v) {
-    return ray.dominant.x ? v.yzx : (ray.dominant.y ? v.zxy : v);
+    return permuted(ray.dominant, v);
 }
 
 Ray ray_setup(Rays texels) {

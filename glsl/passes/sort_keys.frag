@@ -1,59 +1,56 @@
 #version 330 core
-// What rays are sorted by: a cell of the box that all origins lie in, and a cell of the directions.
-// The survey proposes sorting rays (section 4.3; fact sheet I) and leaves the key open. A direction is
-// a face of the cube around it and a place there. The key follows a Morton curve through both: bit by
-// bit of each, coarse ones first, the face after those that cut space into a few parts. However many
-// rays there are, as many bits of the key as tell them apart then part origins and directions alike.
-// The first half of the levels is the first number of the key. Empty rays go last.
+// What rays are sorted by: where a ray begins and where it would leave the scene. The survey proposes
+// sorting rays (section 4.3; fact sheet I) and leaves the key open; that an end belongs into it besides
+// the origin is after Moon et al., "Cache-Oblivious Ray Reordering", TOG 2010, who take an estimate of
+// the hit. Ours is where the ray leaves the scene's box, which costs no search.
+//
+// Both are cells of a cube, bit by bit, coarse ones first, the end's FREE_LEVELS behind the origin's:
+// however many rays there are, as many bits of the key as tell them apart then part both alike. The
+// bits are those of a Gray code: cells that follow on each other in it differ in one bit, so that a
+// run of rays spans fewer cells than along the Morton curve. The first half of the levels is the first
+// number of the key. Empty rays go last.
 
 #include "common/precision.glsl"
 #include <streams>
 #include "common/stream.glsl"
 
 uniform ivec2 ray_texture_size;
+uniform vec3 scene_lo;
+uniform vec3 scene_hi;
 
 const int EMPTY = 1 << 23;
+const float TINY = 1e-20;   // a component of a direction that is as good as none
 
-// 0 to 2^bits - 1 along each axis; an extent of nothing, or so little that its inverse overflows, has
-// one cell. The clamp is for origins on the box's upper faces.
-ivec3 origin_cell(vec3 origin, vec3 lo, vec3 hi, int bits) {
-    vec3 per_unit = float(1 << bits) / (hi - lo);
-    vec3 place = (origin - lo) * per_unit;
-    ivec3 cell = clamp(ivec3(place), 0, (1 << bits) - 1);
-    bvec3 none = lessThan(vec3(3e38), per_unit);
-    return ivec3(none.x ? 0 : cell.x, none.y ? 0 : cell.y, none.z ? 0 : cell.z);
+// 0 to 2^LEVELS - 1 along each axis of the cube on a box's lower corner; an extent of nothing, or so
+// little that its inverse overflows, has one cell. The clamp is for what lies on the upper faces or
+// outside.
+ivec3 cell_of(vec3 point, vec3 lo, vec3 hi) {
+    vec3 extent = hi - lo;
+    float per_unit = float(1 << LEVELS) / max(max(extent.x, extent.y), extent.z);
+    float last = float((1 << LEVELS) - 1);
+    return per_unit < 3e38 ? ivec3(clamp((point - lo) * per_unit, 0.0, last)) : ivec3(0);
 }
 
-// The face 0 to 5 of the cube that a direction goes through; where two components are equal, the
-// first owns it. The place on it, 0 to 2^bits - 1.
-int direction_face(vec3 d, int bits, out ivec2 place) {
-    vec3 size = abs(d);
-    int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-    vec3 turned = axis == 0 ? d.xyz : axis == 1 ? d.yzx : d.zxy;
-    vec2 at = turned.yz / abs(turned.x) * 0.5 + 0.5;
-    place = clamp(ivec2(at * float(1 << bits)), 0, (1 << bits) - 1);
-    return 2 * axis + (turned.x < 0.0 ? 1 : 0);
+// Where a ray leaves the scene's box; of one outside that misses it, somewhere on the ray.
+vec3 end_of(Rays ray) {
+    vec3 d = mix(ray.direction, vec3(TINY), lessThan(abs(ray.direction), vec3(TINY)));
+    vec3 t = max((scene_lo - ray.origin) / d, (scene_hi - ray.origin) / d);
+    return ray.origin + max(min(min(t.x, t.y), t.z), 0.0) * ray.direction;
 }
 
 void main() {
     int i = element();
     Rays ray = rays_load(ivec2(i % ray_texture_size.x, i / ray_texture_size.x));
-    vec3 lo = low_load(ivec2(0)).value.xyz;
-    vec3 hi = -high_load(ivec2(0)).value.xyz;
-    ivec3 cell = origin_cell(ray.origin, lo, hi, LEVELS);
-    ivec2 place;
-    int face = direction_face(ray.direction, LEVELS, place);
+    ivec3 begin = cell_of(ray.origin, low_load(ivec2(0)).value.xyz, -high_load(ivec2(0)).value.xyz);
+    ivec3 end = cell_of(end_of(ray), scene_lo, scene_hi);
     int words[2] = int[](0, 0);
+    int last = 0;
     for (int level = 0; level < LEVELS; ++level) {
         int bit = LEVELS - 1 - level;
         int word = level < LEVELS / 2 ? 0 : 1;
-        ivec3 o = cell >> bit & 1;
-        words[word] = words[word] << 3 | o.x << 2 | o.y << 1 | o.z;
-        if (level == FACE_LEVEL) {
-            words[word] = words[word] << 3 | face;
-        } else if (level > FACE_LEVEL) {
-            ivec2 d = place >> (bit + 1 + FACE_LEVEL) & 1;
-            words[word] = words[word] << 2 | d.x << 1 | d.y;
+        for (int k = 0; k < (level < FREE_LEVELS ? 3 : 6); ++k) {
+            last ^= k < 3 ? begin[k] >> bit & 1 : end[k - 3] >> (bit + FREE_LEVELS) & 1;
+            words[word] = words[word] << 1 | last;
         }
     }
     bool empty = !(ray.t_min <= ray.t_max);

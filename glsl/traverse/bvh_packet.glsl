@@ -6,11 +6,16 @@
 // Departures: the packet is a fragment's, not a warp's, so votes are sums and not reductions in shared
 // memory. bvh-stack is this file with packets of one ray. With INTERVAL_TEST a box is tested once a
 // packet (packet_bounds.glsl). With OCTANTS there is no stack: the packet walks the threaded copy of
-// the tree (Thrane and Simonsen 2005) for its rays' direction octant.
+// the tree (Thrane and Simonsen 2005) for its rays' direction octant. With VERTEX_CULLING the rays
+// test only those triangles of a leaf that the packet's frustum does not rule out.
 
 #include "common/quantised.glsl"
 #include "common/packet_turns.glsl"
 #include "common/packet_bounds.glsl"
+#ifdef VERTEX_CULLING
+#define PRESENT(r) (rays[r].t_min < NEVER)
+#include "common/vertex_culling.glsl"
+#endif
 
 uniform int node_count;
 
@@ -58,6 +63,9 @@ bool next_turn() {
 #ifdef INTERVAL_TEST
         bound_rays();
 #endif
+#ifdef VERTEX_CULLING
+        bound_frustum();
+#endif
         start_walk();
         through = false;
     }
@@ -78,7 +86,18 @@ bool intersect(int first) {
     int next = first;
     do {
         tested = next;
+#ifdef VERTEX_CULLING
+        bool outside = culled(tested);
+        while (outside && triangle_last(tested) == 0) {
+            ++tested;
+            outside = culled(tested);
+        }
+        if (!outside) {
+            EACH(test_ray)
+        }
+#else
         EACH(test_ray)
+#endif
         next = triangle_last(tested) != 0 ? -1 : tested + 1;
         ++steps;
     } while (next >= 0 && steps < step_limit);

@@ -5,37 +5,92 @@
 //
 // Departures: leaves hold a run of triangles instead of one. With OCTANTS the tree is stored eight
 // times, threaded so that the child nearer to rays of a direction octant comes first; the thesis
-// has one order for all rays.
+// has one order for all rays. With ENTRY_TILE (passes/entry_points.frag) a ray goes through the
+// subtrees that its tile's list names: one ends where the escape index of its first node leads.
 
 #include "common/quantised.glsl"
 #include "common/bvh_nodes.glsl"
 
 uniform int node_count;
 
-void init(Ray ray, out State state) {
-    state.node = 0;
+int root_for(Ray ray) {
 #ifdef OCTANTS
     ivec3 negative = ivec3(lessThan(ray.direction, vec3(0.0)));
-    state.node = node_count * (negative.x + 2 * negative.y + 4 * negative.z);
+    return node_count * (negative.x + 2 * negative.y + 4 * negative.z);
+#else
+    return 0;
 #endif
-    state.cursor = 0;
-    state.phase = node_count > 0 ? TRAVERSE : DONE;
 }
 
-void traverse(Ray ray, inout State state, inout Hit hit) {
+// Past a node: down into it, to the leaf's triangles, or along its escape index.
+int visit(Ray ray, int i, Hit hit, inout State state) {
     COUNT(nodes_visited);
-    int i = state.node;
     vec2 interval = box_interval(ray, bvh_node_lo(i), bvh_node_hi(i));
     bool entered = max(interval.x, ray.t_min) <= min(interval.y, hit.t);
     int first = bvh_node_first(i);
+    int escape = bvh_node_escape(i);
     bool inner = first < 0;
-    state.node = entered && inner ? i + 1 : bvh_node_escape(i);
+    state.node = entered && inner ? i + 1 : escape;
     if (entered && !inner) {
         COUNT(leaves_visited);
         state.cursor = first;
         state.phase = INTERSECT;
-    } else if (state.node < 0) {
+    }
+    return escape;
+}
+
+#ifdef ENTRY_TILE
+
+#include "common/entry_list.glsl"
+
+void init(Ray ray, out State state) {
+    state.node = state.end = -1;
+    state.cursor = 0;
+    state.entry = 0;
+    state.phase = node_count > 0 ? ENTER : DONE;
+}
+
+bool subtree_ends(State state) {
+    return state.node == state.end;
+}
+
+// The first node of the next subtree.
+void enter(Ray ray, inout State state, inout Hit hit) {
+    int code = entry_code(ivec2(gl_FragCoord.xy) / ENTRY_TILE, state.entry);
+    if (code == LIST_END) {
         state.phase = DONE;
+    } else {
+        state.entry = is_rest(code) ? ENTRIES : state.entry + 1;
+        int escape = visit(ray, entry_node(code, root_for(ray)), hit, state);
+        state.end = is_rest(code) ? -1 : escape;
+        if (state.phase == ENTER && !subtree_ends(state)) {
+            state.phase = TRAVERSE;
+        }
+    }
+}
+
+#define LEAVE ENTER
+
+#else
+
+void init(Ray ray, out State state) {
+    state.node = root_for(ray);
+    state.cursor = 0;
+    state.phase = node_count > 0 ? TRAVERSE : DONE;
+}
+
+bool subtree_ends(State state) {
+    return state.node < 0;
+}
+
+#define LEAVE DONE
+
+#endif
+
+void traverse(Ray ray, inout State state, inout Hit hit) {
+    visit(ray, state.node, hit, state);
+    if (state.phase == TRAVERSE && subtree_ends(state)) {
+        state.phase = LEAVE;
     }
 }
 
@@ -44,7 +99,7 @@ void intersect(Ray ray, inout State state, inout Hit hit) {
     test_triangle(ray, i, hit);
     ++state.cursor;
     if (triangle_last(i) != 0) {
-        state.phase = state.node < 0 ? DONE : TRAVERSE;
+        state.phase = subtree_ends(state) ? LEAVE : TRAVERSE;
     }
     if (search_over(hit)) {
         state.phase = DONE;

@@ -3,7 +3,8 @@
 // keeps its interval. A node is entered if any ray needs it, and the far child is kept where any
 // needs both. STACK_SIZE and PUSH_DOWN as in kd-short-stack and kd-push-down; a stack of 0 restarts.
 //
-// Rays whose directions have other signs wait, masked by an empty interval.
+// Rays whose directions have other signs wait, masked by an empty interval. With VERTEX_CULLING rays test
+// only those triangles of a leaf that the packet's frustum does not rule out.
 
 #include "common/kd.glsl"
 #include "common/packet_turns.glsl"
@@ -25,6 +26,11 @@ bool any_left;
 int stacked;
 int stack_node[STACK_SIZE];
 float stack_t_max[STACK_SIZE * RAYS];
+#endif
+
+#ifdef VERTEX_CULLING
+#define PRESENT(r) (t_min[r] < t_exit[r])
+#include "common/vertex_culling.glsl"
 #endif
 
 bool is_settled(int r) {
@@ -56,6 +62,9 @@ bool next_turn() {
     turn = -1;
     EACH(find_turn)
     EACH(take_turn)
+#ifdef VERTEX_CULLING
+    bound_frustum();
+#endif
     node = 0;
     pushed = 0;
     pushing = true;
@@ -202,7 +211,19 @@ bool step_packet() {
     if (needed && count > 0) {
         do {
             tested = reference_triangle(left);
+#ifdef VERTEX_CULLING
+            bool outside = culled(tested);
+            while (outside && left + 1 < end) {
+                ++left;
+                tested = reference_triangle(left);
+                outside = culled(tested);
+            }
+            if (!outside) {
+                EACH(test_ray)
+            }
+#else
             EACH(test_ray)
+#endif
             ++left;
             ++steps;
         } while (left < end && steps < step_limit);

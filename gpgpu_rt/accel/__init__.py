@@ -7,6 +7,7 @@ from .cache import cached, uncached
 from .grid import Grid, build_grid
 from .kdtree import LEAF as KD_LEAF_AXIS
 from .kdtree import KdTree, build_kdtree
+from .octree import Octree, build_octree
 from .proximity import proximity
 from .quality import quality, sah_cost
 from .refit import REBUILD_RATIO, Refitter

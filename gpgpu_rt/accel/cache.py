@@ -23,10 +23,12 @@ from .bounds import as_triangles
 from .bvh import Bvh
 from .grid import Grid
 from .kdtree import KdTree
+from .octree import Octree
 from .quality import Structure
 from .visibility_field import VisibilityField
 
-RECORDS = {record.__name__: record for record in (Bih, Bvh, Grid, KdTree, VisibilityField)}
+RECORDS = {record.__name__: record for record in (Bih, Bvh, Grid, KdTree, Octree,
+                                                  VisibilityField)}
 
 
 _keeping = contextvars.ContextVar("keeping", default=True)

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from .grid import Grid
+from .octree import Octree
 
 TINY_DIRECTION = np.float32(1e-20)
 BOX_SLACK, SPACING = 64, 2     # roundings: as in glsl/common/slack.glsl
@@ -30,7 +31,7 @@ class CellWalk:
     listed : (cells,) int64, triangles of each cell
     """
 
-    def __init__(self, grid: Grid, rays: Mapping[str, np.ndarray], unit: float) -> None:
+    def __init__(self, grid: Grid | Octree, rays: Mapping[str, np.ndarray], unit: float) -> None:
         self.grid = grid
         self.listed = np.diff(grid.cell_start.astype(np.int64))
         self.origin, self.direction = rays["origin"], rays["direction"]

@@ -131,7 +131,7 @@ def _resolution(triangles: np.ndarray, size: np.ndarray, density: float) -> np.n
 def _overlaps(triangles: np.ndarray, lo: np.ndarray, hi: np.ndarray,
               resolution: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Pairs of triangle, (m,) int64, and cell, (m, 3) int64, in chunks, each pair once."""
-    shape = _Shapes(triangles, lo, hi, resolution)
+    shape = Shapes(triangles, lo, hi, resolution)
     columns = np.take_along_axis(shape.cell_count, shape.across, 1).prod(axis=1)
     for part in chunks(columns, CHUNK):
         triangle = owners(columns[part]) + part.start
@@ -148,7 +148,7 @@ def _overlaps(triangles: np.ndarray, lo: np.ndarray, hi: np.ndarray,
             yield who[kept], where[kept]
 
 
-class _Shapes:
+class Shapes:
     """What the overlap tests need of each triangle; coordinates from the grid's corner."""
 
     def __init__(self, triangles: np.ndarray, lo: np.ndarray, hi: np.ndarray,
@@ -195,6 +195,15 @@ class _Shapes:
         low = np.where(flat, first, np.maximum(low, first))
         high = np.where(flat, first + count - 1, np.minimum(high, first + count - 1))
         return low, np.maximum(high - low + 1, 0)
+
+    def overlap(self, triangle: np.ndarray, cell: np.ndarray) -> np.ndarray:
+        """Whether triangles, (m,), overlap cells, (m, 3), that their boxes overlap."""
+        low, height = self.plane_range(triangle, cell)
+        up = cell[np.arange(len(cell)), self.axis[triangle]]
+        found = (up >= low) & (up < low + height)
+        some = np.flatnonzero(found)
+        found[some] = self.edges_overlap(triangle[some], cell[some])
+        return found
 
     def edges_overlap(self, triangle: np.ndarray, cell: np.ndarray) -> np.ndarray:
         """Whether no edge separates triangle and cell in any of the three projections."""

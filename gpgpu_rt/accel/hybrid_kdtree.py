@@ -46,21 +46,27 @@ def build(triangles: np.ndarray, *, morton_bits: int = MORTON_BITS, split: str =
     vertices = np.ascontiguousarray(triangles.transpose(1, 2, 0))
     if not (bits and len(triangles)):
         return grow(root_level(triangles, rules.pad), 0, vertices, rules)[0].loose()
-    lo, hi = scene_box(triangles)
-    step = (hi.astype(np.float64) - lo) / (1 << bits)
-    planes = (lo + step * np.arange((1 << bits) + 1)[:, None]).astype(np.float32)
-    planes[0], planes[-1] = lo, hi
+    planes = lattice(triangles, bits)
     level, codes = cells_in_order(triangles, vertices, planes, bits, rules.pad)
     top = upper_levels(codes, bits, planes)
     below = grow(level, 3 * bits, vertices, rules)[0].loose()
     return join(top, [np.arange(len(codes))], [below])
 
 
+def lattice(triangles: np.ndarray, bits: int) -> np.ndarray:
+    """(2^bits + 1, 3) float32, the planes along each axis, the scene's box included."""
+    lo, hi = scene_box(triangles)
+    step = (hi.astype(np.float64) - lo) / (1 << bits)
+    planes = (lo + step * np.arange((1 << bits) + 1)[:, None]).astype(np.float32)
+    planes[0], planes[-1] = lo, hi
+    return planes
+
+
 def cells_in_order(triangles: np.ndarray, vertices: np.ndarray, planes: np.ndarray, bits: int,
                    pad: np.float32) -> tuple[Level, np.ndarray]:
     """The cells that hold anything as a level, in the order of their codes; and the codes.
 
-    planes : (2^bits + 1, 3) float32, the lattice along each axis
+    planes : see `lattice`
     """
     grid = build_grid(triangles, resolution=1 << bits)
     count = np.diff(grid.cell_start)

@@ -110,7 +110,9 @@ def _own_schedule(method: str) -> str:
 
 
 def _is_knob(option: Option) -> bool:
-    return option.name not in _NO_KNOBS and (option.choices is not None or option.kind is bool)
+    """One that excludes others is another way of tracing, not a knob of this one."""
+    return (option.name not in _NO_KNOBS and not option.excludes
+            and (option.choices is not None or option.kind is bool))
 
 
 def _is_for_accuracy(option: Option) -> bool:

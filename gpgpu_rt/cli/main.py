@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import argparse
+import importlib.metadata
 import os
 import sys
 import zipfile
@@ -14,21 +15,24 @@ from ..bench import bench
 from ..errors import Error, OptionError
 from ..files import check_writable, replacing
 from ..gpu import probe
+from ..integrators.plan import Plan
 from ..methods import Method, methods
+from ..rasterised.first_hits import FIRST_HITS
 from ..scene import Scene, list_scenes, load_scene
 from ..surfaces.parametrise import CUTS, remesh
 from ..tracer import AUTO, DEFAULT_METHOD, Tracer
 from . import looking, tuning
 from .frames import IMAGES, add_frames, render_frames
+from .picture import add_picture, explain, picture_options, progress_shown
 from .shared import (
-    add_options, given_options, options_for, print_json, print_table, say, size_word
+    add_options, given_options, options_for, print_json, print_table, say, size_word, spelled_out
 )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; the exit status. A user's mistake is one line on stderr."""
     parser = _parser()
-    chosen = parser.parse_args(arguments)
+    chosen = parser.parse_args(spelled_out(sys.argv[1:] if arguments is None else arguments))
     try:
         chosen.run(chosen)
         sys.stdout.flush()
@@ -97,10 +101,13 @@ def _render(chosen: argparse.Namespace) -> None:
     if os.path.splitext(chosen.output)[1].lower() not in IMAGES:
         raise OptionError(f"cannot tell an image format from {chosen.output}; end it in .png")
     with _tracer(chosen) as tracer:
-        image = tracer.render(size=chosen.size)
+        plan = explain(chosen, tracer)
+        with progress_shown(chosen) as progress:
+            image = tracer.render(size=chosen.size, first_hits=chosen.first_hits,
+                                  progress=progress, **picture_options(chosen))
         with replacing(chosen.output) as path:
             image.save(path)
-        _report(chosen, tracer, f"wrote {chosen.output}")
+        _report(chosen, tracer, f"wrote {chosen.output}", plan)
 
 
 def _trace(chosen: argparse.Namespace) -> None:
@@ -170,14 +177,16 @@ def _tracer(chosen: argparse.Namespace, scene: Scene | None = None) -> Tracer:
     return Tracer(load_scene(source), method, **options)
 
 
-def _report(chosen: argparse.Namespace, tracer: Tracer, line: str) -> None:
+def _report(chosen: argparse.Namespace, tracer: Tracer, line: str,
+            plan: Plan | None = None) -> None:
     statistics = tracer.statistics
     if chosen.json:
         print_json({"scene": tracer.scene.name, "triangles": len(tracer.scene),
                     "source": tracer.scene.source, "stand_in": tracer.scene.stand_in,
                     "method": tracer.method.name, "gpu": tracer.gpu.info(),
                     "options": {k: v for k, v in tracer.options.items() if k != "context"},
-                    "statistics": statistics.to_dict()})
+                    "statistics": statistics.to_dict(),
+                    **({} if plan is None else {"plan": plan.to_dict()})})
         return
     if tracer.scene.stand_in:
         print(f"{tracer.scene.name} is a procedural stand-in for {tracer.scene.stand_in} "
@@ -189,12 +198,18 @@ def _report(chosen: argparse.Namespace, tracer: Tracer, line: str) -> None:
         print("auto took " + ("the settings that `tune` kept for this scene and renderer"
                               if tracer.settings is not None else
                               "a safe default: `tune` kept no settings that fit"))
+    if statistics.samples:
+        print(f"{statistics.samples:,} samples a pixel" + (
+            f", noise {statistics.noise:.2%} of the luminance" if statistics.noise else ""))
     if statistics.stopped:
         print(f"{statistics.stopped:,} rays were stopped before their end was known, by the step "
               f"cap of {tracer.step_cap:,} or a full stack")
     if statistics.counters:
         print("a ray: " + ", ".join(f"{k.replace('_', ' ')} {v:.2f}"
                                     for k, v in statistics.counters.items()))
+    if statistics.first_hits:
+        print(f"first hits rasterised: {statistics.first_hits['retraced']:,} of the eye rays were "
+              f"traced, {statistics.first_hits['retraced_share']:.3%}")
     if statistics.split:
         print("shared with the host: " + ", ".join(
             f"{name.replace('_seconds', '').replace('_', ' ')} "
@@ -230,6 +245,8 @@ class _Parser(argparse.ArgumentParser):
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(prog="gpgpu-rt", description="Ray tracing by fragment programs, as on the "
                      "graphics hardware of 2002-2007.")
+    parser.add_argument("--version", action="version",
+                        version=f"gpgpu-rt {importlib.metadata.version('gpgpu_rt')}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     def command(name: str, run: Callable[[argparse.Namespace], None],
@@ -251,11 +268,16 @@ def _parser() -> argparse.ArgumentParser:
     command("methods", _methods, "the method table")
     command("scenes", _scenes, "named scenes, and where each was found")
     sub = command("render", _render, "render a scene to an image file")
-    sub.add_argument("scene", help="a scene's name or a mesh file")
+    sub.add_argument("scene", help="a scene's name, a mesh file or a scene file (.json)")
     add_method(sub)
     sub.add_argument("-o", "--output", required=True, metavar="IMAGE.png")
     sub.add_argument("--size", type=size_word, default=(512, 512), metavar="WIDTHxHEIGHT",
                      help="pixels; default 512x512")
+    sub.add_argument("--first-hits", choices=FIRST_HITS, default=FIRST_HITS[0],
+                     help="where the hits of eye rays come from: the tracer; the rasteriser, "
+                     "proved to be the same to the bit; or the rasteriser, verified to be hits; "
+                     "default %(default)s")
+    add_picture(sub)
     add_frames(sub)
     add_options(sub)
     sub = command("trace", _trace, "trace a file of rays to a file of hits")

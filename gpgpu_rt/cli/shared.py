@@ -9,7 +9,7 @@ from typing import Any
 
 from ..errors import OptionError
 from ..methods import find_method, methods
-from ..options import TRACER_OPTIONS, Option, spell
+from ..options import TRACER_OPTIONS, TRUTH, Option, spell
 
 
 def all_options() -> dict[str, Option]:
@@ -32,6 +32,15 @@ def add_options(sub: argparse.ArgumentParser) -> None:
                            metavar="true|false" if bare else "VALUE",
                            help=f"{option.help}{choices}; default {default}".replace("%", "%%"),
                            **bare)
+
+
+def spelled_out(arguments: Sequence[str]) -> list[str]:
+    """A bare switch as ``--word=true``: what follows it, such as a scene, is not its value."""
+    switches = {"--" + option.name.replace("_", "-") for option in all_options().values()
+                if option.kind is bool}
+    following = [*arguments[1:], ""]
+    return [word + "=true" if word in switches and after.lower() not in TRUTH else word
+            for word, after in zip(arguments, following)]
 
 
 def given_options(chosen: argparse.Namespace) -> dict[str, Any]:

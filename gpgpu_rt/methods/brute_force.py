@@ -27,8 +27,15 @@ def triangle_table(triangles: np.ndarray, order: np.ndarray | None = None,
     return {TRIANGLE.name: fields}
 
 
+def box_uniforms(triangles: np.ndarray) -> dict[str, tuple[float, ...]]:
+    """The corners of the box around (n, 3, 3) triangles; a point where there are none."""
+    corners = triangles.reshape(-1, 3) if len(triangles) else np.zeros((1, 3), np.float32)
+    return {"scene_lo": tuple(corners.min(0).tolist()), "scene_hi": tuple(corners.max(0).tolist())}
+
+
 def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
-    return Accelerator(triangle_table(triangles), {"triangle_count": len(triangles)},
+    return Accelerator(triangle_table(triangles),
+                       {"triangle_count": len(triangles), **box_uniforms(triangles)},
                        step_bound=len(triangles))
 
 

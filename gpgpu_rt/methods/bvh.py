@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from ..texel_layout import BVH_NODE, BVH_PAIR, STACK_ENTRY, TRIANGLE
 from .brute_force import triangle_table
 from .bvh_build import BUILD_OPTIONS, built_bvh
 from .bvh_tables import Layout, Options, Pairs, Threads, last_of_leaves, scene_box
-from .row import PACKET, Accelerator, Method, Stepwise
+from .row import ENTRY_POINTS, PACKET, VERTEX_CULLING, Accelerator, Method, Stepwise, check_culling
 
 LayoutOf = Callable[[Options], type[Layout]]
 
@@ -43,11 +43,12 @@ def _accelerator(bvh: accel.Bvh, kept: _Kept, triangles: np.ndarray,
     fields, uniforms = layout.fields(bvh, options)
     lo, hi = scene_box(bvh)
     width, height = options.get("packet", (1, 1))
+    ends = 1 if options.get("entry_points") else 0    # a list's end is a step that visits nothing
     return Accelerator(
         {**triangle_table(triangles, bvh.order, kept.last), layout.record(options).name: fields},
         {"scene_lo": tuple(lo), "scene_hi": tuple(hi), **layout.uniforms, **uniforms},
         # A packet takes at most the steps that its rays would take one after another.
-        step_bound=(len(bvh.escape) + len(bvh.order)) * width * height, structure=bvh,
+        step_bound=(len(bvh.escape) + len(bvh.order) + ends) * width * height, structure=bvh,
         defines=layout.defines, kept=kept)
 
 
@@ -60,6 +61,7 @@ def _family(layout_of: LayoutOf) -> dict[str, Any]:
         return _accelerator(bvh, kept, triangles, options)
 
     def prepare(triangles: np.ndarray, options: Options) -> Accelerator:
+        check_culling(options)
         return adopt(_built(triangles, options), triangles, options)
 
     def refit(accelerator: Accelerator, triangles: np.ndarray, options: Options) -> Accelerator:
@@ -79,6 +81,23 @@ _QUANTISE = Option("quantise_nodes", None, "bits a bound, rounded outward: the s
                    "smaller nodes", int, choices=(8, 16), optional=True, define="QUANTISED_NODES")
 _INTERVAL_TEST = Option("interval_test", False, "one test of a box for all rays of a packet, by "
                         "interval arithmetic", bool, define="INTERVAL_TEST")
+_STREAMS = Option("streams", False, "no packets: a stream of rays and their nodes, filtered in "
+                  "passes; kernels only", bool, excludes=(
+                      "packet", "octants", "interval_test", "vertex_culling"))
+_STREAM_SIZE = Option("stream_size", 1 << 15, "with streams, the most elements of a stream that "
+                      "go through a pass; fewer follow the order of nodes more closely", int,
+                      minimum=1)
+_ENTRIES = " | entry:int end:int"
+
+
+def _with_entries(row: Method, options: Options) -> Method:
+    """Rays that go through a list of subtrees know which comes next, and where theirs ends."""
+    if not options["entry_points"]:
+        return row
+    return replace(row, kernels=("enter", *row.kernels),
+                   state=replace(row.state, layout=row.state.layout + _ENTRIES))
+
+
 _REBUILD = Option("rebuild_ratio", accel.REBUILD_RATIO, "a tree refitted to triangles that moved "
                   "is built anew when its SAH cost is so many times that of the last build; 0: "
                   "always", float, minimum=0)
@@ -107,6 +126,12 @@ def _stack_row(name: str, summary: str, **more: Any) -> Method:
         **more)
 
 
+def _packet_form(packets: Method, options: Options) -> Method:
+    """Packets, or the stream that has none."""
+    return replace(packets, schedules=("kernels",), drivers={
+        "kernels": "ray_streams.RayStreams"}) if options["streams"] else packets
+
+
 ROWS = (
     Method(
         name="bvh-threaded",
@@ -116,7 +141,8 @@ ROWS = (
         kernels=("traverse", "intersect"),
         state=Record("state", "node:int cursor:int phase:int steps:int"),
         tables=(TRIANGLE, BVH_NODE),
-        options=(*BUILD_OPTIONS, _OCTANTS, _QUANTISE, _REBUILD),
+        options=(*BUILD_OPTIONS, _OCTANTS, _QUANTISE, ENTRY_POINTS, _REBUILD),
+        entry_walk="traverse/entry_bvh.glsl", form=_with_entries,
         **_family(lambda options: Threads)),
     _stack_row(
         "bvh-stack", "BVH with a stack a ray, in a local array, the nearer child first",
@@ -124,6 +150,7 @@ ROWS = (
     _stack_row(
         "bvh-packet", "several rays a fragment with one stack, the child first that most meet",
         options=(*BUILD_OPTIONS, PACKET, _OCTANTS, _QUANTISE,
-                 _INTERVAL_TEST, _REBUILD), packet=True,
+                 _INTERVAL_TEST, VERTEX_CULLING, _STREAMS, _STREAM_SIZE, _REBUILD), packet=True,
+        form=_packet_form,
         **_family(lambda options: Threads if options["octants"] else Pairs)),
 )

@@ -1,7 +1,9 @@
-"""grid and grid-proximity: uniform grids (Purcell et al. 2002; Karlsson and Ljungstedt 2004)."""
+"""grid and grid-proximity: uniform grids (Purcell et al. 2002; Karlsson and Ljungstedt 2004), and
+packets on the first of them (Wald et al. 2006)."""
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +13,7 @@ from ..options import Option
 from ..record import Record
 from ..texel_layout import GRID_CELL, REFERENCE, TRIANGLE
 from .brute_force import triangle_table
-from .row import Accelerator, Method
+from .row import PACKET, Accelerator, Method
 
 SENTINEL = -1   # ends a cell's list
 
@@ -43,7 +45,20 @@ _GRID_OPTIONS = (
 )
 
 
-def _row(name: str, summary: str, citation: str, proximity: bool) -> Method:
+_PACKET = replace(PACKET, default=(1, 1), help="rays a fragment; several walk the grid slice by "
+                  "slice together (Wald et al. 2006)")
+
+
+def _prepare_packets(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
+    prepared = _prepare(triangles, options, False)
+    # Each turn takes a ray at least, and looks into each slice, cell and list at most once.
+    grid, (width, height) = prepared.structure, options["packet"]
+    once = len(grid.cell_start) + len(prepared.tables[REFERENCE.name]["triangle"])
+    prepared.step_bound = (once + int(grid.resolution.max()) + 2) * width * height
+    return prepared
+
+
+def _row(name: str, summary: str, citation: str, proximity: bool, **more: Any) -> Method:
     return Method(
         name=name, summary=summary, citation=citation,
         glsl="traverse/grid.glsl",
@@ -52,12 +67,23 @@ def _row(name: str, summary: str, citation: str, proximity: bool) -> Method:
                               "| cursor:int phase:int steps:int"),
         tables=(TRIANGLE, GRID_CELL, REFERENCE),
         prepare=lambda triangles, options: _prepare(triangles, options, proximity),
-        options=_GRID_OPTIONS,
-        fixed_defines={"PROXIMITY": proximity})
+        fixed_defines={"PROXIMITY": proximity}, **more)
+
+
+def _form(single: Method, options: Mapping[str, Any]) -> Method:
+    """Purcell's walk of single rays, or with packets Wald's."""
+    if options["packet"] == (1, 1):
+        return single
+    return replace(
+        single, glsl="traverse/coherent_grid.glsl", kernels=("step_packet",),
+        state=Record("state", "phase:int steps:int"), prepare=_prepare_packets,
+        schedules=("loop",), drivers={"loop": "packets.PacketTraversal"}, packet=True,
+        single="grid")
 
 
 ROWS = (
-    _row("grid", "uniform grid, a cell or a list entry a step", "Purcell et al. 2002", False),
+    _row("grid", "uniform grid, a cell or a list entry a step; or packets, slice by slice",
+         "Purcell et al. 2002", False, options=(*_GRID_OPTIONS, _PACKET), form=_form),
     _row("grid-proximity", "uniform grid with proximity clouds: empty cells in one jump",
-         "Karlsson and Ljungstedt 2004", True),
+         "Karlsson and Ljungstedt 2004", True, options=_GRID_OPTIONS),
 )

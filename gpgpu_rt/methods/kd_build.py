@@ -17,7 +17,7 @@ BUILD_OPTIONS = (
     Option("build", "sah", "who builds the tree: by the surface area heuristic throughout, or "
            "large nodes at their middle as zhou does, or the upper levels by codes",
            choices=("sah", "zhou", "hybrid")),
-    Option("build_device", "cpu", "what builds it: numpy, or fragment passes (zhou alone)",
+    Option("build_device", "cpu", "what builds it: numpy, or fragment passes (zhou and hybrid)",
            choices=("cpu", "gpu")),
     Option("split", "binned", "where the builds sah and hybrid try split planes",
            choices=("binned", "exact")),

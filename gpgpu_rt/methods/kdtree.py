@@ -12,7 +12,7 @@ from ..record import Record
 from ..texel_layout import KD_BOUNDS, KD_LEAF, KD_NODE, REFERENCE, STACK_ENTRY, TRIANGLE
 from .brute_force import triangle_table
 from .kd_build import BUILD_OPTIONS, built_kdtree
-from .row import PACKET, SCHEDULES, Accelerator, Method
+from .row import PACKET, SCHEDULES, VERTEX_CULLING, Accelerator, Method, check_culling
 
 _TABLES = (TRIANGLE, KD_NODE, REFERENCE)
 _STATE = "t_min t_max t_exit node:int | cursor:int end:int phase:int steps:int"
@@ -29,6 +29,7 @@ _FULL_STACK = Option("stack_size", None, "levels; none: the tree's depth, which 
 
 def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     """The tables and bounds that every method of the family needs."""
+    check_culling(options)
     tree = built_kdtree(triangles, options)
     leaf = tree.axis == accel.KD_LEAF_AXIS
     # An inner node's count tells which children are empty leaves: 1 the left, 2 the right one.
@@ -123,7 +124,7 @@ ROWS = (
                 "Horn et al. 2007", "kd-short-stack", tables=_TABLES,
                 prepare=lambda triangles, options: _for_packets(_prepare(triangles, options),
                                                                 options),
-                options=(*BUILD_OPTIONS, PACKET, _PUSH_DOWN, Option(
+                options=(*BUILD_OPTIONS, PACKET, VERTEX_CULLING, _PUSH_DOWN, Option(
                     "stack_size", 3, "entries of the stack; none: restarts alone", int,
                     choices=(0, 1, 2, 3, 4), define="STACK_SIZE")), stack=True),
     _packet_row("kd-ropes-packet", "several rays a fragment, along ropes that are not pushed down",

@@ -1,4 +1,4 @@
-"""ray-engine: the host walks a grid, fragments intersect (Carr, Hall and Hart 2002)."""
+"""ray-engine: the host walks cells, fragments intersect (Carr, Hall and Hart 2002)."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -21,8 +21,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     if options["cpu_below"] > 1 and not plain:
         raise OptionError(f"cpu_below={options['cpu_below']}: the host knows the watertight test "
                           "in fp32 alone; leave it at 0 with any other")
-    grid = accel.cached(accel.build_grid, triangles, resolution=options["resolution"],
-                        density=options["density"])
+    grid = _cells(triangles, options)
     uniforms = {"scene_lo": tuple(grid.lo), "scene_hi": tuple(grid.hi)}
     # As of the method grid: a cell is visited once, its list tested once.
     bound = (int(grid.resolution.sum()) + len(grid.references)
@@ -30,9 +29,19 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     return Accelerator(triangle_table(triangles), uniforms, bound, grid)
 
 
+def _cells(triangles: np.ndarray, options: Mapping[str, Any]) -> accel.Grid | accel.Octree:
+    if options["cells"] == "grid":
+        return accel.cached(accel.build_grid, triangles, resolution=options["resolution"],
+                            density=options["density"])
+    if options["resolution"] is not None:
+        raise OptionError("resolution is a grid's; say how deep an octree may be by density")
+    return accel.cached(accel.build_octree, triangles, leaf_size=options["leaf_size"],
+                        density=options["density"])
+
+
 ROWS = (Method(
     name="ray-engine",
-    summary="the host walks a grid, a quad a triangle intersects rays queued by cell",
+    summary="the host walks a grid or an octree, a quad a triangle intersects rays queued by cell",
     citation="Carr et al. 2002",
     glsl="traverse/ray_engine.glsl",
     kernels=("intersect",),
@@ -40,6 +49,8 @@ ROWS = (Method(
     tables=(TRIANGLE,),
     prepare=_prepare,
     options=(
+        Option("cells", "grid", "what the host walks", choices=("grid", "octree")),
+        Option("leaf_size", 8, "triangles above which an octree's cell is split", int, minimum=1),
         Option("resolution", None, "cells an axis: a number or x,y,z; none: by density", object),
         Option("density", 2.0, "cells aimed at per triangle, where no resolution is given", float,
                minimum=1e-6),

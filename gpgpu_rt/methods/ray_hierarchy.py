@@ -9,14 +9,15 @@ import numpy as np
 from ..options import Option
 from ..record import Record
 from ..texel_layout import TRIANGLE
-from .brute_force import triangle_table
+from .brute_force import box_uniforms, triangle_table
 from .row import Accelerator, Method
 
 MOST_BITS = 100     # of the scale: a float's exponent has room for it and for what is scaled
 
 
 def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
-    return Accelerator(triangle_table(triangles), {"unit": unit_of(triangles)},
+    return Accelerator(triangle_table(triangles),
+                       {"unit": unit_of(triangles), **box_uniforms(triangles)},
                        step_bound=len(triangles))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from ..options import Option
 from ..record import Record
 from ..texel_layout import TRIANGLE
-from .brute_force import triangle_table
+from .brute_force import box_uniforms, triangle_table
 from .row import Accelerator, Method
 
 FIRST_BATCH = 64    # triangles; each batch is twice the last one
@@ -29,12 +29,9 @@ def batches(triangles: int) -> tuple[tuple[int, int], ...]:
 
 
 def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
-    corners = triangles.reshape(-1, 3) if len(triangles) else np.zeros((1, 3), np.float32)
     parts = batches(len(triangles))
-    return Accelerator(
-        triangle_table(triangles),
-        {"scene_lo": tuple(corners.min(0).tolist()), "scene_hi": tuple(corners.max(0).tolist())},
-        step_bound=len(parts), structure=parts)
+    return Accelerator(triangle_table(triangles), box_uniforms(triangles), step_bound=len(parts),
+                       structure=parts)
 
 
 ROWS = (Method(

@@ -12,13 +12,21 @@ import numpy as np
 from ..column import Column
 from ..errors import OptionError
 from ..gpu import Gpu
-from ..options import Option
+from ..options import Option, spell
 from ..record import PackedRecord, Record
 
 Tables = tuple[Record | PackedRecord, ...]
 SCHEDULES = ("kernels", "step", "loop")
 PACKET = Option("packet", (2, 2), "rays a fragment", tuple,
                 choices=((1, 1), (2, 1), (2, 2), (4, 2), (4, 4)))
+VERTEX_CULLING = Option("vertex_culling", False, "skip triangles of a leaf that lie outside the "
+                        "frustum around a packet's rays", bool, define="VERTEX_CULLING",
+                        schedules=("loop",))
+
+ENTRY_POINTS = Option(
+    "entry_points", None, "rays begin at nodes that a beam found for their tile of 4x4; rays a "
+    "side of the tiles whose beams go first, those of 4x4 through what these found", int,
+    choices=(16, 4), optional=True)
 
 
 class Finisher(Protocol):
@@ -95,12 +103,15 @@ class Method:
         that moved; None where it is built anew. The tracer builds anew as well where the option
         ``rebuild_ratio``, if the method has it, says so
     options : its own options, the builder's among them
+    form : (row, options) -> the row that stands for these, where an option changes state,
+        kernels or drivers
     schedules : those it runs under, the best one last
     drivers : schedule -> ``module.Class`` in ``passes/`` that runs it there, where that is not
         ``traverse.Traversal``; see ``passes/driver.py``
     stack_entry : what a level of its stack in textures holds, if it has one
     packet_state : (options) -> what packets carry under ``step``, for a method that has it
     single : the method that traces rays which a packet's limit on steps leaves behind
+    entry_walk : GLSL of a beam's walk through its tree, for the option ``entry_points``
     stack, packet, dynamic : as in the survey's Table 1
     """
 
@@ -115,12 +126,14 @@ class Method:
     adopt: Callable[[Any, np.ndarray, Mapping[str, Any]], Accelerator] | None = None
     refit: Callable[[Accelerator, np.ndarray, Mapping[str, Any]], Accelerator] | None = None
     options: tuple[Option, ...] = ()
+    form: Callable[[Method, Mapping[str, Any]], Method] | None = None
     choose_tables: Callable[[Mapping[str, Any]], Tables] | None = None
     schedules: tuple[str, ...] = SCHEDULES
     drivers: Mapping[str, str] = field(default_factory=dict)
     stack_entry: Record | None = None
     packet_state: Callable[[Mapping[str, Any]], Stepwise] | None = None
     single: str | None = None
+    entry_walk: str | None = None
     stack: bool = False
     packet: bool = False
     dynamic: bool = False
@@ -130,6 +143,18 @@ class Method:
         """The records its programs read under these options."""
         return self.choose_tables(options) if self.choose_tables else self.tables
 
+    def formed(self, options: Mapping[str, Any]) -> Method:
+        """The row that stands for these options; one left out is at its default."""
+        if self.form is None:
+            return self
+        return self.form(self, {**{o.name: o.default for o in self.options}, **options})
+
+    def schedules_for(self, options: Mapping[str, Any]) -> tuple[str, ...]:
+        """What it runs under with these options; one left out is at its default."""
+        return tuple(schedule for schedule in self.formed(options).schedules
+                     if all(o.runs_under(options.get(o.name, o.default), schedule)
+                            for o in self.options))
+
     def defines(self, options: Mapping[str, Any]) -> dict[str, object]:
         """GLSL defines that follow from the method and its options."""
         chosen = dict(o.glsl_define(options[o.name]) for o in self.options if o.define)
@@ -137,10 +162,14 @@ class Method:
 
     def check_schedule(self, options: dict[str, Any], asked: bool) -> None:
         """Take its own best schedule where none was asked; refuse one it has not."""
-        if not asked and options["schedule"] not in self.schedules:
-            options["schedule"] = self.schedules[-1]
-        if options["schedule"] not in self.schedules:
-            raise OptionError(f"method {self.name} runs under {', '.join(self.schedules)} only, "
+        schedules = self.schedules_for(options)
+        if not asked and options["schedule"] not in schedules:
+            options["schedule"] = schedules[-1]
+        if options["schedule"] not in schedules:
+            given = "" if schedules == self.schedules else " with " + ", ".join(
+                f"{o.name}={spell(options[o.name])}" for o in self.options
+                if options[o.name] != o.default)
+            raise OptionError(f"method {self.name}{given} runs under {', '.join(schedules)} only, "
                               f"not {options['schedule']}")
         in_atlas = self.stack_entry or (self.single and options["schedule"] == "step")
         if in_atlas and options["steps_per_pass"] != 1:
@@ -153,3 +182,10 @@ class Method:
                 "kernels": list(self.kernels), "schedules": list(self.schedules),
                 "options": {o.name: o.default for o in self.options}, "stack": self.stack,
                 "packet": self.packet, "dynamic": self.dynamic, "refit": self.refit is not None}
+
+
+def check_culling(options: Mapping[str, Any]) -> None:
+    """Refuse vertex culling for a triangle test whose rounding it does not bound."""
+    if options.get("vertex_culling") and options["intersection"] != "woop-watertight":
+        raise OptionError("vertex_culling bounds what the watertight test computes; take "
+                          "intersection woop-watertight with it")

@@ -64,10 +64,13 @@ class Driver(Protocol):
 
 def make_driver(setup: Setup) -> Driver:
     """The driver that the method's row names for the schedule: ``module.Class`` in this folder;
-    on sorted rays where the option says so."""
+    from entry points and on sorted rays where options say so."""
     named = setup.method.drivers.get(str(setup.options["schedule"]), "traverse.Traversal")
     module, _, name = named.partition(".")
     driver: Driver = getattr(import_module(f"{__package__}.{module}"), name)(setup)
+    if setup.options.get("entry_points"):
+        from .entry_points import EntryPoints
+        driver = EntryPoints(setup, driver)
     if setup.options["sort_rays"]:
         from .sorted_rays import SortedRays
         return SortedRays(setup, driver)

@@ -50,6 +50,11 @@ class FullScreenPass:
         for unit, name in enumerate(self._samplers):
             self.program[name].value = unit
 
+    @property
+    def samplers(self) -> tuple[str, ...]:
+        """Names of the textures that the program reads once it is compiled."""
+        return tuple(self._samplers)
+
     def set(self, **uniforms: object) -> None:
         """Set uniforms by name; one that this variant compiled away is passed over."""
         self._uniforms.update({name: value for name, value in uniforms.items()

@@ -18,12 +18,15 @@ class RayImage:
     Parameters
     ----------
     size : (width, height)
+    textures : to draw into, somebody else's; None: its own
     """
 
-    def __init__(self, gpu: Gpu, record: Record, size: tuple[int, int]) -> None:
+    def __init__(self, gpu: Gpu, record: Record, size: tuple[int, int],
+                 textures: list[moderngl.Texture] | None = None) -> None:
         self.gpu, self.record, self.size = gpu, record, size
         self.length = size[0] * size[1]
-        self.textures = stream_textures(gpu, record, size)
+        self._own = textures is None
+        self.textures = stream_textures(gpu, record, size) if textures is None else textures
         self.target = gpu.context.framebuffer(self.textures)
 
     def samplers(self, name: str | None = None) -> dict[str, moderngl.Texture]:
@@ -32,7 +35,7 @@ class RayImage:
 
     def release(self) -> None:
         self.gpu.release(self.target)
-        for texture in self.textures:
+        for texture in self.textures if self._own else ():
             texture.release()
 
 

@@ -25,7 +25,7 @@ QUAD = np.dtype([("rectangle", "<f4", 4), ("row", "<i4")])
 
 
 class RayEngine:
-    """Drives a method whose host walks a grid; see ``Driver``, ``glsl/traverse/ray_engine.glsl``.
+    """Drives a method whose host walks cells; see ``Driver``, ``glsl/traverse/ray_engine.glsl``.
 
     A round takes the queues that are long enough, or all where none is, in batches, and walks
     their rays on. Of a ray only what it has hit so far goes up and comes down with its batch.

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..accel.cell_walk import CellWalk
+from ..accel.octree_walk import cell_walk
 from ..accel.runs import chunks, expand
 from ..methods.row import Accelerator
 from ..precision import FORMATS, Precision
@@ -38,7 +38,7 @@ class RayTrip:
         self.record, self.rays = record, record.unpack(texels)
         self.grid, self.any_hit, rays = accelerator.structure, any_hit, self.rays
         unit = FORMATS[Precision.of(options).arithmetic].unit
-        self.walk = CellWalk(self.grid, rays, unit)
+        self.walk = cell_walk(self.grid, rays, unit)
         count = len(rays["t_max"])
         self.hit = {"t": rays["t_max"].copy(), "u": np.zeros(count, np.float32),
                     "v": np.zeros(count, np.float32),

@@ -1,8 +1,8 @@
 """Sorting rays before a traversal: any driver runs on the sorted ones, and hits go back.
 
-The survey proposes it (section 4.3) and measures nothing. Keys are an origin's cell and a
-direction's; the sort is that of ``sort.py``; sorted rays stand in squares of 8x8 texels, so that
-packets, tiles and what else works on neighbours finds rays that are alike.
+The survey proposes it (section 4.3) and measures nothing. Keys are the cells where a ray begins
+and where it leaves the scene; the sort is that of ``sort.py``; sorted rays stand in squares of 8x8
+texels, so that packets, tiles and what else works on neighbours finds rays that are alike.
 """
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from .sort import sort
 from .streams import Stream, StreamRoom
 
 BLOCK = 8    # rays a side of a square, as in common/sorted_place.glsl
-KEY = {"LEVELS": 8, "FACE_LEVEL": 1}    # bits an axis; after which of them the face stands
+KEY = {"LEVELS": 8, "FREE_LEVELS": 2}   # bits an axis; those after which the ray's end comes in
 
 
 class SortedRays:
@@ -34,6 +34,7 @@ class SortedRays:
 
     def __init__(self, setup: Setup, driver: Driver) -> None:
         self.gpu, self.method, self.driver = setup.gpu, setup.method, driver
+        self.accelerator = setup.accelerator
         self.statistics_on = bool(setup.options["statistics"])
         self.precision = Precision.of(setup.options)
         self._programs: dict[object, FullScreenPass] = {}
@@ -43,6 +44,7 @@ class SortedRays:
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
         """Read these tables from now on."""
+        self.accelerator = accelerator
         self.driver.follow(samplers, accelerator, step_cap)
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
@@ -88,7 +90,9 @@ class SortedRays:
         reads = reads or []
         program = self._program(name, rays.record, [read.record for read in reads],
                                 target.record, defines)
-        program.set(last_element=target.length - 1, ray_texture_size=rays.size, **rays.uniforms())
+        scene = {name: self.accelerator.uniforms[name] for name in ("scene_lo", "scene_hi")}
+        program.set(last_element=target.length - 1, ray_texture_size=rays.size, **scene,
+                    **rays.uniforms())
         samplers = rays.samplers()
         for read in reads:
             samplers |= read.samplers()

@@ -51,19 +51,26 @@ class Tiles:
     def choose(self, kernel: int | None) -> None:
         """Draw where rays wait for a kernel, or, None, for any."""
         counts = self._counts.sum(2) if kernel is None else self._counts[:, :, kernel - 1]
-        wanted = np.pad(counts > 0, ((0, 0), (1, 1))).astype(np.int8)
-        edges = np.diff(wanted, axis=1)
-        row, first = np.nonzero(edges == 1)    # runs of tiles side by side become one rectangle
-        _, end = np.nonzero(edges == -1)
-        corners = np.stack([first, row, end, row + 1], 1)
-        if len(corners) > MOST_RECTANGLES:
-            corners = np.array([[0, 0, *self._shape]])
         # Whole tiles, also past the last ray: what is outside the target is clipped, and a cut
         # tile would miss the centre of its own texel in the counts.
-        self.rectangles.write(corners * TILE)
+        self.rectangles.write(rectangles_of(counts > 0))
 
     def release(self) -> None:
         self._program.release()
         self._gpu.release(self._target)
         self._texture.release()
         self.rectangles.buffer.release()
+
+
+def rectangles_of(wanted: np.ndarray) -> np.ndarray:
+    """(n, 4) corners, in texels, of rectangles that cover the tiles of a (rows, columns) mask.
+
+    Runs of tiles side by side become one; where they are more than `Rectangles` hold, all is
+    covered."""
+    edges = np.diff(np.pad(wanted, ((0, 0), (1, 1))).astype(np.int8), axis=1)
+    row, first = np.nonzero(edges == 1)
+    _, end = np.nonzero(edges == -1)
+    corners = np.stack([first, row, end, row + 1], 1)
+    if len(corners) > MOST_RECTANGLES:
+        corners = np.array([[0, 0, *wanted.shape[::-1]]])
+    return corners * TILE

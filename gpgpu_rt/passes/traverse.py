@@ -23,7 +23,7 @@ from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..record import TABLE_WIDTH_LOG2, Record
 from ..statistics import Statistics
-from ..texel_layout import COUNTERS, HIT
+from ..texel_layout import COUNTERS, ENTRIES, ENTRY_LIST, ENTRY_TILE, HIT
 from .driver import Samplers, Setup, Watch
 from .full_screen import FullScreenPass
 from .stack_atlas import StackAtlas
@@ -329,8 +329,11 @@ def method_defines(method: Method, accelerator: Accelerator, options: Mapping[st
 def method_texts(method: Method, options: Mapping[str, Any]) -> dict[str, str]:
     """What its programs include: the method's own file, and the accessors of its tables."""
     layout = Precision.of(options).layout
-    return {"method": "file:" + str(method.glsl),
-            "tables": "\n".join(layout(r).table_glsl() for r in method.tables_for(options))}
+    tables = [layout(r).table_glsl() for r in method.tables_for(options)]
+    if options.get("entry_points"):
+        tables += [f"#define ENTRY_TILE {ENTRY_TILE}", f"const int ENTRIES = {ENTRIES};",
+                   ENTRY_LIST.stream_glsl(writes=False)]
+    return {"method": "file:" + str(method.glsl), "tables": "\n".join(tables)}
 
 
 def kernel_defines(kernels: tuple[str, ...]) -> dict[str, object]:

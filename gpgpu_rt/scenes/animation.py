@@ -13,6 +13,7 @@ from ..camera import Camera
 from . import creatures
 from .built import Built
 from .shapes import noise
+from .walker import walker_at
 
 FRAMES_A_SECOND = 24
 CLOTH_CELLS = 158    # a side; 49,928 triangles
@@ -92,4 +93,6 @@ def explosion() -> Built:
 
 # The table --------------------------------------------------------------------------------------
 
-MOTIONS = {"cloth": Motion(cloth_vertices, cloth_faces), "explosion": Motion(explosion_triangles)}
+MOTIONS = {"cloth": Motion(cloth_vertices, cloth_faces),
+           "walker": Motion(lambda frame: walker_at(frame / FRAMES_A_SECOND)),
+           "explosion": Motion(explosion_triangles)}

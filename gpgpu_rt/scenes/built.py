@@ -1,8 +1,9 @@
 """Built scene: what a generator hands over, and the pile of coloured pieces it is made from."""
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +24,8 @@ class Built:
     camera : its camera
     light : (3,) position of the point light; intensity : (3,)
     charts : as in Scene, for one that is a geometry image
+    appearance : whatever else of its looks Scene takes: materials, material_of, normals, uv,
+        environment; and lights, instead of the one above
     """
 
     triangles: np.ndarray
@@ -31,6 +34,7 @@ class Built:
     light: tuple[float, float, float]
     intensity: tuple[float, float, float] = (1.0, 1.0, 1.0)
     charts: tuple[tuple[int, int], ...] = ()
+    appearance: Mapping[str, Any] = field(default_factory=dict)
 
 
 class Pieces:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..camera import Camera, load_cameras
 from ..errors import SceneError, nearest_names
-from . import animation, buildings, cornell, creatures, images, outdoors, rooms
+from . import animation, buildings, cornell, creatures, images, lit, outdoors, rooms, walker
 from .built import Built
 from .mesh_file import SUFFIXES
 from .painting import by_part, cornell_walls
@@ -73,10 +73,18 @@ ROWS: dict[str, Row] = {row.name: row for row in (
     Row("teapot", 6_320, creatures.teapot, "the Utah teapot",
         "Martin Newell's teapot, tessellated"),
     Row("cloth", 49_928, animation.cloth, None, "built in: a sheet that waves, frame by frame"),
+    Row("walker", 28_412, walker.walker, None, "built in: an animal that walks round a meadow, "
+        "frame by frame"),
     Row("explosion", 69_451, animation.explosion, None, "built in: the bunny's stand-in, "
         "flying apart frame by frame"),
     Row("boulder", 49_152, images.boulder, None, "built in: a geometry image of six charts"),
     Row("knot", 36_864, images.knot, None, "built in: a swept surface, one geometry image"),
+    Row("cornell-light", 32, lit.cornell_light, None, "built in: the Cornell box under its lamp"),
+    Row("statue", 100_002, lit.statue, "the mirrored statue of Figure 1", "as buddha"),
+    Row("glass-teapot", 12_002, lit.glass_teapot, "the glass teapot of Figures 1 and 7",
+        "Martin Newell's teapot, tessellated"),
+    Row("soft-shadows", 6_000, lit.soft_shadows, "the soft shadows of Figure 7",
+        "not to be found"),
     Row("cow", 5_804, creatures.cow, "Viewpoint's cow",
         "common-3d-test-models: cow.obj (Viewpoint Animation Engineering)"),
 )}

@@ -1,57 +1,103 @@
-"""Mesh file: what trimesh reads, flattened to vertices, faces and colours as they were given."""
+"""Mesh file: what trimesh reads, flattened to arrays and materials as they were given."""
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import trimesh
 
+from ..appearance.material import Material
 from ..errors import SceneError
-
-Arrays = tuple[np.ndarray, np.ndarray, np.ndarray | None]
+from ..rays import unit_normals
+from .mesh_material import Textures, check_textures, material_of
 
 SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".gltf")
 
 
-def read(path: Path) -> Arrays:
-    """The mesh of a file; nothing is merged, reordered or dropped.
+@dataclass
+class Mesh:
+    """A mesh as its file has it.
 
-    Returns
-    -------
-    vertices : (v, 3) float64, world units, as the file has them
+    Attributes
+    ----------
+    vertices : (v, 3) float64, world units
     faces : (n, 3) int64, in the file's order
     colours : (n, 3) float32 diffuse in [0, 1], or None where the file has none
+    materials : what ``material_of``, (n,) int32, counts; empty where the file has none
+    normals, uv : (n, 3, 3) and (n, 3, 2) float64 of the faces' corners, or None
+    parts : names of objects or groups, which ``part_of``, (n,) int32, counts
+    """
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    colours: np.ndarray | None
+    materials: tuple[Material, ...]
+    material_of: np.ndarray
+    normals: np.ndarray | None
+    uv: np.ndarray | None
+    parts: tuple[str, ...]
+    part_of: np.ndarray
+
+    def appearance(self) -> dict[str, Any]:
+        """What of it `Scene.from_arrays` takes besides vertices, faces and colours."""
+        said: dict[str, Any] = {"normals": self.normals, "uv": self.uv}
+        if self.materials:
+            said.update(materials=self.materials, material_of=self.material_of)
+        return {name: value for name, value in said.items() if value is not None}
+
+
+def read(path: Path, groups: bool = False) -> Mesh:
+    """The mesh of a file; nothing is merged, reordered or dropped.
+
+    Parameters
+    ----------
+    groups : whether an OBJ file's parts are its groups; faces then stand group by group
 
     Raises
     ------
     SceneError
-        no such file, or trimesh cannot read it
+        no such file, trimesh cannot read it, or a texture that it names is missing
     """
     if not path.is_file():
         what = "a folder, no mesh file" if path.is_dir() else "no such file"
         raise SceneError(f"{path}: {what}; check the path")
     try:
         _check_whole(path)
+        check_textures(path)
         if path.suffix.lower() == ".obj":
-            return _read_obj(path)
-        arrays = flatten(trimesh.load_scene(str(path), process=False))
-        if path.suffix.lower() == ".ply" and len(arrays[1]) < (declared := _declared(path)):
-            raise ValueError(f"{declared} faces declared, {len(arrays[1])} found")
-        return arrays
+            return _read_obj(path, groups)
+        mesh = flatten(trimesh.load_scene(str(path), process=False))
+        if path.suffix.lower() == ".ply" and len(mesh.faces) < (declared := _declared(path)):
+            raise ValueError(f"{declared} faces declared, {len(mesh.faces)} found")
+        return mesh
+    except SceneError:
+        raise
     except Exception as error:  # trimesh raises whatever its parsers meet
         reason = " ".join(str(error).split())[:160] or type(error).__name__
         raise SceneError(f"{path}: cannot read this mesh ({reason}); is it whole, and of the type "
                          f"its name says?") from None
 
 
-def _read_obj(path: Path) -> Arrays:
+def _read_obj(path: Path, groups: bool) -> Mesh:
     """An OBJ file's mesh: by default trimesh would collect its faces by material."""
-    loaded = trimesh.load_scene(str(path), process=False, maintain_order=True,
-                                group_material=False)
-    # trimesh takes the runs of one material from the last to the first.
-    return _join([(mesh, None) for mesh in reversed(loaded.geometry.values())])
+    def load(maintain_order: bool) -> Mesh:
+        loaded = trimesh.load_scene(str(path), process=False, maintain_order=maintain_order,
+                                    group_material=False, split_groups=groups)
+        # trimesh takes the runs of one material from the last to the first.
+        return _join([(mesh, None, name)
+                      for name, mesh in reversed(list(loaded.geometry.items()))])
+
+    mesh = load(True)
+    if mesh.uv is not None or mesh.normals is not None:
+        # Vertices as the file has them have one normal and one texture coordinate each, whatever
+        # its faces say: those are taken from vertices that trimesh splits.
+        split = load(False)
+        if len(split.faces) == len(mesh.faces):
+            mesh.normals, mesh.uv = split.normals, split.uv
+    return mesh
 
 
 def _check_whole(path: Path) -> None:
@@ -84,43 +130,86 @@ def _declared(path: Path) -> int:
     return 0
 
 
-def flatten(mesh: trimesh.Trimesh | trimesh.Scene) -> Arrays:
+def flatten(mesh: trimesh.Trimesh | trimesh.Scene) -> Mesh:
     """The arrays of a mesh, or of each instance in a scene, placed by its transform."""
     if not isinstance(mesh, trimesh.Scene):
-        return _join([(mesh, None)])
-    placed = (mesh.graph[node] for node in mesh.graph.nodes_geometry)
-    return _join([(mesh.geometry[name], transform) for transform, name in placed])
+        return _join([(mesh, None, "mesh")])
+    placed = ((node, *mesh.graph[node]) for node in mesh.graph.nodes_geometry)
+    return _join([(mesh.geometry[name], transform, node) for node, transform, name in placed])
 
 
-def _join(placed: list[tuple[Any, np.ndarray | None]]) -> Arrays:
-    vertices, faces, colours, count = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], [], 0
-    for mesh, transform in placed:
+def _join(placed: list[tuple[Any, np.ndarray | None, str]]) -> Mesh:
+    vertices, faces, count = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], 0
+    colours: list[np.ndarray | None] = []
+    corners: dict[str, list[np.ndarray | None]] = {"normals": [], "uv": []}
+    materials: list[Material | None] = []
+    names, textures = [], Textures()
+    for mesh, transform, name in placed:
         if not isinstance(mesh, trimesh.Trimesh):
             continue  # point clouds and curves have no surface
-        points = np.asarray(mesh.vertices, np.float64)
+        points, turned = np.asarray(mesh.vertices, np.float64), np.eye(3)
         if transform is not None and not np.array_equal(transform, np.eye(4)):
             points = points @ transform[:3, :3].T + transform[:3, 3]
+            turned = np.linalg.inv(transform[:3, :3])
+        triangles = np.asarray(mesh.faces, np.int64)
         vertices.append(points)
-        faces.append(np.asarray(mesh.faces, np.int64) + count)
+        faces.append(triangles + count)
+        names.append(name)
         colours.append(_colours(mesh))
+        materials.append(material_of(mesh.visual, textures))
+        whole = _whole(mesh)
+        normals = mesh.vertex_normals if "vertex_normals" in mesh._cache.cache and whole else None
+        uv = getattr(mesh.visual, "uv", None) if whole else None
+        corners["normals"].append(None if normals is None else normals[triangles] @ turned)
+        corners["uv"].append(None if uv is None or len(uv) != len(points) else uv[triangles])
         count += len(points)
+    sizes = [len(f) for f in faces[1:]]
     joined = None
     if any(colour is not None for colour in colours):
-        joined = np.concatenate([np.full((len(f), 3), 0.7) if c is None else c
-                                 for f, c in zip(faces[1:], colours)]).astype(np.float32)
-    return np.concatenate(vertices), np.concatenate(faces), joined
+        joined = np.concatenate([np.full((n, 3), 0.7) if c is None else c
+                                 for n, c in zip(sizes, colours)]).astype(np.float32)
+    points, triangles = np.concatenate(vertices), np.concatenate(faces)
+    part_of = np.repeat(np.arange(len(sizes)), sizes)
+    shared, rows = _unlike(materials)
+    normals, uv = _filled(corners["normals"], sizes, 3), _filled(corners["uv"], sizes, 2)
+    if normals is not None:
+        missing = ~(np.linalg.norm(normals, axis=2) > 0).all(axis=1)    # or not a number
+        normals[missing] = unit_normals(points[triangles[missing]])[:, None]
+    if uv is not None:
+        uv[~np.isfinite(uv)] = 0
+    return Mesh(points, triangles, joined, shared, rows[part_of].astype(np.int32), normals, uv,
+                tuple(names), part_of.astype(np.int32))
+
+
+def _unlike(materials: list[Material | None]) -> tuple[tuple[Material, ...], np.ndarray]:
+    """Materials, each once, and which one each of the list is; none at all if none is known."""
+    if not any(materials):
+        return (), np.zeros(len(materials), np.int64)
+    known = list(dict.fromkeys(m or Material() for m in materials))
+    return tuple(known), np.array([known.index(m or Material()) for m in materials])
+
+
+def _filled(parts: list[np.ndarray | None], sizes: list[int], width: int) -> np.ndarray | None:
+    """Values of all corners, zeros where a part has none; None where no part has any."""
+    if all(part is None for part in parts):
+        return None
+    return np.concatenate([np.zeros((n, 3, width)) if part is None else part
+                           for part, n in zip(parts, sizes)])
+
+
+def _whole(mesh: trimesh.Trimesh) -> bool:
+    """Whether no face names a vertex that is not there."""
+    return not len(mesh.faces) or 0 <= mesh.faces.min() <= mesh.faces.max() < len(mesh.vertices)
 
 
 def _colours(mesh: trimesh.Trimesh) -> np.ndarray | None:
     """(n, 3) in [0, 1], the colours of a mesh's faces, vertices or material, or None."""
     visual = mesh.visual
-    if len(mesh.faces) and not 0 <= mesh.faces.min() <= mesh.faces.max() < len(mesh.vertices):
+    if not _whole(mesh):
         return None  # whoever takes the faces says which one is out of range
     if visual.kind == "face":
         return visual.face_colors[:, :3] / 255.0
     if visual.kind == "vertex":
         return visual.vertex_colors[mesh.faces, :3].mean(axis=1) / 255.0
-    material = getattr(visual, "material", None)
-    if material is None:
-        return None
-    return np.broadcast_to(np.asarray(material.main_color)[:3] / 255.0, (len(mesh.faces), 3))
+    material = material_of(visual, {})
+    return None if material is None else np.broadcast_to(material.diffuse, (len(mesh.faces), 3))

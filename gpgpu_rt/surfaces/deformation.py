@@ -98,8 +98,8 @@ class Deformation:
                 # A triangle gained area, or lost it.
                 tracer._write_tables(tracer.method.tables_for(tracer.options), accelerator)
             tracer._traversal.follow(samplers, accelerator, tracer.step_cap)
-            if tracer._shading is not None and read_back:
-                tracer._shading.take(tracer._shown())
+            if tracer._integrator is not None and read_back:
+                tracer._integrator.take(tracer._shown())
 
     def release(self) -> None:
         """Free what the passes hold; the tracer stays where it is."""

@@ -54,7 +54,8 @@ def test_codes_interleave_bits_x_first() -> None:
 @pytest.mark.parametrize("options, message", [
     ({"build": "hybrid", "morton_bits": 8}, "1 to 7"),
     ({"build": "zhou", "morton_bits": 2}, "codes"),
-    ({"build": "hybrid", "build_device": "gpu"}, "no passes")], ids=str)
+    ({"build": "sah", "build_device": "gpu"}, "no passes"),
+    ({"build": "hybrid", "build_device": "gpu", "split": "exact"}, "split on the gpu")], ids=str)
 def test_what_is_refused(options: dict, message: str) -> None:
     with pytest.raises(rt.OptionError, match=message):
         rt.Tracer("cornell", "kd-restart", **options)

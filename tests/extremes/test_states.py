@@ -68,10 +68,10 @@ def test_no_nan_in_a_picture(method: str, scale: float) -> None:
     scene = case.scene
     with rt.Tracer(scene, method) as tracer, watching(tracer, scan):
         tracer.render(size=(16, 16))
-        shading = tracer._shading
-        ends = [shading.shadow_rays.textures[1], tracer._rays.textures[1]]
-        starts = [shading.shadow_rays.textures[0], tracer._rays.textures[0]]
-        colours = [*shading.lit, *shading._screen.color_attachments]
+        room = tracer._integrator.room
+        shadow, eye = room.textures("shadow rays"), tracer._rays.textures
+        starts, ends = zip(shadow, eye)
+        colours = [*room.textures("lit"), *room.textures("direct"), *room.textures("screen")]
         with tracer.gpu:
             starts, ends, colours = (list(map(read_texture, t)) for t in (starts, ends, colours))
     for values in starts + colours:

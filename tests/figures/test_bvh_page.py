@@ -31,7 +31,7 @@ def asked(words: str) -> tuple[str, dict[str, object]]:
     parser.add_argument("method")
     parser.add_argument("--packet", type=lambda text: tuple(map(int, text.split("x"))))
     parser.add_argument("--quantise-nodes", type=int)
-    for switch in ("--octants", "--interval-test"):
+    for switch in ("--octants", "--interval-test", "--streams"):
         parser.add_argument(switch, action="store_true", default=None)
     given = vars(parser.parse_args(words.split()))
     return given.pop("method"), {name: value for name, value in given.items() if value is not None}
@@ -56,3 +56,24 @@ def test_every_method_of_the_family_is_there() -> None:
     assert family == {asked(words)[0] for words in tables()["nodes"]}
     assert all(f"**`{name}`**" in PAGE.read_text() for name in family)
     assert all(list(table) == list(tables()["nodes"]) for table in tables().values())
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("size, row", [(4096, 0), (1 << 14, 1), (1 << 15, 2), (1 << 16, 3),
+                                       (1 << 22, 4)])
+def test_streams_are_as_the_page_says(size: int, row: int) -> None:
+    """The table of stream sizes, and the lengths of the streams level by level."""
+    if catalogue.mesh_path("bunny") is None:
+        pytest.skip("the page is about the mesh of bunny; name its folder in GPGPU_RT_SCENES")
+    text = PAGE.read_text()
+    lines = text[text.index("| elements a pass |"):].splitlines()[2:]
+    with rt.Tracer("bunny", "bvh-packet", streams=True, stream_size=size,
+                   statistics=True) as tracer:
+        tracer.trace(*tracer.scene.camera.rays((256, 256)))
+        statistics, lengths = tracer.statistics, tracer._traversal.lengths
+    nodes, triangles, streams, draws = map(float, lines[row].strip("|").split("|")[1:])
+    assert statistics.counters["nodes_visited"] == pytest.approx(nodes, rel=0.006)
+    assert statistics.counters["triangles_tested"] == pytest.approx(triangles, rel=0.006)
+    assert (len(lengths), statistics.draw_calls) == (streams, draws)
+    if size == 1 << 22:
+        assert ", ".join(f"{length:,}" for length in lengths) in " ".join(text.split())

@@ -83,7 +83,7 @@ def test_visits_are_those_of_geometry(method: str) -> None:
 
 @pytest.mark.parametrize("name", DIAGRAMS)
 def test_diagrams_are_drawn(name: str, tmp_path) -> None:
-    assert FIGURES[name][0] is DIAGRAMS[name] and not DIAGRAMS[name].cells(True)
+    assert name in FIGURES and not DIAGRAMS[name].cells(True)
     DIAGRAMS[name].draw(tmp_path, tmp_path, False)
     assert (tmp_path / f"{name}.png").stat().st_size > 20_000
     assert (tmp_path / f"{name}.md").read_text().startswith("# Figure")

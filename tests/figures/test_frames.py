@@ -64,12 +64,13 @@ def test_pages_hold_the_measured_numbers(tmp_path) -> None:
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("name", ["cloth", "explosion"])
-def test_how_a_refitted_tree_fares(name: str) -> None:
+@pytest.mark.parametrize("name, at", [("cloth", (8, 48)), ("walker", (8, 48, 96)),
+                                      ("explosion", (8, 24, 48))])
+def test_how_a_refitted_tree_fares(name: str, at: tuple[int, ...]) -> None:
     page, animation = PAGE.read_text(), rt.load_animation(name)
     built = accel.build_bvh(animation.scene.triangles)
     refitter = accel.Refitter.of(built)
-    for frame in (8, 24, 48) if name == "explosion" else (8, 48):
+    for frame in at:
         triangles = animation.scene.moved(animation.vertices(frame)).triangles
         cost = accel.sah_cost(refitter.refit(built, triangles))
         last, new = cost / accel.sah_cost(built), cost / accel.sah_cost(

@@ -16,6 +16,9 @@ from gpgpu_rt.scenes import catalogue
 KD_BUILDS = next(o for o in find_method("kd-stack").options if o.name == "build").choices
 
 
+BY_PASSES = ("hybrid, gpu",)    # whose trees are others than numpy's
+
+
 def _numbers() -> dict[tuple[str, str], dict[str, float]]:
     """(build, what) -> scene -> number."""
     lines = [line.strip("|").split("|") for line in PAGE.read_text().splitlines()
@@ -27,11 +30,13 @@ def _numbers() -> dict[tuple[str, str], dict[str, float]]:
 @pytest.mark.parametrize("scene, build", [
     pytest.param(scene, build, id=f"{scene}-{build}",
                  marks=[pytest.mark.full] if scene != "cornell" else [])
-    for scene in SCENES for build in KD_BUILDS])
+    for scene in SCENES for build in (*KD_BUILDS, *BY_PASSES)])
 def test_trees_are_as_the_page_says(scene: str, build: str) -> None:
     if catalogue.mesh_path(scene) is None:
         pytest.skip(f"the page is about the mesh of {scene}; name its folder in GPGPU_RT_SCENES")
-    with rt.Tracer(scene, "kd-stack", build=build, statistics=True) as tracer:
+    options = {"build": build.split(
+        ",")[0], "build_device": "gpu" if build in BY_PASSES else "cpu"}
+    with rt.Tracer(scene, "kd-stack", statistics=True, **options) as tracer:
         tracer.trace(*tracer.scene.camera.rays((256, 256)))
         counters = tracer.statistics.counters
         tree = accel.quality(tracer.accelerator.structure)
@@ -43,20 +48,23 @@ def test_trees_are_as_the_page_says(scene: str, build: str) -> None:
         assert value == pytest.approx(page[build, what][scene], rel=0.006), what
 
 
+@pytest.mark.parametrize("build", GPU_KD_BUILDS)
 @pytest.mark.parametrize("scene", [pytest.param(scene, marks=[pytest.mark.full] if
                                                 scene != "cornell" else []) for scene in SCENES])
-def test_passes_are_as_many_as_the_page_says(exact_renderer, monkeypatch, scene: str) -> None:
+def test_passes_are_as_many_as_the_page_says(exact_renderer, monkeypatch, scene: str,
+                                             build: str) -> None:
     drawn = []
     for kind in (FullScreenPass, streams._Points):
         def counting(self, *given, _draw=kind.draw, **more):
             drawn.append(1)
             return _draw(self, *given, **more)
         monkeypatch.setattr(kind, "draw", counting)
-    build_kdtree(exact_renderer, real_scene(scene).triangles, build="zhou")
-    assert len(drawn) == _numbers()["zhou", "passes"][scene]
+    build_kdtree(exact_renderer, real_scene(scene).triangles, build=build)
+    assert len(drawn) == _numbers()[build, "passes"][scene]
 
 
 def test_every_build_has_its_rows_and_paragraph() -> None:
-    assert {build for build, _ in _numbers()} == set(KD_BUILDS)
-    assert len(_numbers()) == 4 * len(KD_BUILDS) + len(GPU_KD_BUILDS)
+    builds = {*KD_BUILDS, *BY_PASSES}
+    assert {build for build, _ in _numbers()} == builds
+    assert len(_numbers()) == 4 * len(builds) + len(GPU_KD_BUILDS)
     assert all(f"**`{build}`**" in PAGE.read_text() for build in KD_BUILDS)

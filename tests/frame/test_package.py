@@ -131,6 +131,19 @@ def test_render_command(capsys, tmp_path) -> None:
     assert Image.open(target).size == (40, 30)
 
 
+@pytest.mark.parametrize("words", [["--octants", "cornell"], ["cornell", "--octants", "true"],
+                                   ["cornell", "--octants"]])
+def test_a_bare_switch_takes_no_scene_for_its_value(capsys, tmp_path, words: list[str]) -> None:
+    status, out, _ = run(capsys, "render", *words, "--size", "8", "--json",
+                         "-o", str(tmp_path / "x.png"))
+    assert status == 0 and json.loads(out)["options"]["octants"] is True
+
+
+def test_a_size_that_is_no_pair_is_named() -> None:
+    with rt.Tracer("cornell") as tracer, pytest.raises(rt.OptionError, match="size is 5"):
+        tracer.render(size=5)
+
+
 def test_pictures_of_stopped_rays_say_so(capsys, tmp_path) -> None:
     status, out, _ = run(capsys, "render", "cornell", "-m", "kd-restart", "--step-cap", "1",
                          "--size", "8", "-o", str(tmp_path / "box.png"))

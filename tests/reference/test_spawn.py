@@ -9,6 +9,7 @@ from conftest import real_scene, soup_scene
 import gpgpu_rt as rt
 from gpgpu_rt import rays as ray_sets
 from gpgpu_rt.hits import Hits
+from gpgpu_rt.integrators.lights import light_uniforms
 from gpgpu_rt.ray_state import RayBatch
 from gpgpu_rt.reference.watertight import intersect_pairs
 from gpgpu_rt.texel_layout import HIT
@@ -121,8 +122,11 @@ def shadow_rays(tracer: rt.Tracer, size: tuple[int, int]) -> tuple[Hits, np.ndar
         rays.upload(batch)
         side, _ = tracer._traversal.run(rays, buffers, tracer.statistics)
         hits = batch.hits(side.fields(HIT.name))
-        texels = [read_texture(texture).reshape(-1, 4)
-                  for texture in tracer._shading.surfaces(rays, side).textures]
+        room = tracer._integrator.room
+        light = light_uniforms(tracer.scene, tracer._integrator.needs)[0]
+        tracer._integrator.run("surfaces", room.target("shadow rays", "lit", "direct"),
+                               {**rays.samplers(), **side.samplers()}, **light)
+        texels = [read_texture(texture).reshape(-1, 4) for texture in room.textures("shadow rays")]
     return hits, *texels
 
 

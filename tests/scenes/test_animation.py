@@ -8,7 +8,7 @@ from PIL import Image
 import gpgpu_rt as rt
 from gpgpu_rt.animation import animation_names
 from gpgpu_rt.cli.main import main
-from gpgpu_rt.scenes import catalogue
+from gpgpu_rt.scenes import catalogue, walker
 
 SMALL = ["--size", "16x16"]
 
@@ -25,6 +25,26 @@ def test_frames_follow_from_their_numbers(name: str) -> None:
     assert np.abs(after.triangles - start.triangles).max() > 0.1 * start.extent
     hits = rt.reference.trace(after, *after.camera.rays((12, 12)), accelerated=True)
     assert hits.hit.mean() > 0.1
+
+
+def test_the_walker_walks() -> None:
+    """Parts turn and move and keep their shape; feet stay on the ground, which does not move, and
+    those that stand do not slide far."""
+    count, places = walker.walker().triangles.shape[0], []
+    for frame in range(0, 54, 2):
+        places.append(walker.walker_at(frame / 24.0))
+    moved, animal = np.array(places), slice(0, len(walker._rest()[0]))
+    assert moved.shape == (27, count, 3, 3)
+    assert (moved[:, animal.stop:] == moved[0, animal.stop:]).all()
+    edges = np.linalg.norm(moved[:, animal, 1:] - moved[:, animal, :1], axis=-1)
+    assert np.abs(edges - edges[0]).max() < 1e-5
+    lowest = moved[:, animal, :, 1].min(axis=(1, 2))
+    assert (-0.12 < lowest).all() and (lowest < 0.12).all()
+    hooves = [np.flatnonzero(walker._rest()[1] == walker.LEGS + 2 * leg + 1)[-1]
+              for leg in range(4)]
+    steps = np.linalg.norm(np.diff(moved[:, hooves, 0], axis=0), axis=-1)     # (26, 4)
+    whole = np.linalg.norm(np.diff(moved[:, 0, 0], axis=0), axis=-1)
+    assert (steps.min(axis=1) < 0.7 * whole).all() and (steps.max(axis=1) > 1.2 * whole).all()
 
 
 def small_animation(path, frames: int = 3) -> None:

@@ -36,7 +36,7 @@ def schedule_cases(of_plain: tuple[str, ...], of_variants: tuple[str, ...]) -> l
     for case in CASES:
         method, options = case.values
         quick = of_plain if not options else of_variants if not BUILDS & set(options) else ()
-        for name, settings in schedules_of(find_method(method)).items():
+        for name, settings in schedules_of(find_method(method), options=options).items():
             found.append(pytest.param(method, options, settings, id=f"{case.id}-{name}",
                                       marks=() if name in quick else pytest.mark.full))
     return found

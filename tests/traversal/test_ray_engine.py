@@ -6,7 +6,7 @@ import json
 
 import numpy as np
 import pytest
-from conftest import RAY_SETS, assert_same_bits, soup_scene
+from conftest import RAY_SETS, assert_same_bits, random_soup, soup_scene
 
 import gpgpu_rt as rt
 from gpgpu_rt.cli.main import main
@@ -50,10 +50,29 @@ def test_the_host_walks_as_the_grid_does(exact_renderer, kind: str, seed: int) -
         assert (getattr(counted[0], name) == getattr(counted[1], name)).all(), name
 
 
+@pytest.mark.parametrize("seed", [3], ids="seed{}".format)
+@pytest.mark.parametrize("kind", ["eye", "random", "surface"])
+def test_an_octree_saves_cells(exact_renderer, kind: str, seed: int) -> None:
+    """Where triangles crowd, and large cells fill the rest."""
+    triangles = np.concatenate([random_soup(800, seed, size=0.05) * np.float32(0.1),
+                                random_soup(20, seed, size=0.5)])
+    scene = rt.Scene.from_arrays(triangles.reshape(-1, 3), np.arange(2460).reshape(-1, 3))
+    rays = RAY_SETS[kind](scene, 625, seed)
+    counted = []
+    for cells in ("grid", "octree"):
+        with rt.Tracer(scene, "ray-engine", cells=cells, statistics=True) as tracer:
+            counted.append(tracer.trace(*rays))
+    assert_same_bits(*counted)
+    few, many = (hits.nodes_visited.sum() for hits in reversed(counted))
+    assert few < 0.8 * many
+
+
 @pytest.mark.parametrize("seed", [4], ids="seed{}".format)
 @pytest.mark.parametrize("options", [
     {"batch": 1, "queue": 1}, {"batch": 300}, {"queue": 1}, {
         "queue": 10_000}, {"cpu_below": 8, "resolution": 3},
+    {"cells": "octree", "leaf_size": 1}, {"cells": "octree", "batch": 77, "queue": 1},
+    {"cells": "octree", "leaf_size": 200},
     {"cpu_below": 10_000}, {"resolution": 1}, {"resolution": 1, "batch": 77}],
     ids=lambda options: "-".join(f"{k}{v}" for k, v in options.items()))
 def test_batches_do_not_change_hits(exact_renderer, options: dict, seed: int, monkeypatch) -> None:
@@ -130,6 +149,12 @@ def test_what_it_says_it_moved(cpu_below: int, seed: int) -> None:
     assert all(s >= 0 for s in seconds) and 0 < sum(seconds) <= spent
 
 
+def test_an_octree_has_no_resolution() -> None:
+    with pytest.raises(rt.OptionError, match="resolution") as caught:
+        rt.Tracer(soup_scene(9, 1), "ray-engine", cells="octree", resolution=4)
+    assert "\n" not in str(caught.value)
+
+
 def test_pictures_are_the_same(exact_renderer) -> None:
     pictures = []
     for method in ("ray-engine", "bvh-threaded"):
@@ -149,11 +174,12 @@ def test_the_command_line_says_it(tmp_path, capsys) -> None:
 @pytest.mark.full
 @pytest.mark.parametrize("seed", [7], ids="seed{}".format)
 @pytest.mark.parametrize("kind", ["random", "edges"])
-def test_no_ray_of_a_million_is_lost(exact_renderer, kind: str, seed: int) -> None:
+@pytest.mark.parametrize("cells", ["grid", "octree"])
+def test_no_ray_of_a_million_is_lost(exact_renderer, cells: str, kind: str, seed: int) -> None:
     """Neither by the walk nor by quads: what queues together, and where, changes no bit."""
     scene = soup_scene(1000, seed, size=0.05)
     rays = RAY_SETS[kind](scene, 10**6, seed)
     with rt.Tracer(scene, "bvh-threaded") as tracer:
         expected = tracer.trace(*rays)
-    with rt.Tracer(scene, "ray-engine") as tracer:
+    with rt.Tracer(scene, "ray-engine", cells=cells) as tracer:
         assert_same_bits(tracer.trace(*rays), expected)

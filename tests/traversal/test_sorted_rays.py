@@ -3,9 +3,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import RAY_SETS, assert_same_bits, schedules_of, soup_scene
+from conftest import RAY_SETS, assert_same_bits, real_scene, schedules_of, soup_scene
 
 import gpgpu_rt as rt
+from gpgpu_rt.figures import coherence, workloads
 from gpgpu_rt.methods import find_method
 
 SCENE = soup_scene(80, 7)
@@ -92,3 +93,13 @@ def test_origins_on_a_plane_or_at_a_point() -> None:
         with rt.Tracer(SCENE, "bvh-threaded", sort_rays=True) as tracer:
             hits = tracer.trace(origins, directions)
         assert (hits.triangle == hits.triangle[0]).all()
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("bounces, least", [(1, 1.4), (2, 2.0)])
+def test_tiles_of_scattered_rays_need_fewer_nodes(bounces: int, least: float) -> None:
+    """The first bounce starts where eye rays end, side by side: sorting finds less to mend."""
+    real_scene("kitchen")
+    found = coherence.measure(workloads.load("kitchen"),
+                              workloads.workload("kitchen", workloads.diffuse(bounces), 512))
+    assert found["distinct_as_they_come"] >= least * found["distinct_sorted"]

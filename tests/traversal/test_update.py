@@ -34,8 +34,8 @@ def scene_of(triangles: np.ndarray) -> rt.Scene:
                  id="-".join([row.name, *map(str, {**options, **schedule}.values())]),
                  marks=() if not schedule and (not options or row.refit) else pytest.mark.full)
     for row in rt.methods() for options in variants(row.name)
-    for schedule in ({}, {"schedule": "step"}) if schedule.get("schedule", "step")
-    in row.schedules or not schedule])
+    for schedule in ({}, {"schedule": "step"}) if not schedule
+    or "step" in row.schedules_for(options)])
 def test_an_updated_tracer_hits_what_a_new_one_does(exact_renderer, method: str, options: dict,
                                                     seed: int) -> None:
     row = find_method(method)

@@ -11,9 +11,9 @@ from ...errors import LimitError
 from ...gpu import Gpu
 from ...record import EXACT_INTEGER
 from ..streams import StreamRoom
-from . import zhou
+from . import hybrid_kdtree, zhou
 
-GPU_KD_BUILDS = {"zhou": zhou.build}
+GPU_KD_BUILDS = {"zhou": zhou.build, "hybrid": hybrid_kdtree.build}
 
 
 def build_kdtree(gpu: Gpu, triangles: np.ndarray, *, build: str = "zhou",

@@ -34,6 +34,7 @@ class LargeLevel:
     ranks : sums before each node: split ones, pieces of large ones that are leaves
     first_stuck : such pieces of all levels before
     inner : nodes that are split
+    small : most pieces of a small node of this level
     """
 
     cells: Stream
@@ -43,8 +44,9 @@ class LargeLevel:
     roots: int
     decisions: Stream
     ranks: Stream
-    first_stuck: int = 0
-    inner: int = 0
+    first_stuck: int
+    inner: int
+    small: int
 
 
 @dataclass
@@ -65,6 +67,29 @@ class LargeNodes:
         return sum(pieces.length for pieces in self.stuck)
 
 
+class Halving:
+    """How Zhou's large nodes are split."""
+
+    prefixes = False    # whether a node carries the prefix of codes that it stands for
+
+    def __init__(self, rules: cpu.ZhouRules) -> None:
+        self.rules = rules
+
+    def small(self, depth: int) -> int:
+        """Most pieces of a small node of this depth."""
+        return self.rules.small
+
+    def decide(self, room: StreamRoom, cells: Stream, starts: Stream, pieces: Stream, chunks: int,
+               depth: int, stop: bool) -> Stream:
+        """DECISION of each node of a level; with ``stop`` none is split."""
+        bounds = chunk_bounds(room, cells, starts, pieces, chunks)
+        decisions = room.stream(DECISION, cells.length)
+        room.draw("zhou_decide", decisions, [cells, starts, bounds], small=self.small(depth),
+                  empty_cut=self.rules.empty_cut, most_futile=cpu.FUTILE, stop=stop)
+        room.drop(bounds)
+        return decisions
+
+
 def build(room: StreamRoom, triangles: np.ndarray, **options: object) -> KdTree:
     """Options as in `accel.zhou.build`.
 
@@ -72,24 +97,30 @@ def build(room: StreamRoom, triangles: np.ndarray, **options: object) -> KdTree:
     ----------
     triangles : (n, 3, 3) float32, one at least
     """
+    rules = cpu.rules_of(triangles, **options)
+    return build_by(room, triangles, rules, Halving(rules))
+
+
+def build_by(room: StreamRoom, triangles: np.ndarray, rules: cpu.ZhouRules,
+             way: Halving) -> KdTree:
+    """Build with large nodes split in this way."""
     from .zhou_order import finish  # they import this file's records
     from .zhou_small import grow_small
-    rules = cpu.rules_of(triangles, **options)
     v0, v1, v2 = triangles.transpose(1, 0, 2)
     source = room.stream(TRIANGLE, len(triangles), v0=v0, v1=v1, v2=v2)
-    large = grow_large(room, source, triangles, rules)
+    large = grow_large(room, source, triangles, rules, way)
     pieces = joined(room, large.small + large.stuck)
     small = grow_small(room, large, pieces, rules)
     return finish(room, large, small, pieces, rules, scene_box(triangles))
 
 
-def grow_large(room: StreamRoom, source: Stream, triangles: np.ndarray,
-               rules: cpu.ZhouRules) -> LargeNodes:
+def grow_large(room: StreamRoom, source: Stream, triangles: np.ndarray, rules: cpu.ZhouRules,
+               way: Halving) -> LargeNodes:
     """Split the scene, and all nodes below it, as long as they are large."""
     found = LargeNodes()
     lo, hi = scene_box(triangles)
     cells = room.stream(CELL, 1, lo=lo[None], hi=hi[None], count=np.array([len(triangles)]))
-    starts, counts = _starts(room, cells, rules)
+    starts, counts = _starts(room, cells, way.small(0))
     pieces = room.stream(PIECE, len(triangles))
     room.draw("zhou_pieces", pieces, [source], pad=rules.pad)
     if not counts[0]:
@@ -98,23 +129,23 @@ def grow_large(room: StreamRoom, source: Stream, triangles: np.ndarray,
     while True:
         depth = len(found.levels)
         kept = found.small_pieces + found.stuck_pieces
-        level = _decide(room, found, cells, starts, pieces, counts, rules,
-                        stop=depth >= rules.large_depth or kept + counts[0] > limit)
+        stop = depth >= rules.large_depth or kept + counts[0] > limit
+        decisions = way.decide(room, cells, starts, pieces, counts[3], depth, stop)
+        level = _level(room, found, cells, starts, pieces, counts, decisions, way.small(depth))
         found.levels.append(level)
         found.roots += counts[2]
         if not level.inner:
             if counts[0]:       # else they are small nodes', and `found` has them
                 room.drop(pieces)
             return found
-        cells, starts, pieces, counts = _children(room, found, level, pieces, source, rules)
+        cells, starts, pieces, counts = _children(room, found, level, pieces, source, rules, way)
 
 
-def _starts(room: StreamRoom, cells: Stream,
-            rules: cpu.ZhouRules) -> tuple[Stream, tuple[int, ...]]:
+def _starts(room: StreamRoom, cells: Stream, small: int) -> tuple[Stream, tuple[int, ...]]:
     """`LargeLevel.starts`, and its totals."""
     quantities = room.stream(VALUES, cells.length)
     room.draw("zhou_quantities", quantities, [cells], defines={"CHUNK": CHUNK_PIECES},
-              small=rules.small)
+              small=small)
     sums = scan(room, quantities)
     room.drop(quantities)
     return sums.called("starts"), _totals(sums)
@@ -125,23 +156,27 @@ def _totals(sums: Stream) -> tuple[int, ...]:
     return tuple(int(value) for value in sums.read_one(sums.length - 1)["value"])
 
 
-def _decide(room: StreamRoom, found: LargeNodes, cells: Stream, starts: Stream, pieces: Stream,
-            counts: tuple[int, ...], rules: cpu.ZhouRules, stop: bool) -> LargeLevel:
-    """How a level's nodes are split; the pieces of large ones that are not join `found.stuck`."""
-    small_pieces = found.small_pieces - counts[1]     # its own are among them already
-    chunks = room.stream(CHUNK, max(counts[3], 1))
-    room.draw("zhou_chunks", chunks, [cells, starts, pieces], count=counts[3],
+def chunk_bounds(room: StreamRoom, cells: Stream, starts: Stream, pieces: Stream,
+                 count: int) -> Stream:
+    """CHUNK of each of ``count`` chunks of large nodes' pieces."""
+    chunks = room.stream(CHUNK, max(count, 1))
+    room.draw("zhou_chunks", chunks, [cells, starts, pieces], count=count,
               defines={"CHUNK": CHUNK_PIECES}, cells=cells.length)
-    decisions = room.stream(DECISION, cells.length)
-    room.draw("zhou_decide", decisions, [cells, starts, chunks], small=rules.small,
-              empty_cut=rules.empty_cut, most_futile=cpu.FUTILE, stop=stop)
+    return chunks
+
+
+def _level(room: StreamRoom, found: LargeNodes, cells: Stream, starts: Stream, pieces: Stream,
+           counts: tuple[int, ...], decisions: Stream, small: int) -> LargeLevel:
+    """A level whose nodes are decided; the pieces of large ones that are not split join
+    `found.stuck`."""
+    small_pieces = found.small_pieces - counts[1]     # its own are among them already
     flags = room.stream(VALUES, cells.length)
-    room.draw("zhou_flags", flags, [cells, decisions], small=rules.small)
+    room.draw("zhou_flags", flags, [cells, decisions], small=small)
     ranks = scan(room, flags).called("ranks")
-    room.drop(chunks, flags)
+    room.drop(flags)
     inner, stuck, *_ = _totals(ranks)
     level = LargeLevel(cells, starts, found.roots, small_pieces, counts[2], decisions, ranks,
-                       found.stuck_pieces, inner)
+                       found.stuck_pieces, inner, small)
     if stuck:
         left = room.stream(PIECE, stuck)
         room.draw("zhou_stuck", left, [starts, ranks, pieces.called("old_piece")],
@@ -151,7 +186,7 @@ def _decide(room: StreamRoom, found: LargeNodes, cells: Stream, starts: Stream, 
 
 
 def _children(room: StreamRoom, found: LargeNodes, level: LargeLevel, pieces: Stream,
-              source: Stream, rules: cpu.ZhouRules
+              source: Stream, rules: cpu.ZhouRules, way: Halving
               ) -> tuple[Stream, Stream, Stream, tuple[int, ...]]:
     """Cells, starts, pieces and totals of the level below."""
     sides = room.stream(VALUES, pieces.length)
@@ -159,8 +194,9 @@ def _children(room: StreamRoom, found: LargeNodes, level: LargeLevel, pieces: St
     sums = scan(room, sides)
     cells = room.stream(CELL, 2 * level.inner)
     room.draw("zhou_cells", cells, [level.cells.called("parent_cell"), level.decisions,
-                                    level.starts, level.ranks, sums], cells=level.cells.length)
-    starts, counts = _starts(room, cells, rules)
+                                    level.starts, level.ranks, sums],
+              defines={"PREFIXES": way.prefixes}, cells=level.cells.length)
+    starts, counts = _starts(room, cells, way.small(len(found.levels)))
     reads = [cells, starts.called("next_starts"), level.starts, level.decisions, sums,
              pieces.called("old_piece"), source]
     parts = [room.stream(PIECE, count) for count in counts[:2]]

@@ -27,7 +27,7 @@ def finish(room: StreamRoom, large: LargeNodes, small: list[SmallLevel], pieces:
     for level, place in zip(large.levels, large_places):
         room.scatter("zhou_node", built, [level.cells, level.starts, level.decisions, level.ranks,
                                           place], level.cells.length, defines={"LARGE": 1},
-                     small=rules.small, first_stuck=large.small_pieces + level.first_stuck)
+                     small=level.small, first_stuck=large.small_pieces + level.first_stuck)
     for one, place in zip(small, small_places):
         room.scatter("zhou_node", built, [one.nodes, one.choices, place], one.nodes.length)
     counts = room.stream(VALUES, built.length)

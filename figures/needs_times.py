@@ -1,0 +1,56 @@
+"""What deriving a renderer from its scene saves, beside one with everything forced on."""
+from __future__ import annotations
+
+import hashlib
+import statistics
+import time
+from typing import Any
+
+import numpy as np
+
+import gpgpu_rt as rt
+
+from .growing import scenes
+
+COUNTS = ("texture_bytes", "texel_fetches", "waves", "passes")
+LIGHT_SAMPLES, BOUNCES = 4, 4
+
+
+def digest(name: str, step: int) -> str:
+    """Tells a step's scene from what it was in another version."""
+    scene = scenes(name)[step]
+    said = (scene.camera, scene.lights, [(m.name, m.diffuse) for m in scene.materials])
+    return hashlib.sha256(scene.triangles.tobytes() + repr(said).encode()).hexdigest()
+
+
+def measure(step: int, method: str, size: int, runs: int, name: str = "bunny") -> dict[str, Any]:
+    """Medians of ``runs`` pairs of pictures of a step, turn by turn in one process.
+
+    Returns
+    -------
+    ``seconds`` and each of COUNTS of both, by "derived" and "all"; ``ratio``, the median of the
+    pairs' ratios; ``passes_by_name``; ``differing`` pixels
+    """
+    scene = scenes(name)[step]
+    kinds = {"derived": False, "all": True}
+    tracers = {kind: rt.Tracer(scene, method) for kind in kinds}
+    seconds: dict[str, list[float]] = {kind: [] for kind in kinds}
+    pictures = {}
+    for turn in range(1 + runs):
+        for kind in kinds if turn % 2 else reversed(kinds):
+            began = time.perf_counter()
+            pictures[kind] = np.asarray(tracers[kind].render(
+                size=(size, size), all_features=kinds[kind], light_samples=LIGHT_SAMPLES,
+                bounces=BOUNCES))
+            if turn:
+                seconds[kind].append(time.perf_counter() - began)
+    costs = {kind: tracer.statistics.to_dict() for kind, tracer in tracers.items()}
+    plan = tracers["derived"].plan((size, size), light_samples=LIGHT_SAMPLES, bounces=BOUNCES)
+    for tracer in tracers.values():
+        tracer.release()
+    return {**{kind: {"seconds": statistics.median(seconds[kind]),
+                      "passes_by_name": costs[kind]["picture_passes"],
+                      **{count: costs[kind][count] for count in COUNTS}} for kind in kinds},
+            "ratio": statistics.median(a / b for a, b in zip(seconds["derived"], seconds["all"])),
+            "present": plan.present,
+            "differing": int((pictures["derived"] != pictures["all"]).any(axis=2).sum())}

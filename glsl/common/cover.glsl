@@ -1,0 +1,155 @@
+// Which pixels' eye rays can hit a triangle, at most, and how near: what the rasteriser's first hits are
+// held against. Nothing here is exact and nothing needs to be; all of it errs to the same side, by
+// sixteen times the first terms of its errors.
+//
+// A triangle that test_triangle accepts for the ray through a pixel's centre lies, projected, at
+// most `margin` pixels from that centre, if all its corners are at least `nearest` deep:
+//   eta     how far a projected corner may be off, or seem to be for the test: roundings of the
+//           corner's place relative to the eye, of the ray's direction, of the shear;
+//   beyond  how far a rounded edge function lets a ray pass an edge that is short beside the others:
+//           it errs by 2^-22 of the square of the longest, over the edge's length; the test's box ends
+//           that after a few lengths of the edge.
+// Of others (`cut`) corners behind the eye have no place in the image. Their edges are planes through
+// the eye, and what rounds is the test's product of the distances of two corners.
+//
+// The t of a hit is a mean of its corners' depths, with weights that are off by as much as the edge
+// functions are. So it cannot be less than that of `depth`, nor less than the plane's, 1 / (slope .
+// ray), by more than `misjudged`; the plane's is off by as much as its normal.
+
+uniform vec3 eye;
+uniform vec3 right;      // scaled as Camera.basis scales them
+uniform vec3 up;
+uniform vec3 forward;
+uniform vec2 size;
+uniform float nearest;   // depth, along forward
+uniform float farthest;  // no corner is as deep
+
+const float ERROR = 9.5367e-7;     // 2^-20: sixteen roundings
+const float BEHIND_ALL = -1e30;    // a depth that says nothing
+
+struct Cover {
+    bool outside;     // no ray of the image hits it
+    bool cut;         // not all of its corners are in front of the eye
+    vec3 place_0;     // its corners seen from the eye: x and y over z lie in [-1, 1] in the image
+    vec3 place_1;
+    vec3 place_2;
+    vec2 a;           // in pixels
+    vec2 b;
+    vec2 c;
+    float eta;        // pixels, as beyond and margin
+    vec3 beyond;      // the edges from a, b and c
+    float margin;
+    float depth;      // along forward, as misjudged
+    float misjudged;
+    vec3 slope;       // of 1 / depth over (x, y, 1); and how far that is off
+    float slope_off;
+    float reach;      // world units: its farthest corner from the eye
+};
+
+vec3 seen_from_eye(vec3 corner) {
+    vec3 q = corner - eye;
+    return vec3(dot(q, right) / dot(right, right), -dot(q, up) / dot(up, up), dot(q, forward));
+}
+
+vec4 clip_place(vec3 corner) {
+    vec3 p = seen_from_eye(corner);
+    float range = farthest - nearest;
+    return vec4(p.xy, ((farthest + nearest) * p.z - 2.0 * farthest * nearest) / range, p.z);
+}
+
+// How long the ray through a pixel's centre is, times its depth.
+float slant(vec2 centre) {
+    vec2 at = 2.0 * centre / size - 1.0;
+    return sqrt(1.0 + at.x * at.x * dot(right, right) + at.y * at.y * dot(up, up));
+}
+
+float least(vec3 v) {
+    return min(min(v.x, v.y), v.z);
+}
+
+float greatest(vec3 v) {
+    return max(max(v.x, v.y), v.z);
+}
+
+Cover cover_of(vec3 v0, vec3 v1, vec3 v2) {
+    Cover cover;
+    vec3 p = seen_from_eye(v0);
+    vec3 q = seen_from_eye(v1);
+    vec3 r = seen_from_eye(v2);
+    cover.place_0 = p;
+    cover.place_1 = q;
+    cover.place_2 = r;
+    vec3 away = vec3(distance(v0, eye), distance(v1, eye), distance(v2, eye));
+    cover.reach = greatest(away);
+    float axis = max(1.0, max(inversesqrt(dot(right, right)), inversesqrt(dot(up, up))));
+    vec3 slack = 4.0 * ERROR * axis * away;
+    vec3 x = vec3(p.x, q.x, r.x);
+    vec3 y = vec3(p.y, q.y, r.y);
+    vec3 z = vec3(p.z, q.z, r.z);
+    cover.outside = least(x - z - slack) > 0.0 || least(-x - z - slack) > 0.0
+        || least(y - z - slack) > 0.0 || least(-y - z - slack) > 0.0 || least(-z - slack) > 0.0;
+    float lowest = least(z);
+    cover.cut = !(lowest >= nearest);
+    lowest = cover.cut ? nearest : lowest;
+    float ratio = greatest(z) / lowest;
+    float angle = cover.reach / lowest;
+    float across = 1.0 + dot(right, right) + dot(up, up);
+    float focal = 0.5 * max(size.x * inversesqrt(dot(right, right)), size.y * inversesqrt(dot(up, up)));
+
+    cover.a = (p.xy / p.z * 0.5 + 0.5) * size;
+    cover.b = (q.xy / q.z * 0.5 + 0.5) * size;
+    cover.c = (r.xy / r.z * 0.5 + 0.5) * size;
+    cover.eta = ERROR * (focal * (angle * angle + across) + max(size.x, size.y));
+    vec3 sides = vec3(distance(cover.a, cover.b), distance(cover.b, cover.c), distance(cover.c, cover.a));
+    float longest = greatest(sides) + 2.0 * cover.eta;
+    float square = 2.0 * ERROR * longest * longest * ratio * ratio;
+    cover.beyond = min(square / max(sides - 2.0 * cover.eta, 1e-9),
+                       8.0 * ratio * (sides + 2.0 * cover.eta));
+    cover.margin = 2.0 * cover.eta + greatest(cover.beyond);
+
+    vec3 from = v1 - v0;
+    vec3 to = v2 - v0;
+    vec3 normal = cross(from, to);
+    float height = dot(normal, v0 - eye);
+    float extent = max(distance(v1, v2), max(length(from), length(to)));
+    vec2 ab = cover.b - cover.a;
+    vec2 ac = cover.c - cover.a;
+    float area = abs(ab.x * ac.y - ab.y * ac.x) - 4.0 * cover.eta * longest;
+    cover.misjudged = extent * min(6.0, square / max(area, 1e-9)) + 4.0 * ERROR * cover.reach;
+    cover.depth = lowest - cover.misjudged;
+    cover.slope = vec3(dot(normal, right), -dot(normal, up), dot(normal, forward)) / height;
+    cover.slope_off = (8.0 * ERROR * length(from) * length(to) * angle * across
+                       + cover.margin / focal * length(normal)) / abs(height);
+    if (cover.cut) {
+        // Weights err by that product over twice the area seen, 1 / depth = area seen / height.
+        float relative = 8.0 * ERROR * cover.reach * cover.reach * across * extent / abs(height);
+        cover.misjudged = 4.0 * ERROR * cover.reach;
+        cover.depth = BEHIND_ALL;
+        cover.slope_off = 8.0 * ERROR * length(from) * length(to) * across / abs(height);
+        cover.slope /= 1.0 - relative;
+        cover.slope_off = relative < 0.5 ? cover.slope_off / (1.0 - relative) : 1e30;
+    }
+    if (!(cover.slope_off < 1e30)) {     // seen edge on, or next to that
+        cover.slope = vec3(0.0);
+        cover.slope_off = 1e30;
+    }
+    return cover;
+}
+
+// The least depth that it can be hit at in a square of pixels: its centre and half its diagonal.
+float least_depth(Cover cover, vec2 centre, float around) {
+    vec2 at = 2.0 * centre / size - 1.0;
+    float inverse = dot(cover.slope, vec3(at, 1.0)) + cover.slope_off
+        + 2.0 * around * length(cover.slope.xy / size);
+    return max(cover.depth, inverse > 0.0 ? 1.0 / inverse - cover.misjudged : cover.depth);
+}
+
+// The pixels, x0 y0 x1 y1 with both ends, whose centres lie in the box around it.
+ivec4 covered_pixels(Cover cover) {
+    if (cover.cut) {
+        return ivec4(0, 0, ivec2(size) - 1);
+    }
+    vec2 lo = min(min(cover.a, cover.b), cover.c) - cover.margin;
+    vec2 hi = max(max(cover.a, cover.b), cover.c) + cover.margin;
+    return ivec4(max(ceil(lo - 0.5), 0.0), min(floor(hi - 0.5), size - 1.0));
+}

@@ -1,0 +1,68 @@
+// Vertex culling: Reshetov, "Faster Ray Packets - Triangle Intersection through Vertex Culling", RT
+// 2007 (fact sheet F5). A triangle whose corners all lie outside one side of the frustum around a
+// packet's rays is skipped before any ray tests it.
+//
+// The sides are those of the watertight test, which moves each corner along the ray onto the plane
+// through its origin and asks for a box of corners around 0 there. Here every operation of that is
+// one on intervals that hold what it is for each ray. Rounding is monotonic, so that the corners'
+// intervals hold the corners as each ray computes them, and what is culled is what no ray accepts: no
+// margin is needed, and no triangle is lost, in any precision.
+//
+// Departures: the frustum is a packet's, not one made anew in each leaf, so that rays that go far apart
+// before they come to a leaf cull little. Rays of different dominant axes cull nothing.
+
+vec3 cull_origin_lo;    // of the rays, axes permuted as theirs
+vec3 cull_origin_hi;
+vec2 cull_shear_lo;
+vec2 cull_shear_hi;
+bvec2 cull_dominant;
+int cull_axes;          // how many dominant axes the rays have, as far as that matters: 0, 1 or 2
+
+void bound_for_culling(int r) {
+    Ray ray = rays[r];
+    bool here = PRESENT(r);
+    bool first = here && cull_axes == 0;
+    cull_dominant = bvec2(first ? ray.dominant.x : cull_dominant.x,
+                          first ? ray.dominant.y : cull_dominant.y);
+    bool other = cull_dominant.x != ray.dominant.x
+              || (!ray.dominant.x && cull_dominant.y != ray.dominant.y);
+    cull_axes = first ? 1 : here && other ? 2 : cull_axes;
+    vec3 origin = permute(ray, ray.origin);
+    cull_origin_lo = here ? min(cull_origin_lo, origin) : cull_origin_lo;
+    cull_origin_hi = here ? max(cull_origin_hi, origin) : cull_origin_hi;
+    cull_shear_lo = here ? min(cull_shear_lo, ray.shear.xy) : cull_shear_lo;
+    cull_shear_hi = here ? max(cull_shear_hi, ray.shear.xy) : cull_shear_hi;
+}
+
+// The frustum around the rays whose turn it is.
+void bound_frustum() {
+    cull_axes = 0;
+    cull_dominant = bvec2(false);
+    cull_origin_lo = vec3(NEVER);
+    cull_origin_hi = vec3(-NEVER);
+    cull_shear_lo = vec2(NEVER);
+    cull_shear_hi = vec2(-NEVER);
+    EACH(bound_for_culling)
+}
+
+// Whether a corner lies outside each side: at x and y below 0, in z and w above, for all rays.
+bvec4 sides_outside(vec3 corner) {
+    vec3 at = permuted(cull_dominant, corner);
+    PRECISE vec3 lo = R(at - cull_origin_hi);
+    PRECISE vec3 hi = R(at - cull_origin_lo);
+    PRECISE vec2 a = R(cull_shear_lo * lo.z);
+    PRECISE vec2 b = R(cull_shear_lo * hi.z);
+    PRECISE vec2 c = R(cull_shear_hi * lo.z);
+    PRECISE vec2 d = R(cull_shear_hi * hi.z);
+    PRECISE vec2 least = R(lo.xy - max(max(a, b), max(c, d)));
+    PRECISE vec2 most = R(hi.xy - min(min(a, b), min(c, d)));
+    return bvec4(lessThan(most, vec2(0.0)), greaterThan(least, vec2(0.0)));
+}
+
+bool culled(int i) {
+    bvec4 a = sides_outside(triangle_v0(i));
+    bvec4 b = sides_outside(triangle_v1(i));
+    bvec4 c = sides_outside(triangle_v2(i));
+    return cull_axes < 2 && ((a.x && b.x && c.x) || (a.y && b.y && c.y)
+                          || (a.z && b.z && c.z) || (a.w && b.w && c.w));
+}

@@ -1,0 +1,81 @@
+"""Material: what a surface does with the light that meets it."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..errors import SceneError
+from .texture import Texture
+from .values import Vector, number, vector
+
+GREY: Vector = (0.60, 0.58, 0.54)    # of a surface that nothing is said about
+LEAST_ROUGHNESS = 0.01
+
+
+@dataclass(frozen=True)
+class Material:
+    """A surface's answer to light. All parts add up; both sides of a triangle are alike.
+
+    Attributes
+    ----------
+    name : how errors call it, and scene files and mesh files find it
+    diffuse : (3,) share that is scattered evenly; by default light grey if no other part is given,
+        else black
+    mirror : (3,) share that is reflected as by a mirror
+    glossy : (3,) share that is reflected into a lobe around the mirror's direction
+    roughness : of that lobe, in (0, 1]: cos^n around the mirror's direction, n = 2 / r^2 - 2
+    ior : None, or the refractive index inside the surface, over that outside: a dielectric. It
+        reflects by Fresnel's equations and refracts the rest; vertices run anticlockwise as seen
+        from outside. Its other parts are black, as it has no share left for them
+    emission : (3,) radiance that leaves both sides, whatever arrives
+    texture : None, or what ``diffuse`` is multiplied with, by texture coordinate
+    """
+
+    name: str = "material"
+    diffuse: Any = None
+    mirror: Any = (0.0, 0.0, 0.0)
+    glossy: Any = (0.0, 0.0, 0.0)
+    roughness: float = 0.2
+    ior: float | None = None
+    emission: Any = (0.0, 0.0, 0.0)
+    texture: Texture | None = None
+
+    def __post_init__(self) -> None:
+        where = f"material {self.name}: "
+        said = {}
+        for part in ("mirror", "glossy"):
+            said[part] = vector(getattr(self, part), where + part, 0, 1)
+        said["emission"] = vector(self.emission, where + "emission", 0)
+        if self.diffuse is None:
+            other = self.ior is not None or any(any(value) for value in said.values())
+            said["diffuse"] = (0.0, 0.0, 0.0) if other and self.texture is None else (
+                GREY if self.texture is None else (1.0, 1.0, 1.0))
+        else:
+            said["diffuse"] = vector(self.diffuse, where + "diffuse", 0, 1)
+        for part, value in said.items():
+            object.__setattr__(self, part, value)
+        number(self.roughness, where + "roughness", LEAST_ROUGHNESS, 1)
+        shares = np.sum([said[part] for part in ("diffuse", "mirror", "glossy")], axis=0)
+        if self.ior is not None:
+            number(self.ior, where + "ior", 0.1, 10)
+            if shares.any():
+                raise SceneError(f"{where}a dielectric reflects or refracts all light; leave out "
+                                 "diffuse, mirror and glossy, or ior")
+        if (shares > 1 + 1e-6).any():
+            raise SceneError(f"{where}diffuse, mirror and glossy add up to "
+                             f"{np.round(shares, 3).tolist()}; no surface reflects more than 1")
+        if self.texture is not None and not isinstance(self.texture, Texture):
+            raise SceneError(f"{where}texture is {self.texture!r}; give a Texture, as "
+                             "Texture.load(path) returns it")
+
+    @property
+    def emits(self) -> bool:
+        """Whether light leaves it by itself."""
+        return any(self.emission)
+
+    @property
+    def exponent(self) -> float:
+        """Of the cosine in the glossy lobe."""
+        return 2 / self.roughness ** 2 - 2

@@ -1,0 +1,175 @@
+"""Scene keys: the one declaration of what a scene file may say. Checking a file, and the schema
+that is handed out, both follow from it."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ..errors import SceneError, nearest_names
+from .values import number, vector
+
+
+@dataclass(frozen=True)
+class Key:
+    """A key of an object in a scene file.
+
+    Attributes
+    ----------
+    kind : "text", "flag", "number", "vector", "size" (one number above 0, or three), "points"
+        (four vectors); or the name of an object in ``OBJECTS``, after "list of " or "map of " for
+        several of them, and "map of text"
+    help : what it says
+    required : whether the object is nothing without it
+    least, most : bounds of its numbers
+    """
+
+    kind: str
+    help: str
+    required: bool = False
+    least: float | None = None
+    most: float | None = None
+    above: float | None = None
+
+
+_SHARE = {"least": 0, "most": 1}
+OBJECTS: Mapping[str, Mapping[str, Key]] = {
+    "scene": {
+        "name": Key("text", "how tables call it; else the file's name"),
+        "meshes": Key("list of mesh", "what there is", required=True),
+        "materials": Key("map of material", "by name"),
+        "lights": Key("list of light", "point lights"),
+        "environment": Key("environment", "what surrounds the scene; darkness without it"),
+        "camera": Key("camera", "else one that sees the whole from outside"),
+    },
+    "mesh": {
+        "file": Key("text", "a mesh file beside this one, or a named scene (`gpgpu-rt scenes`)"),
+        "box": Key("box", "instead: a box"),
+        "sphere": Key("sphere", "instead: a sphere of triangles"),
+        "quad": Key("points", "instead: four corners, anticlockwise as seen from outside"),
+        "material": Key("text", "the name of the whole mesh's material"),
+        "materials": Key("map of text", "a material's name by that of a group, object or material "
+                         "in the mesh file"),
+        "smooth": Key("flag", "shade with blended normals, made from the triangles"),
+        "scale": Key("size", "first: times this", above=0),
+        "rotate": Key("vector", "then: degrees around x, then y, then z"),
+        "translate": Key("vector", "at last: moved by this"),
+    },
+    "box": {
+        "lo": Key("vector", "its lower corner", required=True),
+        "hi": Key("vector", "its upper corner", required=True),
+    },
+    "sphere": {
+        "centre": Key("vector", "its middle", required=True),
+        "radius": Key("number", "world units", required=True, above=0),
+        "triangles": Key("number", "at most; 1280 by default", least=8, most=1e6),
+    },
+    "material": {
+        "diffuse": Key("vector", "share that is scattered evenly", **_SHARE),
+        "mirror": Key("vector", "share that is reflected as by a mirror", **_SHARE),
+        "glossy": Key("vector", "share that is reflected into a lobe", **_SHARE),
+        "roughness": Key("number", "of that lobe; 0.2 by default", least=0.01, most=1),
+        "ior": Key("number", "refractive index: a dielectric, which lets through what it does "
+                   "not reflect", least=0.1, most=10),
+        "emission": Key("vector", "radiance that it sends out by itself", least=0),
+        "texture": Key("text", "an image file beside this one, that colours the diffuse share"),
+    },
+    "light": {
+        "position": Key("vector", "world units", required=True),
+        "intensity": Key("vector", "what arrives at any distance; white by default", least=0),
+    },
+    "environment": {
+        "colour": Key("vector", "radiance from everywhere", least=0),
+        "zenith": Key("vector", "radiance from straight above", least=0),
+        "ground": Key("vector", "and from straight below", least=0),
+        "image": Key("text", "an equirectangular image file, or .npy, beside this one"),
+        "backdrop": Key("flag", "what bare meshes are shown before"),
+    },
+    "camera": {
+        "eye": Key("vector", "where it stands", required=True),
+        "target": Key("vector", "what it looks at", required=True),
+        "up": Key("vector", "(0, 1, 0) by default"),
+        "fov_degrees": Key("number", "of the image's height; 45 by default"),
+    },
+}
+
+
+def check(value: Any, kind: str, where: str, key: Key = Key("", "")) -> None:
+    """Raise SceneError, in one line that begins with ``where``, unless the value is of a kind."""
+    if kind.startswith(("list of ", "map of ")):
+        many, _, one = kind.partition(" of ")
+        shape = list if many == "list" else dict
+        _check_type(value, shape, where, "a list" if shape is list else "an object")
+        for name, entry in enumerate(value) if shape is list else value.items():
+            check(entry, one, f"{where}[{name}]" if shape is list else f"{where}.{name}")
+    elif kind in OBJECTS:
+        _check_type(value, dict, where, "an object")
+        keys = OBJECTS[kind]
+        for name in value:
+            if name not in keys:
+                raise SceneError(f"{where}: unknown key {name!r}{nearest_names(name, keys)}")
+        for name, declared in keys.items():
+            if name in value:
+                check(value[name], declared.kind, f"{where}.{name}", declared)
+            elif declared.required:
+                raise SceneError(f"{where}: no {name!r}; add it ({declared.help})")
+    elif kind == "text":
+        _check_type(value, str, where, "text")
+    elif kind == "flag":
+        _check_type(value, bool, where, "true or false")
+    elif kind == "points":
+        _check_type(value, list, where, "four points")
+        if len(value) != 4:
+            raise SceneError(f"{where} has {len(value)} points; give four")
+        for k, point in enumerate(value):
+            vector(point, f"{where}[{k}]")
+    else:
+        _check_numbers(value, kind, where, key)
+
+
+def _check_numbers(value: Any, kind: str, where: str, key: Key) -> None:
+    least = -float("inf") if key.least is None else key.least
+    most = float("inf") if key.most is None else key.most
+    if kind == "vector" or (kind == "size" and isinstance(value, list)):
+        numbers = vector(value, where, least, most)
+    else:
+        numbers = (number(value, where, least, most),)
+    if key.above is not None and min(numbers) <= key.above:
+        raise SceneError(f"{where} is {value}; give more than {key.above:g}")
+
+
+def _check_type(value: Any, kind: type, where: str, what: str) -> None:
+    if not isinstance(value, kind):
+        raise SceneError(f"{where} is {str(value)[:60]!r}; give {what}")
+
+
+def schema() -> dict[str, Any]:
+    """The JSON schema of a scene file."""
+    objects = {}
+    for name, keys in OBJECTS.items():
+        entry = {"type": "object", "additionalProperties": False, "properties": {
+            word: {**_schema_of(key), "description": key.help} for word, key in keys.items()}}
+        required = [word for word, key in keys.items() if key.required]
+        objects[name] = {**entry, "required": required} if required else entry
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema",
+            "title": "gpgpu_rt scene file", "$ref": "#/$defs/scene", "$defs": objects}
+
+
+def _schema_of(key: Key) -> dict[str, Any]:
+    many, _, one = key.kind.partition(" of ")
+    inner = one or many
+    bounds = {word: value for word, value in (
+        ("minimum", key.least), ("maximum", key.most), ("exclusiveMinimum", key.above))
+        if value is not None}
+    one_number = {"type": "number", **bounds}
+    three = {"type": "array", "items": one_number, "minItems": 3, "maxItems": 3}
+    simple: dict[str, dict[str, Any]] = {
+        "text": {"type": "string"}, "flag": {"type": "boolean"}, "number": one_number,
+        "vector": three, "size": {"anyOf": [one_number, three]},
+        "points": {"type": "array", "items": three, "minItems": 4, "maxItems": 4}}
+    found = simple[inner] if inner in simple else {"$ref": f"#/$defs/{inner}"}
+    if not one:
+        return found
+    if many == "list":
+        return {"type": "array", "items": found}
+    return {"type": "object", "additionalProperties": found}

@@ -1,0 +1,192 @@
+"""Integrator: a picture as passes over streams of rays, each there only where a scene needs it.
+
+One that is new declares its ``streams`` and ``passes``, with the defines of
+``appearance/needs.py`` that ask for them, and says in ``draw`` in which order they run. It traces
+by whatever method the tracer has: ``trace(rays)`` leaves hits, ``trace(rays, any_hit=True)`` tells
+whether anything is in the way.
+"""
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from ..appearance.needs import CUTOFF, Asked, SceneNeeds
+from ..camera import Camera
+from ..gpu import Gpu
+from ..options import Option, resolve_options, word_define
+from ..passes.eye_rays import EyeRays
+from ..passes.full_screen import FullScreenPass, Rectangles
+from ..passes.packet_room import PacketHits
+from ..passes.tiles import TILE
+from ..precision import Precision
+from ..ray_state import RayTextures, StateBuffer
+from ..record import TABLE_WIDTH_LOG2, Record
+from ..scene import Scene
+from .room import Room, Stream, held
+from .scene_textures import SceneTextures
+
+Hits = StateBuffer | PacketHits
+Trace = Callable[..., Hits]     # (rays, any_hit=False) -> hits
+Samplers = Mapping[str, moderngl.Texture]
+
+
+@dataclass(frozen=True)
+class Pass:
+    """A program of an integrator.
+
+    Attributes
+    ----------
+    name : how plans call it
+    entry : its file in ``glsl/``
+    wanted : it exists where one of these defines is set, or always
+    reads, writes : records of streams, by the names they have in the program; of what is written,
+        also the define without which it is not
+    defines : besides those of the scene
+    """
+
+    name: str
+    entry: str
+    wanted: tuple[str, ...] = ()
+    reads: tuple[tuple[str, Record], ...] = ()
+    writes: tuple[tuple[str, Record] | tuple[str, Record, str], ...] = ()
+    defines: tuple[str, ...] = ()
+
+
+ALL_FEATURES = Option(
+    "all_features", False, "programs, textures and passes for all that some scene may have: the "
+    "same picture, to compare with", bool)
+BOUNCES = Option("bounces", 6, "reflections and refractions that are followed, one after another",
+                 int, minimum=0)
+LIGHT_SAMPLES = Option("light_samples", 16, "shadow rays of what the eye sees towards triangles "
+                       "that emit; half as many after each bounce", int, minimum=1)
+
+
+class Integrator:
+    """What all have in common: a scene's textures, the streams of one size, and the programs.
+
+    Parameters
+    ----------
+    intersection : the triangle test, which rays are spawned clear of
+    """
+
+    name: str
+    centred = True     # its eye rays go through pixel centres: first hits can be rasterised
+    passes: tuple[Pass, ...]
+    options: tuple[Option, ...] = (ALL_FEATURES, BOUNCES, LIGHT_SAMPLES)
+
+    def __init__(self, gpu: Gpu, scene: Scene, needs: SceneNeeds, intersection: str) -> None:
+        self.gpu, self.needs, self.intersection = gpu, needs, intersection
+        self.precision = needs.asked.precision
+        self.textures = SceneTextures(gpu, needs, self.precision)
+        self._eye = EyeRays(gpu, self.precision)
+        self._programs: dict[str, FullScreenPass] = {}
+        self.drawn: Counter[str] = Counter()    # passes of this picture
+        self.fetches = 0                        # texels that they read, a pixel
+        self.room: Room | None = None
+        self.size = (0, 0)
+        self.radiance: np.ndarray | None = None     # linear, of one that finds it
+        self.samples_done = 0                       # of each pixel, by one that takes samples
+        self.noise: float | None = None             # of them, once their spread tells
+        # Told samples done, samples of all, and the noise so far.
+        self.progress: Callable[[int, int, float], None] | None = None
+        self.take(scene)
+
+    @classmethod
+    def asked(cls, options: Mapping[str, Any], precision: Precision) -> Asked:
+        """What a scene's needs are to follow from, of this integrator's options."""
+        given = resolve_options(options, cls.options, f"integrator {cls.name}")
+        return Asked(given.get("bounces", 0), given.get("light_samples", 1), precision,
+                     given["all_features"])
+
+    def take(self, scene: Scene) -> None:
+        """Draw this scene from now on: the same one, or one whose triangles moved."""
+        self.scene = scene
+        self.textures.take(scene)
+        self._uniforms = self.textures.uniforms(scene)
+        for program in self._programs.values():
+            program.set(**self._uniforms)
+
+    def streams(self) -> tuple[Stream, ...]:
+        """Every stream that this integrator knows for this scene, wanted or not."""
+        raise NotImplementedError
+
+    def draw(self, trace: Trace, rays: RayTextures, camera: Camera) -> np.ndarray:
+        """(height, width, 3) uint8 sRGB, of an image as large as ``rays``."""
+        raise NotImplementedError
+
+    def start(self, size: tuple[int, int], options: Mapping[str, Any] = {}) -> None:
+        """Make room for a picture of (width, height) pixels, and forget the last one's counts.
+
+        ``options`` are those that were asked for; most have become needs by now.
+        """
+        self.size = size
+        if self.room is None or self.room.size != size:
+            self._release_room()
+            self.room = Room(self.gpu, size, self.precision,
+                             [s for s in self.streams() if self.needs.want(s.wanted)])
+        self.drawn.clear()
+        self.fetches = 0
+        if self.needs.want(("MOVING",)) and self.needs.asked.all_features:
+            self.textures.take(self.scene)    # as whoever does not know whether it moved must
+
+    def eye_rays(self, rays: RayTextures, camera: Camera) -> None:
+        """The rays through the pixel centres."""
+        self._eye.write(rays, camera, self.scene.bounds)
+        self.drawn["eye rays"] += 1
+
+    def run(self, name: str, target: moderngl.Framebuffer, samplers: Samplers,
+            rectangles: Rectangles | None = None, **uniforms: Any) -> None:
+        """Draw a pass, everywhere or on rectangles; the scene's own textures are at hand."""
+        program = self.program(name)
+        program.set(**uniforms)
+        program.draw(target, {**self.textures.samplers(), **samplers}, rectangles=rectangles)
+        self.drawn[name] += 1
+        texels = self.textures.texels()
+        self.fetches += sum(texels.get(sampler, 1) for sampler in program.samplers)
+
+    def program(self, name: str) -> FullScreenPass:
+        """The program of a pass, compiled when it is first asked for."""
+        if name not in self._programs:
+            declared = next(p for p in self.passes if p.name == name)
+            assert self.needs.want(declared.wanted), f"{name} is not for this scene"
+            texts, target = [], 0
+            for stream, record, *wanted in declared.writes:
+                if not self.needs.want(tuple(wanted)):
+                    continue
+                texts.append(self.layout(record, stream).stream_glsl(True, target))
+                target += self.layout(record, stream).texels
+            texts += [self.layout(record, stream).stream_glsl(writes=False)
+                      for stream, record in declared.reads]
+            self._programs[name] = FullScreenPass(
+                self.gpu, declared.entry,
+                {"TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2, "CUTOFF": CUTOFF,
+                 **self.precision.defines(), **self.needs.defines,
+                 word_define("INTERSECTION", self.intersection): True,
+                 **{define: True for define in declared.defines}, "TILE": TILE},
+                {"streams": "\n".join(texts), "tables": self.textures.tables_glsl()})
+            self._programs[name].set(**self._uniforms)
+        return self._programs[name]
+
+    def layout(self, record: Record, name: str) -> Record:
+        """A record as its textures hold it, under the name that a program gives it."""
+        return replace(held(record, self.precision), name=name)
+
+    def bytes(self) -> dict[str, int]:
+        """Bytes by table, image or stream."""
+        return {**self.textures.bytes(), **(self.room.bytes() if self.room else {})}
+
+    def _release_room(self) -> None:
+        if self.room is not None:
+            self.room.release()
+        self.room = None
+
+    def release(self) -> None:
+        self._release_room()
+        self.textures.release()
+        for program in (*self._programs.values(), self._eye):
+            program.release()

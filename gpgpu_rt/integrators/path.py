@@ -1,0 +1,235 @@
+"""Path tracing: light that bounces, by waves of paths that all turn at once.
+
+Kajiya, "The Rendering Equation", SIGGRAPH 1986, with next-event estimation and Russian roulette;
+what is weighed how stands in its float64 twin, ``reference/path.py``. A wave is a block of texels
+for each pixel, a path each. Paths that have ended are empty rays, which every method skips, and
+are masked by depth; an occlusion query tells when all have. Random numbers depend on pixel, sample
+and vertex alone, and samples are added up one after another: pictures are the same, to the bit, by
+every method and whatever a wave holds.
+"""
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from ..appearance.light_choice import LUMINANCE, LightChoice
+from ..appearance.needs import Asked
+from ..camera import Camera
+from ..options import Option, resolve_options
+from ..passes.eye_rays import eye_uniforms, share_eye
+from ..precision import Precision
+from ..ray_state import RayTextures
+from ..scene import Scene
+from ..texel_layout import DIRECT, HIT, LIT, RADIANCE, RAY_TEXELS, SUMS, WALK
+from ..textures import read_texture
+from .integrator import ALL_FEATURES, Integrator, Pass, Samplers, Trace
+from .path_settings import MOST_SURVIVE, PathSettings
+from .room import Room, Stream
+
+WAVE = 1 << 18      # paths at once, unless the picture alone has more pixels
+FEWEST = 16         # samples before their spread says anything about noise
+
+_DEFAULTS = PathSettings()
+_SHADOW_RAYS, _DIRECT = ("shadow_rays", RAY_TEXELS, "SHADOWS"), ("direct", DIRECT, "SHADOWS")
+
+
+class Path(Integrator):
+    """All light there is, as noise that fades with more samples."""
+
+    name = "path"
+    centred = False
+    _sums: Room | None = None
+    _mask: moderngl.Framebuffer | None = None
+    options = (
+        ALL_FEATURES,
+        Option("bounces", _DEFAULTS.bounces, "how often a path may turn at most; "
+               "whitted, 6: reflections and refractions that are followed", int, minimum=0),
+        Option("samples", 64, "paths a pixel, at most", int, minimum=1),
+        Option("noise", None, "stop where the pixels' standard errors are this share of their "
+               "luminance, both averaged over the picture", float, minimum=0),
+        Option("roulette", _DEFAULTS.roulette, "the vertex from which paths end by chance", int,
+               minimum=1),
+        Option("seed", _DEFAULTS.seed, "another one gives other noise", int, minimum=0))
+    passes = (
+        Pass("path start", "passes/path_start.frag", (), (),
+             (("rays", RAY_TEXELS), ("walk", WALK))),
+        Pass("path vertex", "passes/path_vertex.frag", (),
+             (("rays", RAY_TEXELS), ("hit", HIT), ("walk", WALK)),
+             (("next_rays", RAY_TEXELS), ("next_walk", WALK), ("lit", LIT), _SHADOW_RAYS,
+              _DIRECT)),
+        Pass("path gather", "passes/path_gather.frag", (),
+             (("lit", LIT), ("direct", DIRECT), ("hit", HIT), ("walk", WALK)),
+             (("radiance", RADIANCE),)),
+        Pass("path mask", "passes/path_mask.frag", (), (("walk", WALK),)),
+        Pass("path sums", "passes/path_sums.frag", (), (("radiance", RADIANCE), ("sums", SUMS)),
+             (("next_sums", SUMS),)),
+    )
+
+    @classmethod
+    def asked(cls, options: Mapping[str, Any], precision: Precision) -> Asked:
+        given = resolve_options(options, cls.options, f"integrator {cls.name}")
+        _settings(given)
+        return Asked(given["bounces"], 1, precision, given["all_features"], paths=True)
+
+    def streams(self) -> tuple[Stream, ...]:
+        return (Stream("next rays", RAY_TEXELS), Stream("walk 0", WALK), Stream("walk 1", WALK),
+                Stream("lit", LIT), Stream("shadow rays", RAY_TEXELS, ("SHADOWS",)),
+                Stream("direct", DIRECT, ("SHADOWS",)), Stream("radiance", RADIANCE))
+
+    def take(self, scene: Scene) -> None:
+        super().take(scene)
+        lights = LightChoice.of(scene)
+        self._uniforms.update(light_count=len(lights), light_density=lights.density)
+        for program in self._programs.values():
+            program.set(**self._uniforms)
+
+    def start(self, size: tuple[int, int], options: Mapping[str, Any] = {}) -> None:
+        given = resolve_options(options, self.options, f"integrator {self.name}")
+        self.samples, self.noise_target = given["samples"], given["noise"]
+        self.settings = _settings(given)
+        self.image = size
+        self.block = _block(min(self.samples, WAVE // (size[0] * size[1])), size,
+                            self.gpu.max_texture_size)
+        super().start((size[0] * self.block[0], size[1] * self.block[1]))
+        if self._sums is not None and self._sums.size == size:
+            return
+        self._sums = Room(self.gpu, size, self.precision,
+                          [Stream("sums 0", SUMS), Stream("sums 1", SUMS)])
+        self._depth = self.gpu.context.depth_renderbuffer(self.size)
+        self._mask = self.gpu.context.framebuffer(depth_attachment=self._depth)
+
+    def draw(self, trace: Trace, rays: RayTextures, camera: Camera) -> np.ndarray:
+        assert self.room is not None and self._sums is not None
+        self._sums.target("sums 0").clear()
+        self.samples_done, self.noise, side = 0, None, 0
+        while self.samples_done < self.samples:
+            shared = {"block": self.block, "first_sample": self.samples_done,
+                      "samples": self.samples, "seed": self.settings.seed}
+            self._wave(trace, rays, camera, shared)
+            self.run("path sums", self._sums.target(f"sums {1 - side}"),
+                     {**self.room.samplers("radiance", "radiance"),
+                      **self._sums.samplers(f"sums {side}", "sums")}, **shared)
+            side = 1 - side
+            self.samples_done += self.block[0] * self.block[1]
+            self.samples_done = min(self.samples_done, self.samples)
+            if self._finished(f"sums {side}"):
+                break
+        self.radiance = self.mean.astype(np.float32)
+        return shown(self.mean)
+
+    def _wave(self, trace: Trace, rays: RayTextures, camera: Camera,
+              shared: Mapping[str, Any]) -> None:
+        """The next samples of every pixel, from the eye until all have ended."""
+        assert self.room is not None and self._mask is not None
+        room, context = self.room, self.gpu.context
+        room.target("radiance").clear()
+        self._mask.clear(depth=1.0)
+        eye = eye_uniforms(camera, self.image, self.scene.bounds)
+        with self._target(rays.textures, "walk 0") as start:
+            self.run("path start", start, {}, **eye, **shared)
+        share_eye(rays, eye)
+        now, then, walk = rays, room.rays["next rays"], ("walk 0", "walk 1")
+        for vertex in range(1, self.settings.bounces + 2):
+            source = {**now.samplers(), **trace(now).samplers(), **room.samplers(walk[0], "walk")}
+            with self._target(then.textures, walk[1], "lit", "shadow rays", "direct") as target:
+                context.enable_only(moderngl.DEPTH_TEST)
+                self.run("path vertex", target, source, **shared, vertex=vertex,
+                         last=vertex > self.settings.bounces, roulette=self.settings.roulette,
+                         most_survive=MOST_SURVIVE)
+                context.enable_only(moderngl.NOTHING)
+            then.share_start(None)
+            if not self._gather(trace, walk[1], source):
+                break
+            context.enable_only(moderngl.DEPTH_TEST)
+            self.run("path mask", self._mask, source)
+            context.enable_only(moderngl.NOTHING)
+            now, then, walk = then, now, walk[::-1]
+
+    def _gather(self, trace: Trace, walk: str, source: Samplers) -> bool:
+        """Add what a vertex found to its path; whether another vertex is needed."""
+        assert self.room is not None
+        room, context = self.room, self.gpu.context
+        found = {**source, **room.samplers(walk, "walk"), **room.samplers("lit", "lit")}
+        if "shadow rays" in room:
+            # Asked for before blending is on: packets hand their hits back by a pass of their own.
+            found.update(trace(room.rays["shadow rays"], any_hit=True).samplers())
+            found.update(room.samplers("direct", "direct"))
+        with self._target([], "radiance") as target:
+            context.enable_only(moderngl.BLEND | moderngl.DEPTH_TEST)
+            context.blend_func = moderngl.ONE, moderngl.ONE
+            query = context.query(samples=True)
+            with query:
+                self.run("path gather", target, found)
+            context.enable_only(moderngl.NOTHING)
+        return query.samples > 0
+
+    @contextmanager
+    def _target(self, textures: list[moderngl.Texture], *streams: str
+                ) -> Iterator[moderngl.Framebuffer]:
+        """Textures, and those of streams that there are, as one target with the mask's depth."""
+        assert self.room is not None
+        target = self.gpu.context.framebuffer(
+            [*textures, *(t for name in streams if name in self.room
+                          for t in self.room.textures(name))], self._depth)
+        target.depth_mask = False
+        try:
+            yield target
+        finally:
+            self.gpu.release(target)
+
+    def _finished(self, sums: str) -> bool:
+        """Take the means so far, and whether their noise is as low as was asked for."""
+        done = self.samples_done
+        asked = self.noise_target is not None or self.progress is not None
+        if not (asked or done == self.samples):
+            return False
+        assert self._sums is not None
+        total = read_texture(self._sums.textures(sums)[0]).astype(np.float64) / done
+        self.mean = total[:, :, :3]
+        bright = self.mean @ LUMINANCE
+        spread = np.maximum(total[:, :, 3] - bright ** 2, 0) / max(done - 1, 1)
+        if done >= min(FEWEST, self.samples) and bright.any():
+            self.noise = float(np.sqrt(spread).mean() / bright.mean())
+        if self.progress is not None:
+            self.progress(done, self.samples, np.inf if self.noise is None else self.noise)
+        return (self.noise is not None and self.noise_target is not None
+                and self.noise <= self.noise_target)
+
+    def bytes(self) -> dict[str, int]:
+        return {**super().bytes(), **(self._sums.bytes() if self._sums else {})}
+
+    def _release_room(self) -> None:
+        super()._release_room()
+        if self._sums is not None:
+            self._sums.release()
+        if self._mask is not None:
+            self.gpu.release(self._mask)
+            self._depth.release()
+        self._sums = self._mask = None
+
+
+def shown(light: np.ndarray) -> np.ndarray:
+    """uint8 sRGB of linear radiance; what is brighter than white is white."""
+    light = np.clip(light, 0, 1)
+    srgb = np.where(light < 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+    return (srgb * 255 + 0.5).astype(np.uint8)
+
+
+def _settings(given: Mapping[str, Any]) -> PathSettings:
+    return PathSettings(given["bounces"], given["roulette"], given["seed"])
+
+
+def _block(most: int, size: tuple[int, int], largest: int) -> tuple[int, int]:
+    """Texels of a pixel in a wave, (columns, rows): a power of two, at most ``most``, and no
+    texture larger than there can be."""
+    columns = rows = 1
+    while 2 * columns * rows <= most:
+        wider = 2 * columns * size[0] <= largest and columns <= rows
+        if not wider and 2 * rows * size[1] > largest:
+            break
+        columns, rows = (2 * columns, rows) if wider else (columns, 2 * rows)
+    return columns, rows

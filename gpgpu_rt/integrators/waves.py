@@ -1,0 +1,44 @@
+"""Waves: the sets of rays of a picture, traced by whatever method the tracer has."""
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ..camera import Camera
+from ..passes.driver import Driver
+from ..ray_state import RayTextures, StateBuffers
+from ..statistics import Statistics
+from .integrator import Hits, Integrator
+
+
+class Waves:
+    """Traces sets of rays of one size, and counts them.
+
+    Parameters
+    ----------
+    count_rays : takes the hits of the first wave, the eye rays, and how many they are
+    """
+
+    def __init__(self, driver: Driver, buffers: StateBuffers, statistics: Statistics,
+                 count_rays: Callable[[Hits, int], object]) -> None:
+        self._driver, self._buffers, self._statistics = driver, buffers, statistics
+        self._count_rays = count_rays
+        self.count = 0
+
+    def draw(self, drawer: Integrator, rays: RayTextures, camera: Camera) -> np.ndarray:
+        """A picture, (height, width, 3) uint8; the statistics say what its passes were."""
+        pixels = drawer.draw(self.trace, rays, camera)
+        self._statistics.picture_passes = dict(drawer.drawn)
+        self._statistics.samples, self._statistics.noise = drawer.samples_done, drawer.noise
+        self._statistics.waves, self._statistics.texel_fetches = self.count, drawer.fetches
+        return pixels
+
+    def trace(self, rays: RayTextures, any_hit: bool = False) -> Hits:
+        """Where the hits are, until rays are traced again."""
+        hits, stopped = self._driver.run(rays, self._buffers, self._statistics, any_hit)
+        self._statistics.stopped += stopped
+        if not self.count and self._buffers.counts:
+            self._count_rays(hits, rays.size[0] * rays.size[1])
+        self.count += 1
+        return hits

@@ -1,0 +1,172 @@
+"""Whitted's ray tracing: light with shadows at every hit, and rays that go on where it mirrors or
+lets light through (Whitted, "An Improved Illumination Model for Shaded Display", CACM 1980).
+
+His recursion runs on the host, over whole images instead of rays: a wave is the rays of one
+branch, a texel a pixel, most of them empty further down the tree of branches. An occlusion query
+around the pass that makes a branch says whether any ray is in it; if none is, the branch ends
+there, else its passes are drawn on the tiles of the image that hold some. Rays that reflect are
+used up by the next wave, so two textures of them are enough; of those that are refracted each
+depth keeps its own until its turn comes.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+
+from ..camera import Camera
+from ..passes.full_screen import Rectangles
+from ..passes.tiles import TILE, rectangles_of
+from ..ray_state import RayTextures
+from ..texel_layout import DIRECT, HIT, LIT, LIVE, PATH, RADIANCE, RAY_TEXELS, SCREEN
+from ..textures import read_texture
+from .integrator import Hits, Integrator, Pass, Samplers, Trace
+from .lights import light_uniforms
+from .room import Stream
+
+_RAYS, _HIT, _PATH = ("rays", RAY_TEXELS), ("hit", HIT), ("path", PATH)
+_LIT, _DIRECT, _RADIANCE = ("lit", LIT), ("direct", DIRECT), ("radiance", RADIANCE)
+_BRANCH = {"reads": (_RAYS, _HIT, _PATH), "writes": (("bounce", RAY_TEXELS), ("next_path", PATH))}
+
+
+@dataclass(frozen=True)
+class Wave:
+    """The rays of one branch.
+
+    Attributes
+    ----------
+    path : the texture of their weights; of eye rays, which weigh 1, any: it is not read
+    depth : how often they have turned
+    corners : (n, 4), the rectangles of the image that hold some, in texels; None for all
+    """
+
+    rays: RayTextures
+    path: Samplers
+    depth: int = 0
+    corners: np.ndarray | None = None
+
+
+class Whitted(Integrator):
+    """Mirrors, dielectrics, hard shadows of points and soft ones of triangles that emit."""
+
+    name = "whitted"
+    passes = (
+        Pass("surfaces", "passes/surfaces.frag", (), (_RAYS, _HIT),
+             (("shadow_rays", RAY_TEXELS, "SHADOWS"), _LIT, ("direct", DIRECT, "SHADOWS"))),
+        Pass("keep hits", "passes/keep_hits.frag", ("MANY_LIGHTS",), (_HIT,), (("kept", HIT),)),
+        Pass("reflect", "passes/branch.frag", ("BOUNCES",), **_BRANCH),
+        Pass("refract", "passes/branch.frag", ("DIELECTRICS",), **_BRANCH,
+             defines=("REFRACTED",)),
+        Pass("live tiles", "passes/path_tiles.frag", ("BOUNCES",), (_PATH,), (("live", LIVE),)),
+        Pass("gather", "passes/gather.frag", ("GATHERED",), (_LIT, _DIRECT, _HIT, _PATH),
+             (_RADIANCE,)),
+        Pass("picture", "passes/picture.frag", (), (_LIT, _DIRECT, _HIT, _RADIANCE)),
+    )
+
+    def streams(self) -> tuple[Stream, ...]:
+        depths = range(1, max(self.needs.bounces, 1) + 1)
+        return (Stream("lit", LIT), Stream("direct", DIRECT, ("SHADOWS",)),
+                Stream("shadow rays", RAY_TEXELS, ("SHADOWS",)),
+                Stream("kept hits", HIT, ("MANY_LIGHTS",)),
+                Stream("radiance", RADIANCE, ("GATHERED",)),
+                *(s for k in depths[:2] for s in _branch(f"reflected {k % 2}", "BOUNCES")),
+                *(s for k in depths for s in _branch(f"refracted {k}", "DIELECTRICS")),
+                Stream("live tiles", LIVE, ("BOUNCES",), TILE), Stream("screen", SCREEN))
+
+    def draw(self, trace: Trace, rays: RayTextures, camera: Camera) -> np.ndarray:
+        assert self.room is not None
+        self.eye_rays(rays, camera)
+        self._lights = {depth: light_uniforms(self.scene, self.needs, depth)
+                        for depth in range(self.needs.bounces + 1)}
+        if "radiance" in self.room:
+            self.room.target("radiance").clear()
+        shadows = self._wave(trace, Wave(rays, self.room.samplers("lit", "path")))
+        source = {**self._lit(), **shadows.samplers()}
+        if "radiance" in self.room:
+            source.update(self.room.samplers("radiance", "radiance"))
+        self.run("picture", self.room.target("screen"), source)
+        return (read_texture(self.room.textures("screen")[0])[:, :, :3] * 255 + 0.5).astype(
+            np.uint8)
+
+    def _wave(self, trace: Trace, wave: Wave) -> Hits:
+        """Trace the rays of a branch, add what they find, and go on with its branches; returns
+        the hits traced last for its lights."""
+        assert self.room is not None
+        hits = trace(wave.rays)
+        source = {**wave.rays.samplers(), **hits.samplers(), **wave.path}
+        tiles = self._tiles(wave)
+        branches = []
+        if wave.depth < self.needs.bounces:
+            for word, name, define in (
+                    ("reflect", f"reflected {(wave.depth + 1) % 2}", "BOUNCES"),
+                    ("refract", f"refracted {wave.depth + 1}", "DIELECTRICS")):
+                if self.needs.want((define,)):
+                    branches += self._branch(word, name, source, wave, tiles)
+        hits = self._light(trace, source, wave, tiles, hits)
+        for branch in branches:
+            self._wave(trace, branch)
+        return hits
+
+    def _branch(self, word: str, name: str, source: Samplers, wave: Wave,
+                tiles: Rectangles | None) -> list[Wave]:
+        """Make the rays that go on one way; a wave of them, if there are any."""
+        assert self.room is not None
+        paths = name + " paths"
+        self.room.clear_rays(name)
+        self.room.target(paths).clear()
+        query = self.gpu.context.query(samples=True)
+        with query:
+            self.run(word, self.room.target(name, paths), source, tiles,
+                     first_wave=not wave.depth)
+        if not query.samples:
+            return []
+        path = self.room.samplers(paths, "path")
+        self.run("live tiles", self.room.target("live tiles"), path, size=self.size)
+        live = read_texture(self.room.textures("live tiles")[0])[:, :, 0] > 0
+        return [Wave(self.room.rays[name], path, wave.depth + 1, rectangles_of(live))]
+
+    def _tiles(self, wave: Wave) -> Rectangles | None:
+        """Where a wave has rays; shadow rays of the last one are gone from everywhere else."""
+        if wave.corners is None:
+            return None
+        assert self.room is not None
+        if "shadow rays" in self.room:
+            self.room.clear_rays("shadow rays")
+        self.room.rectangles.write(wave.corners)
+        return self.room.rectangles
+
+    def _light(self, trace: Trace, source: Samplers, wave: Wave, tiles: Rectangles | None,
+               hits: Hits) -> Hits:
+        """Add what every light gives the hits; the hits of the last shadow rays, or those given
+        where nothing casts shadows."""
+        assert self.room is not None
+        room, context = self.room, self.gpu.context
+        if "kept hits" in room:
+            self.run("keep hits", room.target("kept hits"), source, tiles)
+            source = {**source, **room.samplers("kept hits", "hit")}
+        for k, light in enumerate(self._lights[wave.depth] or [{}]):
+            self.run("surfaces", room.target("shadow rays", "lit", "direct"), source, tiles,
+                     **light, further_light=k > 0)
+            if "shadow rays" in room:
+                hits = trace(room.rays["shadow rays"], any_hit=True)
+            if "radiance" in room:
+                # Asked for before blending begins: packets hand their hits back by a pass.
+                gathered = {**source, **hits.samplers(), **self._lit()}
+                context.enable_only(moderngl.BLEND)
+                context.blend_func = moderngl.ONE, moderngl.ONE
+                self.run("gather", room.target("radiance"), gathered, tiles,
+                         first_wave=not wave.depth)
+                context.enable_only(moderngl.NOTHING)
+        return hits
+
+    def _lit(self) -> Samplers:
+        """What shading left."""
+        assert self.room is not None
+        return {name: texture for stream in ("lit", "direct") if stream in self.room
+                for name, texture in self.room.samplers(stream, stream).items()}
+
+
+def _branch(name: str, define: str) -> tuple[Stream, Stream]:
+    """The streams of rays that go on one way, and of their weights."""
+    return (Stream(name, RAY_TEXELS, (define,)), Stream(name + " paths", PATH, (define,)))

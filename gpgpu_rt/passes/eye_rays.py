@@ -1,0 +1,50 @@
+"""Eye rays: those through the pixel centres of a camera's image, made where they are traced."""
+from __future__ import annotations
+
+import numpy as np
+
+from ..approach import FAR, NEAR, sphere
+from ..camera import Camera
+from ..gpu import Gpu
+from ..precision import Precision
+from ..ray_state import RayTextures
+from ..texel_layout import RAY_TEXELS
+from .full_screen import FullScreenPass
+
+Bounds = tuple[np.ndarray, np.ndarray]
+
+
+def eye_uniforms(camera: Camera, size: tuple[int, int], bounds: Bounds) -> dict[str, object]:
+    """What ``common/eye.glsl`` reads, of an image of (width, height) pixels and a scene within
+    ``bounds``."""
+    right, up, forward = (tuple(axis) for axis in camera.basis(size))
+    centre, radius = sphere(*bounds)
+    far = np.linalg.norm(np.subtract(camera.eye, centre)) > FAR * radius
+    return {"eye": camera.eye, "right": right, "up": up, "forward": forward, "size": size,
+            "centre": tuple(centre), "beyond": NEAR * radius if far else 0.0}
+
+
+def share_eye(rays: RayTextures, uniforms: dict[str, object]) -> None:
+    """Let rays that were written with these share their start, where they do."""
+    rays.share_start(None if uniforms["beyond"]
+                     else np.float32([*uniforms["eye"], 0]))  # type: ignore[misc]
+
+
+class EyeRays:
+    """The pass that writes them."""
+
+    def __init__(self, gpu: Gpu, precision: Precision) -> None:
+        self._pass = FullScreenPass(
+            gpu, "passes/eye_rays.frag", precision.defines(),
+            {"streams": precision.layout(RAY_TEXELS).stream_glsl(writes=True)})
+
+    def write(self, rays: RayTextures, camera: Camera, bounds: Bounds) -> None:
+        """The rays of an image as large as ``rays``; ``bounds`` are the scene's."""
+        uniforms = eye_uniforms(camera, rays.size, bounds)
+        self._pass.set(**uniforms)
+        self._pass.draw(rays.target, {})
+        share_eye(rays, uniforms)
+        rays.seen_from = None if uniforms["beyond"] else camera
+
+    def release(self) -> None:
+        self._pass.release()

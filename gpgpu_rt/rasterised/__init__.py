@@ -1,0 +1,1 @@
+"""Rasterisation as a helper of ray tracing (survey, section 5)."""

@@ -1,0 +1,308 @@
+"""The float64 path tracer: what ``glsl/passes/path*.frag`` draw, on whole arrays of paths.
+
+Kajiya, "The Rendering Equation", SIGGRAPH 1986. At each vertex a path asks one light (next-event
+estimation), then goes on by what the material reflects; light that it meets by itself counts by
+how much likelier that way of finding it was (the balance heuristic of Veach and Guibas,
+"Optimally Combining Sampling Techniques for Monte Carlo Rendering", SIGGRAPH 1995). Both sides
+draw the same random numbers, and ask the same lights: pictures differ by what float32 rounds, and
+where that makes a path turn elsewhere.
+
+Radiance is not scaled where it enters a denser medium, as the factor cancels for all light that
+comes in and goes out: only a light or an eye inside glass would tell.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..appearance.light_choice import LightChoice, luminance
+from ..camera import Camera
+from ..hits import Hits
+from ..integrators.path_settings import MOST_SURVIVE, PathSettings
+from ..rays import spawn
+from ..scene import Scene
+from .nearest import trace
+from .random_numbers import random_numbers
+from .sampling import (
+    cosine_density, frames_around, fresnel, lobe_density, refracted, sample_cosine, sample_lobe,
+    sample_triangle
+)
+
+BRUTE_FORCE = 8     # triangles up to which no tree pays
+AT_ONCE = 1 << 16
+
+
+@dataclass
+class PathPicture:
+    """Linear radiance, (height, width, 3) float64 each: the mean of the samples, and the standard
+    error that their spread gives it."""
+
+    mean: np.ndarray
+    error: np.ndarray
+
+
+def path_picture(scene: Scene, size: tuple[int, int], samples: int,
+                 settings: PathSettings = PathSettings(), camera: Camera | None = None,
+                 first_sample: int = 0) -> PathPicture:
+    """The mean of samples ``first_sample`` and on of each pixel, by the scene's own camera.
+
+    Parameters
+    ----------
+    size : (width, height) pixels
+    samples : paths a pixel
+    """
+    width, height = size
+    pixels = width * height
+    total, squares = np.zeros((pixels, 3)), np.zeros((pixels, 3))
+    at_once = max(1, AT_ONCE // pixels)
+    for first in range(0, samples, at_once):
+        some = np.arange(first, min(first + at_once, samples))
+        pixel = np.tile(np.arange(pixels), len(some))
+        light = path_radiance(scene, size, pixel % width, pixel // width,
+                              np.repeat(some + first_sample, pixels), settings, camera)
+        light = light.reshape(len(some), pixels, 3)
+        total += light.sum(axis=0)
+        squares += (light ** 2).sum(axis=0)
+    mean = total / samples
+    variance = np.maximum(squares / samples - mean ** 2, 0) / max(samples - 1, 1)
+    return PathPicture(mean.reshape(height, width, 3),
+                       np.sqrt(variance).reshape(height, width, 3))
+
+
+def path_radiance(scene: Scene, size: tuple[int, int], x: np.ndarray, y: np.ndarray,
+                  sample: np.ndarray, settings: PathSettings = PathSettings(),
+                  camera: Camera | None = None) -> np.ndarray:
+    """(n, 3) radiance that path ``sample`` of pixel (x, y), row 0 at the top, finds; (n,) each."""
+    return _Paths(scene, size, x, y, sample, settings, camera or scene.camera).run()
+
+
+class _Paths:
+    """n paths on their way: rays, what they still weigh, what they have found."""
+
+    def __init__(self, scene: Scene, size: tuple[int, int], x: np.ndarray, y: np.ndarray,
+                 sample: np.ndarray, settings: PathSettings, camera: Camera) -> None:
+        self.scene, self.settings = scene, settings
+        self.lights = LightChoice.of(scene)
+        self.emission = np.array([m.emission for m in scene.materials])
+        self.counter = x, y, sample
+        at = np.stack([x, y], axis=1) + self._random(np.arange(len(x)), 0, 0)[:, :2]
+        at = 2 * at / size - 1
+        right, up, forward = camera.basis(size)
+        direction = _unit(forward + at[:, :1] * right - at[:, 1:] * up)
+        self.origin = np.broadcast_to(np.float32(camera.eye), direction.shape).copy()
+        self.direction = direction
+        self.weight = np.ones((len(x), 3))
+        self.density = np.full(len(x), np.inf)      # of the ray's direction; infinite if certain
+        self.light = np.zeros((len(x), 3))
+        self.alive = np.arange(len(x))
+
+    def run(self) -> np.ndarray:
+        for vertex in range(1, self.settings.bounces + 2):
+            if not len(self.alive):
+                break
+            hits = _trace(self.scene, self.origin[self.alive], self.direction[self.alive])
+            self._missed(hits)
+            hits, self.alive = _some(hits, hits.hit), self.alive[hits.hit]
+            at = _Surfaces(self.scene, hits, self.direction[self.alive])
+            self._emitted(at, hits)
+            if vertex == self.settings.bounces + 1:
+                break
+            if len(self.lights):
+                self._lit(at, hits, vertex)
+            self._go_on(at, hits, vertex)
+        return self.light
+
+    def _random(self, paths: np.ndarray, vertex: int, block: int) -> np.ndarray:
+        x, y, sample = (a[paths] for a in self.counter)
+        return random_numbers(x, y, sample, vertex, block, self.settings.seed)
+
+    def _missed(self, hits: Hits) -> None:
+        away = self.alive[~hits.hit]
+        if self.scene.environment is not None:
+            self.light[away] += self.weight[away] * self.scene.environment.radiance(
+                self.direction[away])
+
+    def _emitted(self, at: _Surfaces, hits: Hits) -> None:
+        """Light that paths meet by themselves, both sides of a triangle alike."""
+        emission = self.emission[at.material]
+        some = np.flatnonzero(emission.any(axis=1))
+        paths, emission = self.alive[some], emission[some]
+        asked = (self.lights.density * luminance(emission) * hits.t[some] ** 2
+                 / np.abs(_dot(at.flat[some], self.direction[paths])))
+        found = self.density[paths]
+        share = np.where(np.isinf(found), 1, found / (np.where(np.isinf(found), 1, found) + asked))
+        self.light[paths] += self.weight[paths] * emission * share[:, None]
+
+    def _lit(self, at: _Surfaces, hits: Hits, vertex: int) -> None:
+        """What one light sends by way of each vertex, unless something is between."""
+        rows = np.flatnonzero(at.scatters)
+        random = self._random(self.alive[rows], vertex, 1)
+        light = self.lights.choose(random[:, 0], random[:, 1])
+        is_point = light < 0
+        place, emission, normal = (np.zeros((len(rows), 3)) for _ in range(3))
+        if is_point.any():
+            points = self.lights.points(self.scene.lights)
+            which = -1 - light[is_point]
+            place[is_point] = points["position"][which]
+            emission[is_point] = points["strength"][which]
+        area = ~is_point
+        corners = self.scene.triangles[light[area]].astype(np.float64)
+        edges = corners[:, 1:] - corners[:, :1]
+        uv = sample_triangle(random[area, 2:])
+        place[area] = corners[:, 0] + (uv[:, :, None] * edges).sum(axis=1)
+        normal[area] = _unit(np.cross(edges[:, 0], edges[:, 1]))
+        to_light = place - at.point[rows]
+        distance = np.linalg.norm(to_light, axis=1)
+        direction = to_light / distance[:, None]
+        reflected, found = at.scattered(rows, direction)
+        if area.any():
+            shone = self.emission[self.scene.material_of[light[area]]]
+            facing = np.abs(_dot(normal[area], direction[area]))
+            bright = self.lights.density * luminance(shone)
+            # The density of this place as seen from the vertex is ``asked`` = bright d^2 / facing;
+            # shone / asked times asked / (asked + found) is what follows, whatever ``facing``.
+            emission[area] = shone * (facing / (bright * distance[area] ** 2
+                                                + facing * found[area]))[:, None]
+        useful = np.flatnonzero((reflected > 0).any(axis=1) & (emission > 0).any(axis=1))
+        rows, light, direction = rows[useful], light[useful], direction[useful]
+        distance = distance[useful]
+        start = spawn(self.scene, _some(hits, rows), direction)
+        between = _trace(self.scene, start, direction * distance[:, None])
+        # What is met at 1 - 1e-5 of the way is the light, or as near to it as rounding can tell.
+        free = (between.t >= 1 - 1e-5) | (between.triangle == light)
+        paths = self.alive[rows]
+        self.light[paths] += (free[:, None] * self.weight[paths]
+                              * reflected[useful] * emission[useful])
+
+    def _go_on(self, at: _Surfaces, hits: Hits, vertex: int) -> None:
+        """Choose what each path does next; those that end are alive no more."""
+        random = self._random(self.alive, vertex, 0)
+        direction, weight, density = at.next(random)
+        weight *= self.weight[self.alive]
+        most = weight.max(axis=1)
+        chance = np.where(vertex >= self.settings.roulette, np.minimum(most, MOST_SURVIVE), 1)
+        on = np.flatnonzero((most > 0) & (random[:, 1] < chance))
+        self.alive, direction = self.alive[on], direction[on]
+        self.weight[self.alive] = weight[on] / chance[on, None]
+        self.density[self.alive] = density[on]
+        self.direction[self.alive] = direction
+        self.origin[self.alive] = spawn(self.scene, _some(hits, on), direction)
+
+
+class _Surfaces:
+    """What paths meet: normals on their side, and what the material does with light.
+
+    Parameters
+    ----------
+    direction : (n, 3), of the rays that hit
+    """
+
+    def __init__(self, scene: Scene, hits: Hits, direction: np.ndarray) -> None:
+        rows = hits.triangle
+        self.direction = direction
+        self.material = scene.material_of[rows]         # type: ignore[index]
+        weights = np.stack([1 - hits.u - hits.v, hits.u, hits.v], axis=1)
+        corners = scene.triangles[rows].astype(np.float64)
+        self.point = _blend(weights, corners)
+        flat = _unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+        self.outside = _dot(flat, direction) <= 0
+        self.flat = np.where(self.outside[:, None], flat, -flat)
+        self.normal = self.flat
+        if scene.normals is not None:
+            blended = _blend(weights, scene.normals[rows].astype(np.float64))
+            blended = np.where((_dot(blended, self.flat) < 0)[:, None], -blended, blended)
+            usable = (_dot(blended, blended) > 1e-6) & (_dot(blended, direction) < 0)
+            self.normal = np.where(usable[:, None], _unit(blended), self.flat)
+        materials = scene.materials
+        self.diffuse = scene.colours[rows].astype(np.float64)
+        for k, material in enumerate(materials):
+            if material.texture is not None and scene.uv is not None:
+                some = self.material == k
+                uv = _blend(weights[some], scene.uv[rows[some]].astype(np.float64))
+                self.diffuse[some] *= material.texture.sample(uv)
+        self.mirror = np.array([m.mirror for m in materials])[self.material]
+        self.glossy = np.array([m.glossy for m in materials])[self.material]
+        self.exponent = np.array([m.exponent for m in materials])[self.material]
+        self.ior = np.array([m.ior or 0.0 for m in materials])[self.material]
+        shares = np.stack([self.diffuse, self.glossy, self.mirror]).sum(axis=2)
+        total = shares.sum(axis=0)
+        self.chance = shares / np.where(total > 0, total, 1)      # (3, n), by kind
+        self.scatters = (self.ior == 0) & ((self.diffuse > 0) | (self.glossy > 0)).any(axis=1)
+
+    def scattered(self, rows: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """How much of what arrives from (k, 3) unit directions at some of the hits goes back along
+        the rays, times the cosine, (k, 3); and how likely `next` goes there, (k,)."""
+        normal = self.normal[rows]
+        cosine = _dot(normal, direction) * (_dot(self.flat[rows], direction) > 0)
+        cosine = np.maximum(cosine, 0)
+        mirrored = _reflect(self.direction[rows], normal)
+        exponent = self.exponent[rows]
+        lobe = lobe_density(_dot(mirrored, direction), exponent)
+        reflected = (self.diffuse[rows] / np.pi + self.glossy[rows]
+                     * (lobe * (exponent + 2) / (exponent + 1))[:, None]) * cosine[:, None]
+        return reflected, (self.chance[0, rows] * cosine_density(cosine)
+                           + self.chance[1, rows] * lobe)
+
+    def next(self, random: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Directions (n, 3) that light may come from, their weights (n, 3), 0 where the path ends,
+        and densities (n,); by numbers (n, 4), of which the second is left alone."""
+        n = len(random)
+        direction, weight = np.zeros((n, 3)), np.zeros((n, 3))
+        density = np.full(n, np.inf)
+        glass, pick = self.ior > 0, random[:, 0]
+        diffuse = ~glass & (pick < self.chance[0])
+        glossy = ~glass & ~diffuse & (pick < self.chance[0] + self.chance[1])
+        mirror = ~glass & ~diffuse & ~glossy & (self.chance[2] > 0)
+        mirrored = _reflect(self.direction, self.normal)
+        for some, axis, local in ((diffuse, self.normal, sample_cosine(random[:, 2:])),
+                                  (glossy, mirrored, sample_lobe(random[:, 2:], self.exponent))):
+            frames = frames_around(axis[some])
+            direction[some] = (local[some, :, None] * frames).sum(axis=1)
+        rows = np.flatnonzero(diffuse | glossy)
+        reflected, density[rows] = self.scattered(rows, direction[rows])
+        weight[rows] = reflected / np.maximum(density[rows], 1e-30)[:, None]
+        direction[mirror] = self._off(mirrored[mirror], self.flat[mirror])
+        weight[mirror] = self.mirror[mirror] / self.chance[2, mirror, None]
+        if glass.any():
+            ior = np.where(self.outside, self.ior, 1 / np.where(glass, self.ior, 1))[glass]
+            d, normal, flat = self.direction[glass], self.normal[glass], self.flat[glass]
+            back = pick[glass] < fresnel(np.minimum(-_dot(d, normal), 1), ior)
+            through = self._off(refracted(d, normal, ior), -flat)
+            direction[glass] = np.where(back[:, None], self._off(mirrored[glass], flat), through)
+            weight[glass] = 1
+        return direction, weight, density
+
+    @staticmethod
+    def _off(direction: np.ndarray, side: np.ndarray) -> np.ndarray:
+        """A blended normal may send a ray through the triangle; the flat one sends it back."""
+        away = _dot(direction, side) <= 0
+        return np.where(away[:, None], _reflect(direction, side), direction)
+
+
+def _trace(scene: Scene, origins: np.ndarray, directions: np.ndarray) -> Hits:
+    return trace(scene, origins, directions, np.float32(1.2e-38),
+                 accelerated=len(scene) > BRUTE_FORCE)
+
+
+def _some(hits: Hits, rows: np.ndarray) -> Hits:
+    return Hits(*(getattr(hits, name)[rows] for name in ("t", "u", "v", "triangle", "status")))
+
+
+def _blend(weights: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    return np.einsum("nc,ncx->nx", weights, corners)
+
+
+def _reflect(direction: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    return direction - 2 * _dot(normal, direction)[:, None] * normal
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return vectors / np.where(length > 0, length, 1)
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> Any:
+    """(n,) products of (n, 3) vectors."""
+    return np.einsum("nx,nx->n", a, b)

@@ -1,0 +1,79 @@
+"""Directions and points from random numbers, Fresnel's equations and Snell's law, in float64: the
+twin of ``glsl/common/sample.glsl`` and ``glsl/common/fresnel.glsl``, which name the papers."""
+from __future__ import annotations
+
+import numpy as np
+
+
+def sample_cosine(random: np.ndarray) -> np.ndarray:
+    """(n, 3) unit directions around z by their cosine, from (n, 2) numbers in (0, 1)."""
+    disc = _disc(random)
+    return np.column_stack([disc, np.sqrt(np.maximum(1 - (disc * disc).sum(axis=1), 0))])
+
+
+def cosine_density(cosine: np.ndarray) -> np.ndarray:
+    """Of a direction from `sample_cosine`, per steradian."""
+    return np.maximum(cosine, 0) / np.pi
+
+
+def sample_lobe(random: np.ndarray, exponent: np.ndarray) -> np.ndarray:
+    """(n, 3) unit directions by cos^exponent of their angle to z, exponents (n,) or one."""
+    disc = _disc(random)
+    radius_2 = (disc * disc).sum(axis=1)
+    x = np.log1p(-radius_2) / (exponent + 1)
+    return np.column_stack([disc * np.sqrt(-np.expm1(2 * x) / radius_2)[:, None], np.exp(x)])
+
+
+def lobe_density(cosine: np.ndarray, exponent: np.ndarray) -> np.ndarray:
+    """Of a direction from `sample_lobe`, per steradian."""
+    return (exponent + 1) / (2 * np.pi) * np.clip(cosine, 0, 1) ** exponent * (cosine > 0)
+
+
+def sample_triangle(random: np.ndarray) -> np.ndarray:
+    """(n, 2) weights of a triangle's second and third corner, uniform by area."""
+    s = np.sqrt(random[:, 0])
+    return np.column_stack([s * (1 - random[:, 1]), s * random[:, 1]])
+
+
+def frames_around(z: np.ndarray) -> np.ndarray:
+    """(n, 3, 3) whose rows are two axes at right angles to unit vectors (n, 3), and those."""
+    sign = np.where(z[:, 2] < 0, -1.0, 1.0)
+    a = -1 / (sign + z[:, 2])
+    b = z[:, 0] * z[:, 1] * a
+    x_axis = np.column_stack([1 + sign * z[:, 0] ** 2 * a, sign * b, -sign * z[:, 0]])
+    y_axis = np.column_stack([b, sign + z[:, 1] ** 2 * a, -z[:, 1]])
+    return np.stack([x_axis, y_axis, z], axis=1)
+
+
+def fresnel(cosine: np.ndarray, ior: np.ndarray) -> np.ndarray:
+    """The share of unpolarised light that a border reflects, 1 for total internal reflection.
+
+    Parameters
+    ----------
+    cosine : (n,) of the incoming ray with the normal on its side
+    ior : (n,) or one, the refractive index behind the border over that before it
+    """
+    sine_2 = (1 - cosine ** 2) / ior ** 2
+    through = np.sqrt(np.maximum(1 - sine_2, 0))
+    across = (cosine - ior * through) / (cosine + ior * through)
+    along = (ior * cosine - through) / (ior * cosine + through)
+    return np.where(sine_2 >= 1, 1.0, 0.5 * (across ** 2 + along ** 2))
+
+
+def refracted(direction: np.ndarray, normal: np.ndarray, ior: np.ndarray) -> np.ndarray:
+    """(n, 3) where unit directions that go against ``normal`` go on behind the border; of no use
+    where `fresnel` is 1. ior (n,) or one."""
+    ior = np.reshape(ior, (-1, 1))
+    cosine = -(direction * normal).sum(axis=1, keepdims=True)
+    through = np.sqrt(np.maximum(1 - (1 - cosine ** 2) / ior ** 2, 0))
+    return direction / ior + (cosine / ior - through) * normal
+
+
+def _disc(random: np.ndarray) -> np.ndarray:
+    """(n, 2) points of the unit disc, by the concentric map."""
+    at = 2 * np.asarray(random, np.float64) - 1
+    across = np.abs(at[:, 0]) > np.abs(at[:, 1])
+    r = np.where(across, at[:, 0], at[:, 1])
+    angle = np.pi / 4 * np.where(across, at[:, 1], at[:, 0]) / r
+    angle = np.where(across, angle, np.pi / 2 - angle)
+    return r[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])

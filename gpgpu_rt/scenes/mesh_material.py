@@ -1,0 +1,118 @@
+"""Mesh material: what a material of an OBJ or glTF file, as trimesh holds it, says here."""
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..appearance.material import LEAST_ROUGHNESS, Material
+from ..appearance.texture import Texture
+from ..errors import SceneError
+
+SMOOTHEST = 0.05    # a metal's roughness up to which it is a mirror
+Textures = dict[int, Texture]    # by the identity of their image
+
+
+def material_of(visual: Any, textures: Textures) -> Material | None:
+    """The material of a trimesh visual, or None where it has none.
+
+    Parameters
+    ----------
+    textures : those made before, by the identity of their image: to be shared
+    """
+    material = getattr(visual, "material", None)
+    if material is None:
+        return None
+    said = material.__dict__
+    if "_data" in said:
+        return _of_gltf(str(getattr(material, "name", None) or "material"), said["_data"],
+                        _colour(material.main_color), textures)
+    return _of_mtl(str(said.get("_name") or "material"), said.get("kwargs") or {},
+                   _colour(material.main_color), said.get("image"), textures)
+
+
+def _of_mtl(name: str, said: Mapping[str, Any], diffuse: np.ndarray, image: Any,
+            textures: Textures) -> Material:
+    """Wavefront MTL: illum 3, 5 and above mirror by Ks, those that know transparency with Ni let
+    light through; Ks with an exponent Ns is glossy where illum says that highlights are on."""
+    model = int(_numbers(said.get("illum"), [0])[0])
+    specular = np.clip(_numbers(said.get("ks"), [0, 0, 0]), 0, 1)
+    emission = np.maximum(_numbers(said.get("ke"), [0, 0, 0]), 0)
+    ior = float(_numbers(said.get("ni"), [0])[0])
+    if model in (4, 6, 7, 9) and ior > 0:
+        return Material(name, ior=ior, emission=emission)
+    texture = _texture(image, f"{name}'s", textures)
+    specular = np.minimum(specular, 1 - diffuse)
+    if model in (3, 5, 8):
+        return Material(name, diffuse, mirror=specular, emission=emission, texture=texture)
+    exponent = float(_numbers(said.get("ns"), [0])[0])
+    if model == 2 and exponent > 0 and specular.any():
+        roughness = np.clip(np.sqrt(2 / (exponent + 2)), LEAST_ROUGHNESS, 1)
+        return Material(name, diffuse, glossy=specular, roughness=float(roughness),
+                        emission=emission, texture=texture)
+    return Material(name, diffuse, emission=emission, texture=texture)
+
+
+def _of_gltf(name: str, said: Mapping[str, Any], base: np.ndarray,
+             textures: Textures) -> Material:
+    """glTF's metals reflect their base colour, as a mirror or, rough, into a lobe; the rest is
+    diffuse. The 4 % that other surfaces reflect are left out, and what does not say how metallic
+    it is counts as no metal (the format's default is all metal, which few files mean)."""
+    metal = float(np.clip(_numbers(said.get("metallicFactor"), [0])[0], 0, 1))
+    rough = float(_numbers(said.get("roughnessFactor"), [1])[0])
+    emission = np.maximum(_numbers(said.get("emissiveFactor"), [0, 0, 0]), 0)
+    part = "mirror" if rough <= SMOOTHEST else "glossy"
+    return Material(name, base * (1 - metal), **{part: base * metal},
+                    roughness=float(np.clip(rough ** 2, LEAST_ROUGHNESS, 1)), emission=emission,
+                    texture=_texture(said.get("baseColorTexture"), f"{name}'s", textures))
+
+
+def check_textures(path: Path) -> None:
+    """Raise SceneError where a texture that a mesh file names is not there: trimesh goes on
+    without it."""
+    if path.suffix.lower() == ".obj":
+        for library in _named(path, "mtllib"):
+            if (path.parent / library).is_file():
+                for image in _named(path.parent / library, "map_Kd"):
+                    _check(path.parent / library, path.parent / image.split()[-1])
+    if path.suffix.lower() == ".gltf":
+        images = json.loads(path.read_text(encoding="utf-8")).get("images", [])
+        for uri in (image.get("uri", "") for image in images):
+            if uri and not uri.startswith("data:"):
+                _check(path, path.parent / uri)
+
+
+def _check(path: Path, image: Path) -> None:
+    if not image.is_file():
+        raise SceneError(f"{path}: no such texture {image.name}; put it there, or leave it out of "
+                         "the file")
+
+
+def _named(path: Path, word: str) -> list[str]:
+    """What follows a word at the beginning of a text file's lines."""
+    text = path.read_text(encoding="utf-8", errors="replace")
+    return [line.strip()[len(word):].strip() for line in text.splitlines()
+            if line.strip().startswith(word + " ")]
+
+
+def _texture(image: Any, name: str, textures: Textures) -> Texture | None:
+    if image is None:
+        return None
+    if id(image) not in textures:
+        textures[id(image)] = Texture.from_image(image, f"{name} texture")
+    return textures[id(image)]
+
+
+def _colour(rgba: Any) -> np.ndarray:
+    return np.asarray(rgba, np.float64)[:3] / 255.0
+
+
+def _numbers(value: Any, default: list[float]) -> np.ndarray:
+    try:
+        array = np.asarray(default if value is None else value, np.float64).reshape(-1)
+    except (TypeError, ValueError):
+        array = np.empty(0)
+    return array if len(array) == len(default) else np.asarray(default, np.float64)

@@ -1,0 +1,106 @@
+"""Walker: an animal with joints that goes round a meadow, at any time."""
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from ..camera import Camera
+from .built import Built
+from .shapes import ball, bump, floor, noise
+
+STEP_SECONDS = 1.1     # until a foot comes down again
+SWING = 0.32           # radians that a leg swings to each side
+BEND = 0.7             # radians that a knee bends while its foot is in the air
+HIP = 1.45             # height of the hips, world units: it is as long as four
+RADIUS = 3.2           # of the circle it walks on
+# Whose foot comes down when, in shares of a step: behind, then before, on one side, on the other.
+GAIT = {(1.1, -0.4): 0.0, (-1.1, -0.4): 0.25, (1.1, 0.4): 0.5, (-1.1, 0.4): 0.75}
+TORSO, HEAD, TAIL, LEGS = 0, 1, 2, 3    # bones; then a thigh and a shin for each leg
+
+HIDE, SPOTS, GRASS = (0.70, 0.66, 0.60), (0.34, 0.22, 0.15), (0.33, 0.48, 0.22)
+
+
+def walker() -> Built:
+    """Standing at time 0: 28,412 triangles, of which 25,820 are the animal's."""
+    animal = _rest()[0]
+    middle = animal.mean(axis=1)
+    spotted = (noise(middle, 0.9, 5) > 0.35)[:, None]
+    meadow = _meadow()
+    shade = 1 + 0.15 * noise(meadow.mean(axis=1), 0.8, 6)[:, None]
+    colours = np.concatenate([np.where(spotted, SPOTS, HIDE), shade * GRASS])
+    camera = Camera((-5.4, 5.0, 8.6), (0.0, 0.8, 0.2), fov=40)
+    return Built(walker_at(0.0), colours, camera, (-5.0, 9.0, 6.0))
+
+
+def walker_at(seconds: float) -> np.ndarray:
+    """(n, 3, 3) float32: where its triangles, and then those of the meadow, are."""
+    triangles, bone = _rest()
+    turns, moves = _pose(seconds / STEP_SECONDS)
+    posed = np.einsum("kij,kvj->kvi", turns[bone], triangles) + moves[bone, None]
+    # A foot on the ground goes back as fast as the animal goes on: a swing's width in half a step.
+    speed = 4 * SWING * HIP / STEP_SECONDS
+    round_about = _turn_about(1, -speed * seconds / RADIUS)
+    posed = (posed + (0, 0, RADIUS)) @ round_about.T
+    return np.concatenate([posed, _meadow()]).astype(np.float32)
+
+
+def _pose(step: float) -> tuple[np.ndarray, np.ndarray]:
+    """Of each bone the turn, (3, 3), and what is added behind it, (3,); ``step`` counts steps."""
+    joints, parents, angles = [(0.0, 0.0, 0.0)], [-1], [0.0]
+
+    def bone(joint: tuple[float, float, float], parent: int, angle: float) -> int:
+        joints.append(joint)
+        parents.append(parent)
+        angles.append(angle)
+        return len(joints) - 1
+    sway = np.sin(2 * np.pi * step)
+    bone((-1.3, 2.0, 0.0), TORSO, 0.07 * np.sin(4 * np.pi * step))
+    bone((1.55, 1.95, 0.0), TORSO, 0.25 + 0.2 * sway)
+    for (x, z), late in GAIT.items():
+        phase = 2 * np.pi * (step - late)
+        thigh = bone((x, HIP, z), TORSO, SWING * np.sin(phase))
+        bone((x, 0.8, z), thigh, BEND * max(0.0, -np.cos(phase)))
+    turns, moves = [np.eye(3)], [np.array([0.0, 0.03 * np.cos(4 * np.pi * step) - 0.05, 0.0])]
+    for joint, parent, angle in zip(joints[1:], parents[1:], angles[1:]):
+        turn = turns[parent] @ _turn_about(2, angle)
+        moves.append(turns[parent] @ joint + moves[parent] - turn @ joint)
+        turns.append(turn)
+    return np.array(turns), np.array(moves)
+
+
+def _turn_about(axis: int, angle: float) -> np.ndarray:
+    """(3, 3): radians about a coordinate axis."""
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    turn = np.eye(3)
+    turn[i, i] = turn[j, j] = np.cos(angle)
+    turn[j, i], turn[i, j] = np.sin(angle), -np.sin(angle)
+    return turn
+
+
+@cache
+def _rest() -> tuple[np.ndarray, np.ndarray]:
+    """(k, 3, 3) triangles of the animal as it stands on straight legs, head towards -x; (k,) the
+    bone that each goes with."""
+    parts = [(TORSO, ball(9000, (0, 1.75, 0), (1.6, 0.72, 0.66))),
+             (HEAD, ball(3000, (-1.6, 2.25, 0), (0.55, 0.35, 0.33), (0.0, -0.9))),
+             (HEAD, ball(3000, (-2.05, 2.5, 0), (0.5, 0.27, 0.26), (0.0, 0.5))),
+             (TAIL, ball(900, (1.65, 1.5, 0), (0.06, 0.6, 0.06)))]
+    parts += [(HEAD, ball(500, (-1.85, 2.9, side * 0.25), (0.06, 0.2, 0.06), (side * 0.5, 0.0)))
+              for side in (-1, 1)]
+    for leg, (x, z) in enumerate(GAIT):
+        thigh = LEGS + 2 * leg
+        parts += [(thigh, ball(1000, (x, 1.15, z), (0.25, 0.52, 0.21))),
+                  (thigh + 1, ball(1000, (x, 0.46, z), (0.13, 0.46, 0.13))),
+                  (thigh + 1, ball(300, (x - 0.04, 0.09, z), (0.2, 0.09, 0.16)))]
+    triangles = np.concatenate([part for _, part in parts])
+    bone = np.repeat([number for number, _ in parts], [len(part) for _, part in parts])
+    return bump(triangles, 0.02, 0.5), bone
+
+
+@cache
+def _meadow() -> np.ndarray:
+    """(m, 3, 3): uneven ground."""
+    ground = floor((-6.0, -6.0), (6.0, 6.0), 0.0, 36)
+    ground[..., 1] += 0.05 * (noise(ground, 2.5, 8) - 1)
+    return ground

@@ -1,0 +1,172 @@
+"""Scene files: what they say is what is there; what they cannot mean is refused in one line."""
+from __future__ import annotations
+
+import copy
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+from PIL import Image
+
+import gpgpu_rt as rt
+from gpgpu_rt.appearance.scene_keys import OBJECTS, schema
+
+DOCS = Path(__file__).parents[2] / "docs"
+GOOD: dict[str, Any] = {
+    "name": "still",
+    "materials": {"white": {"diffuse": [0.7, 0.7, 0.7]}, "glass": {"ior": 1.5},
+                  "lamp": {"emission": [4, 4, 3]}, "wood": {"texture": "wood.png"}},
+    "meshes": [
+        {"quad": [[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1]], "material": "wood"},
+        {"sphere": {"centre": [0, 1, 0], "radius": 0.5}, "material": "glass", "smooth": True},
+        {"box": {"lo": [0, 0, 0], "hi": [1, 1, 1]}, "scale": [1, 2, 3], "rotate": [0, 90, 0],
+         "translate": [5, 0, 0], "material": "lamp"},
+        {"file": "two.obj", "materials": {"left": "white"}}],
+    "lights": [{"position": [0, 5, 0], "intensity": [1, 0.5, 0]}],
+    "environment": {"zenith": [0, 0, 1], "ground": [1, 0, 0]},
+    "camera": {"eye": [0, 1, 5], "target": [0, 1, 0]},
+}
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    Image.new("RGB", (2, 2), (255, 0, 0)).save(tmp_path / "wood.png")
+    (tmp_path / "two.mtl").write_text("newmtl green\nKd 0 1 0\n")
+    (tmp_path / "two.obj").write_text(
+        "mtllib two.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nusemtl green\n"
+        "g left\nf 1 2 3\ng right\nf 1 2 4\n")
+    return tmp_path
+
+
+def written(folder: Path, said: Any) -> Path:
+    path = folder / "still.json"
+    path.write_text(said if isinstance(said, str) else json.dumps(said))
+    return path
+
+
+def test_a_scene_file_is_read(folder: Path) -> None:
+    scene = rt.load_scene(written(folder, GOOD))
+    names = [scene.materials[row].name for row in scene.material_of]
+    spheres = names.count("glass")
+    assert names == ["wood"] * 2 + ["glass"] * spheres + ["lamp"] * 12 + ["white", "green"]
+    assert 1000 < spheres <= 1280 and scene.name == "still"
+    a, b, c = (scene.triangles[2:2 + spheres] - (0, 1, 0)).transpose(1, 0, 2)
+    assert (np.cross(a, b) * c).sum() / 6 > 0.5     # anticlockwise as seen from outside
+    box = scene.triangles[2 + spheres:14 + spheres].reshape(-1, 3)
+    assert np.allclose([box.min(0), box.max(0)], [[5, 0, -1], [8, 2, 0]], atol=1e-6)
+    assert scene.normals[:2].any() == 0 and scene.normals[2].any()
+    assert scene.uv[1].tolist() == [[0, 0], [1, 1], [0, 1]]
+    assert scene.colours[-2:].tolist() == [[np.float32(0.7)] * 3, [0, 1, 0]]
+    assert scene.lights[0].intensity == (1, 0.5, 0) and scene.environment.ground == (1, 0, 0)
+    assert len(scene.emitters) == 12 and scene.camera.eye == (0, 1, 5)
+
+
+BAD = {
+    "no JSON": (lambda s: "{", "no JSON"),
+    "unknown key": (lambda s: s.update(mesh=[]), "scene: unknown key 'mesh'; did you mean meshes"),
+    "unknown key inside": (lambda s: s["materials"]["white"].update(difuse=[1, 1, 1]),
+                           r"scene.materials.white: unknown key 'difuse'; did you mean diffuse"),
+    "missing key": (lambda s: s["meshes"][1]["sphere"].pop("radius"),
+                    r"scene.meshes\[1\].sphere: no 'radius'"),
+    "negative radius": (lambda s: s["meshes"][1]["sphere"].update(radius=-1),
+                        r"meshes\[1\].sphere.radius is -1; give more than 0"),
+    "negative scale": (lambda s: s["meshes"][2].update(scale=-2), r"meshes\[2\].scale is -2"),
+    "inverted box": (lambda s: s["meshes"][2]["box"].update(hi=[1, -1, 1]),
+                     r"meshes\[2\].box.hi is \[1, -1, 1\]"),
+    "share": (lambda s: s["materials"]["white"].update(diffuse=[2, 0, 0]),
+              r"materials.white.diffuse is \[2.0, 0.0, 0.0\]"),
+    "type": (lambda s: s["meshes"][1].update(smooth="yes"), "meshes.1..smooth is 'yes'"),
+    "shapes": (lambda s: s["meshes"][1].update(file="two.obj"), "file and sphere; give one of"),
+    "material": (lambda s: s["meshes"][0].update(material="wod"),
+                 "no material 'wod'; did you mean wood"),
+    "group": (lambda s: s["meshes"][3].update(materials={"lefft": "white"}),
+              "two.obj has no 'lefft'; did you mean left"),
+    "texture": (lambda s: s["materials"]["wood"].update(texture="no.png"),
+                "materials.wood.texture: .*no.png: no such texture"),
+    "texture file": (lambda s: s["materials"]["wood"].update(texture="two.obj"),
+                     "materials.wood.texture: .*cannot read this texture"),
+    "mesh file": (lambda s: s["meshes"][3].update(file="no.obj"), r"meshes\[3\].file: .*no such"),
+    "dark light": (lambda s: s["lights"][0].update(intensity=[0, 0, 0]),
+                   r"lights\[0\].intensity is 0, it lights nothing"),
+    "dark sky": (lambda s: s.update(environment={"colour": [0, 0, 0]}), "environment is black"),
+    "two skies": (lambda s: s["environment"].update(colour=[1, 1, 1]), "give either colour"),
+    "camera": (lambda s: s["camera"].update(target=[0, 1, 5]), "camera: .*both"),
+    "no meshes": (lambda s: s.update(meshes=[]), "meshes is empty"),
+    "no light": (lambda s: [s.pop("lights"), s.pop("environment"), s["meshes"].pop(2)],
+                 "nothing sends out light"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_what_a_file_cannot_mean_is_refused_in_one_line(name: str, folder: Path) -> None:
+    change, message = BAD[name]
+    said = copy.deepcopy(GOOD)
+    changed = change(said)
+    path = written(folder, changed if isinstance(changed, str) else said)
+    with pytest.raises(rt.SceneError, match=message) as caught:
+        rt.load_scene(path)
+    assert "\n" not in str(caught.value) and str(path) in str(caught.value)
+
+
+def test_the_schema_is_that_of_the_keys() -> None:
+    """Written by ``python -c 'import json; from gpgpu_rt.appearance.scene_keys import schema;
+    print(json.dumps(schema(), indent=1))' > docs/scene.schema.json``."""
+    assert json.loads((DOCS / "scene.schema.json").read_text()) == schema()
+
+
+def test_every_key_is_documented() -> None:
+    words = (DOCS / "scene-files.md").read_text()
+    for keys in OBJECTS.values():
+        for name, key in keys.items():
+            assert f"`{name}`" in words and key.help in words, name
+
+
+def test_the_example_in_the_documentation_is_one(folder: Path) -> None:
+    words = (DOCS / "scene-files.md").read_text()
+    example = words.split("```json")[1].split("```")[0]
+    scene = rt.load_scene(written(folder, example))
+    assert {"glass", "mirror"} <= {m.name for m in scene.used_materials}
+
+
+def test_missing_textures_of_mesh_files_are_errors(folder: Path) -> None:
+    (folder / "two.mtl").write_text("newmtl green\nKd 0 1 0\nmap_Kd -s 1 1 1 gone.png\n")
+    with pytest.raises(rt.SceneError, match="two.mtl: no such texture gone.png"):
+        rt.load_scene(folder / "two.obj")
+
+
+def test_mtl_materials_are_what_they_say(folder: Path) -> None:
+    (folder / "two.mtl").write_text(
+        "newmtl green\nKd 0 1 0\nKs 0.5 0.5 0.5\nNs 198\nillum 2\nKe 1 0 0\n")
+    (material,) = rt.load_scene(folder / "two.obj").materials
+    assert material.diffuse == (0, 1, 0) and material.emission == (1, 0, 0)
+    assert material.glossy == (0.5, 0, 0.5) and abs(material.roughness - 0.1) < 1e-6
+    (folder / "two.mtl").write_text("newmtl green\nKd 0 0 0\nKs 0.8 0.8 0.8\nillum 3\n")
+    assert rt.load_scene(folder / "two.obj").materials[0].mirror[0] == 0.8
+    (folder / "two.mtl").write_text("newmtl green\nKd 0.5 0.5 0.5\nNi 1.45\nillum 7\n")
+    assert rt.load_scene(folder / "two.obj").materials[0].ior == 1.45
+
+
+def test_corners_of_obj_files_have_their_own_values(folder: Path) -> None:
+    (folder / "n.obj").write_text(
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvt 0.5 0.5\nvn 0 0 1\nvn 0 1 0\n"
+        "f 1/1/1 2/2/1 3/3/1\nf 1/4/2 2/2/2 3/3/2\n")
+    scene = rt.load_scene(folder / "n.obj")
+    assert scene.uv[:, 0].tolist() == [[0, 0], [0.5, 0.5]]
+    assert scene.normals[:, 0].tolist() == [[0, 0, 1], [0, 1, 0]]
+    assert scene.faces.tolist() == [[0, 1, 2], [0, 1, 2]]    # as the file has them
+
+
+def test_gltf_metals_are_mirrors_or_glossy(tmp_path: Path) -> None:
+    box = trimesh.creation.box()
+    for rough, part in ((0.0, "mirror"), (0.5, "glossy")):
+        box.visual = trimesh.visual.TextureVisuals(
+            material=trimesh.visual.material.PBRMaterial(
+                name="gold", baseColorFactor=[255, 204, 51, 255], metallicFactor=1.0,
+                roughnessFactor=rough, emissiveFactor=[0, 1, 0]))
+        box.export(tmp_path / "gold.glb")
+        (material,) = rt.load_scene(tmp_path / "gold.glb").used_materials
+        assert np.allclose(getattr(material, part), (1, 0.8, 0.2)) and not any(material.diffuse)
+        assert material.emission == (0, 1, 0)

@@ -1,0 +1,98 @@
+"""Hybrid kd-trees by passes: numpy's upper levels, trees of its quality, everybody's hits."""
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import RAY_SETS, assert_same_bits, random_soup, real_scene
+from test_zhou import SCENES as ZHOU_SCENES
+
+import gpgpu_rt as rt
+from gpgpu_rt import accel
+from gpgpu_rt.accel.kdtree import LEAF
+from gpgpu_rt.passes.build import build_kdtree
+
+# At 1e-12 products of the triangle test underflow, and which hits rays find is no tree's to say.
+SCENES = {**ZHOU_SCENES, "small": lambda: random_soup(300, 17) * np.float32(1e-9)}
+QUICK = ("soup1", "one", "same", "flat", "far", "small")
+
+
+def scene_of(triangles: np.ndarray) -> rt.Scene:
+    return rt.Scene.from_arrays(triangles.reshape(-1, 3),
+                                np.arange(3 * len(triangles)).reshape(-1, 3), name="soup")
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=() if name in QUICK
+                                               else pytest.mark.full) for name in SCENES])
+def test_a_tree_by_passes_gives_the_same_hits(exact_renderer, name: str) -> None:
+    """Along random rays and at edges, which flat triangles on planes of the lattice would lose."""
+    scene = scene_of(SCENES[name]())
+    with rt.Tracer(scene, "brute-force") as brute, rt.Tracer(
+            scene, "kd-stack", build="hybrid", build_device="gpu") as tracer:
+        for rays in ("random", "edges"):
+            chosen = RAY_SETS[rays](scene, 1000, 3) if len(scene) else (
+                np.zeros((4, 3)), np.ones((4, 3)))
+            assert_same_bits(tracer.trace(*chosen), brute.trace(*chosen))
+
+
+def test_a_lattice_of_quads(exact_renderer) -> None:
+    """Squares that lie on the lattice's planes, edges where those meet."""
+    x, y = np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 9), indexing="ij")
+    corner = np.stack([x, y, np.full_like(x, 0.5)], axis=-1)
+    a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
+    sheet = np.stack([np.stack([a, b, c], 2), np.stack([a, c, d], 2)], 2).reshape(-1, 3, 3)
+    scene = scene_of(np.concatenate([np.roll(sheet, k, axis=-1) for k in range(3)]))
+    with rt.Tracer(scene, "brute-force") as brute, rt.Tracer(
+            scene, "kd-restart", build="hybrid", build_device="gpu", morton_bits=3) as tracer:
+        for rays in ("vertices", "edges", "random"):
+            chosen = RAY_SETS[rays](scene, 1000, 4)
+            assert_same_bits(tracer.trace(*chosen), brute.trace(*chosen))
+
+
+@pytest.mark.parametrize("options", [{"bins": 7}, {"max_depth": 5}, {"max_depth": 0},
+                                     {"traversal_cost": 0.3, "empty_bonus": 0.6}], ids=str)
+def test_options(exact_renderer, options: dict) -> None:
+    triangles = random_soup(500, 2, size=0.05)
+    tree = build_kdtree(exact_renderer, triangles, build="hybrid", **options)
+    other = accel.build_kdtree(triangles, build="hybrid", **options)
+    assert tree.depth == other.depth or "max_depth" not in options
+    assert accel.sah_cost(tree) == pytest.approx(accel.sah_cost(other), rel=0.1)
+
+
+@pytest.mark.parametrize("seed, count, size, bits", [
+    (1, 600, 0.2, 1), (3, 3000, 0.03, 3), pytest.param(4, 9000, 0.01, 2)])
+def test_upper_levels_are_numpys(exact_renderer, seed: int, count: int, size: float,
+                                 bits: int) -> None:
+    """The same planes to the bit; a cell may be touched by widening in one of them alone."""
+    triangles = random_soup(count, seed, size)
+    triangles[count // 2:] += np.float32([0, 3, 2])     # most of the lattice stays empty
+    one = build_kdtree(exact_renderer, triangles, build="hybrid", morton_bits=bits)
+    other = accel.build_kdtree(triangles, build="hybrid", morton_bits=bits)
+    assert (one.lo == other.lo).all() and (one.hi == other.hi).all()
+    todo, inner, empty, torn = [(0, 0, 0)], 0, 0, 0
+    while todo:
+        a, b, depth = todo.pop()
+        if depth == 3 * bits:
+            continue
+        leaves = one.axis[a] == LEAF, other.axis[b] == LEAF
+        if all(leaves):
+            assert one.count[a] == other.count[b] == 0
+            empty += 1
+        elif any(leaves):
+            torn += 1
+        else:
+            assert one.axis[a] == other.axis[b] == depth % 3
+            assert one.split[a] == other.split[b]
+            inner += 1
+            left, right = int(one.left[a]), int(other.left[b])
+            todo += [(left, right, depth + 1), (left + 1, right + 1, depth + 1)]
+    assert inner > (4 if bits == 1 else 30) and torn < 0.05 * inner and (empty or bits == 1)
+
+
+@pytest.mark.parametrize("name", ["soup1", "soup2", "rows", "cornell", *(
+    pytest.param(name, marks=pytest.mark.full) for name in ("bunny", "robots", "kitchen"))])
+def test_a_tree_by_passes_is_worth_the_same(exact_renderer, name: str) -> None:
+    triangles = SCENES[name]() if name in SCENES else real_scene(name).triangles
+    tree = build_kdtree(exact_renderer, triangles, build="hybrid")
+    other = accel.build_kdtree(triangles, build="hybrid")
+    assert accel.sah_cost(tree) < 1.05 * accel.sah_cost(other)
+    assert len(np.unique(tree.references)) == len(np.unique(other.references))

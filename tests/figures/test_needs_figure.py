@@ -1,0 +1,57 @@
+"""The figure of needs: the same pictures from fewer bytes and passes, as its page says."""
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import pytest
+
+from gpgpu_rt.appearance.needs import Asked, SceneNeeds
+from gpgpu_rt.figures import fig01, fig07, measure, needs, needs_times
+from gpgpu_rt.figures.growing import STEPS, scenes
+from gpgpu_rt.figures.measure import Cell
+
+
+@pytest.mark.parametrize("step", range(len(STEPS)))
+def test_derived_draws_the_same_from_no_more(exact_renderer, step: int) -> None:
+    found = needs_times.measure(step, "bvh-threaded", 24, 1, "tenk")
+    one, other = found["derived"], found["all"]
+    assert not found["differing"]
+    assert all(one[count] <= other[count] for count in needs_times.COUNTS)
+    for name, drawn in one["passes_by_name"].items():
+        assert drawn <= other["passes_by_name"][name]
+    if not step:
+        assert one["texture_bytes"] <= other["texture_bytes"] / 2
+
+
+def test_each_step_needs_more_than_the_last() -> None:
+    present = [SceneNeeds.of(scene, Asked(4, 4)).present for scene in scenes("tenk")]
+    assert len(present) == len(STEPS) == len(set(present))
+    assert all(len(a) <= len(b) for a, b in zip(present, present[1:]))
+
+
+def test_the_page_says_what_was_measured(tmp_path: Path, monkeypatch) -> None:
+    small = [Cell("tenk", needs.METHOD, (("step", step),), 8, "needs", 1) for step in (0, 1)]
+    monkeypatch.setattr(needs, "cells", lambda full: small)
+    monkeypatch.setattr(needs, "SCENE", "tenk")
+    measure.measure(small, tmp_path)
+    needs.draw(tmp_path, tmp_path, False)
+    with (tmp_path / "needs.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [row["scene"] for row in rows] == list(STEPS[:2])
+    assert STEPS[1] in (tmp_path / "needs.md").read_text()
+    assert (tmp_path / "needs.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("module", [fig01, fig07], ids=["fig01", "fig07"])
+def test_lit_pictures_are_drawn_with_what_they_took(module, tmp_path: Path, monkeypatch) -> None:
+    def tiny(scene: str, method: str, full: bool) -> Cell:
+        return Cell("cornell-light", method, (), 12, "picture", runs=1)
+    monkeypatch.setattr(module, "cell", tiny)
+    measure.measure(dict.fromkeys(module.cells(False)), tmp_path)
+    module.draw(tmp_path, tmp_path, False)
+    name = module.__name__.rpartition(".")[2]
+    with (tmp_path / f"{name}.csv").open() as file:
+        row = next(csv.DictReader(file))
+    assert int(row["rays traced"]) == 17 * 12 * 12 and float(row["s"]) > 0
+    assert (tmp_path / f"{name}.png").stat().st_size > 5_000

@@ -1,0 +1,157 @@
+"""Scenes whose pictures are known by formulas, each with the radiance that it must show."""
+from __future__ import annotations
+
+import numpy as np
+import trimesh
+
+import gpgpu_rt as rt
+from gpgpu_rt.appearance.attributes import smooth_normals
+from gpgpu_rt.appearance.light import Environment, PointLight
+from gpgpu_rt.appearance.material import Material
+from gpgpu_rt.appearance.texture import Texture
+
+QUAD = [[0, 1, 2], [0, 2, 3]]
+EMITTED = np.array((0.5, 0.4, 0.3))
+
+
+def closed_box(**parts: object) -> rt.Scene:
+    """A box of one material seen from inside."""
+    box = trimesh.creation.box((2, 2, 2))
+    return rt.Scene.from_arrays(box.vertices, box.faces, materials=(Material(**parts),), lights=(),
+                                environment=None,
+                                camera=rt.Camera((0.1, 0.2, 0.3), (0.9, 0.1, 0.2), fov=90))
+
+
+def furnace(diffuse: float = 0.6) -> tuple[rt.Scene, np.ndarray]:
+    """Walls that emit and reflect evenly: everywhere emission / (1 - reflectance)."""
+    return closed_box(diffuse=(diffuse,) * 3, emission=EMITTED), EMITTED / (1 - diffuse)
+
+
+def white_ball() -> tuple[rt.Scene, np.ndarray]:
+    """A convex body in even light, which it cannot be told from: all pixels are as bright."""
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    light = np.array((0.7, 0.8, 0.9))
+    return rt.Scene.from_arrays(ball.vertices, ball.faces, lights=(),
+                                materials=(Material(diffuse=(1, 1, 1)),),
+                                environment=Environment.constant(light)), light
+
+
+def mirror_box(bounces: int) -> tuple[rt.Scene, np.ndarray]:
+    """Mirrors that emit: a geometric series, without any noise."""
+    share = np.array((0.9, 0.8, 0.5))
+    return closed_box(mirror=share, emission=EMITTED), EMITTED * sum(
+        share ** k for k in range(bounces + 1))
+
+
+def lit_floor() -> rt.Scene:
+    """A floor under a rectangle of light, which the picture does not show."""
+    floor = np.array([[-9, 0, -9], [-9, 0, 9], [9, 0, 9], [9, 0, -9]], float)
+    lamp = np.array([[-0.5, 1, -0.25], [0.75, 1, -0.25], [0.75, 1.2, 0.5], [-0.5, 1.2, 0.5]])
+    return rt.Scene.from_arrays(
+        np.concatenate([floor, lamp]), [*QUAD, *(np.array(QUAD) + 4)],
+        materials=(Material(diffuse=(0.8, 0.5, 0.2)), Material(emission=(3, 2, 1))),
+        material_of=[0, 0, 1, 1], lights=(), environment=None,
+        camera=rt.Camera((0.2, 0.9, 1.2), (0.2, 0, 0.2), fov=50))
+
+
+def lit_floor_radiance(size: tuple[int, int], fine: int = 8) -> np.ndarray:
+    """(h, w, 3) of that floor: Lambert's formula for a polygon's light, averaged over pixels."""
+    scene = lit_floor()
+    width, height = size
+    origins, directions = (a.reshape(-1, 3).astype(float)
+                           for a in scene.camera.rays((width * fine, height * fine)))
+    at = origins - origins[:, 1:2] / directions[:, 1:2] * directions
+    corners = scene.triangles[2:].astype(float)
+    corners = np.array([*corners[0], corners[1, 2]])
+    to = corners - at[:, None]
+    to /= np.linalg.norm(to, axis=2, keepdims=True)
+    then = np.roll(to, -1, axis=1)
+    normal = np.cross(to, then)
+    angle = np.arccos(np.clip((to * then).sum(axis=2), -1, 1))
+    seen = (angle * normal[:, :, 1] / np.linalg.norm(normal, axis=2)).sum(axis=1)
+    irradiance = np.abs(seen) / 2
+    light = irradiance[:, None] / np.pi * np.array((0.8, 0.5, 0.2)) * (3, 2, 1)
+    return light.reshape(height, fine, width, fine, 3).mean(axis=(1, 3))
+
+
+def point_lit_floor() -> tuple[rt.Scene, np.ndarray]:
+    """A floor under two lights straight above each other: the upper one is hidden by nothing."""
+    floor = np.array([[-9, 0, -9], [-9, 0, 9], [9, 0, 9], [9, 0, -9]], float)
+    lights = PointLight((0, 1e6, 0), (0.5, 0.25, 1.0)), PointLight((0, 2e6, 0), (0.1, 0.2, 0.3))
+    scene = rt.Scene.from_arrays(floor, QUAD, materials=(Material(diffuse=(0.8, 0.5, 0.2)),),
+                                 lights=lights, environment=None,
+                                 camera=rt.Camera((0.2, 0.9, 1.2), (0.2, 0, 0.2), fov=50))
+    return scene, np.array((0.8, 0.5, 0.2)) * (0.6, 0.45, 1.3)
+
+
+def glass_slab(ior: float = 1.5) -> tuple[rt.Scene, np.ndarray]:
+    """A pane under a sky: what comes through and what comes back, endlessly to and fro inside.
+
+    The camera is so far away, and its angle so small, that all of the picture is one direction.
+    """
+    pane = trimesh.creation.box((4, 0.1, 4))
+    zenith, ground = np.array((1.0, 0.6, 0.2)), np.array((0.1, 0.5, 0.9))
+    angle = np.radians(60)
+    eye = 1000 * np.array((np.sin(angle), np.cos(angle), 0))
+    scene = rt.Scene.from_arrays(
+        pane.vertices, pane.faces, materials=(Material(ior=ior),), lights=(),
+        environment=Environment.sky(zenith, ground), camera=rt.Camera(tuple(eye), (0, 0, 0),
+                                                                      fov=0.02))
+    cosine = np.cos(angle)
+    inner = np.sqrt(1 - (np.sin(angle) / ior) ** 2)
+    across = (cosine - ior * inner) / (cosine + ior * inner)
+    along = (ior * cosine - inner) / (ior * cosine + inner)
+    once = (across ** 2 + along ** 2) / 2
+    back = 2 * once / (1 + once)
+    sky = [ground + (zenith - ground) * (0.5 + 0.5 * up) for up in (cosine, -cosine)]
+    return scene, back * sky[0] + (1 - back) * sky[1]
+
+
+def cornell_lit() -> rt.Scene:
+    """The box with the published lamp's area as its light, and dark outside."""
+    box = rt.load_scene("cornell")
+    material_of = np.zeros(len(box), int)
+    material_of[-2:] = 1
+    colours = box.colours.copy()
+    colours[-2:] = 0    # or it would light the gap above it again and again
+    return rt.Scene("cornell lit", box.triangles, colours, (), box.camera,
+                    materials=(Material(), Material("lamp", emission=(18.4, 15.6, 8.0))),
+                    material_of=material_of, environment=None)
+
+
+def everything() -> rt.Scene:
+    """A room with all kinds of surface and light, seen from inside; nothing in it is known by a
+    formula."""
+    rng = np.random.default_rng(3)
+    room = trimesh.creation.box((4, 3, 4))
+    ball = trimesh.creation.icosphere(subdivisions=2, radius=0.6)
+    block = trimesh.creation.box((0.8, 0.8, 0.8))
+    lamp = np.array([[-0.4, 1.4, -0.4], [0.4, 1.4, -0.4], [0.4, 1.4, 0.4], [-0.4, 1.4, 0.4]])
+    meshes = [(room.vertices, room.faces), (ball.vertices + (-0.8, -0.9, -0.6), ball.faces),
+              (ball.vertices + (0.9, -0.8, -0.4), ball.faces),
+              (block.vertices + (0.2, -1.1, 0.7), block.faces), (lamp, np.array(QUAD))]
+    material_of = np.repeat(np.arange(5), [len(faces) for _, faces in meshes])
+    material_of[:2] = 5     # one wall is a window
+    triangles = np.concatenate([vertices[faces] for vertices, faces in meshes])
+    keep = material_of != 5
+    triangles, material_of = triangles[keep], material_of[keep]
+    normals = smooth_normals(triangles)
+    flat = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    round_ones = np.isin(material_of, (1, 2))
+    normals[~round_ones] = (flat / np.linalg.norm(flat, axis=1, keepdims=True)
+                            )[~round_ones, None]
+    texture = Texture("noise", rng.random((8, 8, 3)))
+    materials = (Material("walls", diffuse=(0.7, 0.7, 0.7), texture=texture),
+                 Material("glass", ior=1.5),
+                 Material("ball", diffuse=(0.2, 0.1, 0.1), mirror=(0.3, 0.3, 0.4),
+                          glossy=(0.3, 0.4, 0.2), roughness=0.3),
+                 Material("block", diffuse=(0.2, 0.5, 0.7), glossy=(0.2, 0.2, 0.2),
+                          roughness=0.1),
+                 Material("lamp", diffuse=(0.5, 0.5, 0.5), emission=(6, 5, 4)))
+    return rt.Scene.from_arrays(
+        triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3),
+        materials=materials, material_of=material_of, normals=normals,
+        uv=rng.random((len(triangles), 3, 2)),
+        lights=(PointLight((1, 0.5, 1.5), (0.4, 0.5, 0.6)),),
+        environment=Environment.sky((0.4, 0.6, 1.0), (0.2, 0.2, 0.1)),
+        camera=rt.Camera((0.3, 0.2, 1.9), (0, -0.6, -0.5), fov=75))

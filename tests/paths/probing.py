@@ -1,0 +1,45 @@
+"""GLSL functions called on arrays: a pass made of an expression."""
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import moderngl
+import numpy as np
+
+from gpgpu_rt.gpu import open_gpu
+from gpgpu_rt.passes.full_screen import FullScreenPass
+from gpgpu_rt.textures import make_texture
+
+WIDTH = 1024
+
+
+def evaluate(include: str, body: str, values: np.ndarray) -> np.ndarray:
+    """(n, 4) results of a GLSL body that sets ``result`` from ``x``, a row of values (n, up to 4);
+    float32 in and out, or uint32 in and out."""
+    gpu, whole = open_gpu(), values.dtype == np.uint32
+    count = len(values)
+    rows = -(-count // WIDTH)
+    padded = np.ones((rows * WIDTH, 4), np.uint32 if whole else np.float32)
+    padded[:count, :values.shape[1]] = values
+    kind, prefix = ("u4", "u") if whole else ("f4", "")
+    with tempfile.TemporaryDirectory() as folder, gpu:
+        probe = Path(folder) / "probe.frag"
+        probe.write_text(f'#version 330 core\n#include "common/precision.glsl"\n'
+                         f'#include "common/{include}.glsl"\n'
+                         f"uniform {prefix}sampler2D values;\nout {prefix}vec4 result;\n"
+                         "void main() {\n"
+                         f"    {prefix}vec4 x = texelFetch(values, ivec2(gl_FragCoord.xy), 0);\n"
+                         f"    {body}\n}}\n")
+        shader = FullScreenPass(gpu, str(probe))
+        texture = make_texture(gpu, (WIDTH, rows), 4, "values",
+                               padded.reshape(rows, WIDTH, 4), kind)
+        drawn = make_texture(gpu, (WIDTH, rows), 4, "probe", dtype=kind)
+        target = gpu.context.framebuffer([drawn])
+        gpu.context.enable_only(moderngl.NOTHING)
+        shader.draw(target, {"values": texture})
+        result = np.frombuffer(drawn.read(), padded.dtype).reshape(-1, 4)[:count].copy()
+        gpu.release(target)
+        for part in (texture, drawn, shader):
+            part.release()
+    return result

@@ -1,0 +1,226 @@
+"""The path integrator: held to formulas, to its float64 twin, and to itself by any other way."""
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import path_scenes
+import pytest
+from PIL import Image
+
+import gpgpu_rt as rt
+from gpgpu_rt.appearance.material import Material
+from gpgpu_rt.integrators import path
+from gpgpu_rt.integrators.path_settings import PathSettings
+from gpgpu_rt.reference.path import path_picture
+
+SCENES = {"furnace": lambda: path_scenes.furnace()[0], "floor": path_scenes.lit_floor,
+          "points": lambda: path_scenes.point_lit_floor()[0],
+          "slab": lambda: path_scenes.glass_slab()[0], "cornell": path_scenes.cornell_lit,
+          "everything": path_scenes.everything}
+
+
+def radiance(scene: rt.Scene, size: tuple[int, int], samples: int, method: str = "bvh-threaded",
+             tracer_options: dict | None = None, **options: object) -> np.ndarray:
+    """(h, w, 3) mean of the samples."""
+    with rt.Tracer(scene, method, **(tracer_options or {})) as tracer:
+        tracer.render(size=size, integrator="path", samples=samples, **options)
+        return tracer.radiance
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_as_its_float64_twin(name: str) -> None:
+    """The same paths: but for those that a rounding sends elsewhere, which few are."""
+    scene = SCENES[name]()
+    found = radiance(scene, (16, 16), 32, seed=2)
+    truth = path_picture(scene, (16, 16), 32, PathSettings(seed=2))
+    off = np.abs(found - truth.mean)
+    assert off.mean() < 2e-4 * truth.mean.mean()
+    assert (off < 0.02 * truth.error + 1e-5 * truth.mean.mean()).mean() > 0.99
+
+
+@pytest.mark.parametrize("seed", [11])
+def test_cornell_box_within_its_noise(seed: int) -> None:
+    """Random numbers of its own: what is off, is so by its noise."""
+    scene = path_scenes.cornell_lit()
+    found = radiance(scene, (16, 16), 128, seed=seed)
+    truth = path_picture(scene, (16, 16), 128, PathSettings(seed=seed + 1))
+    off = np.abs(found - truth.mean)
+    assert off.mean() < 2 * truth.error.mean()      # sqrt(2) by chance, and the tails
+    total = np.sqrt(2 * (truth.error ** 2).sum(axis=(0, 1)))
+    assert (np.abs((found - truth.mean).sum(axis=(0, 1))) < 4 * total).all()
+
+
+@pytest.mark.full
+@pytest.mark.once
+def test_cornell_box_at_4096_samples() -> None:
+    """The bar: 1 % mean relative error at 64 x 64, against the float64 picture."""
+    scene = path_scenes.cornell_lit()
+    found = radiance(scene, (64, 64), 4096)
+    truth = path_picture(scene, (64, 64), 4096)
+    seen = truth.mean > 0
+    relative = np.abs(found - truth.mean)[seen] / truth.mean[seen]
+    print(f"mean relative error {relative.mean():.2e}, largest {relative.max():.2e}; noise "
+          f"{(truth.error[seen] / truth.mean[seen]).mean():.2e}")
+    assert relative.mean() < 0.01
+
+
+@pytest.mark.parametrize("diffuse", [0.3, 0.8])
+def test_furnace(diffuse: float) -> None:
+    scene, expected = path_scenes.furnace(diffuse)
+    found = radiance(scene, (16, 16), 256)
+    assert np.abs(found.mean(axis=(0, 1)) / expected - 1).max() < 0.005
+
+
+def test_a_white_ball_cannot_be_seen() -> None:
+    scene, expected = path_scenes.white_ball()
+    assert np.abs(radiance(scene, (24, 24), 2, roulette=60) / expected - 1).max() < 2e-6
+
+
+def test_mirror_box() -> None:
+    scene, expected = path_scenes.mirror_box(30)
+    found = radiance(scene, (8, 8), 2, bounces=30, roulette=60)
+    assert np.abs(found / expected - 1).max() < 1e-5
+
+
+def test_direct_light_of_a_polygon() -> None:
+    found = radiance(path_scenes.lit_floor(), (6, 6), 4096, bounces=1)
+    expected = path_scenes.lit_floor_radiance((6, 6))
+    assert np.abs(found / expected - 1).max() < 0.05
+    assert np.abs(found.mean(axis=(0, 1)) / expected.mean(axis=(0, 1)) - 1).max() < 0.004
+
+
+def test_glass_slab() -> None:
+    scene, expected = path_scenes.glass_slab()
+    found = radiance(scene, (4, 4), 4096, roulette=60)
+    assert np.abs(found.mean(axis=(0, 1)) / expected - 1).max() < 0.004
+
+
+@pytest.mark.parametrize("method", [row.name for row in rt.methods()])
+def test_every_method_draws_the_same_bits(exact_renderer, method: str) -> None:
+    scene = path_scenes.cornell_lit()
+    expected = _reference_bits(scene)
+    assert (radiance(scene, (6, 6), 4, method, bounces=3) == expected).all()
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("method", [row.name for row in rt.methods()])
+def test_every_method_draws_the_same_bits_of_everything(exact_renderer, method: str) -> None:
+    scene = path_scenes.everything()
+    expected = radiance(scene, (16, 16), 8)
+    assert (radiance(scene, (16, 16), 8, method) == expected).all()
+
+
+@pytest.mark.parametrize("options", [{"schedule": "step"}, {"schedule": "kernels"},
+                                     {"sort_rays": True}], ids=str)
+def test_every_schedule_draws_the_same_bits(exact_renderer, options: dict) -> None:
+    scene = path_scenes.cornell_lit()
+    assert (radiance(scene, (6, 6), 4, "kd-restart", options, bounces=3)
+            == _reference_bits(scene)).all()
+
+
+def _reference_bits(scene: rt.Scene, kept: list[np.ndarray] = []) -> np.ndarray:
+    if not kept:
+        kept.append(radiance(scene, (6, 6), 4, bounces=3))
+    return kept[0]
+
+
+@pytest.mark.parametrize("samples", [13, 64])
+def test_the_size_of_waves_changes_nothing(exact_renderer, monkeypatch, samples: int) -> None:
+    scene = path_scenes.cornell_lit()
+    expected = radiance(scene, (8, 6), samples)
+    for wave in (1, 200, 700):
+        monkeypatch.setattr(path, "WAVE", wave)
+        assert (radiance(scene, (8, 6), samples) == expected).all()
+
+
+def test_all_features_draw_the_same_bits(exact_renderer) -> None:
+    scene = path_scenes.cornell_lit()
+    with rt.Tracer(scene) as tracer:
+        tracer.render(size=(8, 8), integrator="path", samples=4)
+        derived, plain = tracer.radiance, tracer.statistics.texture_bytes
+        tracer.render(size=(8, 8), integrator="path", samples=4, all_features=True)
+        assert (tracer.radiance == derived).all()
+        assert tracer.statistics.texture_bytes > plain
+
+
+def test_sums_of_4096_samples_lose_nothing() -> None:
+    """Every path finds the same number, which float32 does not hold: so does their mean."""
+    scene, light = path_scenes.white_ball()
+    with rt.Tracer(scene) as tracer:
+        tracer.render(size=(4, 4), integrator="path", samples=4096, bounces=0)
+        background = tracer.radiance[0, 0]
+        assert (background == np.float32(light)).all()
+
+
+def test_seeds_differ_and_repeat() -> None:
+    scene = path_scenes.cornell_lit()
+    first, again, other = (radiance(scene, (8, 8), 4, seed=seed) for seed in (1, 1, 2))
+    assert (first == again).all() and not np.allclose(first, other)
+
+
+def test_noise_target_stops_and_progress_is_told(monkeypatch) -> None:
+    monkeypatch.setattr(path, "WAVE", 16 * 64)
+    scene = path_scenes.cornell_lit()
+    with rt.Tracer(scene) as tracer:
+        told: list[tuple[int, int, float]] = []
+        tracer.render(size=(8, 8), integrator="path", samples=4096, noise=0.1, bounces=2,
+                      progress=lambda *now: told.append(now))
+        done, of, noise = told[-1]
+        assert 64 <= done < 4096 and of == 4096 and noise <= 0.1 < told[-2][2]
+        assert [row[0] for row in told] == list(range(16, done + 1, 16))
+        # The noise that is said is the noise there is.
+        few = tracer.radiance
+        tracer.render(size=(8, 8), integrator="path", samples=2048, bounces=2, seed=9)
+        off = (few - tracer.radiance) @ (0.2126, 0.7152, 0.0722)
+        assert 0.3 < np.abs(off).mean() / tracer.radiance.mean() / noise < 1.5
+
+
+@pytest.mark.parametrize("wrong", [{"samples": 0}, {"noise": -1.0}, {"seed": 1 << 16},
+                                   {"bounces": 5000}, {"roulette": 0}, {"glow": 1}], ids=str)
+def test_options_that_make_no_sense_are_refused(wrong: dict) -> None:
+    with rt.Tracer(path_scenes.cornell_lit()) as tracer:
+        with pytest.raises(rt.Error) as refusal:
+            tracer.render(size=(4, 4), integrator="path", **wrong)
+    assert "\n" not in str(refusal.value) and next(iter(wrong)) in str(refusal.value)
+
+
+@pytest.mark.parametrize("name, adds", [
+    ("dark", set()), ("point", {"light_choice", "point_light"}),
+    ("lamp", {"emission", "light_choice"})])
+def test_each_light_brings_exactly_its_own(name: str, adds: set[str]) -> None:
+    """Of what paths need: streams of their own, a table of lights, one of points."""
+    floor = path_scenes.point_lit_floor()[0]
+    lit = [Material(diffuse=(0.5,) * 3, emission=(1, 1, 1) if name == "lamp" else (0, 0, 0))]
+    scene = dataclasses.replace(floor, materials=lit, lights=floor.lights[:name == "point"])
+    always = {"surface", "triangle", "eye rays", "state and hits", "next rays", "walk 0",
+              "walk 1", "lit", "radiance", "sums 0", "sums 1"}
+    with rt.Tracer(scene, "brute-force") as tracer:
+        plan = tracer.plan(size=(8, 8), integrator="path")
+        own = {kind for kind in plan.textures if not kind.startswith("the method's")}
+        assert own == always | adds | ({"shadow rays", "direct"} if adds else set())
+        assert ("ASKED_LIGHTS" in plan.defines) == bool(adds) and "PATHS" in plan.defines
+        assert plan.left_out["texture"].get("point_light", "") == (
+            "" if name == "point" else "there is no point light")
+        tracer.render(size=(8, 8), integrator="path")
+        assert tracer.statistics.texture_bytes == sum(plan.textures.values())
+        other = tracer.plan(size=(8, 8))
+    assert other.left_out["define"]["PATHS"] == "no paths are traced"
+
+
+def test_an_empty_scene_shows_its_surroundings() -> None:
+    empty = rt.Scene.from_arrays(np.zeros((0, 3)), np.zeros((0, 3), int), lights=(),
+                                 environment=rt.scene.Environment.constant((0.25, 0.5, 1)))
+    assert np.allclose(radiance(empty, (4, 4), 2), (0.25, 0.5, 1))
+
+
+def test_render_command(capsys, tmp_path) -> None:
+    from gpgpu_rt.cli import main
+    target = tmp_path / "box.png"
+    assert main(["render", "cornell", "--integrator", "path", "--samples", "20", "--noise", "9",
+                 "--bounces", "2", "--size", "10x8", "-o", str(target)]) == 0
+    out = capsys.readouterr().out
+    assert "16 samples a pixel, noise" in out and Image.open(target).size == (10, 8)
+    assert main(["render", "cornell", "--integrator", "path", "--seed", "x", "--size", "8",
+                 "-o", str(target)]) != 0
+    assert "seed" in capsys.readouterr().err

@@ -1,0 +1,121 @@
+"""The float64 path tracer against formulas: if it is right, the programs can be held to it."""
+from __future__ import annotations
+
+import numpy as np
+import path_scenes
+import pytest
+
+import gpgpu_rt as rt
+from gpgpu_rt.appearance.light_choice import LightChoice
+from gpgpu_rt.appearance.material import Material
+from gpgpu_rt.integrators.path_settings import PathSettings
+from gpgpu_rt.reference.path import PathPicture, path_picture
+
+
+def assert_within_noise(picture: PathPicture, expected: np.ndarray, closeness: float) -> None:
+    """No pixel is off by more than its noise allows, and the mean is right to ``closeness``."""
+    off = np.abs(picture.mean - expected)
+    assert (off <= 5.5 * picture.error + 1e-9).all()
+    mean = np.broadcast_to(expected, off.shape).mean(axis=(0, 1))
+    relative = np.abs(picture.mean.mean(axis=(0, 1)) / mean - 1)
+    assert relative.max() < closeness
+
+
+@pytest.mark.parametrize("roulette", [1, 4])
+@pytest.mark.parametrize("seed", [3])
+def test_furnace(seed: int, roulette: int) -> None:
+    scene, expected = path_scenes.furnace()
+    picture = path_picture(scene, (8, 8), 256, PathSettings(seed=seed, roulette=roulette))
+    assert_within_noise(picture, expected, 0.005)
+
+
+def test_a_white_ball_cannot_be_seen() -> None:
+    scene, expected = path_scenes.white_ball()
+    picture = path_picture(scene, (12, 12), 4, PathSettings(roulette=60))
+    assert np.abs(picture.mean / expected - 1).max() < 1e-9
+
+
+def test_mirror_box() -> None:
+    scene, expected = path_scenes.mirror_box(30)
+    picture = path_picture(scene, (8, 8), 2, PathSettings(bounces=30, roulette=60))
+    assert np.abs(picture.mean / expected - 1).max() < 1e-9
+
+
+@pytest.mark.parametrize("seed", [4])
+def test_direct_light_of_a_polygon(seed: int) -> None:
+    expected = path_scenes.lit_floor_radiance((6, 6))
+    picture = path_picture(path_scenes.lit_floor(), (6, 6), 2000,
+                           PathSettings(bounces=1, seed=seed))
+    assert_within_noise(picture, expected, 0.006)
+
+
+@pytest.mark.parametrize("seed", [5])
+def test_point_lights(seed: int) -> None:
+    scene, expected = path_scenes.point_lit_floor()
+    picture = path_picture(scene, (4, 4), 1000, PathSettings(bounces=1, seed=seed))
+    assert_within_noise(picture, expected, 0.01)
+
+
+@pytest.mark.parametrize("seed", [6])
+def test_glass_slab(seed: int) -> None:
+    scene, expected = path_scenes.glass_slab()
+    picture = path_picture(scene, (4, 4), 2000, PathSettings(seed=seed, roulette=60))
+    assert_within_noise(picture, expected, 0.005)
+
+
+@pytest.mark.parametrize("seed", [7])
+def test_asking_lights_changes_the_noise_alone(seed: int, monkeypatch) -> None:
+    """Glossy and diffuse walls under a lamp: with lights asked, or left for paths to find."""
+    scene = path_scenes.closed_box(diffuse=(0.4, 0.4, 0.4), glossy=(0.4, 0.3, 0.2), roughness=0.4)
+    lamp = np.array([[[-0.9, 0.9, -0.9], [-0.9, 0.9, 0.9], [0.9, 0.9, 0.9]]], np.float32)
+    scene = rt.Scene.from_arrays(
+        np.concatenate([scene.triangles, lamp]).reshape(-1, 3), np.arange(39).reshape(-1, 3),
+        materials=(scene.materials[0], Material(diffuse=(0.5,) * 3, emission=(2, 2, 2))),
+        material_of=[0] * 12 + [1], lights=(), environment=None, camera=scene.camera)
+    settings = PathSettings(bounces=4, roulette=60, seed=seed)
+    asked = path_picture(scene, (4, 4), 800, settings)
+    none = LightChoice(*(np.zeros(0, int),) * 2, *(np.zeros(0),) * 2, 0.0)
+    monkeypatch.setattr(LightChoice, "of", lambda scene: none)
+    found = path_picture(scene, (4, 4), 800, settings)
+    assert asked.error.mean() < found.error.mean()
+    error = np.hypot(asked.error, found.error)
+    assert (np.abs(asked.mean - found.mean) < 5 * error).all()
+    total = np.sqrt((error ** 2).sum((0, 1))) / 16
+    assert (np.abs((asked.mean - found.mean).mean((0, 1))) < 4 * total).all()
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 64, 5000])
+@pytest.mark.parametrize("seed", [8])
+def test_lights_are_chosen_as_often_as_they_shine(seed: int, count: int) -> None:
+    rng = np.random.default_rng(seed)
+    materials = tuple(Material(emission=rng.random(3) ** 4) for _ in range(count))
+    scene = rt.Scene.from_arrays(rng.normal(size=(3 * count, 3)),
+                                 np.arange(3 * count).reshape(-1, 3), materials=materials,
+                                 material_of=np.arange(count),
+                                 light=rt.scene.Light((0, 9, 0), (0.1, 0.2, 0.3)))
+    lights = LightChoice.of(scene)
+    names = np.r_[np.arange(count), -1]
+    assert sorted(lights.triangle) == sorted(names)
+    chance = np.zeros(count + 1)                # the last one is the point light's
+    np.add.at(chance, lights.triangle, lights.keep / len(lights))
+    np.add.at(chance, lights.alias, (1 - lights.keep.astype(float)) / len(lights))
+    corners = scene.triangles.astype(float)
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]),
+                          axis=1) / 2
+    shines = np.array([m.emission for m in materials]) @ (0.2126, 0.7152, 0.0722)
+    assert np.abs(chance[:-1] - lights.density * area * shines).max() < 1e-6
+    assert abs(chance[-1] - lights.point_probability[0]) < 1e-6 and abs(chance.sum() - 1) < 1e-6
+
+
+def test_samples_do_not_depend_on_how_they_are_split() -> None:
+    scene = path_scenes.cornell_lit()
+    whole = path_picture(scene, (4, 4), 12)
+    parts = [path_picture(scene, (4, 4), n, first_sample=first) for first, n in ((0, 5), (5, 7))]
+    assert np.allclose(whole.mean, (5 * parts[0].mean + 7 * parts[1].mean) / 12, rtol=1e-12)
+
+
+@pytest.mark.parametrize("wrong", [{"bounces": -1}, {"roulette": 0}, {"seed": 1 << 16},
+                                   {"bounces": 2.5}])
+def test_settings_that_make_no_sense_are_refused(wrong: dict) -> None:
+    with pytest.raises(rt.Error, match="whole number"):
+        PathSettings(**wrong)

@@ -1,0 +1,121 @@
+"""What packets save by looking at their rays together, vertex culling and coherent grid traversal:
+no hit is lost, and triangles are."""
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import RAY_SETS, assert_same_bits, random_soup, soup_scene
+
+import gpgpu_rt as rt
+
+PACKET = (4, 2)
+
+
+def bundles(count: int, seed: int, aim: np.ndarray, spread: float) -> tuple[np.ndarray, ...]:
+    """Bundles of 8 rays, (count, 3) each: from one point or from points ``spread`` apart, towards
+    points as far apart around some of ``aim``; every fifth bundle between two dominant axes."""
+    rng = np.random.default_rng(seed)
+    bundle = np.arange(count) // 8
+    some = rng.integers(0, len(aim), count // 8 + 1)[bundle]
+    towards = aim[some] + spread * rng.normal(size=(count, 3))
+    towards[::8] = aim[some[::8]]
+    origins = (3 * rng.normal(size=(count // 8 + 1, 3)))[bundle] + 0.5
+    origins += (spread * (bundle % 2))[:, None] * rng.normal(size=(count, 3))
+    directions = towards - origins
+    between = bundle % 5 == 0
+    origins[between] = aim[some[between]] - np.float32([2, 2, 0.1])
+    directions[between] = np.float32([1, 1, 0.05]) + spread * rng.normal(size=(between.sum(), 3))
+    return origins.astype(np.float32), directions.astype(np.float32)
+
+
+def scene_and_aim(seed: int, count: int) -> tuple[rt.Scene, np.ndarray]:
+    """A soup, and its corners and points on its edges: where a side of a frustum grazes."""
+    corners = random_soup(count, seed)
+    return soup_scene(count, seed), np.concatenate([
+        corners.reshape(-1, 3), (0.3 * corners[:, 0] + 0.7 * corners[:, 1])])
+
+
+@pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
+@pytest.mark.parametrize("spread", [0.0, 1e-3, 0.3])
+@pytest.mark.parametrize("method, option", [
+    ("bvh-packet", "vertex_culling"), ("kd-packet", "vertex_culling"), ("grid", None)])
+def test_no_hit_is_lost(exact_renderer, method: str, option: str | None, spread: float,
+                        seed: int) -> None:
+    scene, aim = scene_and_aim(seed, 200)
+    rays = bundles(4096, seed, aim, spread)
+    with rt.Tracer(scene, "brute-force") as tracer:
+        expected = tracer.trace(*rays)
+    options = {option: True} if option else {}
+    with rt.Tracer(scene, method, packet=PACKET, **options) as tracer:
+        hits = tracer.trace(*rays, shape=(2, 2048))
+        assert not hits.status.any()
+        assert_same_bits(hits, expected)
+        assert (tracer.occluded(*rays, shape=(2, 2048)) == expected.hit).all()
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("seed", [5], ids="seed{}".format)
+@pytest.mark.parametrize("method, option", [
+    ("bvh-packet", "vertex_culling"), ("kd-packet", "vertex_culling"), ("grid", None)])
+def test_no_ray_of_a_million_is_lost(exact_renderer, method: str, option: str | None,
+                                     seed: int) -> None:
+    scene, aim = scene_and_aim(seed, 2000)
+    parts = [bundles(1 << 18, seed + k, aim, spread)
+             for k, spread in enumerate((0.0, 1e-5, 1e-3, 0.03))]
+    rays = [np.concatenate(part) for part in zip(*parts)]
+    with rt.Tracer(scene, "bvh-threaded") as tracer:
+        expected = tracer.trace(*rays)
+    options = {option: True} if option else {}
+    with rt.Tracer(scene, method, packet=PACKET, **options) as tracer:
+        assert_same_bits(tracer.trace(*rays, shape=(2, 1 << 19)), expected)
+
+
+@pytest.mark.parametrize("octants", [False, True])
+@pytest.mark.parametrize("seed", [3], ids="seed{}".format)
+def test_culling_saves_tests_and_nothing_else(seed: int, octants: bool) -> None:
+    scene, counted = soup_scene(2000, seed, size=0.05), []
+    origins, directions = scene.camera.rays((128, 128))
+    for on in (False, True):
+        with rt.Tracer(scene, "bvh-packet", octants=octants, vertex_culling=on,
+                       statistics=True) as tracer:
+            counted.append(tracer.trace(origins, directions))
+    plain, culled = counted
+    assert (plain.nodes_visited == culled.nodes_visited).all()
+    assert (plain.leaves_visited == culled.leaves_visited).all()
+    assert (culled.triangles_tested <= plain.triangles_tested).all()
+    assert culled.triangles_tested.sum() < 0.8 * plain.triangles_tested.sum()
+
+
+@pytest.mark.parametrize("seed", [4], ids="seed{}".format)
+def test_a_packet_looks_into_cells_once_for_all(exact_renderer, seed: int) -> None:
+    """Of single rays, each looks into its cells."""
+    scene, cells = soup_scene(2000, seed, size=0.05), []
+    origins, directions = scene.camera.rays((128, 128))
+    for packet in ((1, 1), (4, 4)):
+        with rt.Tracer(scene, "grid", packet=packet, statistics=True) as tracer:
+            hits = tracer.trace(origins, directions)
+        cells.append(hits.nodes_visited.mean() / (packet[0] * packet[1]))   # one fetch for all
+    assert cells[1] < 0.5 * cells[0]
+
+
+@pytest.mark.parametrize("seed", [6], ids="seed{}".format)
+@pytest.mark.parametrize("resolution", [1, (1, 7, 40), 64])
+def test_any_resolution(exact_renderer, resolution: object, seed: int) -> None:
+    scene = soup_scene(150, seed)
+    for kind in ("eye", "random"):
+        rays = RAY_SETS[kind](scene, 1024, seed)
+        with rt.Tracer(scene, "brute-force") as tracer:
+            expected = tracer.trace(*rays)
+        with rt.Tracer(scene, "grid", packet=(2, 2), resolution=resolution) as tracer:
+            assert_same_bits(tracer.trace(*rays), expected)
+
+
+@pytest.mark.parametrize("method, options, word", [
+    ("bvh-packet", {"vertex_culling": True, "intersection": "plucker"}, "watertight"),
+    ("kd-packet", {"vertex_culling": True, "intersection": "moller-trumbore"}, "watertight"),
+    ("bvh-packet", {"vertex_culling": True, "schedule": "step"}, "loop only"),
+    ("grid", {"packet": (2, 2), "schedule": "kernels"}, "packet=2x2 runs under loop only")])
+def test_what_does_not_go_together(method: str, options: dict, word: str) -> None:
+    with pytest.raises(rt.OptionError, match=word) as caught:
+        rt.Tracer(soup_scene(9, 1), method, **options)
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,161 @@
+"""Entry points: beams lose no hit, whatever rays stand in a tile, and spare nodes."""
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import RAY_SETS, assert_same_bits, real_scene, soup_scene
+
+import gpgpu_rt as rt
+from gpgpu_rt.texel_layout import ENTRIES, ENTRY_TILE
+
+METHODS = [row.name for row in rt.methods()
+           if "entry_points" in {option.name for option in row.options}]
+SIDE = ENTRY_TILE      # rays a side of the smallest tiles
+
+
+def aimed_tiles(scene: rt.Scene, across: int, down: int, seed: int
+                ) -> tuple[np.ndarray, np.ndarray]:
+    """Origins and directions, (SIDE down, SIDE across, 3). The rays of a tile begin in a ball of
+    any size, a point among them, and go to vertices and edges, where boxes end: of one triangle,
+    or of some that lie near each other."""
+    rng = np.random.default_rng(seed)
+    tiles, rays = down * across, SIDE * SIDE
+    triangles = scene.triangles.astype(np.float64)
+    centres = triangles.mean(1)
+    one = rng.integers(len(scene), size=(tiles, 1))
+    near = np.argsort(np.linalg.norm(centres[one] - centres, axis=2), axis=1)[:, :6]
+    several = np.take_along_axis(near, rng.integers(6, size=(tiles, rays)), axis=1)
+    chosen = np.where(rng.random((tiles, 1)) < 0.5, one, several)
+    first = rng.integers(3, size=(tiles, rays))
+    part = rng.random((tiles, rays, 1)) * (rng.random((tiles, 1, 1)) < 0.5)
+    aims = ((1 - part) * triangles[chosen, first] + part * triangles[chosen, (first + 1) % 3])
+    start = rng.normal(size=(tiles, 1, 3)) * 10 ** rng.uniform(-1, 1.5, (tiles, 1, 1)) + 0.5
+    ball = 10 ** rng.uniform(-7, -1, (tiles, 1, 1)) * (rng.random((tiles, 1, 1)) < 0.7)
+    origins = start + ball * rng.normal(size=(tiles, rays, 3))
+    flat = rng.random((tiles, 1, 3)) < 0.15          # zero components, signs of zeros too
+    directions = np.where(flat, np.float32(-0.0), aims - origins)
+    origins = np.where(flat, aims, origins)
+    return tuple(values.reshape(down, across, SIDE, SIDE, 3).transpose(0, 2, 1, 3, 4)
+                 .reshape(down * SIDE, across * SIDE, 3).astype(np.float32)
+                 for values in (origins, directions))
+
+
+def check(scene: rt.Scene, origins: np.ndarray, directions: np.ndarray, method: str,
+          ends: dict | None = None, tile: int = 16, **options: object) -> dict[str, float]:
+    """The hits of the same method without entry points; what the driver counted."""
+    ends = {"invalid": "miss", **(ends or {})}
+    with rt.Tracer(scene, method, statistics=True, **options) as tracer:
+        plain = tracer.trace(origins, directions, **ends)
+    with rt.Tracer(scene, method, statistics=True, entry_points=tile, **options) as tracer:
+        for _ in range(2):     # the second time in textures that are there
+            hits = tracer.trace(origins, directions, **ends)
+            assert_same_bits(hits, plain)
+            assert (hits.status == plain.status).all()
+        driver = tracer.statistics.driver
+    return {"plain": plain.nodes_visited.mean(), "nodes": hits.nodes_visited.mean(),
+            "hit": hits.hit.mean(), **driver}
+
+
+@pytest.mark.parametrize("tile", [4, 16], ids="tile{}".format)
+@pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
+@pytest.mark.parametrize("method", METHODS)
+def test_beams_lose_no_aimed_ray(exact_renderer, method: str, seed: int, tile: int) -> None:
+    found = check(soup_scene(200, seed, size=0.05), *aimed_tiles(
+        soup_scene(200, seed, size=0.05), 24, 24, seed), method, tile=tile)
+    assert found["hit"] > 0.3
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_in_low_precision_and_from_small_nodes(exact_renderer, method: str) -> None:
+    scene = soup_scene(100, 3, size=0.05)
+    rays = aimed_tiles(scene, 12, 12, 3)
+    names = {option.name for option in rt.methods()[
+        [row.name for row in rt.methods()].index(method)].options}
+    settings: list[dict[str, object]] = [{"precision": "fp24"}, {"precision": "fp16"}]
+    settings += [{"octants": True}] if "octants" in names else []
+    settings += [{"octants": True, "quantise_nodes": 8}] if {
+        "octants", "quantise_nodes"} <= names else []
+    for options in settings:
+        check(scene, *rays, method, **options)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_rays_of_all_kinds_in_one_tile(exact_renderer, method: str) -> None:
+    """Eye rays among random, empty and invalid ones; no side a multiple of a tile's."""
+    scene = soup_scene(300, 4)
+    eye, anywhere = (RAY_SETS[kind](scene, 1089, 4) for kind in ("eye", "random"))
+    some = np.random.default_rng(4).random(1089) < 0.02
+    origins, directions = (np.where(some[:, None], b, a)[:37 * 29].reshape(37, 29, 3).copy()
+                           for a, b in zip(eye, anywhere))
+    origins[5, 6], directions[30, 2] = np.nan, 0
+    t_max = np.random.default_rng(5).choice([-1.0, 0.5, np.inf], 37 * 29)
+    check(scene, origins, directions, method, {"t_max": t_max})
+    check(scene, origins, directions, method, {"t_min": -np.inf})
+    check(scene, origins, directions, method, sort_rays=True)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_rays_that_go_both_ways(exact_renderer, method: str) -> None:
+    """Along each axis in turn, and none of them slowly: nothing bounds their tile there."""
+    scene = soup_scene(200, 8, size=0.05)
+    origins, directions = aimed_tiles(scene, 12, 12, 8)
+    origins = (0.5 * origins + 0.25).astype(np.float32)
+    directions = np.sign(directions) + 0.1 * directions / np.abs(directions).max()
+    for axis in range(3):
+        both = directions.copy()
+        both[::2, :, axis] *= -1
+        check(scene, origins, both, method)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_full_lists(exact_renderer, method: str) -> None:
+    """Narrow tiles through hundreds of large triangles: more subtrees than a list holds."""
+    scene = soup_scene(600, 6, size=2.0)
+    eye = np.full((48, 48, 3), [0.5, 0.5, 30.0], np.float32)
+    x, y = np.meshgrid(np.linspace(-0.02, 0.02, 48), np.linspace(-0.02, 0.02, 48))
+    directions = np.stack([x, y + 0.01, np.full_like(x, -1)], 2).astype(np.float32)
+    found = check(scene, eye, directions, method)
+    assert found["entries"] > 0.5 * ENTRIES
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_an_empty_scene_and_few_rays(method: str) -> None:
+    nothing = rt.Scene.from_arrays(np.zeros((0, 3)), np.zeros((0, 3), int))
+    with rt.Tracer(nothing, method, entry_points=16) as tracer:
+        assert not tracer.trace(np.zeros((5, 3)), np.ones((5, 3))).hit.any()
+    scene = soup_scene(50, 7)
+    with rt.Tracer(scene, method, entry_points=16) as tracer, \
+            rt.Tracer(scene, method) as plain:
+        for count in (1, 3, 1030):
+            rays = RAY_SETS["surface"](scene, count, count)
+            assert (tracer.trace(*rays).t == plain.trace(*rays).t).all()
+        moved = scene.triangles + np.float32(0.25)     # lists are made anew of boxes that moved
+        for each in (tracer, plain):
+            each.update(moved)
+        assert_same_bits(tracer.trace(*rays), plain.trace(*rays))
+        assert (np.asarray(tracer.render(size=(45, 31)))
+                == np.asarray(plain.render(size=(45, 31)))).all()
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_fewer_nodes_on_eye_rays(method: str) -> None:
+    scene = rt.load_scene("cornell")
+    found = check(scene, *scene.camera.rays((64, 64)), method)
+    assert found["plain"] > 1.5 * (found["nodes"] + found["entry_nodes_visited"])
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("name", ["robots", "kitchen", "conference"])
+@pytest.mark.parametrize("method", METHODS)
+def test_the_bar_on_real_scenes(method: str, name: str) -> None:
+    scene = real_scene(name)
+    found = check(scene, *scene.camera.rays((256, 256)), method)
+    assert found["plain"] > 1.5 * (found["nodes"] + found["entry_nodes_visited"])
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("seed", [11, 12, 13, 14], ids="seed{}".format)
+@pytest.mark.parametrize("method", METHODS)
+def test_a_million_aimed_rays(exact_renderer, method: str, seed: int) -> None:
+    scene = soup_scene(150, seed, size=0.1)
+    check(scene, *aimed_tiles(scene, 128, 128, seed), method)

@@ -1,0 +1,146 @@
+"""Ray streams: any size of stream finds the same, near children come first, room is enough."""
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import RAY_SETS, assert_same_bits, soup_scene
+
+import gpgpu_rt as rt
+from gpgpu_rt.passes.ray_streams import RayStreams
+
+COUNTERS = ("nodes_visited", "leaves_visited", "triangles_tested")
+
+
+def stream_tracer(scene: rt.Scene, size: int, **options: object) -> rt.Tracer:
+    return rt.Tracer(scene, "bvh-packet", streams=True, stream_size=size, **options)
+
+
+def chain(count: int) -> rt.Scene:
+    """Triangles each twice as far as the one before: a tree as deep as they are many."""
+    corner = np.float32(1.5) ** np.arange(count, dtype=np.float32)[:, None, None]
+    triangles = corner * np.float32([[1, 0, 0], [1, 1, 0], [1, 0, 1]])
+    return rt.Scene.from_arrays(triangles.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
+
+
+@pytest.mark.parametrize("statistics", [False, True], ids=["plain", "counted"])
+@pytest.mark.parametrize("seed", [3], ids="seed{}".format)
+@pytest.mark.parametrize("rays", ["eye", "surface"])
+def test_any_size_finds_the_same(exact_renderer, rays: str, seed: int, statistics: bool) -> None:
+    scene = soup_scene(300, seed)
+    chosen = RAY_SETS[rays](scene, 676, seed)
+    with rt.Tracer(scene, "brute-force") as tracer:
+        expected, shadows = tracer.trace(*chosen), tracer.occluded(*chosen, t_max=1.5)
+    for size in (37, 512, 1 << 20):
+        with stream_tracer(scene, size, statistics=statistics) as tracer:
+            assert_same_bits(tracer.trace(*chosen), expected)
+            assert max(tracer._traversal.lengths) <= size
+            assert sum(tracer._traversal.lengths) >= 676
+            assert np.array_equal(tracer.occluded(*chosen, t_max=1.5), shadows)
+
+
+def test_one_at_a_time_is_the_order_of_a_stack() -> None:
+    """What a hit has cut off is dropped from the stream: never more than with a stack a ray, and
+    the fewer go through at a time, the closer to that."""
+    scene = soup_scene(300, 5)
+    chosen = RAY_SETS["surface"](scene, 40, 5)
+    with rt.Tracer(scene, "bvh-stack", statistics=True) as tracer:
+        stack = tracer.trace(*chosen)
+    found = {}
+    for size in (1, 1 << 20):
+        with stream_tracer(scene, size, statistics=True) as tracer:
+            found[size] = tracer.trace(*chosen)
+    for name in COUNTERS:
+        one, all_at_once = (getattr(found[size], name) for size in found)
+        assert (one <= getattr(stack, name)).all()
+        assert one.sum() < 0.97 * all_at_once.sum() and one.sum() < getattr(stack, name).sum()
+        assert one.sum() > 0.7 * getattr(stack, name).sum()
+
+
+def test_counters_are_what_goes_through() -> None:
+    """Elements of a stream are inner nodes, leaves that had to wait, and what hits cut off."""
+    scene = soup_scene(300, 6)
+    chosen = RAY_SETS["random"](scene, 500, 6)
+    with stream_tracer(scene, 1 << 20, statistics=True) as tracer:
+        hits = tracer.trace(*chosen)
+        through = sum(tracer._traversal.lengths)
+    nodes, leaves = (int(getattr(hits, name).sum()) for name in COUNTERS[:2])
+    assert nodes < through <= 2 * nodes + 500
+    assert leaves <= nodes + 500 and hits.triangles_tested.sum() >= leaves
+
+
+@pytest.mark.parametrize("size", [64, 700])
+def test_room_is_enough_for_a_deep_tree(exact_renderer, monkeypatch, size: int) -> None:
+    """A chain, of whose nodes every ray meets all: at each a leaf waits for every ray."""
+    scene = chain(48)
+    rng = np.random.default_rng(7)
+    origins = rng.random((2000, 3)).astype(np.float32) * np.float32(0.01)
+    directions = np.float32([1, 0.1, 0.1]) + 0 * origins
+    with rt.Tracer(scene, "brute-force") as tracer:
+        expected = tracer.trace(origins, directions)
+    most, filter_ = [], RayStreams._filter
+
+    def watch(self, rays, hits, first, count, any_hit) -> int:
+        left = filter_(self, rays, hits, first, count, any_hit)
+        most.append(first + left)
+        assert first + left <= self._streams["queued"].length
+        return left
+    monkeypatch.setattr(RayStreams, "_filter", watch)
+    with stream_tracer(scene, size) as tracer:
+        depth = tracer.accelerator.structure.depth
+        assert_same_bits(tracer.trace(origins, directions), expected)
+    assert expected.hit.all() and max(most) > 0.7 * depth * size and depth > 10
+
+
+@pytest.mark.parametrize("way", [-1, 1])
+def test_lowest_index_wins(exact_renderer, way: int) -> None:
+    """Triangles over one another in a plane, ordered along it or against it: leaves that are
+    tested in one pass hold hits of equal t, whichever of them comes last."""
+    shift = np.float32([[[way / 64, 0, 0]]]) * np.arange(80, dtype=np.float32)[:, None, None]
+    triangles = np.float32([[-4, -4, 0], [4, -4, 0], [0, 4, 0]]) + shift
+    scene = rt.Scene.from_arrays(triangles.reshape(-1, 3), np.arange(240).reshape(-1, 3))
+    points = np.random.default_rng(1).random((500, 2)).astype(np.float32) - 1
+    rays = np.column_stack([points, np.full(500, 3, np.float32)]), np.tile(
+        np.float32([0, 0, -1]), (500, 1))
+    with rt.Tracer(scene, "brute-force") as tracer:
+        expected = tracer.trace(*rays)
+    with stream_tracer(scene, 1 << 20) as tracer:
+        assert_same_bits(tracer.trace(*rays), expected)
+    assert len(np.unique(expected.t)) < 20
+
+
+def test_a_cap_stops_rays() -> None:
+    """All at once, so that no ray's order follows from which others go on."""
+    scene = soup_scene(200, 8)
+    chosen = RAY_SETS["surface"](scene, 300, 8)
+    with stream_tracer(scene, 1 << 20, statistics=True) as tracer:
+        whole = tracer.trace(*chosen)
+    cap = int(np.median(whole.steps))
+    for statistics in (False, True):
+        with stream_tracer(scene, 1 << 20, step_cap=cap, statistics=statistics) as tracer:
+            capped = tracer.trace(*chosen)
+            assert tracer.statistics.stopped == (capped.status == 2).sum()
+        done = capped.status == 0
+        assert (done == (whole.steps < cap)).all() and 0 < done.sum() < 300
+        assert (capped.triangle[done] == whole.triangle[done]).all()
+
+
+@pytest.mark.parametrize("options", [{"octants": True}, {"packet": (4, 2)},
+                                     {"interval_test": True}, {"schedule": "loop"}], ids=str)
+def test_what_streams_are_not(options: dict) -> None:
+    with pytest.raises(rt.OptionError, match="streams|kernels") as caught:
+        rt.Tracer("cornell", "bvh-packet", streams=True, **options)
+    assert "\n" not in str(caught.value)
+
+
+def test_rooms_of_many_sizes(exact_renderer) -> None:
+    """One tracer, images of other sizes, and triangles that move."""
+    scene = soup_scene(100, 9)
+    with stream_tracer(scene, 256) as tracer, rt.Tracer(scene, "brute-force") as brute:
+        for size in ((9, 5), (40, 30), (9, 5)):
+            rays = scene.camera.rays(size)
+            assert_same_bits(tracer.trace(*rays), brute.trace(*rays))
+        moved = scene.triangles[::-1] * np.float32(1.1)
+        for each in (tracer, brute):
+            each.update(moved)
+        assert_same_bits(tracer.trace(*rays), brute.trace(*rays))
+        assert tracer.statistics.texture_bytes > sum(tracer.statistics.table_bytes.values())
