@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from .errors import OptionError
+from .errors import Error, OptionError
 from .hits import TRACED
 from .methods.row import Method
 from .ray_state import ROW, RayBatch
@@ -83,8 +83,13 @@ def collect(batch: RayBatch, trace: Round, max_hits: int | None = None) -> AllHi
         status[rays[ended != TRACED]] = ended[ended != TRACED]
         some = np.flatnonzero((hits["triangle"][:len(rays)] != EXACT_INTEGER) & (ended == TRACED))
         rays = rays[some]
-        found.append({"ray": rays, **{name: values[some] for name, values in hits.items()}})
-        texels[rays, 0, 3], texels[rays, 2, 0] = found[-1]["t"], found[-1]["triangle"]
+        one = {"ray": rays, **{name: values[some] for name, values in hits.items()}}
+        t, triangle = texels[rays, 0, 3], texels[rays, 2, 0]
+        if not ((one["t"] > t) | ((one["t"] == t) & (one["triangle"] > triangle))).all():
+            raise Error("a ray went on behind a hit and came to it again: this renderer gives one "
+                        "triangle two t; take context osmesa, or egl's software renderer")
+        texels[rays, 0, 3], texels[rays, 2, 0] = one["t"], one["triangle"]
+        found.append(one)
     return _ordered(batch, found, status)
 
 

@@ -21,7 +21,7 @@ from ..rasterised.first_hits import FIRST_HITS
 from ..scene import Scene, list_scenes, load_scene
 from ..surfaces.parametrise import CUTS, remesh
 from ..tracer import AUTO, DEFAULT_METHOD, Tracer
-from . import hardware, tuning
+from . import hardware, looking, tuning
 from .frames import IMAGES, add_frames, render_frames
 from .picture import add_picture, explain, picture_options, progress_shown
 from .shared import (
@@ -305,5 +305,6 @@ def _parser() -> argparse.ArgumentParser:
                      "default %(default)s")
     add_options(sub)
     hardware.add_command(command)
+    looking.add_commands(command)
     tuning.add_commands(command)
     return parser

@@ -162,15 +162,15 @@ class Method:
 
     def check_schedule(self, options: dict[str, Any], asked: bool) -> None:
         """Take its own best schedule where none was asked; refuse one it has not."""
-        left = self.schedules_for(options)
-        if not asked and options["schedule"] not in left:
-            options["schedule"] = left[-1]
-        if options["schedule"] not in left:
-            given = "" if left == self.schedules else " with " + ", ".join(
+        schedules = self.schedules_for(options)
+        if not asked and options["schedule"] not in schedules:
+            options["schedule"] = schedules[-1]
+        if options["schedule"] not in schedules:
+            given = "" if schedules == self.schedules else " with " + ", ".join(
                 f"{o.name}={spell(options[o.name])}" for o in self.options
                 if options[o.name] != o.default)
-            raise OptionError(f"method {self.name}{given} runs under {', '.join(left)} only, not "
-                              f"{options['schedule']}")
+            raise OptionError(f"method {self.name}{given} runs under {', '.join(schedules)} only, "
+                              f"not {options['schedule']}")
         in_atlas = self.stack_entry or (self.single and options["schedule"] == "step")
         if in_atlas and options["steps_per_pass"] != 1:
             raise OptionError(f"method {self.name} runs one step a pass, as its stack is drawn "

@@ -16,6 +16,11 @@ from .packet_room import PacketHits
 
 Samplers = dict[str, moderngl.Texture]
 
+# What looks on: called after a pass over the rays' (or packets') states with the kernel that ran,
+# what it read (None where it set the states up) and what it drew. A driver that keeps states in
+# textures from pass to pass has an attribute ``watch`` for one; see ``time_travel.py``.
+Watch = Callable[[str, StateBuffer | None, StateBuffer], None]
+
 
 @dataclass(frozen=True)
 class Setup:

@@ -12,7 +12,7 @@ from ..record import Record
 from ..statistics import Statistics
 from ..texel_layout import COUNTERS, HIT
 from ..textures import texture_bytes
-from .driver import Samplers, Setup
+from .driver import Samplers, Setup, Watch
 from .full_screen import FullScreenPass
 from .packets import packet_defines, packet_of
 from .stack_atlas import StackAtlas
@@ -28,6 +28,8 @@ class PacketSteps:
     pass over the packets, each of which then visits a node or moves on to another triangle. What
     it has for its stack is drawn into the atlas between steps.
     """
+
+    watch: Watch | None = None
 
     def __init__(self, setup: Setup) -> None:
         self.gpu, self.method, options = setup.gpu, setup.method, setup.options
@@ -88,6 +90,8 @@ class PacketSteps:
             room.atlas.push(target.samplers())
             self.gpu.context.enable_only(moderngl.NOTHING)
             statistics.draw_calls += 1
+        if self.watch is not None:
+            self.watch("visit", source, target)
 
     def _intersect(self, rays: RayTextures, packets: StateBuffer, source: StateBuffer | None,
                    target: StateBuffer, any_hit: bool, statistics: Statistics) -> None:
@@ -99,6 +103,8 @@ class PacketSteps:
             **{f"packet_{name}": texture for name, texture in packets.samplers().items()}})
         statistics.passes += 1
         statistics.draw_calls += 1
+        if self.watch is not None:
+            self.watch("intersect", source, target)
 
     def _live(self, room: _Room, packets: StateBuffer, statistics: Statistics) -> int:
         program = self._counting("passes/mask.frag", self.state)

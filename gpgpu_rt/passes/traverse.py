@@ -24,7 +24,7 @@ from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..record import TABLE_WIDTH_LOG2, Record
 from ..statistics import Statistics
 from ..texel_layout import COUNTERS, ENTRIES, ENTRY_LIST, ENTRY_TILE, HIT
-from .driver import Samplers, Setup
+from .driver import Samplers, Setup, Watch
 from .full_screen import FullScreenPass
 from .stack_atlas import StackAtlas
 from .tiles import Tiles
@@ -61,6 +61,8 @@ class ProgramKey(NamedTuple):
 
 class Traversal:
     """A method's programs for one set of tables and options, under any of the three schedules."""
+
+    watch: Watch | None = None
 
     def __init__(self, setup: Setup) -> None:
         self.gpu, self.method, options = setup.gpu, setup.method, setup.options
@@ -179,6 +181,17 @@ class Traversal:
         program.draw(target.target, samplers, depth, tiles and tiles.rectangles)
         statistics.passes += 1
         statistics.draw_calls += 1
+        if self.watch is not None:
+            self.watch(self.kernel_of(program), source, target)
+
+    def kernel_of(self, program: FullScreenPass) -> str:
+        """The kernel that a program is; "init" where it sets states up, "all" where each ray runs
+        its own."""
+        key = next(key for key, one in self._programs.items() if one is program)
+        assert isinstance(key, ProgramKey)
+        if key.start and not key.steps:
+            return "init"
+        return self.method.kernels[key.kernel - 1] if key.kernel else "all"
 
     def _push(self, now: StateBuffer, statistics: Statistics) -> None:
         """Take up in the atlas, where the method has one, what rays in phase PUSH leave there."""

@@ -1,0 +1,99 @@
+"""The commands that look into a traversal: ``passes`` and ``heat``."""
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from ..errors import OptionError
+from ..files import check_writable, replacing
+from ..heat import KINDS, draw_heat, heat
+from ..methods import find_method
+from ..pass_pictures import write_passes
+from ..scene import load_scene
+from ..tracer import Tracer
+from .frames import IMAGES
+from .shared import add_options, options_for, print_json, print_table, size_word
+
+Command = Callable[[str, Callable[[argparse.Namespace], None], str], argparse.ArgumentParser]
+
+
+def add_commands(command: Command) -> None:
+    """Declare the commands; ``command(name, run, text)`` makes a parser."""
+    sub = command("passes", _passes, "the state of every ray after every pass, as pictures, a GIF "
+                  "and JSON")
+    sub.add_argument("scene", help="a scene's name or a mesh file")
+    sub.add_argument("-m", "--method", required=True, help="a method's name")
+    sub.add_argument("-o", "--output", required=True, metavar="FOLDER", help="made where missing")
+    sub.add_argument("--size", type=size_word, default=(256, 256), metavar="WIDTHxHEIGHT",
+                     help="eye rays; default 256x256")
+    sub.add_argument("--every", type=int, default=1, metavar="N", help="a picture of each so many "
+                     "passes; default %(default)s")
+    sub.add_argument("--states", action="store_true", help="write states and hits as .npz too")
+    add_options(sub)
+    sub = command("heat", _heat, "what each pixel's ray costs, by methods side by side on one "
+                  "scale")
+    sub.add_argument("scene", help="a scene's name or a mesh file")
+    sub.add_argument("-m", "--method", required=True, action="append", dest="methods",
+                     help="a method's name; give it again for another one beside it")
+    sub.add_argument("--what", choices=tuple(KINDS), default="steps", help="what is counted; "
+                     "default %(default)s")
+    sub.add_argument("-o", "--output", required=True, metavar="IMAGE.png")
+    sub.add_argument("--size", type=size_word, default=(256, 256), metavar="WIDTHxHEIGHT",
+                     help="eye rays; default 256x256")
+    sub.add_argument("--max", type=float, dest="highest", metavar="N", help="what the scale ends "
+                     "at; default: what 99 %% of the rays of each method keep below")
+    add_options(sub)
+
+
+def _passes(chosen: argparse.Namespace) -> None:
+    if chosen.every < 1:
+        raise OptionError(f"--every {chosen.every} must be at least 1")
+    options = options_for(chosen, chosen.method)
+    with Tracer(load_scene(chosen.scene), chosen.method,
+                **_in_passes(chosen.method, options)) as tracer:
+        found = write_passes(tracer, Path(chosen.output), chosen.size, chosen.every,
+                             chosen.states)
+    if chosen.json:
+        return print_json(found)
+    rows = found["passes"]
+    print(f"wrote {sum('picture' in row for row in rows):,} pictures, passes.gif and passes.json "
+          f"to {chosen.output}")
+    print(f"{found['method']}, {found['options']['schedule']}: {len(rows):,} passes, "
+          f"{sum(sum(row['served'].values()) for row in rows):,} kernel runs for "
+          f"{found['rays']:,} rays, of which {found['rays_hit']:,} hit")
+
+
+def _heat(chosen: argparse.Namespace) -> None:
+    check_writable(chosen.output)
+    if os.path.splitext(chosen.output)[1].lower() not in IMAGES:
+        raise OptionError(f"cannot tell an image format from {chosen.output}; end it in .png")
+    if chosen.highest is not None and not chosen.highest > 0:
+        raise OptionError(f"--max {chosen.highest:g} must be above 0")
+    scene, maps = load_scene(chosen.scene), []
+    for method in chosen.methods:
+        options = options_for(chosen, method)
+        options = (_in_passes(method, options) if chosen.what == "passes"
+                   else {**options, "statistics": True})
+        with Tracer(scene, method, **options) as tracer:
+            maps.append(heat(tracer, chosen.what, chosen.size))
+    with replacing(chosen.output) as path:
+        draw_heat(maps, chosen.what, scene.name, chosen.highest).save(path)
+    rows = [{"method": method, "map": one.title, **one.summary()}
+            for method, one in zip(chosen.methods, maps)]
+    if chosen.json:
+        return print_json({"scene": scene.name, "what": chosen.what, "size": chosen.size,
+                           "output": chosen.output, "methods": rows})
+    print(f"wrote {chosen.output}: {KINDS[chosen.what]} a ray")
+    print_table(("method", "mean", "median", "99 %", "most"),
+                [(row["map"], f"{row['mean']:.2f}", f"{row['median']:g}",
+                  f"{row['quantile_99']:g}", f"{row['max']:g}") for row in rows])
+
+
+def _in_passes(method: str, options: dict) -> dict:
+    """The schedule of one step a pass where none was asked: under ``loop`` there is one pass."""
+    schedules = find_method(method).schedules
+    if "schedule" not in options and "step" in schedules:
+        return {**options, "schedule": "step"}
+    return options

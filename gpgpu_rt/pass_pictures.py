@@ -1,0 +1,146 @@
+"""Pictures of every pass: what each ray waits for, where it is, and what it has hit so far."""
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from . import false_colours as colours
+from .errors import Error
+from .files import replacing
+from .hits import Hits
+from .ray_state import RayBatch
+from .time_travel import Pass, decode, phase_names, travel
+from .tracer import Tracer
+
+PLACES = ("node", "cell", "cursor", "first")    # the field that says where a ray is
+MOST_FRAMES = 150       # of the GIF; the first and the last pass are always among them
+FRAME_MS, LAST_MS = 80, 1500
+OURS = re.compile(r"pass_\d+\.(png|npz)|passes\.(json|gif)")
+
+
+def write_passes(tracer: Tracer, folder: Path, size: tuple[int, int], every: int = 1,
+                 states: bool = False) -> dict[str, Any]:
+    """Trace a picture's eye rays and write what stands in the textures after each pass.
+
+    ``pass_0000.png`` and on, ``passes.gif`` of up to MOST_FRAMES of them, and ``passes.json``;
+    with ``states`` also ``pass_0000.npz``: the fields of each ray's state and hit. What an earlier
+    run left there under these names is removed.
+
+    Parameters
+    ----------
+    folder : made where it is missing
+    size : (width, height) pixels
+    every : pictures of each so many passes; those of the first and the last are always written
+    states : write them too
+
+    Returns
+    -------
+    What the JSON holds.
+    """
+    folder = _made(folder)
+    origins, directions = tracer.scene.camera.rays(size)
+    first = tracer.trace(origins, directions)    # also compiles: the JSON's seconds are of tracing
+    painter = _Painter(tracer, RayBatch(origins, directions, bounds=tracer.scene.bounds), first)
+    passes: list[dict[str, Any]] = []
+    written: set[str] = set()
+    held: list[Pass] = []
+
+    def keep(one: Pass) -> None:
+        name = f"pass_{one.number:04d}"
+        with replacing(folder / f"{name}.png") as path:
+            painter.picture(one).save(path)
+        passes[-1]["picture"] = f"{name}.png"
+        written.add(f"{name}.png")
+        if states:
+            with replacing(folder / f"{name}.npz") as path, path.open("wb") as file:
+                np.savez_compressed(file, **{f"state_{k}": v for k, v in one.state.items()},
+                                    **{f"hit_{k}": v for k, v in one.hit.items()})
+            passes[-1]["states"] = f"{name}.npz"
+            written.add(f"{name}.npz")
+
+    def look(one: Pass) -> None:
+        passes.append(one.to_dict())
+        held[:] = [one]
+        if one.number % every == 0:
+            keep(one)
+            held.clear()
+
+    hits = travel(tracer, origins, directions, look)
+    if held:
+        keep(held[0])
+    found = {"scene": tracer.scene.name, "triangles": len(tracer.scene),
+             "method": tracer.method.name, "gpu": tracer.gpu.info(), "size": list(size),
+             "options": {k: v for k, v in tracer.options.items() if k != "context"},
+             "phases": {str(k): v for k, v in phase_names(tracer).items()},
+             "rays_hit": int(hits.hit.sum()), "rays": len(hits), "passes": passes}
+    _write_gif(folder, [one["picture"] for one in passes if "picture" in one])
+    with replacing(folder / "passes.json") as path:
+        path.write_text(json.dumps(found, indent=1, default=str) + "\n", encoding="utf-8")
+    for old in folder.iterdir():
+        if OURS.fullmatch(old.name) and old.name not in {*written, "passes.json", "passes.gif"}:
+            old.unlink()
+    return found
+
+
+def _made(folder: Path) -> Path:
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as failure:
+        raise Error(f"cannot make the folder {folder}: {failure.strerror}; give another one, in a "
+                    "folder that is there") from failure
+    return folder
+
+
+def _write_gif(folder: Path, pictures: list[str]) -> None:
+    chosen = np.unique(np.linspace(0, len(pictures) - 1, min(len(pictures), MOST_FRAMES)).round())
+    frames = []
+    for k in chosen.astype(int):
+        with Image.open(folder / pictures[k]) as picture:
+            frames.append(picture.convert("P", palette=Image.Palette.ADAPTIVE, colors=128))
+    with replacing(folder / "passes.gif") as path:
+        frames[0].save(path, save_all=True, append_images=frames[1:], loop=0, optimize=False,
+                       duration=[FRAME_MS] * (len(frames) - 1) + [LAST_MS])
+
+
+class _Painter:
+    """Three panels a pass: phase, place and t, each pixel a ray."""
+
+    def __init__(self, tracer: Tracer, batch: RayBatch, hits: Hits) -> None:
+        self.tracer, self.batch, self.size = tracer, batch, batch.size
+        t = hits.t[hits.hit]
+        self.lo, self.hi = (float(t.min()), float(t.max())) if len(t) else (0.0, 1.0)
+        self.names = phase_names(tracer)
+
+    def picture(self, one: Pass) -> Image.Image:
+        tracer = self.tracer
+        place = next((name for name in PLACES if name in one.state), "phase")
+        over = one.state["phase"] <= 0
+        wheres = colours.scrambled(one.state[place])
+        wheres[over] = colours.OVER
+        hits = decode(self.batch, one)
+        distance = np.full((len(hits), 3), colours.NOTHING, np.uint8)
+        distance[hits.hit] = colours.ramp((hits.t[hits.hit] - self.lo)
+                                          / max(self.hi - self.lo, 1e-30))
+        phases = np.zeros((len(over), 3), np.uint8)
+        for phase in self.names:
+            phases[one.state["phase"] == phase] = colours.category(phase)
+        panels = [(title, colours.enlarged(p.reshape(self.size[1], self.size[0], 3)))
+                  for title, p in (("what each ray waits for", phases),
+                                   (f"{place}: a colour for each number", wheres),
+                                   ("t of the nearest hit so far", distance))]
+        width = panels[0][1].width
+        served = ", ".join(f"{count:,} {name}" for name, count in one.served.items()) or "none"
+        head = [f"{tracer.scene.name}, {tracer.method.name}, {tracer.options['schedule']}: pass "
+                f"{one.number}, kernel {'of each ray' if one.kernel == 'all' else one.kernel}",
+                f"rays served: {served}; live: {one.live:,} of {len(over):,}"]
+        legend = colours.stacked([
+            colours.swatches([*((name, colours.category(phase))
+                                for phase, name in self.names.items()),
+                              ("no hit yet", colours.NOTHING)], max(3 * width, 300)),
+            colours.colour_bar(self.hi, "t of a hit", max(width, 200), self.lo)])
+        return colours.sheet(panels, head, legend)

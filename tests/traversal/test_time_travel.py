@@ -1,0 +1,174 @@
+"""Every pass seen from outside: the states add up to what a trace finds, whatever pass it is."""
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from conftest import soup_scene
+from PIL import Image
+
+import gpgpu_rt as rt
+from gpgpu_rt.cli import main
+from gpgpu_rt.heat import KINDS, draw_heat, heat
+from gpgpu_rt.pass_pictures import write_passes
+from gpgpu_rt.passes.traverse import LOOP_STEPS, Traversal
+from gpgpu_rt.ray_state import RayBatch
+from gpgpu_rt.texel_layout import HIT
+from gpgpu_rt.time_travel import Pass, decode, phase_names, travel
+
+# what is left of passes is no ray's state
+BATCHED = ("ray-engine", "ray-tiles", "ray-hierarchy")
+WATCHED = [pytest.param(row.name, schedule, marks=() if schedule == "step" or row.name in (
+    "grid", "kd-restart") else pytest.mark.full) for row in rt.methods()
+    for schedule in row.schedules if schedule != "loop" and row.name not in BATCHED]
+FIELDS = ("t", "u", "v", "triangle")
+
+
+def few_rays(count: int, seed: int) -> tuple[rt.Scene, np.ndarray, np.ndarray]:
+    scene = soup_scene(60, seed)
+    rng = np.random.default_rng(seed)
+    return scene, rng.random((count, 3)).astype(np.float32), rng.normal(size=(count, 3))
+
+
+def passes_of(tracer: rt.Tracer, *rays: np.ndarray) -> tuple[list[Pass], rt.Hits]:
+    passes: list[Pass] = []
+    return passes, travel(tracer, *rays, passes.append)
+
+
+@pytest.mark.parametrize("method, schedule", WATCHED)
+def test_the_last_state_is_what_a_trace_finds(method: str, schedule: str) -> None:
+    scene, *rays = few_rays(150, 1)
+    with rt.Tracer(scene, method, schedule=schedule, statistics=True) as tracer:
+        expected = tracer.trace(*rays)
+        passes, hits = passes_of(tracer, *rays)
+        names = set(phase_names(tracer).values())
+        # some are about all rays at once
+        assert abs(tracer.statistics.passes - len(passes)) <= 2
+    batch = RayBatch(*rays, bounds=scene.bounds)
+    last = decode(batch, passes[-1])
+    for name in FIELDS:
+        assert (getattr(hits, name) == getattr(expected, name)).all()
+        assert (getattr(last, name) == getattr(expected, name)).all()
+    assert [one.number for one in passes] == list(range(len(passes)))
+    assert passes[-1].live == 0 < passes[0].live
+    nearest = np.array([one.hit["t"] for one in passes])
+    assert (nearest[1:] <= nearest[:-1]).all(), "a hit got farther from one pass to the next"
+    assert set().union(*(one.served for one in passes)) <= names
+    if "turn" not in passes[0].state:    # packets share their steps
+        runs = sum(sum(one.served.values()) for one in passes)
+        assert runs == expected.steps.sum()
+        assert all(sum(after.served.values()) <= before.live
+                   for before, after in zip(passes, passes[1:]))
+
+
+@pytest.mark.parametrize("method, schedule", [
+    pytest.param(method, schedule, marks=() if schedule == "step" or method == "grid"
+                 else pytest.mark.full)
+    for method in ("kd-restart", "kd-ropes", "grid", "bvh-threaded", "bih")
+    for schedule in ("kernels", "step")])
+def test_any_state_leads_to_the_same_hits(exact_renderer, method: str, schedule: str) -> None:
+    """Written back into the textures, what was seen after a pass is gone on with."""
+    scene, *rays = few_rays(90, 2)
+    with rt.Tracer(scene, method, schedule=schedule) as tracer:
+        passes, expected = passes_of(tracer, *rays)
+        for one in passes[::5]:
+            driver = tracer._traversal
+            assert isinstance(driver, Traversal)
+            now, target = tracer._buffers.side(0), tracer._buffers.side(1)
+            with tracer.gpu:
+                now.write(tracer.method.state.name, **one.state)
+                now.write(HIT.name, **one.hit)
+                driver._draw(driver._traverse(tracer._rays, False, LOOP_STEPS), tracer._rays, now,
+                             target, tracer.statistics)
+                found = RayBatch(*rays, bounds=scene.bounds).hits(target.fields(HIT.name))
+            for name in FIELDS:
+                assert (getattr(found, name) == getattr(expected, name)).all(), one.number
+
+
+def test_what_an_earlier_call_left_is_not_taken_for_new() -> None:
+    scene, *rays = few_rays(100, 3)
+    with rt.Tracer(scene, "kd-restart", schedule="kernels") as tracer:
+        before, _ = passes_of(tracer, *rays)
+        tracer.trace(rays[0], -rays[1])
+        again, _ = passes_of(tracer, *rays)
+    assert [one.to_dict() for one in before] == [one.to_dict() for one in again]
+    for one, other in zip(before, again):
+        assert all((one.state[name] == other.state[name]).all() for name in one.state)
+
+
+@pytest.mark.parametrize("method, options", [*((name, {}) for name in BATCHED),
+                                             ("kd-packet", {}), ("grid", {"sort_rays": True})])
+def test_what_has_no_states_says_so(method: str, options: dict) -> None:
+    with rt.Tracer(soup_scene(9, 1), method, **options) as tracer:
+        with pytest.raises(rt.OptionError, match="no state of each ray"):
+            travel(tracer, [[0, 0, 0]], [[0, 0, 1]], print)
+
+
+@pytest.mark.parametrize("method, schedule", [
+    ("kd-restart", "step"), ("bvh-packet", "step"),
+    pytest.param("grid", "kernels", marks=pytest.mark.full)])
+def test_passes_are_written(tmp_path, method: str, schedule: str) -> None:
+    folder = tmp_path / "passes"
+    size = 18, 12
+    (tmp_path / "passes").mkdir()
+    for name in ("pass_9999.png", "mine.txt"):
+        (folder / name).write_text("old")
+    with rt.Tracer("cornell", method, schedule=schedule) as tracer:
+        found = write_passes(tracer, folder, size, every=9, states=True)
+        origins, directions = tracer.scene.camera.rays(size)
+        expected = tracer.trace(origins, directions)
+        bounds = tracer.scene.bounds
+    assert json.loads((folder / "passes.json").read_text()) == json.loads(json.dumps(found))
+    rows = found["passes"]
+    shown = [row for row in rows if "picture" in row]
+    assert [row["pass"] for row in shown] == sorted({*range(0, len(rows), 9), len(rows) - 1})
+    assert {path.name for path in folder.iterdir()} == {
+        "passes.json", "passes.gif", "mine.txt", *(row["picture"] for row in shown),
+        *(row["states"] for row in shown)}
+    with Image.open(folder / "passes.gif") as film:
+        assert film.n_frames == len(shown)
+    sizes = {Image.open(folder / row["picture"]).size for row in shown}
+    assert len(sizes) == 1
+    with np.load(folder / shown[-1]["states"]) as file:
+        hits = RayBatch(origins, directions, bounds=bounds).hits(
+            {name: file[f"hit_{name}"] for name in FIELDS})
+    for name in FIELDS:
+        assert (getattr(hits, name) == getattr(expected, name)).all()
+    assert found["rays_hit"] == expected.hit.sum() and rows[-1]["live"] == 0
+
+
+def test_the_commands(tmp_path, capsys) -> None:
+    folder, image = tmp_path / "out", tmp_path / "heat.png"
+    assert main(["passes", "cornell", "-m", "bvh-threaded", "-o", str(folder), "--size", "12x8",
+                 "--every", "8", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["options"]["schedule"] == "step" and (folder / "passes.gif").exists()
+    for what in KINDS:
+        assert main(["heat", "cornell", "-m", "grid", "-m", "bvh-threaded", "--what", what, "-o",
+                     str(image), "--size", "12x8", "--json"]) == 0
+        rows = json.loads(capsys.readouterr().out)["methods"]
+        assert [row["method"] for row in rows] == ["grid", "bvh-threaded"]
+        assert all(row["max"] > 0 for row in rows) and Image.open(image).width > 500
+    image.unlink()
+    for command, method, where, says in (
+            ("passes", "ray-tiles", folder, "no state"),
+            ("passes", "grid", folder / "a/b", "folder"),
+            ("heat", "grid", tmp_path / "a.xyz", "image"), ("heat", "gird", image, "grid")):
+        assert main([command, "cornell", "-m", method, "-o", str(where)]) == 1
+        assert says in capsys.readouterr().err
+    assert not image.exists()
+
+
+def test_heat_is_what_rays_cost() -> None:
+    """Passes until a ray is over are its steps, at a step a pass; maps share one scale."""
+    with rt.Tracer("cornell", "kd-restart", schedule="step", statistics=True) as tracer:
+        steps, passes = (heat(tracer, what, (20, 10)) for what in ("steps", "passes"))
+    assert (steps.values == passes.values).all() and steps.values.shape == (10, 20)
+    with rt.Tracer("cornell", "brute-force", statistics=True) as tracer:
+        tested = heat(tracer, "triangles", (20, 10))
+        assert (tested.values == len(tracer.scene)).all()
+    page = np.asarray(draw_heat([steps, tested], "steps", "cornell", highest=float(
+        tested.values.max())))
+    right = page[40:120, 300:500].reshape(-1, 3)    # all of it at the top of the scale
+    assert (right == right[0]).all() and right[0].tolist() == [252, 242, 160]
