@@ -23,16 +23,19 @@ from ..surfaces.parametrise import CUTS, remesh
 from ..tracer import AUTO, DEFAULT_METHOD, Tracer
 from . import hardware, looking, tuning
 from .frames import IMAGES, add_frames, render_frames
-from .picture import add_picture, explain, picture_options, progress_shown
+from .picture import add_picture, explain, light_options, picture_options, progress_shown
 from .shared import (
-    add_options, given_options, options_for, print_json, print_table, say, size_word, spelled_out
+    add_options, all_options, given_options, options_for, print_json, print_table, say, size_word,
+    spelled_out
 )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; the exit status. A user's mistake is one line on stderr."""
     parser = _parser()
-    chosen = parser.parse_args(spelled_out(sys.argv[1:] if arguments is None else arguments))
+    options = (*all_options().values(), *light_options().values())
+    chosen = parser.parse_args(spelled_out(sys.argv[1:] if arguments is None else arguments,
+                                           options))
     try:
         chosen.run(chosen)
         sys.stdout.flush()

@@ -9,9 +9,9 @@ from typing import Any
 from ..errors import OptionError
 from ..integrators import DEFAULT, INTEGRATORS, find_integrator
 from ..integrators.plan import Plan
-from ..options import Option, spell
+from ..options import Option
 from ..tracer import Tracer
-from .shared import say
+from .shared import add_option, say, word_of
 
 
 def add_picture(sub: argparse.ArgumentParser) -> None:
@@ -21,12 +21,8 @@ def add_picture(sub: argparse.ArgumentParser) -> None:
                        f"{DEFAULT}")
     group.add_argument("--explain", action="store_true", help="print the plan before drawing: "
                        "passes, textures, defines, and why the others were left out")
-    for option in _options().values():
-        bare = {"nargs": "?", "const": "true"} if option.kind is bool else {}
-        group.add_argument("--" + option.name.replace("_", "-"), dest="picture_" + option.name,
-                           metavar="true|false" if bare else "VALUE",
-                           help=f"{option.help}; default {spell(option.default).lower()}".replace(
-                               "%", "%%"), **bare)
+    for option in light_options().values():
+        add_option(group, option, "picture_")
 
 
 def picture_options(chosen: argparse.Namespace) -> dict[str, Any]:
@@ -35,12 +31,12 @@ def picture_options(chosen: argparse.Namespace) -> dict[str, Any]:
     kind = find_integrator(chosen.integrator)
     known = {option.name: option for option in kind.options}
     given: dict[str, Any] = {"integrator": kind.name}
-    for name in _options():
+    for name, option in light_options().items():
         text = getattr(chosen, "picture_" + name)
         if text is None:
             continue
         if name not in known:
-            raise OptionError(f"integrator {kind.name} has no option --{name.replace('_', '-')}")
+            raise OptionError(f"integrator {kind.name} has no option {word_of(option)}")
         given[name] = known[name].parse(text)
     return given
 
@@ -93,6 +89,6 @@ def _doublings() -> Callable[[int, int, float], None]:
     return tell
 
 
-def _options() -> dict[str, Option]:
+def light_options() -> dict[str, Option]:
     """Every option of every integrator, by name."""
     return {option.name: option for kind in INTEGRATORS.values() for option in kind.options}

@@ -4,7 +4,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from ..errors import OptionError
@@ -24,20 +24,29 @@ def add_options(sub: argparse.ArgumentParser) -> None:
     """A ``--word`` for every option of the tracer and its methods."""
     group = sub.add_argument_group("options of the tracer and its methods")
     for option in all_options().values():
-        choices = f" ({', '.join(map(spell, option.choices))})" if option.choices else ""
-        bare = {"nargs": "?", "const": "true"} if option.kind is bool else {}
-        default = spell(option.default).lower() if bare or option.default is None else spell(
-            option.default)
-        group.add_argument("--" + option.name.replace("_", "-"), dest="option_" + option.name,
-                           metavar="true|false" if bare else "VALUE",
-                           help=f"{option.help}{choices}; default {default}".replace("%", "%%"),
-                           **bare)
+        add_option(group, option, "option_")
 
 
-def spelled_out(arguments: Sequence[str]) -> list[str]:
+def word_of(option: Option) -> str:
+    """The option as it is written on the command line."""
+    return "--" + option.name.replace("_", "-")
+
+
+def add_option(group: argparse._ArgumentGroup, option: Option, prefix: str) -> None:
+    """Its ``--word``, whose text is then found under ``prefix`` and its name."""
+    choices = f" ({', '.join(map(spell, option.choices))})" if option.choices else ""
+    bare = {"nargs": "?", "const": "true"} if option.kind is bool else {}
+    default = spell(option.default).lower() if bare or option.default is None else spell(
+        option.default)
+    group.add_argument(word_of(option), dest=prefix + option.name,
+                       metavar="true|false" if bare else "VALUE",
+                       help=f"{option.help}{choices}; default {default}".replace("%", "%%"),
+                       **bare)
+
+
+def spelled_out(arguments: Sequence[str], options: Iterable[Option]) -> list[str]:
     """A bare switch as ``--word=true``: what follows it, such as a scene, is not its value."""
-    switches = {"--" + option.name.replace("_", "-") for option in all_options().values()
-                if option.kind is bool}
+    switches = {word_of(option) for option in options if option.kind is bool}
     following = [*arguments[1:], ""]
     return [word + "=true" if word in switches and after.lower() not in TRUTH else word
             for word, after in zip(arguments, following)]
