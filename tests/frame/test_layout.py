@@ -26,7 +26,7 @@ def fields_of(record: Record, count: int, seed: int) -> dict[str, np.ndarray]:
 
 
 def test_records_have_names_of_their_own() -> None:
-    """GLSL knows a record by its name; one with a define is another form of the one it is called."""
+    """GLSL knows a record by its name; one with a define is another form of one so called."""
     names = [record.name for record in RECORDS if not getattr(record, "define", "")]
     assert len(names) == len(set(names))
 
