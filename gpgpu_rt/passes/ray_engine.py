@@ -13,6 +13,7 @@ from ..methods.row import Accelerator
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..record import Record
 from ..statistics import Statistics
+from ..texel_layout import RAY_AFTER_HIT, RAY_TEXELS
 from ..textures import read_texture, texture_bytes
 from .driver import Samplers, Setup
 from .full_screen import FullScreenPass
@@ -57,7 +58,7 @@ class RayEngine:
                                for texture in rays.textures], axis=1)
             split["bytes_down"] += texture_bytes(rays.textures)
         trip = RayTrip(self.accelerator, self.options, self.step_cap,
-                       rays.in_textures, texels, any_hit)
+                       RAY_AFTER_HIT if rays.after_hit else RAY_TEXELS, texels, any_hit)
         with clocked(split, "traversal_seconds"):
             waiting = trip.enter(trip.walk.start(trip.hit["t"]))
         while len(waiting):
