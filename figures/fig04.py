@@ -54,8 +54,8 @@ def watching(engine: Any, found: list[Pass]) -> Iterator[None]:
     room_for = engine._room_for
     batches = [0]
 
-    def watched(count: int) -> Any:
-        room = room_for(count)
+    def watched(*asked: Any) -> Any:
+        room = room_for(*asked)
         batches[0] += 1
         if "draw_quads" in vars(room):
             return room

@@ -81,7 +81,9 @@ class Whitted(Integrator):
                         for depth in range(self.needs.bounces + 1)}
         if "radiance" in self.room:
             self.room.target("radiance").clear()
-        shadows = self._wave(trace, Wave(rays, self.room.samplers("lit", "path")))
+        # Where rays go on, programs want something bound even for the eye's.
+        unread = self.room.samplers("lit", "path") if self.needs.want(("BOUNCES",)) else {}
+        shadows = self._wave(trace, Wave(rays, unread))
         source = {**self._lit(), **shadows.samplers()}
         if "radiance" in self.room:
             source.update(self.room.samplers("radiance", "radiance"))

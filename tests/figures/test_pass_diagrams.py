@@ -18,7 +18,7 @@ def test_figure_6_has_purcells_kernels() -> None:
     assert kinds["init"][1] == 2       # eye rays, shadow rays
     assert {"rays", "state", "hit", "grid_cell table"} == set(kinds["traverse"][0].reads)
     assert {"triangle table", "reference table"} <= set(kinds["intersect"][0].reads)
-    assert set(kinds["surfaces"][0].writes) == {"rays", "lit"}
+    assert set(kinds["surfaces"][0].writes) == {"rays", "lit", "direct"}
 
 
 def test_figure_23_tells_the_order_and_what_cones_reject() -> None:
