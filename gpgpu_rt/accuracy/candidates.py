@@ -16,7 +16,9 @@ from ..options import TRACER_OPTIONS, Option
 _ACCURACY = ("precision", "storage", "rounding", "intersection", "interval")
 # No knobs of their own: how a call is watched, what precision sets both of, and how that rounds;
 # and where the same build runs.
-_NO_KNOBS = ("statistics", "context", "storage", "arithmetic", "schedule", "build_device")
+# Rasterised bounds are for pictures; what is measured here are arrays of rays.
+_NO_KNOBS = ("statistics", "context", "storage", "arithmetic", "schedule", "build_device",
+             "rasterised_bounds")
 _STEPS = (16, 64)
 FULL_PRECISION = (None, "fp32")
 STEP_ROOM = 8   # steps of a relaxed candidate over the most a ray takes at full accuracy
