@@ -17,11 +17,12 @@ import gpgpu_rt as rt
 from gpgpu_rt.methods import find_method
 from gpgpu_rt.record import Record
 from gpgpu_rt.texel_layout import HIT, RAY_TEXELS
+from gpgpu_rt.time_travel import watching
 
 from .measure import Cell
 from .output import markdown_table, plt, save_chart, write_csv, write_text
 from .plan import INK, PALE, SPLITS, TRIANGLE, VISITED
-from .small_world import MAX_DEPTH, watching, world
+from .small_world import MAX_DEPTH, world
 
 METHOD, SHOWN, SIDE = "kd-restart", "down", 16     # the kernel drawn; rays a side of the tile
 HEADS = ("pass", "kernel", "reads streams", "gathers from tables", "writes", "rays, pass by pass")
@@ -83,23 +84,21 @@ def passes(method: str = METHOD) -> tuple[Pass, ...]:
     found: list[Pass] = []
     with rt.Tracer(world().scene, method, schedule="kernels", mask_interval=2,
                    max_depth=MAX_DEPTH) as tracer:
-        names = dict(enumerate(("init", *tracer.method.kernels)))
         sides: dict[int, str] = {}
         stepped = np.zeros(SIDE * SIDE, np.int32)
 
-        def look(source: Any, target: Any, program: Any) -> None:
-            traversal = tracer._traversal
-            kernel = next(key.kernel for key, one in traversal._programs.items() if one is program)
+        def look(kernel: str, source: Any, target: Any) -> None:
+            program = tracer._traversal.program_of(kernel)
             for buffer in (target, source):
                 if buffer is not None and id(buffer) not in sides:
                     sides[id(buffer)] = "AB"[len(sides)]
             steps = target.fields(tracer.method.state.name)["steps"]
             # A target keeps what early depth rejects: those of its texels are from before.
-            ran = steps > stepped if kernel else np.ones(len(steps), bool)
+            ran = steps > stepped if source is not None else np.ones(len(steps), bool)
             stepped[ran] = steps[ran]
             attached = {texture.glo: name for name, texture in target.samplers().items()}
             found.append(Pass(
-                names[kernel], tuple(sorted(program._samplers)),
+                kernel, tuple(sorted(program.samplers)),
                 tuple(attached[texture.glo] for texture in target.target.color_attachments),
                 "" if source is None else sides[id(source)], sides[id(target)],
                 int(ran.sum())))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import gpgpu_rt as rt
-from gpgpu_rt.passes import full_screen, ray_tiles
+from gpgpu_rt.passes import ray_tiles
 from gpgpu_rt.passes.traverse import ProgramKey
 
 
@@ -52,38 +52,34 @@ def logged(tracer: rt.Tracer, left_out: tuple[str, ...] = ()) -> Iterator[PassLo
     left_out : programs to pass over, such as those that only count
     """
     log = PassLog()
-    whole, pairs = full_screen.FullScreenPass.draw, ray_tiles._PairPass.draw
 
-    def kernel_of(program: Any) -> str:
+    def kernel_of(drawn: Any) -> str:
+        if isinstance(drawn, ray_tiles.PairPass):
+            return "tile_pairs, again" if drawn.again else "tile_pairs"
         for key, one in getattr(tracer._traversal, "_programs", {}).items():
-            if one is program and isinstance(key, ProgramKey):
+            if one is drawn and isinstance(key, ProgramKey):
                 return ("init", *tracer.method.kernels)[key.kernel]
-        return str(program.name).split("/")[-1].removesuffix(".frag")
+        return str(drawn.name).split("/")[-1].removesuffix(".frag")
 
-    def note(name: str, samplers: list[str], target: Any, textures: Any) -> None:
-        attached = tuple(texture.glo for texture in target.color_attachments)
-        # One texture stands under two names where a program needs something bound it does not
-        # read then: what a draw writes, it does not read.
-        for sampler, texture in textures.items():
-            log.names.setdefault(texture.glo, record_of(sampler))
-        reads = dict.fromkeys(record_of(sampler) for sampler in samplers
-                              if log.names[textures[sampler].glo] == record_of(sampler))
-        log.issued.append(Issued(name, tuple(reads), attached))
+    class Watch:
+        """Writes down what is drawn."""
 
-    def draw(self: Any, target: Any, textures: Any, *rest: Any, **more: Any) -> None:
-        name = kernel_of(self)
-        if name not in left_out:
-            note(name, self._samplers, target, textures)
-        whole(self, target, textures, *rest, **more)
-
-    def draw_pairs(self: Any, target: Any, textures: Any, count: int, uniforms: Any) -> None:
-        note("tile_pairs, again" if uniforms["equal"] else "tile_pairs", self.samplers, target,
-             textures)
-        pairs(self, target, textures, count, uniforms)
-    full_screen.FullScreenPass.draw, ray_tiles._PairPass.draw = draw, draw_pairs
+        def note(self, drawn: Any, target: Any, textures: Any) -> None:
+            name = kernel_of(drawn)
+            if name in left_out:
+                return
+            attached = tuple(texture.glo for texture in target.color_attachments)
+            # One texture stands under two names where a program needs something bound it does not
+            # read then: what a draw writes, it does not read.
+            for sampler, texture in textures.items():
+                log.names.setdefault(texture.glo, record_of(sampler))
+            reads = dict.fromkeys(record_of(sampler) for sampler in drawn.samplers
+                                  if log.names[textures[sampler].glo] == record_of(sampler))
+            log.issued.append(Issued(name, tuple(reads), attached))
+    tracer.gpu.watch = Watch()
     try:
         yield log
     finally:
-        full_screen.FullScreenPass.draw, ray_tiles._PairPass.draw = whole, pairs
+        tracer.gpu.watch = None
         for one in log.issued:
             one.writes = tuple(dict.fromkeys(log.names.get(glo, "picture") for glo in one.targets))

@@ -6,8 +6,6 @@ from above the tree is a two-dimensional one, as the survey draws it.
 """
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -17,6 +15,7 @@ import numpy as np
 import gpgpu_rt as rt
 from gpgpu_rt.accel import KD_LEAF_AXIS, KdTree, build_ropes
 from gpgpu_rt.accel.ropes import Ropes
+from gpgpu_rt.time_travel import watching
 
 SEED, COUNT, HEIGHT, MAX_DEPTH = 1, 6, 0.05, 3
 BVH = {"build": "kay-kajiya"}      # as Thrane and Simonsen drew it: a leaf a triangle
@@ -140,7 +139,7 @@ def _walk(method: str, small: World) -> Walk:
     with rt.Tracer(small.scene, method, schedule="step", statistics=True, **build) as tracer:
         row = tracer.method
 
-        def look(source: Any, target: Any, program: Any) -> None:
+        def look(kernel: str, source: Any, target: Any) -> None:
             states.append(tuple({name: values[0].item() if values.ndim == 1 else values[0]
                                  for name, values in target.fields(record).items()}
                                 for record in (row.state.name, "hit")))
@@ -150,20 +149,3 @@ def _walk(method: str, small: World) -> Walk:
              for (before, _), (after, hit) in zip(states, states[1:])
              if after["steps"] > before["steps"]]
     return Walk(method, steps, hits)
-
-
-@contextmanager
-def watching(tracer: rt.Tracer, look: Any) -> Iterator[None]:
-    """Within, ``look(source, target, program)`` is called after each traversal pass of a tracer
-    (source: the state buffer it read, None for the first)."""
-    traversal = tracer._traversal
-    draw = traversal._draw
-
-    def draw_and_look(program: Any, rays: Any, source: Any, target: Any, *rest: Any) -> None:
-        draw(program, rays, source, target, *rest)
-        look(source, target, program)
-    traversal._draw = draw_and_look   # type: ignore[method-assign]
-    try:
-        yield
-    finally:
-        del traversal._draw

@@ -105,7 +105,7 @@ class Gpu:
         self.max_texture_size: int = context.info["GL_MAX_TEXTURE_SIZE"]
         self.max_draw_buffers: int = context.info["GL_MAX_DRAW_BUFFERS"]
         self.programs: dict[Any, moderngl.Program] = {}   # filled by shader.py
-        self.watch: Any = None    # is told of every full-screen pass, where one is asked for
+        self.watch: Any = None    # is told of passes before they are drawn, where one is asked for
         self._rest: moderngl.Framebuffer | None = None
         self._entered = 0
         self._turn = threading.RLock()

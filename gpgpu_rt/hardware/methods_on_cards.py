@@ -34,7 +34,7 @@ class _Programs:
             return
         texts = text_of(one.gpu, one.program)
         most = max(len(target.color_attachments or ()), self.found.get(texts, ("", 0, 0))[1])
-        texels = max((textures[name].width * textures[name].height for name in one._samplers
+        texels = max((textures[name].width * textures[name].height for name in one.samplers
                       if name.endswith("_table")), default=0)
         self.found[texts] = (one.name, most, texels)
 

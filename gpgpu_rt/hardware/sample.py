@@ -57,7 +57,7 @@ class Watch:
         self.texts, self.target = text_of(one.gpu, one.program), target
         self.uniforms = dict(one._uniforms)
         self.written_bytes = sum(texel_bytes(t) for t in target.color_attachments)
-        for name in one._samplers:
+        for name in one.samplers:
             self.samplers[name] = as_array(textures[name])
             self.texel_bytes[name] = texel_bytes(textures[name])
 

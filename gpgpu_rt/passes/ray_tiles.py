@@ -39,7 +39,7 @@ class RayTiles:
         largest = self.gpu.context.info["GL_POINT_SIZE_RANGE"][1]
         self.points = setup.options["pairs"] == "points" and largest >= self.tile
         self.statistics_on = bool(setup.options["statistics"])
-        self._programs: dict[object, FullScreenPass | _PairPass] = {}
+        self._programs: dict[object, FullScreenPass | PairPass] = {}
         self._room: _Room | None = None
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
@@ -169,14 +169,14 @@ class RayTiles:
                 {**method_texts(self.method, self.options), "streams": "\n".join(texts)})
         return self._programs[key]
 
-    def _pair_program(self, rays: Record, any_hit: bool, counting: bool) -> _PairPass:
+    def _pair_program(self, rays: Record, any_hit: bool, counting: bool) -> PairPass:
         key = ("tile_pairs", rays, any_hit, counting)
         if key not in self._programs:
             texts = [r.stream_glsl(False) for r in (rays, NEAREST, HIT)]
             cones = [r.stream_glsl(False) for r in (TILE_CONE, TILE_END)]
             constants = f"#define TILE {self.tile}\n#define TABLE_WIDTH_LOG2 {TABLE_WIDTH_LOG2}\n"
             constants += "#define POINTS\n" if self.points else ""
-            self._programs[key] = _PairPass(self, {
+            self._programs[key] = PairPass(self, {
                 **self._defines(any_hit), "STATISTICS": None, "COUNTING": counting}, {
                 **method_texts(self.method, self.options), "constants": constants,
                 "streams": "\n".join(texts), "sources": "\n".join(cones)})
@@ -200,13 +200,14 @@ class RayTiles:
             self._room.release()
 
 
-class _PairPass:
+class PairPass:
     """The program of pairs, drawn as points, or as instances of a quad, without attributes."""
 
     def __init__(self, owner: RayTiles, defines: Mapping[str, object],
                  virtual: Mapping[str, str]) -> None:
-        self.gpu = owner.gpu
-        self.program = compile_program(owner.gpu, "passes/tile_pairs.frag", defines, virtual,
+        self.gpu, self.name = owner.gpu, "passes/tile_pairs.frag"
+        self.again = False    # drawn once more, for the triangles at the least t
+        self.program = compile_program(owner.gpu, self.name, defines, virtual,
                                        "passes/tile_pairs.vert")
         self.geometry = owner.gpu.context.vertex_array(self.program, [])
         self.points = owner.points
@@ -221,9 +222,12 @@ class _PairPass:
         for name, value in uniforms.items():
             if name in self.program:
                 self.program[name].value = value
+        self.again = bool(uniforms["equal"])
+        if self.gpu.watch is not None:
+            self.gpu.watch.note(self, target, textures)
         target.use()
         used = {name: textures[name] for name in self.samplers}
-        with self.gpu.drawing("passes/tile_pairs.frag", self.program, target, used):
+        with self.gpu.drawing(self.name, self.program, target, used):
             if self.points:
                 self.geometry.render(moderngl.POINTS, vertices=pairs)
             else:

@@ -193,6 +193,11 @@ class Traversal:
             return "init"
         return self.method.kernels[key.kernel - 1] if key.kernel else "all"
 
+    def program_of(self, kernel: str) -> FullScreenPass:
+        """The program that has run as this kernel."""
+        return next(one for key, one in self._programs.items()
+                    if isinstance(key, ProgramKey) and self.kernel_of(one) == kernel)
+
     def _push(self, now: StateBuffer, statistics: Statistics) -> None:
         """Take up in the atlas, where the method has one, what rays in phase PUSH leave there."""
         if self._atlas is not None:
