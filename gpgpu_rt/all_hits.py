@@ -65,6 +65,8 @@ def collect(batch: RayBatch, trace: Round, max_hits: int | None = None) -> AllHi
     trace : finds the nearest hit of rays that go on behind another
     max_hits : of a ray, or None for all of them
     """
+    if max_hits is not None and max_hits < 0:
+        raise OptionError(f"max_hits is {max_hits}; give 0 or more, or None for all")
     given = batch.texels.reshape(-1, 2, 4)[:batch.count]
     texels = np.empty((len(given), 3, 4), np.float32)
     texels[:, :2], texels[:, 2] = given, EMPTY[2]

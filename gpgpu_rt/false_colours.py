@@ -13,7 +13,8 @@ _RAMP = np.array([[8, 10, 38], [58, 22, 100], [128, 34, 108], [194, 58, 84], [23
 _CATEGORIES = np.array([[230, 159, 0], [86, 180, 233], [0, 158, 115], [240, 228, 66],
                         [204, 121, 167], [0, 114, 178]], np.uint8)
 OVER = (38, 38, 44)         # a ray that is done
-STOPPED = (255, 30, 30)     # one that was stopped
+STOPPED = (255, 30, 30)     # one that was stopped by the step cap
+FULL = (255, 0, 200)        # one whose stack was full
 NOTHING = (176, 176, 184)   # no number to show
 PAPER, INK = (250, 250, 248), (24, 24, 28)
 MARGIN, LINE = 8, 16
@@ -30,7 +31,7 @@ def ramp(values: np.ndarray) -> np.ndarray:
 def category(number: int) -> tuple[int, int, int]:
     """The colour of a phase: those from 1 on wait for a kernel, below 0 are stopped."""
     if number <= 0:
-        return STOPPED if number else OVER
+        return {0: OVER, -1: STOPPED}.get(number, FULL)
     return tuple(int(c) for c in _CATEGORIES[(number - 1) % len(_CATEGORIES)])
 
 

@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import json
-import re
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +19,6 @@ from .tracer import Tracer
 PLACES = ("node", "cell", "cursor", "first")    # the field that says where a ray is
 MOST_FRAMES = 150       # of the GIF; the first and the last pass are always among them
 FRAME_MS, LAST_MS = 80, 1500
-OURS = re.compile(r"pass_\d+\.(png|npz)|passes\.(json|gif)")
 
 
 def write_passes(tracer: Tracer, folder: Path, size: tuple[int, int], every: int = 1,
@@ -28,8 +26,8 @@ def write_passes(tracer: Tracer, folder: Path, size: tuple[int, int], every: int
     """Trace a picture's eye rays and write what stands in the textures after each pass.
 
     ``pass_0000.png`` and on, ``passes.gif`` of up to MOST_FRAMES of them, and ``passes.json``;
-    with ``states`` also ``pass_0000.npz``: the fields of each ray's state and hit. What an earlier
-    run left there under these names is removed.
+    with ``states`` also ``pass_0000.npz``: the fields of each ray's state and hit. What the
+    ``passes.json`` of an earlier run lists there is removed.
 
     Parameters
     ----------
@@ -43,6 +41,7 @@ def write_passes(tracer: Tracer, folder: Path, size: tuple[int, int], every: int
     What the JSON holds.
     """
     folder = _made(folder)
+    before = _listed(folder)
     origins, directions = tracer.scene.camera.rays(size)
     first = tracer.trace(origins, directions)    # also compiles: the JSON's seconds are of tracing
     painter = _Painter(tracer, RayBatch(origins, directions, bounds=tracer.scene.bounds), first)
@@ -81,10 +80,19 @@ def write_passes(tracer: Tracer, folder: Path, size: tuple[int, int], every: int
     _write_gif(folder, [one["picture"] for one in passes if "picture" in one])
     with replacing(folder / "passes.json") as path:
         path.write_text(json.dumps(found, indent=1, default=str) + "\n", encoding="utf-8")
-    for old in folder.iterdir():
-        if OURS.fullmatch(old.name) and old.name not in {*written, "passes.json", "passes.gif"}:
-            old.unlink()
+    for old in before - written:
+        (folder / old).unlink(missing_ok=True)
     return found
+
+
+def _listed(folder: Path) -> set[str]:
+    """The pictures and states that the JSON of an earlier run lists."""
+    try:
+        passes = json.loads((folder / "passes.json").read_text(encoding="utf-8"))["passes"]
+        names = {one[key] for one in passes for key in ("picture", "states") if key in one}
+        return {name for name in names if Path(name).name == name}
+    except (OSError, ValueError, KeyError, TypeError):
+        return set()
 
 
 def _made(folder: Path) -> Path:

@@ -65,10 +65,12 @@ def watching(tracer: Tracer, watch: Watch) -> Iterator[None]:
     """
     driver: Any = tracer._traversal
     if not hasattr(driver, "watch"):
-        what = "sort_rays" if tracer.options["sort_rays"] else (
-            f"method {tracer.method.name} under schedule {tracer.options['schedule']}")
-        raise OptionError(f"{what} keeps no state of each ray from pass to pass; take a method "
-                          "with the schedule kernels or step, and unsorted rays")
+        about = next((name for name in ("sort_rays", "entry_points")
+                      if tracer.options.get(name)), None)
+        raise OptionError(f"option {about} puts other passes around those of the method; leave it "
+                          "out to look at these" if about else
+                          f"method {tracer.method.name} keeps no state of each ray from pass to "
+                          "pass; take another one, such as a grid, a kd-tree or a BVH")
     driver.watch = watch
     try:
         yield
@@ -82,7 +84,8 @@ def travel(tracer: Tracer, origins: np.ndarray, directions: np.ndarray,
 
     Parameters
     ----------
-    tracer : under ``step`` or ``kernels``; under ``loop`` a pass is (nearly) the whole traversal
+    tracer : under ``step`` or ``kernels``; under ``loop`` one pass is the whole traversal, and
+        OptionError says so
     origins, directions, more : as for ``Tracer.trace``
     look : gets a Pass; its arrays are the caller's to keep
 
@@ -90,6 +93,9 @@ def travel(tracer: Tracer, origins: np.ndarray, directions: np.ndarray,
     -------
     The hits, as ``Tracer.trace`` returns them.
     """
+    if tracer.options["schedule"] == "loop":
+        raise OptionError(f"method {tracer.method.name} under schedule loop has one pass to look "
+                          "at; take a method with the schedule kernels or step")
     batch = RayBatch(origins, directions, bounds=tracer.scene.bounds, **more)
     record = _Record(tracer, batch, look)
     with tracer.gpu, watching(tracer, record.take):

@@ -33,10 +33,10 @@ def read_scene(path: Path) -> Scene:
         in one line that names the file and the key
     """
     try:
-        said = json.loads(path.read_text(encoding="utf-8"))
+        said = json.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as failure:
         raise SceneError(f"{path}: cannot read this scene file ({failure.strerror})") from None
-    except ValueError as failure:
+    except (ValueError, RecursionError) as failure:
         raise SceneError(f"{path}: no JSON ({failure}); repair it") from None
     check(said, "scene", f"{path}: scene")
     return _SceneFile(path, said).scene()
@@ -97,6 +97,9 @@ class _SceneFile:
             if "quad" in entry:
                 square = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], np.float32)
                 uv = square[[[0, 1, 2], [0, 2, 3]]]
+        if uv is None and any(self.materials[row].texture is not None for row in np.unique(rows)):
+            raise SceneError(f"{self.path}: {where} has no texture coordinates for its material's "
+                             "texture; put it on a quad, or on a mesh file that has them")
         linear = _linear(entry)
         triangles = triangles @ linear.T + np.asarray(entry.get("translate", (0, 0, 0)))
         if normals is not None:
@@ -183,15 +186,17 @@ class _SceneFile:
         said = self.said.get("environment")
         if said is None:
             return None
+        if said == {"backdrop": False}:
+            return None
         kinds = [kind for kind in (("colour",), ("zenith", "ground"), ("image",), ("backdrop",))
-                 if any(key in said for key in kind)]
+                 if any(said.get(key, False) is not False for key in kind)]
         if len(kinds) != 1:
             raise SceneError(f"{self.path}: environment is {said}; give either colour, zenith and "
                              "ground, image, or backdrop")
         image = self._texture(said, "image", "environment")
         if image is not None:
             found = Environment.surrounded(image)
-        elif "backdrop" in said:
+        elif said.get("backdrop"):
             found = BACKDROP
         else:
             black = (0, 0, 0)

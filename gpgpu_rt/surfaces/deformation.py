@@ -98,8 +98,12 @@ class Deformation:
                 # A triangle gained area, or lost it.
                 tracer._write_tables(tracer.method.tables_for(tracer.options), accelerator)
             tracer._traversal.follow(samplers, accelerator, tracer.step_cap)
-            if tracer._integrator is not None and read_back:
+            if not read_back:
+                tracer._eye_drivers.lose_triangles()
+                return
+            if tracer._integrator is not None:
                 tracer._integrator.take(tracer._shown())
+            tracer._eye_drivers.take(tracer._hit_triangles(), tracer._traversal)
 
     def release(self) -> None:
         """Free what the passes hold; the tracer stays where it is."""

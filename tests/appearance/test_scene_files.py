@@ -170,3 +170,23 @@ def test_gltf_metals_are_mirrors_or_glossy(tmp_path: Path) -> None:
         (material,) = rt.load_scene(tmp_path / "gold.glb").used_materials
         assert np.allclose(getattr(material, part), (1, 0.8, 0.2)) and not any(material.diffuse)
         assert material.emission == (0, 1, 0)
+
+
+def test_a_backdrop_that_is_false_is_none(folder: Path) -> None:
+    said = {**GOOD, "environment": {"backdrop": False}}
+    assert rt.load_scene(written(folder, said)).environment is None
+
+
+def test_a_texture_without_places_is_refused(folder: Path) -> None:
+    said = copy.deepcopy(GOOD)
+    said["meshes"][1]["material"] = "wood"
+    with pytest.raises(rt.SceneError, match=r"meshes\[1\] has no texture coordinates"):
+        rt.load_scene(written(folder, said))
+
+
+def test_what_is_too_deep_or_marked_as_utf8(folder: Path) -> None:
+    with pytest.raises(rt.SceneError, match="no JSON"):
+        rt.load_scene(written(folder, "[" * 100_000))
+    path = written(folder, GOOD)
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+    assert rt.load_scene(path).name == "still"

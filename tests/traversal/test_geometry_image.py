@@ -337,3 +337,16 @@ def test_deformations_that_do_not_work(tmp_path) -> None:
     with rt.Tracer(scene, "bvh-threaded") as tracer:
         with pytest.raises(rt.OptionError, match="geometry-image"):
             rt.Deformation(tracer, "wave")
+
+
+def test_the_rasteriser_follows_a_deformation(exact_renderer) -> None:
+    with rt.Tracer("boulder", ROW.name) as tracer, rt.Deformation(tracer, "twist") as deformation:
+        for time in (0.0, 0.5):
+            deformation.to(time)
+            traced, rasterised = (tracer.eye_hits(size=(64, 64), first_hits=kind)
+                                  for kind in ("traced", "rasterised"))
+            assert_same_bits(rasterised, traced)
+            assert traced.hit.any()
+        deformation.to(0.7, read_back=False)
+        with pytest.raises(rt.OptionError, match="read_back"):
+            tracer.eye_hits(size=(8, 8), first_hits="rasterised")

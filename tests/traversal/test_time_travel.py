@@ -97,11 +97,14 @@ def test_what_an_earlier_call_left_is_not_taken_for_new() -> None:
         assert all((one.state[name] == other.state[name]).all() for name in one.state)
 
 
-@pytest.mark.parametrize("method, options", [*((name, {}) for name in BATCHED),
-                                             ("kd-packet", {}), ("grid", {"sort_rays": True})])
-def test_what_has_no_states_says_so(method: str, options: dict) -> None:
+@pytest.mark.parametrize("method, options, why", [
+    *((name, {}, "no state of each ray") for name in BATCHED), ("kd-packet", {}, "one pass"),
+    ("kd-restart", {"schedule": "loop"}, "one pass"),
+    ("grid", {"schedule": "step", "sort_rays": True}, "sort_rays"),
+    ("kd-restart", {"schedule": "step", "entry_points": 16}, "entry_points")])
+def test_what_has_no_states_says_so(method: str, options: dict, why: str) -> None:
     with rt.Tracer(soup_scene(9, 1), method, **options) as tracer:
-        with pytest.raises(rt.OptionError, match="no state of each ray"):
+        with pytest.raises(rt.OptionError, match=why):
             travel(tracer, [[0, 0, 0]], [[0, 0, 1]], print)
 
 
@@ -112,8 +115,9 @@ def test_passes_are_written(tmp_path, method: str, schedule: str) -> None:
     folder = tmp_path / "passes"
     size = 18, 12
     (tmp_path / "passes").mkdir()
-    for name in ("pass_9999.png", "mine.txt"):
+    for name in ("pass_9999.png", "pass_7.png"):
         (folder / name).write_text("old")
+    (folder / "passes.json").write_text('{"passes": [{"picture": "pass_9999.png"}]}')
     with rt.Tracer("cornell", method, schedule=schedule) as tracer:
         found = write_passes(tracer, folder, size, every=9, states=True)
         origins, directions = tracer.scene.camera.rays(size)
@@ -124,7 +128,7 @@ def test_passes_are_written(tmp_path, method: str, schedule: str) -> None:
     shown = [row for row in rows if "picture" in row]
     assert [row["pass"] for row in shown] == sorted({*range(0, len(rows), 9), len(rows) - 1})
     assert {path.name for path in folder.iterdir()} == {
-        "passes.json", "passes.gif", "mine.txt", *(row["picture"] for row in shown),
+        "passes.json", "passes.gif", "pass_7.png", *(row["picture"] for row in shown),
         *(row["states"] for row in shown)}
     with Image.open(folder / "passes.gif") as film:
         assert film.n_frames == len(shown)
