@@ -100,7 +100,7 @@ class Pictures:
         """Hits of the eye rays of ``render``, row by row from the top; parameters as there."""
         width, height = image_size(size)
         self.statistics.start_call(width * height)
-        with self.gpu:
+        with self.gpu, self._logged():
             rays, buffers = self._room((width, height))
             driver = self._driver(first_hits)
             eye = EyeRays(self.gpu, self.precision)

@@ -13,12 +13,11 @@ import trimesh
 from .accel.image_tree import cell_faces
 from .appearance.attributes import corner_values, material_rows, smooth_normals
 from .appearance.light import BACKDROP, Environment, PointLight
-from .appearance.material import GREY, Material
+from .appearance.material import Material
 from .camera import Camera
 from .errors import SceneError
 from .scenes import catalogue, mesh_file
 
-LIGHT_GREY = GREY
 Light = PointLight
 
 

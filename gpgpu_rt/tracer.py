@@ -281,12 +281,14 @@ class Tracer(Pictures):
         """
         check_exact(self.method, self.options)
         batch = RayBatch(origins, directions, t_min, t_max, shape, invalid, self._bounds)
-        with self.gpu:
+        with self.gpu, self._logged():
             self.statistics.start_call(batch.count)
             began = time.perf_counter()
             hits = collect(batch, self._trace_on, max_hits)
             self.gpu.check_error(f"tracing all hits of {batch.count} rays")
             self.statistics.trace_seconds = time.perf_counter() - began
+        if self._rays is not None:
+            self._add_texture_bytes()
         return hits
 
     def _trace_on(self, texels: np.ndarray) -> tuple[dict[str, np.ndarray], np.ndarray]:

@@ -88,12 +88,11 @@ class RasterisedBounds:
         self._target.clear(NOTHING, NOTHING, NOTHING, NOTHING)
         if not triangles:
             return
-        unit = 0
-        for name in program:
-            if getattr(program[name], "gl_type", None) in GL_SAMPLERS:
-                samplers[name].use(unit)
-                program[name].value = unit
-                unit += 1
+        used = {name: samplers[name] for name in program
+                if getattr(program[name], "gl_type", None) in GL_SAMPLERS}
+        for unit, (name, texture) in enumerate(used.items()):
+            texture.use(unit)
+            program[name].value = unit
         right, up, forward = (tuple(axis) for axis in camera.basis(size))
         uniforms = {"eye": camera.eye, "right": right, "up": up, "forward": forward,
                     "image": size, "tiles": self._target.size, "tile": self.tile}
@@ -105,7 +104,8 @@ class RasterisedBounds:
         context.blend_equation = moderngl.MIN
         try:
             self._target.use()
-            geometry.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=triangles)
+            with self.gpu.drawing("passes/depth_bounds.frag", program, self._target, used):
+                geometry.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=triangles)
         finally:
             context.enable_only(moderngl.NOTHING)
             context.blend_equation = moderngl.FUNC_ADD

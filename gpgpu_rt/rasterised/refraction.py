@@ -87,7 +87,9 @@ class Refraction:
                     target = context.framebuffer([texture], depth)
                     target.clear(0.0, 0.0, 0.0, 0.0, depth=end)
                     target.use()
-                    geometry.render(moderngl.TRIANGLES)
+                    read = {"back": back} if name == "front" else {}
+                    with self.gpu.drawing(f"refraction, {name}", program, target, read):
+                        geometry.render(moderngl.TRIANGLES)
                     self.gpu.release(target)
                 found = read_texture(leaving)
             finally:

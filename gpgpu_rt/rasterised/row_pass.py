@@ -24,7 +24,8 @@ class RowPass:
 
     def __init__(self, gpu: Gpu, vertex: str, fragment: str, attribute: str, vertices: int,
                  defines: Mapping[str, object], virtual: Mapping[str, str]) -> None:
-        self.gpu, self.attribute, self.vertices = gpu, attribute, vertices
+        self.gpu, self.name = gpu, fragment
+        self.attribute, self.vertices = attribute, vertices
         self.program = compile_program(gpu, fragment, defines, virtual, vertex)
         self.samplers = [name for name in self.program
                          if getattr(self.program[name], "gl_type", None) in GL_SAMPLERS]
@@ -55,8 +56,10 @@ class RowPass:
             if name in self.program:
                 self.program[name].value = value
         target.use()
-        self._geometry.render(moderngl.POINTS if self.vertices == 1 else moderngl.TRIANGLES,
-                              vertices=len(data))
+        used = {name: textures[name] for name in self.samplers}
+        with self.gpu.drawing(self.name, self.program, target, used):
+            self._geometry.render(moderngl.POINTS if self.vertices == 1 else moderngl.TRIANGLES,
+                                  vertices=len(data))
 
     def _release_geometry(self) -> None:
         for part in (self._geometry, self._buffer):

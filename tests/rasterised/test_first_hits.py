@@ -190,3 +190,16 @@ def test_rays_beside_the_centres_are_refused() -> None:
     with rt.Tracer(soup_scene(3, 1)) as tracer:
         with pytest.raises(rt.Error, match="integrator path .* take first_hits=traced"):
             tracer.render(size=(8, 8), integrator="path", first_hits="rasterised")
+
+
+def test_statistics_log_what_the_rasteriser_draws() -> None:
+    with rt.Tracer("cornell", statistics=True, rasterised_bounds=8) as tracer:
+        tracer.eye_hits(size=(16, 16), first_hits="rasterised")
+        drawn = {one["name"] for one in tracer.statistics.pass_log}
+        assert {"passes/first_drawn.frag", "passes/first_verified.frag"} <= drawn
+        tracer.eye_hits(size=(16, 16))
+        drawn = {one["name"] for one in tracer.statistics.pass_log}
+        assert {"passes/depth_bounds.frag", "passes/bounded_rays.frag"} <= drawn
+        origins, directions = tracer.scene.camera.rays((4, 4))
+        tracer.trace_all(origins, directions)
+        assert tracer.statistics.pass_log and tracer.statistics.texture_bytes
