@@ -4,12 +4,13 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 from ..errors import OptionError
 from ..integrators import DEFAULT, INTEGRATORS, find_integrator
 from ..integrators.plan import Plan
-from ..options import Option
+from ..options import Option, spell
 from ..tracer import Tracer
 from .shared import add_option, say, word_of
 
@@ -21,8 +22,12 @@ def add_picture(sub: argparse.ArgumentParser) -> None:
                        f"{DEFAULT}")
     group.add_argument("--explain", action="store_true", help="print the plan before drawing: "
                        "passes, textures, defines, and why the others were left out")
-    for option in light_options().values():
-        add_option(group, option, "picture_")
+    for name, option in light_options().items():
+        others = [f"{kind.name} {spell(other.default)}" for kind in INTEGRATORS.values()
+                  for other in kind.options
+                  if other.name == name and other.default != option.default]
+        told = f"{option.help} (by {', '.join(others)})" if others else option.help
+        add_option(group, replace(option, help=told), "picture_")
 
 
 def picture_options(chosen: argparse.Namespace) -> dict[str, Any]:
@@ -90,5 +95,6 @@ def _doublings() -> Callable[[int, int, float], None]:
 
 
 def light_options() -> dict[str, Option]:
-    """Every option of every integrator, by name."""
-    return {option.name: option for kind in INTEGRATORS.values() for option in kind.options}
+    """Every option of every integrator, by name; of several so called, the default one's."""
+    kinds = sorted(INTEGRATORS.values(), key=lambda kind: kind.name == DEFAULT)
+    return {option.name: option for kind in kinds for option in kind.options}
