@@ -23,9 +23,11 @@ from trimesh.ray.ray_util import contains_points
 
 from .all_hits import AllHits
 from .errors import Error
+from .methods import find_method
+from .options import TRACER_OPTIONS, resolve_options
 from .reference.error_bounds import bound_pairs
 from .scene import Scene
-from .tracer import DEFAULT_METHOD, Tracer
+from .tracer import AUTO, DEFAULT_METHOD, Tracer
 
 
 class RayMeshIntersector:
@@ -42,6 +44,9 @@ class RayMeshIntersector:
 
     def __init__(self, mesh: trimesh.Trimesh, method: str = DEFAULT_METHOD,
                  **options: Any) -> None:
+        if method != AUTO:    # or a mistake would show at the first query
+            resolve_options(options, TRACER_OPTIONS + find_method(method).options,
+                            f"method {method}")
         self.mesh = mesh
         self.method, self.options = method, options
         self._forget()

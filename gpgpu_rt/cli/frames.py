@@ -36,6 +36,8 @@ def render_frames(chosen: argparse.Namespace,
 
     ``open_tracer`` makes the tracer of the scene at frame 0.
     """
+    if chosen.explain:
+        raise OptionError("--explain is of one picture; leave --frames out")
     write = _numbered if _is_numbered(chosen.output) else _film
     _check(chosen.output)
     animation = load_animation(chosen.scene)

@@ -201,3 +201,9 @@ def test_a_ray_that_is_stopped_is_no_miss() -> None:
     for ask in (ray.intersects_id, ray.intersects_first, ray.intersects_any):
         with pytest.raises(rt.Error, match="step_cap"):
             ask(*rays)
+
+
+@pytest.mark.parametrize("method, options", [("nosuch", {}), ("kd-restart", {"octants": True})])
+def test_mistakes_show_at_once(method: str, options: dict) -> None:
+    with pytest.raises(rt.Error):
+        RayMeshIntersector(trimesh.creation.box(), method, **options)
