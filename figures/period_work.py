@@ -10,7 +10,6 @@ import gpgpu_rt as rt
 from gpgpu_rt.hardware.program import Program
 from gpgpu_rt.hardware.sample import TILE, emulated, program_of, tile_pixels
 from gpgpu_rt.passes.traverse import ProgramKey
-from gpgpu_rt.shader import text_of
 
 from .workloads import Workload
 
@@ -76,7 +75,7 @@ def _kernels(scene: rt.Scene, method: str, options: dict[str, Any], program: Pro
         tracer.trace(*scene.camera.rays((16, 16)))
         passes = {key.kernel: one for key, one in tracer._traversal._programs.items()
                   if isinstance(key, ProgramKey) and key.kernel}
-        texts = {kernel: text_of(tracer.gpu, one.program) for kernel, one in passes.items()}
+        texts = {kernel: tracer.gpu.text_of(one.program) for kernel, one in passes.items()}
         names = tracer.method.kernels
     found = []
     for kernel, loop in enumerate(program.loops[1:], 1):

@@ -141,8 +141,11 @@ class Gpu:
         """Around every draw: where there is a log, it is written there."""
         if self.log is None:
             return nullcontext()
-        texts = next(texts for texts, one in self.programs.items() if one is program)
-        return self.log.drawing(name, program, texts, target, textures)
+        return self.log.drawing(name, program, self.text_of(program), target, textures)
+
+    def text_of(self, program: moderngl.Program) -> tuple[str, str]:
+        """The (vertex, fragment) text that a program was compiled from."""
+        return next(texts for texts, one in self.programs.items() if one is program)
 
     def query(self) -> Any:
         """An occlusion query of the host's: ``with`` it, then ``samples``."""

@@ -307,3 +307,13 @@ def _cut_into_texels(fields: Iterable[Field]) -> list[str]:
             texels[-1] += f" {word}"
             used += field.width
     return texels
+
+
+def streams_glsl(reads: Iterable[Record], writes: Iterable[Record]) -> str:
+    """What ``#include <streams>`` stands for in a pass: streams that it reads, and those that it
+    writes, on the render targets in their order."""
+    texts, target = [record.stream_glsl(writes=False) for record in reads], 0
+    for record in writes:
+        texts.append(record.stream_glsl(True, target))
+        target += record.texels
+    return "\n".join(texts)

@@ -131,11 +131,6 @@ def compile_program(gpu: Gpu, fragment: str, defines: Mapping[str, object] | Non
     return gpu.programs[key]
 
 
-def text_of(gpu: Gpu, program: moderngl.Program) -> tuple[str, str]:
-    """The (vertex, fragment) text that a program was compiled from."""
-    return next(texts for texts, one in gpu.programs.items() if one is program)
-
-
 def _word_log(log: str, source: Source, defines: Mapping[str, object]) -> str:
     def name_file(match: re.Match[str]) -> str:
         line = int(match["b"] or match["d"])

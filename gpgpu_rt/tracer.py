@@ -24,7 +24,7 @@ from .methods.row import Tables
 from .options import TRACER_OPTIONS, resolve_options
 from .passes.driver import Driver, Samplers, Setup, make_driver
 from .passes.packet_room import PacketHits
-from .passes.pass_log import PassLog
+from .passes.pass_log import PassLog, logged
 from .passes.traverse import mark_stopped
 from .pictures import Pictures
 from .precision import Precision
@@ -328,14 +328,8 @@ class Tracer(Pictures):
         if not self.options["statistics"]:
             yield
             return
-        self.gpu.log = log = PassLog()
-        try:
+        with logged(self.gpu, self.statistics) as self.pass_log:
             yield
-        finally:
-            self.gpu.log = None
-        statistics, self.pass_log = self.statistics, log
-        statistics.pass_log = log.to_list()
-        statistics.uploaded_bytes, statistics.read_back_bytes = log.uploaded, log.read_back
 
     def _room(self, size: tuple[int, int],
               after_hit: bool = False) -> tuple[RayTextures, StateBuffers]:
@@ -361,8 +355,8 @@ class Tracer(Pictures):
 
     def _count(self, side: StateBuffer | PacketHits, rays: int) -> dict[str, np.ndarray]:
         """Counters of the first ``rays`` rays by name; their means go to the statistics."""
-        counters = side.fields(COUNTERS.name)
-        counters["steps"] = side.fields(self.method.state.name)["steps"]
+        counters = {**side.fields(COUNTERS.name),
+                    "steps": side.fields(self.method.state.name)["steps"]}
         counters = {name: values[:rays] for name, values in counters.items()}
         self.statistics.counters = {name: float(values.mean()) if rays else 0.0
                                     for name, values in counters.items()}
@@ -379,21 +373,15 @@ class Tracer(Pictures):
     # Lifetime -------------------------------------------------------------------------------
 
     def _release_room(self) -> None:
-        for part in (self._rays, self._buffers):
-            if part is not None:
-                part.release()
+        _release(self._rays, self._buffers)
         self._rays = self._buffers = None
 
     def release(self) -> None:
         """Free textures and programs; the tracer is of no use afterwards."""
         with self.gpu:
             self._release_room()
-            if self._integrator is not None:
-                self._integrator.release()
-            self._eye_drivers.release()
-            self._traversal.release()
-            if self.accelerator.finisher is not None:
-                self.accelerator.finisher.release()
+            _release(self._integrator, self._eye_drivers, self._traversal,
+                     self.accelerator.finisher)
             self._tables.keep(())
 
     def __enter__(self) -> Tracer:
@@ -410,3 +398,9 @@ class Tracer(Pictures):
 
 def _made_again(scene: Scene, method: str, options: dict[str, Any]) -> Tracer:
     return Tracer(scene, method, **options)
+
+
+def _release(*parts: Any) -> None:
+    for part in parts:
+        if part is not None:
+            part.release()

@@ -12,7 +12,6 @@ from typing import Any
 from ..methods import find_method, methods
 from ..passes.full_screen import FullScreenPass
 from ..scene import load_scene
-from ..shader import text_of
 from ..tracer import Tracer
 from .cards import Card, Needs
 from .compiler import compiled
@@ -32,7 +31,7 @@ class _Programs:
     def note(self, one: FullScreenPass, target: Any, textures: Mapping[str, Any]) -> None:
         if one.name in LEFT_OUT:
             return
-        texts = text_of(one.gpu, one.program)
+        texts = one.gpu.text_of(one.program)
         most = max(len(target.color_attachments or ()), self.found.get(texts, ("", 0, 0))[1])
         texels = max((textures[name].width * textures[name].height for name in one.samplers
                       if name.endswith("_table")), default=0)

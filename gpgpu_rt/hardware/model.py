@@ -66,10 +66,10 @@ class Prediction:
 
 def predict(card: Card, work: Counted, share: float = 1.0) -> Prediction:
     """The time of counted work on a card."""
-    scalar = card.chip == "G80"
-    parts = {"arithmetic": work.instructions / (card.scalar_rate if scalar else card.vector_rate),
-             "texels": work.texels / card.texel_rate if work.texels else 0.0,
-             "bandwidth": work.streamed / card.bandwidth}
+    parts = {"arithmetic": work.instructions / (
+        card.scalar_rate if card.scalar_units else card.vector_rate),
+        "texels": work.texels / card.texel_rate if work.texels else 0.0,
+        "bandwidth": work.streamed / card.bandwidth}
     over = {"passes": work.passes * work.pixels / (card.pipes * card.clock),
             "transfers": work.uploaded / card.upload + work.read_back / card.readback}
     return Prediction(max(parts.values()) / share + sum(over.values()), {**parts, **over})
@@ -86,7 +86,7 @@ def loop_work(card: Card, work: Mapping[str, Any], width: int | None = None) -> 
     width : fragments that branch alike, where those are not the card's lanes
     """
     width = width or card.branch_width
-    kind = "scalar" if card.chip == "G80" else "vector"
+    kind = "scalar" if card.scalar_units else "vector"
     instructions = texels = 0.0
     streamed = float(work["fragments"] * work["written_bytes"])
     for region in work["regions"]:

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from ..passes.full_screen import FullScreenPass
-from ..shader import text_of
 from ..tracer import Tracer
 from .compiler import compiled
 from .emulate import WIDTHS, Run, emulate, morton_order
@@ -54,7 +53,7 @@ class Watch:
     def note(self, one: FullScreenPass, target: Any, textures: Mapping[str, Any]) -> None:
         if self.texts is not None or one.name not in TRAVERSALS:
             return
-        self.texts, self.target = text_of(one.gpu, one.program), target
+        self.texts, self.target = one.gpu.text_of(one.program), target
         self.uniforms = dict(one._uniforms)
         self.written_bytes = sum(texel_bytes(t) for t in target.color_attachments)
         for name in one.samplers:

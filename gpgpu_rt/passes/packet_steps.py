@@ -8,7 +8,7 @@ import moderngl
 from ..methods.row import Accelerator
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
-from ..record import Record
+from ..record import Record, streams_glsl
 from ..statistics import Statistics
 from ..texel_layout import COUNTERS, HIT
 from ..textures import texture_bytes
@@ -140,15 +140,12 @@ class PacketSteps:
                 reads += [replace(record, name="packet_" + record.name)
                           for record in (state, *self.counted)]
                 writes = [layout(self.method.state), hit, *self.counted]
-            texts, target = [record.stream_glsl(writes=False) for record in reads], 0
-            for record in writes:
-                texts.append(record.stream_glsl(True, target))
-                target += record.texels
             self._programs[key] = FullScreenPass(
                 self.gpu, f"passes/{name}.frag",
                 {**packet_defines(self.method, self.accelerator, self.options, any_hit),
                  **self.phases, "START": start, "STEPWISE": True},
-                {**method_texts(self.method, self.options), "streams": "\n".join(texts)})
+                {**method_texts(self.method, self.options),
+                 "streams": streams_glsl(reads, writes)})
             self._programs[key].set(**self.accelerator.uniforms)
         return self._programs[key]
 

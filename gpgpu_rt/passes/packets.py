@@ -12,7 +12,7 @@ from ..methods.row import Accelerator, Method
 from ..options import TRACER_OPTIONS, resolve_options
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
-from ..record import Record
+from ..record import Record, streams_glsl
 from ..statistics import Statistics
 from ..texel_layout import COUNTERS, HIT, RAY_TEXELS
 from .driver import Samplers, Setup
@@ -200,11 +200,7 @@ class PacketTraversal:
                      replace(single, name="single_state"),
                      replace(layout(HIT), name="single_hit")]
             writes = written[:2]
-        texts, target = [record.stream_glsl(writes=False) for record in reads], 0
-        for record in writes:
-            texts.append(record.stream_glsl(True, target))
-            target += record.texels
-        return {**method_texts(self.method, self.options), "streams": "\n".join(texts)}
+        return {**method_texts(self.method, self.options), "streams": streams_glsl(reads, writes)}
 
     def _room_for(self, size: tuple[int, int]) -> PacketRoom:
         if self._room is None or self._room.rays != size:

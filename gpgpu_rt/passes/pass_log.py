@@ -13,6 +13,9 @@ from typing import Any
 
 import moderngl
 
+from ..gpu import Gpu
+from ..statistics import Statistics
+
 AT_ONCE = 64    # queries that wait to be read
 
 
@@ -99,6 +102,18 @@ class PassLog:
         left_out = ("texts", "read_each", "written_each")
         return [{key: value for key, value in asdict(one).items() if key not in left_out}
                 for one in self.passes.values()]
+
+
+@contextmanager
+def logged(gpu: Gpu, statistics: Statistics) -> Iterator[PassLog]:
+    """Within, passes are logged; the statistics then hold what they were."""
+    gpu.log = log = PassLog()
+    try:
+        yield log
+    finally:
+        gpu.log = None
+    statistics.pass_log = log.to_list()
+    statistics.uploaded_bytes, statistics.read_back_bytes = log.uploaded, log.read_back
 
 
 class HostQuery:

@@ -10,7 +10,7 @@ import moderngl
 from ..methods.row import Accelerator
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
-from ..record import EXACT_INTEGER, Record
+from ..record import EXACT_INTEGER, Record, streams_glsl
 from ..statistics import Statistics
 from ..texel_layout import (
     COUNTERS, HIT, LEAST, LOWEST, MET, QUEUED, TALLY, TESTED, VALUES, VISITED
@@ -219,16 +219,13 @@ class RayStreams:
                  **defines: object) -> FullScreenPass:
         key = (name, tuple(reads), tuple(writes), any_hit, tuple(sorted(defines.items())))
         if key not in self._programs:
-            texts, target = [record.stream_glsl(False) for record in reads], 0
-            for record in writes:
-                texts.append(record.stream_glsl(True, target))
-                target += record.texels
             counts = self.statistics_on and COUNTERS in writes
             self._programs[key] = FullScreenPass(
                 self.gpu, f"passes/{name}.frag",
                 {**method_defines(self.method, self.accelerator, self.options, any_hit),
                  **defines, "TALLIED": self.tallied, "STATISTICS": counts},
-                {**method_texts(self.method, self.options), "streams": "\n".join(texts)})
+                {**method_texts(self.method, self.options),
+                 "streams": streams_glsl(reads, writes)})
         return self._programs[key]
 
     def _stream_size(self, rays: int) -> int:

@@ -15,7 +15,7 @@ import numpy as np
 from ..methods.row import Accelerator
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers, stream_samplers
-from ..record import TABLE_WIDTH_LOG2, Record
+from ..record import TABLE_WIDTH_LOG2, Record, streams_glsl
 from ..shader import compile_program
 from ..statistics import Statistics
 from ..texel_layout import COUNTERS, FOUND, HIT, NEAREST, QUADS, TILE_CONE, TILE_END, TILE_SPAN
@@ -160,13 +160,10 @@ class RayTiles:
                 "tile_hits": ([FOUND, *([QUADS] if self.statistics_on else [])],
                               [self._layout(self.method.state), self._layout(HIT),
                                *([COUNTERS] if self.statistics_on else [])])}[name]
-            texts, target = [r.stream_glsl(False) for r in (rays, *reads)], 0
-            for record in writes:
-                texts.append(record.stream_glsl(True, target))
-                target += record.texels
             self._programs[key] = FullScreenPass(
                 self.gpu, f"passes/{name}.frag", self._defines(any_hit),
-                {**method_texts(self.method, self.options), "streams": "\n".join(texts)})
+                {**method_texts(self.method, self.options),
+                 "streams": streams_glsl((rays, *reads), writes)})
         return self._programs[key]
 
     def _pair_program(self, rays: Record, any_hit: bool, counting: bool) -> PairPass:

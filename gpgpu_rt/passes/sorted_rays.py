@@ -14,7 +14,7 @@ import numpy as np
 from ..methods.row import Accelerator
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
-from ..record import TABLE_WIDTH_LOG2, Record
+from ..record import TABLE_WIDTH_LOG2, Record, streams_glsl
 from ..shader import compile_program
 from ..statistics import Statistics
 from ..texel_layout import COUNTERS, HIT, SORT_KEY, VALUES
@@ -107,15 +107,12 @@ class SortedRays:
     def _bring_back(self, keys: Stream, samplers: Samplers, rays: RayTextures,
                     final: StateBuffer) -> None:
         if self._scatter is None:
-            texts, target = [], 0
-            for record in (self.precision.layout(self.method.state), self.precision.layout(HIT),
-                           *([COUNTERS] if self.statistics_on else [])):
-                texts.append(record.stream_glsl(True, target))
-                target += record.texels
+            writes = (self.precision.layout(self.method.state), self.precision.layout(HIT),
+                      *([COUNTERS] if self.statistics_on else []))
             program = compile_program(
                 self.gpu, "passes/sort_scatter.frag",
                 {**self.precision.defines(), "STATISTICS": self.statistics_on},
-                {"streams": "\n".join(texts), "sources": _with_width(SORT_KEY)},
+                {"streams": streams_glsl((), writes), "sources": _with_width(SORT_KEY)},
                 "passes/sort_scatter.vert")
             self._scatter = program, self.gpu.context.vertex_array(program, [])
         program, geometry = self._scatter

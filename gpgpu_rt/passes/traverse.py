@@ -21,7 +21,7 @@ from ..methods.row import Accelerator, Method
 from ..options import word_define
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
-from ..record import TABLE_WIDTH_LOG2, Record
+from ..record import TABLE_WIDTH_LOG2, Record, streams_glsl
 from ..statistics import Statistics
 from ..texel_layout import COUNTERS, ENTRIES, ENTRY_LIST, ENTRY_TILE, HIT
 from .driver import Samplers, Setup, Watch
@@ -298,14 +298,10 @@ class Traversal:
 
     def _streams_glsl(self, rays: Record) -> str:
         layout = self.precision.layout
-        texts, target = [rays.stream_glsl(writes=False)], 0
-        for record in (layout(self.method.state), layout(HIT),
-                       *([COUNTERS] if self.statistics_on else [])):
-            texts.append(record.stream_glsl(True, target))
-            target += record.texels
-        if self.method.stack_entry is not None:
-            texts.append(layout(self.method.stack_entry).stream_glsl(writes=False))
-        return "\n".join(texts)
+        entry = self.method.stack_entry
+        return streams_glsl((rays, *([layout(entry)] if entry is not None else [])),
+                            (layout(self.method.state), layout(HIT),
+                             *([COUNTERS] if self.statistics_on else [])))
 
     def _pass(self, entry: str) -> FullScreenPass:
         if entry not in self._programs:

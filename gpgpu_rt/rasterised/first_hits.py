@@ -38,10 +38,12 @@ from ..passes.packet_room import PacketHits
 from ..passes.streams import Stream, rows_of, span
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
-from ..record import TABLE_WIDTH_LOG2, Record
+from ..record import TABLE_WIDTH_LOG2, Record, streams_glsl
 from ..statistics import Statistics
 from ..texel_layout import COUNTERS, HIT, PART, SHOWN, SHOWN_BLOCK, SHOWN_FOUR, TRIANGLE, VERDICT
-from ..textures import TABLE_WIDTH, make_texture, table_textures, texture_bytes
+from ..textures import (
+    TABLE_WIDTH, make_texture, note_moved, table_textures, texture_bytes, write_texture
+)
 from .first_image import BLOCK, PART_SIDE, FirstImage, cut
 from .row_pass import RowPass
 
@@ -134,6 +136,7 @@ class FirstHits:
         finally:
             context.enable_only(moderngl.NOTHING)
         doubt = np.flatnonzero(np.frombuffer(image.doubt.read(alignment=1), np.uint8))
+        note_moved(image.doubt, down=rays.size[0] * rays.size[1])
         if len(doubt) > MOST_IN_DOUBT * rays.size[0] * rays.size[1]:
             return self._all(rays, buffers, statistics)
         statistics.passes += 8
@@ -177,8 +180,9 @@ class FirstHits:
         self._span.write(span(0, self.count))
         assert self._flags is not None
         program.draw(self._flags, self._tables, rectangles=self._span)
-        return np.flatnonzero(np.frombuffer(self._flags.read(components=1, alignment=1),
-                                            np.uint8)[:self.count])
+        flags = np.frombuffer(self._flags.read(components=1, alignment=1), np.uint8)
+        note_moved(self._flags.color_attachments[0], down=flags.nbytes)
+        return np.flatnonzero(flags[:self.count])
 
     def _draw(self, image: FirstImage, drawn: np.ndarray, view: dict[str, object]) -> None:
         context = self.gpu.context
@@ -227,7 +231,7 @@ class FirstHits:
         if count:
             texels = np.zeros((rows * TABLE_WIDTH, 4), np.float32)
             texels[:count, :3] = parts
-            room[0].textures[0].write(texels, (0, 0, TABLE_WIDTH, rows))
+            write_texture(room[0].textures[0], texels, (0, 0, TABLE_WIDTH, rows))
             program.set(**view, **rays.uniforms(), last_element=count - 1, part_side=side,
                         most_pixels=most_pixels)
             self._span.write(span(0, count))
@@ -235,6 +239,7 @@ class FirstHits:
                 **self._tables, **rays.samplers(), **final.samplers(), **image.samplers(),
                 **room[0].samplers()}, rectangles=self._span)
         read = room[1].target.read((0, 0, TABLE_WIDTH, rows), components=4, dtype="f4")
+        note_moved(room[0].textures[0], down=len(read))
         return VERDICT.unpack(np.frombuffer(read, np.float32).reshape(-1, 1, 4)[:count])
 
     def _mark(self, image: FirstImage, rays: RayTextures, final: StateBuffer, rivals: np.ndarray,
@@ -254,7 +259,7 @@ class FirstHits:
         some, buffers, places = self._traced_room(len(doubt))
         padded = np.full(places.size[0] * places.size[1], -1, np.float32)
         padded[:len(doubt)] = doubt
-        places.write(padded)
+        write_texture(places, padded)
         some.share_with(rays)
         gather = self._full_screen("first_gather", (), (rays.record,))
         gather.set(image_width=rays.size[0], **rays.uniforms())
@@ -287,7 +292,7 @@ class FirstHits:
             self._passes[key] = FullScreenPass(
                 self.gpu, f"passes/{name}.frag",
                 {**self._test, "BLOCK": BLOCK, "PART_SIDE": PART_SIDE, **defines},
-                {"tables": TRIANGLE.table_glsl(), "streams": _streams(reads, writes)})
+                {"tables": TRIANGLE.table_glsl(), "streams": streams_glsl(reads, writes)})
         found = self._passes[key]
         assert isinstance(found, FullScreenPass)
         return found
@@ -297,7 +302,7 @@ class FirstHits:
         if name not in self._passes:
             self._passes[name] = RowPass(
                 self.gpu, f"passes/{name}.vert", f"passes/{name}.frag", attribute, vertices,
-                self._test, {"tables": TRIANGLE.table_glsl(), "streams": _streams(reads, ()),
+                self._test, {"tables": TRIANGLE.table_glsl(), "streams": streams_glsl(reads, ()),
                              "constants": f"#define TABLE_WIDTH_LOG2 {TABLE_WIDTH_LOG2}"})
         found = self._passes[name]
         assert isinstance(found, RowPass)
@@ -310,7 +315,7 @@ class FirstHits:
             self._passes["first_scatter"] = RowPass(
                 self.gpu, "passes/first_scatter.vert", "passes/sort_scatter.frag", "place", 1,
                 {**self.precision.defines(), "STATISTICS": self.statistics_on},
-                {"streams": _streams((), writes)})
+                {"streams": streams_glsl((), writes)})
         found = self._passes["first_scatter"]
         assert isinstance(found, RowPass)
         return found
@@ -385,11 +390,3 @@ class FirstHits:
             drawn.release()
         self._span.buffer.release()
         self._tables, self._passes = {}, {}
-
-
-def _streams(reads: tuple[Record, ...], writes: tuple[Record, ...]) -> str:
-    texts, target = [record.stream_glsl(False) for record in reads], 0
-    for record in writes:
-        texts.append(record.stream_glsl(True, target))
-        target += record.texels
-    return "\n".join(texts)
