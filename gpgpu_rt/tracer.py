@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -390,14 +391,10 @@ class Tracer(Pictures):
     def __reduce__(self) -> tuple[Any, ...]:
         context = self.options["context"]
         options = {**self.options, "context": context if isinstance(context, str) else None}
-        return _made_again, (self.scene, self.method.name, options)
+        return partial(Tracer, **options), (self.scene, self.method.name)
 
     def __exit__(self, *exception: object) -> None:
         self.release()
-
-
-def _made_again(scene: Scene, method: str, options: dict[str, Any]) -> Tracer:
-    return Tracer(scene, method, **options)
 
 
 def _release(*parts: Any) -> None:

@@ -1,10 +1,12 @@
 """The table, options, contexts and the command line."""
 from __future__ import annotations
 
+import configparser
 import json
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -208,3 +210,15 @@ def test_mistakes_are_one_line(capsys, tmp_path, arguments: list[str], message: 
     assert status in (1, 2) and message in err
     assert err.count("\n") == 1 and "Traceback" not in err
     assert sorted(tmp_path.iterdir()) == before    # nothing half written
+
+
+def test_every_folder_is_installed() -> None:
+    """A wheel holds what setup.cfg lists; an editable install would hide what it forgets."""
+    root = Path(rt.__file__).parents[1]
+    config = configparser.ConfigParser()
+    config.read(root / "setup.cfg")
+    listed = config["options"]["packages"].split()
+    folders = ["gpgpu_rt" + "." * (part != ".") + part.replace("/", ".") * (part != ".")
+               for part in (str(path.parent.relative_to(root / "gpgpu_rt"))
+                            for path in root.glob("gpgpu_rt/**/__init__.py"))]
+    assert sorted(listed) == sorted([*folders, "gpgpu_rt.glsl", "gpgpu_rt.figures"])
