@@ -29,13 +29,13 @@ bench: $(STAMP)  ## the methods on the bunny beside embreex
 	@$(BIN)/gpgpu-rt bench bunny
 
 lint: $(STAMP)  ## flake8, isort and autopep8, all with the settings in setup.cfg
-	@$(BIN)/flake8 gpgpu_rt figures tests tools
-	@$(BIN)/isort --check-only --diff gpgpu_rt figures tests tools
-	@$(BIN)/autopep8 --diff --exit-code --recursive gpgpu_rt figures tests tools
+	@$(BIN)/flake8 gpgpu_rt figures tests tools examples
+	@$(BIN)/isort --check-only --diff gpgpu_rt figures tests tools examples
+	@$(BIN)/autopep8 --diff --exit-code --recursive gpgpu_rt figures tests tools examples
 
 format: $(STAMP)  ## apply isort and autopep8
-	@$(BIN)/isort gpgpu_rt figures tests tools
-	@$(BIN)/autopep8 --in-place --recursive gpgpu_rt figures tests tools
+	@$(BIN)/isort gpgpu_rt figures tests tools examples
+	@$(BIN)/autopep8 --in-place --recursive gpgpu_rt figures tests tools examples
 
 clean:  ## remove what was built and measured; the virtual environment stays
 	rm -rf build dist *.egg-info figures/data figures/out .pytest_cache

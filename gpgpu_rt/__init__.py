@@ -6,10 +6,11 @@ from .appearance.material import Material
 from .appearance.texture import Texture
 from .camera import Camera
 from .errors import (
-    ContextError, Error, LimitError, OptionError, SceneError, SettingsError, ShaderError
+    ContextError, Error, LimitError, MethodError, OptionError, SceneError, SettingsError,
+    ShaderError
 )
 from .hits import Hits
-from .methods import Method, methods
+from .methods import Method, load_methods, methods
 from .scene import Scene, load_scene
 from .surfaces.deformation import Deformation
 from .surfaces.geometry_image import GeometryImage
@@ -18,6 +19,6 @@ from .tracer import Tracer
 
 __all__ = [
     "Animation", "Camera", "ContextError", "Deformation", "Environment", "Error", "GeometryImage",
-    "Hits", "LimitError", "Material", "Method", "OptionError", "PointLight", "Scene", "SceneError",
-    "SettingsError", "ShaderError", "Texture", "Tracer", "load_animation", "load_scene", "methods",
-    "reference", "remesh"]
+    "Hits", "LimitError", "Material", "Method", "MethodError", "OptionError", "PointLight",
+    "Scene", "SceneError", "SettingsError", "ShaderError", "Texture", "Tracer", "load_animation",
+    "load_methods", "load_scene", "methods", "reference", "remesh"]

@@ -29,6 +29,10 @@ class OptionError(Error, ValueError):
     """An option or a name is not one that exists."""
 
 
+class MethodError(Error):
+    """A folder or file of a user's own methods is missing or broken."""
+
+
 class SettingsError(Error):
     """A settings file is unreadable, or made for another scene or renderer."""
 

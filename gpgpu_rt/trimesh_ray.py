@@ -7,8 +7,9 @@ differs is said here once:
   exactly (see ``all_hits.py``): triangles that coincide are all found, none is stepped over.
 * Rays and mesh meet in float32. A mesh that lies far from the origin for its size is moved there
   first, in float64. Where a hit lies on its ray is then computed in float64.
-* ``intersects_location``, as trimesh's own engine has it, names a place once: of triangles that
-  a ray passes through at one place, as at an edge, the first is kept. ``intersects_id`` names all.
+* ``intersects_location`` names a place once: of triangles that a ray passes through at one place,
+  as at an edge, the first is kept. ``intersects_id`` names all of them, as trimesh's own engine
+  does, and with ``coincident=False`` the first at each place, as its engine on Embree does.
 * A ray whose origin or direction is not finite, or that has no direction, hits nothing.
 """
 from __future__ import annotations
@@ -25,7 +26,7 @@ from .all_hits import AllHits
 from .errors import Error
 from .methods import find_method
 from .options import TRACER_OPTIONS, resolve_options
-from .reference.error_bounds import bound_pairs
+from .reference.error_bounds import FLOAT32, FLOAT64, bound_pairs
 from .scene import Scene
 from .tracer import AUTO, DEFAULT_METHOD, Tracer
 
@@ -40,15 +41,22 @@ class RayMeshIntersector:
     ----------
     mesh : trimesh.Trimesh
     method, options : as for ``Tracer``
+    coincident : whether ``intersects_id`` names every triangle that a ray meets, or of those that
+        it meets at one place the first alone
+
+    Raises
+    ------
+    OptionError
+        an unknown method or option; queries raise what ``Tracer`` does
     """
 
-    def __init__(self, mesh: trimesh.Trimesh, method: str = DEFAULT_METHOD,
-                 **options: Any) -> None:
+    def __init__(self, mesh: trimesh.Trimesh, method: str = DEFAULT_METHOD, *,
+                 coincident: bool = True, **options: Any) -> None:
         if method != AUTO:    # or a mistake would show at the first query
             resolve_options(options, TRACER_OPTIONS + find_method(method).options,
                             f"method {method}")
         self.mesh = mesh
-        self.method, self.options = method, options
+        self.method, self.options, self.coincident = method, options, coincident
         self._forget()
 
     # Queries --------------------------------------------------------------------------------
@@ -71,19 +79,21 @@ class RayMeshIntersector:
         index_ray : (m,) int64, ascending
         locations : (m, 3) float64, only with ``return_locations``
         """
-        hits, _, locations = self._hits(ray_origins, ray_directions, multiple_hits, max_hits,
-                                        return_locations)
-        found = hits.triangle.astype(np.int64), hits.ray
-        return (*found, locations) if return_locations else found
+        hits, places, locations = self._hits(ray_origins, ray_directions, multiple_hits, max_hits,
+                                             return_locations or not self.coincident)
+        chosen = slice(None) if self.coincident else places
+        found = hits.triangle[chosen].astype(np.int64), hits.ray[chosen]
+        return (*found, locations[chosen]) if return_locations else found
 
     def intersects_location(self, ray_origins: np.ndarray, ray_directions: np.ndarray,
                             multiple_hits: bool = True, max_hits: int | None = None
                             ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The places where rays hit the mesh, each once.
+        """The places where rays hit the mesh, each once: the triangles around an edge or a vertex
+        are one, and so are two that coincide.
 
         Hits of a ray are one place where float32 cannot tell their t apart, by the bounds of
-        ``reference/error_bounds.py``: the triangles around an edge or a vertex, or two that
-        coincide.
+        ``reference/error_bounds.py``, unless float64 can, and knows the ray to meet both: a thin
+        sheet seen from afar has two sides.
 
         Parameters
         ----------
@@ -95,9 +105,8 @@ class RayMeshIntersector:
         index_ray : (m,) int64, ascending
         index_tri : (m,) int64, of each place the first in the order of (t, triangle)
         """
-        hits, reach, locations = self._hits(ray_origins, ray_directions, multiple_hits, max_hits,
-                                            True)
-        kept = _first_of_each_place(hits, reach)
+        hits, kept, locations = self._hits(ray_origins, ray_directions, multiple_hits, max_hits,
+                                           True)
         return locations[kept], hits.ray[kept], hits.triangle[kept].astype(np.int64)
 
     def intersects_first(self, ray_origins: np.ndarray, ray_directions: np.ndarray) -> np.ndarray:
@@ -125,7 +134,8 @@ class RayMeshIntersector:
 
     def _hits(self, origins: np.ndarray, directions: np.ndarray, multiple_hits: bool,
               max_hits: int | None, locate: bool) -> tuple[AllHits, np.ndarray, np.ndarray]:
-        """Hits; how far t may be off, (m,), and where they lie, (m, 3), if that is asked."""
+        """Hits; where that is asked, the rows that begin a place, (k,), and where all hits lie,
+        (m, 3)."""
         with self._lock:
             origins, directions, tracer = self._prepared(origins, directions)
             hits = tracer.trace_all(origins, directions, invalid="miss",
@@ -133,17 +143,19 @@ class RayMeshIntersector:
             triangles, moved = tracer.scene.triangles[hits.triangle], self._moved
         _check_status(hits.status)
         if not locate:
-            return hits, np.zeros(0), np.zeros((0, 3))
+            return hits, np.zeros(0, np.int64), np.zeros((0, 3))
         origins, directions = origins[hits.ray], directions[hits.ray]
         with np.errstate(over="ignore"):
-            bounds = bound_pairs(triangles, origins.astype(np.float32),
-                                 directions.astype(np.float32))
+            pairs = (triangles, origins.astype(np.float32), directions.astype(np.float32))
+            bounds, sharp = (bound_pairs(*pairs, arithmetic) for arithmetic in (FLOAT32, FLOAT64))
         # Where the plane is met, as far as float32's t allows: one seen edge-on is met anywhere.
         t = hits.t.astype(np.float64)
         reach = np.where(np.isfinite(bounds.t_bound), bounds.t_bound, 0)
         exact = np.where(np.isfinite(bounds.t), bounds.t, t)
-        t = np.clip(exact, t - reach, t + reach)
-        return hits, reach, origins + t[:, None] * directions + moved
+        exact = np.clip(exact, t - reach, t + reach)
+        blurred = np.cumsum(_begins(hits.ray, t, reach))
+        places = _places(blurred, exact, np.where(sharp.possible, sharp.t_bound, np.inf))
+        return hits, places, origins + exact[:, None] * directions + moved
 
     def _prepared(self, origins: np.ndarray, directions: np.ndarray
                   ) -> tuple[np.ndarray, np.ndarray, Tracer]:
@@ -197,7 +209,8 @@ class RayMeshIntersector:
         self.release()
 
     def __getstate__(self) -> dict[str, Any]:
-        return {"mesh": self.mesh, "method": self.method, "options": self.options}
+        return {"mesh": self.mesh, "method": self.method, "options": self.options,
+                "coincident": self.coincident}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
@@ -208,7 +221,7 @@ class RayMeshIntersector:
         return self.__copy__()
 
     def __copy__(self) -> RayMeshIntersector:
-        return RayMeshIntersector(self.mesh, self.method, **self.options)
+        return type(self)(self.mesh, self.method, coincident=self.coincident, **self.options)
 
 
 def _far_centre(vertices: np.ndarray) -> np.ndarray:
@@ -221,12 +234,34 @@ def _far_centre(vertices: np.ndarray) -> np.ndarray:
     return np.where(np.abs(centre) > (hi - lo).max(), centre, 0.0)
 
 
-def _first_of_each_place(hits: AllHits, reach: np.ndarray) -> np.ndarray:
-    """(k,) rows of hits that begin a place: t is past all that the ray's one before may be."""
-    t = hits.t.astype(np.float64)
-    new = np.ones(len(hits), bool)
-    new[1:] = (np.diff(hits.ray) > 0) | (t[1:] - reach[1:] > t[:-1] + reach[:-1])
-    return np.flatnonzero(new)
+def _begins(group: np.ndarray, t: np.ndarray, reach: np.ndarray) -> np.ndarray:
+    """(m,) bool: whether a hit is of another group than the one before, or its t, off by
+    ``reach`` at most, past all that that one's may be."""
+    new = np.ones(len(t), bool)
+    new[1:] = (np.diff(group) > 0) | (t[1:] - reach[1:] > t[:-1] + reach[:-1])
+    return new
+
+
+def _places(blurred: np.ndarray, t: np.ndarray, sharp: np.ndarray) -> np.ndarray:
+    """(k,) rows of the hits that begin a place, ray by ray and nearest first.
+
+    Parameters
+    ----------
+    blurred : (m,) int, ascending: what float32 takes for one place
+    t : (m,) float64, where a hit's ray meets the triangle's plane
+    sharp : (m,) float64, how far float64's t is off; inf where it knows the ray to pass by: such
+        a hit counts only where float64 knows of none at what float32 takes for its place
+    """
+    order = np.lexsort((t, ~np.isfinite(sharp), blurred))
+    group, t, sharp = blurred[order], t[order], sharp[order]
+    known = np.isfinite(sharp)
+    first = np.r_[True, np.diff(group) > 0][:len(group)]
+    stands = known == known[np.flatnonzero(first)[np.cumsum(first) - 1]]
+    places = np.cumsum(first | known & _begins(group, t, np.where(known, sharp, 0)))
+    # Of each place the row that comes first as hits are given, places in the order of t.
+    rows = np.full(places[-1] if len(places) else 0, len(order))
+    np.minimum.at(rows, places[stands] - 1, order[stands])
+    return rows
 
 
 def _check_status(status: np.ndarray) -> None:

@@ -16,7 +16,7 @@ from ..errors import Error, OptionError
 from ..files import check_writable, replacing
 from ..gpu import probe
 from ..integrators.plan import Plan
-from ..methods import Method, methods
+from ..methods import Method, load_methods, methods
 from ..rasterised.first_hits import FIRST_HITS
 from ..scene import Scene, list_scenes, load_scene
 from ..surfaces.parametrise import CUTS, remesh
@@ -32,11 +32,11 @@ from .shared import (
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; the exit status. A user's mistake is one line on stderr."""
-    parser = _parser()
-    options = (*all_options().values(), *light_options().values())
-    chosen = parser.parse_args(spelled_out(sys.argv[1:] if arguments is None else arguments,
-                                           options))
     try:
+        # First what says which methods there are: the other words' options are theirs.
+        arguments = _take_methods(sys.argv[1:] if arguments is None else arguments)
+        options = (*all_options().values(), *light_options().values())
+        chosen = _parser().parse_args(spelled_out(arguments, options))
         chosen.run(chosen)
         sys.stdout.flush()
         return 0
@@ -245,9 +245,26 @@ class _Parser(argparse.ArgumentParser):
         self.exit(2, f"gpgpu-rt: {message} (see `{self.prog} --help`)\n")
 
 
+def _add_methods_from(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--methods-from", metavar="FOLDER", action="append", default=[],
+                        help="take the methods of a folder too (see CONTRIBUTING.md), as the "
+                        "environment variable GPGPU_RT_METHODS does for all folders it names")
+
+
+def _take_methods(arguments: Sequence[str]) -> list[str]:
+    """Load what --methods-from names, wherever it stands; the other arguments."""
+    first = _Parser(prog="gpgpu-rt", add_help=False, allow_abbrev=False)
+    _add_methods_from(first)
+    chosen, others = first.parse_known_args(list(arguments))
+    for folder in chosen.methods_from:
+        load_methods(folder)
+    return others
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(prog="gpgpu-rt", description="Ray tracing by fragment programs, as on the "
                      "graphics hardware of 2002-2007.")
+    _add_methods_from(parser)
     parser.add_argument("--version", action="version",
                         version=f"gpgpu-rt {importlib.metadata.version('gpgpu_rt')}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")

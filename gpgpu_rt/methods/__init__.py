@@ -1,14 +1,18 @@
 """The method table: CLI, viewer, tests and figures take the list of methods from here."""
 from __future__ import annotations
 
+import os
+from pathlib import Path
+
 from ..errors import OptionError, nearest_names
 from . import (
-    bih, brute_force, bvh, geometry_image, grid, kdtree, ray_engine, ray_hierarchy, ray_space,
-    ray_tiles
+    bih, brute_force, bvh, found, geometry_image, grid, kdtree, ray_engine, ray_hierarchy,
+    ray_space, ray_tiles
 )
 from .row import Accelerator, Method
 
 _TABLE: dict[str, Method] = {}
+_TAKEN: set[Path] = set()       # folders whose methods are in the table
 
 
 def register(method: Method) -> Method:
@@ -19,16 +23,66 @@ def register(method: Method) -> Method:
     return method
 
 
+def load_methods(folder: str | os.PathLike[str]) -> list[Method]:
+    """Add the methods of a folder to the table: every Python file there with ``ROWS``.
+
+    They are then there for everything that asks the table, and for processes started from this
+    one. The environment variable GPGPU_RT_METHODS does the same for the folders it names.
+
+    Parameters
+    ----------
+    folder : of files such as CONTRIBUTING.md shows; those that begin with "_" are left out
+
+    Returns
+    -------
+    the rows that are new, none where the folder was loaded before
+
+    Raises
+    ------
+    MethodError
+        no such folder, a file that does not run, or a row that is not one: names file and line;
+        nothing of the folder is in the table then
+    """
+    _take_named()
+    path = Path(folder).resolve()
+    new = _take(path)
+    found.name_folder(path)
+    return new
+
+
 def methods() -> list[Method]:
-    """The table, as rows with .name, in the survey's order."""
+    """The table, as rows with .name, in the survey's order; then those of GPGPU_RT_METHODS."""
+    _take_named()
     return list(_TABLE.values())
 
 
 def find_method(name: str) -> Method:
     """The row of a name; OptionError suggests the nearest ones."""
+    _take_named()
     if name not in _TABLE:
         raise OptionError(f"no method {name!r}" + nearest_names(str(name), _TABLE))
     return _TABLE[name]
+
+
+def _take_named() -> None:
+    for folder in found.named_folders():
+        _take(folder.resolve())
+
+
+def _take(folder: Path) -> list[Method]:
+    """The rows of a folder that were not taken yet, put into the table: all of them or none."""
+    if folder in _TAKEN:
+        return []
+    before = set(_TABLE)
+    _TAKEN.add(folder)      # at once: its files may ask for the table
+    try:
+        found.take(folder, register)
+    except BaseException:
+        _TAKEN.discard(folder)
+        for name in set(_TABLE) - before:
+            del _TABLE[name]
+        raise
+    return [row for name, row in _TABLE.items() if name not in before]
 
 
 _FAMILIES = (brute_force, ray_engine, grid, kdtree, bvh, geometry_image, bih, ray_tiles,

@@ -137,6 +137,40 @@ def test_triangles_that_coincide_are_all_found_in_order(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", OURS)
+def test_a_sheet_seen_from_afar_has_two_sides(name: str) -> None:
+    """A box of a millimetre, ten kilometres away: float32 gives both sides one t, or nearly."""
+    mesh = trimesh.creation.box(extents=(1e-3, 1e-3, 1e-3))
+    rays = [[0, 0, 1e4], [1e-4, 2e-4, 1e4]], [[0, 0, -1.0]] * 2     # the first along diagonals
+    with ENGINES[name](mesh) as ray:
+        at, index, _ = ray.intersects_location(*rays)
+        tri, _ = ray.intersects_id(*rays)
+    assert index.tolist() == [0, 0, 1, 1] and len(tri) == 6
+    np.testing.assert_allclose(at[:, 2], [5e-4, -5e-4] * 2, atol=1e-9)
+    with RayMeshIntersector(mesh, name, coincident=False, **OURS[name]) as ray:
+        tri, index, there = ray.intersects_id(*rays, return_locations=True)
+        assert index.tolist() == [0, 0, 1, 1] and (there == at).all()
+        assert ray.intersects_id(*rays)[0].tolist() == tri.tolist()
+        assert copy.copy(ray).intersects_id(*rays)[0].tolist() == tri.tolist()
+        assert pickle.loads(pickle.dumps(ray)).intersects_id(*rays)[0].tolist() == tri.tolist()
+
+
+@pytest.mark.parametrize("seed", [4, 5], ids="seed{}".format)
+def test_a_place_is_named_once_however_many_triangles_meet_there(seed: int) -> None:
+    """Rays from inside a ball at its vertices, edges' middles and faces, where each has one."""
+    mesh = trimesh.creation.icosphere(subdivisions=2)
+    rng = np.random.default_rng(seed)
+    weights = np.concatenate([np.eye(3), (1 - np.eye(3)) / 2, rng.dirichlet((1, 1, 1), 3)])
+    aims = np.einsum("kc,fcd->fkd", weights, mesh.triangles).reshape(-1, 3)
+    with RayMeshIntersector(mesh, "bvh-threaded", coincident=False) as ray:
+        tri, index = ray.intersects_id(np.zeros_like(aims), aims)
+        _, there, first = ray.intersects_location(np.zeros_like(aims), aims)
+        ray.coincident = True
+        _, all_of = ray.intersects_id(np.zeros_like(aims), aims)
+    assert (index == np.arange(len(aims))).all() and (there == index).all()
+    assert (tri == first).all() and len(all_of) > 2 * len(aims)
+
+
+@pytest.mark.parametrize("name", OURS)
 def test_a_mesh_far_from_the_origin(name: str) -> None:
     near, far = closed("tube"), closed("tube")
     away = np.array([4e6, 0, -2e5])

@@ -1,0 +1,60 @@
+"""sweep: triangles sorted along an axis, in runs with a box each (see ../../CONTRIBUTING.md).
+
+Boxes around parts of a scene are as old as Rubin and Whitted (1980); the order along an axis is
+what makes a ray stop: it passes the runs in the direction it goes, and once it has a hit it ends
+at the first run behind which nothing can begin before that hit.
+"""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gpgpu_rt.methods import Accelerator, Method
+from gpgpu_rt.methods.brute_force import box_uniforms, triangle_table
+from gpgpu_rt.options import Option
+from gpgpu_rt.record import Record
+from gpgpu_rt.texel_layout import TRIANGLE
+
+# A run: its box, its first triangle; where along the axis this and all later runs begin at the
+# least, and where this and all earlier ones end at the most.
+RUN = Record("sweep_run", "lo:vec3 first:int | hi:vec3 | least most")
+
+
+def prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
+    """Tables and uniforms for (n, 3, 3) float32 triangles."""
+    axis, length = options["axis"], options["run"]
+    order = np.argsort(triangles[:, :, axis].astype(np.float64).sum(axis=1), kind="stable")
+    first = np.arange(0, len(order), length)
+    lo, hi = np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32)
+    if len(order):
+        lo = np.minimum.reduceat(triangles[order].min(axis=1), first)
+        hi = np.maximum.reduceat(triangles[order].max(axis=1), first)
+    place = np.arange(len(order))
+    last = (place % length == length - 1) | (place == len(order) - 1)
+    tables = {**triangle_table(triangles, order, last),
+              RUN.name: {"lo": lo, "hi": hi, "first": first,
+                         "least": np.minimum.accumulate(lo[::-1, axis])[::-1],
+                         "most": np.maximum.accumulate(hi[:, axis])}}
+    uniforms = {"run_count": len(first), **box_uniforms(triangles)}
+    # A ray looks at each run and tests each triangle once at most.
+    return Accelerator(tables, uniforms, step_bound=len(first) + len(order), structure=order)
+
+
+ROWS = (Method(
+    name="sweep",
+    summary="triangles in runs along an axis, passed in the ray's direction; an example",
+    citation="after Rubin and Whitted 1980",
+    glsl=Path(__file__).with_name("sweep.glsl"),
+    kernels=("pass_run", "intersect"),
+    state=Record("state", "passed:int cursor:int phase:int steps:int"),
+    tables=(TRIANGLE, RUN),
+    prepare=prepare,
+    options=(
+        Option("axis", 0, "that triangles are sorted along: 0 is x, 1 y, 2 z", int,
+               choices=(0, 1, 2), define="AXIS"),
+        Option("run", 16, "triangles a run", int, minimum=1),
+    ),
+),)

@@ -1,0 +1,122 @@
+"""A pytest plugin for trimesh's own tests: our intersector takes the place of its ray engines.
+
+Run by test_trimeshs_own_tests.py in a process of its own, as what it replaces stays replaced. What
+trimesh's sdist leaves out of its tests, their common module and the meshes, stands in for here.
+"""
+from __future__ import annotations
+
+import importlib.util
+import logging
+import os
+import sys
+import tempfile
+import time
+import types
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from gpgpu_rt.trimesh_ray import RayMeshIntersector
+
+METHOD = os.environ.get("OURS_IN_TRIMESH", "bvh-threaded")
+asked = 0      # queries that ours answered
+
+
+class Counting(RayMeshIntersector):
+    """Counts, so that nobody takes a run in which it was not asked for a proof."""
+
+    def _current(self):
+        global asked
+        asked += 1
+        return super()._current()
+
+
+class AsNative(Counting):
+    def __init__(self, mesh):
+        super().__init__(mesh, METHOD)
+
+    def __copy__(self):
+        return AsNative(self.mesh)
+
+
+class AsEmbree(Counting):
+    """With the arguments of the engine on Embree, which names one triangle at a place."""
+
+    def __init__(self, geometry, scale_to_box=True):
+        super().__init__(geometry, METHOD, coincident=False)
+
+    def __copy__(self):
+        return AsEmbree(self.mesh)
+
+
+def pytest_configure(config) -> None:
+    trimesh.ray.ray_triangle.RayMeshIntersector = AsNative
+    trimesh.ray.ray_pyembree.RayMeshIntersector = AsEmbree
+    if importlib.util.find_spec("generic") is None:
+        sys.modules["generic"] = stand_in()
+
+
+def pytest_terminal_summary(terminalreporter) -> None:
+    terminalreporter.write_line(f"queries answered by gpgpu_rt: {asked}")
+
+
+def stand_in() -> types.ModuleType:
+    """What the tests ask of trimesh's module of that name, as far as rays go."""
+    folder = Path(tempfile.mkdtemp(prefix="meshes"))
+    for name, mesh in meshes().items():
+        mesh.export(folder / name)
+    module = types.ModuleType("generic")
+    module.np, module.trimesh, module.time = np, trimesh, time
+    module.log = logging.getLogger("trimesh")
+    module.random = np.random.default_rng(0).random
+
+    def get_mesh(file_name: str, **more) -> trimesh.Trimesh:
+        mesh = trimesh.load_mesh(folder / file_name, **more)
+        mesh.source.file_path = str(folder / file_name)
+        return mesh
+
+    module.get_mesh = get_mesh
+    module.data = {"ray_data": {
+        "load_kwargs": [{"file_name": name, "use_embree": embree}
+                        for name in meshes() for embree in (True, False)],
+        "rays": {name: rays(mesh) for name, mesh in meshes().items()}}}
+    return module
+
+
+def meshes() -> dict[str, trimesh.Trimesh]:
+    """Of the same kind as those of the same name: a cube, a ball, a cube that lacks an eighth, a
+    thing with holes in its surface, a part with a bore."""
+    ball = trimesh.creation.icosphere(subdivisions=3)
+    open_pot = trimesh.Trimesh(10 * ball.vertices, ball.faces[40:], process=False)
+    return {"unit_cube.STL": trimesh.creation.box(), "unit_sphere.STL": ball,
+            "7_8ths_cube.stl": seven_eighths(10.0), "teapot.stl": open_pot,
+            "featuretype.STL": trimesh.creation.annulus(r_min=0.5, r_max=2, height=1)}
+
+
+def seven_eighths(half: float) -> trimesh.Trimesh:
+    """A cube around 0 without the octant where x, y and z are above 0: the faces between cells
+    that are filled and those that are not."""
+    filled = np.zeros((4, 4, 4), bool)
+    filled[1:3, 1:3, 1:3] = True
+    filled[2, 2, 2] = False
+    corners, faces = [], []
+    for axis in range(3):
+        step = np.eye(3, dtype=int)[axis]
+        across, up = np.roll(step, 1), np.roll(step, 2)
+        for cell in np.argwhere(np.diff(filled.astype(int), axis=axis)):
+            leaves = filled[tuple(cell)]
+            at = cell + step - 2
+            order = (at, at + across, at + across + up, at + up)
+            faces += [np.array(f) + len(corners) for f in ((0, 1, 2), (0, 2, 3))]
+            corners += order if leaves else order[::-1]
+    made = trimesh.Trimesh(half * np.array(corners, float), faces)
+    assert made.is_watertight and np.isclose(made.volume, 7 * half ** 3)
+    return made
+
+
+def rays(mesh: trimesh.Trimesh, count: int = 500) -> dict[str, np.ndarray]:
+    """Rays from around a mesh into all directions."""
+    rng = np.random.default_rng(len(mesh.faces))
+    return {"ray_origins": mesh.bounds.mean(0) + mesh.scale * rng.uniform(-1, 1, (count, 3)),
+            "ray_directions": rng.normal(size=(count, 3))}

@@ -1,0 +1,177 @@
+"""CONTRIBUTING.md carried out: a method in a folder of the user's own is there for everything."""
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import soup_scene
+from PIL import Image
+
+import gpgpu_rt as rt
+from gpgpu_rt import rays as ray_sets
+
+ROOT = Path(rt.__file__).parents[1]
+TEXT = (ROOT / "CONTRIBUTING.md").read_text()
+METHODS = ROOT / "examples" / "methods"
+BLOCKS = re.findall(r"```(\w+)\n(.*?)```", TEXT, re.S)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A copy of the example's folder, with a space in its name."""
+    return Path(shutil.copytree(METHODS, tmp_path / "my methods"))
+
+
+def python(*arguments: str, cwd: Path | None = None, **environment: str
+           ) -> subprocess.CompletedProcess:
+    """Another process: the table of this one is left as it is."""
+    return subprocess.run([sys.executable, *arguments], capture_output=True, text=True, cwd=cwd,
+                          env={**os.environ, **environment})
+
+
+def test_what_is_quoted_is_in_the_files() -> None:
+    files = "".join(path.read_text() for path in METHODS.iterdir() if path.is_file())
+    quoted = [text for language, text in BLOCKS if language in ("python", "glsl")]
+    assert len(quoted) >= 4
+    for text in quoted:
+        assert text in files, text
+
+
+def test_the_commands_run_as_they_stand(folder: Path, tmp_path: Path) -> None:
+    lines = [line for language, text in BLOCKS if language == "sh" for line in text.splitlines()
+             if line.startswith("gpgpu-rt")]
+    assert len(lines) == 3
+    for line in lines:
+        words = [str(folder) if word == "examples/methods" else word for word in
+                 shlex.split(line)[1:]]
+        answer = python("-m", "gpgpu_rt", *words, cwd=tmp_path)
+        assert answer.returncode == 0, answer.stderr
+    assert "sweep" in python("-m", "gpgpu_rt", "methods", GPGPU_RT_METHODS=str(folder)).stdout
+    for name, size in (("sweep.png", (64, 64)), ("heat.png", None)):
+        with Image.open(tmp_path / name) as image:
+            assert size is None or image.size == size
+            assert len(np.unique(np.asarray(image.convert("L")))) > 10
+
+
+CHECKS = ["tests/traversal/test_hits.py::test_soup_matches_brute_force",
+          "tests/extremes/test_catalogue.py::test_every_method_returns_its_bits"]
+
+
+@pytest.mark.parametrize("checks", [
+    pytest.param(CHECKS, id="some"),
+    pytest.param(["tests"], id="all", marks=[pytest.mark.full, pytest.mark.once])])
+def test_the_tests_know_it(exact_renderer, folder: Path, checks: list[str]) -> None:
+    answer = python("-m", "pytest", "-q", "-m", "not full", "-p", "no:cacheprovider", *checks,
+                    "-k", "sweep", cwd=ROOT, GPGPU_RT_METHODS=str(folder))
+    assert answer.returncode == 0, answer.stdout[-3000:]
+    assert int(re.search(r"(\d+) passed", answer.stdout)[1]) >= 20
+
+
+@pytest.mark.full
+@pytest.mark.once
+def test_those_tests_find_what_is_wrong(exact_renderer, folder: Path) -> None:
+    """A search that ends a hit too early, by >= for >."""
+    glsl = folder / "sweep.glsl"
+    assert "> hit.t)" in glsl.read_text()
+    glsl.write_text(glsl.read_text().replace("> hit.t)", "> 0.5 * hit.t)"))
+    answer = python("-m", "pytest", "-q", "-m", "not full", "-p", "no:cacheprovider", CHECKS[0],
+                    "-k", "sweep and eye", cwd=ROOT, GPGPU_RT_METHODS=str(folder))
+    assert answer.returncode == 1 and "rays differ" in answer.stdout
+
+
+LOADED = """
+import pickle, sys
+import gpgpu_rt as rt
+from concurrent.futures import ProcessPoolExecutor
+import multiprocessing
+
+def hits(tracer):
+    return tracer.trace([[0.2, 0.3, 9.0]], [[0, 0, -1.0]]).triangle.tolist()
+
+if __name__ == "__main__":
+    rows = rt.load_methods(sys.argv[1])
+    assert [row.name for row in rows] == ["sweep"] and rt.load_methods(sys.argv[1]) == []
+    assert rt.methods()[-1].name == "sweep" and len({r.name for r in rt.methods()}) > 20
+    scene = rt.Scene.from_arrays([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    with rt.Tracer(scene, "sweep", axis=1, run=1) as tracer:
+        assert hits(tracer) == [0]
+        with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
+            print(pool.submit(hits, tracer).result())
+"""
+
+
+def test_from_python_and_in_processes_started_from_it(folder: Path, tmp_path: Path) -> None:
+    script = tmp_path / "loaded.py"
+    script.write_text(LOADED)
+    answer = python(str(script), str(folder))
+    assert answer.returncode == 0 and answer.stdout.strip() == "[0]", answer.stderr
+
+
+BROKEN = {
+    "syntax": ("sweep.py", "def prepare(", "def prepare((", r"sweep.py:\d+: SyntaxError"),
+    "import": ("sweep.py", "import numpy as np", "import nunpy", r"sweep.py:\d+: ModuleNotFound"),
+    "no rows": ("sweep.py", "ROWS = ", "ROW = ", "has no ROWS"),
+    "no row": ("sweep.py", "ROWS = (Method(", "ROWS = (dict(", "has no ROWS"),
+    "name": ("sweep.py", 'name="sweep"', 'name="My Sweep"', "words of a-z"),
+    "taken": ("sweep.py", 'name="sweep"', 'name="grid"', "in the table already"),
+    "state": ("sweep.py", "phase:int ", "", "no phase"),
+    "kernels": ("sweep.py", '("pass_run", "intersect")', "()", "has 0 kernels"),
+    "glsl": ("sweep.py", 'with_name("sweep.glsl")', 'with_name("swep.glsl")', "no GLSL file"),
+    "prepare": ("sweep.py", "len(order), length", "len(ordr), length",
+                r"sweep.py:\d+: NameError in prepare"),
+    "unwidened": ("sweep.py", ", **box_uniforms(triangles)", "", "no scene_hi and no scene_lo"),
+    "table": ("sweep.py", "RUN.name:", '"run":', "no table sweep_run"),
+    "kernel": ("sweep.glsl", "goes_back(ray) ? run_count", "goes_bak(ray) ? run_count",
+               r"sweep.glsl:\d+: .*goes_bak"),
+}
+
+
+@pytest.mark.parametrize("name", [
+    pytest.param(name, marks=() if name in ("syntax", "unwidened", "kernel") else pytest.mark.full)
+    for name in BROKEN])
+def test_what_is_broken_is_named_in_a_line(folder: Path, tmp_path: Path, name: str) -> None:
+    file, text, instead, message = BROKEN[name]
+    path = folder / file
+    assert text in path.read_text()
+    path.write_text(path.read_text().replace(text, instead, 1))
+    answer = python("-m", "gpgpu_rt", "--methods-from", str(folder), "render", "cornell", "-m",
+                    "sweep", "--size", "8", "-o", str(tmp_path / "x.png"))
+    assert answer.returncode == 1 and answer.stderr.count("\n") == 1, answer.stderr
+    assert re.search(message, answer.stderr) and str(folder) in answer.stderr
+    assert not (tmp_path / "x.png").exists()
+
+
+def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
+    answer = python("-m", "gpgpu_rt", "methods", GPGPU_RT_METHODS=str(tmp_path / "gone"))
+    assert answer.returncode == 1 and "no folder of methods" in answer.stderr
+    assert answer.stderr.count("\n") == 1
+    with pytest.raises(rt.MethodError, match="gone"):
+        rt.load_methods(tmp_path / "gone")
+    assert len(rt.methods()) > 20      # nothing is left behind
+
+
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.full)],
+                         ids="seed{}".format)
+def test_it_ends_early(folder: Path, tmp_path: Path, seed: int) -> None:
+    """What the order along an axis is for: fewer runs are passed than there are."""
+    script = ("import sys, numpy as np, gpgpu_rt as rt\n"
+              "rt.load_methods(sys.argv[1])\n"
+              "rays = np.load(sys.argv[2])\n"
+              "scene = rt.Scene.from_arrays(rays['v'], np.arange(len(rays['v'])).reshape(-1, 3))\n"
+              "with rt.Tracer(scene, 'sweep', statistics=True, axis=2, run=4) as tracer:\n"
+              "    hits = tracer.trace(rays['o'], rays['d'])\n"
+              "    runs = len(tracer.accelerator.structure) / 4\n"
+              "print((hits.nodes_visited[hits.hit].mean() / runs))\n")
+    scene = soup_scene(600, seed, size=0.1)
+    origins, directions = ray_sets.eye_rays(scene, 256)
+    np.savez(tmp_path / "rays.npz", v=scene.triangles.reshape(-1, 3), o=origins, d=directions)
+    answer = python("-c", script, str(folder), str(tmp_path / "rays.npz"))
+    assert answer.returncode == 0, answer.stderr
+    assert 0 < float(answer.stdout) < 0.8
