@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
 .DEFAULT_GOAL := help
-.PHONY: help setup test test-all figures bench lint format clean
+.PHONY: help setup test test-all figures report docs bench lint format clean
 
 help:  ## print this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12
@@ -25,6 +25,12 @@ test-all: $(STAMP)  ## full sizes on OSMesa and EGL, and what is small enough on
 figures: $(STAMP)  ## the survey's tables beside the published numbers (FULL=1: papers' sizes)
 	@$(BIN)/python -m gpgpu_rt.figures $(if $(FULL),--full)
 
+report: $(STAMP)  ## one page, report.html, with every figure that is there, passes and heat maps
+	@$(BIN)/gpgpu-rt report -o report.html
+
+docs: $(STAMP)  ## the API reference, from the docstrings, to docs/api
+	@$(BIN)/python -m pdoc --docformat numpy --no-show-source -o docs/api gpgpu_rt gpgpu_rt.trimesh_ray gpgpu_rt.time_travel gpgpu_rt.heat gpgpu_rt.methods
+
 bench: $(STAMP)  ## the methods on the bunny beside embreex
 	@$(BIN)/gpgpu-rt bench bunny
 
@@ -38,5 +44,5 @@ format: $(STAMP)  ## apply isort and autopep8
 	@$(BIN)/autopep8 --in-place --recursive gpgpu_rt figures tests tools examples
 
 clean:  ## remove what was built and measured; the virtual environment stays
-	rm -rf build dist *.egg-info figures/data figures/out .pytest_cache
+	rm -rf build dist *.egg-info docs/api report.html figures/data figures/out .pytest_cache
 	find . -name __pycache__ -not -path './$(VENV)/*' -prune -exec rm -rf {} +

@@ -26,6 +26,13 @@ def image_size(size: Sequence[int]) -> tuple[int, int]:
     return width, height
 
 
+def check_camera(camera: Any) -> None:
+    """Raise OptionError for what is neither a Camera nor None."""
+    if camera is not None and not isinstance(camera, Camera):
+        raise OptionError(f"camera is {camera!r}; give a Camera(eye, target), or None for the "
+                          "scene's own")
+
+
 @dataclass(frozen=True)
 class Camera:
     """A pinhole camera.

@@ -10,11 +10,12 @@ import numpy as np
 from PIL import Image
 
 from .appearance.needs import SceneNeeds
-from .camera import Camera, image_size
+from .camera import Camera, check_camera, image_size
 from .errors import Error, OptionError
 from .gpu import Gpu
 from .hits import Hits
 from .integrators import Integrator, find_integrator
+from .integrators.path import shown
 from .integrators.plan import Plan
 from .integrators.waves import Waves
 from .methods import Accelerator
@@ -69,7 +70,17 @@ class Pictures:
             many were traced after all
         progress : is told samples done, samples of all, and the noise so far, by "path"
         options : the integrator's, as ``integrators.INTEGRATORS[name].options`` lists them
+
+        Raises
+        ------
+        OptionError
+            a camera that is none, a size, an integrator or an option that there is not
+        LimitError
+            a picture too large for this renderer
+        KeyboardInterrupt
+            Ctrl-C; what "path" has summed up by then is a picture that ``unfinished`` gives
         """
+        check_camera(camera)
         drawer = self._drawer(size, integrator, options)
         drawer.progress = progress
         if first_hits != "traced" and not drawer.centred:
@@ -95,9 +106,21 @@ class Pictures:
             raise Error('there is no radiance yet; render with integrator="path"')
         return found
 
+    def unfinished(self) -> Image.Image | None:
+        """What there is of a picture by "path" that was interrupted; None where there is nothing.
+        ``statistics.samples`` says how many samples a pixel have been taken."""
+        found = self._integrator.radiance if self._integrator is not None else None
+        return None if found is None else Image.fromarray(shown(found.astype(np.float64)))
+
     def eye_hits(self, camera: Camera | None = None, size: tuple[int, int] = (512, 512),
                  first_hits: str = "traced") -> Hits:
-        """Hits of the eye rays of ``render``, row by row from the top; parameters as there."""
+        """Hits of the eye rays of ``render``, row by row from the top.
+
+        Parameters
+        ----------
+        camera, size, first_hits : as for ``render``, which also says what is raised
+        """
+        check_camera(camera)
         width, height = image_size(size)
         self.statistics.start_call(width * height)
         with self.gpu, self._logged():
@@ -128,7 +151,12 @@ class Pictures:
 
     def plan(self, size: tuple[int, int] = (512, 512), integrator: str | None = None,
              **options: Any) -> Plan:
-        """What `render` with the same arguments would do and allocate, and why no more."""
+        """What `render` with the same arguments would do and allocate, and why no more.
+
+        Parameters
+        ----------
+        size, integrator, options : as for ``render``, which also says what is raised
+        """
         drawer = self._drawer(size, integrator, options)
         with self.gpu:
             rays, buffers = self._room(drawer.size)

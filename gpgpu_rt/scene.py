@@ -181,6 +181,7 @@ class Scene:
         faces : (n, 3) int
         colours : (n, 3) or (3,) in [0, 1]; by default those of the materials, a light grey
         light, camera : by default beside and at a camera that sees the whole from outside
+        name, source : what tables call it, and where it was found
         appearance : materials, material_of, normals, uv, lights (instead of light), environment,
             moving, as in Scene
 
@@ -217,6 +218,16 @@ class Scene:
         """A scene of a trimesh object, with its face, vertex or material colours.
 
         A `trimesh.Scene` is flattened: each instance of a geometry is placed by its transform.
+
+        Parameters
+        ----------
+        mesh : trimesh.Trimesh or trimesh.Scene
+        name, light, camera, source : as for `from_arrays`
+
+        Raises
+        ------
+        SceneError
+            as for `from_arrays`
         """
         flat = mesh_file.flatten(mesh)
         return cls.from_arrays(flat.vertices, flat.faces, name=name, colours=flat.colours,

@@ -247,7 +247,16 @@ class Tracer(Pictures):
                  shape: tuple[int, int] | None = None, invalid: str = "raise") -> np.ndarray:
         """(n,) bool: whether anything lies in [t_min, t_max] of each ray; any hit ends a ray.
 
-        Raises ``Error`` where the step cap, or a full stack, leaves that open for some ray.
+        Parameters
+        ----------
+        origins, directions, t_max, t_min, shape, invalid : as for ``trace``
+
+        Raises
+        ------
+        ValueError
+            as for ``trace``
+        Error
+            where the step cap, or a full stack, leaves it open for some ray
         """
         hits = self._trace(RayBatch(origins, directions, t_min, t_max, shape, invalid,
                                     self._bounds), True)

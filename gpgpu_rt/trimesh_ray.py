@@ -110,7 +110,12 @@ class RayMeshIntersector:
         return locations[kept], hits.ray[kept], hits.triangle[kept].astype(np.int64)
 
     def intersects_first(self, ray_origins: np.ndarray, ray_directions: np.ndarray) -> np.ndarray:
-        """(n,) int64, the first triangle that each ray hits, -1 where there is none."""
+        """(n,) int64, the first triangle that each ray hits, -1 where there is none.
+
+        Parameters
+        ----------
+        ray_origins, ray_directions : (n, 3) float
+        """
         with self._lock:
             origins, directions, tracer = self._prepared(ray_origins, ray_directions)
             hits = tracer.trace(origins, directions, invalid="miss")
@@ -118,7 +123,12 @@ class RayMeshIntersector:
         return hits.triangle.astype(np.int64)
 
     def intersects_any(self, ray_origins: np.ndarray, ray_directions: np.ndarray) -> np.ndarray:
-        """(n,) bool, whether each ray hits anything."""
+        """(n,) bool, whether each ray hits anything.
+
+        Parameters
+        ----------
+        ray_origins, ray_directions : (n, 3) float
+        """
         with self._lock:
             origins, directions, tracer = self._prepared(ray_origins, ray_directions)
             return tracer.occluded(origins, directions, invalid="miss")

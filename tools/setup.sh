@@ -35,5 +35,6 @@ if [ ! -x "$venv/bin/python" ]; then
         "$python" -m venv "$venv"
     fi
 fi
-"$venv/bin/python" -m pip install --quiet --upgrade pip
-"$venv/bin/python" -m pip install --quiet --editable '.[test,figures,lint]'
+# Twice quiet: errors alone. What setuptools says about a package_dir that maps folders is known.
+"$venv/bin/python" -m pip install -qq --upgrade pip
+"$venv/bin/python" -m pip install -qq --editable '.[test,figures,report,docs,lint]'

@@ -64,17 +64,18 @@ class Environment:
 
     @classmethod
     def constant(cls, colour: Any) -> Environment:
-        """The same radiance from everywhere."""
+        """The same radiance from everywhere: ``colour``, (3,) linear RGB, 0 or more."""
         return cls("sky", colour, colour)
 
     @classmethod
     def sky(cls, zenith: Any, ground: Any) -> Environment:
-        """Radiance between two colours, by a direction's height."""
+        """Radiance from ``zenith`` above to ``ground`` below, (3,) linear RGB each, by a
+        direction's height."""
         return cls("sky", zenith, ground)
 
     @classmethod
     def surrounded(cls, image: Texture) -> Environment:
-        """An equirectangular image of all directions."""
+        """An equirectangular ``image`` of all directions, linear radiance."""
         return cls("image", image=image)
 
     @property

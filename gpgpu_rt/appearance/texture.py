@@ -37,7 +37,7 @@ class Texture:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Texture:
-        """The texture of an image file, sRGB; or of an .npy file, linear (height, width, 3).
+        """The texture of the file at ``path``: an image, sRGB; or .npy, linear (height, width, 3).
 
         Raises
         ------
@@ -59,11 +59,11 @@ class Texture:
 
     @classmethod
     def from_image(cls, image: Image.Image, name: str = "image") -> Texture:
-        """The texture of a PIL image, sRGB; alpha is left out."""
+        """The texture of a PIL image, sRGB, called ``name`` in messages; alpha is left out."""
         return cls(name, linear(np.asarray(image.convert("RGB"), np.float64) / 255))
 
     def sample(self, uv: Any) -> np.ndarray:
-        """(n, 3) float64 at (n, 2) texture coordinates: (0, 0) is the lower left corner, and the
+        """(n, 3) float64, linear, at (n, 2) texture coordinates ``uv``: (0, 0) is the lower left corner, and the
         image repeats. The twin of ``glsl/common/texture.glsl``."""
         height, width = self.texels.shape[:2]
         at = np.asarray(uv, np.float64)

@@ -21,7 +21,7 @@ from ..rasterised.first_hits import FIRST_HITS
 from ..scene import Scene, list_scenes, load_scene
 from ..surfaces.parametrise import CUTS, remesh
 from ..tracer import AUTO, DEFAULT_METHOD, Tracer
-from . import hardware, looking, tuning
+from . import hardware, looking, teaching, tuning
 from .frames import IMAGES, add_frames, render_frames
 from .picture import add_picture, explain, light_options, picture_options, progress_shown
 from .shared import (
@@ -105,12 +105,21 @@ def _render(chosen: argparse.Namespace) -> None:
         raise OptionError(f"cannot tell an image format from {chosen.output}; end it in .png")
     with _tracer(chosen) as tracer:
         plan = explain(chosen, tracer)
-        with progress_shown(chosen) as progress:
-            image = tracer.render(size=chosen.size, first_hits=chosen.first_hits,
-                                  progress=progress, **picture_options(chosen))
+        interrupted = False
+        try:
+            with progress_shown(chosen) as progress:
+                image = tracer.render(size=chosen.size, first_hits=chosen.first_hits,
+                                      progress=progress, **picture_options(chosen))
+        except KeyboardInterrupt:
+            image, interrupted = tracer.unfinished(), True
+            if image is None:
+                raise
         with replacing(chosen.output) as path:
             image.save(path)
-        _report(chosen, tracer, f"wrote {chosen.output}", plan)
+        _report(chosen, tracer, f"wrote {chosen.output}" + (", as far as it was" if interrupted
+                                                            else ""), plan)
+        if interrupted:
+            raise KeyboardInterrupt
 
 
 def _trace(chosen: argparse.Namespace) -> None:
@@ -327,4 +336,5 @@ def _parser() -> argparse.ArgumentParser:
     hardware.add_command(command)
     looking.add_commands(command)
     tuning.add_commands(command)
+    teaching.add_command(command)
     return parser

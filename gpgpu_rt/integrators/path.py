@@ -105,21 +105,35 @@ class Path(Integrator):
     def draw(self, trace: Trace, rays: RayTextures, camera: Camera) -> np.ndarray:
         assert self.room is not None and self._sums is not None
         self._sums.target("sums 0").clear()
-        self.samples_done, self.noise, side = 0, None, 0
-        while self.samples_done < self.samples:
-            shared = {"block": self.block, "first_sample": self.samples_done,
-                      "samples": self.samples, "seed": self.settings.seed}
-            self._wave(trace, rays, camera, shared)
-            self.run("path sums", self._sums.target(f"sums {1 - side}"),
-                     {**self.room.samplers("radiance", "radiance"),
-                      **self._sums.samplers(f"sums {side}", "sums")}, **shared)
-            side = 1 - side
-            self.samples_done += self.block[0] * self.block[1]
-            self.samples_done = min(self.samples_done, self.samples)
-            if self._finished(f"sums {side}"):
-                break
+        self.samples_done, self.noise, self.radiance = 0, None, None
+        side = 0
+        try:
+            while self.samples_done < self.samples:
+                self._take_samples(trace, rays, camera, side)
+                side = 1 - side
+                if self._finished(f"sums {side}"):
+                    break
+        except KeyboardInterrupt:    # what is summed so far is a picture: ``radiance`` keeps it
+            if self.samples_done:
+                self.gpu.context.enable_only(moderngl.NOTHING)
+                self.progress, self.samples = None, self.samples_done
+                self._finished(f"sums {side}")
+                self.radiance = self.mean.astype(np.float32)
+            raise
         self.radiance = self.mean.astype(np.float32)
         return shown(self.mean)
+
+    def _take_samples(self, trace: Trace, rays: RayTextures, camera: Camera, side: int) -> None:
+        """Add a wave's samples to those in ``sums SIDE``, into the other sums."""
+        assert self.room is not None and self._sums is not None
+        shared = {"block": self.block, "first_sample": self.samples_done,
+                  "samples": self.samples, "seed": self.settings.seed}
+        self._wave(trace, rays, camera, shared)
+        self.run("path sums", self._sums.target(f"sums {1 - side}"),
+                 {**self.room.samplers("radiance", "radiance"),
+                  **self._sums.samplers(f"sums {side}", "sums")}, **shared)
+        self.samples_done = min(self.samples_done + self.block[0] * self.block[1],
+                                self.samples)
 
     def _wave(self, trace: Trace, rays: RayTextures, camera: Camera,
               shared: Mapping[str, Any]) -> None:

@@ -28,11 +28,12 @@ class Waves:
 
     def draw(self, drawer: Integrator, rays: RayTextures, camera: Camera) -> np.ndarray:
         """A picture, (height, width, 3) uint8; the statistics say what its passes were."""
-        pixels = drawer.draw(self.trace, rays, camera)
-        self._statistics.picture_passes = dict(drawer.drawn)
-        self._statistics.samples, self._statistics.noise = drawer.samples_done, drawer.noise
-        self._statistics.waves, self._statistics.texel_fetches = self.count, drawer.fetches
-        return pixels
+        try:
+            return drawer.draw(self.trace, rays, camera)
+        finally:    # also of a picture that was interrupted
+            self._statistics.picture_passes = dict(drawer.drawn)
+            self._statistics.samples, self._statistics.noise = drawer.samples_done, drawer.noise
+            self._statistics.waves, self._statistics.texel_fetches = self.count, drawer.fetches
 
     def trace(self, rays: RayTextures, any_hit: bool = False) -> Hits:
         """Where the hits are, until rays are traced again."""

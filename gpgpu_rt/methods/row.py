@@ -161,7 +161,8 @@ class Method:
         return {**self.fixed_defines, **chosen}
 
     def check_schedule(self, options: dict[str, Any], asked: bool) -> None:
-        """Take its own best schedule where none was asked; refuse one it has not."""
+        """Put its own best schedule into ``options`` where none was ``asked``; refuse, by
+        OptionError, one it has not."""
         schedules = self.schedules_for(options)
         if not asked and options["schedule"] not in schedules:
             options["schedule"] = schedules[-1]

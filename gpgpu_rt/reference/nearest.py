@@ -202,13 +202,24 @@ def _all_pairs(rays: int, triangles: int) -> Iterator[tuple[np.ndarray, np.ndarr
 
 
 def has_area(vertices: np.ndarray) -> np.ndarray:
-    """(m,) bool, false where the normal is exactly zero in float64."""
+    """(m,) bool of (m, 3, 3) ``vertices``, false where a triangle's normal is exactly zero in
+    float64."""
     normal = np.cross(vertices[:, 1] - vertices[:, 0], vertices[:, 2] - vertices[:, 0])
     return (normal != 0).any(axis=1)
 
 
 def as_triangles(scene_or_triangles: Any) -> np.ndarray:
-    """A scene's or an array's triangles, (m, 3, 3), rounded to float32 and held in float64."""
+    """Triangles (m, 3, 3), rounded to float32 and held in float64.
+
+    Parameters
+    ----------
+    scene_or_triangles : what has ``triangles``, or (m, 3, 3) float itself
+
+    Raises
+    ------
+    ValueError
+        another shape
+    """
     triangles = getattr(scene_or_triangles, "triangles", scene_or_triangles)
     triangles = np.asarray(triangles, np.float32).astype(np.float64)
     if triangles.shape[1:] != (3, 3):
@@ -219,7 +230,19 @@ def as_triangles(scene_or_triangles: Any) -> np.ndarray:
 def as_rays(origins: np.ndarray, directions: np.ndarray, t_min: float | np.ndarray,
             t_max: float | np.ndarray, invalid: str) -> tuple[np.ndarray, ...]:
     """Rays as (n, 3), (n, 3), (n,), (n,), rounded to float32 and held in float64, and (n,) bool
-    for which of them are valid."""
+    for which of them are valid.
+
+    Parameters
+    ----------
+    origins, directions : (n, 3) or (h, w, 3) float
+    t_min, t_max : scalars or one a ray, in units of |direction|
+    invalid : "raise" or "miss"
+
+    Raises
+    ------
+    ValueError
+        shapes that do not fit, or the first invalid ray where these raise
+    """
     with np.errstate(over="ignore"):
         origins, directions = (np.asarray(a, np.float32).astype(np.float64)
                                for a in (origins, directions))

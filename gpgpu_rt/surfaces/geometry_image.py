@@ -90,13 +90,13 @@ class GeometryImage:
         return list(self.moved(unit).charts)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write an .npz file of the charts, which `load_scene` and `load` read."""
+        """Write an .npz file of the charts to ``path``, which `load_scene` and `load` read."""
         with replacing(path) as temporary, temporary.open("wb") as file:
             np.savez_compressed(file, **{f"chart_{k}": c for k, c in enumerate(self.charts)})
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> GeometryImage:
-        """The image of an .npz file: its arrays chart_0, chart_1, ...
+        """The image of the .npz file at ``path``: its arrays chart_0, chart_1, ...
 
         Raises
         ------

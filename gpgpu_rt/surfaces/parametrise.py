@@ -41,7 +41,12 @@ class Parametrisation:
 
 def remesh(scene: Scene | trimesh.Trimesh | str | os.PathLike[str], size: int = 128,
            cuts: int = CUTS) -> GeometryImage:
-    """A geometry image of (size + 1, size + 1) texels of a connected surface, by `parametrise`."""
+    """A geometry image of (size + 1, size + 1) texels of a connected surface.
+
+    Parameters
+    ----------
+    scene, size, cuts : as for `parametrise`, which also says what is raised
+    """
     return GeometryImage([parametrise(scene, size, cuts).image])
 
 

@@ -1,0 +1,26 @@
+"""A method of one's own beside those of the table: see methods/ here, and ../CONTRIBUTING.md."""
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import gpgpu_rt as rt
+
+
+def main(scene_name: str = "cornell", side: str = "64") -> None:
+    """The example's method on eye rays, sorted along each axis, beside brute force."""
+    rt.load_methods(Path(__file__).with_name("methods"))
+    scene = rt.load_scene(scene_name)
+    rays = scene.camera.rays((int(side), int(side)))
+    with rt.Tracer(scene, "brute-force") as tracer:
+        expected = tracer.trace(*rays)
+    for axis in range(3):
+        with rt.Tracer(scene, "sweep", axis=axis, statistics=True) as tracer:
+            hits = tracer.trace(*rays)
+        same = (hits.t == expected.t) & (hits.triangle == expected.triangle)
+        print(f"sweep along {'xyz'[axis]}: {hits.triangles_tested.mean():.1f} of {len(scene):,} "
+              f"triangles tested a ray, {same.mean():.2%} of the hits as brute force's, to the bit")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,56 @@
+"""What the page shows besides figures: passes as a film, and costs a pixel, made when it is."""
+from __future__ import annotations
+
+import html
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from ..errors import Error
+from ..heat import draw_heat, heat
+from ..pass_pictures import write_passes
+from ..scene import Scene
+from ..tracer import Tracer
+from .images import data_uri, image_tag, png_uri
+
+FRAMES = 60      # of a film, about
+
+
+def film(scene: Scene, method: str, size: tuple[int, int]) -> str:
+    """HTML: the passes of a method over eye rays as an animated GIF."""
+    with Tracer(scene, method, schedule="step", statistics=True) as tracer:
+        longest = int(tracer.trace(*scene.camera.rays(size)).steps.max())
+    with tempfile.TemporaryDirectory() as made, Tracer(scene, method, schedule="step") as tracer:
+        found = write_passes(tracer, Path(made), size, every=max(1, longest // FRAMES))
+        uri = data_uri((Path(made) / "passes.gif").read_bytes(), "gif")
+    count = len(found["passes"])
+    said = (f"{method} on {_named(scene)}: {size[0]} x {size[1]} rays, {count:,} passes, "
+            f"{found['rays_hit']:,} rays hit")
+    return _shown(image_tag(uri, said), said)
+
+
+def heat_maps(scene: Scene, methods: Sequence[str], size: tuple[int, int], width: int) -> str:
+    """HTML: kernel runs a pixel by several methods, on one scale."""
+    maps = []
+    for method in methods:
+        with Tracer(scene, method, statistics=True) as tracer:
+            maps.append(heat(tracer, "steps", size))
+    means = ", ".join(f"{one.title} {one.summary()['mean']:.1f}" for one in maps)
+    said = f"Steps a ray on {_named(scene)}, one scale for all; means: {means}"
+    return _shown(image_tag(png_uri(draw_heat(maps, "steps", scene.name), width), said), said)
+
+
+def or_why_not(make: Callable[[], str]) -> str:
+    """What ``make`` returns, or a line that says why not: a page lacks a film, and no more."""
+    try:
+        return make()
+    except Error as failure:
+        return f'<p class="missing">Not shown: {html.escape(str(failure))}</p>'
+
+
+def _named(scene: Scene) -> str:
+    return f"{scene.name} (a stand-in)" if scene.stand_in else scene.name
+
+
+def _shown(picture: str, said: str) -> str:
+    return f"<figure>{picture}<figcaption>{html.escape(said)}</figcaption></figure>"

@@ -1,0 +1,142 @@
+"""The page itself: chapters, figures and films in one file that asks nothing of the network."""
+from __future__ import annotations
+
+import html
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..errors import Error
+from ..files import check_writable, replacing
+from ..scene import Scene, load_scene
+from .chapters import CHAPTERS, Chapter
+from .figure import Figure, to_html
+from .films import film, heat_maps, or_why_not
+from .images import WIDTHS
+
+LIMIT = 15_000_000      # bytes of a page
+
+# The page may show what it carries and nothing else: a mistake of ours cannot ask a server.
+_HEAD = """<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; img-src data:; \
+style-src 'unsafe-inline'">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<link rel="icon" href="data:,">
+<title>Ray tracing by fragment programs</title>
+<style>
+body { margin: 0 auto; padding: 1rem; max-width: 62rem; font: 1rem/1.55 system-ui, sans-serif;
+       color: #1c1c1c; background: #fff; overflow-wrap: break-word; }
+h1 { line-height: 1.2; } h2 { margin-top: 3rem; border-top: 1px solid #ccc; padding-top: 1rem; }
+img { max-width: 100%; height: auto; } figure { margin: 1.5rem 0; }
+figcaption, summary, .missing { color: #555; font-size: .9rem; }
+.missing { border-left: 3px solid #c98a1b; padding-left: .6rem; }
+.wide { overflow-x: auto; } summary { cursor: pointer; padding: .4rem 0; }
+table { border-collapse: collapse; font-size: .82rem; font-variant-numeric: tabular-nums;
+        width: max-content; }
+th, td { border: 1px solid #ddd; padding: .2rem .5rem; text-align: left; vertical-align: top; }
+th, td { max-width: 20rem; }
+.figure { margin: 2rem 0; } nav ol { columns: 18rem; } code { background: #f2f2f2; }
+</style></head><body>
+"""
+
+
+@dataclass
+class Report:
+    """What became of a page.
+
+    Attributes
+    ----------
+    output : the file
+    bytes : its size
+    figures, missing : names of figures that it shows, and of those that are not there yet
+    """
+
+    output: str
+    bytes: int
+    figures: list[str]
+    missing: list[str]
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain data, for JSON."""
+        return dict(vars(self))
+
+
+def write_report(output: str | os.PathLike[str], figures: str | os.PathLike[str] = "figures/out",
+                 scene: Scene | str = "bunny", size: tuple[int, int] = (64, 64),
+                 films: bool = True, say: Callable[[str], None] = lambda line: None) -> Report:
+    """Write the teaching page.
+
+    Parameters
+    ----------
+    output : the HTML file, of LIMIT bytes at most
+    figures : the folder that ``python -m gpgpu_rt.figures`` writes; what is not there is named
+    scene, size : of films and heat maps, (width, height) rays
+    films : whether to make these; they take a minute, and a context
+    say : is told what is being made
+
+    Raises
+    ------
+    Error
+        where it cannot be written, or stays too large even with small pictures
+    """
+    path, folder = check_writable(output), Path(figures)
+    there = sorted(one.stem for one in folder.glob("*.md") if one.stem != "index")
+    named = {name for chapter in CHAPTERS for name in chapter.figures}
+    other = tuple(name for name in there if name not in named)
+    chapters = CHAPTERS + ((Chapter("Further figures", "", other),) if other else ())
+    scene = load_scene(scene) if films else scene
+    made: dict[tuple[Any, ...], str] = {}
+
+    def once(make: Callable[..., str], *arguments: Any) -> str:
+        """A film or map: made once, though the page may be put together again."""
+        key = make, arguments
+        if key not in made:
+            say(f"{make.__name__.replace('_', ' ')}: {arguments[0]}")
+            made[key] = or_why_not(lambda: make(scene, *arguments))
+        return made[key]
+
+    def put_together(width: int) -> str:
+        parts = [_HEAD, _opening(chapters, there, named)]
+        for k, chapter in enumerate(chapters):
+            parts.append(f'<h2 id="chapter{k}">{html.escape(chapter.title)}</h2>'
+                         + to_html(chapter.text, folder, width))
+            if films:
+                parts += [once(film, method, size) for method in chapter.passes]
+                parts += [once(heat_maps, chapter.heat, size, width)] if chapter.heat else []
+            for name in chapter.figures:
+                parts.append(Figure(name, folder).section(width, there) if name in there
+                             else _missing(name))
+        return "\n".join([*parts, "</body></html>\n"])
+
+    for width in WIDTHS:
+        content = put_together(width).encode()
+        if len(content) <= LIMIT:
+            break
+        say(f"{len(content):,} bytes with pictures of {width} pixels: made smaller")
+    else:
+        raise Error(f"the page has {len(content):,} bytes, more than {LIMIT:,}; leave figures out "
+                    "of the folder, or take --still")
+    with replacing(path) as temporary:
+        temporary.write_bytes(content)
+    return Report(str(path), len(content), there,
+                  [name for chapter in CHAPTERS for name in chapter.figures if name not in there])
+
+
+def _opening(chapters: tuple[Chapter, ...], there: list[str], named: set[str]) -> str:
+    items = "".join(f'<li><a href="#chapter{k}">{html.escape(one.title)}</a></li>'
+                    for k, one in enumerate(chapters))
+    lacking = len(named - set(there))
+    note = "" if not lacking else (f'<p class="missing">{lacking} of {len(named)} figures are not '
+                                   "here yet: <code>make figures</code> measures them.</p>")
+    return ("<h1>Ray tracing by fragment programs, 2002 to 2007</h1><p>A companion to Toshiya "
+            "Hachisuka’s survey <em>Ray Tracing on Graphics Hardware</em>: its methods run again, "
+            "measured, and set beside the numbers that their papers printed.</p>"
+            f"{note}<nav><ol>{items}</ol></nav>")
+
+
+def _missing(name: str) -> str:
+    return (f'<section class="figure" id="{name}"><p class="missing">Not measured yet: '
+            f"<code>python -m gpgpu_rt.figures --only {name}</code></p></section>")

@@ -1,0 +1,49 @@
+"""A page in headless Chromium: what it would load, what is broken, what scripts say."""
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+# Run in the page once it is loaded; what it finds goes into the document that is dumped.
+PROBE = """<script>addEventListener("load", () => {
+const waits = [...document.images].map(i => { i.loading = "eager";
+  return i.complete ? 0 : new Promise(done => { i.onload = i.onerror = done; }); });
+Promise.all(waits).then(() => {
+const found = {images: document.images.length,
+  broken: [...document.images].filter(i => !i.complete || !i.naturalWidth).map(i => i.alt),
+  requests: performance.getEntriesByType("resource").map(r => r.name)
+    .filter(n => !n.startsWith("data:")),
+  wide: document.documentElement.scrollWidth - document.documentElement.clientWidth,
+  refused: window.refused, errors: window.failed};
+const note = document.createElement("pre"); note.id = "probe";
+note.textContent = JSON.stringify(found); document.body.append(note); }); });
+window.refused = []; window.failed = [];
+addEventListener("securitypolicyviolation", e => window.refused.push(e.blockedURI));
+addEventListener("error", e => window.failed.push(String(e.message)));
+</script>"""
+
+
+def looked_at(page: Path, width: int, folder: Path) -> dict:
+    """What the probe finds in a page of this width in pixels; skips aloud without Chromium."""
+    browser = shutil.which("chromium") or shutil.which("chromium-browser")
+    if browser is None:
+        pytest.skip("no chromium to look at the page with")
+    text = page.read_text(encoding="utf-8")
+    # The page's own policy allows no script: it is let in for the probe, and for nothing else.
+    probed = text.replace("style-src 'unsafe-inline'", "style-src 'unsafe-inline'; script-src "
+                          "'unsafe-inline'").replace("</head>", PROBE + "</head>")
+    copy = folder / f"probed{width}.html"
+    copy.write_text(probed, encoding="utf-8")
+    answer = subprocess.run(
+        [browser, "--headless", "--no-sandbox", "--disable-gpu", f"--window-size={width},2000",
+         f"--user-data-dir={folder / 'profile'}", "--virtual-time-budget=20000", "--dump-dom",
+         copy.as_uri()], capture_output=True, text=True, timeout=400)
+    assert answer.returncode == 0, answer.stderr[-2000:]
+    found = re.search(r'<pre id="probe">(.*?)</pre>', answer.stdout, re.S)
+    assert found, answer.stdout[-500:] + answer.stderr[-500:]
+    return json.loads(found[1].replace("&amp;", "&").replace("&lt;", "<").replace("&gt;", ">"))

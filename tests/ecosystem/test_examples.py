@@ -1,0 +1,35 @@
+"""The examples run as a user would run them."""
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+import gpgpu_rt as rt
+
+EXAMPLES = Path(rt.__file__).parents[1] / "examples"
+RUNS = {
+    "render": (["cornell", "box.png", "24"], r"box.png: 32 triangles, .* nodes an eye ray"),
+    "compare_methods": (["cornell", "kd-restart", "grid"], r"grid +\S+ +\S+ +0 +0\n"),
+    "add_a_method": (["cornell", "24"], r"(sweep along \w: .* 100.00% .*\n){3}"),
+}
+
+
+def test_every_example_is_run() -> None:
+    assert {path.stem for path in EXAMPLES.glob("*.py")} == set(RUNS)
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_example(exact_renderer, tmp_path: Path, name: str) -> None:
+    arguments, said = RUNS[name]
+    answer = subprocess.run([sys.executable, str(EXAMPLES / f"{name}.py"), *arguments],
+                            capture_output=True, text=True, cwd=tmp_path)
+    assert answer.returncode == 0, answer.stderr
+    assert re.search(said, answer.stdout), answer.stdout
+    if name == "render":
+        with Image.open(tmp_path / "box.png") as image:
+            assert image.size == (24, 24)

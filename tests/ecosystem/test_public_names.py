@@ -1,0 +1,140 @@
+"""What users call is described, and says in a line what they got wrong."""
+from __future__ import annotations
+
+import contextlib
+import inspect
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import gpgpu_rt as rt
+from gpgpu_rt import cli, trimesh_ray
+from gpgpu_rt.integrators import path as path_tracing
+
+ROOT = Path(rt.__file__).parents[1]
+
+
+def public() -> Iterator[tuple[str, Any]]:
+    """Every public name, and those of public classes and modules, with what it stands for."""
+    owners = {"rt": rt, "rt.reference": rt.reference, "trimesh_ray": trimesh_ray}
+    for prefix, module in owners.items():
+        for name in module.__all__:
+            thing = getattr(module, name)
+            yield f"{prefix}.{name}", thing
+            if not inspect.isclass(thing):
+                continue
+            for base in thing.__mro__:
+                if base.__module__.startswith("gpgpu_rt"):
+                    for inner, member in vars(base).items():
+                        if not inner.startswith("_"):
+                            yield f"{prefix}.{name}.{inner}", getattr(member, "__func__", member)
+
+
+DESCRIBED = {name: thing for name, thing in public() if callable(thing)
+             or isinstance(thing, property) or inspect.ismodule(thing)}
+
+
+def undescribed(name: str, thing: Any) -> list[str]:
+    """What its docstring does not tell: itself, or a parameter."""
+    text = inspect.getdoc(thing)
+    if not text or text.startswith(f"{name.rpartition('.')[2]}("):    # a dataclass's own
+        return ["what it is"]
+    if not inspect.isfunction(thing):
+        return []
+    return [one for one in inspect.signature(thing).parameters
+            if one not in ("self", "cls") and not re.search(rf"\b{one}\b", text)]
+
+
+@pytest.mark.parametrize("name", DESCRIBED)
+def test_every_public_name_is_described(name: str) -> None:
+    assert undescribed(name, DESCRIBED[name]) == []
+
+
+def test_that_would_find_what_is_not() -> None:
+    def bare(x): ...
+
+    def half(x, y):
+        """Of x, and nothing else."""
+    assert len(DESCRIBED) > 70
+    assert undescribed("bare", bare) == ["what it is"] and undescribed("half", half) == ["y"]
+
+
+@pytest.mark.full
+@pytest.mark.once
+def test_the_reference_is_built_from_them(tmp_path: Path) -> None:
+    pytest.importorskip("pdoc", reason="no pdoc (extra: docs)")
+    command = re.search(r"^docs:.*\n\t@\$\(BIN\)/(.*)$", (ROOT / "Makefile").read_text(), re.M)[1]
+    words = command.replace("docs/api", str(tmp_path)).split()
+    answer = subprocess.run([sys.executable, *words[1:]], capture_output=True, text=True, cwd=ROOT)
+    assert answer.returncode == 0, answer.stderr
+    page = (tmp_path / "gpgpu_rt.html").read_text()
+    for name in rt.__all__:
+        assert f'id="{name}"' in page or f"gpgpu_rt/{name}.html" in page, name
+    assert "in units of |direction|" in page
+
+
+@pytest.mark.parametrize("call, message", [
+    (lambda tracer: tracer.render(camera="front"), "camera is 'front'; give a Camera"),
+    (lambda tracer: tracer.eye_hits(camera=3), "camera is 3; give a Camera"),
+    (lambda tracer: tracer.render(size="big"), "size is 'big'"),
+    (lambda tracer: tracer.render(integrator="pth"), "did you mean path"),
+    (lambda tracer: tracer.render(colour="red"), "has no option 'colour'"),
+    (lambda tracer: rt.load_scene(3), "cannot load a scene from int")],
+    ids=["camera", "eye camera", "size", "integrator", "option", "scene"])
+def test_mistakes_in_python_are_one_line(call, message: str) -> None:
+    with rt.Tracer("cornell") as tracer, pytest.raises(rt.Error, match=re.escape(message)) as told:
+        call(tracer)
+    assert "\n" not in str(told.value)
+
+
+class Interrupted:
+    """Progress, and Ctrl-C once enough samples are there."""
+
+    def __init__(self, after: int) -> None:
+        self.after = after
+
+    def __call__(self, done: int, samples: int, noise: float) -> None:
+        if done >= self.after:
+            raise KeyboardInterrupt
+
+
+def test_an_interrupted_picture_is_kept(monkeypatch) -> None:
+    monkeypatch.setattr(path_tracing, "WAVE", 4 * 16 * 16)
+    with rt.Tracer("cornell-light") as tracer:
+        whole = np.asarray(tracer.render(size=(16, 16), integrator="path", samples=32), float)
+        with pytest.raises(KeyboardInterrupt):
+            tracer.render(size=(16, 16), integrator="path", samples=32, progress=Interrupted(16))
+        part = tracer.unfinished()
+        assert tracer.statistics.samples == 16 and part.size == (16, 16)
+        assert abs(np.asarray(part, float).mean() - whole.mean()) < 0.1 * whole.mean()
+        again = np.asarray(tracer.render(size=(16, 16), integrator="path", samples=32), float)
+        assert (again == whole).all()       # nothing of it is left behind
+        monkeypatch.setattr(type(tracer._integrator), "_take_samples", _interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            tracer.render(size=(16, 16), integrator="path", samples=32)
+        assert tracer.unfinished() is None
+
+
+def _interrupt(*_: Any) -> None:
+    raise KeyboardInterrupt
+
+
+def test_an_interrupted_command_writes_what_there_is(monkeypatch, tmp_path, capsys) -> None:
+    monkeypatch.setattr(path_tracing, "WAVE", 4 * 16 * 16)
+    monkeypatch.setattr(sys.modules["gpgpu_rt.cli.main"], "progress_shown",
+                        lambda chosen: contextlib.nullcontext(Interrupted(8)))
+    target = tmp_path / "part.png"
+    arguments = ["render", "cornell-light", "--integrator", "path", "--samples", "32", "--size",
+                 "16", "-o", str(target)]
+    assert cli.main(arguments) == 130
+    out, err = capsys.readouterr()
+    assert "as far as it was" in out and "8 samples a pixel" in out and "interrupted" in err
+    with Image.open(target) as image:
+        assert np.asarray(image).any()
