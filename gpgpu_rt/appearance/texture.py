@@ -63,8 +63,8 @@ class Texture:
         return cls(name, linear(np.asarray(image.convert("RGB"), np.float64) / 255))
 
     def sample(self, uv: Any) -> np.ndarray:
-        """(n, 3) float64, linear, at (n, 2) texture coordinates ``uv``: (0, 0) is the lower left corner, and the
-        image repeats. The twin of ``glsl/common/texture.glsl``."""
+        """(n, 3) float64, linear, at (n, 2) texture coordinates ``uv``: (0, 0) is the lower left
+        corner, and the image repeats. The twin of ``glsl/common/texture.glsl``."""
         height, width = self.texels.shape[:2]
         at = np.asarray(uv, np.float64)
         at = (at - np.floor(at)) * (1, -1) + (0, 1)
