@@ -54,11 +54,8 @@ def method_needs(names: list[str] | None = None, scene_name: str = SCENE
         for schedule in row.schedules:
             watch = _Programs()
             with Tracer(scene, row.name, schedule=schedule) as tracer:
-                tracer.gpu.watch = watch
-                try:
+                with tracer.gpu.watched(watch):
                     tracer.trace(*rays)
-                finally:
-                    tracer.gpu.watch = None
             seen[row.name, schedule] = watch.found
     texts = list(dict.fromkeys(text for found in seen.values() for text in found))
     programs = {text: parse(code) for text, code in zip(texts, compiled(texts))}
