@@ -44,7 +44,7 @@ def record_of(sampler: str) -> str:
 
 @contextmanager
 def logged(tracer: rt.Tracer, left_out: tuple[str, ...] = ()) -> Iterator[PassLog]:
-    """Within, every full-screen pass and every draw of pairs of the tracer is written down.
+    """Within, every draw of the tracer is written down.
 
     Parameters
     ----------

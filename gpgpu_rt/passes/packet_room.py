@@ -9,7 +9,7 @@ import numpy as np
 from ..gpu import Gpu
 from ..ray_state import StateBuffer
 from ..texel_layout import HIT
-from ..textures import make_texture, read_texture, texture_bytes
+from ..textures import make_texture, read_texture, release, texture_bytes
 
 
 class PacketRoom:
@@ -57,10 +57,7 @@ class PacketRoom:
         return texture_bytes((*self.hits, *self.counters))
 
     def release(self) -> None:
-        for target in (*self.targets.values(), self.mask):
-            self.gpu.release(target)
-        for texture in (*self.hits, *self.counters, self.depth):
-            texture.release()
+        release(self.targets, self.mask, self.hits, self.counters, self.depth)
 
 
 class PacketHits:

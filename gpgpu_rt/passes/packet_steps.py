@@ -11,7 +11,7 @@ from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..record import Record, streams_glsl
 from ..statistics import Statistics
 from ..texel_layout import COUNTERS, HIT
-from ..textures import texture_bytes
+from ..textures import release, texture_bytes
 from .driver import Samplers, Setup, Watch
 from .full_screen import FullScreenPass
 from .packets import packet_defines, packet_of
@@ -159,8 +159,7 @@ class PacketSteps:
         width, height = packet_of(self.options)
         size = (-(-rays[0] // width), -(-rays[1] // height))
         if self._room is None or self._room.size != size:
-            if self._room is not None:
-                self._room.release()
+            release(self._room)
             self._room = _Room(self, size)
         return self._room
 
@@ -169,10 +168,7 @@ class PacketSteps:
         return self._room.bytes() if self._room is not None else 0
 
     def release(self) -> None:
-        for program in self._programs.values():
-            program.release()
-        if self._room is not None:
-            self._room.release()
+        release(self._programs, self._room)
 
 
 class _Room:
@@ -196,8 +192,4 @@ class _Room:
                 + (self.atlas.bytes() if self.atlas is not None else 0))
 
     def release(self) -> None:
-        for part in (*self.sides, self.atlas):
-            if part is not None:
-                part.release()
-        self.gpu.release(self.mask)
-        self.depth.release()
+        release(self.sides, self.atlas, self.mask, self.depth)

@@ -15,6 +15,7 @@ from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..record import Record, streams_glsl
 from ..statistics import Statistics
 from ..texel_layout import COUNTERS, HIT, RAY_TEXELS
+from ..textures import release
 from .driver import Samplers, Setup
 from .full_screen import FullScreenPass
 from .packet_room import PacketHits, PacketRoom
@@ -51,9 +52,8 @@ class PacketTraversal:
         self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
         for program in self._programs.values():
             program.set(**accelerator.uniforms)
-        if self._single is not None:   # made again of what is there now
-            self._single.release()
-            self._single = None
+        release(self._single)
+        self._single = None   # made again of what is there now
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[StateBuffer | PacketHits, int]:
@@ -204,8 +204,7 @@ class PacketTraversal:
 
     def _room_for(self, size: tuple[int, int]) -> PacketRoom:
         if self._room is None or self._room.rays != size:
-            if self._room is not None:
-                self._room.release()
+            release(self._room)
             self._room = PacketRoom(self.gpu, size, self.packet, self.targets, self.pairs,
                                     self.statistics_on)
         return self._room
@@ -215,18 +214,12 @@ class PacketTraversal:
         return self._room.bytes() if self._room is not None else 0
 
     def _release_single_room(self) -> None:
-        if self._single_room is not None:
-            for part in self._single_room:
-                part.release()
-            self._single_room = None
+        release(self._single_room)
+        self._single_room = None
 
     def release(self) -> None:
-        for program in self._programs.values():
-            program.release()
         self._release_single_room()
-        for part in (self._room, self._single):
-            if part is not None:
-                part.release()
+        release(self._programs, self._room, self._single)
 
 
 def packet_of(options: Mapping[str, Any]) -> tuple[int, int]:

@@ -24,6 +24,7 @@ from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..record import TABLE_WIDTH_LOG2, Record, streams_glsl
 from ..statistics import Statistics
 from ..texel_layout import COUNTERS, ENTRIES, ENTRY_LIST, ENTRY_TILE, HIT
+from ..textures import release
 from .driver import Samplers, Setup, Watch
 from .full_screen import FullScreenPass
 from .stack_atlas import StackAtlas
@@ -254,8 +255,7 @@ class Traversal:
 
     def _tiles_for(self, buffers: StateBuffers) -> Tiles:
         if self._tiles is None or self._tiles.size != buffers.size:
-            if self._tiles is not None:
-                self._tiles.release()
+            release(self._tiles)
             self._tiles = Tiles(self.gpu, buffers.size, self._state_glsl())
         self._tiles.everywhere()
         return self._tiles
@@ -263,8 +263,7 @@ class Traversal:
     def _make_atlas(self, size: tuple[int, int]) -> None:
         if self._atlas is not None and self._atlas.size == size:
             return
-        if self._atlas is not None:
-            self._atlas.release()
+        release(self._atlas)
         assert self.method.stack_entry is not None
         self._atlas = StackAtlas(
             self.gpu, self.method.stack_entry, self.precision.layout(self.method.state),
@@ -313,11 +312,7 @@ class Traversal:
         return self.precision.layout(self.method.state).stream_glsl(writes=False)
 
     def release(self) -> None:
-        for program in self._programs.values():
-            program.release()
-        for part in (self._tiles, self._atlas):
-            if part is not None:
-                part.release()
+        release(self._programs, self._tiles, self._atlas)
 
 
 def method_defines(method: Method, accelerator: Accelerator, options: Mapping[str, Any],
