@@ -79,7 +79,7 @@ class Refraction:
                     target = context.framebuffer([texture], depth)
                     target.clear(0.0, 0.0, 0.0, 0.0, depth=end)
                     self._passes[name].set(**uniforms)
-                    self._passes[name].draw(target, {"back": back}, moderngl.TRIANGLES)
+                    self._passes[name].draw(target, {"back_faces": back}, moderngl.TRIANGLES)
                     release(target)
                 found = read_texture(leaving)
             finally:
