@@ -226,7 +226,6 @@ class StateBuffer:
 
     def __init__(self, gpu: Gpu, records: list[Record], size: tuple[int, int],
                  depth: moderngl.Renderbuffer) -> None:
-        self.gpu = gpu
         self.records = {r.name: r for r in records}
         self.streams = {r.name: stream_textures(gpu, r, size) for r in records}
         self.textures = [t for textures in self.streams.values() for t in textures]

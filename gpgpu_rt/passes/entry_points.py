@@ -157,7 +157,7 @@ class _Image:
     """A record a texel, and the framebuffer that draws there."""
 
     def __init__(self, owner: EntryPoints, record: Record, size: tuple[int, int]) -> None:
-        self.gpu, self.record = owner.gpu, record
+        self.record = record
         self.textures = stream_textures(owner.gpu, record, size)
         self.target = owner.gpu.context.framebuffer(self.textures)
 

@@ -7,6 +7,7 @@ import moderngl
 import numpy as np
 
 from ..gpu import Gpu
+from ..statistics import Statistics
 from ..textures import release
 from .fragment_pass import FragmentPass
 
@@ -73,6 +74,17 @@ class FullScreenPass(FragmentPass):
             self.issue(geometry, target, textures, moderngl.TRIANGLES, 3)
         else:
             self.issue(geometry, target, textures, moderngl.TRIANGLE_STRIP, 4, rectangles.count)
+
+    def count(self, target: moderngl.Framebuffer, textures: Mapping[str, moderngl.Texture],
+              statistics: Statistics, depth: float = 0.0,
+              rectangles: Rectangles | None = None) -> int:
+        """Draw, and ask by an occlusion query how many texels were let through."""
+        query = self.gpu.query()
+        with query:
+            self.draw(target, textures, depth, rectangles)
+        statistics.draw_calls += 1
+        statistics.queries += 1
+        return int(query.samples)
 
     def release(self) -> None:
         release(self._geometry, self._whole)

@@ -26,7 +26,7 @@ class PacketRoom:
 
     def __init__(self, gpu: Gpu, size: tuple[int, int], packet: tuple[int, int], targets: int,
                  pairs: bool, statistics: bool) -> None:
-        self.gpu, self.rays, self.packet = gpu, size, packet
+        self.rays, self.packet = size, packet
         self.size = (-(-size[0] // packet[0]), -(-size[1] // packet[1]))
         what = f"{self.size[0] * self.size[1]} packets"
         self.hits = [make_texture(gpu, self.size, 4, what, dtype="u4" if pairs else "f4")

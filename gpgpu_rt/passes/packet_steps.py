@@ -108,22 +108,13 @@ class PacketSteps:
 
     def _live(self, room: _Room, packets: StateBuffer, statistics: Statistics) -> int:
         program = self._counting("passes/mask.frag", self.state)
-        done = self._samples(program, room.mask, packets, statistics)
+        done = program.count(room.mask, packets.samplers(), statistics)
         return room.size[0] * room.size[1] - done
 
     def _stopped(self, final: StateBuffer, buffers: StateBuffers, statistics: Statistics) -> int:
         program = self._counting("passes/classify.frag", self.method.state)
         program.set(phase=UNFINISHED)
-        return self._samples(program, buffers.mask, final, statistics)
-
-    def _samples(self, program: FullScreenPass, mask: moderngl.Framebuffer, source: StateBuffer,
-                 statistics: Statistics) -> int:
-        query = self.gpu.query()
-        with query:
-            program.draw(mask, source.samplers())
-        statistics.draw_calls += 1
-        statistics.queries += 1
-        return query.samples
+        return program.count(buffers.mask, final.samplers(), statistics)
 
     # Programs and textures ------------------------------------------------------------------
 
@@ -175,7 +166,7 @@ class _Room:
     """The ping-pong pair of packets' states, and the atlas of their stacks."""
 
     def __init__(self, owner: PacketSteps, size: tuple[int, int]) -> None:
-        self.gpu, self.size = owner.gpu, size
+        self.size = size
         state = owner.precision.layout(owner.state)
         self.depth = owner.gpu.context.depth_renderbuffer(size)
         self.mask = owner.gpu.context.framebuffer(depth_attachment=self.depth)

@@ -88,13 +88,7 @@ class PacketTraversal:
     def _packets_left(self, room: PacketRoom, statistics: Statistics) -> int:
         """Packets that left rays behind: their depth is 1, that of others 0."""
         self.gpu.context.depth_func = "<"
-        program = self._program("everywhere", False)
-        query = self.gpu.query()
-        with query:
-            program.draw(room.mask, {}, depth=0.5)
-        statistics.draw_calls += 1
-        statistics.queries += 1
-        return query.samples
+        return self._program("everywhere", False).count(room.mask, {}, statistics, depth=0.5)
 
     def _hand_back(self, rays: RayTextures, buffers: StateBuffers, room: PacketRoom,
                    statistics: Statistics, any_hit: bool) -> StateBuffer:
@@ -147,12 +141,7 @@ class PacketTraversal:
                statistics: Statistics) -> int:
         program = self._program("classify", False)
         program.set(phase=phase)
-        query = self.gpu.query()
-        with query:
-            program.draw(buffers.mask, now.samplers())
-        statistics.draw_calls += 1
-        statistics.queries += 1
-        return query.samples
+        return program.count(buffers.mask, now.samplers(), statistics)
 
     # Programs and textures ------------------------------------------------------------------
 

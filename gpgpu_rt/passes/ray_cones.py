@@ -23,7 +23,7 @@ class RayImage:
 
     def __init__(self, gpu: Gpu, record: Record, size: tuple[int, int],
                  textures: list[moderngl.Texture] | None = None) -> None:
-        self.gpu, self.record, self.size = gpu, record, size
+        self.record, self.size = record, size
         self.length = size[0] * size[1]
         self._own = textures is None
         self.textures = stream_textures(gpu, record, size) if textures is None else textures

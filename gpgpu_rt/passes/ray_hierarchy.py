@@ -176,12 +176,7 @@ class RayHierarchy:
     def _stopped(self, final: StateBuffer, buffers: StateBuffers, statistics: Statistics) -> int:
         program = self.program("classify", [(self.precision.layout(self.method.state), False)])
         program.set(phase=UNFINISHED)
-        query = self.gpu.query()
-        with query:
-            program.draw(buffers.mask, final.samplers())
-        statistics.draw_calls += 1
-        statistics.queries += 1
-        return query.samples
+        return program.count(buffers.mask, final.samplers(), statistics)
 
     # Programs and textures ------------------------------------------------------------------
 

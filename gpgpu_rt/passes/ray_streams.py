@@ -206,12 +206,7 @@ class RayStreams:
             return 0
         program = self._program("classify", [self.precision.layout(self.method.state)], [])
         program.set(phase=UNFINISHED)
-        query = self.gpu.query()
-        with query:
-            program.draw(buffers.mask, final.samplers())
-        statistics.draw_calls += 1
-        statistics.queries += 1
-        return query.samples
+        return program.count(buffers.mask, final.samplers(), statistics)
 
     # Programs and textures ------------------------------------------------------------------
 

@@ -20,7 +20,7 @@ from ..textures import release, stream_textures, texture_bytes
 from .driver import Samplers, Setup
 from .full_screen import FullScreenPass
 from .primitive_pass import PrimitivePass
-from .traverse import method_defines, method_texts
+from .traverse import UNFINISHED, method_defines, method_texts
 
 PAIRS_AT_ONCE = 1 << 22     # a draw: no longer than a desktop waits for one
 NONE = float(1 << 24)       # above every triangle
@@ -131,13 +131,8 @@ class RayTiles:
         if key not in self._programs:
             self._programs[key] = FullScreenPass(self.gpu, key, {}, {
                 "streams": self._layout(self.method.state).stream_glsl(writes=False)})
-        program, query = self._programs[key], self.gpu.query()
-        program.set(phase=-1)
-        with query:
-            program.draw(buffers.mask, final.samplers())
-        statistics.draw_calls += 1
-        statistics.queries += 1
-        return query.samples
+        self._programs[key].set(phase=UNFINISHED)
+        return self._programs[key].count(buffers.mask, final.samplers(), statistics)
 
     # Programs and textures ------------------------------------------------------------------
 
@@ -201,7 +196,7 @@ class _Room:
     """Textures of the tiles, and those that blending draws into."""
 
     def __init__(self, owner: RayTiles, size: tuple[int, int]) -> None:
-        self.gpu, self.size = owner.gpu, size
+        self.size = size
         self.tiles = (-(-size[0] // owner.tile), -(-size[1] // owner.tile))
         records = {"tile_spans": (TILE_SPAN, self.tiles), "tile_cones": (TILE_CONE, self.tiles),
                    "tile_ends": (TILE_END, self.tiles), "nearest": (NEAREST, size),

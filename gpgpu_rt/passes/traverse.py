@@ -133,7 +133,8 @@ class Traversal:
                 before, now = now, before
                 self._draw(program, rays, before, now, statistics, DRAWN, tiles)
                 self._push(now, statistics)
-            live -= self._count(mask, before, buffers, MASKED, statistics, tiles)
+            live -= mask.count(buffers.mask, before.samplers(), statistics, MASKED,
+                               tiles.rectangles)
             if live < FEWER * counted:
                 tiles.count(before.samplers())
                 tiles.choose(None)
@@ -238,16 +239,7 @@ class Traversal:
         program = self._pass("passes/classify.frag")
         program.set(phase=phase)
         self.gpu.context.enable_only(moderngl.NOTHING)
-        return self._count(program, now, buffers, DRAWN, statistics)
-
-    def _count(self, program: FullScreenPass, source: StateBuffer, buffers: StateBuffers,
-               depth: float, statistics: Statistics, tiles: Tiles | None = None) -> int:
-        query = self.gpu.query()
-        with query:
-            program.draw(buffers.mask, source.samplers(), depth, tiles and tiles.rectangles)
-        statistics.draw_calls += 1
-        statistics.queries += 1
-        return query.samples
+        return program.count(buffers.mask, now.samplers(), statistics, DRAWN)
 
     def _clear_depth(self, buffers: StateBuffers) -> None:
         self.gpu.context.depth_func = "<"

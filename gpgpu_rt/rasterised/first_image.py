@@ -26,7 +26,7 @@ class FirstImage:
     """
 
     def __init__(self, gpu: Gpu, buffers: StateBuffers, final: StateBuffer) -> None:
-        self.gpu, self.final = gpu, final
+        self.final = final
         width, height = size = buffers.size
         self.candidates = make_texture(gpu, size, 1, "candidates")
         self.streams = {
