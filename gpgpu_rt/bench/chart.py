@@ -32,9 +32,9 @@ def draw(found: Sequence[tuple[str, str, list[Entry]]], path: str) -> None:
         axis.barh(range(len(ordered)), rates, xerr=ends, ecolor="#555555", capsize=2,
                   color=["#8c8c8c" if entry.name in _THEIRS else "#2f6db3" for entry in ordered])
         axis.set_yticks(range(len(ordered)), [_label(entry) for entry in ordered], fontsize=7)
-        for at, (entry, rate) in enumerate(zip(ordered, rates)):
+        for at, (entry, rate, above) in enumerate(zip(ordered, rates, ends[1])):
             over = f" ({statistics.median(entry.over):.2f})" if entry.over else ""
-            axis.annotate(f"  {rate:.2f}{over}", (rate, at), va="center", fontsize=7)
+            axis.annotate(f"  {rate:.2f}{over}", (rate + above, at), va="center", fontsize=7)
         axis.margins(x=0.18, y=0.01)
         axis.set_title(f"{scene}, {kind} rays", fontsize=10)
         axis.set_xlabel("million rays a second (over embreex on one thread)", fontsize=8)
