@@ -25,6 +25,8 @@ def test_engines_answer_the_same_question(engine, kind: str) -> None:
     rays = workload("cornell", RAY_SETS[kind], SIZE).compact(engine.most)
     if rays.t_max is not None and not engine.ends:
         pytest.skip("made for rays without an end")
+    if engine.name == "trimesh's own" and kind not in ("eye", "random"):
+        pytest.skip("finds the surface that a ray leaves")
     found = engine.prepare(scene, rays)()
     with rt.Tracer(scene) as tracer:
         if rays.any_hit:
@@ -32,8 +34,8 @@ def test_engines_answer_the_same_question(engine, kind: str) -> None:
         else:
             ours = tracer.trace(rays.origins, rays.directions).triangle
     assert found.shape == ours.shape and found.dtype.kind == ours.dtype.kind
-    # Walls meet in edges, where either triangle is an answer, and engines differ at the start.
-    assert (found == ours).mean() > (0.99 if rays.any_hit else 0.9)
+    # Walls meet in edges, where either triangle is an answer.
+    assert (found == ours).mean() > (0.99 if rays.any_hit else 0.97)
 
 
 def test_compact_rays_are_those_of_pixels_with_one() -> None:
