@@ -31,7 +31,7 @@ report: $(STAMP)  ## one page, report.html, with every figure that is there, pas
 docs: $(STAMP)  ## the API reference, from the docstrings, to docs/api
 	@$(BIN)/python -m pdoc --docformat numpy --no-show-source -o docs/api gpgpu_rt gpgpu_rt.trimesh_ray gpgpu_rt.time_travel gpgpu_rt.heat gpgpu_rt.methods
 
-bench: $(STAMP)  ## the methods on the bunny beside embreex
+bench: $(STAMP)  ## the methods on the bunny beside today's engines
 	@$(BIN)/gpgpu-rt bench bunny
 
 lint: $(STAMP)  ## flake8, isort and autopep8, all with the settings in setup.cfg
