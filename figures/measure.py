@@ -26,8 +26,8 @@ from gpgpu_rt.files import replacing
 from gpgpu_rt.gpu import open_gpu
 
 from . import (
-    coherence, extreme_runs, first_hit_times, frame_times, needs_times, period_work,
-    reduction_times, refraction_errors, tree_sizes
+    coherence, cpu_peak, extreme_runs, first_hit_times, frame_times, needs_times, pass_work, period_work,
+    reduction_times, refraction_errors, tree_sizes, update_times
 )
 from .workloads import EYE, Workload, load, workload
 
@@ -52,6 +52,8 @@ class Cell:
     #                            "first hits": eye rays, rasterised and traced;
     #                            "needs": pictures of a step of `growing`;
     #                            "work of" a workload: what period hardware would do;
+    #                            "passes of" one: that of a method in many passes;
+    #                            "updates": of triangles that moved; embreex has `threads`;
     #                            "reduction": size squared elements of a stream
     runs: int = 5
 
@@ -96,11 +98,11 @@ def measure(cells: Iterable[Cell], data: Path, again: bool = False) -> None:
 def run(cell: Cell) -> dict[str, Any]:
     """Measure one cell: warm-ups, timed runs without counters, then counters in a run apart."""
     if cell.work == "extremes":
-        return {"settings": settings(cell), "gpu": open_gpu().info(), "commit": _commit(),
+        return {"settings": settings(cell), "gpu": open_gpu().info(), "commit": commit(),
                 "date": datetime.date.today().isoformat(), "warm_ups": 0,
                 "cases": extreme_runs.measure(cell.method, dict(cell.options), cell.size ** 2)}
     if cell.work == "reduction":
-        return {"settings": settings(cell), "gpu": open_gpu().info(), "commit": _commit(),
+        return {"settings": settings(cell), "gpu": open_gpu().info(), "commit": commit(),
                 "date": datetime.date.today().isoformat(), "warm_ups": reduction_times.WARM_UPS,
                 "seconds": reduction_times.measure(cell.size ** 2, dict(cell.options)["kept"],
                                                    cell.runs)}
@@ -119,12 +121,20 @@ def run(cell: Cell) -> dict[str, Any]:
                 "coherence": coherence.measure(load(cell.scene), rays)}
     if cell.work.startswith(period_work.WORK):
         return _run_work(cell)
+    if cell.work.startswith(pass_work.PASSES):
+        rays = workload(cell.scene, cell.work.removeprefix(pass_work.PASSES), cell.size)
+        return {**_heading(cell, load(cell.scene), open_gpu().info()), "passes": pass_work.measure(
+            load(cell.scene), rays, cell.method, dict(cell.options))}
+    if cell.work == "updates":
+        return {**_heading(cell, load(cell.scene), open_gpu().info()),
+                "updates": update_times.measure(load(cell.scene), cell.method,
+                                                dict(cell.options), cell.runs)}
     if cell.work == "frames":
         return {**_heading(cell, load(cell.scene), open_gpu().info()),
                 "frames": frame_times.measure(cell.scene, cell.method, dict(cell.options),
                                               cell.size, cell.runs)}
     if cell.work == "refraction":
-        return {"settings": settings(cell), "gpu": open_gpu().info(), "commit": _commit(),
+        return {"settings": settings(cell), "gpu": open_gpu().info(), "commit": commit(),
                 "date": datetime.date.today().isoformat(), "warm_ups": WARM_UPS,
                 "refraction": refraction_errors.measure(
                     cell.scene, cell.method, dict(cell.options), cell.size, cell.runs)}
@@ -152,6 +162,7 @@ def run(cell: Cell) -> dict[str, Any]:
                 sorts.append(tracer.statistics.sort_seconds)
         cost = tracer.statistics.to_dict()
         gpu = tracer.gpu.info()
+        structure = type(tracer.accelerator.structure).__name__
     with rt.Tracer(scene, cell.method, **dict(cell.options), statistics=True) as tracer:
         _trace(rays, tracer)
         driver = tracer.statistics.driver
@@ -161,7 +172,7 @@ def run(cell: Cell) -> dict[str, Any]:
         counters = {name: share * mean for name, mean in tracer.statistics.counters.items()}
     return {**_heading(cell, scene, gpu), **_timing(samples, walls, rays.live),
             "sort_ms": 1e3 * statistics.median(sorts), "statistics": cost, "counters": counters,
-            "driver": driver}
+            "driver": driver, "structure": structure}
 
 
 def _trace(rays: Workload, tracer: rt.Tracer) -> None:
@@ -182,17 +193,19 @@ def _timing(samples: list[float], walls: list[float], rays: int) -> dict[str, An
 def _run_embree(cell: Cell) -> dict[str, Any]:
     """Eye rays by embreex; what it counts inside is not known."""
     scene, rays = load(cell.scene), workload(cell.scene, cell.work, cell.size)
-    run_once = embree_runner(scene, rays.origins, rays.directions)
+    threads = dict(cell.options).get("threads", 1)
+    run_once = (embree_runner(scene, rays.origins, rays.directions) if threads == 1 else
+                cpu_peak.threaded_runner(scene, rays.origins, rays.directions, threads))
     if run_once is None:
         raise rt.Error("embreex is not installed; run `make setup`")
     samples = [run_once() for _ in range(WARM_UPS + cell.runs)][WARM_UPS:]
     return {**_heading(cell, scene, open_gpu().info()), **_timing(samples, samples, rays.live),
-            "statistics": {}, "counters": {}}
+            "statistics": {}, "counters": {}, "peak": cpu_peak.peak(threads)}
 
 
 def _heading(cell: Cell, scene: rt.Scene, gpu: dict[str, Any]) -> dict[str, Any]:
     """What every result begins with: of what, on what, when."""
-    return {"settings": settings(cell), "gpu": gpu, "commit": _commit(),
+    return {"settings": settings(cell), "gpu": gpu, "commit": commit(),
             "date": datetime.date.today().isoformat(),
             "scene": {"name": scene.name, "triangles": len(scene), "stand_in": scene.stand_in,
                       "file": Path(scene.source).name, "camera": scene.camera.to_dict()}}
@@ -232,7 +245,8 @@ def _scene_digest(name: str) -> str:
 
 
 @functools.cache
-def _commit() -> str | None:
+def commit() -> str | None:
+    """The commit of this package's own tree, or None outside one."""
     try:
         return subprocess.run(["git", "describe", "--always", "--dirty"], text=True, check=True,
                               capture_output=True, cwd=Path(__file__).parent).stdout.strip()
