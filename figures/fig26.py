@@ -68,8 +68,6 @@ def predicted_ns(entry: Entry, result: dict[str, Any], share: float) -> tuple[fl
     return 1e9 * found.seconds / max(rays, 1), found.bound
 
 
-
-
 def rows(data: Path, full: bool) -> list[Row]:
     """Every entry of which something is measured."""
     share = period.fit(period.rows(data)).get(CHIP, 1.0)
@@ -142,7 +140,7 @@ def packet_pairs(found: list[Row]) -> list[str]:
     return lines
 
 
-def verdict(data: Path, full: bool) -> verdicts.Verdict:
+def judge(data: Path, full: bool) -> verdicts.Verdict:
     """Of the measured column against the published one; predicted and scaled are said beside."""
     found = rows(data, full)
     pairs = [(1 / row.measured, 1 / row.published) for row in found
@@ -173,7 +171,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 def _page(found: list[Row], data: Path, full: bool) -> str:
     known = next((r for e in entries() if (r := read(e.measured(full), data))), None)
-    said = verdict(data, full)
+    said = judge(data, full)
     table = [[row.entry.source or "-", row.entry.label, number(row.measured_ns),
               number(row.predicted_ns), row.bound, number(row.measured), number(row.predicted),
               "-" if row.scaled is None else " to ".join(map(number, sorted(row.scaled))),

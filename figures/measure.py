@@ -9,6 +9,8 @@ import functools
 import hashlib
 import importlib.metadata
 import json
+import multiprocessing
+import signal
 import statistics
 import subprocess
 import time
@@ -26,13 +28,14 @@ from gpgpu_rt.files import replacing
 from gpgpu_rt.gpu import open_gpu
 
 from . import (
-    coherence, cpu_peak, extreme_runs, first_hit_times, frame_times, needs_times, pass_work, period_work,
-    reduction_times, refraction_errors, tree_sizes, update_times
+    coherence, cpu_peak, extreme_runs, first_hit_times, frame_times, needs_times, pass_work,
+    period_work, reduction_times, refraction_errors, tree_sizes, update_times
 )
 from .workloads import EYE, Workload, load, workload
 
 WARM_UPS = 1
 COHERENCE = "coherence of "   # then a workload: how alike its rays are
+UNTIMED = (period_work.WORK, pass_work.PASSES, COHERENCE, "tree")   # works that time nothing
 EMBREE = "embreex"   # stands as a method for embreex on one thread of the CPU
 
 
@@ -86,13 +89,52 @@ def measure(cells: Iterable[Cell], data: Path, again: bool = False) -> None:
     """Measure every cell that is not finished, in order, each written when it is done."""
     data.mkdir(parents=True, exist_ok=True)
     todo = [cell for cell in dict.fromkeys(cells) if again or read(cell, data) is None]
-    with tqdm(todo, unit="cell", dynamic_ncols=True) as progress:
-        for cell in progress:
-            options = " ".join(f"{k}={v}" for k, v in cell.options)
-            progress.set_description(f"{cell.scene} {cell.method} {options}".strip())
-            result = run(cell)
-            with replacing(data / cell.name) as path:
-                path.write_text(json.dumps(result, indent=1, default=str))
+    counts = [cell for cell in todo if cell.work.startswith(UNTIMED)]
+    with tqdm(total=len(todo), unit="cell", dynamic_ncols=True) as progress:
+        for cell in todo:
+            if cell in counts and len(counts) > 1:
+                continue
+            progress.set_description(_words(cell))
+            _keep(cell, data)
+            progress.update()
+        if len(counts) > 1:
+            _keep_side_by_side(counts, data, progress)
+
+
+def _keep_side_by_side(cells: list[Cell], data: Path, progress: Any) -> None:
+    """Measure cells in which nothing is timed, one a processor at once, each in a process of its
+    own context; interrupting loses those that run."""
+    progress.set_description("counting what cards would do")
+    # Those of a scene one after another, so that a process makes its tree and its rays once.
+    ordered = sorted(cells, key=lambda cell: (cell.scene, cell.size))
+    with multiprocessing.get_context("spawn").Pool(
+            min(cpu_peak.threads(), len(cells)), _ignore_interrupts) as pool:
+        for _ in pool.imap_unordered(functools.partial(_keep, data=data), ordered):
+            progress.update()
+
+
+def _ignore_interrupts() -> None:
+    """The process that started this one ends it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _keep(cell: Cell, data: Path) -> None:
+    """Measure a cell and write its file, with the seconds that all of it took."""
+    began = time.perf_counter()
+    result = run(cell)
+    result["seconds_spent"] = time.perf_counter() - began
+    with replacing(data / cell.name) as path:
+        path.write_text(json.dumps(result, indent=1, default=str))
+
+
+def _words(cell: Cell) -> str:
+    return " ".join((cell.scene, cell.method, *(f"{k}={v}" for k, v in cell.options)))
+
+
+def spent(cells: Iterable[Cell], data: Path) -> float:
+    """Seconds that measuring the finished ones of these cells took, all together."""
+    found = (read(cell, data) for cell in dict.fromkeys(cells))
+    return sum(result.get("seconds_spent", 0.0) for result in found if result is not None)
 
 
 def run(cell: Cell) -> dict[str, Any]:
@@ -229,9 +271,15 @@ def _run_accuracy(cell: Cell) -> dict[str, Any]:
             "ns_per_ray": 1e9 / row["all"]["rays_per_second"], "accuracy": row}
 
 
+def picture_size(size: int) -> int:
+    """Pixels a side of the picture that is judged beside size squared rays of each kind."""
+    return min(256, 2 * size)
+
+
 @functools.lru_cache(maxsize=1)
 def _yardstick(name: str, size: int) -> Yardstick:
-    return Yardstick(load(name), size ** 2)
+    side = picture_size(size)
+    return Yardstick(load(name), size ** 2, size=(side, side))
 
 
 @functools.cache

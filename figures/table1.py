@@ -78,13 +78,13 @@ def lines(data: Path, full: bool) -> Iterator[Line]:
                    found["rebuilt"], found["size"])
 
 
-def verdict(data: Path, full: bool) -> verdicts.Verdict:
+def judge(data: Path, full: bool) -> verdicts.Verdict:
     """Properties that agree, and the relative performance by Figure 26's rule."""
     found = list(lines(data, full))
     if not found:
         return verdicts.of_claims({})
     scores = [line.agrees(column) for line in found for column in COLUMNS]
-    speed = fig26.verdict(data, full)
+    speed = fig26.judge(data, full)
     differ = [f"{line.entry.source}, {column.replace('_', ' ')}: {line.ours[column]}, not "
               f"{line.theirs[column]}" for column in COLUMNS[:-1] for line in found
               if line.agrees(column) is False]
@@ -108,7 +108,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
          published_speed(line.entry.source), speeds[line.entry.source].measured,
          speeds[line.entry.source].predicted, line.build, line.update, line.rebuilt, line.size)
         for line in found])
-    said = verdict(data, full)
+    said = judge(data, full)
     parts = [
         "# Table 1: what the methods are\n", f"**{said.word}**: {said.why}\n",
         "A cell holds the survey's word; where ours is another one, both, the survey's first.\n",

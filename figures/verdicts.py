@@ -81,5 +81,5 @@ def of_claims(claims: Mapping[str, bool]) -> Verdict:
     return Verdict(ORDER if 2 * len(failed) < len(claims) else CONTRADICTED, why)
 
 
-def redrawn(why: str) -> Verdict:
-    return Verdict(REDRAWN, why)
+DIAGRAM = Verdict(REDRAWN, "A diagram or a picture, drawn from what this program's passes and "
+                  "tables were; the survey prints no numbers in it.")
