@@ -13,9 +13,10 @@ class Contradiction:
 
 
 CONTRADICTIONS = (
-    Contradiction(("fig13",), "Figure 13 prints packets at 17.5 Mrays/s on cornell's primary rays, "
-                  "below plain restart's 38.3, while shadow rays show no dip (34.8 and 35.3) and "
-                  "push-down then reaches 88.8. A penalty that push-down undoes, or a misprint."),
+    Contradiction(("fig13",), "Figure 13 prints packets at 17.5 Mrays/s on cornell's primary "
+                  "rays, below plain restart's 38.3, while shadow rays show no dip (34.8 and "
+                  "35.3) and push-down then reaches 88.8. A "
+                  "penalty that push-down undoes, or a misprint."),
     Contradiction(("fig12", "fig13", "fig20"), "The tables list scenes in different orders, and "
                   "Figure 20's caption says that its scenes are Foley's, though Cows is not in "
                   "Figure 12."),
@@ -26,8 +27,9 @@ CONTRADICTIONS = (
                   "robots alone; by the same table the grid is faster on cornell and bunny."),
     Contradiction(("cpu",), "Section 4.2 scales 35.5 Mrays/s from 6.4 to 345.6 GFLOP/s and comes "
                   "to 1.887 billion rays a second; the product is 1.917. 6.4 seems to be the "
-                  "Pentium 4's double precision beside the GeForce's single. \"2 threads with hyperthreading\" "
-                  "become \"two CPU cores\", and 16.2 \"million rays per second\" are the frames a "
+                  "Pentium 4's double precision beside the GeForce's single. \"2 threads "
+                  "with hyperthreading\" become \"two CPU cores\", and 16.2 \"million "
+                  "rays per second\" are the frames a "
                   "second in parentheses of Figure 22 (17.0 million rays)."),
     Contradiction(("stacks",), "Section 4.3 counts 64 stacks of 256 bytes in a G80's 16 KiB and "
                   "128 processes in parallel; but 16 KiB is what each of its multiprocessors "
@@ -53,8 +55,8 @@ CONTRADICTIONS = (
                   "as stack-based, and Carr 2002 without a structure."),
     Contradiction(("fig07",), "No GeForce 6800 GTX seems to have been sold; and the thesis's own "
                   "abstract says that no version of it beat the commercial renderer."),
-    Contradiction(("fig13", "fig16", "fig22", "cpu"), "The conference room has 282,801, 282,641 or "
-                  "274 thousand triangles, by the place in the survey."),
+    Contradiction(("fig13", "fig16", "fig22", "cpu"), "The conference room has 282,801, 282,641 "
+                  "or 274 thousand triangles, by the place in the survey."),
     Contradiction(("fig10",), "The pseudocode of Figure 10 sends t_hit < 0 to the first child, "
                   "though it orders children by the direction's sign: a ray that starts behind "
                   "the plane would then descend to the wrong child first."),

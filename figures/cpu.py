@@ -145,9 +145,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
              *(f"* {line}" for line in findings(found)), "", "What must be known:\n",
              "* Peak is nominal, of single precision: "
              + ("not known here." if not peak.get("nominal") else
-                f"{number(peak['clock'] / 1e9)} GHz times {peak['a_clock']} operations a clock, as "
-                "the processor's flags say, times threads. numpy's matrix product on all of them "
-                f"reaches {number(peak['attained'] / 1e9)} GFLOP/s."),
+                f"{number(peak['clock'] / 1e9)} GHz times {peak['a_clock']} operations a clock, "
+                "as the processor's flags say, times threads. numpy's matrix product on all of "
+                f"them reaches {number(peak['attained'] / 1e9)} GFLOP/s."),
              "* On a software renderer fragment programs run on the same processor, with all its "
              "threads: what differs is the code alone, not the hardware. On a card peak is not "
              "known here, and its column stays empty.",

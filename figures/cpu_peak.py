@@ -23,7 +23,9 @@ MATRIX = 768   # rows of the matrices whose product is timed
 
 def threads() -> int:
     """Processors that this process may run on."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def threaded_runner(scene: rt.Scene, origins: np.ndarray, directions: np.ndarray,

@@ -1,8 +1,8 @@
 """Figure 2: the shader pipeline, stage by stage, as real passes of this program go through it.
 
 What a stage takes and gives is read from the linked programs, from queries around their draws and
-from what was bound: a full-screen pass of `kd-restart`, whose rays are fragments, and a pass of the
-`ray-engine`, whose vertices are corners of quads that carry triangles.
+from what was bound: a full-screen pass of `kd-restart`, whose rays are fragments, and a pass of
+the `ray-engine`, whose vertices are corners of quads that carry triangles.
 """
 from __future__ import annotations
 

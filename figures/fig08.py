@@ -74,8 +74,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
             markdown_table(heads, [[number(v) if isinstance(v, float) else v for v in row]
                                    for row in rows]),
             "Time of the grid over the better kd-tree (the survey: "
-            f"\"up to {TIMES} times\" over its scenes):\n", markdown_table([f"{r:g}" for r, _ in gains],
-                                                                           [[number(g) for _, g in gains]])]
+            f"\"up to {TIMES} times\" over its scenes):\n",
+            markdown_table([f"{r:g}" for r, _ in gains], [[number(g) for _, g in gains]])]
     write_text(out / "fig08.md", "\n".join(text))
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.6))
     for name, _ in METHODS:

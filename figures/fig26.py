@@ -1,5 +1,5 @@
-"""Figure 26: every method at 10,000 triangles, relative to the Ray Engine: measured here, predicted
-on a GeForce 8800 GTX, scaled again as the survey did, and as published."""
+"""Figure 26: every method at 10,000 triangles, relative to the Ray Engine: measured here,
+predicted on a GeForce 8800 GTX, scaled again as the survey did, and as published."""
 from __future__ import annotations
 
 import math
@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from gpgpu_rt.hardware.cards import find_card
-from gpgpu_rt.hardware.model import Counted, loop_work, predict
+from gpgpu_rt.hardware.model import loop_work, predict
 
 from . import period, verdicts
 from .kendall import tau_b
@@ -25,10 +25,10 @@ NOTES = (
     "The survey gives one number a paper; which of the paper's methods it is of, and which scenes "
     "it began with, it does not say. Its figure has no numbers of its own: they are Table 1's.",
     "Measured and predicted: eye rays of `tenk`, 24 balls on a floor, 10,000 triangles.",
-    "Predicted: work counted by emulation (by passes, where a method runs in many) and the figures "
-    "of the card, as on the page of period hardware; a packet's rays are the lanes of a warp. The "
-    "Ray Engine's host is left out: its passes and its transfers stand for it, so that it is "
-    "predicted too fast, and all others too slow beside it.",
+    "Predicted: work counted by emulation (by passes, where a method runs in many) and the "
+    "figures of the card, as on the page of period hardware; a packet's rays are the lanes of "
+    "a warp. The Ray Engine's host is left out: its passes and transfers stand for it, so that it "
+    "is predicted too fast, and all others too slow beside it.",
     "Measured, on a software renderer: rasterising, blending and the bus cost what memory costs, "
     "and the Ray Engine's host is numpy.",
     "Zhou's paper is of building kd-trees: its row is the kd-tree with a full stack, built so.",
@@ -39,7 +39,7 @@ NOTES = (
 
 @dataclass(frozen=True)
 class Row:
-    """An entry with nanoseconds a ray, measured and predicted, and speeds over the Ray Engine's."""
+    """An entry: nanoseconds a ray, measured and predicted, and speeds over the Ray Engine's."""
 
     entry: Entry
     measured_ns: float | None

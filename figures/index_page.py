@@ -16,8 +16,8 @@ RULES = (
     "every scored group of a scene and a kind of rays), and the ratios between them are off by "
     f"less than a factor of {verdicts.FACTOR:g} in the median; or all that is claimed holds",
     f"**{verdicts.ORDER}**: the order alone; or most of what is claimed",
-    "**contradicted**: neither. Machine, cameras and sometimes scenes are others than the papers'; "
-    "the figure's page shows what lies behind it",
+    "**contradicted**: neither. Machine, cameras and sometimes scenes are others than the papers' "
+    "were; the figure's page shows what lies behind it",
     "**redrawn**: a diagram or a picture, made from what this program did; the survey prints "
     "nothing in it that could be scored",
     "**not measured**: cells are missing, or only stand-ins for the scenes were there")

@@ -22,8 +22,8 @@ PASSES = "passes of "
 PAIRS = {"passes/quads.frag": 1, "passes/tile_pairs.frag": 2}
 # Passes that there are for statistics alone.
 COUNTERS = {"passes/pair_visits.frag", "passes/visits_below.frag"}
-# Turns of a program's loops for a fragment: a tile's rays; the half of a block on average, a search
-# through one, its sum; the values that a reduction takes together.
+# Turns of a program's loops for a fragment: a tile's rays; the half of a block on average, a
+# search through one, its sum; the values that a reduction takes together.
 TURNS = {"tile_": 64, "block_ranks": 8, "segments": 4, "reduce": 7, "scan": 4}
 
 

@@ -1,9 +1,9 @@
 """The survey's own way to Figure 26, gone again: published rates, scaled to one card.
 
 The survey scaled each paper's rate "based on the bottleneck", to a GeForce 8800, and for 10,000
-triangles; neither the bottlenecks nor the numbers it began with are printed. Here each rate that it
-does print is scaled by both, arithmetic and bandwidth, and between two scenes the rate at 10,000
-triangles is taken from a straight line through the logarithms.
+triangles; neither the bottlenecks nor the numbers it began with are printed. Here each rate that
+it does print is scaled by both, arithmetic and bandwidth, and between two scenes the rate at
+10,000 triangles is taken from a straight line through the logarithms.
 """
 from __future__ import annotations
 

@@ -154,8 +154,8 @@ def _page(rows: list[dict[str, Any]], renderer: str, stand_ins: list[str],
              for row in rows]
     picture = picture_size(next(iter(cells(full))).size)
     parts = ["# Speed against accuracy\n", f"Renderer: {renderer}. Eye, random, vertex-aimed and "
-             "edge-aimed rays in equal shares, against the float64 reference; RMSE and FLIP are of a "
-             f"picture, {picture} pixels a side. A share of zero is "
+             "edge-aimed rays in equal shares, against the float64 reference; RMSE and FLIP are "
+             f"of a picture, {picture} pixels a side. A share of zero is "
              "drawn hollow, at its upper 95 % confidence bound. Rays that a step cap stopped "
              "count as unfinished.", *stand_ins, "", markdown_table(heads, table),
              "Not beaten in both rate and the bound on the wrong share:\n",
