@@ -35,7 +35,8 @@ from .workloads import EYE, Workload, load, workload
 
 WARM_UPS = 1
 COHERENCE = "coherence of "   # then a workload: how alike its rays are
-UNTIMED = (period_work.WORK, pass_work.PASSES, COHERENCE, "tree")   # works that time nothing
+# Works that time nothing, and may be measured side by side.
+UNTIMED = (period_work.WORK, pass_work.PASSES, COHERENCE, "tree", "extremes")
 EMBREE = "embreex"   # stands as a method for embreex on one thread of the CPU
 
 
