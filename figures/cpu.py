@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from . import cpu_peak
+from gpgpu_rt.bench.engines import CORES
+
 from .fig22 import FAST
 from .fig22 import FIGURE as PACKETS
 from .measure import EMBREE, Cell, read
@@ -31,10 +32,9 @@ class Column:
 
 def columns() -> list[Column]:
     """Embree on one thread and on all; then fragment programs, packets and single rays."""
-    every = cpu_peak.threads()
     packets = next(column for column in PACKETS.columns if column.label == FAST)
-    several = [Column(f"embreex, {every} threads", EMBREE, (("threads", every),), every)]
-    return [Column("embreex, one thread", EMBREE, (), 1), *(several if every > 1 else []),
+    several = [Column(f"embreex, {CORES} threads", EMBREE, (("threads", CORES),), CORES)]
+    return [Column("embreex, one thread", EMBREE, (), 1), *(several if CORES > 1 else []),
             Column(packets.label, packets.method, packets.options),
             Column("kd-packet", "kd-packet", (("packet", (4, 2)),)),
             Column("bvh-threaded octants", "bvh-threaded", (("octants", True),))]
@@ -71,14 +71,16 @@ def rows(data: Path, full: bool) -> list[dict[str, Any]]:
     for scene in scenes(full):
         results = [(column, read(cell(scene, column, full), data)) for column in columns()]
         peaks = [result["peak"] for column, result in results
-                 if result is not None and column.threads == cpu_peak.threads()]
+                 if result is not None and column.threads == CORES]
         base = results[0][1]
         for column, result in results:
             if result is None:
                 continue
             peak = result.get("peak")
-            if column.threads is None and _software(result["gpu"]["renderer"]):
-                peak = peaks[0] if peaks else None
+            if column.threads is None and peaks:
+                # Of a card it is not known: what its fragment programs were seen to reach.
+                peak = peaks[0] if _software(result["gpu"]["renderer"]) else {
+                    "nominal": peaks[0]["fragments"]}
             nominal = peak["nominal"] if peak else None
             rate = 1e9 / result["ns_per_ray"]
             found.append({
@@ -147,10 +149,11 @@ def draw(data: Path, out: Path, full: bool) -> None:
              + ("not known here." if not peak.get("nominal") else
                 f"{number(peak['clock'] / 1e9)} GHz times {peak['a_clock']} operations a clock, "
                 "as the processor's flags say, times threads. numpy's matrix product on all of "
-                f"them reaches {number(peak['attained'] / 1e9)} GFLOP/s."),
+                f"them reaches {number(peak['attained'] / 1e9)} GFLOP/s, multiply-adds in fragment "
+                f"programs {number(peak['fragments'] / 1e9)}."),
              "* On a software renderer fragment programs run on the same processor, with all its "
-             "threads: what differs is the code alone, not the hardware. On a card peak is not "
-             "known here, and its column stays empty.",
+             "threads: what differs is the code alone, not the hardware. On a card its peak is "
+             "what multiply-adds in fragment programs reach there.",
              "* Embree is today's, a BVH by single rays with the vectors of the processor across "
              "nodes; Reshetov's CPU tracer of 2005 sent packets through a kd-tree. Soda Hall is a "
              "stand-in, and measured at full size only.", ""]

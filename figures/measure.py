@@ -23,7 +23,9 @@ from tqdm import tqdm
 
 import gpgpu_rt as rt
 from gpgpu_rt.accuracy.measure import Yardstick
-from gpgpu_rt.bench import embree_runner
+from gpgpu_rt.bench.engines import EMBREE as ONE_THREAD
+from gpgpu_rt.bench.engines import ENGINES
+from gpgpu_rt.bench.workloads import EYE, Workload, load, workload
 from gpgpu_rt.files import replacing
 from gpgpu_rt.gpu import open_gpu
 
@@ -31,7 +33,6 @@ from . import (
     coherence, cpu_peak, extreme_runs, first_hit_times, frame_times, needs_times, pass_work,
     period_work, reduction_times, refraction_errors, tree_sizes, update_times
 )
-from .workloads import EYE, Workload, load, workload
 
 WARM_UPS = 1
 COHERENCE = "coherence of "   # then a workload: how alike its rays are
@@ -237,11 +238,18 @@ def _run_embree(cell: Cell) -> dict[str, Any]:
     """Eye rays by embreex; what it counts inside is not known."""
     scene, rays = load(cell.scene), workload(cell.scene, cell.work, cell.size)
     threads = dict(cell.options).get("threads", 1)
-    run_once = (embree_runner(scene, rays.origins, rays.directions) if threads == 1 else
-                cpu_peak.threaded_runner(scene, rays.origins, rays.directions, threads))
-    if run_once is None:
-        raise rt.Error("embreex is not installed; run `make setup`")
-    samples = [run_once() for _ in range(WARM_UPS + cell.runs)][WARM_UPS:]
+    name = ONE_THREAD if threads == 1 else f"embreex, {threads} threads"
+    engine = next((one for one in ENGINES if one.name == name), None)
+    if engine is None:
+        raise rt.Error(f"no engine {name!r} among {', '.join(one.name for one in ENGINES)}")
+    if engine.missing:
+        raise rt.Error(f"{engine.missing} is not installed; run `make setup`")
+    run, samples = engine.prepare(scene, rays.compact()), []
+    for turn in range(WARM_UPS + cell.runs):
+        began = time.perf_counter()
+        run()
+        if turn >= WARM_UPS:
+            samples.append(time.perf_counter() - began)
     return {**_heading(cell, scene, open_gpu().info()), **_timing(samples, samples, rays.live),
             "statistics": {}, "counters": {}, "peak": cpu_peak.peak(threads)}
 

@@ -10,11 +10,10 @@ from collections.abc import Mapping
 from typing import Any
 
 import gpgpu_rt as rt
+from gpgpu_rt.bench.workloads import Workload
 from gpgpu_rt.hardware.cards import Card
 from gpgpu_rt.hardware.counters import pass_counts
 from gpgpu_rt.hardware.model import Counted
-
-from .workloads import Workload
 
 PASSES = "passes of "
 # An occlusion query counts the fragments that a program keeps. These discard misses: they ran on

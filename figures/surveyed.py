@@ -13,12 +13,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import gpgpu_rt as rt
+from gpgpu_rt.bench.workloads import EYE
 
 from .measure import Cell
 from .pass_work import PASSES
 from .period import TEST, WARP_PACKET
 from .period_work import WORK
-from .workloads import EYE
 
 SCENE = "tenk"            # 10,000 triangles, as Table 1 is of
 BASE = "Carr et al. 2002"    # the Ray Engine, that all others are relative to
