@@ -33,8 +33,8 @@ def peak(count: int) -> dict[str, Any]:
     a_clock = next((n for flag, n in A_CLOCK if flag in flags), None)
     clock = 1e6 * float(facts["cpu MHz"]) if "cpu MHz" in facts else None
     return {"nominal": clock * a_clock * count if clock and a_clock else None,
-            "attained": _attained(), "fragments": _of_fragments(), "model": facts.get("model name"), "clock": clock,
-            "a_clock": a_clock, "threads": count}
+            "attained": _attained(), "fragments": _of_fragments(),
+            "model": facts.get("model name"), "clock": clock, "a_clock": a_clock, "threads": count}
 
 
 def _cpuinfo() -> dict[str, str]:

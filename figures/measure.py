@@ -23,6 +23,7 @@ from tqdm import tqdm
 
 import gpgpu_rt as rt
 from gpgpu_rt.accuracy.measure import Yardstick
+from gpgpu_rt.bench.engines import CORES
 from gpgpu_rt.bench.engines import EMBREE as ONE_THREAD
 from gpgpu_rt.bench.engines import ENGINES
 from gpgpu_rt.bench.workloads import EYE, Workload, load, workload
@@ -110,7 +111,7 @@ def _keep_side_by_side(cells: list[Cell], data: Path, progress: Any) -> None:
     # Those of a scene one after another, so that a process makes its tree and its rays once.
     ordered = sorted(cells, key=lambda cell: (cell.scene, cell.size))
     with multiprocessing.get_context("spawn").Pool(
-            min(cpu_peak.threads(), len(cells)), _ignore_interrupts) as pool:
+            min(CORES, len(cells)), _ignore_interrupts) as pool:
         for _ in pool.imap_unordered(functools.partial(_keep, data=data), ordered):
             progress.update()
 
