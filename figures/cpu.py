@@ -150,7 +150,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
                 f"{number(peak['clock'] / 1e9)} GHz times {peak['a_clock']} operations a clock, "
                 "as the processor's flags say, times threads. numpy's matrix product on all of "
                 f"them reaches {number(peak['attained'] / 1e9)} GFLOP/s, multiply-adds in "
-                f"fragment programs {number(peak.get('fragments', 0) / 1e9)}."),
+                f"fragment programs {number(peak.get('fragments', float('nan')) / 1e9)}."),
              "* On a software renderer fragment programs run on the same processor, with all its "
              "threads: what differs is the code alone, not the hardware. On a card its peak is "
              "what multiply-adds in fragment programs reach there.",

@@ -233,7 +233,7 @@ def _chart(found: list[Row], out: Path) -> None:
         (f"{row.entry.source}\n" if row.entry.source else "") + row.entry.label for row in shown],
         rotation=55, ha="right", fontsize=7)
     axis.set_ylabel("speed over the Ray Engine's (log)")
-    axis.legend(frameon=False, fontsize=8, loc="upper right")
+    axis.legend(frameon=False, fontsize=8, ncols=4, loc="lower right", bbox_to_anchor=(1, 1))
     axis.spines[["top", "right"]].set_visible(False)
     figure.suptitle("Figure 26: eye rays at 10,000 triangles; left the survey's rows, right what "
                     "it gives no number for", fontsize=11)

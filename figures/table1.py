@@ -149,7 +149,7 @@ def _chart(found: list[Line], out: Path) -> None:
                                          edgecolor="white"))
             ours = line.ours[column].split(" (")[0]
             axis.text(x + 0.5, y + 0.5, f"{line.theirs[column]} | {ours}", ha="center",
-                      va="center", fontsize=8)
+                      va="center", fontsize=7.5)
     axis.set(xlim=(0, len(COLUMNS)), ylim=(len(found), 0))
     axis.set_xticks([x + 0.5 for x in range(len(COLUMNS))],
                     [column.replace("_", " ") for column in COLUMNS])
