@@ -74,7 +74,7 @@ def uncached() -> Iterator[None]:
 
 @contextlib.contextmanager
 def cache_files() -> Iterator[list[Path]]:
-    """Within it, the list of the files that were looked up or kept: another machine may take them."""
+    """Within it, the list of the files that are looked up or kept: others may take them."""
     token = _files.set(files := [])
     try:
         yield files

@@ -1,4 +1,4 @@
-"""Tasks: what runs in a worker. A worker is a process with one OpenGL context, which keeps the last
+"""Tasks: what runs in a worker: a process with one OpenGL context, which keeps the last
 tracers it made, and the structures that others built."""
 from __future__ import annotations
 

@@ -78,7 +78,8 @@ class Workers:
                    for part in parts]
         index = {future.key: at for at, future in enumerate(futures)}
         try:
-            for done, future in enumerate(distributed.as_completed(futures), 1):
+            finished = distributed.as_completed(futures, loop=self.client.loop)
+            for done, future in enumerate(finished, 1):
                 yield index[future.key], future.result()
                 if progress is not None:
                     progress(done, len(futures))
@@ -131,13 +132,13 @@ class Workers:
                options: Mapping[str, Any]) -> tuple[Any, ...]:
         """What tasks that trace take first: the scene and what was built for it, both futures,
         then the scene's digest, the method and its options."""
-        payload = pickle.dumps(load_scene(scene), pickle.HIGHEST_PROTOCOL)
-        digest = hashlib.sha256(payload).hexdigest()
+        scene = load_scene(scene)
+        digest = hashlib.sha256(pickle.dumps(scene, pickle.HIGHEST_PROTOCOL)).hexdigest()
         chosen = tuple(sorted(options.items()))
         if digest not in self._scenes:
             # A task and not scattered data, so that it outlives the workers that hold it.
             self._scenes[digest] = self.client.submit(
-                tasks.received, load_scene(scene), key=f"scene-{digest}", retries=RETRIES)
+                tasks.received, scene, key=f"scene-{digest}", retries=RETRIES)
         key = (digest, method, chosen)
         if key not in self._built:
             self._built[key] = self.client.submit(

@@ -1,5 +1,6 @@
 """Workers: hits and pictures as one process finds them, whatever happens to a worker."""
 from __future__ import annotations
+from gpgpu_rt.workers import Workers, tasks
 
 import os
 import signal
@@ -16,7 +17,7 @@ from gpgpu_rt.accel.cache import cache_files, give_cache
 
 pytest.importorskip("distributed")
 
-from gpgpu_rt.workers import Workers, tasks, workers as module  # noqa: E402
+from gpgpu_rt.workers import workers as module  # noqa: E402
 
 METHOD, OPTIONS = "bvh-threaded", {"octants": True}
 
