@@ -40,13 +40,13 @@ def scene_of(name: str) -> rt.Scene:
         box, name=name, faces=None,
         triangles=np.concatenate([box.triangles[rest], frame, let_in]),
         colours=np.concatenate([box.colours[rest], white, box.colours[lamp]]),
-        material_of=np.concatenate([np.zeros(rest.sum() + len(frame)), np.ones(lamp.sum())]))
+        material_of=np.repeat([0, 1], [rest.sum() + len(frame), lamp.sum()]))
 
 
 def traced_gather(bundles: RayBundles, cut: rt.Tracer, seen: Visible, count: int
                   ) -> tuple[np.ndarray, float]:
-    """What ``bundles.gather`` finds, by parallel rays that a tracer of the patches traces: (h, w, 3)
-    irradiance, and seconds."""
+    """What ``bundles.gather`` finds, by parallel rays that a tracer of the patches traces: (h, w,
+    3) irradiance, and seconds."""
     normals = seen.normals.reshape(-1, 3)
     start = seen.places.reshape(-1, 3) + np.float32(LIFT * bundles.scene.extent) * normals
     _, flat = areas_and_normals(bundles.triangles)
@@ -84,17 +84,17 @@ def measure(name: str, method: str, options: dict[str, Any], size: int, runs: in
             halves.append(tracer.radiance.astype(np.float64))
         path = sum(halves) / 2
         result["path_seconds"] = time.perf_counter() - began
-        result["path_noise"] = float(np.sqrt(((halves[0] - halves[1]) ** 2 / 4).mean()))
         seen = Visible.of(tracer, None, (FINER * size, FINER * size))
         for resolution in mine["resolutions"]:
             bundles = RayBundles(tracer, mine["patch"], resolution)
             began = time.perf_counter()
             bundles.solve(mine["between"], BOUNCES)
             row = {"resolution": resolution, "solve_seconds": time.perf_counter() - began,
-                   "patches": len(bundles.triangles), "unmet": float((bundles.weights == 0).mean()),
-                   "layers": bundles.layers, "gather": [], "traced": []}
-            cut = rt.Tracer(rt.Scene.from_arrays(bundles.triangles.reshape(-1, 3), np.arange(
-                3 * len(bundles.triangles)).reshape(-1, 3)), method, **options)
+                   "patches": len(bundles.triangles), "layers": bundles.layers,
+                   "unmet": float((bundles.weights == 0).mean()), "gather": [], "traced": []}
+            faces = np.arange(3 * len(bundles.triangles)).reshape(-1, 3)
+            cut = rt.Tracer(rt.Scene.from_arrays(bundles.triangles.reshape(-1, 3), faces), method,
+                            **options)
             for turn in range(runs + 1):
                 began = time.perf_counter()
                 found = bundles.gather(seen.places, seen.normals, mine["directions"])
@@ -113,18 +113,21 @@ def measure(name: str, method: str, options: dict[str, Any], size: int, runs: in
             bundles.release()
             cut.release()
         emits = np.array([m.emits for m in scene.materials])[scene.material_of]
-        lamp = (emits[seen.hits.triangle] & seen.hits.hit).reshape(FINER * size, -1, 1)
-        result["lamp"] = _near(_smaller(lamp.astype(float), size)[:, :, 0] > 0)
+        rest = (emits[seen.hits.triangle] | ~seen.hits.hit).reshape(FINER * size, -1, 1)
+        out = _near(_smaller(rest.astype(float), size)[:, :, 0] > 0)
     for row in result["by_resolution"]:
-        row.update(_errors(row["picture"], path, result["lamp"]))
+        row.update(_errors(row["picture"], path, out))
         row["picture"] = row["picture"].round(4).tolist()
-    return {**result, **mine, "path": path.round(4).tolist(), "lamp": result["lamp"].tolist()}
+    noise = _errors(halves[0], path, out)["rmse"]     # half of the two halves' difference
+    return {**result, **mine, "path_noise": noise, "path": path.round(4).tolist(),
+            "out": out.tolist()}
 
 
-def _errors(picture: np.ndarray, path: np.ndarray, lamp: np.ndarray) -> dict[str, float]:
-    """Of a picture beside the path tracer's, where neither shows a lamp."""
-    off = (picture - path)[~lamp]
-    truth = path[~lamp]
+def _errors(picture: np.ndarray, path: np.ndarray, out: np.ndarray) -> dict[str, float]:
+    """Of a picture beside the path tracer's, but for pixels that are left out: those of lamps and
+    of nothing, and their neighbours, as the path tracer goes through all of a pixel."""
+    off = (picture - path)[~out]
+    truth = path[~out]
     return {"rmse": float(np.sqrt((off ** 2).mean()) / truth.mean()),
             "bias": float(off.mean() / truth.mean()),
             "median": float(np.median(np.abs(off).sum(1) / np.maximum(truth.sum(1), 1e-6)))}

@@ -30,16 +30,18 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_csv(out / "caustics.csv", HEADS, rows)
     shown = [[row[0], f"{row[1]:,}", *map(number, row[2:5]), f"{row[5]:.3f}", f"{row[6]:.3f}",
               *(f"{value:.1%}" for value in row[7:])] for row in rows]
-    note = (f"{results[0][1]['gpu']['renderer']}, {PHOTONS} x {PHOTONS} photons, refractors of 2 to "
-            f"4 units on a floor of 10, {results[0][1]['caustics']['iterations']} guesses; photons "
-            "traced by bvh-packet 4x4, those steps that numpy takes between included")
+    guesses = results[0][1]["caustics"]["iterations"]
+    note = (f"{results[0][1]['gpu']['renderer']}, {PHOTONS} x {PHOTONS} photons, refractors of 2 "
+            f"to 4 units on a floor of 10, {guesses} guesses; photons traced by bvh-packet 4x4, "
+            "what numpy does between their passes included")
     write_text(out / "caustics.md", (
         "# Caustics mapping\n\n"
         "Photons find their receivers in the light's own image. Beside them the same photons, "
         "traced as rays through the same refractor and dropped into the same map. Lands off: the "
         "distance in units between where a photon lands and where its ray does; light lost: of "
-        "traced photons' light, what is searched for in vain or never left the refractor; map off: "
-        "the absolute difference of the two maps by the light in the traced one. " + note + ".\n\n"
+        "the traced photons' light, what those carry that the search loses or that find no way "
+        "out of the refractor; map off: the absolute difference of the two maps, by the light in "
+        "the traced one. " + note + ".\n\n"
         + markdown_table(HEADS, shown)))
     figure, axes = plt.subplots(len(results), 4, figsize=(13, 3 * len(results)), squeeze=False)
     for line, (cell, result) in zip(axes, results):
@@ -60,17 +62,16 @@ def _row(name: str, result: dict[str, Any]) -> list[Any]:
 def _pictures(line: Any, cell: Cell, result: dict[str, Any]) -> None:
     shade, hidden = np.array(result["shade"]), np.array(result["hidden"])
     caustic = {way: np.array(result[way]) for way in ("traced", "rasterised")}
-    white = 1.6 * float(np.quantile(shade[~hidden], 0.99))
+    white = 1.6 * float(np.quantile(shade, 0.99))
     for axis, way in zip(line, caustic):
-        light = np.clip((shade + caustic[way]) / white, 0, 1) ** (1 / 2.2)
-        rgb = np.where(hidden[:, :, None], (0.62, 0.70, 0.76), light[:, :, None]
-                       * np.array([1.0, 0.97, 0.9]))
-        axis.imshow(rgb)
+        light = np.clip((shade + caustic[way]) / white, 0, 1)[:, :, None] ** (1 / 2.2)
+        veiled = 0.75 * light + 0.25 * np.array([0.45, 0.65, 0.85])
+        axis.imshow(np.where(hidden[:, :, None], veiled, light * np.array([1.0, 0.97, 0.9])))
         axis.set_title(f"{cell.scene}: {way}", fontsize=9)
     off = (caustic["rasterised"] - caustic["traced"]) / white
-    line[2].imshow(np.where(hidden, np.nan, off), cmap="RdBu_r", vmin=-1, vmax=1)
-    line[2].set_facecolor("0.8")
-    line[2].set_title("rasterised less traced (of white)", fontsize=9)
+    shown = line[2].imshow(off, cmap="RdBu_r", vmin=-0.5, vmax=0.5)
+    line[2].figure.colorbar(shown, ax=line[2], shrink=0.8)
+    line[2].set_title("rasterised less traced, of white", fontsize=9)
     for axis in line[:3]:
         axis.set_xticks([])
         axis.set_yticks([])
@@ -78,4 +79,5 @@ def _pictures(line: Any, cell: Cell, result: dict[str, Any]) -> None:
     for k, (text, colour) in enumerate((("median", "#2f6db3"), ("90 % within", "#c98a1b"))):
         line[3].plot(result["guesses"], apart[:, k], "o-", markersize=3, color=colour, label=text)
     line[3].set(yscale="log", xlabel="guesses", ylabel="lands off, units")
+    line[3].grid(alpha=0.3, which="both")
     line[3].legend(fontsize=8, frameon=False)

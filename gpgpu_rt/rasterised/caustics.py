@@ -1,4 +1,4 @@
-"""Caustics mapping: light that glass, water or mirrors throw on what is around them, in image space.
+"""Caustics mapping: light that glass, water or mirrors throw on what is around, in image space.
 
 Shah, Konttinen and Pattanaik 2007 (survey, section 5); see ``glsl/passes/caustic_splat.vert``. The
 light is a point. It sees the refractor in one image, a photon a pixel, and what is around in
@@ -45,7 +45,7 @@ class Caustics:
     Attributes
     ----------
     camera, wide : the two cameras at the light
-    borders : 0 for a mirror, 2 for glass that is closed, 1 for a surface with glass or water behind
+    borders : 0 for a mirror, 2 for closed glass, 1 for a surface with glass or water behind
     """
 
     def __init__(self, tracer: Tracer, light: Any, photons: int = 256, resolution: int = 256,
@@ -63,9 +63,9 @@ class Caustics:
         corners = scene.triangles[self.rows]
         self.borders = MIRROR if not self.ior else CLOSED if is_closed(corners) else SURFACE
         self.mesh = Refractor(tracer, self.rows, self.borders == CLOSED, smooth)
-        if self.mesh.triangles is not corners and not np.array_equal(self.mesh.triangles, corners):
-            raise SceneError(f"{scene.name}: the glass is turned inside out, as if it were a hollow in "
-                             "glass; turn its triangles over")
+        if not np.array_equal(self.mesh.triangles, corners):
+            raise SceneError(f"{scene.name}: the glass is turned inside out, as if it were a "
+                             "hollow in glass; turn its triangles over")
         self.camera, self.wide = _views(np.asarray(light, np.float64), corners, spread)
         receivers = np.delete(scene.triangles, self.rows, axis=0)
         self._corners = 3 * len(receivers)
@@ -129,7 +129,7 @@ class Caustics:
             return read_texture(self._textures["caustic"])[:, :, 0]
 
     def landings(self) -> np.ndarray:
-        """(photons, photons, 4) float32: where each photon lands and its flux, 0 where it is lost."""
+        """(photons, photons, 4) float32: where each photon lands and its flux, 0 where lost."""
         with self.gpu:
             self._see()
             self._drop(("HOME",), "landed")
@@ -232,7 +232,8 @@ def turning(tracer: Tracer) -> tuple[np.ndarray, float | None, float]:
     if len(kinds) != 1:
         raise SceneError(f"{scene.name}: " + (
             f"{', '.join(sorted(m.name for m in used))} turn light differently; give them one "
-            "material" if kinds else "no material is a dielectric or a mirror; a caustic needs one"))
+            "material" if kinds else "no material is a dielectric or a mirror; a caustic needs "
+            "one"))
     return rows, *kinds.pop()
 
 
@@ -253,8 +254,9 @@ def _views(light: np.ndarray, corners: np.ndarray, spread: float) -> tuple[Camer
     distance = float(np.linalg.norm(away))
     radius = float(np.linalg.norm(points - centre, axis=1).max())
     if not radius < distance:
-        raise OptionError(f"the light at {light.tolist()} is too near the refractor, which takes up "
-                          f"{radius:.3g} around {centre.round(3).tolist()}; put it further away")
+        raise OptionError(f"the light at {light.tolist()} is too near the refractor, which takes "
+                          f"up {radius:.3g} around {centre.round(3).tolist()}; put it further "
+                          "away")
     if spread < 1:
         raise OptionError(f"spread is {spread}; give 1 or more")
     up = tuple(np.eye(3)[np.argmin(np.abs(away))])

@@ -1,4 +1,4 @@
-"""Photons by rays: light from a point through glass and off mirrors, each traced to where it lands."""
+"""Photons by rays: light from a point through glass and off mirrors, traced to where it lands."""
 from __future__ import annotations
 
 import numpy as np

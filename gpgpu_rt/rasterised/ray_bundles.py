@@ -3,8 +3,8 @@
 Szirmay-Kalos 1998 and Hachisuka 2005 (survey, section 5); see ``glsl/passes/bundle_peel.frag``.
 All surfaces are diffuse, and cut into patches that send out the same light everywhere. Light goes
 from patch to patch along a fixed set of directions, in both ways along each (`RayBundles.solve`);
-what a camera sees then gathers it along another set (`RayBundles.draw`). Small lamps would be met
-by few of so few directions, so that what comes from them straight is traced, unless told otherwise.
+what a camera sees then gathers it along another set (`RayBundles.draw`). Few of so few directions
+would meet a small lamp, so that what comes from it straight is traced, unless told otherwise.
 """
 from __future__ import annotations
 
