@@ -55,8 +55,8 @@ def _row(name: str, result: dict[str, Any]) -> list[Any]:
     ours, theirs = (np.array(result["seconds"][way]) for way in ("rasterised", "traced"))
     return [name, result["triangles"], 1e3 * float(np.median(ours)),
             1e3 * float(np.median(theirs)), float(np.median(theirs / ours)),
-            *(result["apart"][at] or (np.nan, np.nan)), result["lost"][at], result["map_off"],
-            result["blurred_off"], result["brighter"]]
+            *(result["apart"][at] or (np.nan, np.nan)), max(result["lost"][at], 0.0),
+            result["map_off"], result["blurred_off"], result["brighter"]]
 
 
 def _pictures(line: Any, cell: Cell, result: dict[str, Any]) -> None:

@@ -47,7 +47,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
         "Diffuse light gathered by parallel projections whose layers are peeled. Beside it the "
         "same bundles ray by ray, traced through the same patches, which tells what the "
         "projections' pixels cost; and the path tracer, which tells what patches and few "
-        "directions do. The lamp, the rim of the box and the pixels beside them are left out of the last three columns. "
+        "directions do. The lamp, the rim of the box and the pixels beside them are left out of "
+        "the last three columns. "
         + note + ".\n\n"
         + markdown_table(HEADS, shown)))
     figure, axes = plt.subplots(len(results), 4, figsize=(13, 3.3 * len(results)), squeeze=False)

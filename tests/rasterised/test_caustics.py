@@ -108,6 +108,7 @@ def test_photons_through_a_slab(ior: float) -> None:
             assert there.sum() > 0.97 * within.sum()
             apart = np.linalg.norm(landed[:, :, [0, 2]] - expected, axis=2)[there]
             assert np.median(apart) < off and np.quantile(apart, 0.9) < 3 * off
+            assert np.median(np.abs(landed[:, :, 1][there])) < 0.005      # on the floor
             middle = landed[31:33, 31:33, 3].mean()
             full = full or middle
             assert middle == pytest.approx(full, rel=1e-3)

@@ -81,6 +81,21 @@ def test_a_ball_under_a_white_sky() -> None:
         bundles.release()
 
 
+def test_a_plate_under_a_sky_that_darkens() -> None:
+    """Radiance (1 + height) / 2 brings a level plate pi (1/2 + 1/3) from above, less from below."""
+    plate = quad((-1, 0, -1), (-1, 0, 1), (1, 0, 1), (1, 0, -1))          # looks up
+    scene = scene_of(plate, rt.Material("grey", (0.5,) * 3),
+                     environment=rt.Environment.sky((1, 1, 1), (0, 0, 0)))
+    with rt.Tracer(scene) as tracer:
+        bundles = RayBundles(tracer, 0.5, 64)
+        expected = np.pi * np.array([5 / 6, 1 / 6])
+        assert np.allclose(bundles.solve(64, 1)[:, :, 0] * np.pi / 0.5, expected, rtol=0.05)
+        places = np.zeros((1, 2, 3)) + (0.3, 0, 0.2)
+        normals = np.array([[[0, 1, 0], [0, -1, 0]]])
+        assert np.allclose(bundles.gather(places, normals, 256)[0, :, 0], expected, rtol=0.01)
+        bundles.release()
+
+
 @pytest.mark.parametrize("distance, factor", [(0.5, 0.41525), (1.0, 0.19982), (2.0, 0.06859)])
 def test_form_factor_of_squares(distance: float, factor: float) -> None:
     """Of two unit squares that face each other (the known integral, in its closed form)."""
