@@ -112,9 +112,7 @@ def measure(name: str, method: str, options: dict[str, Any], size: int, runs: in
             result["by_resolution"].append(row)
             bundles.release()
             cut.release()
-        emits = np.array([m.emits for m in scene.materials])[scene.material_of]
-        rest = (emits[seen.hits.triangle] | ~seen.hits.hit).reshape(FINER * size, -1, 1)
-        out = _near(_smaller(rest.astype(float), size)[:, :, 0] > 0)
+        out = left_out(scene, seen, size)
     for row in result["by_resolution"]:
         row.update(_errors(row["picture"], path, out))
         row["picture"] = row["picture"].round(4).tolist()
@@ -123,9 +121,19 @@ def measure(name: str, method: str, options: dict[str, Any], size: int, runs: in
             "out": out.tolist()}
 
 
+def left_out(scene: rt.Scene, seen: Visible, size: int) -> np.ndarray:
+    """(size, size) bool: pixels of lamps, of nothing and of edges, and their neighbours: the path
+    tracer goes through all of a pixel, and bundles gather at a few places in it."""
+    emits = np.array([m.emits for m in scene.materials])[scene.material_of]
+    rest = (emits[seen.hits.triangle] | ~seen.hits.hit).reshape(FINER * size, -1, 1)
+    height = (seen.normals * seen.places).sum(2, keepdims=True) / scene.extent
+    planes = np.concatenate([seen.normals, height], axis=2, dtype=np.float64)
+    spread = _smaller(planes ** 2, size) - _smaller(planes, size) ** 2
+    return _near((_smaller(rest.astype(float), size)[:, :, 0] > 0) | (spread > 1e-6).any(axis=2))
+
+
 def _errors(picture: np.ndarray, path: np.ndarray, out: np.ndarray) -> dict[str, float]:
-    """Of a picture beside the path tracer's, but for pixels that are left out: those of lamps and
-    of nothing, and their neighbours, as the path tracer goes through all of a pixel."""
+    """Of a picture beside the path tracer's, but for pixels that are left out."""
     off = (picture - path)[~out]
     truth = path[~out]
     return {"rmse": float(np.sqrt((off ** 2).mean()) / truth.mean()),

@@ -47,8 +47,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
         "Diffuse light gathered by parallel projections whose layers are peeled. Beside it the "
         "same bundles ray by ray, traced through the same patches, which tells what the "
         "projections' pixels cost; and the path tracer, which tells what patches and few "
-        "directions do. The lamp, the rim of the box and the pixels beside them are left out of "
-        "the last three columns. "
+        "directions do. Pixels of the lamp, of edges, and those beside them are left out of the "
+        "last three columns. "
         + note + ".\n\n"
         + markdown_table(HEADS, shown)))
     figure, axes = plt.subplots(len(results), 4, figsize=(13, 3.3 * len(results)), squeeze=False)
@@ -88,8 +88,8 @@ def _pictures(line: Any, cell: Cell, result: dict[str, Any]) -> None:
                      color=colour, label=text)
     line[3].axhline(100 * result["path_noise"], color="#8c8c8c", linewidth=0.8,
                     linestyle="--", label="noise of the path tracer")
-    line[3].set(xscale="log", yscale="log", xlabel="pixels a side of a projection",
-                ylabel="relative RMSE, %")
+    line[3].set(xscale="log", xlabel="pixels a side of a projection", ylabel="relative RMSE, %")
+    line[3].set_ylim(0)
     line[3].set_xticks(pixels, [str(p) for p in pixels])
     line[3].minorticks_off()
     line[3].legend(fontsize=8, frameon=False)
