@@ -128,8 +128,12 @@ def left_out(scene: rt.Scene, seen: Visible, size: int) -> np.ndarray:
     rest = (emits[seen.hits.triangle] | ~seen.hits.hit).reshape(FINER * size, -1, 1)
     height = (seen.normals * seen.places).sum(2, keepdims=True) / scene.extent
     planes = np.concatenate([seen.normals, height], axis=2, dtype=np.float64)
-    spread = _smaller(planes ** 2, size) - _smaller(planes, size) ** 2
-    return _near((_smaller(rest.astype(float), size)[:, :, 0] > 0) | (spread > 1e-6).any(axis=2))
+    for axis in (0, 1):
+        jump = (np.abs(np.diff(planes, axis=axis)) > 1e-3).any(axis=2, keepdims=True)
+        before, behind = (np.pad(jump, [side if k == axis else (0, 0) for k in range(3)])
+                          for side in ((0, 1), (1, 0)))
+        rest |= before | behind
+    return _near(_smaller(rest.astype(float), size)[:, :, 0] > 0)
 
 
 def _errors(picture: np.ndarray, path: np.ndarray, out: np.ndarray) -> dict[str, float]:

@@ -19,9 +19,11 @@ from ..errors import LimitError
 from ..gpu import Gpu
 from ..ray_state import stream_samplers
 from ..record import EXACT_INTEGER, TABLE_WIDTH_LOG2, Record
-from ..textures import TABLE_WIDTH, note_moved, read_texture, stream_textures, write_texture
+from ..textures import (
+    TABLE_WIDTH, note_moved, read_texture, release, stream_textures, write_texture
+)
 from .full_screen import FullScreenPass, Rectangles
-from .vertex_pass import VertexPass
+from .primitive_pass import PrimitivePass
 
 
 class Stream:
@@ -80,9 +82,7 @@ class Stream:
                 for name, value in self.record.unpack(np.stack(texels)[None]).items()}
 
     def release(self) -> None:
-        self.gpu.release(self.target)
-        for texture in self.textures:
-            texture.release()
+        release(self.target, self.textures)
 
 
 class StreamRoom:
@@ -92,7 +92,7 @@ class StreamRoom:
         self.gpu, self.draws = gpu, 0
         self._streams: list[Stream] = []
         self._passes: dict[object, FullScreenPass] = {}
-        self._points: dict[object, VertexPass] = {}
+        self._points: dict[object, PrimitivePass] = {}
         self._rectangles = Rectangles(gpu, 3)
         self._span: tuple[int, int] | None = None
 
@@ -158,22 +158,16 @@ class StreamRoom:
         words = "".join(f"#define {name} {value}\n" for name, value in (defines or {}).items())
         key = (program, records, words)
         if key not in self._points:
-            where = entry(program)
-            self._points[key] = VertexPass(self.gpu, f"{where}.vert", f"{where}.frag",
-                                           {"records": words + records,
-                                            "sources": words + sources})
+            self._points[key] = PrimitivePass(
+                self.gpu, f"{entry(program)}.frag", f"{entry(program)}.vert",
+                virtual={"records": words + records, "sources": words + sources})
         self.draws += 1
-        self._points[key].draw(target.target, samplers, vertices, mode,
-                               {**uniforms, "target_rows": rows_of(target.length)})
+        drawn = self._points[key]
+        drawn.set(**uniforms, target_rows=rows_of(target.length))
+        drawn.draw(target.target, samplers, mode, vertices)
 
     def release(self) -> None:
-        for stream in self._streams:
-            stream.release()
-        for drawn in self._passes.values():
-            drawn.release()
-        for points in self._points.values():
-            points.release()
-        self._rectangles.buffer.release()
+        release(self._streams, self._passes, self._points, self._rectangles)
         self._streams, self._passes, self._points = [], {}, {}
 
 

@@ -15,10 +15,10 @@ from ..camera import Camera
 from ..errors import OptionError, SceneError
 from ..methods.brute_force import triangle_table
 from ..passes.full_screen import FullScreenPass
-from ..passes.vertex_pass import VertexPass
+from ..passes.primitive_pass import PrimitivePass
 from ..record import TABLE_WIDTH_LOG2
 from ..texel_layout import TRIANGLE
-from ..textures import make_texture, read_texture, table_textures, write_texture
+from ..textures import make_texture, read_texture, release, table_textures, write_texture
 from ..tracer import Tracer
 from .photons import traced_photons
 from .refractor import Refractor, corner_normals, view_uniforms
@@ -74,11 +74,11 @@ class Caustics:
         with self.gpu:
             self._tables = table_textures(self.gpu, TRIANGLE,
                                           triangle_table(receivers)[TRIANGLE.name])
-            self._receive = VertexPass(self.gpu, "passes/caustic_receivers.vert",
-                                       "passes/caustic_receivers.frag", read)
-            self._splats = {words: VertexPass(
-                self.gpu, "passes/caustic_splat.vert", "passes/arrived.frag",
-                {"constants": "".join(f"#define {word}\n" for word in words)})
+            self._receive = PrimitivePass(self.gpu, "passes/caustic_receivers.frag",
+                                          "passes/caustic_receivers.vert", virtual=read)
+            self._splats = {words: PrimitivePass(
+                self.gpu, "passes/arrived.frag", "passes/caustic_splat.vert",
+                virtual={"constants": "".join(f"#define {word}\n" for word in words)})
                 for words in ((), ("KNOWN",), ("HOME",))}
             self._look = FullScreenPass(self.gpu, "passes/caustic_look.frag")
             self._make_targets()
@@ -158,7 +158,8 @@ class Caustics:
         target = self._targets["receivers"]
         target.clear(0.0, 0.0, 0.0, 0.0, depth=1.0)
         context.enable_only(moderngl.DEPTH_TEST)
-        self._receive.draw(target, self._tables, self._corners, moderngl.TRIANGLES, wide)
+        self._receive.set(**wide)
+        self._receive.draw(target, self._tables, moderngl.TRIANGLES, self._corners)
         context.enable_only(moderngl.NOTHING)
 
     def _drop(self, words: tuple[str, ...], target: str) -> None:
@@ -167,8 +168,9 @@ class Caustics:
         self._targets[target].clear()
         context.blend_func = moderngl.ONE, moderngl.ONE
         context.enable_only(moderngl.BLEND | moderngl.PROGRAM_POINT_SIZE)
-        self._splats[words].draw(self._targets[target], self._textures, self.photons ** 2,
-                                 moderngl.POINTS, self.uniforms(True))
+        self._splats[words].set(**self.uniforms(True))
+        self._splats[words].draw(self._targets[target], self._textures, moderngl.POINTS,
+                                 self.photons ** 2)
         context.enable_only(moderngl.NOTHING)
 
     # The picture ----------------------------------------------------------------------------
@@ -194,9 +196,7 @@ class Caustics:
             self._look.set(**self.uniforms(True))
             self._look.draw(target, {**self._textures, **given})
             irradiance = read_texture(found)[:, :, 0]
-            self.gpu.release(target)
-            for texture in (found, *given.values()):
-                texture.release()
+            release(target, found, given)
         return irradiance
 
     def draw(self, camera: Camera | None = None, size: tuple[int, int] = (256, 256),
@@ -212,13 +212,8 @@ class Caustics:
     def release(self) -> None:
         """Free textures and programs; it is of no use afterwards."""
         with self.gpu:
-            self.mesh.release()
-            for drawn in (self._receive, self._look, *self._splats.values()):
-                drawn.release()
-            for target in self._targets.values():
-                self.gpu.release(target)
-            for part in (*self._textures.values(), *self._tables.values(), *self._depths):
-                part.release()
+            release(self.mesh, self._receive, self._look, self._splats, self._targets,
+                    self._textures, self._tables, self._depths)
 
 
 def turning(tracer: Tracer) -> tuple[np.ndarray, float | None, float]:

@@ -18,12 +18,14 @@ from ..camera import Camera
 from ..errors import LimitError, OptionError, SceneError
 from ..methods.brute_force import triangle_table
 from ..passes.full_screen import FullScreenPass
-from ..passes.vertex_pass import VertexPass
+from ..passes.primitive_pass import PrimitivePass
 from ..record import EXACT_INTEGER, TABLE_WIDTH_LOG2, streams_glsl
 from ..reference.sampling import frames_around
 from ..scene import Scene
 from ..texel_layout import LAYER, LEAVING, TRIANGLE
-from ..textures import TABLE_WIDTH, make_texture, read_texture, table_textures, write_texture
+from ..textures import (
+    TABLE_WIDTH, make_texture, read_texture, release, table_textures, write_texture
+)
 from ..tracer import Tracer
 from .patches import SPREAD_2, areas_and_normals, divided, straight_light
 from .visible import Visible
@@ -85,12 +87,14 @@ class RayBundles:
     def _make_passes(self) -> None:
         constants = f"#define TABLE_WIDTH_LOG2 {TABLE_WIDTH_LOG2}"
         tables = TRIANGLE.table_glsl()
-        self._peel = VertexPass(self.gpu, "passes/bundle_peel.vert", "passes/bundle_peel.frag", {
-            "constants": constants, "tables": tables, "streams": streams_glsl([NEARER], [LAYER])})
+        self._peel = PrimitivePass(
+            self.gpu, "passes/bundle_peel.frag", "passes/bundle_peel.vert", virtual={
+                "constants": constants, "tables": tables,
+                "streams": streams_glsl([NEARER], [LAYER])})
         read = {"constants": constants, "streams": streams_glsl([NEARER, LAYER], []),
                 "tables": tables + "\n" + LEAVING.table_glsl()}
-        self._exchange = VertexPass(self.gpu, "passes/bundle_exchange.vert",
-                                    "passes/arrived.frag", read)
+        self._exchange = PrimitivePass(self.gpu, "passes/arrived.frag",
+                                       "passes/bundle_exchange.vert", virtual=read)
         self._gather = FullScreenPass(self.gpu, "passes/bundle_gather.frag", {}, read)
 
     def _make_targets(self) -> None:
@@ -150,10 +154,10 @@ class RayBundles:
         with self.gpu:
             target.clear()
             for uniforms in self._bundles(directions):
+                self._exchange.set(**uniforms, target_rows=target.height)
                 for nearer, layer in self._peeled(uniforms):
-                    self._exchange.draw(target, self._read(nearer, layer),
-                                        2 * self.resolution ** 2, moderngl.POINTS,
-                                        {**uniforms, "target_rows": target.height})
+                    self._exchange.draw(target, self._read(nearer, layer), moderngl.POINTS,
+                                        2 * self.resolution ** 2)
             self.gpu.context.enable_only(moderngl.NOTHING)
             sums = read_texture(target.color_attachments[0]).reshape(-1, 4)
         sums = sums[:2 * len(self.triangles)].astype(np.float64).reshape(-1, 2, 4)
@@ -191,9 +195,7 @@ class RayBundles:
                     self._gather.draw(target, {**self._read(nearer, layer), **given})
             self.gpu.context.enable_only(moderngl.NOTHING)
             sums = read_texture(target.color_attachments[0])
-            _release(self.gpu, target)
-            for texture in given.values():
-                texture.release()
+            release(target, target.color_attachments, given)
         return np.pi * sums[:, :, :3] / np.where(sums[:, :, 3:] > 0, sums[:, :, 3:], 1)
 
     def draw(self, camera: Camera | None = None, size: tuple[int, int] = (256, 256),
@@ -236,6 +238,7 @@ class RayBundles:
         the last one, which an occlusion query finds. Blending adds until the next."""
         context = self.gpu.context
         context.blend_func = moderngl.ONE, moderngl.ONE
+        self._peel.set(**uniforms)
         self._targets[1].clear(-FAR, 0.0, 0.0, -1.0)
         for count in range(MOST_LAYERS):
             target, nearer = self._targets[count % 2], self._layers[1 - count % 2]
@@ -243,8 +246,8 @@ class RayBundles:
             context.enable_only(moderngl.DEPTH_TEST)
             query = self.gpu.query()
             with query:
-                self._peel.draw(target, self._read(nearer, None), 3 * len(self.triangles),
-                                moderngl.TRIANGLES, uniforms)
+                self._peel.draw(target, self._read(nearer, None), moderngl.TRIANGLES,
+                                3 * len(self.triangles))
             context.enable_only(moderngl.BLEND)
             yield nearer, self._layers[count % 2]
             if not query.samples:
@@ -260,12 +263,9 @@ class RayBundles:
     def release(self) -> None:
         """Free textures and programs; it is of no use afterwards."""
         with self.gpu:
-            for drawn in (self._peel, self._exchange, self._gather):
-                drawn.release()
-            _release(self.gpu, *self._targets, self._arriving)
-            self._depth.release()
-            for texture in self._tables.values():
-                texture.release()
+            textures = [*self._layers, *self._arriving.color_attachments, *self._tables.values()]
+            release(self._peel, self._exchange, self._gather, self._targets, self._arriving,
+                    self._depth, textures)
 
 
 def half_sphere(count: int) -> np.ndarray:
@@ -295,12 +295,3 @@ def _check_counts(**counts: int) -> None:
     for name, count in counts.items():
         if count < 1:
             raise OptionError(f"{name} is {count}; give 1 or more")
-
-
-def _release(gpu: object, *targets: moderngl.Framebuffer) -> None:
-    """Framebuffers with what they draw into."""
-    for target in targets:
-        textures = target.color_attachments
-        gpu.release(target)    # type: ignore[attr-defined]
-        for texture in textures:
-            texture.release()

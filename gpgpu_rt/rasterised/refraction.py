@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..camera import Camera
-from ..textures import make_texture, read_texture
+from ..textures import make_texture, read_texture, release
 from ..tracer import Tracer
 from .refractor import Refractor, view_uniforms
 
@@ -52,10 +52,7 @@ class Refraction:
                                read={"back_faces": back})
                 found = read_texture(leaving)
             finally:
-                for target in targets:
-                    self.gpu.release(target)
-                for part in (back, leaving, depth):
-                    part.release()
+                release(targets, back, leaving, depth)
         return found[:, :, :3], found[:, :, 3].astype(np.int8)
 
     def release(self) -> None:

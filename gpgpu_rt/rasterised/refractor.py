@@ -8,8 +8,9 @@ import numpy as np
 
 from ..appearance.attributes import smooth_normals
 from ..camera import Camera
+from ..passes.primitive_pass import PrimitivePass
 from ..rays import unit_normals
-from ..shader import compile_program
+from ..textures import release
 from ..tracer import Tracer
 
 OFFSET = 1e-4     # of the mesh's size: where rays for the inner thickness begin
@@ -43,7 +44,7 @@ class Refractor:
             inner = tracer.trace(corners - start * normals, -normals).t
             inner = np.where(np.isfinite(inner), inner + start, 0)
         data = np.concatenate([corners, normals, inner[:, None]], axis=1).astype(np.float32)
-        self._programs: dict[str, tuple[moderngl.Program, moderngl.VertexArray]] = {}
+        self._passes: dict[str, PrimitivePass] = {}
         with self.gpu:
             self._buffer = self.gpu.context.buffer(data.tobytes())
 
@@ -59,45 +60,26 @@ class Refractor:
         read : sampler name -> texture
         """
         key = f"{name} {defines}"
-        if key not in self._programs:
-            self._programs[key] = self._make(name, defines)
-        program, geometry = self._programs[key]
+        if key not in self._passes:
+            made = PrimitivePass(self.gpu, f"passes/{name}.frag", "passes/refraction.vert",
+                                 defines)
+            made.take(self._buffer, "3f 3f 1f", "corner", "normal", "inner")
+            self._passes[key] = made
         context = self.gpu.context
-        read = {sampler: texture for sampler, texture in (read or {}).items()
-                if sampler in program}
-        for unit, (sampler, texture) in enumerate(read.items()):
-            texture.use(unit)
-            program[sampler].value = unit
-        for word, value in uniforms.items():
-            if word in program:
-                program[word].value = value
         try:
             context.enable_only(moderngl.DEPTH_TEST)
             context.depth_func = ">" if farthest else "<"
             target.clear(0.0, 0.0, 0.0, 0.0, depth=0.0 if farthest else 1.0)
-            target.use()
-            with self.gpu.drawing(f"passes/{name}.frag", program, target, read):
-                geometry.render(moderngl.TRIANGLES)
+            self._passes[key].set(**uniforms)
+            self._passes[key].draw(target, read or {}, moderngl.TRIANGLES)
         finally:
             context.depth_func = "<"
             context.enable_only(moderngl.NOTHING)
 
-    def _make(self, name: str, defines: Mapping[str, object] | None
-              ) -> tuple[moderngl.Program, moderngl.VertexArray]:
-        program = compile_program(self.gpu, f"passes/{name}.frag", defines, {},
-                                  "passes/refraction.vert")
-        layout = [("3f", "corner"), ("3f", "normal"), ("1f", "inner")]
-        words = [kind if field in program else f"{int(kind[0]) * 4}x" for kind, field in layout]
-        fields = [field for _, field in layout if field in program]
-        return program, self.gpu.context.vertex_array(
-            program, [(self._buffer, " ".join(words), *fields)])
-
     def release(self) -> None:
         """Free buffers; it is of no use afterwards."""
         with self.gpu:
-            for _, geometry in self._programs.values():
-                geometry.release()
-            self._buffer.release()
+            release(self._passes, self._buffer)
 
 
 def view_uniforms(camera: Camera, size: tuple[int, int],

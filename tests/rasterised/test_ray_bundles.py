@@ -82,7 +82,7 @@ def test_a_ball_under_a_white_sky() -> None:
 
 
 def test_a_plate_under_a_sky_that_darkens() -> None:
-    """Radiance (1 + height) / 2 brings a level plate pi (1/2 + 1/3) from above, less from below."""
+    """Radiance (1 + height) / 2 brings a level plate pi (1/2 + 1/3) from above."""
     plate = quad((-1, 0, -1), (-1, 0, 1), (1, 0, 1), (1, 0, -1))          # looks up
     scene = scene_of(plate, rt.Material("grey", (0.5,) * 3),
                      environment=rt.Environment.sky((1, 1, 1), (0, 0, 0)))
