@@ -44,7 +44,7 @@ by an occlusion query how many rays are still alive.
 In the film each picture is a pass. On the left, what each ray waits for: a ray that has found its
 hit is over, while its neighbour may still descend. The rays that wait longest decide when all are
 through, and every pass that serves few of them is what the literal form costs.
-""", ("fig03", "schedules"), passes=("kd-restart",)),
+""", ("fig02", "fig03", "schedules"), passes=("kd-restart",)),
     Chapter("Intersection alone on the card (survey, section 3.1)", """
 The Ray Engine of 2002 left the search to the host. Rays were collected by the cell of space they
 were in, and a triangle was drawn as a square over all rays of its cell, so that the rasteriser
@@ -97,7 +97,7 @@ Fetching a node is what costs, and neighbouring rays fetch the same ones. A pack
 for all its rays, as long as they go the same way. Sorted rays are neighbours again after they were
 scattered; beams that go ahead find where the rays of a whole tile can begin. Each of these buys
 something, and has a price that is measured with it.
-""", ("ray_sorting", "entry_points")),
+""", ("cpu", "ray_sorting", "entry_points")),
     Chapter("What rasterisation can do better (survey, section 5)", """
 What the eye sees first needs no ray: the rasteriser finds it. But its answer is the nearest *pixel
 centre by depth*, in other arithmetic than the ray's. Here each such hit is verified by the ray's
@@ -114,6 +114,11 @@ Precision is a choice that is paid for in wrong pixels or in time, and both can 
 *leak* is a ray that passes a closed surface; a *wrong* ray has another triangle than the exact
 one, beyond what the precision excuses. None among n rays proves only that at most 3/n are wrong.
 """, ("tradeoff", "extremes")),
+    Chapter("All of them side by side (survey, section 4)", """
+The survey ends in one table: which structure, built where, walked how, and how many times faster
+than the Ray Engine. Numbers of different papers, cards and scenes stand in it in one column, and it
+says so. Here the same methods run on one scene, one renderer and the same rays.
+""", ("table1", "fig26")),
     Chapter("Period hardware", """
 How long would these programs have taken on the cards of their papers? The programs are run
 through an emulated fragment processor, their instructions and fetches counted, and a time

@@ -107,6 +107,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.full
 def test_from_python_and_in_processes_started_from_it(folder: Path, tmp_path: Path) -> None:
     script = tmp_path / "loaded.py"
     script.write_text(LOADED)
@@ -134,7 +135,7 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("name", [
-    pytest.param(name, marks=() if name in ("syntax", "unwidened", "kernel") else pytest.mark.full)
+    pytest.param(name, marks=() if name in ("syntax", "kernel") else pytest.mark.full)
     for name in BROKEN])
 def test_what_is_broken_is_named_in_a_line(folder: Path, tmp_path: Path, name: str) -> None:
     file, text, instead, message = BROKEN[name]
