@@ -102,7 +102,7 @@ something, and has a price that is measured with it.
 What the eye sees first needs no ray: the rasteriser finds it. But its answer is the nearest *pixel
 centre by depth*, in other arithmetic than the ray's. Here each such hit is verified by the ray's
 own test, and the rays in doubt are traced. The picture is the same to the bit.
-""", ("rasterised", "refraction")),
+""", ("rasterised", "refraction", "ray_bundles", "caustics")),
     Chapter("What moves, and what a scene needs", """
 A structure is built once for a scene that stands still, and again and again for one that does not.
 Boxes can be fitted anew in a known tree; planes of a kd-tree cannot. And a renderer that knows its
@@ -116,8 +116,8 @@ one, beyond what the precision excuses. None among n rays proves only that at mo
 """, ("tradeoff", "extremes")),
     Chapter("All of them side by side (survey, section 4)", """
 The survey ends in one table: which structure, built where, walked how, and how many times faster
-than the Ray Engine. Numbers of different papers, cards and scenes stand in it in one column, and it
-says so. Here the same methods run on one scene, one renderer and the same rays.
+than the Ray Engine. Numbers of different papers, cards and scenes stand in it in one column, and
+it says so. Here the same methods run on one scene, one renderer and the same rays.
 """, ("table1", "fig26")),
     Chapter("Period hardware", """
 How long would these programs have taken on the cards of their papers? The programs are run
