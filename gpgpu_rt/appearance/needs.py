@@ -43,6 +43,7 @@ class Asked:
     precision : what textures hold and kernels round to
     all_features : take every property for one that the scene has
     paths : trace paths, which ask one light at each vertex and go on from any surface
+    sampler : what numbers they draw
     """
 
     bounces: int = 0
@@ -50,6 +51,7 @@ class Asked:
     precision: Precision = Precision()
     all_features: bool = False
     paths: bool = False
+    sampler: str = "random"
 
 
 @dataclass(frozen=True)

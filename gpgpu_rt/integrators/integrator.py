@@ -165,12 +165,17 @@ class Integrator:
             self._programs[name] = FullScreenPass(
                 self.gpu, declared.entry,
                 {"TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2, "CUTOFF": CUTOFF,
-                 **self.precision.defines(), **self.needs.defines,
+                 **self.precision.defines(), **self.defines,
                  word_define("INTERSECTION", self.intersection): True,
                  **{define: True for define in declared.defines}, "TILE": TILE},
                 {"streams": "\n".join(texts), "tables": self.textures.tables_glsl()})
             self._programs[name].set(**self._uniforms)
         return self._programs[name]
+
+    @property
+    def defines(self) -> dict[str, object]:
+        """What all its programs are compiled with."""
+        return self.needs.defines
 
     def layout(self, record: Record, name: str) -> Record:
         """A record as its textures hold it, under the name that a program gives it."""
