@@ -54,8 +54,8 @@ class Path(Integrator):
         Option("roulette", _DEFAULTS.roulette, "the vertex from which paths end by chance", int,
                minimum=1),
         Option("seed", _DEFAULTS.seed, "another one gives other noise", int, minimum=0),
-        Option("sampler", _DEFAULTS.sampler, "sobol: numbers spread evenly over a pixel's samples, "
-               "which leaves less noise; or random ones", choices=SAMPLERS))
+        Option("sampler", _DEFAULTS.sampler, "sobol: numbers spread evenly over a pixel's "
+               "samples, which leaves less noise; or random ones", choices=SAMPLERS))
     passes = (
         Pass("path start", "passes/path_start.frag", (), (),
              (("rays", RAY_TEXELS), ("walk", WALK))),
@@ -124,7 +124,6 @@ class Path(Integrator):
             self.samples_done = min(self.samples_done, self.samples)
             if self._finished(f"sums {side}"):
                 break
-        self.radiance = self.mean.astype(np.float32)
         return shown(self.mean)
 
     def _wave(self, trace: Trace, rays: RayTextures, camera: Camera,
@@ -196,6 +195,7 @@ class Path(Integrator):
         assert self._sums is not None
         total = read_texture(self._sums.textures(sums)[0]).astype(np.float64) / done
         self.mean = total[:, :, :3]
+        self.radiance = self.mean.astype(np.float32)
         bright = self.mean @ LUMINANCE
         spread = np.maximum(total[:, :, 3] - bright ** 2, 0) / max(done - 1, 1)
         if done >= min(FEWEST, self.samples) and bright.any():

@@ -52,7 +52,7 @@ def test_pairs_are_nets(pixel: tuple[int, int], first: int) -> None:
 
 @pytest.mark.parametrize("bounce", [0, 2, 40])
 def test_a_direction_and_the_light_behind_it_are_one_net(bounce: int) -> None:
-    """Sobol' points of four dimensions are a (3, k, 4)-net: boxes of volume 8 / 2^k hold 8 each."""
+    """Sobol' points of four dimensions are a (3, k, 4)-net: boxes of 8 / 2^k hold 8 each."""
     samples = np.arange(1 << 10)
     place, light = (sobol_numbers(9, 4, samples, event, block)[:, 2:]
                     for event, block in ((bounce, 0), (bounce + 1, 1)))
