@@ -26,7 +26,7 @@ from gpgpu_rt.files import replacing
 from gpgpu_rt.gpu import open_gpu
 
 from . import (
-    coherence, extreme_runs, first_hit_times, frame_times, needs_times, period_work,
+    coherence, extreme_runs, first_hit_times, frame_times, needs_times, path_errors, period_work,
     reduction_times, refraction_errors, tree_sizes
 )
 from .workloads import EYE, Workload, load, workload
@@ -51,6 +51,7 @@ class Cell:
     #                            "refraction": of a closed scene, or "ball";
     #                            "first hits": eye rays, rasterised and traced;
     #                            "needs": pictures of a step of `growing`;
+    #                            "path errors": by samples up to those of `options`;
     #                            "work of" a workload: what period hardware would do;
     #                            "reduction": size squared elements of a stream
     runs: int = 5
@@ -104,6 +105,10 @@ def run(cell: Cell) -> dict[str, Any]:
                 "date": datetime.date.today().isoformat(), "warm_ups": reduction_times.WARM_UPS,
                 "seconds": reduction_times.measure(cell.size ** 2, dict(cell.options)["kept"],
                                                    cell.runs)}
+    if cell.work == "path errors":
+        return {**_heading(cell, load(cell.scene), open_gpu().info()),
+                "errors": path_errors.measure(load(cell.scene), cell.method, dict(cell.options),
+                                              cell.size)}
     if cell.work == "needs":
         return {**_heading(cell, load(cell.scene), open_gpu().info()),
                 "needs": needs_times.measure(dict(cell.options)["step"], cell.method, cell.size,

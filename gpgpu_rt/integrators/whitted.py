@@ -182,8 +182,8 @@ class Whitted(Integrator):
 
 
 def places_in_pixel(samples: int) -> list[tuple[float, float]]:
-    """Where in a pixel its samples are, beside the middle, in pixels: of 2^k samples one in each box
-    of area 2^-k, the same in all pixels."""
+    """Where in a pixel its samples are, beside the middle, in pixels: of 2^k samples one in each
+    box of area 2^-k, the same in all pixels."""
     cells = 1 << (samples - 1).bit_length()
     points = sobol_first_two(np.arange(samples, dtype=np.uint32))
     places = [reversed_bits(bits) / 2.0 ** 32 + 0.5 / cells - 0.5 for bits in points]

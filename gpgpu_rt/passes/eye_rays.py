@@ -40,8 +40,8 @@ class EyeRays:
 
     def write(self, rays: RayTextures, camera: Camera, bounds: Bounds,
               aside: tuple[float, float] = (0.0, 0.0)) -> None:
-        """The rays of an image as large as ``rays``; ``bounds`` are the scene's, ``aside`` is how far
-        beside the centres all go, in pixels."""
+        """The rays of an image as large as ``rays``; ``bounds`` are the scene's, ``aside`` is how
+        far beside the centres all go, in pixels."""
         uniforms = eye_uniforms(camera, rays.size, bounds)
         self._pass.set(**uniforms, aside=aside)
         self._pass.draw(rays.target, {})

@@ -1,4 +1,4 @@
-"""Several samples a pixel by whitted and direct: what part of a pixel is covered, and nothing else."""
+"""Several samples a pixel by whitted and direct: what part of it is covered, nothing else."""
 from __future__ import annotations
 
 import numpy as np
