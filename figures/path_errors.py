@@ -26,8 +26,8 @@ def furnace() -> tuple[rt.Scene, np.ndarray]:
 
 
 def cornell_truth() -> tuple[np.ndarray, np.ndarray]:
-    """(64, 64, 3) float64, linear: the scene ``cornell-light`` by Mitsuba 3, and the standard error
-    of that."""
+    """(64, 64, 3) float64, linear: the scene ``cornell-light`` by Mitsuba 3, and the standard
+    error of that."""
     with np.load(TRUTH) as kept:
         return kept["radiance"].astype(np.float64), kept["error"].astype(np.float64)
 
@@ -46,8 +46,8 @@ def relative_error(found: np.ndarray, truth: np.ndarray) -> float:
 
 
 def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int) -> dict[str, Any]:
-    """Mean relative errors by number of samples: of the scene's pixels, less the truth's own noise,
-    of the furnace's pixels, and of its mean.
+    """Mean relative errors by number of samples: of the scene's pixels, less the truth's own
+    noise, of the furnace's pixels, and of its mean.
 
     Parameters
     ----------

@@ -70,7 +70,7 @@ def test_cornell_box_at_4096_samples() -> None:
 
 @pytest.mark.parametrize("seed", [12])
 def test_cornell_box_as_by_another_renderer(seed: int) -> None:
-    """The mean of all pixels, which a few samples settle, channel by channel, and each quarter's."""
+    """The mean of each quarter, which a few samples settle, channel by channel."""
     truth = cornell_truth()[0]
     found = radiance(path_scenes.cornell_lit(), (64, 64), 16, seed=seed)
     for rows, columns in ((slice(0, 32), slice(0, 32)), (slice(0, 32), slice(32, 64)),
