@@ -54,8 +54,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
         "formula.\n\n"
         + markdown_table(HEADS, [[row[0], row[1], *(f"{error:.3%}" for error in row[2:])]
                                  for row in found])))
-    figure, (left, right, *pictures) = plt.subplots(1, 4, figsize=(15, 4.2),
-                                                    width_ratios=(3, 3, 2, 2))
+    figure, (left, right, *pictures) = plt.subplots(
+        1, 4, figsize=(15, 4.2), width_ratios=(3, 3, 2, 2), layout="constrained")
+    figure.get_layout_engine().set(rect=(0, 0.06, 1, 0.94))
     for sampler, colour in SAMPLERS.items():
         some = [row for row in found if row[0] == sampler]
         samples = [row[1] for row in some]
@@ -69,7 +70,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
             left.loglog(samples, slope, ":", color="#8c8c8c", label="1 / sqrt(samples)")
     for axis, title, bar in ((left, "Cornell box, mean relative error", BARS["scene"]),
                              (right, "furnace, relative error", BARS["furnace_mean"])):
-        axis.axhline(bar, color="#333333", linewidth=0.8)
+        axis.axhline(bar, color="#333333", linewidth=0.8, label="the bar")
         axis.set(title=title, xlabel="samples a pixel")
         axis.set_xscale("log", base=2)
         axis.legend(fontsize=8, frameon=False)
@@ -84,7 +85,6 @@ def draw(data: Path, out: Path, full: bool) -> None:
         shown = axis.imshow(off.mean(axis=2), vmin=0, vmax=0.3, cmap="magma")
         axis.set_title(f"{sampler}, 64 samples: relative error", fontsize=9)
         axis.axis("off")
-    figure.colorbar(shown, ax=pictures, fraction=0.03)
+    figure.colorbar(shown, ax=pictures, fraction=0.05)
     figure.suptitle("Path tracing by Sobol' points and by random numbers", fontsize=11)
-    figure.subplots_adjust(left=0.05, right=0.95, top=0.85, bottom=0.18, wspace=0.25)
     save_chart(figure, out / "path_noise.png", note)
