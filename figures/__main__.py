@@ -51,6 +51,8 @@ FIGURES = {
     "ray_sorting": "Ray sorting: its price, what it buys, and how alike rays are",
     "rasterised": "First hits from the rasteriser: what their proof costs",
     "refraction": "Refraction by two passes of the rasteriser, beside the truth",
+    "caustics": "Caustics mapping, beside traced photons",
+    "ray_bundles": "Ray bundles by peeled projections, beside traced ones and the path tracer",
     "frames": "Time a frame of moving scenes: refitted, rebuilt, and kd-trees",
     "needs": "What a scene needs: renderers derived from ten scenes, beside one for all",
     "path_noise": "Path tracing: what is off after how many samples, Sobol' and random",

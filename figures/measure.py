@@ -31,12 +31,17 @@ from gpgpu_rt.files import replacing
 from gpgpu_rt.gpu import open_gpu
 
 from . import (
-    coherence, cpu_peak, extreme_runs, first_hit_times, frame_times, needs_times, pass_work,
-    path_errors, period_work, reduction_times, refraction_errors, tree_sizes, update_times
+    bundle_errors, caustic_errors, coherence, cpu_peak, extreme_runs, first_hit_times, frame_times,
+    needs_times, pass_work, path_errors, period_work, reduction_times, refraction_errors,
+    tree_sizes, update_times
 )
 
 WARM_UPS = 1
 COHERENCE = "coherence of "   # then a workload: how alike its rays are
+# Approximations of the rasteriser: work -> key of the result, and what measures it.
+BESIDE_TRUTH = {"refraction": ("refraction", refraction_errors.measure),
+                "caustics": ("caustics", caustic_errors.measure),
+                "ray bundles": ("bundles", bundle_errors.measure)}
 # Works that time nothing, and may be measured side by side.
 UNTIMED = (period_work.WORK, pass_work.PASSES, COHERENCE, "tree", "extremes")
 EMBREE = "embreex"   # stands as a method for embreex on one thread of the CPU
@@ -55,6 +60,8 @@ class Cell:
     #                            moves; "accuracy": size squared rays of each kind
     #                            of `known_rays`, judged;
     #                            "refraction": of a closed scene, or "ball";
+    #                            "caustics": of a scene of `caustic_errors`;
+    #                            "ray bundles": of a diffuse scene, or `bundle_errors.FLUSH`;
     #                            "first hits": eye rays, rasterised and traced;
     #                            "needs": pictures of a step of `growing`;
     #                            "path errors": by samples up to those of `options`;
@@ -183,11 +190,11 @@ def run(cell: Cell) -> dict[str, Any]:
         return {**_heading(cell, load(cell.scene), open_gpu().info()),
                 "frames": frame_times.measure(cell.scene, cell.method, dict(cell.options),
                                               cell.size, cell.runs)}
-    if cell.work == "refraction":
+    if cell.work in BESIDE_TRUTH:
+        key, compare = BESIDE_TRUTH[cell.work]
         return {"settings": settings(cell), "gpu": open_gpu().info(), "commit": commit(),
                 "date": datetime.date.today().isoformat(), "warm_ups": WARM_UPS,
-                "refraction": refraction_errors.measure(
-                    cell.scene, cell.method, dict(cell.options), cell.size, cell.runs)}
+                key: compare(cell.scene, cell.method, dict(cell.options), cell.size, cell.runs)}
     if cell.work == "first hits":
         scene = load(cell.scene)
         return {**_heading(cell, scene, open_gpu().info()),
@@ -304,6 +311,9 @@ def _scene_digest(name: str) -> str:
         return extreme_runs.digest()
     if name in ("streams", "ball"):   # of numbers, not of a scene; and made here
         return ""
+    for made in (caustic_errors, bundle_errors):
+        if name in made.MADE:
+            return hashlib.sha256(made.scene_of(name).triangles).hexdigest()
     return hashlib.sha256(rt.load_scene(name).triangles).hexdigest()
 
 
