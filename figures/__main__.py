@@ -55,6 +55,7 @@ FIGURES = {
     "ray_bundles": "Ray bundles by peeled projections, beside traced ones and the path tracer",
     "frames": "Time a frame of moving scenes: refitted, rebuilt, and kd-trees",
     "needs": "What a scene needs: renderers derived from ten scenes, beside one for all",
+    "path_noise": "Path tracing: what is off after how many samples, Sobol' and random",
     "reduction": "Stream reduction by blocks, beside a scan",
     "ray_space": "Tables over rays: ray classification and the visibility field",
     "schedules": "The three schedules: what being literal costs",

@@ -32,8 +32,8 @@ from gpgpu_rt.gpu import open_gpu
 
 from . import (
     bundle_errors, caustic_errors, coherence, cpu_peak, extreme_runs, first_hit_times, frame_times,
-    needs_times, pass_work, period_work, reduction_times, refraction_errors, tree_sizes,
-    update_times
+    needs_times, pass_work, path_errors, period_work, reduction_times, refraction_errors,
+    tree_sizes, update_times
 )
 
 WARM_UPS = 1
@@ -64,6 +64,7 @@ class Cell:
     #                            "ray bundles": of a diffuse scene, or `bundle_errors.FLUSH`;
     #                            "first hits": eye rays, rasterised and traced;
     #                            "needs": pictures of a step of `growing`;
+    #                            "path errors": by samples up to those of `options`;
     #                            "work of" a workload: what period hardware would do;
     #                            "passes of" one: that of a method in many passes;
     #                            "updates": of triangles that moved; embreex has `threads`;
@@ -158,6 +159,10 @@ def run(cell: Cell) -> dict[str, Any]:
                 "date": datetime.date.today().isoformat(), "warm_ups": reduction_times.WARM_UPS,
                 "seconds": reduction_times.measure(cell.size ** 2, dict(cell.options)["kept"],
                                                    cell.runs)}
+    if cell.work == "path errors":
+        return {**_heading(cell, load(cell.scene), open_gpu().info()),
+                "errors": path_errors.measure(load(cell.scene), cell.method, dict(cell.options),
+                                              cell.size)}
     if cell.work == "needs":
         return {**_heading(cell, load(cell.scene), open_gpu().info()),
                 "needs": needs_times.measure(dict(cell.options)["step"], cell.method, cell.size,

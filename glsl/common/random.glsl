@@ -25,8 +25,12 @@ uvec4 random_bits(uvec4 v) {
     return v;
 }
 
-// Four numbers in (0, 1): the middles of 2^23 cells, exact in float32 and never 0 or 1, so that
-// logarithms and quotients of them need no guard.
+// Numbers in (0, 1): the middles of 2^23 cells, exact in float32 and never 0 or 1, so that logarithms
+// and quotients of them need no guard.
+vec4 cell_middles(uvec4 bits) {
+    return (vec4(bits >> 9) + 0.5) * 1.1920928955078125e-7;
+}
+
 vec4 random_numbers(uvec4 counter) {
-    return (vec4(random_bits(counter) >> 9) + 0.5) * 1.1920928955078125e-7;
+    return cell_middles(random_bits(counter));
 }

@@ -1,5 +1,10 @@
 // Which path a texel is: a wave holds a block of texels for each pixel, a sample each.
 
+#include "common/random.glsl"
+#ifdef SOBOL
+#include "common/sobol.glsl"
+#endif
+
 uniform ivec2 block;
 uniform int first_sample;
 uniform int samples;    // there are in all: texels past the last one hold no path
@@ -14,8 +19,14 @@ int walk_sample(ivec2 texel) {
     return first_sample + place.y * block.x + place.x;
 }
 
-// The numbers of an event of its path: vertex 0 is the eye.
+// The numbers of an event of its path, block 0 for where it goes and 1 for the light that it asks: two
+// that pick, two for a place. Vertex 0 is the eye.
 vec4 walk_random(ivec2 texel, int vertex, uint which) {
-    return random_numbers(random_counter(uvec2(walk_pixel(texel)), uint(walk_sample(texel)),
-                                         uint(vertex), which, uint(seed)));
+    uvec2 pixel = uvec2(walk_pixel(texel));
+    uint path_sample = uint(walk_sample(texel));
+#ifdef SOBOL
+    return cell_middles(sobol_bits(pixel, path_sample, uint(vertex), which, uint(seed)));
+#else
+    return random_numbers(random_counter(pixel, path_sample, uint(vertex), which, uint(seed)));
+#endif
 }

@@ -3,13 +3,12 @@
 
 #include "common/precision.glsl"
 #include <streams>
-#include "common/random.glsl"
 #include "common/walk.glsl"
 #include "common/eye.glsl"
 
 void main() {
     ivec2 texel = ivec2(gl_FragCoord.xy);
-    vec2 place = vec2(walk_pixel(texel)) + walk_random(texel, 0, 0u).xy;
+    vec2 place = vec2(walk_pixel(texel)) + walk_random(texel, 0, 0u).zw;
     bool real = walk_sample(texel) < samples;
     Rays ray = eye_ray(place);
     ray.t_max = real ? ray.t_max : -1.0;

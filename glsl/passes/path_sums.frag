@@ -5,7 +5,6 @@
 
 #include "common/precision.glsl"
 #include <streams>
-#include "common/random.glsl"
 #include "common/walk.glsl"
 
 void main() {

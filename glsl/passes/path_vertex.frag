@@ -15,7 +15,6 @@
 #include "common/spawn.glsl"
 #include "common/surface.glsl"
 #include "common/surroundings.glsl"
-#include "common/random.glsl"
 #include "common/walk.glsl"
 #include "common/sample.glsl"
 #ifdef DIELECTRICS

@@ -7,10 +7,14 @@
 
 out vec4 colour;
 
+#ifdef GATHERED
+uniform float sample_share;     // of the sum: 1 over how often the picture was drawn
+#endif
+
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
 #ifdef GATHERED
-    vec3 light = radiance_load(pixel).sum;
+    vec3 light = radiance_load(pixel).sum * sample_share;
 #else
     vec3 light = lit_load(pixel).ambient;
 #ifdef SHADOWS

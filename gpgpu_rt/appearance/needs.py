@@ -43,6 +43,8 @@ class Asked:
     precision : what textures hold and kernels round to
     all_features : take every property for one that the scene has
     paths : trace paths, which ask one light at each vertex and go on from any surface
+    sampler : what numbers they draw
+    samples : how often a picture is drawn to be added up, which paths do by themselves
     """
 
     bounces: int = 0
@@ -50,6 +52,8 @@ class Asked:
     precision: Precision = Precision()
     all_features: bool = False
     paths: bool = False
+    sampler: str = "random"
+    samples: int = 1
 
 
 @dataclass(frozen=True)
@@ -155,6 +159,8 @@ PROPERTIES: tuple[Property, ...] = (
              "no triangle emits light", ("AREA_LIGHTS", "SHADOWS"), (LEFT_SURFACES,)),
     Property("several lights", lambda scene, asked: light_count(scene, asked) > 1,
              "a hit asks for one light at most", ("MANY_LIGHTS", "GATHERED")),
+    Property("several samples", lambda scene, asked: asked.samples > 1,
+             "the picture is drawn once", ("GATHERED",)),
     Property("mirrors", _some(lambda m: any(m.mirror)), "no material is a mirror",
              ("MIRRORS", "BOUNCES", "GATHERED"), (_MIRROR, LEFT_SURFACES), bouncing=True),
     Property("dielectrics", _some(lambda m: m.ior is not None), "no material lets light through",

@@ -65,6 +65,8 @@ BOUNCES = Option("bounces", 6, "reflections and refractions that are followed, o
                  int, minimum=0)
 LIGHT_SAMPLES = Option("light_samples", 16, "shadow rays of what the eye sees towards triangles "
                        "that emit; half as many after each bounce", int, minimum=1)
+SAMPLES = Option("samples", 1, "rays through places of each pixel, whose light is averaged; 1: "
+                 "through its middle", int, minimum=1)
 
 
 class Integrator:
@@ -78,7 +80,7 @@ class Integrator:
     name: str
     centred = True     # its eye rays go through pixel centres: first hits can be rasterised
     passes: tuple[Pass, ...]
-    options: tuple[Option, ...] = (ALL_FEATURES, BOUNCES, LIGHT_SAMPLES)
+    options: tuple[Option, ...] = (ALL_FEATURES, BOUNCES, LIGHT_SAMPLES, SAMPLES)
 
     def __init__(self, gpu: Gpu, scene: Scene, needs: SceneNeeds, intersection: str) -> None:
         self.gpu, self.needs, self.intersection = gpu, needs, intersection
@@ -102,7 +104,7 @@ class Integrator:
         """What a scene's needs are to follow from, of this integrator's options."""
         given = resolve_options(options, cls.options, f"integrator {cls.name}")
         return Asked(given.get("bounces", 0), given.get("light_samples", 1), precision,
-                     given["all_features"])
+                     given["all_features"], samples=given["samples"])
 
     def take(self, scene: Scene) -> None:
         """Draw this scene from now on: the same one, or one whose triangles moved."""
@@ -135,9 +137,10 @@ class Integrator:
         if self.needs.want(("MOVING",)) and self.needs.asked.all_features:
             self.textures.take(self.scene)    # as whoever does not know whether it moved must
 
-    def eye_rays(self, rays: RayTextures, camera: Camera) -> None:
-        """The rays through the pixel centres."""
-        self._eye.write(rays, camera, self.scene.bounds)
+    def eye_rays(self, rays: RayTextures, camera: Camera,
+                 aside: tuple[float, float] = (0.0, 0.0)) -> None:
+        """The rays through the pixel centres, or so far beside them."""
+        self._eye.write(rays, camera, self.scene.bounds, aside)
         self.drawn["eye rays"] += 1
 
     def run(self, name: str, target: moderngl.Framebuffer, samplers: Samplers,
@@ -166,12 +169,17 @@ class Integrator:
             self._programs[name] = FullScreenPass(
                 self.gpu, declared.entry,
                 {"TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2, "CUTOFF": CUTOFF,
-                 **self.precision.defines(), **self.needs.defines,
+                 **self.precision.defines(), **self.defines,
                  word_define("INTERSECTION", self.intersection): True,
                  **{define: True for define in declared.defines}, "TILE": TILE},
                 {"streams": "\n".join(texts), "tables": self.textures.tables_glsl()})
             self._programs[name].set(**self._uniforms)
         return self._programs[name]
+
+    @property
+    def defines(self) -> dict[str, object]:
+        """What all its programs are compiled with."""
+        return self.needs.defines
 
     def layout(self, record: Record, name: str) -> Record:
         """A record as its textures hold it, under the name that a program gives it."""

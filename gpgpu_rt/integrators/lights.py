@@ -14,18 +14,20 @@ _STEP = np.array((1 / _PLASTIC, 1 / _PLASTIC ** 2))
 Uniforms = dict[str, object]
 
 
-def light_uniforms(scene: Scene, needs: SceneNeeds, depth: int = 0) -> list[Uniforms]:
+def light_uniforms(scene: Scene, needs: SceneNeeds, depth: int = 0, sample: int = 0
+                   ) -> list[Uniforms]:
     """Uniforms of ``common/light.glsl``, one entry a shadow ray; a point light that is dark where
     programs are to shade by some light and there is none.
 
     Rays that turned ``depth`` times are many, and each shows in few pixels or weighs little: after
-    each turn they send out half as many shadow rays towards triangles that emit.
+    each turn they send out half as many shadow rays towards triangles that emit. Each sample of a
+    pixel sends them to other places.
     """
     lights: list[Uniforms] = [
         {"light_position": light.position, "light_intensity": light.intensity,
          "light_is_area": False} for light in scene.lights if any(light.intensity)]
     if len(scene.emitters):
-        lights += _places(scene, max(needs.asked.light_samples >> depth, 1))
+        lights += _places(scene, max(needs.asked.light_samples >> depth, 1), sample)
     if not lights and needs.want(("SHADOWS",)):
         above = np.add(scene.bounds[1], 1 + scene.extent)
         lights = [{"light_position": tuple(above.tolist()), "light_intensity": (0.0, 0.0, 0.0),
@@ -33,7 +35,7 @@ def light_uniforms(scene: Scene, needs: SceneNeeds, depth: int = 0) -> list[Unif
     return lights
 
 
-def _places(scene: Scene, count: int) -> list[Uniforms]:
+def _places(scene: Scene, count: int, sample: int) -> list[Uniforms]:
     """``count`` places on the triangles that emit, in proportion to what they send out.
 
     Where there are enough for all, each triangle's power is spread over the places it has, so that
@@ -59,7 +61,7 @@ def _places(scene: Scene, count: int) -> list[Uniforms]:
         light = np.searchsorted(edge, (np.arange(count) + 0.5) / count)
         share = power.sum() / (count * power[light])
     intensity = radiance[light] * (area[light] * share / np.pi)[:, None]
-    square = (0.5 + np.arange(count)[:, None] * _STEP) % 1
+    square = (0.5 + (sample * count + np.arange(count))[:, None] * _STEP) % 1
     return [{"light_position": tuple(corners[k, 0].tolist()),
              "light_edge_u": tuple(edges[k, 0].tolist()),
              "light_edge_v": tuple(edges[k, 1].tolist()),

@@ -27,7 +27,7 @@ from ..scene import Scene
 from ..texel_layout import DIRECT, HIT, LIT, RADIANCE, RAY_TEXELS, SUMS, WALK
 from ..textures import read_texture, release
 from .integrator import ALL_FEATURES, Integrator, Pass, Samplers, Trace
-from .path_settings import MOST_SURVIVE, PathSettings
+from .path_settings import MOST_SURVIVE, SAMPLERS, PathSettings
 from .room import Room, Stream
 
 WAVE = 1 << 18      # paths at once, unless the picture alone has more pixels
@@ -54,7 +54,9 @@ class Path(Integrator):
                "luminance, both averaged over the picture", float, minimum=0),
         Option("roulette", _DEFAULTS.roulette, "the vertex from which paths end by chance", int,
                minimum=1),
-        Option("seed", _DEFAULTS.seed, "another one gives other noise", int, minimum=0))
+        Option("seed", _DEFAULTS.seed, "another one gives other noise", int, minimum=0),
+        Option("sampler", _DEFAULTS.sampler, "sobol: numbers spread evenly over a pixel's "
+               "samples, which leaves less noise; or random ones", choices=SAMPLERS))
     passes = (
         Pass("path start", "passes/path_start.frag", (), (),
              (("rays", RAY_TEXELS), ("walk", WALK))),
@@ -73,8 +75,12 @@ class Path(Integrator):
     @classmethod
     def asked(cls, options: Mapping[str, Any], precision: Precision) -> Asked:
         given = resolve_options(options, cls.options, f"integrator {cls.name}")
-        _settings(given)
-        return Asked(given["bounces"], 1, precision, given["all_features"], paths=True)
+        return Asked(given["bounces"], 1, precision, given["all_features"], paths=True,
+                     sampler=_settings(given).sampler)
+
+    @property
+    def defines(self) -> dict[str, object]:
+        return {**super().defines, "SOBOL": self.needs.asked.sampler == "sobol"}
 
     def streams(self) -> tuple[Stream, ...]:
         return (Stream("next rays", RAY_TEXELS), Stream("walk 0", WALK), Stream("walk 1", WALK),
@@ -119,9 +125,7 @@ class Path(Integrator):
                 self.gpu.context.enable_only(moderngl.NOTHING)
                 self.progress, self.samples = None, self.samples_done
                 self._finished(f"sums {side}")
-                self.radiance = self.mean.astype(np.float32)
             raise
-        self.radiance = self.mean.astype(np.float32)
         return shown(self.mean)
 
     def _take_samples(self, trace: Trace, rays: RayTextures, camera: Camera, side: int) -> None:
@@ -205,6 +209,7 @@ class Path(Integrator):
         assert self._sums is not None
         total = read_texture(self._sums.textures(sums)[0]).astype(np.float64) / done
         self.mean = total[:, :, :3]
+        self.radiance = self.mean.astype(np.float32)
         bright = self.mean @ LUMINANCE
         spread = np.maximum(total[:, :, 3] - bright ** 2, 0) / max(done - 1, 1)
         if done >= min(FEWEST, self.samples) and bright.any():
@@ -231,7 +236,7 @@ def shown(light: np.ndarray) -> np.ndarray:
 
 
 def _settings(given: Mapping[str, Any]) -> PathSettings:
-    return PathSettings(given["bounces"], given["roulette"], given["seed"])
+    return PathSettings(given["bounces"], given["roulette"], given["seed"], given["sampler"])
 
 
 def _block(most: int, size: tuple[int, int], largest: int) -> tuple[int, int]:

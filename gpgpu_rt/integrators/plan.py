@@ -54,7 +54,8 @@ class Plan:
                   "arithmetic": asked.precision.arithmetic}
         return cls(drawer.name, values, needs.present,
                    ("eye rays", *(p.name for p in passes if needs.want(p.wanted))),
-                   {**of_tracer, **own}, tuple(needs.defines), absent)
+                   {**of_tracer, **own},
+                   tuple(define for define, on in drawer.defines.items() if on), absent)
 
     def to_dict(self) -> dict[str, Any]:
         return {**asdict(self), "texture_bytes": sum(self.textures.values())}

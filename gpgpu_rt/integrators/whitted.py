@@ -19,6 +19,7 @@ from ..camera import Camera
 from ..passes.full_screen import Rectangles
 from ..passes.tiles import TILE, rectangles_of
 from ..ray_state import RayTextures
+from ..reference.sobol import reversed_bits, sobol_first_two
 from ..texel_layout import DIRECT, HIT, LIT, LIVE, PATH, RADIANCE, RAY_TEXELS, SCREEN
 from ..textures import read_texture
 from .integrator import Hits, Integrator, Pass, Samplers, Trace
@@ -74,20 +75,31 @@ class Whitted(Integrator):
                 *(s for k in depths for s in _branch(f"refracted {k}", "DIELECTRICS")),
                 Stream("live tiles", LIVE, ("BOUNCES",), TILE), Stream("screen", SCREEN))
 
+    @property
+    def centred(self) -> bool:      # type: ignore[override]
+        return self.needs.asked.samples == 1
+
     def draw(self, trace: Trace, rays: RayTextures, camera: Camera) -> np.ndarray:
         assert self.room is not None
-        self.eye_rays(rays, camera)
-        self._lights = {depth: light_uniforms(self.scene, self.needs, depth)
-                        for depth in range(self.needs.bounces + 1)}
+        samples = self.needs.asked.samples
         if "radiance" in self.room:
             self.room.target("radiance").clear()
-        # Where rays go on, programs want something bound even for the eye's.
-        unread = self.room.samplers("lit", "path") if self.needs.want(("BOUNCES",)) else {}
-        shadows = self._wave(trace, Wave(rays, unread))
-        source = {**self._lit(), **shadows.samplers()}
+        for sample, aside in enumerate(places_in_pixel(samples)):
+            self.eye_rays(rays, camera, aside)
+            self._lights = {depth: light_uniforms(self.scene, self.needs, depth, sample)
+                            for depth in range(self.needs.bounces + 1)}
+            # Where rays go on, programs want something bound even for the eye's.
+            unread = self.room.samplers("lit", "path") if self.needs.want(("BOUNCES",)) else {}
+            shadows = self._wave(trace, Wave(rays, unread))
+            if samples > 1:
+                self.samples_done = sample + 1
+                if self.progress is not None:
+                    self.progress(sample + 1, samples, np.inf)
+        source, shared = {**self._lit(), **shadows.samplers()}, {}
         if "radiance" in self.room:
             source.update(self.room.samplers("radiance", "radiance"))
-        self.run("picture", self.room.target("screen"), source)
+            shared["sample_share"] = 1 / samples
+        self.run("picture", self.room.target("screen"), source, **shared)
         return (read_texture(self.room.textures("screen")[0])[:, :, :3] * 255 + 0.5).astype(
             np.uint8)
 
@@ -167,6 +179,15 @@ class Whitted(Integrator):
         assert self.room is not None
         return {name: texture for stream in ("lit", "direct") if stream in self.room
                 for name, texture in self.room.samplers(stream, stream).items()}
+
+
+def places_in_pixel(samples: int) -> list[tuple[float, float]]:
+    """Where in a pixel its samples are, beside the middle, in pixels: of 2^k samples one in each
+    box of area 2^-k, the same in all pixels."""
+    cells = 1 << (samples - 1).bit_length()
+    points = sobol_first_two(np.arange(samples, dtype=np.uint32))
+    places = [reversed_bits(bits) / 2.0 ** 32 + 0.5 / cells - 0.5 for bits in points]
+    return list(zip(*(place.tolist() for place in places)))
 
 
 def _branch(name: str, define: str) -> tuple[Stream, Stream]:

@@ -38,13 +38,15 @@ class EyeRays:
             gpu, "passes/eye_rays.frag", precision.defines(),
             {"streams": precision.layout(RAY_TEXELS).stream_glsl(writes=True)})
 
-    def write(self, rays: RayTextures, camera: Camera, bounds: Bounds) -> None:
-        """The rays of an image as large as ``rays``; ``bounds`` are the scene's."""
+    def write(self, rays: RayTextures, camera: Camera, bounds: Bounds,
+              aside: tuple[float, float] = (0.0, 0.0)) -> None:
+        """The rays of an image as large as ``rays``; ``bounds`` are the scene's, ``aside`` is how
+        far beside the centres all go, in pixels."""
         uniforms = eye_uniforms(camera, rays.size, bounds)
-        self._pass.set(**uniforms)
+        self._pass.set(**uniforms, aside=aside)
         self._pass.draw(rays.target, {})
         share_eye(rays, uniforms)
-        rays.seen_from = None if uniforms["beyond"] else camera
+        rays.seen_from = None if uniforms["beyond"] or any(aside) else camera
 
     def release(self) -> None:
         self._pass.release()

@@ -29,6 +29,7 @@ from .sampling import (
     cosine_density, frames_around, fresnel, lobe_density, refracted, sample_cosine, sample_lobe,
     sample_triangle
 )
+from .sobol import sobol_numbers
 
 BRUTE_FORCE = 8     # triangles up to which no tree pays
 AT_ONCE = 1 << 16
@@ -87,7 +88,7 @@ class _Paths:
         self.lights = LightChoice.of(scene)
         self.emission = np.array([m.emission for m in scene.materials])
         self.counter = x, y, sample
-        at = np.stack([x, y], axis=1) + self._random(np.arange(len(x)), 0, 0)[:, :2]
+        at = np.stack([x, y], axis=1) + self._random(np.arange(len(x)), 0, 0)[:, 2:]
         at = 2 * at / size - 1
         right, up, forward = camera.basis(size)
         direction = _unit(forward + at[:, :1] * right - at[:, 1:] * up)
@@ -116,7 +117,8 @@ class _Paths:
 
     def _random(self, paths: np.ndarray, vertex: int, block: int) -> np.ndarray:
         x, y, sample = (a[paths] for a in self.counter)
-        return random_numbers(x, y, sample, vertex, block, self.settings.seed)
+        numbers = sobol_numbers if self.settings.sampler == "sobol" else random_numbers
+        return numbers(x, y, sample, vertex, block, self.settings.seed)
 
     def _missed(self, hits: Hits) -> None:
         away = self.alive[~hits.hit]

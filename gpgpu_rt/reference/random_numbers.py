@@ -18,14 +18,23 @@ def random_numbers(x: Any, y: Any, sample: Any, bounce: int, block: int, seed: i
     bounce, block : which of the path's events, and which four of its numbers
     seed : another one gives other numbers everywhere
     """
+    return cell_middles(random_bits(counters(x, y, sample, bounce, block, seed)))
+
+
+def counters(x: Any, y: Any, sample: Any, bounce: int, block: int, seed: int) -> np.ndarray:
+    """(n, 4) uint32: what numbers are hashed from; all different."""
     for value, most in ((bounce, MOST_BOUNCES), (block, BLOCKS), (seed, MOST_SEEDS)):
         if not 0 <= value < most:
             raise ValueError(f"bounce {bounce}, block {block}, seed {seed}: each must be below "
                              f"{MOST_BOUNCES}, {BLOCKS}, {MOST_SEEDS}")
     which = np.uint32(seed << 16 | bounce << 4 | block)
-    counter = np.stack(np.broadcast_arrays(*(np.atleast_1d(np.asarray(a)).astype(np.uint32)
-                                             for a in (x, y, sample, which))), axis=1)
-    return ((random_bits(counter) >> np.uint32(9)) + 0.5) * 2.0 ** -23
+    return np.stack(np.broadcast_arrays(*(np.atleast_1d(np.asarray(a)).astype(np.uint32)
+                                          for a in (x, y, sample, which))), axis=1)
+
+
+def cell_middles(bits: np.ndarray) -> np.ndarray:
+    """Numbers in (0, 1) from uint32: the middles of 2^23 cells."""
+    return ((bits >> np.uint32(9)) + 0.5) * 2.0 ** -23
 
 
 def random_bits(counters: np.ndarray) -> np.ndarray:

@@ -79,7 +79,7 @@ ROWS: dict[str, Row] = {row.name: row for row in (
         "flying apart frame by frame"),
     Row("boulder", 49_152, images.boulder, None, "built in: a geometry image of six charts"),
     Row("knot", 36_864, images.knot, None, "built in: a swept surface, one geometry image"),
-    Row("cornell-light", 32, lit.cornell_light, None, "built in: the Cornell box under its lamp"),
+    Row("cornell-light", 38, lit.cornell_light, None, "built in: the Cornell box under its lamp"),
     Row("statue", 100_002, lit.statue, "the mirrored statue of Figure 1", "as buddha"),
     Row("glass-teapot", 12_002, lit.glass_teapot, "the glass teapot of Figures 1 and 7",
         "Martin Newell's teapot, tessellated"),

@@ -4,15 +4,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from probing import evaluate
+from spread import chi_square
 
 from gpgpu_rt.reference.random_numbers import random_bits, random_numbers
-
-
-def chi_square(counts: np.ndarray) -> float:
-    """How many standard deviations counts of equally likely cells lie off their spread."""
-    expected = counts.sum() / counts.size
-    cells = counts.size - 1
-    return float((((counts - expected) ** 2).sum() / expected - cells) / np.sqrt(2 * cells))
 
 
 def streams() -> dict[str, np.ndarray]:

@@ -1,0 +1,89 @@
+"""Low-discrepancy numbers: the twin of ``glsl/common/sobol.glsl``, which names the papers: the
+same bits."""
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .random_numbers import cell_middles, counters, random_bits
+
+NO_SAMPLE = 0xFFFFFFFF      # whose counters are those of keys
+_MASKS = ((1, 0x55555555), (2, 0x33333333), (4, 0x0F0F0F0F), (8, 0x00FF00FF), (16, 0x0000FFFF))
+
+
+def sobol_numbers(x: Any, y: Any, sample: Any, bounce: int, block: int, seed: int = 0
+                  ) -> np.ndarray:
+    """(n, 4) float64 in (0, 1), as ``random_numbers`` has them: two that pick, two for a place.
+
+    Parameters
+    ----------
+    x, y, sample : (n,) int each, or scalars: the pixel, and which of its samples
+    bounce, block : which of the path's events, and 0 for where it goes on, 1 for the light it asks
+    seed : another one gives other numbers everywhere
+    """
+    return cell_middles(sobol_bits(x, y, sample, bounce, block, seed))
+
+
+def sobol_bits(x: Any, y: Any, sample: Any, bounce: int, block: int, seed: int) -> np.ndarray:
+    """(n, 4) uint32 that `sobol_numbers` are made of."""
+    if block not in (0, 1) or bounce < block:
+        raise ValueError(f"bounce {bounce}, block {block}: blocks are 0, or from bounce 1 on 1")
+
+    def keys(event: int, number: int) -> np.ndarray:
+        return random_bits(counters(x, y, NO_SAMPLE, event, number, seed))
+
+    sample = np.atleast_1d(np.asarray(sample)).astype(np.uint32)
+    pick_keys, place_keys = keys(bounce, 2 + block), keys(bounce - block, 4)
+    pick = sobol_first_two(shuffled(sample, pick_keys[:, 0]))
+    order = shuffled(sample, place_keys[:, 0])
+    place = sobol_next_two(order) if block else sobol_first_two(order)
+    if block:
+        place_keys = keys(bounce - 1, 5)
+    return np.stack(np.broadcast_arrays(
+        *(reversed_bits(permuted(bits, some[:, k])) for points, some in ((pick, pick_keys),
+                                                                         (place, place_keys))
+          for k, bits in enumerate(points, 1))), axis=1)
+
+
+def shuffled(sample: np.ndarray, key: np.ndarray) -> np.ndarray:
+    """(n,) uint32: which point each sample takes."""
+    low = reversed_bits(permuted(reversed_bits(sample), key)) & np.uint32(0xFFFF)
+    return low | (sample & np.uint32(0xFFFF0000))
+
+
+def permuted(x: np.ndarray, key: np.ndarray) -> np.ndarray:
+    """uint32, each bit changed by those below it alone."""
+    with np.errstate(over="ignore"):
+        x = x + key
+        for factor in (0x6C50B47C, 0xB82F1E52, 0xC7AFE638, 0x8D22F6E6):
+            x = x ^ x * np.uint32(factor)
+    return x
+
+
+def reversed_bits(x: np.ndarray) -> np.ndarray:
+    """uint32, the lowest bit first."""
+    for shift, mask in _MASKS:
+        by, low = np.uint32(shift), np.uint32(mask)
+        x = ((x & low) << by) | ((x >> by) & low)
+    return x
+
+
+def sobol_first_two(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates 0 and 1, (n,) uint32 each with their bits reversed, of points (n,)."""
+    x = points
+    for shift, mask in _MASKS:
+        x = x ^ ((x >> np.uint32(shift)) & np.uint32(mask))
+    return points, x
+
+
+def sobol_next_two(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates 2 and 3."""
+    sums = np.zeros((2, *points.shape), np.uint32)
+    second, third = [1, 3], [1, 3, 4]
+    for bit in range(32):
+        set_bits = (points >> np.uint32(bit)) & np.uint32(1)
+        sums ^= set_bits * np.array([[second[0]], [third[0]]], np.uint32)
+        second = [second[1], (second[1] ^ second[0] ^ second[0] << 2) & 0xFFFFFFFF]
+        third = [*third[1:], (third[1] ^ third[0] ^ third[0] << 3) & 0xFFFFFFFF]
+    return sums[0], sums[1]
