@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
 .DEFAULT_GOAL := help
-.PHONY: help setup test test-all figures bench lint format clean
+.PHONY: help setup test test-all figures view bench lint format clean
 
 help:  ## print this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12
@@ -24,6 +24,11 @@ test-all: $(STAMP)  ## full sizes on OSMesa and EGL, and what is small enough on
 
 figures: $(STAMP)  ## the survey's tables beside the published numbers (FULL=1: papers' sizes)
 	@$(BIN)/python -m gpgpu_rt.figures $(if $(FULL),--full)
+
+view: $(STAMP)  ## a window to look at the bunny by any method (SCENE=name or file)
+	@$(BIN)/python -c "import moderngl_window, imgui_bundle" 2>/dev/null || \
+		$(BIN)/python -m pip install --quiet --editable '.[view]'
+	@$(BIN)/gpgpu-rt view $(SCENE)
 
 bench: $(STAMP)  ## the methods on the bunny beside embreex
 	@$(BIN)/gpgpu-rt bench bunny

@@ -21,7 +21,8 @@ from ..rasterised.first_hits import FIRST_HITS
 from ..scene import Scene, list_scenes, load_scene
 from ..surfaces.parametrise import CUTS, remesh
 from ..tracer import AUTO, DEFAULT_METHOD, Tracer
-from . import hardware, looking, tuning
+from . import hardware, looking, tuning, view
+from .camera import add_camera, camera_of
 from .frames import IMAGES, add_frames, render_frames
 from .picture import add_picture, explain, light_options, picture_options, progress_shown
 from .shared import (
@@ -106,8 +107,9 @@ def _render(chosen: argparse.Namespace) -> None:
     with _tracer(chosen) as tracer:
         plan = explain(chosen, tracer)
         with progress_shown(chosen) as progress:
-            image = tracer.render(size=chosen.size, first_hits=chosen.first_hits,
-                                  progress=progress, **picture_options(chosen))
+            image = tracer.render(camera_of(chosen, tracer.scene.camera), chosen.size,
+                                  first_hits=chosen.first_hits, progress=progress,
+                                  **picture_options(chosen))
         with replacing(chosen.output) as path:
             image.save(path)
         _report(chosen, tracer, f"wrote {chosen.output}", plan)
@@ -280,6 +282,7 @@ def _parser() -> argparse.ArgumentParser:
                      help="where the hits of eye rays come from: the tracer; the rasteriser, "
                      "proved to be the same to the bit; or the rasteriser, verified to be hits; "
                      "default %(default)s")
+    add_camera(sub)
     add_picture(sub)
     add_frames(sub)
     add_options(sub)
@@ -310,4 +313,5 @@ def _parser() -> argparse.ArgumentParser:
     hardware.add_command(command)
     looking.add_commands(command)
     tuning.add_commands(command)
+    view.add_command(command)
     return parser

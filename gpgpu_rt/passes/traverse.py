@@ -133,6 +133,7 @@ class Traversal:
                 self._draw(program, rays, before, now, statistics, DRAWN, tiles)
                 self._push(now, statistics)
             live -= self._count(mask, before, buffers, MASKED, statistics, tiles)
+            statistics.live.append(live)
             if live < FEWER * counted:
                 tiles.count(before.samplers())
                 tiles.choose(None)
@@ -152,6 +153,7 @@ class Traversal:
         self._draw(self._traverse(rays, any_hit, 0, start=True), rays, None, now, statistics)
         while True:
             waiting = self._classify(now, buffers, tiles, statistics)
+            statistics.live.append(sum(waiting.values()))
             kernel = max(waiting, key=waiting.__getitem__)
             if not waiting[kernel]:
                 return now, self._phase_count(UNFINISHED, now, buffers, statistics)
