@@ -37,6 +37,10 @@ class Link:
         imgui.get_platform_io().renderer_texture_max_width = gpu.max_texture_size
         imgui.get_platform_io().renderer_texture_max_height = gpu.max_texture_size
         self.window, self.context = window, gpu.context
+        native = getattr(window, "_window", None)
+        if hasattr(native, "set_clipboard_text"):
+            imgui.get_platform_io().platform_set_clipboard_text_fn = (
+                lambda _, text: native.set_clipboard_text(text))
         self._program = compile_program(gpu, "passes/panel.frag", vertex="passes/panel.vert")
         self._textures: dict[int, moderngl.Texture] = {}
         self._pictures: dict[str, moderngl.Texture] = {}

@@ -103,8 +103,9 @@ class Viewer:
         self.settled_after: float | None = None     # seconds from the last move to full quality
         self.pace = Pace(clock)
         self._wanted: Choices | None = None
-        self._announced = self._insist = self._failed = False
-        self._moved_at = self._rested_at = clock()
+        self._announced = ""        # what was said in time to be about to happen
+        self._insist = self._failed = self._moved = False
+        self._moved_at = clock()
         self.choices = choices
         self.scene = load_scene(choices.scene)
         self.tracers = Tracers(self.gpu, self.scene)
@@ -125,7 +126,7 @@ class Viewer:
         """Look from elsewhere."""
         if camera == self._camera:
             return
-        self._camera, self._moved_at = camera, self.clock()
+        self._camera, self._moved_at, self._moved = camera, self.clock(), True
         self._outdated()
 
     def reset_camera(self) -> None:
@@ -136,7 +137,7 @@ class Viewer:
         """Look at something else, from the next but one `step` on: the one before gives a window
         time to say what is going on."""
         if choices != self.choices:
-            self._wanted, self._announced, self.message = choices, False, ""
+            self._wanted, self.message = choices, ""
 
     def open(self, source: str | os.PathLike[str]) -> None:
         """Look at another scene: a name, or a file that was dropped."""
@@ -191,11 +192,13 @@ class Viewer:
     @property
     def busy(self) -> str:
         """What the next steps are going to do, where it may take a while; else empty."""
-        if self._wanted is None:
-            return ""
         wanted = self._wanted
-        return (f"loading {wanted.scene} ..." if wanted.scene != self.choices.scene
-                else f"building {wanted.method} ...")
+        if wanted is not None:
+            return (f"loading {wanted.scene} ..." if wanted.scene != self.choices.scene
+                    else f"building {wanted.method} ...")
+        if self.mode == "passes" and self.journey is None and not self._failed:
+            return "tracing pass by pass, once the camera rests ..."
+        return ""
 
     @property
     def at_rest(self) -> bool:
@@ -210,10 +213,11 @@ class Viewer:
     def step(self) -> bool:
         """Do one piece of work; whether ``image`` is another one now."""
         before = self.version
-        if self._wanted is not None:
-            if not self._announced:
-                self._announced = True
+        if self.busy != self._announced:
+            self._announced = self.busy
+            if self.busy:
                 return False
+        if self._wanted is not None:
             self._take(self._wanted)
             self._wanted = None
         divisor = self._next_divisor()
@@ -296,7 +300,8 @@ class Viewer:
         self.divisor = divisor
         if divisor == 1:
             self._insist = False
-            self.settled_after = self.clock() - self._moved_at
+            self.settled_after = self.clock() - self._moved_at if self._moved else None
+            self._moved = False
         self._show(pixels)
 
     def _travel(self) -> None:

@@ -26,12 +26,12 @@ WIDTH, LOW = 292, 58        # of the panel at the left; height of the line below
 GRAPH = imgui.ImVec2(132, 40)
 HELP = (
     ("drag", "turn around the scene; in flight, look around"),
-    ("right or middle drag", "shift"),
+    ("right drag", "shift"),
     ("wheel", "nearer, farther"),
     ("W A S D Q E", "fly; with Shift faster"),
     ("C", "around the scene, or free flight"),
     ("R", "the first camera again"),
-    ("click", "the path of that pixel's ray, as a table and in space"),
+    ("click", "the path of that pixel's ray, in a table and in space"),
     ("1 2 3", "picture, heat map, passes"),
     ("M, Shift+M", "next method, the one before"),
     ("left, right", "a pass back or on (with Shift ten)"),
@@ -66,7 +66,7 @@ class Panels:
         if self.viewer.path is not None:
             self._path(width, height)
         if self.help:
-            self._helping(width, height)
+            self._helping(width)
         self._notice(width)
 
     # Left: choices, graphs, modes -----------------------------------------------------------
@@ -245,12 +245,23 @@ class Panels:
             self.viewer.message = ""
         imgui.end()
 
-    def _helping(self, width: int, height: int) -> None:
-        imgui.set_next_window_pos(imgui.ImVec2((width + WIDTH * self.shown) / 2, height / 2),
-                                  imgui.Cond_.always.value, imgui.ImVec2(0.5, 0.5))
-        imgui.begin("help", None, imgui.WindowFlags_.always_auto_resize.value | _FIXED)
-        for keys, text in HELP:
-            imgui.text(f"{keys:21}{text}")
+    def _helping(self, width: int) -> None:
+        """Beside the panel, and not in the way of the mouse."""
+        left = WIDTH if self.shown else 0
+        wide = min(max(width - left - 12, 200), 420)
+        imgui.set_next_window_pos(imgui.ImVec2(left + 6, 6))
+        imgui.set_next_window_size(imgui.ImVec2(wide, 0))
+        imgui.set_next_window_bg_alpha(0.8)
+        imgui.begin("help", None, _FIXED | imgui.WindowFlags_.no_title_bar.value
+                    | imgui.WindowFlags_.no_inputs.value)
+        if imgui.begin_table("keys", 2, imgui.TableFlags_.sizing_stretch_prop.value):
+            imgui.table_setup_column("key", imgui.TableColumnFlags_.width_fixed.value, 100)
+            imgui.table_setup_column("what", imgui.TableColumnFlags_.width_stretch.value)
+            for keys, text in HELP:
+                for cell in (keys, text):
+                    imgui.table_next_column()
+                    imgui.text_wrapped(cell)
+            imgui.end_table()
         imgui.end()
 
     def _path(self, width: int, height: int) -> None:
