@@ -103,6 +103,7 @@ class Viewer:
         self.settled_after: float | None = None     # seconds from the last move to full quality
         self.pace = Pace(clock)
         self._wanted: Choices | None = None
+        self._asked: tuple[int, ...] | None = None      # the pixel whose ray to follow
         self._announced = ""        # what was said in time to be about to happen
         self._insist = self._failed = self._moved = False
         self._moved_at = clock()
@@ -181,11 +182,9 @@ class Viewer:
         self._insist, self._failed = True, False
 
     def follow(self, pixel: tuple[int, int]) -> None:
-        """Trace the ray through a pixel of the finest picture alone, and keep its path."""
-        with self._guarded():
-            x, y = (int(np.clip(p, 0, s - 1)) for p, s in zip(pixel, self.size))
-            tracer = self.tracers.in_passes(self.choices.method, self.choices.options, single=True)
-            self.path = follow(tracer, self.camera, self.size, (x, y))
+        """Trace the ray through a pixel of the finest picture alone, as the next but one `step`;
+        its path is then there."""
+        self._asked = tuple(pixel)
 
     # What is done about it ------------------------------------------------------------------
 
@@ -196,6 +195,8 @@ class Viewer:
         if wanted is not None:
             return (f"loading {wanted.scene} ..." if wanted.scene != self.choices.scene
                     else f"building {wanted.method} ...")
+        if self._asked is not None:
+            return "following a ray ..."
         if self.mode == "passes" and self.journey is None and not self._failed:
             return "tracing pass by pass, once the camera rests ..."
         return ""
@@ -208,7 +209,8 @@ class Viewer:
     @property
     def finished(self) -> bool:
         """Whether the next step would do nothing."""
-        return self._wanted is None and self.at_rest and self._next_divisor() is None
+        return (self._wanted is None and self._asked is None and self.at_rest
+                and self._next_divisor() is None)
 
     def step(self) -> bool:
         """Do one piece of work; whether ``image`` is another one now."""
@@ -220,6 +222,9 @@ class Viewer:
         if self._wanted is not None:
             self._take(self._wanted)
             self._wanted = None
+        if self._asked is not None:
+            self._follow(self._asked)
+            self._asked = None
         divisor = self._next_divisor()
         if divisor is not None:
             with self._guarded() as went_well:
@@ -313,6 +318,12 @@ class Viewer:
         self.message = self.journey.note
         self.divisor = 1
         self.go_to(min(self.index, len(self.journey.kept) - 1))
+
+    def _follow(self, pixel: tuple[int, ...]) -> None:
+        with self._guarded():
+            x, y = (int(np.clip(p, 0, s - 1)) for p, s in zip(pixel, self.size))
+            tracer = self.tracers.in_passes(self.choices.method, self.choices.options, single=True)
+            self.path = follow(tracer, self.camera, self.size, (x, y))
 
     def _outdated(self) -> None:
         """What is shown is of another pose or choice."""

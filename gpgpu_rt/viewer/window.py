@@ -124,7 +124,7 @@ class Window(moderngl_window.WindowConfig):
         self._updates: list[float] = []     # seconds between pictures of a camera that moves
         self._settled: list[float] = []
         self._last_update = 0.0
-        self._frames = 0
+        self._frames, self._title = 0, ""
 
     # Drawing --------------------------------------------------------------------------------
 
@@ -143,7 +143,17 @@ class Window(moderngl_window.WindowConfig):
         self._draw_path()
         self.panels.draw(self._pixel(*self._mouse))
         self.link.end()
+        self._entitle()
         self._rest()
+
+    def _entitle(self) -> None:
+        """The title says what is shown, and whether more is to come."""
+        viewer = self.viewer
+        state = (" ..." if viewer.busy or not viewer.finished
+                 else " (coarse)" if viewer.held_back is not None else "")
+        title = f"gpgpu-rt: {viewer.scene.name}, {viewer.choices.method}{state}"
+        if title != self._title:
+            self.wnd.title = self._title = title
 
     def _draw_picture(self) -> None:
         image = self.viewer.image

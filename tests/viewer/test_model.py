@@ -27,6 +27,7 @@ from gpgpu_rt.viewer.overlay import projected
 from gpgpu_rt.viewer.pace import DIVISORS, MOVING, PATIENCE, Pace
 from gpgpu_rt.viewer.ray_path import follow
 
+
 def full(*values: object):
     return pytest.param(*values, marks=pytest.mark.full)
 
@@ -284,7 +285,7 @@ def test_heat_of_two_methods_has_one_scale(viewer: Viewer) -> None:
 
 
 @pytest.mark.parametrize("method", ["bvh-threaded", *map(full, ("kd-restart", "grid",
-                                                              "bvh-packet"))])
+                                                                "bvh-packet"))])
 def test_a_journey_ends_at_the_hits_of_a_trace(soup: str, method: str) -> None:
     scene = rt.load_scene(soup)
     rays = scene.camera.rays(SIZE)
@@ -352,6 +353,20 @@ def test_a_clicked_ray_goes_through_its_boxes_to_its_hit(soup: str, method: str)
     assert path.edges().shape == (len(path.boxes), 12, 2, 3)
     lengths = np.abs(path.edges()[:, :, 1] - path.edges()[:, :, 0])
     assert np.allclose(lengths.sum(axis=(1, 2)), 4 * (hi - lo).sum(axis=1))
+
+
+def test_a_click_is_followed_and_survives_a_move(viewer: Viewer) -> None:
+    settle(viewer)
+    viewer.follow((10 ** 6, -5))    # outside: the nearest pixel
+    assert viewer.busy and not viewer.finished
+    settle(viewer)
+    assert viewer.path.pixel == (SIZE[0] - 1, 0) and not viewer.message
+    viewer.camera = moves.orbit(viewer.camera, 0.3, 0.0)
+    settle(viewer)
+    assert viewer.path is not None, "to be seen from elsewhere"
+    viewer.choose(viewer.choices.with_option("octants", True))
+    settle(viewer)
+    assert viewer.path is None
 
 
 # Cameras ----------------------------------------------------------------------------------------

@@ -65,7 +65,7 @@ class Person:
             [sys.executable, "-c", code, *before, "view", *words, "--json", "--folder",
              str(folder), "--size", "x".join(map(str, SIZE))], env=self.environment,
             stdout=self.out, stderr=subprocess.PIPE, text=True)
-        self.window = self.xdotool("search", "--sync", "--name", "^gpgpu-rt$").split()[0]
+        self.window = self.xdotool("search", "--sync", "--name", "^gpgpu-rt").split()[0]
         self.settled()
 
     def xdotool(self, *words: str) -> str:
@@ -98,14 +98,18 @@ class Person:
         return np.asarray(grabbed.convert("RGB"))
 
     def settled(self, size: tuple[int, int] = SIZE) -> np.ndarray:
-        """What is on the screen once nothing there changes for some seconds."""
+        """What is on the screen once the title says that it is all there, and nothing changes. A
+        picture that the program holds back, as this machine is slow, is asked for."""
         began, last, same = time.monotonic(), self.screen(size), 0
-        while same < 5:
+        while same < 3:
             assert time.monotonic() - began < PATIENCE, "it never comes to rest"
-            assert self.process.poll() is None, self.process.stderr.read()
-            time.sleep(0.6)
+            time.sleep(0.5)
+            title = self.xdotool("getwindowname", self.window).strip()
+            if title.endswith("(coarse)"):
+                self.key("Return")
             now = self.screen(size)
-            same = same + 1 if now.any() and (now == last).all() else 0
+            done = title.startswith("gpgpu-rt: ") and not title.endswith(("...", "(coarse)"))
+            same = same + 1 if done and (now == last).all() else 0
             last = now
         return last
 
