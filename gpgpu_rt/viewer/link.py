@@ -6,6 +6,7 @@ then a renderer is asked to make and to change them.
 from __future__ import annotations
 
 import ctypes
+from contextlib import suppress
 from typing import Any
 
 import moderngl
@@ -98,6 +99,11 @@ class Link:
         finally:
             context.scissor = None
             context.enable_only(moderngl.NOTHING)
+
+    def abandon(self) -> None:
+        """Leave a frame that was not drawn to its end, if there is one."""
+        with suppress(Exception):
+            imgui.end_frame()
 
     def _draw(self, commands: Any, height: int, ratio: float) -> None:
         vertices = commands.vtx_buffer.size() * imgui.VERTEX_SIZE

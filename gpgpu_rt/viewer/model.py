@@ -342,12 +342,16 @@ class Viewer:
             with self.gpu:
                 yield []
         except Exception as failure:
-            if os.environ.get("GPGPU_RT_TRACEBACK"):
-                raise
-            text = " ".join(str(failure).split()) or "no more is known"
-            known = isinstance(failure, (Error, ValueError, OSError))
-            self.message = text if known else f"{type(failure).__name__}: {text}"
+            self.tell(failure)
             self.gpu.context.error      # what GL recorded belongs to what failed
+
+    def tell(self, failure: Exception) -> None:
+        """Say it in a line; with GPGPU_RT_TRACEBACK set, raise it after all."""
+        if os.environ.get("GPGPU_RT_TRACEBACK"):
+            raise failure
+        text = " ".join(str(failure).split()) or "no more is known"
+        known = isinstance(failure, (Error, ValueError, OSError))
+        self.message = text if known else f"{type(failure).__name__}: {text}"
 
     # What is found --------------------------------------------------------------------------
 

@@ -66,10 +66,30 @@ def run(choices: Choices, size: tuple[int, int], folder: str = ".",
                            "give DISPLAY a screen, or take `gpgpu-rt render`") from failure
     assert isinstance(config, Window)
     try:
-        moderngl_window.run_window_config_instance(config)
+        _stay(config)
     finally:
         config.viewer.release()
     return config.measured()
+
+
+def _stay(config: Window) -> None:
+    """The loop of moderngl_window, but that errors in events, the window library's own among them,
+    are said and do not end it."""
+    window = config.wnd
+    config.timer.start()
+    while not window.is_closing:
+        now, passed = config.timer.next_frame()
+        window.use()
+        try:
+            window.render(now, passed)
+            if not window.is_closing:
+                window.swap_buffers()
+        except Exception as failure:
+            config.viewer.tell(failure)
+            config.link.abandon()
+        if not window.visible:
+            time.sleep(PAUSE)
+    window.destroy()
 
 
 @dataclass

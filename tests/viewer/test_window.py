@@ -1,4 +1,4 @@
-"""The viewer as a person uses it: a real window under Xvfb, keys and mouse by xdotool, screenshots.
+"""The viewer as a person uses it: a window under Xvfb, keys and mouse by xdotool, screenshots.
 
 Full, as the window, its context and its programs take seconds to come up on a software renderer.
 """
@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 from PIL import Image, ImageGrab, features
 
 from gpgpu_rt.cli import main
@@ -28,6 +29,7 @@ pytestmark = [pytest.mark.full, pytest.mark.once, pytest.mark.skipif(
     bool(MISSING), reason=f"the window is not tested: no {', '.join(MISSING)}")]
 SIZE = (640, 480)
 PATIENCE = 240.0    # seconds: how busy the machine is, is not what is tested
+CLIENT = Path(__file__).with_name("x_client.py")
 START = "import sys; from gpgpu_rt.cli import main; sys.exit(main(sys.argv[1:]))"
 # A user's own method, with an error in its shader, as the last row of the table.
 BROKEN = """
@@ -72,6 +74,11 @@ class Person:
         assert self.process.poll() is None, self.process.stderr.read()
         return subprocess.run(["xdotool", *words], env=self.environment, capture_output=True,
                               text=True, timeout=PATIENCE, check=True).stdout
+
+    def desktop(self, what: str, *words: str) -> None:
+        """What a window manager or a file manager does."""
+        subprocess.run([sys.executable, str(CLIENT), what, self.window, *words],
+                       env=self.environment, check=True, timeout=PATIENCE)
 
     def key(self, *keys: str) -> None:
         for key in keys:
@@ -118,7 +125,7 @@ class Person:
         if by_key:
             self.key("ctrl+q")
         else:
-            self.xdotool("windowquit", self.window)
+            self.desktop("close")
         assert self.process.wait(timeout=PATIENCE) == 0, self.process.stderr.read()
         assert self.process.stderr.read() == ""
         self.out.seek(0)
@@ -198,31 +205,54 @@ def test_the_lists_of_the_panel(person) -> None:
     one = person("cornell")
     one.key("h")
     one.settled()
-    one.click(80, 64)       # the list of methods opens at the one chosen; up goes one back
+    one.click(80, 64)       # the list of methods opens below, the one chosen amid it
     one.settled()
-    one.click(80, 64 - 18)
+    one.click(80, 64 + 40)
     one.settled()
     found = one.quit()
     assert found["settings"]["method"] != "bvh-threaded", "nothing was chosen"
 
 
-@pytest.mark.parametrize("file", ["torn.obj", "noise.ply", "missing.stl"])
-def test_a_file_that_is_broken_is_an_error_on_the_screen(person, tmp_path: Path,
+@pytest.mark.parametrize("file", ["torn.obj", "noise.ply"])
+def test_a_broken_file_dropped_is_an_error_on_the_screen(person, tmp_path: Path,
                                                          file: str) -> None:
     (tmp_path / "torn.obj").write_text("v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n")
     (tmp_path / "noise.ply").write_bytes(bytes(range(256)))
     one = person("cornell")
     one.key("h")
     before = one.settled()
-    one.click(80, 40)
-    one.xdotool("type", "--delay", "60", str(tmp_path / file))
-    one.key("Return")
+    one.desktop("drop", str(tmp_path / file))
     said = one.settled()
     assert (said[:40, 320:] != before[:40, 320:]).any(), "nothing is said"
     one.drag((450, 250), (60, 24))
     assert (one.settled()[60:400, 300:] != before[60:400, 300:]).any(), "it does not go on"
     found = one.quit()
-    assert file in found["message"] and found["settings"]["scene"] == "cornell"
+    assert file.partition(".")[0] in found["message"]
+    assert found["settings"]["scene"] == "cornell"
+
+
+def test_a_mesh_is_dropped_and_a_path_typed(person, tmp_path: Path) -> None:
+    mesh = tmp_path / "ball.ply"
+    trimesh.creation.icosphere(subdivisions=2).export(mesh)
+    one = person("cornell")
+    one.key("h", "Tab")
+    before = one.settled()
+    one.desktop("drop", str(mesh))
+    dropped = one.settled()
+    assert (dropped != before).any(axis=2).mean() > 0.3
+    one.key("Tab")
+    one.settled()
+    one.click(80, 40)
+    one.settled()
+    one.xdotool("type", "--delay", "100", "cornell")
+    one.settled()
+    one.key("Return")
+    one.settled()
+    one.key("Escape", "Tab")
+    one.click(500, 240)     # leave the field first
+    one.settled()
+    found = one.quit()
+    assert found["settings"]["scene"] == "cornell" and not found["message"]
 
 
 def test_resizing_hiding_and_a_broken_shader_do_not_end_it(person, tmp_path: Path) -> None:
@@ -243,7 +273,10 @@ def test_resizing_hiding_and_a_broken_shader_do_not_end_it(person, tmp_path: Pat
     one.xdotool("windowmap", one.window)
     one.xdotool("windowsize", one.window, *map(str, SIZE))
     assert (one.settled() == before).mean() > 0.99
+    one.desktop("drag")     # what the window library itself makes of it is no reason to end
+    one.settled()
     one.key("shift+m")
     one.settled()
     found = one.quit(by_key=False)
-    assert "broken.glsl" in found["message"] and found["settings"]["method"] == "brute-force"
+    assert "error" in found["message"] and "[defines" in found["message"]
+    assert found["settings"]["method"] == "brute-force"
