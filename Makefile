@@ -26,7 +26,7 @@ figures: $(STAMP)  ## the survey's tables beside the published numbers (FULL=1: 
 	@$(BIN)/python -m gpgpu_rt.figures $(if $(FULL),--full)
 
 view: $(STAMP)  ## a window to look at the bunny by any method (SCENE=name or file)
-	@$(BIN)/python -c "import moderngl_window, imgui_bundle" 2>/dev/null || \
+	@$(BIN)/python -c "import moderngl_window, imgui_bundle, glfw" 2>/dev/null || \
 		$(BIN)/python -m pip install --quiet --editable '.[view]'
 	@$(BIN)/gpgpu-rt view $(SCENE)
 

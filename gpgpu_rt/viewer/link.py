@@ -9,6 +9,7 @@ import ctypes
 from contextlib import suppress
 from typing import Any
 
+import glfw
 import moderngl
 import numpy as np
 from imgui_bundle import imgui
@@ -27,7 +28,7 @@ class Link:
 
     Parameters
     ----------
-    window : of moderngl_window, its context current
+    window : of moderngl_window over glfw, its context current
     """
 
     def __init__(self, gpu: Gpu, window: Any) -> None:
@@ -38,10 +39,8 @@ class Link:
         imgui.get_platform_io().renderer_texture_max_width = gpu.max_texture_size
         imgui.get_platform_io().renderer_texture_max_height = gpu.max_texture_size
         self.window, self.context = window, gpu.context
-        native = getattr(window, "_window", None)
-        if hasattr(native, "set_clipboard_text"):
-            imgui.get_platform_io().platform_set_clipboard_text_fn = (
-                lambda _, text: native.set_clipboard_text(text))
+        imgui.get_platform_io().platform_set_clipboard_text_fn = (
+            lambda _, text: glfw.set_clipboard_string(window._window, text))
         self._program = compile_program(gpu, "passes/panel.frag", vertex="passes/panel.vert")
         self._textures: dict[int, moderngl.Texture] = {}
         self._pictures: dict[str, moderngl.Texture] = {}

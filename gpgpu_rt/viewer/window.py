@@ -2,13 +2,14 @@
 from __future__ import annotations
 
 import logging
-import os
 import time
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from statistics import median
 from typing import Any
 
+import glfw
 import moderngl_window
 import numpy as np
 from imgui_bundle import imgui
@@ -57,18 +58,17 @@ def run(choices: Choices, size: tuple[int, int], folder: str = ".",
 
     logging.getLogger("moderngl_window").setLevel(logging.ERROR)
     try:
-        # With no words at all it would read those of our own command line.
-        config = moderngl_window.create_window_config_instance(Configured, args=["--vsync=true"])
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")     # what glfw warns of is raised as well
+            config = moderngl_window.create_window_config_instance(
+                Configured, args=["--window=glfw", "--vsync=true"])
     except Error:
         raise
     except Exception as failure:    # each window library raises its own
         raise ContextError(f"no window can be opened here ({type(failure).__name__}: {failure}); "
                            "give DISPLAY a screen, or take `gpgpu-rt render`") from failure
     assert isinstance(config, Window)
-    try:
-        _stay(config)
-    finally:
-        config.viewer.release()
+    _stay(config)
     return config.measured()
 
 
@@ -89,6 +89,7 @@ def _stay(config: Window) -> None:
             config.link.abandon()
         if not window.visible:
             time.sleep(PAUSE)
+    config.viewer.release()
     window.destroy()
 
 
@@ -138,6 +139,8 @@ class Window(moderngl_window.WindowConfig):
         self._held: set[int] = set()
         self._mouse = (0, 0)
         self._press: Press | None = None
+        # moderngl_window passes drops on from pyglet, which loses them under X11.
+        glfw.set_drop_callback(self.wnd._window, self._dropped)
         self._last_event = time.perf_counter()
         self._shown = -1            # the picture's version
         self._picture: Any = None
@@ -242,10 +245,10 @@ class Window(moderngl_window.WindowConfig):
     def on_iconify(self, iconified: bool) -> None:
         self._held.clear()
 
-    def on_files_dropped_event(self, x: int, y: int, paths: list[Any]) -> None:
+    def _dropped(self, window: Any, paths: list[str]) -> None:
         self._event()
         if paths:
-            self.viewer.open(os.fspath(paths[0]))
+            self.viewer.open(paths[0])
 
     def on_mouse_position_event(self, x: int, y: int, dx: int, dy: int) -> None:
         self._event()

@@ -42,10 +42,6 @@ class Client:
     def close(self) -> None:
         self.tell("WM_PROTOCOLS", self.atom("WM_DELETE_WINDOW"), 0)
 
-    def drag(self) -> None:
-        """Come with a type that is not in a list: pyglet 2.1 fails at it."""
-        self.tell("XdndEnter", self.own, VERSION << 24, self.atom("text/uri-list"))
-
     def drop(self, path: str, x: int = 300, y: int = 200) -> None:
         """Drop a file, answering what the window asks, until it says that it is finished."""
         uri = self.atom("text/uri-list")
