@@ -30,7 +30,7 @@ view: $(STAMP)  ## a window to look at the bunny by any method (SCENE=name or fi
 		$(BIN)/python -m pip install --quiet --editable '.[view]'
 	@$(BIN)/gpgpu-rt view $(SCENE)
 
-bench: $(STAMP)  ## the methods on the bunny beside embreex
+bench: $(STAMP)  ## the methods on the bunny beside today's engines
 	@$(BIN)/gpgpu-rt bench bunny
 
 lint: $(STAMP)  ## flake8, isort and autopep8, all with the settings in setup.cfg
