@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from PIL import Image
 
 from .. import false_colours as colours
 from ..camera import Camera
-from ..heat import Heat, heat, scale_of
+from ..heat import KINDS, Heat, heat, scale_of
 from ..methods import find_method
 from ..options import TRACER_OPTIONS
 from .tracers import Tracers
@@ -64,6 +65,11 @@ class HeatView:
         left, right = shown
         at = round(self.wipe * left.shape[1])
         return np.concatenate([left[:, :at], right[:, at:]], axis=1)
+
+    def with_scale(self, image: Image.Image) -> Image.Image:
+        """A picture of the maps over the scale that holds for them."""
+        return colours.stacked([image, colours.colour_bar(
+            self.top, f"{KINDS[self.what]} a ray", max(image.width, 200))])
 
     def titles(self) -> list[str]:
         """A line for each map."""

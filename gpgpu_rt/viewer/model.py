@@ -6,7 +6,6 @@ or a broken file leads to is said in ``message``, and what was shown before stay
 """
 from __future__ import annotations
 
-import json
 import os
 import time
 from collections import deque
@@ -18,12 +17,10 @@ from typing import Any
 
 import moderngl
 import numpy as np
-from PIL import Image, PngImagePlugin
+from PIL import Image
 
-from .. import false_colours as colours
 from ..camera import Camera
 from ..errors import Error
-from ..files import check_writable, replacing
 from ..gpu import Gpu, open_gpu
 from ..scene import Scene, load_scene
 from ..tracer import Tracer
@@ -32,6 +29,7 @@ from .heat_view import HeatView
 from .journey import Journey
 from .pace import PATIENCE, Pace
 from .ray_path import RayPath, follow
+from .saving import free_name, write
 from .tracers import Tracers
 
 MODES = ("picture", "heat", "passes")
@@ -261,7 +259,8 @@ class Viewer:
                 self.tracer = self._make(self.tracers, wanted)
             else:
                 scene = load_scene(wanted.scene)
-                self._check(scene)
+                if not len(scene):
+                    raise Error(f"{scene.name} holds no triangles; drop another file")
                 tracers = Tracers(self.gpu, scene)
                 try:
                     self.tracer = self._make(tracers, wanted)
@@ -275,11 +274,6 @@ class Viewer:
             self.choices, self.path = wanted, None
             self.pace.forget()
             self._outdated()
-
-    @staticmethod
-    def _check(scene: Scene) -> None:
-        if not len(scene):
-            raise Error(f"{scene.name} holds no triangles; drop another file")
 
     def _draw(self, divisor: int) -> None:
         size = tuple(max(1, -(-side // divisor)) for side in self.size)
@@ -387,24 +381,15 @@ class Viewer:
         """Write the picture with all its pixels, as a PNG that holds its settings, and these as
         JSON beside it; None where that failed, which ``message`` then says."""
         with self._guarded():
-            path = _free_name(Path(folder), f"{self.scene.name}-{self.choices.method}"
-                              + (f"-{self.mode}" if self.mode != MODES[0] else ""))
-            check_writable(path)
+            path = free_name(Path(folder), f"{self.scene.name}-{self.choices.method}"
+                             + (f"-{self.mode}" if self.mode != MODES[0] else ""))
             if self.mode == MODES[0] and self.divisor != 1:
                 self._draw(1)
             assert self.image is not None
-            settings = self.settings()
-            held = PngImagePlugin.PngInfo()
-            held.add_text("gpgpu-rt", json.dumps(settings, default=str))
             image = Image.fromarray(self.image)
             if self.mode == "heat" and self.heat.maps:
-                image = colours.stacked([image, colours.colour_bar(
-                    self.heat.top, f"{self.heat.what} a ray", max(image.width, 200))])
-            with replacing(path) as temporary:
-                image.save(temporary, pnginfo=held)
-            with replacing(path.with_suffix(".json")) as temporary:
-                temporary.write_text(json.dumps(settings, indent=2, default=str) + "\n",
-                                     encoding="utf-8")
+                image = self.heat.with_scale(image)
+            write(path, image, self.settings())
             self.message = f"wrote {path}"
             return path
         return None
@@ -412,11 +397,3 @@ class Viewer:
     def release(self) -> None:
         """Free what the tracers hold."""
         self.tracers.release()
-
-
-def _free_name(folder: Path, stem: str) -> Path:
-    """A PNG's name that is not taken: stem-1.png, stem-2.png, ..."""
-    number = 1
-    while (folder / f"{stem}-{number}.png").exists():
-        number += 1
-    return folder / f"{stem}-{number}.png"

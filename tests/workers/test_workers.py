@@ -1,6 +1,5 @@
 """Workers: hits and pictures as one process finds them, whatever happens to a worker."""
 from __future__ import annotations
-from gpgpu_rt.workers import Workers, tasks
 
 import os
 import signal
@@ -14,6 +13,7 @@ import pytest
 import gpgpu_rt as rt
 from gpgpu_rt import rays
 from gpgpu_rt.accel.cache import cache_files, give_cache
+from gpgpu_rt.workers import Workers, tasks
 
 pytest.importorskip("distributed")
 
