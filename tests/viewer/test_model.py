@@ -14,6 +14,7 @@ from conftest import random_soup
 from PIL import Image
 
 import gpgpu_rt as rt
+from gpgpu_rt import false_colours as colours
 from gpgpu_rt.camera import Camera
 from gpgpu_rt.cli import main
 from gpgpu_rt.methods import _TABLE, find_method, register
@@ -273,11 +274,10 @@ def test_heat_of_two_methods_has_one_scale(viewer: Viewer) -> None:
     with rt.Tracer(viewer.scene, "bvh-threaded", statistics=True) as tracer:
         hits = tracer.trace(*viewer.camera.rays(SIZE))
     assert (one.values.ravel() == hits.triangles_tested).all()
-    whole = viewer.image
-    viewer.change_heat(wipe=0.0)
-    assert (viewer.image[:, -9:] == whole[:, -9:]).all() and (viewer.image != whole).any()
-    viewer.change_heat(wipe=1.0)
-    assert (viewer.image[:, :9] == whole[:, :9]).all() and (viewer.image != whole).any()
+    for wipe, map_shown in ((0.0, two), (1.0, one)):    # where the other one begins
+        viewer.change_heat(wipe=wipe)
+        assert (viewer.image == colours.ramp(map_shown.values / viewer.heat.top)).all()
+    assert (one.values != two.values).any()
     viewer.change_heat(layout="side by side")
     settle(viewer)
     assert viewer.image.shape[:2] == SIZE[::-1]
