@@ -22,7 +22,7 @@ from PIL import Image
 from ..camera import Camera
 from ..errors import Error
 from ..gpu import Gpu, open_gpu
-from ..scene import Scene, load_scene
+from ..scene import load_scene
 from ..tracer import Tracer
 from .choices import Choices
 from .heat_view import HeatView
