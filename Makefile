@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
 .DEFAULT_GOAL := help
-.PHONY: help setup test test-all figures report docs bench lint format clean
+.PHONY: help setup test test-all figures report view docs bench lint format clean
 
 help:  ## print this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12
@@ -30,6 +30,11 @@ report: $(STAMP)  ## one page, report.html, with every figure that is there, pas
 
 docs: $(STAMP)  ## the API reference, from the docstrings, to docs/api
 	@$(BIN)/python -m pdoc --docformat numpy --no-show-source -o docs/api gpgpu_rt gpgpu_rt.trimesh_ray gpgpu_rt.time_travel gpgpu_rt.heat gpgpu_rt.methods
+
+view: $(STAMP)  ## a window to look at the bunny by any method (SCENE=name or file)
+	@$(BIN)/python -c "import moderngl_window, imgui_bundle, glfw" 2>/dev/null || \
+		$(BIN)/python -m pip install --quiet --editable '.[view]'
+	@$(BIN)/gpgpu-rt view $(SCENE)
 
 bench: $(STAMP)  ## the methods on the bunny beside today's engines
 	@$(BIN)/gpgpu-rt bench bunny

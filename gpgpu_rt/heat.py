@@ -8,6 +8,7 @@ import numpy as np
 from PIL import Image
 
 from . import false_colours as colours
+from .camera import Camera
 from .time_travel import Pass, travel
 from .tracer import Tracer
 
@@ -37,7 +38,7 @@ class Heat:
                 "max": float(self.values.max())}
 
 
-def heat(tracer: Tracer, what: str, size: tuple[int, int]) -> Heat:
+def heat(tracer: Tracer, what: str, size: tuple[int, int], camera: Camera | None = None) -> Heat:
     """Measure the eye rays of a picture.
 
     Parameters
@@ -45,8 +46,9 @@ def heat(tracer: Tracer, what: str, size: tuple[int, int]) -> Heat:
     tracer : with statistics, but for "passes"; for "passes" under ``step`` or ``kernels``
     what : of KINDS
     size : (width, height) pixels
+    camera : by default the scene's own
     """
-    origins, directions = tracer.scene.camera.rays(size)
+    origins, directions = (camera or tracer.scene.camera).rays(size)
     title = tracer.method.name
     if what == "passes":
         ended = np.zeros(size[0] * size[1], np.int64)
@@ -59,6 +61,11 @@ def heat(tracer: Tracer, what: str, size: tuple[int, int]) -> Heat:
     return Heat(title, values.reshape(size[::-1]))
 
 
+def scale_of(maps: Sequence[Heat]) -> float:
+    """Where one scale for all maps ends: at what 99 % of the rays of each keep below."""
+    return max(1.0, *(one.summary()["quantile_99"] for one in maps))
+
+
 def draw_heat(maps: Sequence[Heat], what: str, scene: str,
               highest: float | None = None) -> Image.Image:
     """Maps side by side and the scale that holds for all of them.
@@ -68,7 +75,7 @@ def draw_heat(maps: Sequence[Heat], what: str, scene: str,
     highest : where the scale ends; by default at what 99 % of the rays of each map keep below
     """
     most = max(float(one.values.max()) for one in maps)
-    top = highest or max(1.0, *(one.summary()["quantile_99"] for one in maps))
+    top = highest or scale_of(maps)
     panels = []
     for one in maps:
         found = one.summary()

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -115,6 +116,21 @@ def _write_gif(folder: Path, pictures: list[str]) -> None:
                        duration=[FRAME_MS] * (len(frames) - 1) + [LAST_MS])
 
 
+def phase_pixels(phases: np.ndarray, names: Mapping[int, str]) -> np.ndarray:
+    """(n, 3) uint8: the colour of what each of n rays waits for."""
+    shown = np.zeros((len(phases), 3), np.uint8)
+    for phase in names:
+        shown[phases == phase] = colours.category(phase)
+    return shown
+
+
+def distance_pixels(hits: Hits, lo: float, hi: float) -> np.ndarray:
+    """(n, 3) uint8: t between ``lo`` and ``hi``, and grey where there is no hit."""
+    shown = np.full((len(hits), 3), colours.NOTHING, np.uint8)
+    shown[hits.hit] = colours.ramp((hits.t[hits.hit] - lo) / max(hi - lo, 1e-30))
+    return shown
+
+
 class _Painter:
     """Three panels a pass: phase, place and t, each pixel a ray."""
 
@@ -130,13 +146,8 @@ class _Painter:
         over = one.state["phase"] <= 0
         wheres = colours.scrambled(one.state[place])
         wheres[over] = colours.OVER
-        hits = decode(self.batch, one)
-        distance = np.full((len(hits), 3), colours.NOTHING, np.uint8)
-        distance[hits.hit] = colours.ramp((hits.t[hits.hit] - self.lo)
-                                          / max(self.hi - self.lo, 1e-30))
-        phases = np.zeros((len(over), 3), np.uint8)
-        for phase in self.names:
-            phases[one.state["phase"] == phase] = colours.category(phase)
+        distance = distance_pixels(decode(self.batch, one), self.lo, self.hi)
+        phases = phase_pixels(one.state["phase"], self.names)
         panels = [(title, colours.enlarged(p.reshape(self.size[1], self.size[0], 3)))
                   for title, p in (("what each ray waits for", phases),
                                    (f"{place}: a colour for each number", wheres),

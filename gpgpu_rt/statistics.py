@@ -17,6 +17,8 @@ class Statistics:
     queries : occlusion queries read back
     stopped : rays that the step cap or a full stack stopped; of a picture, shadow rays too
     kernel_passes : passes by kernel, under the ``kernels`` schedule
+    live : rays that were not over, each time the schedules ``step`` and ``kernels`` counted them;
+        of a picture, wave after wave
     picture_passes : of a picture, passes besides those of traversal, by name
     waves : of a picture, sets of rays that were traced
     texel_fetches : texels that those passes read, a pixel
@@ -48,6 +50,7 @@ class Statistics:
     queries: int = 0
     stopped: int = 0
     kernel_passes: dict[str, int] = field(default_factory=dict)
+    live: list[int] = field(default_factory=list)
     picture_passes: dict[str, int] = field(default_factory=dict)
     waves: int = 0
     texel_fetches: int = 0

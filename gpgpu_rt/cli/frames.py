@@ -16,6 +16,7 @@ from ..errors import Error, OptionError
 from ..files import check_writable, replacing
 from ..scenes.animation import FRAMES_A_SECOND
 from ..tracer import Tracer
+from .camera import camera_of
 from .picture import picture_options
 
 IMAGES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp")
@@ -58,8 +59,8 @@ def _images(tracer: Tracer, animation: Animation, chosen: argparse.Namespace,
     for frame in range(chosen.frames):
         if frame:
             tracer.update(animation.vertices(frame))
-        yield tracer.render(size=chosen.size, first_hits=chosen.first_hits,
-                            **picture_options(chosen))
+        yield tracer.render(camera_of(chosen, tracer.scene.camera), chosen.size,
+                            first_hits=chosen.first_hits, **picture_options(chosen))
         if frame:
             spent.append(tracer.statistics.to_dict())
 

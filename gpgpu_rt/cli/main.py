@@ -20,7 +20,8 @@ from ..rasterised.first_hits import FIRST_HITS
 from ..scene import Scene, list_scenes, load_scene
 from ..surfaces.parametrise import CUTS, remesh
 from ..tracer import AUTO, DEFAULT_METHOD, Tracer
-from . import benching, hardware, looking, teaching, tuning
+from . import benching, hardware, looking, teaching, tuning, view
+from .camera import add_camera, camera_of
 from .frames import IMAGES, add_frames, render_frames
 from .picture import add_picture, explain, light_options, picture_options, progress_shown
 from .shared import (
@@ -107,8 +108,9 @@ def _render(chosen: argparse.Namespace) -> None:
         interrupted = False
         try:
             with progress_shown(chosen) as progress:
-                image = tracer.render(size=chosen.size, first_hits=chosen.first_hits,
-                                      progress=progress, **picture_options(chosen))
+                image = tracer.render(camera_of(chosen, tracer.scene.camera), chosen.size,
+                                      first_hits=chosen.first_hits, progress=progress,
+                                      **picture_options(chosen))
         except KeyboardInterrupt:
             image, interrupted = tracer.unfinished(), True
             if image is None:
@@ -281,6 +283,7 @@ def _parser() -> argparse.ArgumentParser:
                      help="where the hits of eye rays come from: the tracer; the rasteriser, "
                      "proved to be the same to the bit; or the rasteriser, verified to be hits; "
                      "default %(default)s")
+    add_camera(sub)
     add_picture(sub)
     add_frames(sub)
     add_options(sub)
@@ -304,4 +307,5 @@ def _parser() -> argparse.ArgumentParser:
     looking.add_commands(command)
     tuning.add_commands(command)
     teaching.add_command(command)
+    view.add_command(command)
     return parser

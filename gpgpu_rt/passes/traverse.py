@@ -135,6 +135,7 @@ class Traversal:
                 self._push(now, statistics)
             live -= mask.count(buffers.mask, before.samplers(), statistics, MASKED,
                                tiles.rectangles)
+            statistics.live.append(live)
             if live < FEWER * counted:
                 tiles.count(before.samplers())
                 tiles.choose(None)
@@ -154,6 +155,7 @@ class Traversal:
         self._draw(self._traverse(rays, any_hit, 0, start=True), rays, None, now, statistics)
         while True:
             waiting = self._classify(now, buffers, tiles, statistics)
+            statistics.live.append(sum(waiting.values()))
             kernel = max(waiting, key=waiting.__getitem__)
             if not waiting[kernel]:
                 return now, self._phase_count(UNFINISHED, now, buffers, statistics)

@@ -1,0 +1,35 @@
+"""``gpgpu-rt render --eye --target --up --fov``: another camera than the scene's own."""
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+
+from ..camera import Camera, Vector
+
+PLACES = {"eye": "where the camera stands", "target": "what it looks at",
+          "up": "what is up in the picture"}
+
+
+def add_camera(sub: argparse.ArgumentParser) -> None:
+    """The options that are about the camera."""
+    group = sub.add_argument_group("camera, where it is not the scene's own")
+    for name, text in PLACES.items():
+        group.add_argument(f"--{name}", type=_vector, metavar="X,Y,Z",
+                           help=f"{text}, world units; as in --{name}=-1,0,2.5")
+    group.add_argument("--fov", type=float, metavar="DEGREES", help="full vertical angle")
+
+
+def camera_of(chosen: argparse.Namespace, own: Camera) -> Camera:
+    """The scene's own camera, with what was given in its place."""
+    given = {name: value for name in (*PLACES, "fov")
+             if (value := getattr(chosen, name)) is not None}
+    return replace(own, **given)
+
+
+def _vector(text: str) -> Vector:
+    try:
+        x, y, z = map(float, text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is no place; give X,Y,Z, as in 0,1.5,2"
+                                         ) from None
+    return x, y, z

@@ -1,0 +1,55 @@
+"""``gpgpu-rt view``: a window to look at a scene by any method."""
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Callable
+
+from ..errors import Error, OptionError
+from ..integrators import find_integrator
+from ..methods import find_method
+from ..tracer import AUTO, DEFAULT_METHOD
+from .camera import add_camera, camera_of
+from .picture import add_picture, picture_options
+from .shared import add_options, options_for, print_json, size_word
+
+
+def add_command(command: Callable[..., argparse.ArgumentParser]) -> None:
+    sub = command("view", _view, "a window: look around, change method and options, see every "
+                  "pass and what rays cost")
+    sub.add_argument("scene", nargs="?", default="bunny", help="a scene's name, a mesh file or a "
+                     "scene file (.json); default %(default)s")
+    sub.add_argument("-m", "--method", default=DEFAULT_METHOD, help="a method's name; default "
+                     "%(default)s")
+    sub.add_argument("--size", type=size_word, default=(1000, 700), metavar="WIDTHxHEIGHT",
+                     help="of the window, pixels; default 1000x700")
+    sub.add_argument("--folder", default=".", help="where pictures are saved; default: here")
+    add_camera(sub)
+    add_picture(sub)
+    add_options(sub)
+
+
+def _view(chosen: argparse.Namespace) -> None:
+    from ..viewer.choices import DECIDED, Choices
+    if chosen.method == AUTO:
+        raise OptionError("the viewer changes settings and so takes none from tune; give a "
+                          "method's name")
+    if not os.path.isdir(chosen.folder):
+        raise OptionError(f"--folder {chosen.folder}: there is no such folder; make it first")
+    method = find_method(chosen.method)
+    choices = Choices(chosen.scene, method.name)
+    for name, value in options_for(chosen, method.name).items():
+        if name in DECIDED:
+            raise OptionError(f"the viewer decides about {name} itself; leave it out")
+        choices = choices.with_option(name, value)
+    light = picture_options(chosen)
+    choices = choices.with_integrator(find_integrator(light.pop("integrator")).name)
+    for name, value in light.items():
+        choices = choices.with_light(name, value)
+    try:
+        from ..viewer.window import run
+    except ImportError as failure:
+        raise Error(f"the viewer needs {failure.name}; pip install 'gpgpu_rt[view]'") from failure
+    found = run(choices, chosen.size, chosen.folder, lambda own: camera_of(chosen, own))
+    if chosen.json:
+        print_json(found)

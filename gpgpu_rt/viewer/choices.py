@@ -1,0 +1,134 @@
+"""Choices: scene, method and options of what is looked at, and the command that shows the same.
+
+What there is to choose comes from the method table and the tables of options: a row that is new
+there appears here by itself.
+"""
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from ..camera import Camera
+from ..integrators import DEFAULT, find_integrator
+from ..methods import Method, find_method
+from ..options import TRACER_OPTIONS, Option, spell
+from ..tracer import DEFAULT_METHOD
+
+DECIDED = ("context", "statistics")     # by the viewer itself
+
+
+def word(value: Any) -> str:
+    """An option's value as the command line takes it; what `Option.parse` reads."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return "none" if value is None else spell(value)
+
+
+def option_words(options: Mapping[str, Any], known: tuple[Option, ...]) -> list[str]:
+    """``--word=value`` for each of the options."""
+    table = {option.name: option for option in known}
+    words = []
+    for name, value in options.items():
+        text = word(value)
+        if table[name].choices is None and isinstance(value, tuple):    # not one of several sizes
+            text = ",".join(map(str, value))
+        words.append(f"--{name.replace('_', '-')}={text}")
+    return words
+
+
+def camera_words(camera: Camera) -> list[str]:
+    """``--eye=x,y,z`` and so on: every bit of a camera."""
+    vectors = {name: ",".join(map(repr, getattr(camera, name)))
+               for name in ("eye", "target", "up")}
+    return [*(f"--{name}={text}" for name, text in vectors.items()), f"--fov={camera.fov!r}"]
+
+
+@dataclass(frozen=True)
+class Choices:
+    """What is looked at, but for the camera.
+
+    Attributes
+    ----------
+    scene : a scene's name or a file's path
+    method : a name of the method table
+    options : the tracer's and the method's, those that differ from their defaults
+    integrator : a name of ``INTEGRATORS``
+    light : the integrator's options, those that differ from their defaults
+    """
+
+    scene: str = "bunny"
+    method: str = DEFAULT_METHOD
+    options: Mapping[str, Any] = field(default_factory=dict)
+    integrator: str = DEFAULT
+    light: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def row(self) -> Method:
+        return find_method(self.method)
+
+    def known(self) -> tuple[Option, ...]:
+        """The options there are to choose, the method's own first; schedules as far as the others
+        allow them."""
+        return tuple(self._narrowed(option) for option in self.row.options + TRACER_OPTIONS
+                     if option.name not in DECIDED)
+
+    def _narrowed(self, option: Option) -> Option:
+        if option.name != "schedule":
+            return option
+        return replace(option, choices=self.row.schedules_for(self.options))
+
+    def light_options(self) -> tuple[Option, ...]:
+        """The options of the integrator."""
+        return find_integrator(self.integrator).options
+
+    def with_method(self, name: str) -> Choices:
+        """Another method; options that it has too are kept, as far as it takes their values."""
+        other = replace(self, method=find_method(name).name, options={})
+        known = {option.name: option for option in other.known()}
+        kept = {option: value for option, value in self.options.items()
+                if option in known and known[option].accepts(value)}
+        if kept.get("schedule") not in (None, *other.row.schedules_for(kept)):
+            del kept["schedule"]
+        if other.row.stack_entry is not None:    # its stack is drawn between steps
+            kept.pop("steps_per_pass", None)
+        return replace(other, options=kept)
+
+    def with_option(self, name: str, value: Any) -> Choices:
+        """One option changed; OptionError for a value that it does not take."""
+        return replace(self, options=_set(self.options, self.known(), name, value))
+
+    def with_integrator(self, name: str) -> Choices:
+        """Another integrator, with what options of the last one it has too."""
+        known = {option.name: option for option in find_integrator(name).options}
+        light = {option: value for option, value in self.light.items()
+                 if option in known and known[option].accepts(value)}
+        return replace(self, integrator=name, light=light)
+
+    def with_light(self, name: str, value: Any) -> Choices:
+        """One option of the integrator changed."""
+        return replace(self, light=_set(self.light, self.light_options(), name, value))
+
+    def words(self, camera: Camera, size: tuple[int, int], output: str) -> list[str]:
+        """The arguments of `gpgpu-rt` that draw the same picture to a file."""
+        words = ["render", self.scene, f"--method={self.method}"]
+        words += option_words(self.options, TRACER_OPTIONS + self.row.options)
+        if self.integrator != DEFAULT:
+            words.append(f"--integrator={self.integrator}")
+        words += option_words(self.light, self.light_options())
+        return [*words, f"--size={size[0]}x{size[1]}", *camera_words(camera),
+                f"--output={output}"]
+
+    def line(self, camera: Camera, size: tuple[int, int], output: str) -> str:
+        """The same as one line for a shell."""
+        return shlex.join(["gpgpu-rt", *self.words(camera, size, output)])
+
+
+def _set(options: Mapping[str, Any], known: tuple[Option, ...], name: str,
+         value: Any) -> dict[str, Any]:
+    option = next(o for o in known if o.name == name)
+    changed = {**options, name: option.check(value)}
+    if changed[name] == option.default:
+        del changed[name]
+    return changed

@@ -1,0 +1,88 @@
+"""The heat view: what each pixel's ray costs, of one method or of two on one scale."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from .. import false_colours as colours
+from ..camera import Camera
+from ..heat import KINDS, Heat, heat, scale_of
+from ..methods import find_method
+from ..options import TRACER_OPTIONS
+from .tracers import Tracers
+
+LAYOUTS = ("wipe", "side by side")
+
+
+@dataclass
+class HeatView:
+    """What is counted, and beside which other method.
+
+    Attributes
+    ----------
+    what : of ``heat.KINDS``
+    other : the method to compare with, or None
+    layout : of LAYOUTS
+    wipe : where the other one begins, a part of the width
+    maps, top : what was measured last, and where its scale ends
+    """
+
+    what: str = "steps"
+    other: str | None = None
+    layout: str = LAYOUTS[0]
+    wipe: float = 0.5
+    maps: tuple[Heat, ...] = ()
+    top: float = 1.0
+
+    def measure(self, tracers: Tracers, method: str, options: Mapping[str, Any], camera: Camera,
+                size: tuple[int, int]) -> int:
+        """Count for the picture of a camera; the number of rays that were traced."""
+        methods = (method,) if self.other is None else (method, self.other)
+        if self.layout == LAYOUTS[1] and len(methods) == 2:
+            size = max(1, size[0] // 2), size[1]
+        self.maps = tuple(heat(self._tracer(tracers, name, options if name == method else
+                                            _shared(name, options)), self.what, size, camera)
+                          for name in methods)
+        self.top = scale_of(self.maps)
+        return sum(one.values.size for one in self.maps)
+
+    def _tracer(self, tracers: Tracers, method: str, options: Mapping[str, Any]) -> Any:
+        if self.what == "passes":
+            return tracers.in_passes(method, options)
+        return tracers.counting(method, options)
+
+    def pixels(self) -> np.ndarray:
+        """(h, w, 3) uint8."""
+        shown = [colours.ramp(one.values / self.top) for one in self.maps]
+        if len(shown) == 1:
+            return shown[0]
+        if self.layout == LAYOUTS[1]:
+            return np.concatenate(shown, axis=1)
+        left, right = shown
+        at = round(self.wipe * left.shape[1])
+        return np.concatenate([left[:, :at], right[:, at:]], axis=1)
+
+    def with_scale(self, image: Image.Image) -> Image.Image:
+        """A picture of the maps over the scale that holds for them."""
+        return colours.stacked([image, colours.colour_bar(
+            self.top, f"{KINDS[self.what]} a ray", max(image.width, 200))])
+
+    def titles(self) -> list[str]:
+        """A line for each map."""
+        return [f"{one.title}: mean {one.summary()['mean']:.1f}, most "
+                f"{one.summary()['max']:.0f}" for one in self.maps]
+
+
+def _shared(method: str, options: Mapping[str, Any]) -> dict[str, Any]:
+    """The options that another method has too: the tracer's own, under a schedule it has."""
+    known = {option.name for option in TRACER_OPTIONS}
+    shared = {name: value for name, value in options.items() if name in known}
+    if shared.get("schedule") not in (None, *find_method(method).schedules):
+        del shared["schedule"]
+    if find_method(method).stack_entry is not None:
+        shared.pop("steps_per_pass", None)
+    return shared

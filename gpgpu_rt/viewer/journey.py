@@ -1,0 +1,143 @@
+"""A journey: the states of a picture's rays after each pass, kept so that one can go back."""
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from .. import false_colours as colours
+from ..camera import Camera
+from ..errors import Error
+from ..pass_pictures import PLACES, distance_pixels, phase_pixels
+from ..ray_state import RayBatch
+from ..time_travel import Pass, decode, phase_names, travel
+from ..tracer import Tracer
+
+MOST_BYTES = 256 << 20      # of states; beyond, every second pass is forgotten
+MOST_SECONDS = 20.0
+
+
+class _Enough(Exception):
+    """It takes too long."""
+
+
+class Journey:
+    """All passes over the eye rays of a small picture.
+
+    Parameters
+    ----------
+    tracer : under ``step`` or ``kernels``
+    size : (width, height) rays
+
+    Attributes
+    ----------
+    kept : the passes whose states are there: all, or every second, fourth, ...
+    live : (k,) rays that were not over after each pass, of all of them
+    note : why it is not whole, or ""
+    """
+
+    def __init__(self, tracer: Tracer, camera: Camera, size: tuple[int, int],
+                 clock: Callable[[], float] = time.perf_counter,
+                 seconds: float = MOST_SECONDS, most_bytes: int = MOST_BYTES) -> None:
+        self.size, self.every, self.note = size, 1, ""
+        self.names = phase_names(tracer)
+        self.kept: list[Pass] = []
+        self._live: list[int] = []
+        self._most, self._bytes = most_bytes, 0
+        origins, directions = camera.rays(size)
+        self._batch = RayBatch(origins, directions, bounds=tracer.scene.bounds)
+        began = clock()
+
+        def look(one: Pass) -> None:
+            self._live.append(one.live)
+            self._keep(one)
+            if clock() - began > seconds:
+                raise _Enough
+        try:
+            travel(tracer, origins, directions, look)
+        except _Enough:
+            self.note = f"stopped after {len(self._live):,} passes, {seconds:g} s"
+        if not self.kept:
+            raise Error("there was no pass to look at")
+        self._scale()
+
+    def _keep(self, one: Pass) -> None:
+        if one.number % self.every:
+            return
+        self.kept.append(one)
+        self._bytes += sum(v.nbytes for v in (*one.state.values(), *one.hit.values()))
+        if self._bytes > self._most:
+            self.kept, self.every, self._bytes = self.kept[::2], 2 * self.every, self._bytes // 2
+
+    def _scale(self) -> None:
+        hits = decode(self._batch, self.kept[-1])
+        t = hits.t[hits.hit]
+        self._lo, self._hi = (float(t.min()), float(t.max())) if len(t) else (0.0, 1.0)
+
+    @property
+    def live(self) -> np.ndarray:
+        return np.array(self._live)
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """What can be shown: the fields of state and hit."""
+        last = self.kept[-1]
+        return (*last.state, *(f"hit {name}" for name in last.hit))
+
+    def values(self, index: int, field: str) -> np.ndarray:
+        """(n,) or (n, 3) of a field after the pass ``kept[index]``."""
+        one = self.kept[index]
+        return one.hit[field[4:]] if field.startswith("hit ") else one.state[field]
+
+    def pixels(self, index: int, field: str) -> np.ndarray:
+        """(h, w, 3) uint8 of a field after the pass ``kept[index]``."""
+        one = self.kept[index]
+        if field == "hit t":
+            shown = distance_pixels(decode(self._batch, one), self._lo, self._hi)
+        elif field == "phase":
+            shown = phase_pixels(one.state["phase"], self.names)
+        elif field in PLACES or field == "hit triangle":
+            shown = colours.scrambled(self.values(index, field))
+            if field in PLACES:
+                shown[one.state["phase"] <= 0] = colours.OVER
+        else:
+            shown = self._numbers(self.values(index, field))
+        return shown.reshape(self.size[1], self.size[0], 3)
+
+    @staticmethod
+    def _numbers(values: np.ndarray) -> np.ndarray:
+        """A ramp from the least to the greatest finite one; of vectors, by their sum."""
+        values = values.astype(np.float64).reshape(len(values), -1).sum(axis=1)
+        finite = np.isfinite(values) & (np.abs(values) < 1e30)
+        shown = np.full((len(values), 3), colours.NOTHING, np.uint8)
+        if finite.any():
+            lo, hi = values[finite].min(), values[finite].max()
+            shown[finite] = colours.ramp((values[finite] - lo) / max(hi - lo, 1e-30))
+        return shown
+
+    def caption(self, index: int) -> str:
+        """Which kernel ran, and how many rays it served."""
+        one = self.kept[index]
+        served = ", ".join(f"{count:,} {name}" for name, count in one.served.items()) or "none"
+        kernel = "of each ray" if one.kernel == "all" else one.kernel
+        return (f"pass {one.number:,} of {len(self._live) - 1:,}, kernel {kernel}; served: "
+                f"{served}; live: {one.live:,} of {self.size[0] * self.size[1]:,}")
+
+    def state_of(self, index: int, ray: int) -> list[tuple[str, str]]:
+        """Every field of a ray after the pass ``kept[index]``, in words."""
+        found = []
+        for field in self.fields:
+            value = self.values(index, field)[ray]
+            text = word_of(value)
+            if field == "phase":
+                text = f"{text} ({self.names.get(int(value), '?')})"
+            found.append((field, text))
+        return found
+
+
+def word_of(value: np.ndarray | np.generic) -> str:
+    """A field's value, in as many digits as tell floats apart."""
+    if np.ndim(value):
+        return " ".join(word_of(part) for part in value)
+    return str(int(value)) if np.issubdtype(value.dtype, np.integer) else f"{float(value):.9g}"

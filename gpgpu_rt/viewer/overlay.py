@@ -1,0 +1,34 @@
+"""Lines in space over the picture: where the ends of a segment lie in the image."""
+from __future__ import annotations
+
+import numpy as np
+
+from ..camera import Camera
+
+
+def projected(camera: Camera, size: tuple[int, int], segments: np.ndarray) -> np.ndarray:
+    """Segments as the camera sees them.
+
+    Parameters
+    ----------
+    size : (width, height) pixels
+    segments : (n, 2, 3), world units
+
+    Returns
+    -------
+    (m, 2, 2) pixels from the upper left corner; what lies behind the camera is cut off
+    """
+    right, up, forward = camera.basis(size)
+    relative = np.asarray(segments, np.float64).reshape(-1, 2, 3) - np.asarray(camera.eye)
+    depth = relative @ forward
+    nearest = 1e-4 * np.linalg.norm(np.subtract(camera.target, camera.eye))
+    seen = (depth > nearest).any(axis=1)
+    relative, depth = relative[seen], depth[seen]
+    # An end behind the eye moves along its segment to where it comes before it.
+    change = depth[:, ::-1] - depth
+    part = np.where(depth <= nearest, (nearest - depth) / np.where(change, change, 1), 0)
+    relative = relative + part[..., None] * (relative[:, ::-1] - relative)
+    depth = np.maximum(relative @ forward, nearest)
+    x = relative @ right / (right @ right) / depth
+    y = relative @ up / (up @ up) / depth
+    return np.stack([(x + 1) / 2 * size[0], (1 - y) / 2 * size[1]], axis=-1)

@@ -1,0 +1,33 @@
+"""Pictures with what they follow from: in the file, and as JSON beside it."""
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from PIL import Image, PngImagePlugin
+
+from ..files import check_writable, replacing
+
+KEY = "gpgpu-rt"    # of the PNG's text
+
+
+def free_name(folder: Path, stem: str) -> Path:
+    """A PNG's name that is not taken: stem-1.png, stem-2.png, ...; Error where none can be
+    written."""
+    number = 1
+    while (folder / f"{stem}-{number}.png").exists():
+        number += 1
+    return check_writable(folder / f"{stem}-{number}.png")
+
+
+def write(path: Path, image: Image.Image, settings: Mapping[str, Any]) -> None:
+    """The picture and its settings, whole or not at all."""
+    held = PngImagePlugin.PngInfo()
+    held.add_text(KEY, json.dumps(settings, default=str))
+    with replacing(path) as temporary:
+        image.save(temporary, pnginfo=held)
+    with replacing(path.with_suffix(".json")) as temporary:
+        temporary.write_text(json.dumps(settings, indent=2, default=str) + "\n",
+                             encoding="utf-8")

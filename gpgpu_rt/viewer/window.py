@@ -1,0 +1,387 @@
+"""The viewer's window: events to the model, its picture and the panels to the screen."""
+from __future__ import annotations
+
+import logging
+import time
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from statistics import median
+from typing import Any
+
+import glfw
+import moderngl_window
+import numpy as np
+from imgui_bundle import imgui
+
+from ..camera import Camera
+from ..errors import ContextError, Error
+from ..methods import methods
+from ..scene import load_scene
+from . import moves
+from .choices import Choices
+from .link import Link
+from .model import MODES, Viewer
+from .overlay import projected
+from .panels import Panels
+
+TURN = 0.008            # radians a pixel of dragging
+FLY = 0.35              # of the scene's extent a second
+CLICK = 4               # pixels that the mouse may move between press and release
+QUIET = 0.5             # seconds without an event after which the window draws less often
+PAUSE = 0.04
+MOST_BOXES = 80         # of a ray's path, the last ones
+RAY_COLOUR, BOX_COLOUR, LAST_COLOUR = (imgui.IM_COL32(*rgba) for rgba in (
+    (255, 60, 60, 255), (90, 200, 255, 110), (255, 230, 80, 255)))
+
+
+def run(choices: Choices, size: tuple[int, int], folder: str = ".",
+        place: Callable[[Camera], Camera] = lambda own: own) -> dict[str, Any]:
+    """Open the window and stay until it is closed.
+
+    Parameters
+    ----------
+    size : (width, height) of the window, pixels
+    folder : where pictures are saved
+    place : the camera to begin with, from the scene's own
+
+    Returns
+    -------
+    what was measured meanwhile: pictures while the camera moved, updates a second, seconds from
+    the last move to full quality
+    """
+    load_scene(choices.scene)       # before a window opens for nothing
+
+    class Configured(Window):
+        window_size = size
+        given = choices, folder, place
+
+    logging.getLogger("moderngl_window").setLevel(logging.ERROR)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")     # what glfw warns of is raised as well
+            config = moderngl_window.create_window_config_instance(
+                Configured, args=["--window=glfw", "--vsync=true"])
+    except Error:
+        raise
+    except Exception as failure:    # each window library raises its own
+        raise ContextError(f"no window can be opened here ({type(failure).__name__}: {failure}); "
+                           "give DISPLAY a screen, or take `gpgpu-rt render`") from failure
+    assert isinstance(config, Window)
+    _stay(config)
+    return config.measured()
+
+
+def _stay(config: Window) -> None:
+    """The loop of moderngl_window, but that errors in events, the window library's own among them,
+    are said and do not end it."""
+    window = config.wnd
+    config.timer.start()
+    while not window.is_closing:
+        now, passed = config.timer.next_frame()
+        window.use()
+        try:
+            window.render(now, passed)
+            if not window.is_closing:
+                window.swap_buffers()
+        except Exception as failure:
+            config.viewer.tell(failure)
+            config.link.abandon()
+        if not window.visible:
+            time.sleep(PAUSE)
+    config.viewer.release()
+    window.destroy()
+
+
+@dataclass
+class Press:
+    """A button that was pressed, and what the mouse did since the last frame.
+
+    Attributes
+    ----------
+    x, y : where, in the window
+    dx, dy : the way since the last frame
+    moved : the way before
+    over_panel : whether a panel has it; None until that is known
+    """
+
+    x: int
+    y: int
+    button: int
+    dx: int = 0
+    dy: int = 0
+    moved: int = 0
+    released: bool = False
+    over_panel: bool | None = None
+
+
+class Window(moderngl_window.WindowConfig):
+    """What moderngl_window calls."""
+
+    title = "gpgpu-rt"
+    gl_version = (3, 3)
+    aspect_ratio = None
+    resizable = True
+    clear_color = None
+    log_level = logging.ERROR
+    given: tuple[Choices, str, Callable[[Camera], Camera]]
+
+    def __init__(self, **given: Any) -> None:
+        super().__init__(**given)
+        choices, self.folder, place = self.given
+        self.wnd.exit_key = None        # Escape closes what is open, not the program
+        self.viewer = Viewer(choices, self.wnd.buffer_size, self.ctx)
+        self.viewer.camera = place(self.viewer.camera)
+        self.link = Link(self.viewer.gpu, self.wnd)
+        self.panels = Panels(self.viewer, self.link, self._save)
+        self.panels.help = True
+        self.flying = False
+        self._held: set[int] = set()
+        self._mouse = (0, 0)
+        self._press: Press | None = None
+        # moderngl_window passes drops on from pyglet, which loses them under X11.
+        glfw.set_drop_callback(self.wnd._window, self._dropped)
+        self._last_event = time.perf_counter()
+        self._shown = -1            # the picture's version
+        self._picture: Any = None
+        self._updates: list[float] = []     # seconds between pictures of a camera that moves
+        self._settled: list[float] = []
+        self._last_update = 0.0
+        self._frames, self._title = 0, ""
+
+    # Drawing --------------------------------------------------------------------------------
+
+    def on_render(self, time: float, frame_time: float) -> None:    # noqa: A002
+        self._frames += 1
+        self._fly(min(frame_time, 0.2))
+        changed = self.viewer.step()
+        self._measure(changed)
+        if min(self.wnd.buffer_size) < 1:
+            return
+        self.wnd.use()
+        self.ctx.clear(0.06, 0.06, 0.08)
+        self.link.begin(frame_time)
+        self._follow_mouse()
+        self._draw_picture()
+        self._draw_path()
+        self.panels.draw(self._pixel(*self._mouse))
+        self.link.end()
+        self._entitle()
+        self._rest()
+
+    def _entitle(self) -> None:
+        """The title says what is shown, and whether more is to come."""
+        viewer = self.viewer
+        state = (" ..." if viewer.busy or not viewer.finished
+                 else " (coarse)" if viewer.held_back is not None else "")
+        title = f"gpgpu-rt: {viewer.scene.name}, {viewer.choices.method}{state}"
+        if title != self._title:
+            self.wnd.title = self._title = title
+
+    def _draw_picture(self) -> None:
+        image = self.viewer.image
+        if image is None:
+            return
+        if self._shown != self.viewer.version:
+            smooth = self.viewer.mode == MODES[0]
+            self._picture = self.link.picture("picture", image, smooth)
+            self._shown = self.viewer.version
+        width, height = self.wnd.size
+        imgui.get_background_draw_list().add_image(self._picture, imgui.ImVec2(0, 0),
+                                                   imgui.ImVec2(width, height))
+
+    def _draw_path(self) -> None:
+        path = self.viewer.path
+        if path is None:
+            return
+        # From the eye itself the ray is a point: it shows once the camera has moved.
+        pen, camera, size = imgui.get_background_draw_list(), self.viewer.camera, self.wnd.size
+        edges = path.edges()[-MOST_BOXES:]
+        for segments, colour in ((edges[:-1], BOX_COLOUR), (edges[-1:], LAST_COLOUR),
+                                 (np.array([[path.origin, path.end]]), RAY_COLOUR)):
+            for (x0, y0), (x1, y1) in projected(camera, size, segments).tolist():
+                pen.add_line(imgui.ImVec2(x0, y0), imgui.ImVec2(x1, y1), colour,
+                             2.0 if colour != BOX_COLOUR else 1.0)
+
+    def _rest(self) -> None:
+        """Leave the processor alone while nothing happens."""
+        if (self.viewer.finished and not self._held
+                and time.perf_counter() - self._last_event > QUIET):
+            time.sleep(PAUSE)
+
+    def _measure(self, changed: bool) -> None:
+        now = time.perf_counter()
+        if changed and not self.viewer.at_rest:
+            if self._last_update:
+                self._updates.append(now - self._last_update)
+            self._last_update = now
+        elif self.viewer.at_rest:
+            self._last_update = 0.0
+        if changed and self.viewer.divisor == 1 and self.viewer.settled_after is not None:
+            self._settled.append(self.viewer.settled_after)
+
+    def measured(self) -> dict[str, Any]:
+        """What the window measured of itself."""
+        return {"frames": self._frames, "message": self.viewer.message,
+                "pictures_while_moving": len(self._updates),
+                "updates_per_second": 1 / median(self._updates) if self._updates else None,
+                "seconds_to_full_quality": self._settled[1:], "settings": self.viewer.settings()}
+
+    # Events ---------------------------------------------------------------------------------
+
+    def _event(self) -> None:
+        self._last_event = time.perf_counter()
+
+    def _pixel(self, x: int, y: int) -> tuple[int, int]:
+        """The pixel of the picture at a place of the window."""
+        return tuple(int(p * b / max(s, 1)) for p, b, s in zip(   # type: ignore[return-value]
+            (x, y), self.wnd.buffer_size, self.wnd.size))
+
+    def on_resize(self, width: int, height: int) -> None:
+        if hasattr(self, "viewer"):     # the first comes before there is one
+            self._event()
+            self.viewer.resize(self.wnd.buffer_size)
+
+    def on_iconify(self, iconified: bool) -> None:
+        self._held.clear()
+
+    def _dropped(self, window: Any, paths: list[str]) -> None:
+        self._event()
+        if paths:
+            self.viewer.open(paths[0])
+
+    def on_mouse_position_event(self, x: int, y: int, dx: int, dy: int) -> None:
+        self._event()
+        self._mouse = (x, y)
+        self.link.mouse_at(x, y)
+
+    def on_mouse_press_event(self, x: int, y: int, button: int) -> None:
+        self._event()
+        self._mouse = (x, y)
+        self.link.mouse_at(x, y)
+        self.link.button(button, True)
+        self._press = Press(x, y, button)
+
+    def on_mouse_release_event(self, x: int, y: int, button: int) -> None:
+        self._event()
+        self._mouse = (x, y)
+        self.link.mouse_at(x, y)
+        self.link.button(button, False)
+        if self._press is not None:
+            self._press.released = True
+
+    def on_mouse_drag_event(self, x: int, y: int, dx: int, dy: int) -> None:
+        self._event()
+        self._mouse = (x, y)
+        self.link.mouse_at(x, y)
+        if self._press is not None:
+            self._press.dx += dx
+            self._press.dy += dy
+
+    def _follow_mouse(self) -> None:
+        """Do what the mouse did since the last frame. Only now is it known whether a button was
+        pressed over a panel: ImGui says so once the frame has begun."""
+        press = self._press
+        if press is None:
+            return
+        if press.over_panel is None:
+            press.over_panel = self.link.has_mouse
+            if not press.over_panel:
+                self.panels.help = False
+        if press.released:
+            self._press = None
+        if press.over_panel:
+            return
+        dx, dy, press.dx, press.dy = press.dx, press.dy, 0, 0
+        press.moved += abs(dx) + abs(dy)
+        if press.moved < CLICK:
+            if press.released and press.button == self.wnd.mouse.left:
+                self.viewer.follow(self._pixel(press.x, press.y))
+        elif press.button == self.wnd.mouse.left:
+            turn, way = (moves.look, -1) if self.flying else (moves.orbit, 1)
+            self.viewer.camera = turn(self.viewer.camera, -TURN * dx, way * TURN * dy)
+        else:
+            height = max(self.wnd.size[1], 1)
+            self.viewer.camera = moves.pan(self.viewer.camera, -dx / height, dy / height)
+
+    def on_mouse_scroll_event(self, x_offset: float, y_offset: float) -> None:
+        self._event()
+        if self.link.has_mouse:
+            self.link.wheel(x_offset, y_offset)
+        elif self.flying:
+            self.viewer.camera = moves.fly(self.viewer.camera, 0, 0,
+                                           0.05 * self._extent() * y_offset)
+        else:
+            self.viewer.camera = moves.approach(self.viewer.camera, 0.9 ** y_offset)
+
+    def on_unicode_char_entered(self, char: str) -> None:
+        self._event()
+        self.link.text(char)
+
+    def on_key_event(self, key: Any, action: Any, modifiers: Any) -> None:
+        self._event()
+        keys, down = self.wnd.keys, action == self.wnd.keys.ACTION_PRESS
+        self.link.key(key, down, modifiers)
+        if not down:
+            self._held.discard(key)
+            return
+        if self.link.has_keys:
+            return
+        if modifiers.ctrl:
+            if key == keys.Q:
+                self.wnd.close()
+            return
+        if key in (keys.W, keys.A, keys.S, keys.D, keys.Q, keys.E):
+            self._held.add(key)
+            return
+        step = 10 if modifiers.shift else 1
+        action = {
+            keys.C: self._change_flight, keys.R: self.viewer.reset_camera, keys.P: self._save,
+            keys.H: self._change_help, keys.TAB: self._change_panels,
+            keys.ENTER: self.viewer.insist, keys.ESCAPE: self._close_what_is_open,
+            keys.M: lambda: self._next_method(-1 if modifiers.shift else 1),
+            keys.LEFT: lambda: self.viewer.go_to(self.viewer.index - step),
+            keys.RIGHT: lambda: self.viewer.go_to(self.viewer.index + step),
+            **{getattr(keys, f"NUMBER_{k + 1}"): lambda mode=mode: self.viewer.look_at(mode)
+               for k, mode in enumerate(MODES)},
+        }.get(key)
+        if action is not None:
+            action()
+
+    # What keys do ---------------------------------------------------------------------------
+
+    def _fly(self, seconds: float) -> None:
+        """As long as keys are held."""
+        keys, held = self.wnd.keys, self._held
+        way = np.array([(keys.D in held) - (keys.A in held), (keys.E in held) - (keys.Q in held),
+                        (keys.W in held) - (keys.S in held)], np.float64)
+        if way.any():
+            fast = 4.0 if self.wnd.modifiers.shift else 1.0
+            self.viewer.camera = moves.fly(self.viewer.camera,
+                                           *(way * fast * FLY * self._extent() * seconds))
+
+    def _extent(self) -> float:
+        return self.viewer.scene.extent or 1.0
+
+    def _change_flight(self) -> None:
+        self.flying = not self.flying
+        self.viewer.message = ("free flight: drag to look around, W A S D Q E to fly"
+                               if self.flying else "around the scene: drag to turn")
+
+    def _change_help(self) -> None:
+        self.panels.help = not self.panels.help
+
+    def _change_panels(self) -> None:
+        self.panels.shown = not self.panels.shown
+
+    def _close_what_is_open(self) -> None:
+        self.panels.help, self.viewer.path, self.viewer.message = False, None, ""
+
+    def _next_method(self, by: int) -> None:
+        names = [row.name for row in methods()]
+        chosen = self.viewer.choices
+        self.viewer.choose(chosen.with_method(
+            names[(names.index(chosen.method) + by) % len(names)]))
+
+    def _save(self) -> None:
+        self.viewer.save(self.folder)

@@ -1,0 +1,285 @@
+"""The viewer as a person uses it: a window under Xvfb, keys and mouse by xdotool, screenshots.
+
+Full, as the window, its context and its programs take seconds to come up on a software renderer.
+"""
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from PIL import Image, ImageGrab, features
+
+from gpgpu_rt.cli import main
+
+MISSING = [
+    *(name for name in ("Xvfb", "xdotool") if shutil.which(name) is None),
+    *(name for name in ("moderngl_window", "imgui_bundle", "glfw")
+      if importlib.util.find_spec(name) is None),
+    *([] if features.check("xcb") else ["Pillow with XCB"])]
+pytestmark = [pytest.mark.full, pytest.mark.once, pytest.mark.skipif(
+    bool(MISSING), reason=f"the window is not tested: no {', '.join(MISSING)}")]
+SIZE = (640, 480)
+PATIENCE = 240.0    # seconds: how busy the machine is, is not what is tested
+CLIENT = Path(__file__).with_name("x_client.py")
+START = "import sys; from gpgpu_rt.cli import main; sys.exit(main(sys.argv[1:]))"
+# A user's own method, with an error in its shader, as the last row of the table.
+BROKEN = """
+import dataclasses, sys
+from gpgpu_rt.cli import main
+from gpgpu_rt.methods import find_method, register
+register(dataclasses.replace(find_method("bvh-threaded"), name="users-own", glsl=sys.argv.pop(1)))
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+@pytest.fixture(scope="module")
+def display() -> Iterator[str]:
+    """A screen of its own."""
+    reader, writer = os.pipe()
+    server = subprocess.Popen(["Xvfb", "-displayfd", str(writer), "-screen", "0", "1024x768x24",
+                               "-nolisten", "tcp"], pass_fds=[writer], stderr=subprocess.DEVNULL)
+    os.close(writer)
+    with os.fdopen(reader) as told:
+        name = ":" + told.readline().strip()
+    yield name
+    server.terminate()
+    server.wait()
+
+
+class Person:
+    """Someone before the window."""
+
+    def __init__(self, display: str, folder: Path, *words: str, code: str = START,
+                 before: tuple[str, ...] = ()) -> None:
+        self.display, self.folder = display, folder
+        self.environment = {**os.environ, "DISPLAY": display}
+        self.out = (folder / "out.json").open("w+")
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", code, *before, "view", *words, "--json", "--folder",
+             str(folder), "--size", "x".join(map(str, SIZE))], env=self.environment,
+            stdout=self.out, stderr=subprocess.PIPE, text=True)
+        self.window = self.xdotool("search", "--sync", "--name", "^gpgpu-rt").split()[0]
+        self.settled()
+
+    def xdotool(self, *words: str) -> str:
+        assert self.process.poll() is None, self.process.stderr.read()
+        return subprocess.run(["xdotool", *words], env=self.environment, capture_output=True,
+                              text=True, timeout=PATIENCE, check=True).stdout
+
+    def desktop(self, what: str, *words: str) -> None:
+        """What a window manager or a file manager does."""
+        subprocess.run([sys.executable, str(CLIENT), what, self.window, *words],
+                       env=self.environment, check=True, timeout=PATIENCE)
+
+    def key(self, *keys: str) -> None:
+        for key in keys:
+            self.xdotool("key", key)
+            time.sleep(0.3)
+
+    def drag(self, start: tuple[int, int], by: tuple[int, int], steps: int = 12) -> None:
+        self.xdotool("mousemove", *map(str, start))
+        time.sleep(0.5)
+        self.xdotool("mousedown", "1")
+        for _ in range(steps):
+            self.xdotool("mousemove_relative", "--", str(by[0] // steps), str(by[1] // steps))
+            time.sleep(0.05)
+        self.xdotool("mouseup", "1")
+
+    def click(self, x: int, y: int) -> None:
+        self.xdotool("mousemove", str(x), str(y))
+        time.sleep(0.5)
+        self.xdotool("click", "1")
+
+    def screen(self, size: tuple[int, int] = SIZE) -> np.ndarray:
+        """(h, w, 3) uint8 of what is on the screen."""
+        grabbed = ImageGrab.grab(bbox=(0, 0, *size), xdisplay=self.display)
+        return np.asarray(grabbed.convert("RGB"))
+
+    def settled(self, size: tuple[int, int] = SIZE) -> np.ndarray:
+        """What is on the screen once the title says that it is all there, and nothing changes. A
+        picture that the program holds back, as this machine is slow, is asked for."""
+        began, last, same = time.monotonic(), self.screen(size), 0
+        while same < 3:
+            assert time.monotonic() - began < PATIENCE, "it never comes to rest"
+            time.sleep(0.5)
+            title = self.xdotool("getwindowname", self.window).strip()
+            if title.endswith("(coarse)"):
+                self.key("Return")
+            now = self.screen(size)
+            done = title.startswith("gpgpu-rt: ") and not title.endswith(("...", "(coarse)"))
+            same = same + 1 if done and (now == last).all() else 0
+            last = now
+        return last
+
+    def quit(self, by_key: bool = True) -> dict:
+        """Close the window; what it printed. No program may end otherwise than well."""
+        if by_key:
+            self.key("ctrl+q")
+        else:
+            self.desktop("close")
+        assert self.process.wait(timeout=PATIENCE) == 0, self.process.stderr.read()
+        assert self.process.stderr.read() == ""
+        self.out.seek(0)
+        return json.load(self.out)
+
+    def leave(self) -> None:
+        """Whatever happened."""
+        if self.process.poll() is None:
+            self.process.kill()
+            self.process.wait()
+        self.out.close()
+
+
+@pytest.fixture
+def person(display: str, tmp_path: Path) -> Iterator:
+    people = []
+
+    def sits_down(*words: str, **more) -> Person:
+        people.append(Person(display, tmp_path, *words, **more))
+        return people[-1]
+
+    yield sits_down
+    for one in people:
+        one.leave()
+
+
+def test_looking_around_and_the_line_that_shows_the_same(person, tmp_path: Path) -> None:
+    one = person("teapot", "-m", "kd-restart")
+    helped = one.settled()
+    one.key("h")
+    assert (one.settled() != helped).any(), "no help was on the screen, or it does not go away"
+    one.key("Tab")
+    first = one.settled()
+    one.drag((400, 200), (144, 36))
+    turned = one.settled()
+    assert (turned != first).any(axis=2).mean() > 0.05
+    one.key("m")
+    assert (one.settled() == turned).mean() > 0.99, "another method draws another picture"
+    one.key("p")
+    one.settled()
+    one.key("Escape")
+    shown = one.settled()
+    found = one.quit()
+    assert found["settings"]["method"] == "kd-backtrack" and found["pictures_while_moving"] > 0
+    again = tmp_path / "again.png"
+    words = shlex.split(found["settings"]["command"])
+    assert main([*words[1:-1], f"--output={again}"]) == 0
+    assert (np.asarray(Image.open(again)) == shown).all()
+    saved = np.asarray(Image.open(tmp_path / "teapot-kd-backtrack-1.png"))
+    assert (saved == shown).all()
+
+
+def test_passes_heat_and_the_path_of_a_ray(person) -> None:
+    one = person("cornell", "-m", "grid")
+    one.key("h", "Tab")
+    seen = [one.settled()]
+    one.key("2")
+    seen.append(one.settled())
+    one.key("3")
+    seen.append(one.settled())
+    one.key("Right", "Right", "Right")
+    seen.append(one.settled())
+    one.key("Left", "Left", "Left")
+    assert (one.settled() == seen[2]).all(), "going back shows another pass"
+    one.key("1")
+    assert (one.settled() == seen[0]).all()
+    one.click(320, 240)
+    seen.append(one.settled())
+    for k, a in enumerate(seen):
+        for b in seen[:k]:
+            assert (a != b).any(axis=2).mean() > 0.01
+    found = one.quit()
+    assert not found["message"] and found["settings"]["mode"] == "picture"
+
+
+def test_the_lists_of_the_panel(person) -> None:
+    one = person("cornell")
+    one.key("h")
+    one.settled()
+    one.click(80, 64)       # the list of methods opens below, the one chosen amid it
+    one.settled()
+    one.click(80, 64 + 40)
+    one.settled()
+    found = one.quit()
+    assert found["settings"]["method"] != "bvh-threaded", "nothing was chosen"
+
+
+@pytest.mark.parametrize("file", ["torn.obj", "noise.ply"])
+def test_a_broken_file_dropped_is_an_error_on_the_screen(person, tmp_path: Path,
+                                                         file: str) -> None:
+    (tmp_path / "torn.obj").write_text("v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n")
+    (tmp_path / "noise.ply").write_bytes(bytes(range(256)))
+    one = person("cornell")
+    one.key("h")
+    before = one.settled()
+    one.desktop("drop", str(tmp_path / file))
+    said = one.settled()
+    assert (said[:40, 320:] != before[:40, 320:]).any(), "nothing is said"
+    one.drag((450, 250), (60, 24))
+    assert (one.settled()[60:400, 300:] != before[60:400, 300:]).any(), "it does not go on"
+    found = one.quit()
+    assert file.partition(".")[0] in found["message"]
+    assert found["settings"]["scene"] == "cornell"
+
+
+def test_a_mesh_is_dropped_and_a_path_typed(person, tmp_path: Path) -> None:
+    mesh = tmp_path / "ball.ply"
+    trimesh.creation.icosphere(subdivisions=2).export(mesh)
+    one = person("cornell")
+    one.key("h", "Tab")
+    before = one.settled()
+    one.desktop("drop", str(mesh))
+    dropped = one.settled()
+    assert (dropped != before).any(axis=2).mean() > 0.3
+    one.key("Tab")
+    one.settled()
+    one.click(80, 40)
+    one.settled()
+    one.xdotool("type", "--delay", "100", "cornell")
+    one.settled()
+    one.key("Return")
+    one.settled()
+    one.key("Escape", "Tab")
+    one.click(500, 240)     # leave the field first
+    one.settled()
+    found = one.quit()
+    assert found["settings"]["scene"] == "cornell" and not found["message"]
+
+
+def test_resizing_hiding_and_a_broken_shader_do_not_end_it(person, tmp_path: Path) -> None:
+    glsl = tmp_path / "broken.glsl"
+    glsl.write_text("// Nobody 2026\nthis is no GLSL\n")
+    one = person("cornell", "-m", "brute-force", code=BROKEN, before=(str(glsl),))
+    one.key("h", "Tab")
+    before = one.settled()
+    one.key("shift+m")
+    one.settled()
+    one.key("Escape")
+    assert (one.settled() == before).all(), "the picture and its method stay"
+    for size in ((900, 600), (60, 40), (330, 700)):
+        one.xdotool("windowsize", one.window, *map(str, size))
+        time.sleep(2)
+        one.settled(size)
+    one.xdotool("windowunmap", one.window)
+    time.sleep(2)
+    one.xdotool("windowmap", one.window)
+    time.sleep(2)
+    one.xdotool("windowsize", one.window, *map(str, SIZE))
+    time.sleep(2)
+    assert (one.settled() == before).all()
+    one.key("shift+m")
+    one.settled()
+    found = one.quit(by_key=False)
+    assert "error" in found["message"] and "[defines" in found["message"]
+    assert found["settings"]["method"] == "brute-force"
