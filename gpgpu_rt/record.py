@@ -77,6 +77,7 @@ class Record:
     ``half_texels`` of them, the first ones, lie in half float textures; ``storage`` is the format
     that geometric fields are rounded to. Both come from ``stored``. ``uniform_texels`` of a stream
     are the same for all its records: a program reads them from uniforms, not from textures.
+    GLSL may ask: RAYS_TEXEL_0_UNIFORM is then defined.
     ``define`` is a GLSL define that comes with a stream's accessors, for a program that does
     something else with fields which only some records of that name have.
     """
@@ -177,11 +178,11 @@ class Record:
 
     def table_glsl(self) -> str:
         """Accessors of a table record: ``kd_node_split(i)`` and one a field."""
-        lines = [f"uniform sampler2D {self.name}{plane.suffix}_table;" for plane in self.planes]
+        lines = [_table_glsl("sampler2D", self.name + plane.suffix) for plane in self.planes]
         for f in self.fields:
             plane = self.plane_of(f.texel)
-            fetch = (f"texelFetch({self.name}{plane.suffix}_table, "
-                     f"table_texel(i * {plane.texels} + {f.texel - plane.first}), 0)")
+            place = f"i * {plane.texels} + {f.texel - plane.first}"
+            fetch = f"TABLE_FETCH({self.name}{plane.suffix}, {place})"
             lines.append(f"{f.type} {self.name}_{f.name}(int i) {{ return {f.decode(fetch)}; }}")
         return "\n".join(lines)
 
@@ -192,6 +193,7 @@ class Record:
         """
         name, struct = self.name, self.name.capitalize()
         lines = [f"#define {self.define}"] if self.define else []
+        lines += [f"#define {name.upper()}_TEXEL_{k}_UNIFORM" for k in self.uniform_texels]
         lines += [f"struct {struct} {{"]
         lines += [f"    {f.type} {f.name};" for f in self.fields] + ["};"]
         kinds = ["vec4" if k in self.uniform_texels else "sampler2D" for k in range(self.texels)]
@@ -277,14 +279,19 @@ class PackedRecord:
 
     def table_glsl(self) -> str:
         """Accessors: ``quantised_node_lo_x(i)`` and one a field."""
-        lines = [f"uniform usampler2D {self.name}_table;"]
+        lines = [_table_glsl("usampler2D", self.name)]
         for name, channel, shift, bits in self.fields:
             place = f"i * {self.texels} + {channel // 4}" if self.texels > 1 else "i"
-            texel = (f"texelFetch({self.name}_table, table_texel({place}), 0)"
-                     f".{'xyzw'[channel % 4]}")
+            texel = f"TABLE_FETCH({self.name}, {place}).{'xyzw'[channel % 4]}"
             value = texel if bits == 32 else f"({texel} >> {shift}) & {(1 << bits) - 1}u"
             lines.append(f"uint {self.name}_{name}(int i) {{ return {value}; }}")
         return "\n".join(lines)
+
+
+def _table_glsl(sampler: str, name: str) -> str:
+    """What TABLE_FETCH(name, i) reads: the texture, and the distance of its rows."""
+    return (f"uniform {sampler} {name}_table;\n"
+            f"float {name}_table_row = 1.0 / float(textureSize({name}_table, 0).y);")
 
 
 def check_count(name: str, count: int) -> None:

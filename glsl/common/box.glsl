@@ -1,11 +1,23 @@
 // Ray against box, by slabs, a little widened (see slack.glsl).
 
+// The larger and the smaller of two that are numbers. llvmpipe's max and min ask whether one is none, at
+// three instructions to a comparison's two.
+float larger(float a, float b) {
+    PRECISE float found = a > b ? a : b;
+    return found;
+}
+
+float smaller(float a, float b) {
+    PRECISE float found = a < b ? a : b;
+    return found;
+}
+
 float max_component(vec3 v) {
-    return max(max(v.x, v.y), v.z);
+    return larger(larger(v.x, v.y), v.z);
 }
 
 float min_component(vec3 v) {
-    return min(min(v.x, v.y), v.z);
+    return smaller(smaller(v.x, v.y), v.z);
 }
 
 // Interval of a ray in a box; empty where x > y. With OCTANTS the corners come ordered along the
@@ -16,6 +28,7 @@ vec2 box_interval(Ray ray, vec3 lo, vec3 hi) {
 #ifdef OCTANTS
     return vec2(max_component(a), min_component(b));
 #else
-    return vec2(max_component(min(a, b)), min_component(max(a, b)));
+    return vec2(max_component(vec3(smaller(a.x, b.x), smaller(a.y, b.y), smaller(a.z, b.z))),
+                min_component(vec3(larger(a.x, b.x), larger(a.y, b.y), larger(a.z, b.z))));
 #endif
 }

@@ -86,6 +86,15 @@ void bound_rays() {
     bound_hits();
 }
 
+float end_by_sign(float a, float positive, float negative) {
+    return floatBitsToInt(a) < 0 ? negative : positive;
+}
+
+vec3 ends_by_sign(vec3 a, vec3 positive, vec3 negative) {
+    return vec3(end_by_sign(a.x, positive.x, negative.x), end_by_sign(a.y, positive.y, negative.y),
+                end_by_sign(a.z, positive.z, negative.z));
+}
+
 // Interval of all present rays in a box; empty where x > y.
 vec2 bounding_interval(vec3 lo, vec3 hi) {
 #ifdef OCTANTS
@@ -95,7 +104,8 @@ vec2 bounding_interval(vec3 lo, vec3 hi) {
     vec3 a = R(chosen(reversed, hi, lo) - first_origin);
     vec3 b = R(chosen(reversed, lo, hi) - last_origin);
 #endif
-    float first = max_component(min(R(a * inv_lo), R(a * inv_hi)));
-    float last = min_component(max(R(b * inv_lo), R(b * inv_hi)));
-    return vec2(max(first, t_first), min(last, t_last));
+    // Which end of the interval of inverse directions bounds a product, its sign says.
+    vec3 least = R(a * ends_by_sign(a, inv_lo, inv_hi));
+    vec3 most = R(b * ends_by_sign(b, inv_hi, inv_lo));
+    return vec2(larger(max_component(least), t_first), smaller(min_component(most), t_last));
 }

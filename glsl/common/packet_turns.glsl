@@ -6,6 +6,7 @@ const float NEVER = 3.0e38;   // t_min of a ray that waits or is settled
 float t_turn[RAYS];           // t_min of a ray whose turn has not come, else NEVER
 int octant[RAYS];
 int turn;                     // the octant whose turn it is: bit a is set where axis a is negative
+                              // and the dominant axis, times 8, where rays share that as well
 
 int direction_octant(vec3 direction) {
     ivec3 negative = ivec3(lessThan(direction, vec3(0.0)));
@@ -14,11 +15,14 @@ int direction_octant(vec3 direction) {
 
 // Rays go together whatever their signs where no order of nodes is a direction's, and no bound.
 int octant_of(Ray ray) {
+    int found = 0;
 #if defined(OCTANTS) || defined(INTERVAL_TEST)
-    return direction_octant(ray.direction);
-#else
-    return 0;
+    found = direction_octant(ray.direction);
 #endif
+#ifdef SHARED_AXES
+    found += ray.dominant.x ? 0 : ray.dominant.y ? 8 : 16;
+#endif
+    return found;
 }
 
 void find_turn(int r) {

@@ -38,9 +38,9 @@ void accept(Ray ray, float t, float u, float v, int index, inout Hit hit) {
 
 #ifdef INTERSECTION_WOOP_WATERTIGHT
 
-// A corner as the ray sees it: sheared onto its axis, and its depth along it.
-vec3 sheared(Ray ray, vec3 corner) {
-    PRECISE vec3 p = permute(ray, R(corner - ray.origin));
+// A corner as the ray sees it, from its place relative to the origin with the axes permuted: sheared
+// onto the ray's axis, and its depth along it.
+vec3 sheared(Ray ray, vec3 p) {
     PRECISE vec2 xy = R(p.xy - R(ray.shear.xy * p.z));
     return vec3(xy, p.z);
 }
@@ -50,26 +50,42 @@ float edge_function(vec3 p, vec3 q) {
     return area;
 }
 
-void test_triangle(Ray ray, int i, inout Hit hit) {
-    COUNT(triangles_tested);
-    vec3 a = sheared(ray, triangle_v0(i));
-    vec3 b = sheared(ray, triangle_v1(i));
-    vec3 c = sheared(ray, triangle_v2(i));
+// Triangle i by its corners relative to the origin, axes permuted.
+void test_corners(Ray ray, vec3 v0, vec3 v1, vec3 v2, int i, inout Hit hit) {
+    vec3 a = sheared(ray, v0);
+    vec3 b = sheared(ray, v1);
+    vec3 c = sheared(ray, v2);
     float w0 = edge_function(c, b);
     float w1 = edge_function(a, c);
     float w2 = edge_function(b, a);
     PRECISE float det = R(R(w0 + w1) + w2);
-    float lowest = min(min(w0, w1), w2);
-    float highest = max(max(w0, w1), w2);
-    vec2 lo = min(min(a.xy, b.xy), c.xy);
-    vec2 hi = max(max(a.xy, b.xy), c.xy);
-    bool in_box = max(lo.x, lo.y) <= 0.0 && min(hi.x, hi.y) >= 0.0;
-    if (in_box && (lowest >= 0.0 || highest <= 0.0) && det != 0.0) {
+    // Comparisons, and no minima: see larger() in box.glsl.
+    PRECISE bool inside = (w0 >= 0.0 && w1 >= 0.0 && w2 >= 0.0)
+                       || (w0 <= 0.0 && w1 <= 0.0 && w2 <= 0.0);
+    PRECISE bool left = a.x <= 0.0 || b.x <= 0.0 || c.x <= 0.0;
+    PRECISE bool right = a.x >= 0.0 || b.x >= 0.0 || c.x >= 0.0;
+    PRECISE bool below = a.y <= 0.0 || b.y <= 0.0 || c.y <= 0.0;
+    PRECISE bool above = a.y >= 0.0 || b.y >= 0.0 || c.y >= 0.0;
+    if (inside && left && right && below && above && det != 0.0) {
         PRECISE float inv_det = R(1.0 / det);
         PRECISE float depth = R(R(R(w0 * a.z) + R(w1 * b.z)) + R(w2 * c.z));
         PRECISE float t = R(R(depth * ray.shear.z) * inv_det);
         accept(ray, t, R(w1 * inv_det), R(w2 * inv_det), triangle_index(i), hit);
     }
+}
+
+// A corner relative to an origin whose axes are permuted already.
+vec3 seen_from(vec3 start, bvec2 dominant, vec3 corner) {
+    PRECISE vec3 p = R(permuted(dominant, corner) - start);
+    return p;
+}
+
+void test_triangle(Ray ray, int i, inout Hit hit) {
+    COUNT(triangles_tested);
+    vec3 start = permute(ray, ray.origin);
+    test_corners(ray, seen_from(start, ray.dominant, triangle_v0(i)),
+                 seen_from(start, ray.dominant, triangle_v1(i)),
+                 seen_from(start, ray.dominant, triangle_v2(i)), i, hit);
 }
 
 #endif

@@ -9,11 +9,16 @@
 // the tree (Thrane and Simonsen 2005) for its rays' direction octant. With VERTEX_CULLING the rays
 // test only those triangles of a leaf that the packet's frustum does not rule out.
 
+#define PRESENT(r) (rays[r].t_min < NEVER)
+#if defined(INTERSECTION_WOOP_WATERTIGHT) && !defined(STEPWISE)
+#define SHARED_AXES
+#endif
+
 #include "common/quantised.glsl"
 #include "common/packet_turns.glsl"
+#include "common/packet_axes.glsl"
 #include "common/packet_bounds.glsl"
 #ifdef VERTEX_CULLING
-#define PRESENT(r) (rays[r].t_min < NEVER)
 #include "common/vertex_culling.glsl"
 #endif
 
@@ -60,6 +65,9 @@ bool next_turn() {
 #endif
     if (turn >= 0) {
         EACH(take_turn)
+#ifdef SHARED_AXES
+        EACH(find_start)
+#endif
 #ifdef INTERVAL_TEST
         bound_rays();
 #endif
@@ -93,10 +101,10 @@ bool intersect(int first) {
             outside = culled(tested);
         }
         if (!outside) {
-            EACH(test_ray)
+            test_rays();
         }
 #else
-        EACH(test_ray)
+        test_rays();
 #endif
         next = triangle_last(tested) != 0 ? -1 : tested + 1;
         ++steps;
@@ -121,12 +129,12 @@ bool intersect(int first) {
 int node;
 
 void start_walk() {
-    node = turn * node_count;
+    node = (turn & 7) * node_count;
 }
 
 void test_box(int r) {
     vec2 interval = box_interval(rays[r], lo, hi);
-    any_in = any_in || max(interval.x, rays[r].t_min) <= min(interval.y, hits[r].t);
+    any_in = any_in || larger(interval.x, rays[r].t_min) <= smaller(interval.y, hits[r].t);
 }
 
 // One node: moves on to the next, and gives the first triangle of a leaf that a ray is in, else -1.
@@ -187,10 +195,10 @@ int for_left;     // how many more rays meet the left child first
 void test_boxes(int r) {
     vec2 left = box_interval(rays[r], lo, hi);
     vec2 right = box_interval(rays[r], right_lo, right_hi);
-    left.x = max(left.x, rays[r].t_min);
-    right.x = max(right.x, rays[r].t_min);
-    bool in_left = left.x <= min(left.y, hits[r].t);
-    bool in_right = right.x <= min(right.y, hits[r].t);
+    left.x = larger(left.x, rays[r].t_min);
+    right.x = larger(right.x, rays[r].t_min);
+    bool in_left = left.x <= smaller(left.y, hits[r].t);
+    bool in_right = right.x <= smaller(right.y, hits[r].t);
     any_in = any_in || in_left;
     any_right = any_right || in_right;
     bool left_first = in_left && (!in_right || left.x <= right.x);

@@ -26,7 +26,7 @@ int root_for(Ray ray) {
 int visit(Ray ray, int i, Hit hit, inout State state) {
     COUNT(nodes_visited);
     vec2 interval = box_interval(ray, bvh_node_lo(i), bvh_node_hi(i));
-    bool entered = max(interval.x, ray.t_min) <= min(interval.y, hit.t);
+    bool entered = larger(interval.x, ray.t_min) <= smaller(interval.y, hit.t);
     int first = bvh_node_first(i);
     int escape = bvh_node_escape(i);
     bool inner = first < 0;

@@ -10,6 +10,7 @@ import sys
 from ..errors import ShaderError
 
 _MARK = "### program"
+_DEFINE = "#define TEXEL_FETCH"    # tables are fetched from, not sampled: see common/fetch.glsl
 
 
 def compiled(texts: list[tuple[str, str]]) -> list[str]:
@@ -22,7 +23,9 @@ def compiled(texts: list[tuple[str, str]]) -> list[str]:
     """
     where = {**os.environ, "GALLIUM_DRIVER": "softpipe", "SOFTPIPE_DEBUG": "fs",
              "LIBGL_ALWAYS_SOFTWARE": "1", "MESA_SHADER_CACHE_DISABLE": "true"}
-    done = subprocess.run([sys.executable, "-m", __name__], input=json.dumps(texts), text=True,
+    defined = [(vertex, fragment.replace("\n", f"\n{_DEFINE}\n", 1))   # behind #version
+               for vertex, fragment in texts]
+    done = subprocess.run([sys.executable, "-m", __name__], input=json.dumps(defined), text=True,
                           capture_output=True, env=where, check=False)
     parts = done.stderr.split(_MARK)[1:]
     found = []

@@ -1,0 +1,41 @@
+"""Rays of a packet that have a triangle's corners in common test it as they do alone."""
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import assert_same_bits, soup_scene
+
+import gpgpu_rt as rt
+
+SIDE = 32
+
+
+def fanned(seed: int, one_origin: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Origins and directions, (SIDE, SIDE, 3): neighbours that differ in their dominant axis."""
+    rng = np.random.default_rng(seed)
+    origins = 0.5 + 0.2 * rng.normal(size=(1, 1, 3) if one_origin else (SIDE, SIDE, 3))
+    directions = 1 + 0.3 * rng.normal(size=(SIDE, SIDE, 3))
+    return (np.broadcast_to(origins, directions.shape).astype(np.float32),
+            directions.astype(np.float32))
+
+
+@pytest.mark.parametrize("seed", [1], ids="seed{}".format)
+@pytest.mark.parametrize("precision", ["fp32", "fp16"])
+@pytest.mark.parametrize("one_origin", [True, False], ids=["one-origin", "many-origins"])
+@pytest.mark.parametrize("options", [{"packet": (4, 2)}, {
+    "packet": (4, 4), "octants": True, "interval_test": True}], ids=["stack", "octants"])
+def test_as_alone(exact_renderer, options: dict, one_origin: bool, precision: str,
+                  seed: int) -> None:
+    """``step`` has each ray test alone, in a pass over rays; ``loop`` has them share."""
+    scene = soup_scene(300, seed)
+    rays = fanned(seed, one_origin)
+    axes = np.abs(rays[1]).argmax(2).reshape(SIDE // 2, 2, SIDE // 4, 4)
+    assert (np.ptp(axes, axis=(1, 3)) > 0).mean() > 0.5
+    found = []
+    for schedule in ("step", "loop"):
+        with rt.Tracer(scene, "bvh-packet", schedule=schedule, precision=precision,
+                       **options) as tracer:
+            found.append(tracer.trace(*rays))
+            assert (tracer.occluded(*rays) == found[-1].hit).all()
+    assert 0.1 < found[0].hit.mean() <= 1
+    assert_same_bits(*found)
