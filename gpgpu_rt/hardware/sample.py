@@ -54,7 +54,7 @@ class Watch:
         if self.texts is not None or one.name not in TRAVERSALS:
             return
         self.texts, self.target = one.gpu.text_of(one.program), target
-        self.uniforms = dict(one._uniforms)
+        self.uniforms = one.uniforms
         self.written_bytes = sum(texel_bytes(t) for t in target.color_attachments)
         for name in one.samplers:
             self.samplers[name] = as_array(textures[name])

@@ -24,13 +24,15 @@ class Rectangles:
 
     def __init__(self, gpu: Gpu, capacity: int = MOST_RECTANGLES) -> None:
         self.buffer = gpu.context.buffer(reserve=16 * capacity, dynamic=True)
-        self.count = 0
+        self._gpu, self.count = gpu, 0
+        self.corners = np.zeros((0, 4), np.float32)
 
     def write(self, corners: np.ndarray) -> None:
         """Take (n, 4) corners: x0, y0, x1, y1 in texels."""
-        self.count = len(corners)
+        self.corners, self.count = np.ascontiguousarray(corners, np.float32), len(corners)
         if self.count:
-            self.buffer.write(np.ascontiguousarray(corners, np.float32))
+            self.buffer.write(self.corners)
+            self._gpu.note_moved(up=self.corners.nbytes)
 
 
 class FullScreenPass:
@@ -44,6 +46,7 @@ class FullScreenPass:
         self._whole = Rectangles(gpu, 1)
         self._geometry: dict[int, moderngl.VertexArray] = {}
         self._size: tuple[int, int] | None = None
+        self._area = self._whole, 1     # of the draw that is watched
         self._uniforms: dict[str, object] = {}
         self._samplers = [name for name in self.program
                           if getattr(self.program[name], "gl_type", None) in GL_SAMPLERS]
@@ -54,6 +57,23 @@ class FullScreenPass:
     def samplers(self) -> tuple[str, ...]:
         """Names of the textures that the program reads once it is compiled."""
         return tuple(self._samplers)
+
+    @property
+    def uniforms(self) -> dict[str, object]:
+        """The uniforms that were set, by name."""
+        return dict(self._uniforms)
+
+    def covered(self, size: tuple[int, int]) -> np.ndarray:
+        """(n, 2) int, x and y: the texels of a target of (width, height) that the draw being
+        watched covers, before the depth test."""
+        rectangles, unit = self._area
+        width, height = size
+        edges = np.zeros((height + 1, width + 1), np.int64)
+        x0, y0, x1, y1 = np.clip(np.ceil(rectangles.corners / unit - 0.5).astype(np.int64), 0,
+                                 [width, height, width, height]).T
+        for y, x, step in ((y0, x0, 1), (y0, x1, -1), (y1, x0, -1), (y1, x1, 1)):
+            np.add.at(edges, (y, x), step)
+        return np.argwhere(edges.cumsum(0).cumsum(1)[:-1, :-1] > 0)[:, ::-1]
 
     def set(self, **uniforms: object) -> None:
         """Set uniforms by name; one that this variant compiled away is passed over."""
@@ -96,6 +116,7 @@ class FullScreenPass:
         self.program["scale"].value = (2.0 / (unit * size[0]), 2.0 / (unit * size[1]))
         self.program["depth"].value = 2.0 * depth - 1.0
         if self.gpu.watch is not None:
+            self._area = rectangles, unit
             self.gpu.watch.note(self, target, textures)
         target.use()
         geometry = self._geometry.get(id(rectangles))

@@ -46,6 +46,7 @@ class RowPass:
                 self.program, [(self._buffer, f"{rows[0].size}i", self.attribute)])
         assert self._geometry is not None
         self._buffer.write(data)
+        self.gpu.note_moved(up=data.nbytes)
         attached = {texture.glo for texture in target.color_attachments}
         for unit, name in enumerate(self.samplers):
             if textures[name].glo in attached:   # GL would not say so: results are undefined
