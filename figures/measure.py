@@ -26,7 +26,7 @@ from gpgpu_rt.files import replacing
 from gpgpu_rt.gpu import open_gpu
 
 from . import (
-    coherence, extreme_runs, first_hit_times, frame_times, needs_times, period_work,
+    coherence, extreme_runs, first_hit_times, frame_times, gap_work, needs_times, period_work,
     reduction_times, refraction_errors, tree_sizes
 )
 from .workloads import EYE, Workload, load, workload
@@ -119,6 +119,11 @@ def run(cell: Cell) -> dict[str, Any]:
                 "coherence": coherence.measure(load(cell.scene), rays)}
     if cell.work.startswith(period_work.WORK):
         return _run_work(cell)
+    if cell.work.startswith(gap_work.KINDS):
+        kind = next(kind for kind in gap_work.KINDS if cell.work.startswith(kind))
+        rays = workload(cell.scene, cell.work.removeprefix(kind), cell.size)
+        return {**_heading(cell, load(cell.scene), open_gpu().info()), "gap": gap_work.measure(
+            kind, load(cell.scene), rays, cell.method, dict(cell.options))}
     if cell.work == "frames":
         return {**_heading(cell, load(cell.scene), open_gpu().info()),
                 "frames": frame_times.measure(cell.scene, cell.method, dict(cell.options),

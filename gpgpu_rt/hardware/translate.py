@@ -44,11 +44,11 @@ _COPIES = {"mov", "vec2", "vec3", "vec4", "bcsel", "phi"}   # of any type
 
 
 def translate(program: Program) -> str:
-    """Source of ``run(S, U, x, y, out, arrays, region)``.
+    """Source of ``run(S, U, x, y, out, arrays, region, look)``.
 
     ``S`` samplers' (texels, width, components), ``U`` uniforms by byte offset, ``x, y`` texels of
     the fragments, ``out`` by name and component, ``arrays`` local ones, ``region(k, mask)`` is
-    told which fragments run region k.
+    told which fragments run region k, ``look(sampler, at, mask)`` which texels who fetches.
     """
     return _Translator(program).source()
 
@@ -187,7 +187,7 @@ class _Translator:
     def source(self) -> str:
         self.constants: dict[str, str] = {}
         self._nodes(self.program.tree, "m0", 1, ())
-        first = ["def run(S, U, x, y, out, arrays, region):",
+        first = ["def run(S, U, x, y, out, arrays, region, look):",
                  "    n, lanes = len(x), np.arange(len(x))",
                  "    m0 = np.ones(n, bool)", "    came = np.zeros(n, np.int32)",
                  "    region(0, m0)", "    fragment = (x + HALF, y + HALF, HALF, ONE)"]
@@ -270,6 +270,7 @@ class _Translator:
             x, y = (self._read(*one.sources[0], c, _INT) for c in (0, 1))
             self._emit(depth, f"texels, width = S[{one.name!r}]")
             self._emit(depth, f"at = np.clip({y} * width + {x}, 0, len(texels) - 1)")
+            self._emit(depth, f"look({one.name!r}, at, {mask})")
             for c in components:
                 self._assign(f"v{one.to}_{c}", f"np.broadcast_to(texels[at, {c}], n)", mask, depth)
         elif one.op == "load_ubo":
