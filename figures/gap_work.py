@@ -24,7 +24,8 @@ MOVED, DONE, STACKS = "moved by ", "done by ", "stacks of "
 KINDS = (MOVED, DONE, STACKS)
 WIDTHS = (1, 2, 4, 8, 16, 32, 48, 64)
 SIDE, SPREAD = 32, (2, 2)       # squares of rays that are emulated
-STORES = tuple(1 << bit for bit in range(10, 19))    # bytes of a software cache
+# Of caches: bytes, bytes that a transfer moves, rays that fetch together.
+STORES, LINES, TOGETHER = (8192, 16384, 131072), (16, 128), (4, 32)
 
 
 def measure(kind: str, scene: rt.Scene, rays: Workload, method: str,
@@ -65,7 +66,13 @@ def _done(scene: rt.Scene, rays: Workload, method: str,
     with rt.Tracer(scene, method, **options) as tracer:
         run, watch = emulated(tracer, rays.origins[chosen], rays.directions[chosen], rays.any_hit,
                               t_max, (SIDE, SIDE), WIDTHS, look=fetches)
-    program, lines = run.program, fetches.in_order()
+    program = run.program
+    missed = {}
+    for line in LINES:
+        for together in TOGETHER:
+            lines = fetches.in_order(line, together)
+            missed |= {f"{store} {line} {together}": transfers(lines, store // line)
+                       for store in STORES}
     return {"count": int(np.isfinite(rays.origins[chosen]).all(axis=2).sum()),
             "fragments": run.fragments, "kernels": kernels_of(program, method),
             "regions": [{"vector": w.vector, "scalar": w.scalar, "fetches": dict(w.fetches),
@@ -73,7 +80,7 @@ def _done(scene: rt.Scene, rays: Workload, method: str,
                          "runs": {str(width): int(run.runs[width][at]) for width in WIDTHS}}
                         for at, w in enumerate(program.work)],
             "texel_bytes": watch.texel_bytes, "written_bytes": watch.written_bytes,
-            "fetched": len(lines), "transfers": {str(s): transfers(lines, s) for s in STORES}}
+            "fetched": len(lines), "transfers": missed}
 
 
 def kernels_of(program: Any, method: str) -> list[str]:

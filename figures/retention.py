@@ -16,7 +16,8 @@ METHODS = ("kd-restart", "kd-short-stack", "bvh-threaded")
 SCHEDULES = {"kernels": {"schedule": "kernels"}, "step, K = 1": {"schedule": "step"},
              "step, K = 16": {"schedule": "step", "steps_per_pass": 16},
              "loop": {"schedule": "loop"}}
-PARTS = {"rays": ("rays, which never change", "#b33a3a"), "state": ("state and hits read", "#2f6db3"),
+PARTS = {"rays": ("rays, which never change", "#b33a3a"),
+         "state": ("state and hits read", "#2f6db3"),
          "written": ("written", "#7fb2e5")}
 CARD = "G80"
 HEADS = ("method", "schedule", "rays", "draws", "queries", "fragments a ray", "rays read",

@@ -100,6 +100,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
         axis.set_xticks(WIDTHS, map(str, WIDTHS), fontsize=8)
         axis.minorticks_off()
         axis.spines[["top", "right"]].set_visible(False)
+    ticks = [digit * 10 ** power for power in range(2, 6) for digit in (1, 2, 5)]
+    axes[1, 0].set_yticks(ticks, [f"{tick:,}" for tick in ticks])
+    axes[1, 0].set_ylim(0.8 * min(row[5] for row in found), 1.2 * max(row[5] for row in found))
     axes[0, 0].legend(frameon=False, fontsize=8, loc="lower left")
     figure.suptitle("What rays that branch alike make each other wait, by how many they are",
                     fontsize=11)
@@ -117,8 +120,8 @@ def _paragraph(found: list[tuple[Any, ...]]) -> str:
         row = at.get((rays, label, order, widest))
         return f"{100 * row[4]:.0f} %" if row else "-"
 
-    def cost(rays: str, label: str, order: str) -> str:
-        row = at.get((rays, label, order, widest))
+    def cost(rays: str, label: str, order: str, width: int = widest) -> str:
+        row = at.get((rays, label, order, width))
         return number(row[5]) if row else "-"
     eye, wild = RAYS
     single, packet = "kd-short-stack", "kd-packet 2x2"
@@ -136,5 +139,10 @@ def _paragraph(found: list[tuple[Any, ...]]) -> str:
         f"{cost(wild, single, plain)} (BVH {cost(wild, packed, plain)} for "
         f"{cost(wild, tree, plain)}) after the bounces; sorted, {cost(wild, packet, ordered)} for "
         f"{cost(wild, single, ordered)} (BVH {cost(wild, packed, ordered)} for "
-        f"{cost(wild, tree, ordered)}). A packet's own waiting, rays that it tests with nothing "
-        "to find, counts as work here: only instructions a ray show it.")
+        f"{cost(wild, tree, ordered)}). Bound together are four times as many rays then: where "
+        f"packets of {widest // 4} lanes bind {widest} rays too, they issue "
+        f"{cost(eye, packet, plain, widest // 4)} and {cost(wild, packet, plain, widest // 4)} "
+        f"(BVH {cost(eye, packed, plain, widest // 4)} and "
+        f"{cost(wild, packed, plain, widest // 4)}). A packet's own waiting, "
+        "rays that it tests with nothing to find, counts as work here: only instructions a ray "
+        "show it.")

@@ -15,7 +15,8 @@ from .workloads import EYE
 
 SCENE, CARD = "kitchen", "G80"
 WARP, CLOCKS = 32, 4      # rays of a warp, and clocks that it takes for an instruction
-MEMORIES = tuple(1 << bit for bit in range(9, 20))      # bytes on chip of a multiprocessor
+MEMORIES = range(512, 128 * 1024 + 1, 512)    # bytes on chip of a multiprocessor
+TICKS = (1, 2, 4, 8, 16, 32, 64, 128)         # KiB
 NODE, KD_ENTRY = 4, 8     # bytes: an index; an index and where the interval ends
 SURVEYS = 256             # bytes of stack a ray, as the survey reckons
 # Label -> method, options, bytes of an entry of its stack, entries (None: as deep as the tree).
@@ -172,19 +173,20 @@ def draw(data: Path, out: Path, full: bool) -> None:
                + note + "\n\n" + markdown_table(HEADS, [
                    [number(v) if isinstance(v, float) else "-" if v is None else v for v in row]
                    for row in found]))
-    figure, axis = plt.subplots(figsize=(9, 5.4))
+    figure, axis = plt.subplots(figsize=(10.5, 5.2))
     for label, (one, _) in flights(data, full).items():
         axis.plot([m / 1024 for m in MEMORIES], [1e-6 * one.rate(m) for m in MEMORIES],
-                  "-" if one.stack else "--", color=COLOURS[label], marker="o", markersize=3,
+                  "-" if one.stack else "--", color=COLOURS[label],
                   label=f"{label}: {one.kept} + {one.stack} bytes a ray")
     axis.axvline(card.on_chip / 1024, color="#555555", linewidth=1, linestyle=":")
     axis.annotate(f"{card.on_chip // 1024} KiB, what it has", (card.on_chip / 1024, 0),
                   xytext=(4, 8), textcoords="offset points", fontsize=8)
     axis.set_xscale("log", base=2)
-    axis.set_xticks([m / 1024 for m in MEMORIES], [f"{m / 1024:g}" for m in MEMORIES])
+    axis.set_xticks(TICKS, map(str, TICKS))
     axis.set(xlabel="KiB of memory for stacks, a multiprocessor",
              ylabel="Mrays/s that the card could trace", ylim=(0, None))
-    axis.legend(frameon=False, fontsize=8, loc="upper left")
+    axis.legend(frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1, 1),
+                title="registers + stack", title_fontsize=8)
     axis.spines[["top", "right"]].set_visible(False)
     figure.suptitle("Rays in flight that fit, and what they come to (dashed: without a stack)",
                     fontsize=11)

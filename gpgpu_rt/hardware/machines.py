@@ -4,7 +4,7 @@ what was built (section 4.4), as a cost model that takes counted work out of the
 Kernels that a unit does cost the shader nothing; the unit takes a clock for each of their steps,
 or for one of a packet. Shader, units and memory go on at once: the slowest decides. Memory is what
 a cache of the machine's size would miss, which is simulated (`local_store`). Nothing is fitted:
-each time is the least that the machine's figures allow.
+each time is that of our programs' work at the machine's peak rates.
 """
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def machines() -> dict[str, Machine]:
 
 @dataclass(frozen=True)
 class Least:
-    """Seconds a ray at least, by what takes them; ``waiting`` comes on top of all."""
+    """Seconds a ray at peak rates, by what takes them; ``waiting`` comes on top of all."""
 
     shader: float = 0.0
     steps: float = 0.0
@@ -80,7 +80,8 @@ def on_card(card: Card, work: Mapping[str, Any], units: Machine | None = None, t
     Parameters
     ----------
     work : as of `model.loop_work`, of ``count`` rays; ``kernels`` by region; ``transfers``, by
-        the bytes of a cache what it misses
+        the bytes of a cache, those of a transfer and the rays that fetch together ("8192 16 4")
+        what it misses
     width : fragments that branch alike, where those are not the card's lanes
     """
     left = loop_work(card, without(work, taken), width)
@@ -88,12 +89,12 @@ def on_card(card: Card, work: Mapping[str, Any], units: Machine | None = None, t
     count = work["count"]
     shader = max(left.instructions / rate, left.texels / card.texel_rate) / count
     if units is None:
-        return Least(shader, memory=_memory(work, 8192, card.bandwidth))
+        return Least(shader, memory=_memory(work, machines()["ideal"]))
     each = units.units * units.clock
     return Least(shader,
                  runs(work, "steps") / (each * units.steps) if taken in ("steps", "both") else 0.0,
                  runs(work, "tests") / (each * units.tests) if taken in ("tests", "both") else 0.0,
-                 _memory(work, units.cache, units.bandwidth))
+                 _memory(work, units))
 
 
 def on_prototype(machine: Machine, work: Mapping[str, Any]) -> Least:
@@ -101,7 +102,7 @@ def on_prototype(machine: Machine, work: Mapping[str, Any]) -> Least:
     shader does, for a packet at a time."""
     each, packet = machine.units * machine.clock, machine.packet
     steps = runs(work, "steps", packet) / (each * machine.steps)
-    memory = _memory(work, machine.cache, machine.bandwidth)
+    memory = _memory(work, machine)
     if machine.tests:
         return Least(0.0, steps, runs(work, "tests", packet) / (each * machine.tests), memory)
     left = without(work, "steps")["regions"]
@@ -127,10 +128,14 @@ def on_cell(cell: Machine, work: Mapping[str, Any], hidden: bool, packet: int = 
         n for name, n in region["fetches"].items() if name.endswith("_table"))
         for region in work["regions"])
     shader = (components / 4 + cell.lookup * fetched) / cell.vector_rate / count
-    missed = work["transfers"][str(cell.cache)] / count
+    missed = _missed(work, cell) / count
     stalled = 0.0 if hidden else missed * cell.latency / (cell.clock * cell.units)
-    return Least(shader, memory=_memory(work, cell.cache, cell.bandwidth), waiting=stalled)
+    return Least(shader, memory=_memory(work, cell), waiting=stalled)
 
 
-def _memory(work: Mapping[str, Any], cache: int, bandwidth: float) -> float:
-    return work["transfers"][str(cache)] * 128 / bandwidth / work["count"]
+def _missed(work: Mapping[str, Any], machine: Machine) -> int:
+    return work["transfers"][f"{machine.cache} {machine.line} {machine.together}"]
+
+
+def _memory(work: Mapping[str, Any], machine: Machine) -> float:
+    return _missed(work, machine) * machine.line / machine.bandwidth / work["count"]

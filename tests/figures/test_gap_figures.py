@@ -33,7 +33,8 @@ def _done(instructions: int, turns: int) -> dict[str, Any]:
     """32 rays of one region; at each width twice as many lanes are busy as at half of it."""
     return {"count": 32, "fragments": 32, "kernels": ["", "down", "intersect"],
             "written_bytes": 0, "texel_bytes": {}, "fetched": 0,
-            "transfers": {str(size): 100 for size in gap_work.STORES},
+            "transfers": {f"{store} {line} {together}": 100 for store in gap_work.STORES
+                          for line in gap_work.LINES for together in gap_work.TOGETHER},
             "regions": [{"vector": cost, "scalar": 2 * cost, "parent": at - 1, "loop": at > 0,
                          "fetches": {"kd_node_table": 1} if at else {},
                          "runs": {str(w): 32 * (turns if at else 1) for w in gap_work.WIDTHS}}

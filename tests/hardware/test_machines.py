@@ -6,7 +6,7 @@ import pytest
 
 import gpgpu_rt as rt
 from gpgpu_rt.hardware.cards import find_card
-from gpgpu_rt.hardware.local_store import LINE, Fetches, transfers
+from gpgpu_rt.hardware.local_store import Fetches, transfers
 from gpgpu_rt.hardware.machines import machines, on_card, on_cell, on_prototype, runs, without
 from gpgpu_rt.hardware.sample import emulated
 
@@ -22,8 +22,8 @@ def test_a_direct_mapped_cache_misses_what_its_places_lost(seed: int) -> None:
             place = (line + (line >> 40) * 7919) % places
             missed += held.get(place) != line
             held[place] = line
-        assert transfers(lines, places * LINE) == missed
-    assert transfers(lines, 1 << 30) == len(set(lines.tolist()))
+        assert transfers(lines, places) == missed
+    assert transfers(lines, 1 << 23) == len(set(lines.tolist()))
 
 
 def test_every_fetch_of_an_emulation_is_seen_ray_after_ray() -> None:
@@ -32,10 +32,14 @@ def test_every_fetch_of_an_emulation_is_seen_ray_after_ray() -> None:
     with rt.Tracer(scene, "kd-restart") as tracer:
         run, _ = emulated(tracer, origins, directions, tile=(16, 16), widths=(1,), look=fetches)
     tables = sum(n for name, n in run.fetches().items() if name.endswith("_table"))
-    lines = fetches.in_order()
+    lines = fetches.in_order(16)
     assert len(lines) == tables > 0
-    first = fetches._lines[0][0]      # every ray begins at the root
-    assert np.count_nonzero(lines == first) >= run.fragments and lines[0] == first
+    root = lines[0]      # where every ray begins
+    assert np.count_nonzero(lines == root) >= run.fragments
+    # All in step: each begins before any goes on.
+    assert (fetches.in_order(16, run.fragments)[:run.fragments] == root).all()
+    whole = [transfers(fetches.in_order(line), 1 << 20) for line in (16, 128)]
+    assert whole[0] >= whole[1] >= whole[0] / 8
 
 
 def _work(runs_of: dict[str, dict[int, int]]) -> dict:
@@ -45,7 +49,7 @@ def _work(runs_of: dict[str, dict[int, int]]) -> dict:
                 "loop": loop, "runs": {str(w): n for w, n in runs_of[name].items()}}
     return {"count": 32, "fragments": 32, "written_bytes": 0, "texel_bytes": {},
             "kernels": ["", "", "down", "intersect"],
-            "transfers": {"8192": 64, "131072": 16},
+            "transfers": {"8192 16 32": 64, "8192 16 4": 99, "131072 128 4": 16},
             "regions": [region(10, {}, -1, False, "once"), region(0, {}, 0, True, "once"),
                         region(20, {"kd_node_table": 1}, 1, True, "down"),
                         region(50, {"triangle_table": 3}, 1, True, "intersect")]}
@@ -69,7 +73,7 @@ def test_units_take_their_kernels_out_of_the_shader() -> None:
     both = on_card(card, WORK, ideal, "both")
     assert both.shader == pytest.approx(20 / card.scalar_rate)
     assert both.steps == pytest.approx(20 / (ideal.units * ideal.clock))
-    assert both.memory == pytest.approx(2 * LINE / ideal.bandwidth)
+    assert both.memory == pytest.approx(2 * 16 / ideal.bandwidth)
     assert both.seconds == max(both.steps, both.memory, both.shader, both.tests)
     assert without(WORK, "") == WORK
 
