@@ -25,7 +25,7 @@ test-all: $(STAMP)  ## full sizes on OSMesa and EGL, and what is small enough on
 figures: $(STAMP)  ## the survey's tables beside the published numbers (FULL=1: papers' sizes)
 	@$(BIN)/python -m gpgpu_rt.figures $(if $(FULL),--full)
 
-bench: $(STAMP)  ## the methods on the bunny beside embreex
+bench: $(STAMP)  ## the methods on the bunny beside today's engines
 	@$(BIN)/gpgpu-rt bench bunny
 
 lint: $(STAMP)  ## flake8, isort and autopep8, all with the settings in setup.cfg

@@ -5,8 +5,7 @@ import numpy as np
 
 import gpgpu_rt as rt
 from gpgpu_rt.accel import Bvh
-
-from .workloads import Workload
+from gpgpu_rt.bench.workloads import Workload
 
 TILE = 64    # rays
 

@@ -72,7 +72,7 @@ def watching(engine: Any, found: list[Pass]) -> Iterator[None]:
             draw_left(program, samplers, target)
             names = {texture.glo: name for name, texture in target.samplers().items()}
             found.append(Pass("hits", program.name.removeprefix("passes/"),
-                              tuple(sorted(program._samplers)),
+                              tuple(sorted(program.samplers)),
                               tuple(names[t.glo] for t in target.target.color_attachments),
                               "-", batches[0], 0))
         room.draw_quads, room.draw_left = quads, left

@@ -1,10 +1,11 @@
 """Figure 13: Horn's improvements of kd-restart, one upon the other (Horn et al. 2007)."""
 from __future__ import annotations
 
+from gpgpu_rt.bench.workloads import EYE, SHADOW
+
 from .comparison import Column, Comparison, Panel, Results
 from .measure import Cell
 from .output import number
-from .workloads import EYE, SHADOW
 
 WORK = {"primary": EYE, "shadow": SHADOW}
 PLAIN, PACKETS, PUSH_DOWN, SHORT_STACK = LABELS = (

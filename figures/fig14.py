@@ -5,10 +5,11 @@ from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
+from gpgpu_rt.bench.workloads import mirror
+
 from .fig13 import size
 from .measure import Cell, read
 from .output import COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
-from .workloads import mirror
 
 SCENES = ("cornell", "robots", "kitchen", "conference")
 SINGLE, PACKET = METHODS = ("kd-short-stack", "kd-packet")

@@ -1,11 +1,12 @@
 """Figure 16: ropes for single rays and for packets (Popov et al. 2007)."""
 from __future__ import annotations
 
+from gpgpu_rt.bench.workloads import EYE
+
 from .comparison import Column, Comparison, Panel, Results
 from .measure import EMBREE, Cell
 from .output import number
 from .published_numbers import published
-from .workloads import EYE
 
 WORK = {"primary": EYE, "primary+secondary": "picture"}
 SINGLE, PACKET, CPU = "kd-ropes", "kd-ropes-packet", "embreex, one thread"

@@ -1,10 +1,11 @@
 """Figure 22: packets over a BVH and along ropes, from small scenes to very large ones."""
 from __future__ import annotations
 
+from gpgpu_rt.bench.workloads import EYE
+
 from .comparison import Column, Comparison, Panel, Results
 from .measure import EMBREE, Cell
 from .output import number
-from .workloads import EYE
 
 WORK = {"primary": EYE, "primary+shadow": "picture", "primary+secondary": "picture"}
 BVH, ROPES, CPU = "bvh-packet", "kd-ropes-packet", "embreex, one thread"

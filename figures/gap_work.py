@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 import gpgpu_rt as rt
+from gpgpu_rt.bench.workloads import Workload
 from gpgpu_rt.hardware.counters import pass_counts
 from gpgpu_rt.hardware.emulate import morton_order
 from gpgpu_rt.hardware.local_store import Fetches, transfers
@@ -16,8 +17,6 @@ from gpgpu_rt.methods import find_method
 from gpgpu_rt.passes.pass_log import logged
 from gpgpu_rt.statistics import Statistics
 from gpgpu_rt.time_travel import Pass, travel
-
-from .workloads import Workload
 
 # "moved by" a workload; what is "done by" it at each width; "stacks of" its rays.
 MOVED, DONE, STACKS = "moved by ", "done by ", "stacks of "

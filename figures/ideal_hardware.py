@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from gpgpu_rt.bench.workloads import EYE
 from gpgpu_rt.hardware.cards import find_card
 from gpgpu_rt.hardware.machines import Least, machines, on_card, on_cell, on_prototype, runs
 
 from .gap_work import DONE
 from .measure import Cell, read
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
-from .workloads import EYE
 
 SCENES = ("kitchen", "conference")
 METHODS = ("kd-restart", "kd-stack", "bvh-threaded")

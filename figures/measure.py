@@ -21,7 +21,9 @@ from tqdm import tqdm
 
 import gpgpu_rt as rt
 from gpgpu_rt.accuracy.measure import Yardstick
-from gpgpu_rt.bench import embree_runner
+from gpgpu_rt.bench.engines import EMBREE as ONE_THREAD
+from gpgpu_rt.bench.engines import ENGINES
+from gpgpu_rt.bench.workloads import EYE, Workload, load, workload
 from gpgpu_rt.files import replacing
 from gpgpu_rt.gpu import open_gpu
 
@@ -29,7 +31,6 @@ from . import (
     coherence, extreme_runs, first_hit_times, frame_times, gap_work, needs_times, period_work,
     reduction_times, refraction_errors, tree_sizes
 )
-from .workloads import EYE, Workload, load, workload
 
 WARM_UPS = 1
 COHERENCE = "coherence of "   # then a workload: how alike its rays are
@@ -187,10 +188,15 @@ def _timing(samples: list[float], walls: list[float], rays: int) -> dict[str, An
 def _run_embree(cell: Cell) -> dict[str, Any]:
     """Eye rays by embreex; what it counts inside is not known."""
     scene, rays = load(cell.scene), workload(cell.scene, cell.work, cell.size)
-    run_once = embree_runner(scene, rays.origins, rays.directions)
-    if run_once is None:
-        raise rt.Error("embreex is not installed; run `make setup`")
-    samples = [run_once() for _ in range(WARM_UPS + cell.runs)][WARM_UPS:]
+    engine = next(one for one in ENGINES if one.name == ONE_THREAD)
+    if engine.missing:
+        raise rt.Error(f"{engine.missing} is not installed; run `make setup`")
+    run, samples = engine.prepare(scene, rays.compact()), []
+    for turn in range(WARM_UPS + cell.runs):
+        began = time.perf_counter()
+        run()
+        if turn >= WARM_UPS:
+            samples.append(time.perf_counter() - began)
     return {**_heading(cell, scene, open_gpu().info()), **_timing(samples, samples, rays.live),
             "statistics": {}, "counters": {}}
 

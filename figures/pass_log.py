@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import gpgpu_rt as rt
-from gpgpu_rt.passes import ray_tiles
 from gpgpu_rt.passes.traverse import ProgramKey
 
 
@@ -45,7 +44,7 @@ def record_of(sampler: str) -> str:
 
 @contextmanager
 def logged(tracer: rt.Tracer, left_out: tuple[str, ...] = ()) -> Iterator[PassLog]:
-    """Within, every full-screen pass and every draw of pairs of the tracer is written down.
+    """Within, every draw of the tracer is written down.
 
     Parameters
     ----------
@@ -54,8 +53,8 @@ def logged(tracer: rt.Tracer, left_out: tuple[str, ...] = ()) -> Iterator[PassLo
     log = PassLog()
 
     def kernel_of(drawn: Any) -> str:
-        if isinstance(drawn, ray_tiles.PairPass):
-            return "tile_pairs, again" if drawn.again else "tile_pairs"
+        if drawn.uniforms.get("equal"):
+            return "tile_pairs, again"    # for the triangles at the least t
         for key, one in getattr(tracer._traversal, "_programs", {}).items():
             if one is drawn and isinstance(key, ProgramKey):
                 return ("init", *tracer.method.kernels)[key.kernel]
@@ -76,10 +75,9 @@ def logged(tracer: rt.Tracer, left_out: tuple[str, ...] = ()) -> Iterator[PassLo
             reads = dict.fromkeys(record_of(sampler) for sampler in drawn.samplers
                                   if log.names[textures[sampler].glo] == record_of(sampler))
             log.issued.append(Issued(name, tuple(reads), attached))
-    tracer.gpu.watch = Watch()
     try:
-        yield log
+        with tracer.gpu.watched(Watch()):
+            yield log
     finally:
-        tracer.gpu.watch = None
         for one in log.issued:
             one.writes = tuple(dict.fromkeys(log.names.get(glo, "picture") for glo in one.targets))

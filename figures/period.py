@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from gpgpu_rt.bench.workloads import EYE, SHADOW
 from gpgpu_rt.hardware.cards import Card, find_card
 from gpgpu_rt.hardware.model import Counted, Prediction, kernel_work, loop_work, predict
 
@@ -20,7 +21,6 @@ from .output import markdown_table, number, plt, save_chart, write_csv, write_te
 from .period_notes import NOTES, TWICE_PRINTED, WHY
 from .period_work import KERNELS, SQUARES, WORK, counted_rays, image_scale
 from .published_numbers import nanoseconds, published_row
-from .workloads import EYE, SHADOW
 
 TEST = ("intersection", "moller-trumbore")   # the papers': the watertight one is of 2013
 WARP_PACKET = (4, 4)

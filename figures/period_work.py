@@ -7,11 +7,10 @@ from typing import Any
 import numpy as np
 
 import gpgpu_rt as rt
+from gpgpu_rt.bench.workloads import Workload
 from gpgpu_rt.hardware.program import Program
 from gpgpu_rt.hardware.sample import TILE, emulated, program_of, tile_pixels
 from gpgpu_rt.passes.traverse import ProgramKey
-
-from .workloads import Workload
 
 WORK = "period work of "
 # 1024 pixels branch alike, in a loop that takes a step a turn; a kernel a pass

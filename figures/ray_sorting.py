@@ -7,9 +7,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from gpgpu_rt.bench.workloads import EYE, SHADOW, diffuse, mirror
+
 from .measure import COHERENCE, Cell, read
 from .output import COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
-from .workloads import EYE, SHADOW, diffuse, mirror
 
 SCENE = "kitchen"
 METHODS = ("bvh-threaded", "bvh-packet")

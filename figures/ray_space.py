@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from gpgpu_rt.bench.workloads import EYE, SHADOW, mirror
+
 from .measure import Cell, read
 from .output import COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
-from .workloads import EYE, SHADOW, mirror
 
 MIB = 1 << 20
 SCENES = ("cornell", "bunny", "kitchen")

@@ -4,12 +4,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from gpgpu_rt.bench.workloads import EYE
 from gpgpu_rt.hardware.cards import find_card
 
 from .gap_work import MOVED
 from .measure import Cell, read
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
-from .workloads import EYE
 
 SCENE = "kitchen"
 METHODS = ("kd-restart", "kd-short-stack", "bvh-threaded")

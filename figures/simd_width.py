@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from gpgpu_rt.bench.workloads import EYE, diffuse
+
 from .gap_work import DONE, WIDTHS
 from .measure import Cell, read
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
-from .workloads import EYE, diffuse
 
 SCENE = "kitchen"
 RAYS = (EYE, diffuse(2))

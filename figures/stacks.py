@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from gpgpu_rt.bench.workloads import EYE
 from gpgpu_rt.hardware.machines import machines
 from gpgpu_rt.methods import find_method
 
 from .gap_work import DONE, STACKS
 from .measure import Cell, read
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
-from .workloads import EYE
 
 SCENE, CARD = "kitchen", "G80"
 WARP, CLOCKS = 32, 4      # rays of a warp, and clocks that it takes for an instruction

@@ -7,7 +7,7 @@ import functools
 import os
 import threading
 from collections.abc import Iterator, Mapping
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TYPE_CHECKING, Any
 
 import moderngl
@@ -99,12 +99,14 @@ class Gpu:
             raise ContextError(f"OpenGL 3.3 is needed, {context.info['GL_RENDERER']} offers "
                                f"{context.version_code / 100:.1f}; update the driver")
         self.context = context
+        context.extra = self    # there, so that who has a texture alone finds it
         self.backend = backend
         self.renderer: str = context.info["GL_RENDERER"]
         self.version: str = context.info["GL_VERSION"]
         self.max_texture_size: int = context.info["GL_MAX_TEXTURE_SIZE"]
         self.max_draw_buffers: int = context.info["GL_MAX_DRAW_BUFFERS"]
         self.programs: dict[Any, moderngl.Program] = {}   # filled by shader.py
+        self.log: PassLog | None = None    # that a call's passes are written to
         self.watch: Any = None    # is told of passes before they are drawn, where one is asked for
         self._rest: moderngl.Framebuffer | None = None
         self._entered = 0
@@ -127,14 +129,14 @@ class Gpu:
             self.context.__exit__(*exception)
         self._turn.release()
 
-    @property
-    def log(self) -> PassLog | None:
-        """The log that a call's passes are written to, or None."""
-        return self.context.extra    # there, so that who has a texture alone finds it
-
-    @log.setter
-    def log(self, log: PassLog | None) -> None:
-        self.context.extra = log
+    @contextmanager
+    def watched(self, watch: Any) -> Iterator[None]:
+        """Within, ``watch.note(pass, target, textures)`` is called before each draw."""
+        before, self.watch = self.watch, watch
+        try:
+            yield
+        finally:
+            self.watch = before
 
     def drawing(self, name: str, program: moderngl.Program, target: moderngl.Framebuffer,
                 textures: Mapping[str, moderngl.Texture]) -> AbstractContextManager[None]:

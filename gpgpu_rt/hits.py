@@ -1,6 +1,7 @@
 """Hits: what a trace returns, one entry a ray."""
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -47,3 +48,9 @@ class Hits:
         """The arrays that are present, by field name, ready for ``numpy.savez``."""
         pairs = ((f.name, getattr(self, f.name)) for f in fields(self))
         return {name: array for name, array in pairs if array is not None}
+
+
+def joined(parts: Sequence[Hits]) -> Hits:
+    """The hits of several sets of rays as those of one, in their order."""
+    found = [part.to_dict() for part in parts]
+    return Hits(**{name: np.concatenate([one[name] for one in found]) for name in found[0]})

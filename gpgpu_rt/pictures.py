@@ -26,7 +26,7 @@ from .ray_state import RayTextures, StateBuffers, hits_of
 from .scene import Scene
 from .statistics import Statistics
 from .texel_layout import HIT
-from .textures import texture_bytes
+from .textures import release, texture_bytes
 
 
 class Pictures:
@@ -147,8 +147,7 @@ class Pictures:
         needs = SceneNeeds.of(self.scene, asked)
         with self.gpu:
             if last is None or type(last) is not kind or last.needs != needs:
-                if last is not None:
-                    last.release()
+                release(last)
                 self._integrator = kind(self.gpu, self._shown(), needs,
                                         self.options["intersection"])
             assert self._integrator is not None

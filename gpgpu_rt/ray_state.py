@@ -14,7 +14,7 @@ from .hits import INVALID, Hits
 from .precision import Precision
 from .record import EXACT_INTEGER, Record
 from .texel_layout import COUNTERS, HIT, RAY_AFTER_HIT, RAY_TEXELS
-from .textures import read_texture, stream_textures, texture_bytes, write_texture
+from .textures import read_texture, release, stream_textures, texture_bytes, write_texture
 
 ROW = 1024   # rays in a row of the texture where the caller gave no shape
 
@@ -213,9 +213,7 @@ class RayTextures:
         return stream_samplers(RAY_TEXELS.name, self.textures)
 
     def release(self) -> None:
-        self.gpu.release(self.target)
-        for texture in self.textures:
-            texture.release()
+        release(self.target, self.textures)
 
 
 def stream_samplers(name: str, textures: list[moderngl.Texture]) -> dict[str, moderngl.Texture]:
@@ -228,7 +226,6 @@ class StateBuffer:
 
     def __init__(self, gpu: Gpu, records: list[Record], size: tuple[int, int],
                  depth: moderngl.Renderbuffer) -> None:
-        self.gpu = gpu
         self.records = {r.name: r for r in records}
         self.streams = {r.name: stream_textures(gpu, r, size) for r in records}
         self.textures = [t for textures in self.streams.values() for t in textures]
@@ -253,9 +250,7 @@ class StateBuffer:
                           np.ascontiguousarray(packed[:, texel], "<" + texture.dtype))
 
     def release(self) -> None:
-        self.gpu.release(self.target)
-        for texture in self.textures:
-            texture.release()
+        release(self.target, self.textures)
 
 
 class StateBuffers:
@@ -285,7 +280,4 @@ class StateBuffers:
         return sum(texture_bytes(side.textures) for side in self)
 
     def release(self) -> None:
-        for side in self:
-            side.release()
-        self.gpu.release(self.mask)
-        self.depth.release()
+        release(self._sides, self.mask, self.depth)

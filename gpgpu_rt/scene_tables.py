@@ -8,7 +8,7 @@ import moderngl
 from .gpu import Gpu
 from .methods.row import Accelerator, Tables
 from .precision import Precision
-from .textures import table_textures, texture_bytes
+from .textures import release, table_textures, texture_bytes
 
 
 class SceneTables(dict[str, dict[str, moderngl.Texture]]):
@@ -50,5 +50,4 @@ class SceneTables(dict[str, dict[str, moderngl.Texture]]):
         """Free every other table."""
         for name in self.keys() - {record.name for record in records}:
             del self.written[name]
-            for texture in self.pop(name).values():
-                texture.release()
+            release(self.pop(name))

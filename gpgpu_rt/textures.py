@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -127,7 +128,7 @@ def write_texture(texture: moderngl.Texture, values: np.ndarray,
 
 def note_moved(texture: moderngl.Texture, up: int = 0, down: int = 0) -> None:
     """Write bytes that went up or came down into the log of passes, where there is one."""
-    log = texture.ctx.extra
+    log = texture.ctx.extra.log
     if log is not None:
         log.uploaded += up
         log.read_back += down
@@ -136,3 +137,19 @@ def note_moved(texture: moderngl.Texture, up: int = 0, down: int = 0) -> None:
 def texture_bytes(textures: Iterable[moderngl.Texture]) -> int:
     """Bytes that textures take."""
     return sum(t.width * t.height * t.components * int(t.dtype[1]) for t in textures)
+
+
+def release(*parts: Any) -> None:
+    """Free GL objects, and what has a ``release`` of its own.
+
+    Parameters
+    ----------
+    parts : these, None, or iterables and dicts of them
+    """
+    for part in parts:
+        if isinstance(part, moderngl.Framebuffer):
+            part.ctx.extra.release(part)
+        elif hasattr(part, "release"):
+            part.release()
+        elif part is not None:
+            release(*(part.values() if isinstance(part, Mapping) else part))

@@ -36,7 +36,7 @@ from .scene import Scene, load_scene
 from .scene_tables import SceneTables
 from .statistics import Statistics
 from .texel_layout import COUNTERS, HIT
-from .textures import texture_bytes
+from .textures import release, texture_bytes
 
 DEFAULT_METHOD = "bvh-threaded"
 AUTO = "auto"
@@ -374,15 +374,15 @@ class Tracer(Pictures):
     # Lifetime -------------------------------------------------------------------------------
 
     def _release_room(self) -> None:
-        _release(self._rays, self._buffers)
+        release(self._rays, self._buffers)
         self._rays = self._buffers = None
 
     def release(self) -> None:
         """Free textures and programs; the tracer is of no use afterwards."""
         with self.gpu:
             self._release_room()
-            _release(self._integrator, self._eye_drivers, self._traversal,
-                     self.accelerator.finisher)
+            release(self._integrator, self._eye_drivers, self._traversal,
+                    self.accelerator.finisher)
             self._tables.keep(())
 
     def __enter__(self) -> Tracer:
@@ -395,9 +395,3 @@ class Tracer(Pictures):
 
     def __exit__(self, *exception: object) -> None:
         self.release()
-
-
-def _release(*parts: Any) -> None:
-    for part in parts:
-        if part is not None:
-            part.release()

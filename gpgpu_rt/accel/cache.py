@@ -12,9 +12,10 @@ import hashlib
 import json
 import os
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
@@ -32,6 +33,7 @@ RECORDS = {record.__name__: record for record in (Bih, Bvh, Grid, KdTree, Octree
 
 
 _keeping = contextvars.ContextVar("keeping", default=True)
+_files: contextvars.ContextVar[list[Path] | None] = contextvars.ContextVar("files", default=None)
 
 
 def cached(build: Callable[..., Structure], triangles: np.ndarray, /,
@@ -51,6 +53,8 @@ def cached(build: Callable[..., Structure], triangles: np.ndarray, /,
     if folder is None or not _keeping.get():
         return build(triangles, **options)
     path = folder / f"{_key(build, triangles, options)}.npz"
+    if (files := _files.get()) is not None:
+        files.append(path)
     structure = _load(path)
     if structure is None:
         structure = build(triangles, **options)
@@ -66,6 +70,25 @@ def uncached() -> Iterator[None]:
         yield
     finally:
         _keeping.reset(token)
+
+
+@contextlib.contextmanager
+def cache_files() -> Iterator[list[Path]]:
+    """Within it, the list of the files that are looked up or kept: others may take them."""
+    token = _files.set(files := [])
+    try:
+        yield files
+    finally:
+        _files.reset(token)
+
+
+def give_cache(files: Mapping[str, bytes]) -> None:
+    """Keep files of another machine's cache, by name, that are not here yet."""
+    folder = cache_folder()
+    for name, content in files.items():
+        if folder is not None and not (folder / name).exists():
+            with contextlib.suppress(OSError):
+                _write(folder / name, lambda file, content=content: file.write(content))
 
 
 def cache_folder() -> Path | None:
@@ -133,14 +156,20 @@ def _store(path: Path, structure: Structure) -> None:
               for field in fields(structure)}
     arrays["record"] = np.array(type(structure).__name__)
     arrays["checksum"] = _checksum(arrays)
+    with contextlib.suppress(OSError):
+        _write(path, lambda file: np.savez(file, **arrays))
+
+
+def _write(path: Path, fill: Callable[[BinaryIO], object]) -> None:
     temporary = None
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=path.parent, prefix=path.stem, suffix=".tmp",
                                          delete=False) as file:
             temporary = file.name
-            np.savez(file, **arrays)
+            fill(file)
         os.replace(temporary, path)
     except OSError:
         if temporary is not None:
             Path(temporary).unlink(missing_ok=True)
+        raise

@@ -2,16 +2,15 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 
 from ..errors import OptionError
 from ..hardware.cards import Card, cards
-from .shared import print_json, print_table, say
+from .shared import Command, print_json, print_table, say
 
 SCENE = "cornell"   # programs hardly depend on the scene, their tables do
 
 
-def add_command(command: Callable[..., argparse.ArgumentParser]) -> None:
+def add_command(command: Command) -> None:
     sub = command("hardware", _hardware, "the survey's graphics cards: figures, sources, limits")
     sub.add_argument("--methods", action="store_true", help="which methods each could have run, "
                      "from the compiled programs of each schedule (takes a minute)")

@@ -3,7 +3,6 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Callable
 from pathlib import Path
 
 from ..errors import OptionError
@@ -14,9 +13,7 @@ from ..pass_pictures import write_passes
 from ..scene import load_scene
 from ..tracer import Tracer
 from .frames import IMAGES
-from .shared import add_options, options_for, print_json, print_table, size_word
-
-Command = Callable[[str, Callable[[argparse.Namespace], None], str], argparse.ArgumentParser]
+from .shared import Command, add_options, options_for, print_json, print_table, size_word
 
 
 def add_commands(command: Command) -> None:

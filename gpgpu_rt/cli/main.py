@@ -11,21 +11,20 @@ from typing import Any
 
 import numpy as np
 
-from ..bench import bench
 from ..errors import Error, OptionError
 from ..files import check_writable, replacing
 from ..gpu import probe
 from ..integrators.plan import Plan
-from ..methods import Method, methods
+from ..methods import methods
 from ..rasterised.first_hits import FIRST_HITS
 from ..scene import Scene, list_scenes, load_scene
 from ..surfaces.parametrise import CUTS, remesh
 from ..tracer import AUTO, DEFAULT_METHOD, Tracer
-from . import hardware, looking, tuning
+from . import benching, hardware, looking, tuning
 from .frames import IMAGES, add_frames, render_frames
 from .picture import add_picture, explain, light_options, picture_options, progress_shown
 from .shared import (
-    add_options, all_options, given_options, options_for, print_json, print_table, say, size_word,
+    add_options, all_options, given_options, options_for, print_json, print_table, size_word,
     spelled_out
 )
 
@@ -134,30 +133,6 @@ def _remesh(chosen: argparse.Namespace) -> None:
         return print_json(found)
     print(f"wrote {chosen.output}: {chosen.size + 1} x {chosen.size + 1} positions, "
           f"{found['triangles']:,} triangles; render it with -m geometry-image")
-
-
-def _bench(chosen: argparse.Namespace) -> None:
-    if chosen.methods:
-        candidates = [(name, options_for(chosen, name)) for name in chosen.methods.split(",")]
-    else:
-        candidates = [("bvh-threaded", {"octants": True})] + [
-            (row.name, {}) for row in methods() if _is_quick(row)]
-    scene = load_scene(chosen.scene)
-    rows = bench(scene, candidates, chosen.size, chosen.runs, say)
-    if chosen.json:
-        return print_json(rows)
-    print(f"{scene.name}, {len(scene):,} triangles, {chosen.size[0]} x {chosen.size[1]} eye rays")
-    print_table(
-        ("method", "options", "Mrays/s", "over embreex", "ms", "ms arrays in to out", "spread"),
-        [(r["name"], " ".join(f"{k}={v}" for k, v in r["options"].items()) or "-",
-          f"{r['rays_per_second'] / 1e6:.2f}",
-          f"{r['over_embree']:.2f}" if "over_embree" in r else "-", f"{r['seconds'] * 1e3:.0f}",
-          f"{r['wall_seconds'] * 1e3:.0f}", f"{r['spread']:.2f}") for r in rows])
-
-
-def _is_quick(row: Method) -> bool:
-    """Whether a method takes a million rays in seconds, not in minutes a run."""
-    return row.name != "brute-force" and "loop" in row.schedules
 
 
 # What commands share -------------------------------------------------------------------------
@@ -298,15 +273,7 @@ def _parser() -> argparse.ArgumentParser:
     sub.add_argument("--size", type=int, default=128, help="cells a side; default %(default)s")
     sub.add_argument("--cuts", type=int, default=CUTS, help="paths at most that are cut to places "
                      "which come out too small; default %(default)s")
-    sub = command("bench", _bench, "eye rays per second of the methods, beside embreex")
-    sub.add_argument("scene", help="a scene's name or a mesh file")
-    sub.add_argument("-m", "--methods", metavar="NAME,NAME,...", help="default: all but "
-                     + " and ".join(row.name for row in methods() if not _is_quick(row)))
-    sub.add_argument("--size", type=size_word, default=(1024, 1024), metavar="WIDTHxHEIGHT",
-                     help="eye rays; default 1024x1024")
-    sub.add_argument("--runs", type=int, default=5, help="timed runs of each after a warm-up; "
-                     "default %(default)s")
-    add_options(sub)
+    benching.add_command(command)
     hardware.add_command(command)
     looking.add_commands(command)
     tuning.add_commands(command)

@@ -7,12 +7,11 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
-from ..errors import OptionError
 from ..integrators import DEFAULT, INTEGRATORS, find_integrator
 from ..integrators.plan import Plan
 from ..options import Option, spell
 from ..tracer import Tracer
-from .shared import add_option, say, word_of
+from .shared import add_option, parsed, say
 
 
 def add_picture(sub: argparse.ArgumentParser) -> None:
@@ -34,16 +33,8 @@ def picture_options(chosen: argparse.Namespace) -> dict[str, Any]:
     """What `Tracer.render` takes besides camera and size; OptionError for an option that the
     integrator has not."""
     kind = find_integrator(chosen.integrator)
-    known = {option.name: option for option in kind.options}
-    given: dict[str, Any] = {"integrator": kind.name}
-    for name, option in light_options().items():
-        text = getattr(chosen, "picture_" + name)
-        if text is None:
-            continue
-        if name not in known:
-            raise OptionError(f"integrator {kind.name} has no option {word_of(option)}")
-        given[name] = known[name].parse(text)
-    return given
+    return {"integrator": kind.name, **parsed(chosen, "picture_", light_options(), kind.options,
+                                              f"integrator {kind.name}")}
 
 
 def explain(chosen: argparse.Namespace, tracer: Tracer) -> Plan | None:

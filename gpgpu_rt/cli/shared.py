@@ -4,12 +4,15 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from ..errors import OptionError
 from ..methods import find_method, methods
 from ..options import TRACER_OPTIONS, TRUTH, Option, spell
+
+# Declares a command: its name, what runs it and its help.
+Command = Callable[[str, Callable[[argparse.Namespace], None], str], argparse.ArgumentParser]
 
 
 def all_options() -> dict[str, Option]:
@@ -61,16 +64,29 @@ def given_options(chosen: argparse.Namespace) -> dict[str, Any]:
 
 def options_for(chosen: argparse.Namespace, method: str) -> dict[str, Any]:
     """The options that were given; one that the method has not is refused."""
-    known = {option.name: option for option in TRACER_OPTIONS + find_method(method).options}
-    options = {}
-    for name in all_options():
-        text = getattr(chosen, "option_" + name)
+    return parsed(chosen, "option_", all_options(), TRACER_OPTIONS + find_method(method).options,
+                  f"method {method}")
+
+
+def parsed(chosen: argparse.Namespace, prefix: str, asked: Mapping[str, Option],
+           known: Sequence[Option], whose: str) -> dict[str, Any]:
+    """The options among those ``asked`` for under ``prefix`` that were given.
+
+    Raises
+    ------
+    OptionError
+        for one that is not ``known``, and so not ``whose``
+    """
+    table = {option.name: option for option in known}
+    given = {}
+    for name, option in asked.items():
+        text = getattr(chosen, prefix + name)
         if text is None:
             continue
-        if name not in known:
-            raise OptionError(f"method {method} has no option --{name.replace('_', '-')}")
-        options[name] = known[name].parse(text)
-    return options
+        if name not in table:
+            raise OptionError(f"{whose} has no option {word_of(option)}")
+        given[name] = table[name].parse(text)
+    return given
 
 
 def size_word(text: str) -> tuple[int, int]:

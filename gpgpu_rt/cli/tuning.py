@@ -4,7 +4,6 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Callable
 from typing import Any
 
 from .. import settings
@@ -17,9 +16,7 @@ from ..errors import Error
 from ..files import check_writable, replacing
 from ..gpu import open_gpu
 from ..scene import load_scene
-from .shared import add_options, given_options, print_json, print_table, say, size_word
-
-Command = Callable[[str, Callable[[argparse.Namespace], None], str], argparse.ArgumentParser]
+from .shared import Command, add_options, given_options, print_json, print_table, say, size_word
 
 
 def add_commands(command: Command) -> None:

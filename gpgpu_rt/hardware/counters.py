@@ -37,12 +37,8 @@ def counted(tracer: Tracer, call: Callable[[], Any]) -> tuple[list[dict[str, Any
     if tracer.options["statistics"]:
         raise OptionError("counting with statistics=True counts the counters too; leave it out")
     turns = Turns()
-    with tracer.gpu, logged(tracer.gpu, Statistics()) as log:
-        tracer.gpu.watch = turns
-        try:
-            call()
-        finally:
-            tracer.gpu.watch = None
+    with tracer.gpu, logged(tracer.gpu, Statistics()) as log, tracer.gpu.watched(turns):
+        call()
     return pass_counts(log, turns), log
 
 

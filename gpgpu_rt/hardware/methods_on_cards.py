@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 from ..methods import find_method, methods
-from ..passes.full_screen import FullScreenPass
+from ..passes.fragment_pass import FragmentPass
 from ..scene import load_scene
 from ..tracer import Tracer
 from .cards import Card, Needs
@@ -22,13 +22,13 @@ SIZE = 8   # pixels a side: programs do not depend on it
 
 
 class _Programs:
-    """Every full-screen pass of a call: its texts, the most targets it was drawn into, and the
-    texels of the largest table it read."""
+    """Every program of a call: its texts, the most targets it was drawn into, and the texels of
+    the largest table it read."""
 
     def __init__(self) -> None:
         self.found: dict[tuple[str, str], tuple[str, int, int]] = {}
 
-    def note(self, one: FullScreenPass, target: Any, textures: Mapping[str, Any]) -> None:
+    def note(self, one: FragmentPass, target: Any, textures: Mapping[str, Any]) -> None:
         if one.name in LEFT_OUT:
             return
         texts = one.gpu.text_of(one.program)
@@ -54,11 +54,8 @@ def method_needs(names: list[str] | None = None, scene_name: str = "cornell"
         for schedule in row.schedules:
             watch = _Programs()
             with Tracer(scene, row.name, schedule=schedule) as tracer:
-                tracer.gpu.watch = watch
-                try:
+                with tracer.gpu.watched(watch):
                     tracer.trace(*rays)
-                finally:
-                    tracer.gpu.watch = None
             seen[row.name, schedule] = watch.found
     texts = list(dict.fromkeys(text for found in seen.values() for text in found))
     programs = {text: parse(code) for text, code in zip(texts, compiled(texts))}

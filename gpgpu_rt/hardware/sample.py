@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..passes.full_screen import FullScreenPass
+from ..passes.fragment_pass import FragmentPass
 from ..tracer import Tracer
 from .compiler import compiled
 from .emulate import WIDTHS, Look, Run, emulate, morton_order, unseen
@@ -50,11 +50,11 @@ class Watch:
         self.texel_bytes: dict[str, int] = {}
         self.written_bytes = 0    # a fragment
 
-    def note(self, one: FullScreenPass, target: Any, textures: Mapping[str, Any]) -> None:
+    def note(self, one: FragmentPass, target: Any, textures: Mapping[str, Any]) -> None:
         if self.texts is not None or one.name not in TRAVERSALS:
             return
         self.texts, self.target = one.gpu.text_of(one.program), target
-        self.uniforms = one.uniforms
+        self.uniforms = dict(one.uniforms)
         self.written_bytes = sum(texel_bytes(t) for t in target.color_attachments)
         for name in one.samplers:
             self.samplers[name] = as_array(textures[name])
@@ -92,12 +92,9 @@ def emulated(tracer: Tracer, origins: np.ndarray, directions: np.ndarray, any_hi
         what it did; and the draw, whose results are what the emulation must have come to
     """
     watch = Watch()
-    tracer.gpu.watch = watch
-    try:
+    with tracer.gpu.watched(watch):
         (tracer.occluded if any_hit else tracer.trace)(
             origins, directions, t_max=t_max, invalid="miss")
-    finally:
-        tracer.gpu.watch = None
     assert watch.texts is not None
     vertex, fragment = watch.texts
     if flat:

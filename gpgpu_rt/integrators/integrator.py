@@ -27,6 +27,7 @@ from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer
 from ..record import TABLE_WIDTH_LOG2, Record
 from ..scene import Scene
+from ..textures import release
 from .room import Room, Stream, held
 from .scene_textures import SceneTextures
 
@@ -181,12 +182,9 @@ class Integrator:
         return {**self.textures.bytes(), **(self.room.bytes() if self.room else {})}
 
     def _release_room(self) -> None:
-        if self.room is not None:
-            self.room.release()
+        release(self.room)
         self.room = None
 
     def release(self) -> None:
         self._release_room()
-        self.textures.release()
-        for program in (*self._programs.values(), self._eye):
-            program.release()
+        release(self.textures, self._programs, self._eye)

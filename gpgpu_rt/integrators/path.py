@@ -25,7 +25,7 @@ from ..precision import Precision
 from ..ray_state import RayTextures
 from ..scene import Scene
 from ..texel_layout import DIRECT, HIT, LIT, RADIANCE, RAY_TEXELS, SUMS, WALK
-from ..textures import read_texture
+from ..textures import read_texture, release
 from .integrator import ALL_FEATURES, Integrator, Pass, Samplers, Trace
 from .path_settings import MOST_SURVIVE, PathSettings
 from .room import Room, Stream
@@ -44,6 +44,7 @@ class Path(Integrator):
     centred = False
     _sums: Room | None = None
     _mask: moderngl.Framebuffer | None = None
+    _depth: moderngl.Renderbuffer | None = None
     options = (
         ALL_FEATURES,
         Option("bounces", _DEFAULTS.bounces, "how often a path may turn at most; "
@@ -179,7 +180,7 @@ class Path(Integrator):
         try:
             yield target
         finally:
-            self.gpu.release(target)
+            release(target)
 
     def _finished(self, sums: str) -> bool:
         """Take the means so far, and whether their noise is as low as was asked for."""
@@ -204,12 +205,8 @@ class Path(Integrator):
 
     def _release_room(self) -> None:
         super()._release_room()
-        if self._sums is not None:
-            self._sums.release()
-        if self._mask is not None:
-            self.gpu.release(self._mask)
-            self._depth.release()
-        self._sums = self._mask = None
+        release(self._sums, self._mask, self._depth)
+        self._sums = self._mask = self._depth = None
 
 
 def shown(light: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ from ..precision import Precision
 from ..ray_state import RayTextures, stream_samplers
 from ..record import Record
 from ..texel_layout import HIT, RAY_TEXELS
-from ..textures import stream_textures, texture_bytes
+from ..textures import release, stream_textures, texture_bytes
 
 # How GL leaves an empty ray, a texel each: an interval that ends before it begins.
 EMPTY_RAY = ((0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 1.0, -1.0))
@@ -94,12 +94,5 @@ class Room:
         return {name: texture_bytes(textures) for name, textures in self._textures.items()}
 
     def release(self) -> None:
-        self.rectangles.buffer.release()
-        for target in self._targets.values():
-            self.gpu.release(target)
-        for name, textures in self._textures.items():
-            if name in self.rays:
-                self.rays[name].release()
-            else:
-                for texture in textures:
-                    texture.release()
+        release(self.rectangles, self._targets, self.rays)
+        release(textures for name, textures in self._textures.items() if name not in self.rays)

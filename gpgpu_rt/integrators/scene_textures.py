@@ -9,7 +9,7 @@ from ..appearance.needs import SceneNeeds
 from ..gpu import Gpu
 from ..precision import Precision
 from ..scene import Scene
-from ..textures import make_texture, table_textures, texture_bytes
+from ..textures import make_texture, release, table_textures, texture_bytes
 
 BLACK = np.zeros((1, 1, 4), np.float32)
 
@@ -79,5 +79,4 @@ class SceneTextures:
                 **{name: texture_bytes([image]) for name, image in self.images.items()}}
 
     def release(self) -> None:
-        for texture in self.samplers().values():
-            texture.release()
+        release(self.samplers())

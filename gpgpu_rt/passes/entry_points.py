@@ -16,7 +16,7 @@ from ..ray_state import RayTextures, StateBuffer, StateBuffers, stream_samplers
 from ..record import Record
 from ..statistics import Statistics
 from ..texel_layout import ENTRIES, ENTRY_LIST, ENTRY_POINTS, ENTRY_TILE, TILE_BEAM
-from ..textures import read_texture, stream_textures, texture_bytes
+from ..textures import read_texture, release, stream_textures, texture_bytes
 from .driver import Driver, Samplers, Setup
 from .full_screen import FullScreenPass
 from .packet_room import PacketHits
@@ -141,8 +141,7 @@ class EntryPoints:
         self._hand_on()
 
     def _release_room(self) -> None:
-        for level in self._levels:
-            level.release()
+        release(self._levels)
         self._levels = []
 
     def bytes(self) -> int:
@@ -150,17 +149,15 @@ class EntryPoints:
         return sum(level.bytes() for level in self._levels) + self.driver.bytes()
 
     def release(self) -> None:
-        for program in self._programs.values():
-            program.release()
         self._release_room()
-        self.driver.release()
+        release(self._programs, self.driver)
 
 
 class _Image:
     """A record a texel, and the framebuffer that draws there."""
 
     def __init__(self, owner: EntryPoints, record: Record, size: tuple[int, int]) -> None:
-        self.gpu, self.record = owner.gpu, record
+        self.record = record
         self.textures = stream_textures(owner.gpu, record, size)
         self.target = owner.gpu.context.framebuffer(self.textures)
 
@@ -168,9 +165,7 @@ class _Image:
         return stream_samplers(self.record.name, self.textures)
 
     def release(self) -> None:
-        self.gpu.release(self.target)
-        for texture in self.textures:
-            texture.release()
+        release(self.target, self.textures)
 
 
 @dataclass
@@ -188,5 +183,4 @@ class _Level:
                    for image in (self.beams, self.entries, self.lists))
 
     def release(self) -> None:
-        for image in (self.beams, self.entries, self.lists):
-            image.release()
+        release(self.beams, self.entries, self.lists)

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 import moderngl
 import numpy as np
 
-from ..errors import Error
 from ..gpu import Gpu
-from ..shader import compile_program
+from ..statistics import Statistics
+from ..textures import release
+from .fragment_pass import FragmentPass
 
-GL_SAMPLERS = (0x8B5E, 0x8DD2)   # sampler2D, usampler2D
 MOST_RECTANGLES = 1 << 14
 
 
@@ -34,34 +34,20 @@ class Rectangles:
             self.buffer.write(self.corners)
             self._gpu.note_moved(up=self.corners.nbytes)
 
+    def release(self) -> None:
+        self.buffer.release()
 
-class FullScreenPass:
-    """A fragment program from ``glsl/passes/`` and the geometry it is drawn with."""
+
+class FullScreenPass(FragmentPass):
+    """A fragment program from ``glsl/passes/``, run on the texels of rectangles."""
 
     def __init__(self, gpu: Gpu, fragment: str, defines: Mapping[str, object] | None = None,
                  virtual: Mapping[str, str] | None = None) -> None:
-        self.gpu = gpu
-        self.name, self.label = fragment, ""   # the label: what it is called in a log
-        self.program = compile_program(gpu, fragment, defines, virtual)
+        super().__init__(gpu, fragment, defines, virtual)
         self._whole = Rectangles(gpu, 1)
-        self._geometry: dict[int, moderngl.VertexArray] = {}
+        self._geometry: dict[Rectangles, moderngl.VertexArray] = {}
         self._size: tuple[int, int] | None = None
         self._area = self._whole, 1     # of the draw that is watched
-        self._uniforms: dict[str, object] = {}
-        self._samplers = [name for name in self.program
-                          if getattr(self.program[name], "gl_type", None) in GL_SAMPLERS]
-        for unit, name in enumerate(self._samplers):
-            self.program[name].value = unit
-
-    @property
-    def samplers(self) -> tuple[str, ...]:
-        """Names of the textures that the program reads once it is compiled."""
-        return tuple(self._samplers)
-
-    @property
-    def uniforms(self) -> dict[str, object]:
-        """The uniforms that were set, by name."""
-        return dict(self._uniforms)
 
     def covered(self, size: tuple[int, int]) -> np.ndarray:
         """(n, 2) int, x and y: the texels of a target of (width, height) that the draw being
@@ -75,19 +61,6 @@ class FullScreenPass:
             np.add.at(edges, (y, x), step)
         return np.argwhere(edges.cumsum(0).cumsum(1)[:-1, :-1] > 0)[:, ::-1]
 
-    def set(self, **uniforms: object) -> None:
-        """Set uniforms by name; one that this variant compiled away is passed over."""
-        self._uniforms.update({name: value for name, value in uniforms.items()
-                               if name in self.program})
-        self.program.extra = None   # what it was last drawn with no longer holds
-
-    def _take_program(self) -> None:
-        """Give the program this pass's uniforms: passes of the same text share one program."""
-        if self.program.extra is not self:
-            for name, value in self._uniforms.items():
-                self.program[name].value = value
-            self.program.extra = self
-
     def draw(self, target: moderngl.Framebuffer, textures: Mapping[str, moderngl.Texture],
              depth: float = 0.0, rectangles: Rectangles | None = None,
              unit: int = 1) -> None:
@@ -100,13 +73,6 @@ class FullScreenPass:
         rectangles : where to draw; None is everywhere
         unit : what ``rectangles`` counts, in texels of the target: 1 / unit texels each
         """
-        self._take_program()
-        attached = {texture.glo for texture in target.color_attachments}
-        for slot, name in enumerate(self._samplers):
-            texture = textures[name]
-            if texture.glo in attached:   # GL would not say so: results are undefined
-                raise Error(f"{self.name} samples {name} while drawing into it")
-            texture.use(slot)
         size = target.size
         if rectangles is None:
             rectangles = self._whole
@@ -115,28 +81,26 @@ class FullScreenPass:
                 self._size = size
         self.program["scale"].value = (2.0 / (unit * size[0]), 2.0 / (unit * size[1]))
         self.program["depth"].value = 2.0 * depth - 1.0
-        if self.gpu.watch is not None:
-            self._area = rectangles, unit
-            self.gpu.watch.note(self, target, textures)
-        target.use()
-        geometry = self._geometry.get(id(rectangles))
+        self._area = rectangles, unit
+        geometry = self._geometry.get(rectangles)
         if geometry is None:
-            geometry = self._geometry[id(rectangles)] = self.gpu.context.vertex_array(
+            geometry = self._geometry[rectangles] = self.gpu.context.vertex_array(
                 self.program, [(rectangles.buffer, "4f/i", "rectangle")])
-        if self.gpu.log is None:
-            self._render(geometry, rectangles)
-            return
-        used = {name: textures[name] for name in self._samplers}
-        with self.gpu.drawing(self.label or self.name, self.program, target, used):
-            self._render(geometry, rectangles)
-
-    def _render(self, geometry: moderngl.VertexArray, rectangles: Rectangles) -> None:
         if rectangles is self._whole:   # one triangle, twice as large as the target
-            geometry.render(moderngl.TRIANGLES, vertices=3, instances=1)
-        elif rectangles.count:
-            geometry.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=rectangles.count)
+            self.issue(geometry, target, textures, moderngl.TRIANGLES, 3)
+        else:
+            self.issue(geometry, target, textures, moderngl.TRIANGLE_STRIP, 4, rectangles.count)
+
+    def count(self, target: moderngl.Framebuffer, textures: Mapping[str, moderngl.Texture],
+              statistics: Statistics, depth: float = 0.0,
+              rectangles: Rectangles | None = None) -> int:
+        """Draw, and ask by an occlusion query how many texels were let through."""
+        query = self.gpu.query()
+        with query:
+            self.draw(target, textures, depth, rectangles)
+        statistics.draw_calls += 1
+        statistics.queries += 1
+        return int(query.samples)
 
     def release(self) -> None:
-        for geometry in self._geometry.values():
-            geometry.release()
-        self._whole.buffer.release()
+        release(self._geometry, self._whole)

@@ -9,7 +9,7 @@ import numpy as np
 from ..gpu import Gpu
 from ..ray_state import StateBuffer
 from ..texel_layout import HIT
-from ..textures import make_texture, read_texture, texture_bytes
+from ..textures import make_texture, read_texture, release, texture_bytes
 
 
 class PacketRoom:
@@ -26,7 +26,7 @@ class PacketRoom:
 
     def __init__(self, gpu: Gpu, size: tuple[int, int], packet: tuple[int, int], targets: int,
                  pairs: bool, statistics: bool) -> None:
-        self.gpu, self.rays, self.packet = gpu, size, packet
+        self.rays, self.packet = size, packet
         self.size = (-(-size[0] // packet[0]), -(-size[1] // packet[1]))
         what = f"{self.size[0] * self.size[1]} packets"
         self.hits = [make_texture(gpu, self.size, 4, what, dtype="u4" if pairs else "f4")
@@ -57,10 +57,7 @@ class PacketRoom:
         return texture_bytes((*self.hits, *self.counters))
 
     def release(self) -> None:
-        for target in (*self.targets.values(), self.mask):
-            self.gpu.release(target)
-        for texture in (*self.hits, *self.counters, self.depth):
-            texture.release()
+        release(self.targets, self.mask, self.hits, self.counters, self.depth)
 
 
 class PacketHits:

@@ -11,7 +11,7 @@ from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..record import Record, streams_glsl
 from ..statistics import Statistics
 from ..texel_layout import COUNTERS, HIT
-from ..textures import texture_bytes
+from ..textures import release, texture_bytes
 from .driver import Samplers, Setup, Watch
 from .full_screen import FullScreenPass
 from .packets import packet_defines, packet_of
@@ -108,22 +108,13 @@ class PacketSteps:
 
     def _live(self, room: _Room, packets: StateBuffer, statistics: Statistics) -> int:
         program = self._counting("passes/mask.frag", self.state)
-        done = self._samples(program, room.mask, packets, statistics)
+        done = program.count(room.mask, packets.samplers(), statistics)
         return room.size[0] * room.size[1] - done
 
     def _stopped(self, final: StateBuffer, buffers: StateBuffers, statistics: Statistics) -> int:
         program = self._counting("passes/classify.frag", self.method.state)
         program.set(phase=UNFINISHED)
-        return self._samples(program, buffers.mask, final, statistics)
-
-    def _samples(self, program: FullScreenPass, mask: moderngl.Framebuffer, source: StateBuffer,
-                 statistics: Statistics) -> int:
-        query = self.gpu.query()
-        with query:
-            program.draw(mask, source.samplers())
-        statistics.draw_calls += 1
-        statistics.queries += 1
-        return query.samples
+        return program.count(buffers.mask, final.samplers(), statistics)
 
     # Programs and textures ------------------------------------------------------------------
 
@@ -159,8 +150,7 @@ class PacketSteps:
         width, height = packet_of(self.options)
         size = (-(-rays[0] // width), -(-rays[1] // height))
         if self._room is None or self._room.size != size:
-            if self._room is not None:
-                self._room.release()
+            release(self._room)
             self._room = _Room(self, size)
         return self._room
 
@@ -169,17 +159,14 @@ class PacketSteps:
         return self._room.bytes() if self._room is not None else 0
 
     def release(self) -> None:
-        for program in self._programs.values():
-            program.release()
-        if self._room is not None:
-            self._room.release()
+        release(self._programs, self._room)
 
 
 class _Room:
     """The ping-pong pair of packets' states, and the atlas of their stacks."""
 
     def __init__(self, owner: PacketSteps, size: tuple[int, int]) -> None:
-        self.gpu, self.size = owner.gpu, size
+        self.size = size
         state = owner.precision.layout(owner.state)
         self.depth = owner.gpu.context.depth_renderbuffer(size)
         self.mask = owner.gpu.context.framebuffer(depth_attachment=self.depth)
@@ -196,8 +183,4 @@ class _Room:
                 + (self.atlas.bytes() if self.atlas is not None else 0))
 
     def release(self) -> None:
-        for part in (*self.sides, self.atlas):
-            if part is not None:
-                part.release()
-        self.gpu.release(self.mask)
-        self.depth.release()
+        release(self.sides, self.atlas, self.mask, self.depth)

@@ -15,6 +15,7 @@ from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..record import Record, streams_glsl
 from ..statistics import Statistics
 from ..texel_layout import COUNTERS, HIT, RAY_TEXELS
+from ..textures import release
 from .driver import Samplers, Setup
 from .full_screen import FullScreenPass
 from .packet_room import PacketHits, PacketRoom
@@ -51,9 +52,8 @@ class PacketTraversal:
         self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
         for program in self._programs.values():
             program.set(**accelerator.uniforms)
-        if self._single is not None:   # made again of what is there now
-            self._single.release()
-            self._single = None
+        release(self._single)
+        self._single = None   # made again of what is there now
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[StateBuffer | PacketHits, int]:
@@ -88,13 +88,7 @@ class PacketTraversal:
     def _packets_left(self, room: PacketRoom, statistics: Statistics) -> int:
         """Packets that left rays behind: their depth is 1, that of others 0."""
         self.gpu.context.depth_func = "<"
-        program = self._program("everywhere", False)
-        query = self.gpu.query()
-        with query:
-            program.draw(room.mask, {}, depth=0.5)
-        statistics.draw_calls += 1
-        statistics.queries += 1
-        return query.samples
+        return self._program("everywhere", False).count(room.mask, {}, statistics, depth=0.5)
 
     def _hand_back(self, rays: RayTextures, buffers: StateBuffers, room: PacketRoom,
                    statistics: Statistics, any_hit: bool) -> StateBuffer:
@@ -147,12 +141,7 @@ class PacketTraversal:
                statistics: Statistics) -> int:
         program = self._program("classify", False)
         program.set(phase=phase)
-        query = self.gpu.query()
-        with query:
-            program.draw(buffers.mask, now.samplers())
-        statistics.draw_calls += 1
-        statistics.queries += 1
-        return query.samples
+        return program.count(buffers.mask, now.samplers(), statistics)
 
     # Programs and textures ------------------------------------------------------------------
 
@@ -204,8 +193,7 @@ class PacketTraversal:
 
     def _room_for(self, size: tuple[int, int]) -> PacketRoom:
         if self._room is None or self._room.rays != size:
-            if self._room is not None:
-                self._room.release()
+            release(self._room)
             self._room = PacketRoom(self.gpu, size, self.packet, self.targets, self.pairs,
                                     self.statistics_on)
         return self._room
@@ -215,18 +203,12 @@ class PacketTraversal:
         return self._room.bytes() if self._room is not None else 0
 
     def _release_single_room(self) -> None:
-        if self._single_room is not None:
-            for part in self._single_room:
-                part.release()
-            self._single_room = None
+        release(self._single_room)
+        self._single_room = None
 
     def release(self) -> None:
-        for program in self._programs.values():
-            program.release()
         self._release_single_room()
-        for part in (self._room, self._single):
-            if part is not None:
-                part.release()
+        release(self._programs, self._room, self._single)
 
 
 def packet_of(options: Mapping[str, Any]) -> tuple[int, int]:

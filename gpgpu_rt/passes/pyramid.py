@@ -15,7 +15,7 @@ from ..gpu import Gpu
 from ..precision import Precision
 from ..record import TABLE_WIDTH_LOG2, Record
 from ..texel_layout import MAX_PYRAMID, MIN_PYRAMID, POSITION, PYRAMID_SOURCE
-from ..textures import TABLE_WIDTH, make_texture
+from ..textures import TABLE_WIDTH, make_texture, release
 from .full_screen import FullScreenPass, Rectangles
 
 RECORDS = (POSITION, MIN_PYRAMID, MAX_PYRAMID, PYRAMID_SOURCE)
@@ -90,14 +90,8 @@ class Pyramid:
     def release(self) -> None:
         if self._gpu is None:
             return
-        for program in (self._cells, self._inner, self._copy):
-            program.release()
-        for side in self._sides:
-            self._gpu.release(side)
-        for texture in self._scratch:
-            texture.release()
-        for rectangles in (*self._rectangles, self._odd):
-            rectangles.buffer.release()
+        release(self._cells, self._inner, self._copy, self._sides, self._scratch,
+                self._rectangles, self._odd)
         self._gpu, self._sides = None, []
 
 

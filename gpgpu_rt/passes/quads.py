@@ -11,11 +11,11 @@ from ..methods.row import Accelerator
 from ..precision import Precision
 from ..ray_state import StateBuffer, stream_samplers
 from ..record import EXACT_INTEGER, TABLE_WIDTH_LOG2, Record
-from ..shader import compile_program
 from ..texel_layout import FOUND, HIT, NEAREST, TRIANGLE
-from ..textures import note_moved, stream_textures, texture_bytes, write_texture
+from ..textures import note_moved, release, stream_textures, texture_bytes, write_texture
 from .driver import Samplers, Setup
-from .full_screen import GL_SAMPLERS, FullScreenPass, Rectangles
+from .full_screen import FullScreenPass, Rectangles
+from .primitive_pass import PrimitivePass
 from .traverse import method_defines, method_texts
 
 WIDTH = 256        # rays in a row of a batch
@@ -82,7 +82,7 @@ class BatchRoom:
             "KEEP_NEAREST": gpu.context.framebuffer(self.nearest),
             "KEEP_FIRST": gpu.context.framebuffer(self.first),
             "KEEP_DEPTH": gpu.context.framebuffer(self.first, self.depth)}
-        self._quads: dict[tuple[str, bool], _Quads] = {}
+        self._quads: dict[tuple[str, bool], PrimitivePass] = {}
         self._left: FullScreenPass | None = None
         self._rows = Rectangles(gpu, 1)
         self._setup = setup
@@ -127,15 +127,33 @@ class BatchRoom:
             context.enable_only(moderngl.BLEND)
             context.blend_func = moderngl.ONE, moderngl.ONE
             context.blend_equation = moderngl.MIN
-        key = (keep, any_hit)
-        if key not in self._quads:
-            self._quads[key] = _Quads(self._setup, keep, any_hit, self.record)
+        program = self._keeping(keep, any_hit)
+        program.take(quads, "4f 1i/i", "rectangle", "row")
+        program.set(**accelerator.uniforms, depth_end=depth_end,
+                    scale=(2.0 / target.width, 2.0 / target.height))
         try:
-            self._quads[key].draw(target, {**samplers, **self.samplers()}, quads, count,
-                                  {**accelerator.uniforms, "depth_end": depth_end})
+            program.draw(target, {**samplers, **self.samplers()}, moderngl.TRIANGLE_STRIP, 4,
+                         count)
         finally:
             context.enable_only(moderngl.NOTHING)
             context.blend_equation = moderngl.FUNC_ADD
+
+    def _keeping(self, keep: str, any_hit: bool) -> PrimitivePass:
+        """The program that draws triangles as quads and keeps one thing of them."""
+        key, setup = (keep, any_hit), self._setup
+        if key not in self._quads:
+            streams = [self.record.stream_glsl(False), HIT.stream_glsl(False)]
+            if keep == "KEEP_FIRST":
+                streams.append(NEAREST.stream_glsl(False))
+            streams.append((NEAREST if keep == "KEEP_NEAREST" else FOUND).stream_glsl(True))
+            self._quads[key] = PrimitivePass(
+                self.gpu, "passes/quads.frag", "passes/quads.vert",
+                {**method_defines(setup.method, setup.accelerator, setup.options, any_hit),
+                 "STATISTICS": False, keep: True},
+                {**method_texts(setup.method, setup.options), "streams": "\n".join(streams),
+                 "tables": self.precision.layout(TRIANGLE).table_glsl(),
+                 "table_width": f"#define TABLE_WIDTH_LOG2 {TABLE_WIDTH_LOG2}"})
+        return self._quads[key]
 
     def left(self) -> FullScreenPass:
         """The program that leaves what the batch's rays hit."""
@@ -165,63 +183,5 @@ class BatchRoom:
         return texture_bytes([*self.rays, *self.nearest, *self.first, *self.hits.textures])
 
     def release(self) -> None:
-        self.hits.release()
-        for target in self.targets.values():
-            self.gpu.release(target)
-        for texture in (*self.rays, *self.nearest, *self.first):
-            texture.release()
-        self.depth.release()
-        for quads in self._quads.values():
-            quads.release()
-        if self._left is not None:
-            self._left.release()
-        self._rows.buffer.release()
-
-
-class _Quads:
-    """The program that draws triangles as quads and keeps one thing of them."""
-
-    def __init__(self, setup: Setup, keep: str, any_hit: bool, rays: Record) -> None:
-        streams = [rays.stream_glsl(False), HIT.stream_glsl(False)]
-        if keep == "KEEP_FIRST":
-            streams.append(NEAREST.stream_glsl(False))
-        streams.append((NEAREST if keep == "KEEP_NEAREST" else FOUND).stream_glsl(True))
-        layout = Precision.of(setup.options).layout
-        self.program = compile_program(
-            setup.gpu, "passes/quads.frag",
-            {**method_defines(setup.method, setup.accelerator, setup.options, any_hit),
-             "STATISTICS": False, keep: True},
-            {**method_texts(setup.method, setup.options), "streams": "\n".join(streams),
-             "tables": layout(TRIANGLE).table_glsl(),
-             "table_width": f"#define TABLE_WIDTH_LOG2 {TABLE_WIDTH_LOG2}"},
-            "passes/quads.vert")
-        self.gpu = setup.gpu
-        self.samplers = [name for name in self.program
-                         if getattr(self.program[name], "gl_type", None) in GL_SAMPLERS]
-        self._buffer: moderngl.Buffer | None = None
-        self._geometry: moderngl.VertexArray | None = None
-
-    def draw(self, target: moderngl.Framebuffer, textures: Samplers, quads: moderngl.Buffer,
-             count: int, uniforms: Mapping[str, object]) -> None:
-        if self._buffer is not quads:
-            if self._geometry is not None:
-                self._geometry.release()
-            self._buffer = quads
-            self._geometry = self.gpu.context.vertex_array(
-                self.program, [(quads, "4f 1i/i", "rectangle", "row")])
-        for unit, name in enumerate(self.samplers):
-            textures[name].use(unit)
-            self.program[name].value = unit
-        scale = 2.0 / target.width, 2.0 / target.height
-        for name, value in {**uniforms, "scale": scale}.items():
-            if name in self.program:
-                self.program[name].value = value
-        target.use()
-        assert self._geometry is not None
-        used = {name: textures[name] for name in self.samplers}
-        with self.gpu.drawing("passes/quads.frag", self.program, target, used):
-            self._geometry.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=count)
-
-    def release(self) -> None:
-        if self._geometry is not None:
-            self._geometry.release()
+        release(self.hits, self.targets, self.rays, self.nearest, self.first, self.depth,
+                self._quads, self._left, self._rows)

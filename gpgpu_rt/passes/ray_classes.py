@@ -11,7 +11,7 @@ from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..record import TABLE_WIDTH_LOG2, Record
 from ..statistics import Statistics
 from ..texel_layout import CANDIDATE, RAY_BOX, RAY_CLASS
-from ..textures import read_texture, stream_textures, table_textures, texture_bytes
+from ..textures import read_texture, release, stream_textures, table_textures, texture_bytes
 from .driver import Samplers, Setup
 from .full_screen import FullScreenPass
 from .traverse import Traversal
@@ -85,21 +85,16 @@ class RayClasses(Traversal):
 
     def _release_own(self) -> None:
         for record, samplers in self._own.items():
-            for texture in samplers.values():
-                texture.release()
+            release(samplers)
             self._own[record] = {}
 
     def _release_classes(self) -> None:
-        if self._target is not None:
-            self.gpu.release(self._target)
-        for texture in self._classes:
-            texture.release()
+        release(self._target, self._classes)
         self._classes, self._target = [], None
 
     def release(self) -> None:
         """Free programs and textures."""
         self._release_own()
         self._release_classes()
-        for program in self._classifiers.values():
-            program.release()
+        release(self._classifiers)
         super().release()

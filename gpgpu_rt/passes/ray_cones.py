@@ -8,7 +8,7 @@ from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, stream_samplers
 from ..record import Record
 from ..texel_layout import CONE, HIT
-from ..textures import stream_textures, texture_bytes
+from ..textures import release, stream_textures, texture_bytes
 from .full_screen import FullScreenPass
 
 
@@ -23,7 +23,7 @@ class RayImage:
 
     def __init__(self, gpu: Gpu, record: Record, size: tuple[int, int],
                  textures: list[moderngl.Texture] | None = None) -> None:
-        self.gpu, self.record, self.size = gpu, record, size
+        self.record, self.size = record, size
         self.length = size[0] * size[1]
         self._own = textures is None
         self.textures = stream_textures(gpu, record, size) if textures is None else textures
@@ -34,9 +34,7 @@ class RayImage:
         return stream_samplers(name or self.record.name, self.textures)
 
     def release(self) -> None:
-        self.gpu.release(self.target)
-        for texture in self.textures if self._own else ():
-            texture.release()
+        release(self.target, self.textures if self._own else None)
 
 
 def level_sizes(size: tuple[int, int]) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
@@ -96,5 +94,4 @@ class RayCones:
         return sum(texture_bytes(level.textures) for level in self.levels)
 
     def release(self) -> None:
-        for part in (*self.levels, *self._rays.values(), self._level):
-            part.release()
+        release(self.levels, self._rays, self._level)

@@ -14,7 +14,7 @@ from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..record import Record
 from ..statistics import Statistics
 from ..texel_layout import RAY_AFTER_HIT, RAY_TEXELS
-from ..textures import read_texture, texture_bytes
+from ..textures import read_texture, release, texture_bytes
 from .driver import Samplers, Setup
 from .full_screen import FullScreenPass
 from .quads import BatchRoom, Runs
@@ -132,8 +132,7 @@ class RayEngine:
 
     def _buffer(self, quads: np.ndarray) -> moderngl.Buffer:
         if self._quads is None or self._quads.size < quads.nbytes:
-            if self._quads is not None:
-                self._quads.release()
+            release(self._quads)
             size = 1 << max(16, int(quads.nbytes - 1).bit_length())
             self._quads = self.gpu.context.buffer(reserve=size, dynamic=True)
         self._quads.write(quads)
@@ -144,8 +143,7 @@ class RayEngine:
         rays = min(rays, self.options["batch"])
         room = self._room
         if room is None or room.size[0] * room.size[1] < rays or room.record != record:
-            if self._room is not None:
-                self._room.release()
+            release(self._room)
             self._room = BatchRoom(self.setup, rays, self.options["nearest"] == "depth", record)
         return self._room
 
@@ -154,10 +152,7 @@ class RayEngine:
         return self._room.bytes() if self._room is not None else 0
 
     def release(self) -> None:
-        if self._room is not None:
-            self._room.release()
-        if self._quads is not None:
-            self._quads.release()
+        release(self._room, self._quads)
 
 
 @contextmanager

@@ -12,7 +12,7 @@ from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..record import EXACT_INTEGER, Record
 from ..statistics import Statistics
 from ..texel_layout import CHILDREN, COUNTERS, HIT, LEAST, LOWEST, PAIR, TESTED, VALUES, VISITS
-from ..textures import texture_bytes
+from ..textures import release, texture_bytes
 from .blocks import reduce_children
 from .driver import Samplers, Setup
 from .full_screen import FullScreenPass, Rectangles
@@ -176,12 +176,7 @@ class RayHierarchy:
     def _stopped(self, final: StateBuffer, buffers: StateBuffers, statistics: Statistics) -> int:
         program = self.program("classify", [(self.precision.layout(self.method.state), False)])
         program.set(phase=UNFINISHED)
-        query = self.gpu.query()
-        with query:
-            program.draw(buffers.mask, final.samplers())
-        statistics.draw_calls += 1
-        statistics.queries += 1
-        return query.samples
+        return program.count(buffers.mask, final.samplers(), statistics)
 
     # Programs and textures ------------------------------------------------------------------
 
@@ -241,18 +236,12 @@ class RayHierarchy:
                 + (self.cones.bytes() if self.cones is not None else 0))
 
     def _release_images(self) -> None:
-        for image in self._images + self._visits:
-            image.release()
-        if self.cones is not None:
-            self.cones.release()
+        release(self._images, self._visits, self.cones)
         self.cones, self._images, self._visits = None, [], []
 
     def release(self) -> None:
         self._release_images()
-        for program in self._programs.values():
-            program.release()
-        self._rectangles.buffer.release()
-        self.room.release()
+        release(self._programs, self._rectangles, self.room)
 
 
 class _Trace:

@@ -15,7 +15,7 @@ from ..statistics import Statistics
 from ..texel_layout import (
     COUNTERS, HIT, LEAST, LOWEST, MET, QUEUED, TALLY, TESTED, VALUES, VISITED
 )
-from ..textures import texture_bytes
+from ..textures import release, texture_bytes
 from .driver import Samplers, Setup
 from .full_screen import FullScreenPass, Rectangles
 from .ray_cones import RayImage
@@ -206,12 +206,7 @@ class RayStreams:
             return 0
         program = self._program("classify", [self.precision.layout(self.method.state)], [])
         program.set(phase=UNFINISHED)
-        query = self.gpu.query()
-        with query:
-            program.draw(buffers.mask, final.samplers())
-        statistics.draw_calls += 1
-        statistics.queries += 1
-        return query.samples
+        return program.count(buffers.mask, final.samplers(), statistics)
 
     # Programs and textures ------------------------------------------------------------------
 
@@ -261,16 +256,10 @@ class RayStreams:
                    for part in (*self._streams.values(), *self._images.values()))
 
     def _release_room(self) -> None:
-        for target in self._targets.values():
-            self.gpu.release(target)
-        for image in self._images.values():
-            image.release()
+        release(self._targets, self._images)
         self.room.drop(*self._streams.values())
         self._targets, self._images, self._streams, self._size = {}, {}, {}, None
 
     def release(self) -> None:
         self._release_room()
-        for program in self._programs.values():
-            program.release()
-        self._rectangles.buffer.release()
-        self.room.release()
+        release(self._programs, self._rectangles, self.room)

@@ -7,8 +7,6 @@ more, for the lowest triangle at each nearest t; and what each ray hit.
 """
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import moderngl
 import numpy as np
 
@@ -16,13 +14,13 @@ from ..methods.row import Accelerator
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers, stream_samplers
 from ..record import TABLE_WIDTH_LOG2, Record, streams_glsl
-from ..shader import compile_program
 from ..statistics import Statistics
 from ..texel_layout import COUNTERS, FOUND, HIT, NEAREST, QUADS, TILE_CONE, TILE_END, TILE_SPAN
-from ..textures import stream_textures, texture_bytes
+from ..textures import release, stream_textures, texture_bytes
 from .driver import Samplers, Setup
-from .full_screen import GL_SAMPLERS, FullScreenPass
-from .traverse import method_defines, method_texts
+from .full_screen import FullScreenPass
+from .primitive_pass import PrimitivePass
+from .traverse import UNFINISHED, method_defines, method_texts
 
 PAIRS_AT_ONCE = 1 << 22     # a draw: no longer than a desktop waits for one
 NONE = float(1 << 24)       # above every triangle
@@ -39,7 +37,8 @@ class RayTiles:
         largest = self.gpu.context.info["GL_POINT_SIZE_RANGE"][1]
         self.points = setup.options["pairs"] == "points" and largest >= self.tile
         self.statistics_on = bool(setup.options["statistics"])
-        self._programs: dict[object, FullScreenPass | PairPass] = {}
+        self._programs: dict[object, FullScreenPass] = {}
+        self._pair_programs: dict[object, PrimitivePass] = {}
         self._room: _Room | None = None
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
@@ -111,12 +110,15 @@ class RayTiles:
         tiles = room.tiles[0] * room.tiles[1]
         first, count = batch
         at_once = max(1, PAIRS_AT_ONCE // tiles)
-        uniforms = {**self.accelerator.uniforms, **rays.uniforms(), "equal": equal,
-                    "tiles": room.tiles}
+        program.set(**self.accelerator.uniforms, **rays.uniforms(), equal=equal,
+                    tiles=room.tiles)
         for start in range(first, first + count, at_once):
-            some = min(at_once, first + count - start)
-            program.draw(room.targets[target], textures, tiles * some,
-                         {**uniforms, "first_triangle": start})
+            pairs = tiles * min(at_once, first + count - start)
+            program.set(first_triangle=start)
+            if self.points:
+                program.draw(room.targets[target], textures, moderngl.POINTS, pairs)
+            else:
+                program.draw(room.targets[target], textures, moderngl.TRIANGLE_STRIP, 4, pairs)
             self._count("tile_pairs", statistics)
 
     def _count(self, name: str, statistics: Statistics) -> None:
@@ -129,13 +131,8 @@ class RayTiles:
         if key not in self._programs:
             self._programs[key] = FullScreenPass(self.gpu, key, {}, {
                 "streams": self._layout(self.method.state).stream_glsl(writes=False)})
-        program, query = self._programs[key], self.gpu.query()
-        program.set(phase=-1)
-        with query:
-            program.draw(buffers.mask, final.samplers())
-        statistics.draw_calls += 1
-        statistics.queries += 1
-        return query.samples
+        self._programs[key].set(phase=UNFINISHED)
+        return self._programs[key].count(buffers.mask, final.samplers(), statistics)
 
     # Programs and textures ------------------------------------------------------------------
 
@@ -166,23 +163,24 @@ class RayTiles:
                  "streams": streams_glsl((rays, *reads), writes)})
         return self._programs[key]
 
-    def _pair_program(self, rays: Record, any_hit: bool, counting: bool) -> PairPass:
-        key = ("tile_pairs", rays, any_hit, counting)
-        if key not in self._programs:
+    def _pair_program(self, rays: Record, any_hit: bool, counting: bool) -> PrimitivePass:
+        """Of pairs, drawn as points or as instances of a quad."""
+        key = (rays, any_hit, counting)
+        if key not in self._pair_programs:
             texts = [r.stream_glsl(False) for r in (rays, NEAREST, HIT)]
             cones = [r.stream_glsl(False) for r in (TILE_CONE, TILE_END)]
             constants = f"#define TILE {self.tile}\n#define TABLE_WIDTH_LOG2 {TABLE_WIDTH_LOG2}\n"
             constants += "#define POINTS\n" if self.points else ""
-            self._programs[key] = PairPass(self, {
-                **self._defines(any_hit), "STATISTICS": None, "COUNTING": counting}, {
-                **method_texts(self.method, self.options), "constants": constants,
-                "streams": "\n".join(texts), "sources": "\n".join(cones)})
-        return self._programs[key]
+            self._pair_programs[key] = PrimitivePass(
+                self.gpu, "passes/tile_pairs.frag", "passes/tile_pairs.vert",
+                {**self._defines(any_hit), "STATISTICS": None, "COUNTING": counting},
+                {**method_texts(self.method, self.options), "constants": constants,
+                 "streams": "\n".join(texts), "sources": "\n".join(cones)})
+        return self._pair_programs[key]
 
     def _room_for(self, size: tuple[int, int]) -> _Room:
         if self._room is None or self._room.size != size:
-            if self._room is not None:
-                self._room.release()
+            release(self._room)
             self._room = _Room(self, size)
         return self._room
 
@@ -191,54 +189,14 @@ class RayTiles:
         return texture_bytes(self._room.textures()) if self._room is not None else 0
 
     def release(self) -> None:
-        for program in self._programs.values():
-            program.release()
-        if self._room is not None:
-            self._room.release()
-
-
-class PairPass:
-    """The program of pairs, drawn as points, or as instances of a quad, without attributes."""
-
-    def __init__(self, owner: RayTiles, defines: Mapping[str, object],
-                 virtual: Mapping[str, str]) -> None:
-        self.gpu, self.name = owner.gpu, "passes/tile_pairs.frag"
-        self.again = False    # drawn once more, for the triangles at the least t
-        self.program = compile_program(owner.gpu, self.name, defines, virtual,
-                                       "passes/tile_pairs.vert")
-        self.geometry = owner.gpu.context.vertex_array(self.program, [])
-        self.points = owner.points
-        self.samplers = [name for name in self.program
-                         if getattr(self.program[name], "gl_type", None) in GL_SAMPLERS]
-
-    def draw(self, target: moderngl.Framebuffer, textures: Samplers, pairs: int,
-             uniforms: Mapping[str, object]) -> None:
-        for unit, name in enumerate(self.samplers):
-            textures[name].use(unit)
-            self.program[name].value = unit
-        for name, value in uniforms.items():
-            if name in self.program:
-                self.program[name].value = value
-        self.again = bool(uniforms["equal"])
-        if self.gpu.watch is not None:
-            self.gpu.watch.note(self, target, textures)
-        target.use()
-        used = {name: textures[name] for name in self.samplers}
-        with self.gpu.drawing(self.name, self.program, target, used):
-            if self.points:
-                self.geometry.render(moderngl.POINTS, vertices=pairs)
-            else:
-                self.geometry.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=pairs)
-
-    def release(self) -> None:
-        self.geometry.release()
+        release(self._programs, self._pair_programs, self._room)
 
 
 class _Room:
     """Textures of the tiles, and those that blending draws into."""
 
     def __init__(self, owner: RayTiles, size: tuple[int, int]) -> None:
-        self.gpu, self.size = owner.gpu, size
+        self.size = size
         self.tiles = (-(-size[0] // owner.tile), -(-size[1] // owner.tile))
         records = {"tile_spans": (TILE_SPAN, self.tiles), "tile_cones": (TILE_CONE, self.tiles),
                    "tile_ends": (TILE_END, self.tiles), "nearest": (NEAREST, size),
@@ -262,7 +220,4 @@ class _Room:
         return [texture for textures in self.streams.values() for texture in textures]
 
     def release(self) -> None:
-        for target in self.targets.values():
-            self.gpu.release(target)
-        for texture in self.textures():
-            texture.release()
+        release(self.targets, self.streams)

@@ -15,12 +15,12 @@ from ..methods.row import Accelerator
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..record import TABLE_WIDTH_LOG2, Record, streams_glsl
-from ..shader import compile_program
 from ..statistics import Statistics
 from ..texel_layout import COUNTERS, HIT, SORT_KEY, VALUES
-from ..textures import texture_bytes
+from ..textures import release, texture_bytes
 from .driver import Driver, Samplers, Setup
-from .full_screen import GL_SAMPLERS, FullScreenPass
+from .full_screen import FullScreenPass
+from .primitive_pass import PrimitivePass
 from .reduce import reduce_stream
 from .sort import sort
 from .streams import Stream, StreamRoom
@@ -38,7 +38,7 @@ class SortedRays:
         self.statistics_on = bool(setup.options["statistics"])
         self.precision = Precision.of(setup.options)
         self._programs: dict[object, FullScreenPass] = {}
-        self._scatter: tuple[moderngl.Program, moderngl.VertexArray] | None = None
+        self._scatter: PrimitivePass | None = None
         self._rays: RayTextures | None = None
         self._buffers: StateBuffers | None = None
 
@@ -109,26 +109,14 @@ class SortedRays:
         if self._scatter is None:
             writes = (self.precision.layout(self.method.state), self.precision.layout(HIT),
                       *([COUNTERS] if self.statistics_on else []))
-            program = compile_program(
-                self.gpu, "passes/sort_scatter.frag",
+            self._scatter = PrimitivePass(
+                self.gpu, "passes/sort_scatter.frag", "passes/sort_scatter.vert",
                 {**self.precision.defines(), "STATISTICS": self.statistics_on},
-                {"streams": streams_glsl((), writes), "sources": _with_width(SORT_KEY)},
-                "passes/sort_scatter.vert")
-            self._scatter = program, self.gpu.context.vertex_array(program, [])
-        program, geometry = self._scatter
-        textures, unit = {**samplers, **keys.samplers()}, 0
-        for name in program:
-            if getattr(program[name], "gl_type", None) in GL_SAMPLERS:
-                textures[name].use(unit)
-                program[name].value = unit
-                unit += 1
-        program["ray_texture_size"].value = rays.size
-        program["blocks_a_row"].value = self._blocks(rays.size)[0]
+                {"streams": streams_glsl((), writes), "sources": _with_width(SORT_KEY)})
+        self._scatter.set(ray_texture_size=rays.size, blocks_a_row=self._blocks(rays.size)[0])
         self.gpu.context.enable_only(moderngl.NOTHING)
-        final.target.use()
-        used = {name: textures[name] for name in program if name in textures}
-        with self.gpu.drawing("passes/sort_scatter.frag", program, final.target, used):
-            geometry.render(moderngl.POINTS, vertices=keys.length)
+        self._scatter.draw(final.target, {**samplers, **keys.samplers()}, moderngl.POINTS,
+                           keys.length)
 
     # Programs and textures ------------------------------------------------------------------
 
@@ -161,9 +149,7 @@ class SortedRays:
         return self._rays, self._buffers
 
     def _release_room(self) -> None:
-        for part in (self._rays, self._buffers):
-            if part is not None:
-                part.release()
+        release(self._rays, self._buffers)
         self._rays = self._buffers = None
 
     def bytes(self) -> int:
@@ -174,12 +160,8 @@ class SortedRays:
         return own + self.driver.bytes()
 
     def release(self) -> None:
-        for program in self._programs.values():
-            program.release()
-        if self._scatter is not None:
-            self._scatter[1].release()
         self._release_room()
-        self.driver.release()
+        release(self._programs, self._scatter, self.driver)
 
 
 def _with_width(record: Record) -> str:

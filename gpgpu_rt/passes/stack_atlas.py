@@ -9,7 +9,7 @@ from ..gpu import Gpu
 from ..precision import Precision
 from ..ray_state import stream_samplers
 from ..record import Record
-from ..textures import stream_textures, texture_bytes
+from ..textures import release, stream_textures, texture_bytes
 from .full_screen import FullScreenPass
 
 
@@ -56,7 +56,4 @@ class StackAtlas:
         return texture_bytes(self.textures)
 
     def release(self) -> None:
-        self._program.release()
-        self.gpu.release(self._target)
-        for texture in self.textures:
-            texture.release()
+        release(self._program, self._target, self.textures)

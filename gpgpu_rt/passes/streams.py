@@ -15,13 +15,15 @@ from types import TracebackType
 import moderngl
 import numpy as np
 
-from ..errors import Error, LimitError
+from ..errors import LimitError
 from ..gpu import Gpu
 from ..ray_state import stream_samplers
 from ..record import EXACT_INTEGER, TABLE_WIDTH_LOG2, Record
-from ..shader import compile_program
-from ..textures import TABLE_WIDTH, note_moved, read_texture, stream_textures, write_texture
-from .full_screen import GL_SAMPLERS, FullScreenPass, Rectangles
+from ..textures import (
+    TABLE_WIDTH, note_moved, read_texture, release, stream_textures, write_texture
+)
+from .full_screen import FullScreenPass, Rectangles
+from .primitive_pass import PrimitivePass
 
 
 class Stream:
@@ -80,9 +82,7 @@ class Stream:
                 for name, value in self.record.unpack(np.stack(texels)[None]).items()}
 
     def release(self) -> None:
-        self.gpu.release(self.target)
-        for texture in self.textures:
-            texture.release()
+        release(self.target, self.textures)
 
 
 class StreamRoom:
@@ -92,7 +92,7 @@ class StreamRoom:
         self.gpu, self.draws = gpu, 0
         self._streams: list[Stream] = []
         self._passes: dict[object, FullScreenPass] = {}
-        self._points: dict[object, _Points] = {}
+        self._points: dict[object, PrimitivePass] = {}
         self._rectangles = Rectangles(gpu, 3)
         self._span: tuple[int, int] | None = None
 
@@ -158,50 +158,17 @@ class StreamRoom:
         words = "".join(f"#define {name} {value}\n" for name, value in (defines or {}).items())
         key = (program, records, words)
         if key not in self._points:
-            self._points[key] = _Points(self.gpu, program, {"records": words + records,
-                                                            "sources": words + sources})
+            self._points[key] = PrimitivePass(
+                self.gpu, f"{entry(program)}.frag", f"{entry(program)}.vert",
+                virtual={"records": words + records, "sources": words + sources})
         self.draws += 1
-        self._points[key].draw(target, samplers, vertices, mode, uniforms)
+        drawn = self._points[key]
+        drawn.set(**uniforms, target_rows=rows_of(target.length))
+        drawn.draw(target.target, samplers, mode, vertices)
 
     def release(self) -> None:
-        for stream in self._streams:
-            stream.release()
-        for drawn in self._passes.values():
-            drawn.release()
-        for drawn in self._points.values():
-            drawn.release()
-        self._rectangles.buffer.release()
+        release(self._streams, self._passes, self._points, self._rectangles)
         self._streams, self._passes, self._points = [], {}, {}
-
-
-class _Points:
-    """A program drawn as points or lines without attributes."""
-
-    def __init__(self, gpu: Gpu, program: str, virtual: Mapping[str, str]) -> None:
-        self.gpu, self.name = gpu, f"{entry(program)}.frag"
-        self.program = compile_program(gpu, self.name, {}, virtual,
-                                       f"{entry(program)}.vert")
-        self.geometry = gpu.context.vertex_array(self.program, [])
-        self.samplers = [name for name in self.program
-                         if getattr(self.program[name], "gl_type", None) in GL_SAMPLERS]
-
-    def draw(self, target: Stream, textures: Mapping[str, moderngl.Texture], vertices: int,
-             mode: int, uniforms: Mapping[str, object]) -> None:
-        for unit, name in enumerate(self.samplers):
-            if textures[name] in target.textures:   # GL would not say so: results are undefined
-                raise Error(f"{name} is read while it is drawn into")
-            textures[name].use(unit)
-            self.program[name].value = unit
-        for name, value in {**uniforms, "target_rows": rows_of(target.length)}.items():
-            if name in self.program:
-                self.program[name].value = value
-        target.target.use()
-        used = {name: textures[name] for name in self.samplers}
-        with self.gpu.drawing(self.name, self.program, target.target, used):
-            self.geometry.render(mode, vertices=vertices)
-
-    def release(self) -> None:
-        self.geometry.release()
 
 
 def entry(program: str) -> str:

@@ -7,7 +7,7 @@ import moderngl
 import numpy as np
 
 from ..gpu import Gpu
-from ..textures import make_texture, read_texture
+from ..textures import make_texture, read_texture, release
 from .full_screen import MOST_RECTANGLES, FullScreenPass, Rectangles
 
 TILE = 16   # rays a side
@@ -56,10 +56,7 @@ class Tiles:
         self.rectangles.write(rectangles_of(counts > 0))
 
     def release(self) -> None:
-        self._program.release()
-        self._gpu.release(self._target)
-        self._texture.release()
-        self.rectangles.buffer.release()
+        release(self._program, self._target, self._texture, self.rectangles)
 
 
 def rectangles_of(wanted: np.ndarray) -> np.ndarray:

@@ -24,6 +24,7 @@ from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..record import TABLE_WIDTH_LOG2, Record, streams_glsl
 from ..statistics import Statistics
 from ..texel_layout import COUNTERS, ENTRIES, ENTRY_LIST, ENTRY_TILE, HIT
+from ..textures import release
 from .driver import Samplers, Setup, Watch
 from .full_screen import FullScreenPass
 from .stack_atlas import StackAtlas
@@ -132,7 +133,8 @@ class Traversal:
                 before, now = now, before
                 self._draw(program, rays, before, now, statistics, DRAWN, tiles)
                 self._push(now, statistics)
-            live -= self._count(mask, before, buffers, MASKED, statistics, tiles)
+            live -= mask.count(buffers.mask, before.samplers(), statistics, MASKED,
+                               tiles.rectangles)
             if live < FEWER * counted:
                 tiles.count(before.samplers())
                 tiles.choose(None)
@@ -237,16 +239,7 @@ class Traversal:
         program = self._pass("passes/classify.frag")
         program.set(phase=phase)
         self.gpu.context.enable_only(moderngl.NOTHING)
-        return self._count(program, now, buffers, DRAWN, statistics)
-
-    def _count(self, program: FullScreenPass, source: StateBuffer, buffers: StateBuffers,
-               depth: float, statistics: Statistics, tiles: Tiles | None = None) -> int:
-        query = self.gpu.query()
-        with query:
-            program.draw(buffers.mask, source.samplers(), depth, tiles and tiles.rectangles)
-        statistics.draw_calls += 1
-        statistics.queries += 1
-        return query.samples
+        return program.count(buffers.mask, now.samplers(), statistics, DRAWN)
 
     def _clear_depth(self, buffers: StateBuffers) -> None:
         self.gpu.context.depth_func = "<"
@@ -254,8 +247,7 @@ class Traversal:
 
     def _tiles_for(self, buffers: StateBuffers) -> Tiles:
         if self._tiles is None or self._tiles.size != buffers.size:
-            if self._tiles is not None:
-                self._tiles.release()
+            release(self._tiles)
             self._tiles = Tiles(self.gpu, buffers.size, self._state_glsl())
         self._tiles.everywhere()
         return self._tiles
@@ -263,8 +255,7 @@ class Traversal:
     def _make_atlas(self, size: tuple[int, int]) -> None:
         if self._atlas is not None and self._atlas.size == size:
             return
-        if self._atlas is not None:
-            self._atlas.release()
+        release(self._atlas)
         assert self.method.stack_entry is not None
         self._atlas = StackAtlas(
             self.gpu, self.method.stack_entry, self.precision.layout(self.method.state),
@@ -313,11 +304,7 @@ class Traversal:
         return self.precision.layout(self.method.state).stream_glsl(writes=False)
 
     def release(self) -> None:
-        for program in self._programs.values():
-            program.release()
-        for part in (self._tiles, self._atlas):
-            if part is not None:
-                part.release()
+        release(self._programs, self._tiles, self._atlas)
 
 
 def method_defines(method: Method, accelerator: Accelerator, options: Mapping[str, Any],

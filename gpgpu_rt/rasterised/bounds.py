@@ -17,15 +17,15 @@ from ..errors import OptionError
 from ..gpu import Gpu
 from ..methods.brute_force import triangle_table
 from ..passes.driver import Driver
-from ..passes.full_screen import GL_SAMPLERS, FullScreenPass
+from ..passes.full_screen import FullScreenPass
 from ..passes.packet_room import PacketHits
+from ..passes.primitive_pass import PrimitivePass
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers, stream_samplers
 from ..record import TABLE_WIDTH_LOG2, Record
-from ..shader import compile_program
 from ..statistics import Statistics
 from ..texel_layout import DEPTH_BOUNDS, RAY_TEXELS, TRIANGLE
-from ..textures import stream_textures, table_textures, texture_bytes
+from ..textures import release, stream_textures, table_textures, texture_bytes
 
 NOTHING = 3.0e38    # FAR_AWAY of common/eye_triangle.glsl
 
@@ -47,7 +47,7 @@ class RasterisedBounds:
 
     def __init__(self, gpu: Gpu, options: Mapping[str, Any], precision: Precision) -> None:
         self.gpu, self.tile, self.precision = gpu, options["rasterised_bounds"], precision
-        self._drawing: tuple[moderngl.Program, moderngl.VertexArray] | None = None
+        self._program: PrimitivePass | None = None
         self._bound: dict[Record, FullScreenPass] = {}
         self._rays: RayTextures | None = None
         self._tables: dict[str, moderngl.Texture] = {}
@@ -84,41 +84,27 @@ class RasterisedBounds:
 
     def _rasterise(self, size: tuple[int, int], camera: Camera, triangles: int,
                    samplers: Mapping[str, moderngl.Texture]) -> None:
-        context, (program, geometry) = self.gpu.context, self._program()
+        context = self.gpu.context
         self._target.clear(NOTHING, NOTHING, NOTHING, NOTHING)
         if not triangles:
             return
-        used = {name: samplers[name] for name in program
-                if getattr(program[name], "gl_type", None) in GL_SAMPLERS}
-        for unit, (name, texture) in enumerate(used.items()):
-            texture.use(unit)
-            program[name].value = unit
+        if self._program is None:
+            self._program = PrimitivePass(
+                self.gpu, "passes/depth_bounds.frag", "passes/depth_bounds.vert",
+                virtual={"streams": DEPTH_BOUNDS.stream_glsl(True),
+                         "tables": TRIANGLE.table_glsl(),
+                         "table_width": f"#define TABLE_WIDTH_LOG2 {TABLE_WIDTH_LOG2}"})
         right, up, forward = (tuple(axis) for axis in camera.basis(size))
-        uniforms = {"eye": camera.eye, "right": right, "up": up, "forward": forward,
-                    "image": size, "tiles": self._target.size, "tile": self.tile}
-        for name, value in uniforms.items():
-            if name in program:
-                program[name].value = value
+        self._program.set(eye=camera.eye, right=right, up=up, forward=forward, image=size,
+                          tiles=self._target.size, tile=self.tile)
         context.enable_only(moderngl.BLEND)
         context.blend_func = moderngl.ONE, moderngl.ONE
         context.blend_equation = moderngl.MIN
         try:
-            self._target.use()
-            with self.gpu.drawing("passes/depth_bounds.frag", program, self._target, used):
-                geometry.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=triangles)
+            self._program.draw(self._target, samplers, moderngl.TRIANGLE_STRIP, 4, triangles)
         finally:
             context.enable_only(moderngl.NOTHING)
             context.blend_equation = moderngl.FUNC_ADD
-
-    def _program(self) -> tuple[moderngl.Program, moderngl.VertexArray]:
-        if self._drawing is None:
-            program = compile_program(
-                self.gpu, "passes/depth_bounds.frag", {},
-                {"streams": DEPTH_BOUNDS.stream_glsl(True), "tables": TRIANGLE.table_glsl(),
-                 "table_width": f"#define TABLE_WIDTH_LOG2 {TABLE_WIDTH_LOG2}"},
-                "passes/depth_bounds.vert")
-            self._drawing = program, self.gpu.context.vertex_array(program, [])
-        return self._drawing
 
     def _room_for(self, size: tuple[int, int]) -> RayTextures:
         if self._rays is None or self._rays.size != size:
@@ -136,17 +122,9 @@ class RasterisedBounds:
 
     def _release_room(self) -> None:
         if self._rays is not None:
-            self._rays.release()
-            self.gpu.release(self._target)
-            for texture in self._depths:
-                texture.release()
+            release(self._rays, self._target, self._depths)
             self._rays = None
 
     def release(self) -> None:
-        if self._drawing is not None:
-            self._drawing[1].release()
-        for program in self._bound.values():
-            program.release()
-        for texture in self._tables.values():
-            texture.release()
+        release(self._program, self._bound, self._tables)
         self._release_room()

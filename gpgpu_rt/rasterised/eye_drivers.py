@@ -11,6 +11,7 @@ from ..gpu import Gpu
 from ..methods import Method
 from ..passes.driver import Driver
 from ..precision import Precision
+from ..textures import release
 from .bounds import RasterisedBounds, check_bounds
 from .first_hits import FirstHits, check_first_hits
 
@@ -76,6 +77,4 @@ class EyeDrivers:
 
     def release(self) -> None:
         """Free textures and programs."""
-        for helper in (self._bounds, self._first_hits):
-            if helper is not None:
-                helper.release()
+        release(self._bounds, self._first_hits)

@@ -42,7 +42,7 @@ from ..record import TABLE_WIDTH_LOG2, Record, streams_glsl
 from ..statistics import Statistics
 from ..texel_layout import COUNTERS, HIT, PART, SHOWN, SHOWN_BLOCK, SHOWN_FOUR, TRIANGLE, VERDICT
 from ..textures import (
-    TABLE_WIDTH, make_texture, note_moved, table_textures, texture_bytes, write_texture
+    TABLE_WIDTH, make_texture, note_moved, release, table_textures, texture_bytes, write_texture
 )
 from .first_image import BLOCK, PART_SIDE, FirstImage, cut
 from .row_pass import RowPass
@@ -322,8 +322,7 @@ class FirstHits:
 
     def _image_for(self, buffers: StateBuffers, final: StateBuffer) -> FirstImage:
         if self._image is None or self._image.final is not final:
-            if self._image is not None:
-                self._image.release()
+            release(self._image)
             self._image = FirstImage(self.gpu, buffers, final)
         return self._image
 
@@ -336,8 +335,7 @@ class FirstHits:
         return self._parts
 
     def _release_parts(self) -> None:
-        for stream in self._parts or ():
-            stream.release()
+        release(self._parts)
         self._parts = None
 
     def _traced_room(self, count: int) -> tuple[RayTextures, StateBuffers, moderngl.Texture]:
@@ -364,16 +362,12 @@ class FirstHits:
         return total
 
     def _release_traced(self) -> None:
-        if self._traced is not None:
-            for part in self._traced:
-                part.release()
+        release(self._traced)
         self._traced = None
 
     def _release_flags(self) -> None:
         if self._flags is not None:
-            flags = self._flags.color_attachments[0]
-            self.gpu.release(self._flags)
-            flags.release()
+            release(self._flags, self._flags.color_attachments)
         self._flags = None
 
     def release(self) -> None:
@@ -381,12 +375,6 @@ class FirstHits:
         self._release_traced()
         self._release_flags()
         self._release_parts()
-        if self._image is not None:
-            self._image.release()
+        release(self._image, self._tables, self._passes, self._span)
         self._image = None
-        for texture in self._tables.values():
-            texture.release()
-        for drawn in self._passes.values():
-            drawn.release()
-        self._span.buffer.release()
         self._tables, self._passes = {}, {}

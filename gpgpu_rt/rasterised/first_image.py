@@ -7,7 +7,7 @@ import numpy as np
 from ..gpu import Gpu
 from ..ray_state import StateBuffer, StateBuffers, stream_samplers
 from ..texel_layout import HIT, SHOWN, SHOWN_BLOCK, SHOWN_FOUR
-from ..textures import make_texture, stream_textures, texture_bytes
+from ..textures import make_texture, release, stream_textures, texture_bytes
 
 BLOCK = 8    # pixels a side of a square that is hidden, or is a triangle's own, as a whole
 PART_SIDE = 32    # of the parts of the image in which large triangles look for themselves
@@ -26,7 +26,7 @@ class FirstImage:
     """
 
     def __init__(self, gpu: Gpu, buffers: StateBuffers, final: StateBuffer) -> None:
-        self.gpu, self.final = gpu, final
+        self.final = final
         width, height = size = buffers.size
         self.candidates = make_texture(gpu, size, 1, "candidates")
         self.streams = {
@@ -56,11 +56,8 @@ class FirstImage:
         return texture_bytes(self.textures) + self.doubt.width * self.doubt.height
 
     def release(self) -> None:
-        for target in (self.drawn, self.verified, self.proved, self.doubted,
-                       *self.targets.values()):
-            self.gpu.release(target)
-        for texture in (*self.textures, self.doubt):
-            texture.release()
+        release(self.drawn, self.verified, self.proved, self.doubted, self.targets,
+                self.textures, self.doubt)
 
 
 def cut(rows: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:

@@ -11,9 +11,9 @@ import numpy as np
 
 from ..appearance.attributes import smooth_normals
 from ..camera import Camera
+from ..passes.primitive_pass import PrimitivePass
 from ..rays import unit_normals
-from ..shader import compile_program
-from ..textures import make_texture, read_texture
+from ..textures import make_texture, read_texture, release
 from ..tracer import Tracer
 
 NOTHING, LEFT, UNSEEN, TOTAL = range(4)   # kinds: no mesh, as it should, exit not seen, reflected
@@ -45,14 +45,11 @@ class Refraction:
             self._buffer = self.gpu.context.buffer(data.tobytes())
             self._passes = {name: self._make(name) for name in ("back", "front")}
 
-    def _make(self, name: str) -> tuple[moderngl.Program, moderngl.VertexArray]:
-        program = compile_program(self.gpu, f"passes/refraction_{name}.frag", {}, {},
-                                  "passes/refraction.vert")
-        layout = [("3f", "corner"), ("3f", "normal"), ("1f", "inner")]
-        words = [kind if field in program else f"{int(kind[0]) * 4}x" for kind, field in layout]
-        fields = [field for _, field in layout if field in program]
-        return program, self.gpu.context.vertex_array(
-            program, [(self._buffer, " ".join(words), *fields)])
+    def _make(self, name: str) -> PrimitivePass:
+        made = PrimitivePass(self.gpu, f"passes/refraction_{name}.frag", "passes/refraction.vert")
+        made.label = f"refraction, {name}"
+        made.take(self._buffer, "3f 3f 1f", "corner", "normal", "inner")
+        return made
 
     def draw(self, camera: Camera | None = None,
              size: tuple[int, int] = (512, 512)) -> tuple[np.ndarray, np.ndarray]:
@@ -74,37 +71,27 @@ class Refraction:
             context = self.gpu.context
             back, leaving = (make_texture(self.gpu, size, 4, "refraction") for _ in range(2))
             depth = context.depth_renderbuffer(size)
-            back.use(0)
             try:
                 context.enable_only(moderngl.DEPTH_TEST)
                 for name, texture, func, end in (("back", back, ">", 0.0),
                                                  ("front", leaving, "<", 1.0)):
-                    program, geometry = self._passes[name]
-                    for word, value in uniforms.items():
-                        if word in program:
-                            program[word].value = value
                     context.depth_func = func
                     target = context.framebuffer([texture], depth)
                     target.clear(0.0, 0.0, 0.0, 0.0, depth=end)
-                    target.use()
-                    read = {"back": back} if name == "front" else {}
-                    with self.gpu.drawing(f"refraction, {name}", program, target, read):
-                        geometry.render(moderngl.TRIANGLES)
-                    self.gpu.release(target)
+                    self._passes[name].set(**uniforms)
+                    self._passes[name].draw(target, {"back_faces": back}, moderngl.TRIANGLES)
+                    release(target)
                 found = read_texture(leaving)
             finally:
                 context.depth_func = "<"
                 context.enable_only(moderngl.NOTHING)
-                for part in (back, leaving, depth):
-                    part.release()
+                release(back, leaving, depth)
         return found[:, :, :3], found[:, :, 3].astype(np.int8)
 
     def release(self) -> None:
         """Free buffers; it is of no use afterwards."""
         with self.gpu:
-            for _, geometry in self._passes.values():
-                geometry.release()
-            self._buffer.release()
+            release(self._passes, self._buffer)
 
 
 def outward(triangles: np.ndarray) -> np.ndarray:

@@ -6,13 +6,12 @@ from collections.abc import Mapping
 import moderngl
 import numpy as np
 
-from ..errors import Error
 from ..gpu import Gpu
-from ..passes.full_screen import GL_SAMPLERS
-from ..shader import compile_program
+from ..passes.fragment_pass import FragmentPass
+from ..textures import release
 
 
-class RowPass:
+class RowPass(FragmentPass):
     """Draws ``vertices`` vertices for each of a list of integers, the attribute of the program.
 
     Parameters
@@ -24,11 +23,8 @@ class RowPass:
 
     def __init__(self, gpu: Gpu, vertex: str, fragment: str, attribute: str, vertices: int,
                  defines: Mapping[str, object], virtual: Mapping[str, str]) -> None:
-        self.gpu, self.name = gpu, fragment
+        super().__init__(gpu, fragment, defines, virtual, vertex)
         self.attribute, self.vertices = attribute, vertices
-        self.program = compile_program(gpu, fragment, defines, virtual, vertex)
-        self.samplers = [name for name in self.program
-                         if getattr(self.program[name], "gl_type", None) in GL_SAMPLERS]
         self._buffer: moderngl.Buffer | None = None
         self._geometry: moderngl.VertexArray | None = None
 
@@ -39,7 +35,7 @@ class RowPass:
             return
         data = np.repeat(rows.astype(np.int32), self.vertices, axis=0)
         if self._buffer is None or self._buffer.size < data.nbytes:
-            self._release_geometry()
+            release(self._geometry, self._buffer)
             self._buffer = self.gpu.context.buffer(reserve=max(1 << 16, 2 * data.nbytes),
                                                    dynamic=True)
             self._geometry = self.gpu.context.vertex_array(
@@ -47,26 +43,10 @@ class RowPass:
         assert self._geometry is not None
         self._buffer.write(data)
         self.gpu.note_moved(up=data.nbytes)
-        attached = {texture.glo for texture in target.color_attachments}
-        for unit, name in enumerate(self.samplers):
-            if textures[name].glo in attached:   # GL would not say so: results are undefined
-                raise Error(f"{name} is read while it is drawn into")
-            textures[name].use(unit)
-            self.program[name].value = unit
-        for name, value in uniforms.items():
-            if name in self.program:
-                self.program[name].value = value
-        target.use()
-        used = {name: textures[name] for name in self.samplers}
-        with self.gpu.drawing(self.name, self.program, target, used):
-            self._geometry.render(moderngl.POINTS if self.vertices == 1 else moderngl.TRIANGLES,
-                                  vertices=len(data))
-
-    def _release_geometry(self) -> None:
-        for part in (self._geometry, self._buffer):
-            if part is not None:
-                part.release()
+        self.set(**uniforms)
+        mode = moderngl.POINTS if self.vertices == 1 else moderngl.TRIANGLES
+        self.issue(self._geometry, target, textures, mode, len(data))
 
     def release(self) -> None:
-        self._release_geometry()
+        release(self._geometry, self._buffer)
         self._geometry = self._buffer = None

@@ -11,7 +11,7 @@ from ..errors import OptionError, ShaderError
 from ..passes.full_screen import FullScreenPass
 from ..record import TABLE_WIDTH_LOG2
 from ..texel_layout import POSITION
-from ..textures import make_texture, read_texture
+from ..textures import make_texture, read_texture, release
 from ..tracer import Tracer
 
 BUILT_IN = ("wave", "twist")
@@ -108,11 +108,7 @@ class Deformation:
     def release(self) -> None:
         """Free what the passes hold; the tracer stays where it is."""
         with self.tracer.gpu:
-            if self._pass is not None:
-                self._pass.release()
-            self.tracer.gpu.release(self._target)
-            for texture in self._rest.values():
-                texture.release()
+            release(self._pass, self._target, self._rest)
 
     def __enter__(self) -> Deformation:
         return self

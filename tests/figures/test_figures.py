@@ -12,6 +12,7 @@ import pytest
 
 import gpgpu_rt as rt
 from gpgpu_rt import accel
+from gpgpu_rt.bench.workloads import workload
 from gpgpu_rt.figures import (
     fig05, fig12, fig13, fig14, fig16, fig17, fig20, fig22, measure, published_numbers, tree_sizes
 )
@@ -20,7 +21,6 @@ from gpgpu_rt.figures.comparison import Panel
 from gpgpu_rt.figures.kendall import tau_b
 from gpgpu_rt.figures.measure import Cell
 from gpgpu_rt.figures.published_numbers import nanoseconds, published, published_row
-from gpgpu_rt.figures.workloads import workload
 
 NOT_PUBLISHED = {("fig22", fig22.FAST), ("fig22", fig22.CPU)}   # rows of ours
 COMPARISONS = [fig12.FIGURE, fig13.FIGURE, fig16.FIGURE, fig20.FIGURE, fig22.FIGURE]

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 import gpgpu_rt as rt
+from gpgpu_rt.bench.workloads import EYE, workload
 from gpgpu_rt.figures import gap_work, ideal_hardware, measure, retention, simd_width, stacks
-from gpgpu_rt.figures.workloads import EYE, workload
 from gpgpu_rt.hardware.machines import machines
 
 

@@ -8,9 +8,8 @@ from test_kd_page import PAGE, SCENES
 import gpgpu_rt as rt
 from gpgpu_rt import accel
 from gpgpu_rt.methods import find_method
-from gpgpu_rt.passes import streams
 from gpgpu_rt.passes.build import GPU_KD_BUILDS, build_kdtree
-from gpgpu_rt.passes.full_screen import FullScreenPass
+from gpgpu_rt.passes.fragment_pass import FragmentPass
 from gpgpu_rt.scenes import catalogue
 
 KD_BUILDS = next(o for o in find_method("kd-stack").options if o.name == "build").choices
@@ -54,11 +53,12 @@ def test_trees_are_as_the_page_says(scene: str, build: str) -> None:
 def test_passes_are_as_many_as_the_page_says(exact_renderer, monkeypatch, scene: str,
                                              build: str) -> None:
     drawn = []
-    for kind in (FullScreenPass, streams._Points):
-        def counting(self, *given, _draw=kind.draw, **more):
-            drawn.append(1)
-            return _draw(self, *given, **more)
-        monkeypatch.setattr(kind, "draw", counting)
+    issue = FragmentPass.issue
+
+    def counting(self, *given, **more):
+        drawn.append(1)
+        return issue(self, *given, **more)
+    monkeypatch.setattr(FragmentPass, "issue", counting)
     build_kdtree(exact_renderer, real_scene(scene).triangles, build=build)
     assert len(drawn) == _numbers()[build, "passes"][scene]
 

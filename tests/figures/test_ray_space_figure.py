@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from gpgpu_rt.bench.workloads import EYE
 from gpgpu_rt.figures import measure, ray_space
-from gpgpu_rt.figures.workloads import EYE
 
 
 def test_its_cells_are_few_and_named_apart() -> None:

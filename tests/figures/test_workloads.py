@@ -6,7 +6,7 @@ import pytest
 
 import gpgpu_rt as rt
 from gpgpu_rt import reference
-from gpgpu_rt.figures.workloads import EYE, SHADOW, mirror, workload
+from gpgpu_rt.bench.workloads import EYE, SHADOW, mirror, workload
 
 SIZE = 24
 

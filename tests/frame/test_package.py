@@ -172,14 +172,6 @@ def test_trace_command(capsys, tmp_path) -> None:
     assert {"t", "u", "v", "status", "nodes_visited"} <= set(hits)
 
 
-def test_bench_command(capsys) -> None:
-    status, out, _ = run(capsys, "bench", "cornell", "--size", "32", "--runs", "1", "-m",
-                         "grid,kd-restart", "--json")
-    rows = json.loads(out)
-    assert status == 0 and [r["name"] for r in rows][:2] == ["grid", "kd-restart"]
-    assert all(r["rays_per_second"] > 0 for r in rows)
-
-
 @pytest.mark.parametrize("arguments, message", [
     (["render", "cornel", "-o", "{}/x.png"], "did you mean cornell"),
     (["render", "gone.ply", "-o", "{}/x.png"], "gone.ply: no such file"),

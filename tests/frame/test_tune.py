@@ -217,6 +217,7 @@ def test_tune_command(few_rays, capsys, tmp_path, monkeypatch) -> None:
 
 
 @pytest.mark.full
+@pytest.mark.once
 def test_a_promise_of_1e_5_holds_on_20_seeds() -> None:
     """The bar: bounds of 1e-5, as many rays of 20 other seeds."""
     scene = rt.load_scene("bunny")

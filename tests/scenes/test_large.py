@@ -132,6 +132,7 @@ print(json.dumps(found))
 
 
 @pytest.mark.full
+@pytest.mark.once
 @pytest.mark.parametrize("name, gibibytes", [("sodahall", 6), ("powerplant", 16)])
 @pytest.mark.parametrize("options", [{}, {"octants": True}], ids=["plain", "octants"])
 def test_large_scenes(exact_renderer, name: str, options: dict, gibibytes: float) -> None:

@@ -1,4 +1,4 @@
-"""Workloads: the rays that cells trace, each made once from the hits of those before."""
+"""Workloads: the rays that are measured, each made once from the hits of those before."""
 from __future__ import annotations
 
 import functools
@@ -6,13 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-import gpgpu_rt as rt
-from gpgpu_rt.hits import Hits
-from gpgpu_rt.rays import spawn, unit_normals
-from gpgpu_rt.reference.error_bounds import FLOAT32
+from ..hits import Hits
+from ..rays import random_rays, spawn, unit_normals
+from ..reference.error_bounds import FLOAT32
+from ..scene import Scene, load_scene
+from ..tracer import Tracer
 
 EYE, SHADOW, MIRROR, DIFFUSE = "eye rays", "shadow rays", "mirror rays", "diffuse rays"
-SEED = 7    # of directions that diffuse surfaces choose
+RANDOM = "random rays"
+RAY_SETS = {"eye": EYE, "shadow": SHADOW, "mirror": f"{MIRROR} 1", "diffuse": f"{DIFFUSE} 1",
+            "random": RANDOM}   # what the bench calls them
+SEED = 7    # of directions that diffuse surfaces choose, and of random rays
 _BEFORE_LIGHT = np.float32(1 - 12 * FLOAT32.unit)   # as passes/surfaces.frag ends shadow rays
 
 
@@ -39,7 +43,24 @@ class Workload:
         """Pixels that have a ray."""
         return int(np.isfinite(self.origins).all(axis=1).sum())
 
-    def trace(self, tracer: rt.Tracer) -> Hits | None:
+    @property
+    def ends(self) -> np.ndarray:
+        """(n,) float32, where each ray ends: inf where nothing ends it."""
+        if self.t_max is None:
+            return np.full(len(self.origins), np.inf, np.float32)
+        return self.t_max
+
+    def compact(self, most: int | None = None) -> Workload:
+        """The pixels alone that have a ray, in their order; ``most`` of them, evenly spread."""
+        live = np.flatnonzero(np.isfinite(self.origins).all(axis=1)
+                              & np.isfinite(self.directions).all(axis=1))
+        if most is not None and len(live) > most:
+            live = live[np.linspace(0, len(live) - 1, most).astype(np.int64)]
+        return Workload(*(np.ascontiguousarray(a[live], np.float32)
+                          for a in (self.origins, self.directions)), self.size,
+                        None if self.t_max is None else self.t_max[live], self.any_hit)
+
+    def trace(self, tracer: Tracer) -> Hits | None:
         """The hits; None where any hit answers, as that is all that is asked."""
         shape = (self.size, self.size)
         t_max = np.inf if self.t_max is None else self.t_max
@@ -68,10 +89,13 @@ def bounced(kind: str, bounces: int) -> str:
 @functools.lru_cache(maxsize=8)
 def workload(scene: str, name: str, size: int) -> Workload:
     """The workload of a name: ``eye rays``, ``shadow rays``, or ``mirror rays 2`` of a scene all
-    mirrors after two bounces, and ``diffuse rays 2`` of one without any."""
+    mirrors after two bounces, ``diffuse rays 2`` of one without any, and ``random rays`` from
+    anywhere in its box to anywhere."""
     if name == EYE:
         origins, directions = load(scene).camera.rays((size, size))
         return Workload(origins.reshape(-1, 3), directions.reshape(-1, 3), size)
+    if name == RANDOM:
+        return Workload(*random_rays(load(scene), size * size, SEED), size)
     if name == SHADOW:
         return _shadows(load(scene), workload(scene, EYE, size), _hits(scene, EYE, size))
     for kind, bounce in ((MIRROR, _mirrored), (DIFFUSE, _scattered)):
@@ -81,7 +105,7 @@ def workload(scene: str, name: str, size: int) -> Workload:
     raise ValueError(f"no workload {name!r}")
 
 
-def _shadows(scene: rt.Scene, seen: Workload, hits: Hits) -> Workload:
+def _shadows(scene: Scene, seen: Workload, hits: Hits) -> Workload:
     """A ray from each hit that faces the light; a surface that faces away is dark without one."""
     light = np.asarray(scene.light.position, np.float32)
     points, normals = _surfaces(scene, seen, hits)
@@ -94,14 +118,14 @@ def _shadows(scene: rt.Scene, seen: Workload, hits: Hits) -> Workload:
                     np.where(lit, distance[:, 0] * _BEFORE_LIGHT, np.float32(0)), True)
 
 
-def _mirrored(scene: rt.Scene, seen: Workload, hits: Hits) -> Workload:
+def _mirrored(scene: Scene, seen: Workload, hits: Hits) -> Workload:
     normals = _surfaces(scene, seen, hits)[1]
     along = (seen.directions * normals).sum(axis=1, keepdims=True)
     directions = seen.directions - np.float32(2) * along * normals
     return Workload(spawn(scene, hits, directions), directions, seen.size)
 
 
-def _scattered(scene: rt.Scene, seen: Workload, hits: Hits) -> Workload:
+def _scattered(scene: Scene, seen: Workload, hits: Hits) -> Workload:
     """A ray from each hit in a direction of its own, as often as its cosine to the normal says."""
     normals = _surfaces(scene, seen, hits)[1]
     directions = np.random.default_rng(SEED).normal(size=normals.shape)
@@ -110,7 +134,7 @@ def _scattered(scene: rt.Scene, seen: Workload, hits: Hits) -> Workload:
     return Workload(spawn(scene, hits, directions), directions, seen.size)
 
 
-def _surfaces(scene: rt.Scene, seen: Workload, hits: Hits) -> tuple[np.ndarray, np.ndarray]:
+def _surfaces(scene: Scene, seen: Workload, hits: Hits) -> tuple[np.ndarray, np.ndarray]:
     """Hit points and the unit normals there that face where the ray came from, (n, 3) each; NaN
     where nothing was hit."""
     points = np.full_like(seen.origins, np.nan)
@@ -127,13 +151,13 @@ def _surfaces(scene: rt.Scene, seen: Workload, hits: Hits) -> tuple[np.ndarray, 
 @functools.lru_cache(maxsize=8)
 def _hits(scene: str, name: str, size: int) -> Hits:
     """Every method has the same hits; this one shares its tree with those that are measured."""
-    with rt.Tracer(load(scene), "kd-short-stack") as tracer:
+    with Tracer(load(scene), "kd-short-stack") as tracer:
         found = workload(scene, name, size).trace(tracer)
     assert found is not None
     return found
 
 
 @functools.lru_cache(maxsize=2)
-def load(name: str) -> rt.Scene:
+def load(name: str) -> Scene:
     """A scene by name; the last ones are kept."""
-    return rt.load_scene(name)
+    return load_scene(name)

@@ -1,0 +1,11 @@
+"""Bench: methods and the engines users would pick instead, on the same rays in one process."""
+from __future__ import annotations
+
+from .engines import ENGINES, Engine
+from .race import NOISY, Entry, race, too_noisy
+from .roofline import Peaks, peaks
+from .workloads import RAY_SETS, Workload, workload
+
+__all__ = ["ENGINES", "NOISY", "RAY_SETS", "Engine", "Entry", "Peaks", "Workload", "peaks",
+           "race",
+           "too_noisy", "workload"]

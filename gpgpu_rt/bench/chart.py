@@ -1,0 +1,50 @@
+"""The bench's chart: rates of every race, a bar an entry. Needs matplotlib."""
+from __future__ import annotations
+
+import statistics
+from collections.abc import Sequence
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402  (the backend must be chosen first)
+
+from ..files import replacing  # noqa: E402
+from .engines import ENGINES  # noqa: E402
+from .race import Entry  # noqa: E402
+
+_THEIRS = {engine.name for engine in ENGINES}
+
+
+def draw(found: Sequence[tuple[str, str, list[Entry]]], path: str) -> None:
+    """Write a chart of races, (scene, kind of rays, entries) each; whiskers reach from the
+    slowest turn to the fastest."""
+    most = max(len(entries) for _, _, entries in found)
+    figure, axes = plt.subplots(len(found), 1, squeeze=False,
+                                figsize=(9, len(found) * (0.8 + 0.27 * most)))
+    for axis, (scene, kind, entries) in zip(axes[:, 0], found):
+        ordered = sorted(entries, key=lambda entry: entry.rays_per_second)
+        rates = [entry.rays_per_second / 1e6 for entry in ordered]
+        ends = [[rate - entry.rays / max(entry.seconds) / 1e6
+                 for rate, entry in zip(rates, ordered)],
+                [entry.rays / min(entry.seconds) / 1e6 - rate
+                 for rate, entry in zip(rates, ordered)]]
+        axis.barh(range(len(ordered)), rates, xerr=ends, ecolor="#555555", capsize=2,
+                  color=["#8c8c8c" if entry.name in _THEIRS else "#2f6db3" for entry in ordered])
+        axis.set_yticks(range(len(ordered)), [_label(entry) for entry in ordered], fontsize=7)
+        for at, (entry, rate, above) in enumerate(zip(ordered, rates, ends[1])):
+            over = f" ({statistics.median(entry.over):.2f})" if entry.over else ""
+            axis.annotate(f"  {rate:.2f}{over}", (rate + above, at), va="center", fontsize=7)
+        axis.margins(x=0.18, y=0.01)
+        axis.set_title(f"{scene}, {kind} rays", fontsize=10)
+        axis.set_xlabel("million rays a second (over embreex on one thread)", fontsize=8)
+        axis.spines[["top", "right"]].set_visible(False)
+    figure.tight_layout()
+    with replacing(path) as temporary:
+        figure.savefig(temporary, dpi=130)
+    plt.close(figure)
+
+
+def _label(entry: Entry) -> str:
+    return " ".join([entry.name, *(name if value is True else f"{name}={value}"
+                                   for name, value in entry.options.items())])

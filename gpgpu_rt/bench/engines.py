@@ -1,0 +1,136 @@
+"""Engines: what a user would pick instead, each asked for the same rays from arrays to arrays.
+
+None of them is needed: what is not installed is left out, and said to be.
+"""
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+
+from ..scene import Scene
+from .workloads import Workload
+
+Run = Callable[[], np.ndarray]   # (n,) int, the triangle each ray hits or -1; (n,) bool, any hit
+CORES = os.cpu_count() or 1
+
+
+@dataclass(frozen=True)
+class Engine:
+    """An engine of today, and how many threads it may take.
+
+    Attributes
+    ----------
+    name : what tables call it
+    packages : what must be installed for it
+    prepare : (scene, rays) -> a call that traces the rays, its structure built
+    most : rays that it is given at most, spread over all of them; None for all
+    ends : whether rays may end somewhere, as shadow rays do
+    """
+
+    name: str
+    packages: tuple[str, ...]
+    prepare: Callable[[Scene, Workload], Run]
+    most: int | None = None
+    ends: bool = True
+
+    @property
+    def missing(self) -> str:
+        """The packages that are not installed, or ""."""
+        return " ".join(name for name in self.packages if importlib.util.find_spec(name) is None)
+
+
+def _embree(threads: int) -> Callable[[Scene, Workload], Run]:
+    def prepare(scene: Scene, rays: Workload) -> Run:
+        from embreex import rtcore_scene
+        from embreex.mesh_construction import TriangleMesh
+        embree = rtcore_scene.EmbreeScene()
+        TriangleMesh(embree, np.ascontiguousarray(scene.triangles, np.float32))
+        parts = [tuple(map(np.ascontiguousarray, part)) for part in zip(
+            *(np.array_split(array, threads) for array in (rays.origins, rays.directions,
+                                                           rays.ends)))]
+
+        def trace(part: tuple[np.ndarray, ...]) -> np.ndarray:
+            origins, directions, ends = part
+            if rays.any_hit:
+                return embree.run(origins, directions, dists=ends, query="OCCLUDED") == 0
+            return embree.run(origins, directions)
+        if threads == 1:
+            return lambda: trace(parts[0])
+        pool = ThreadPoolExecutor(threads)
+        return lambda: np.concatenate(list(pool.map(trace, parts)))
+    return prepare
+
+
+def _trimesh(scene: Scene, rays: Workload) -> Run:
+    """trimesh's own engine, which needs no other: an R-tree of boxes, then numpy."""
+    from trimesh.ray.ray_triangle import RayMeshIntersector
+    mesh = trimesh.Trimesh(np.reshape(scene.triangles, (-1, 3)),
+                           np.arange(3 * len(scene)).reshape(-1, 3), process=False)
+    engine = RayMeshIntersector(mesh)
+    return lambda: engine.intersects_first(rays.origins, rays.directions)
+
+
+def _open3d(threads: int) -> Callable[[Scene, Workload], Run]:
+    def prepare(scene: Scene, rays: Workload) -> Run:
+        import open3d
+        tensor = open3d.core.Tensor
+        engine = open3d.t.geometry.RaycastingScene(nthreads=threads)
+        engine.add_triangles(
+            tensor(np.ascontiguousarray(scene.triangles, np.float32).reshape(-1, 3)),
+            tensor(np.arange(3 * len(scene), dtype=np.uint32).reshape(-1, 3)))
+        # One end holds for all its rays: directions as long as the rays make that 1.
+        scale = rays.ends[:, None] if rays.any_hit else np.float32(1)
+
+        def run() -> np.ndarray:
+            both = tensor(np.concatenate([rays.origins, rays.directions * scale], axis=1))
+            if rays.any_hit:
+                return engine.test_occlusions(both, tfar=1.0, nthreads=threads).numpy()
+            hits = engine.cast_rays(both, nthreads=threads)
+            return hits["primitive_ids"].numpy().view(np.int32)
+        return run
+    return prepare
+
+
+def _mitsuba(threads: int) -> Callable[[Scene, Workload], Run]:
+    def prepare(scene: Scene, rays: Workload) -> Run:
+        import drjit
+        import mitsuba
+        mitsuba.set_variant("llvm_ad_rgb")
+        mesh = mitsuba.Mesh("scene", vertex_count=3 * len(scene), face_count=len(scene))
+        fields = mitsuba.traverse(mesh)
+        fields["vertex_positions"] = np.asarray(scene.triangles, np.float32).ravel()
+        fields["faces"] = np.arange(3 * len(scene), dtype=np.uint32)
+        fields.update()
+        engine = mitsuba.load_dict({"type": "scene", "mesh": mesh})
+
+        def run() -> np.ndarray:
+            drjit.set_thread_count(threads)
+            both = mitsuba.Ray3f(mitsuba.Point3f(rays.origins.T),
+                                 mitsuba.Vector3f(rays.directions.T))
+            if rays.any_hit:
+                both.maxt = mitsuba.Float(rays.ends)
+                return np.array(engine.ray_test(both))
+            hits = engine.ray_intersect_preliminary(both)
+            return np.where(np.isfinite(np.array(hits.t)),
+                            np.array(hits.prim_index, np.int64), -1)
+        return run
+    return prepare
+
+
+EMBREE = "embreex, one thread"     # what the others are measured by
+
+ENGINES = (
+    Engine(EMBREE, ("embreex",), _embree(1)),
+    Engine(f"embreex, {CORES} threads", ("embreex",), _embree(CORES)),
+    Engine("trimesh's own", ("rtree",), _trimesh, most=1024, ends=False),
+    Engine("Open3D, one thread", ("open3d",), _open3d(1)),
+    Engine(f"Open3D, {CORES} threads", ("open3d",), _open3d(CORES)),
+    Engine(f"Mitsuba 3, {CORES} threads", ("mitsuba", "drjit"), _mitsuba(CORES)),
+)

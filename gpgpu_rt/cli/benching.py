@@ -1,0 +1,114 @@
+"""``gpgpu-rt bench``: methods beside the engines that users would pick instead."""
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from ..bench import ENGINES, RAY_SETS, Entry, Peaks, peaks, race, too_noisy
+from ..errors import Error, OptionError, nearest_names
+from ..files import check_writable
+from ..gpu import open_gpu
+from ..methods import Method, methods
+from ..scene import load_scene
+from .shared import Command, add_options, options_for, print_json, print_table, say
+
+SIZE = 1024
+FASTEST = ("bvh-packet", {"packet": (4, 2), "octants": True, "interval_test": True,
+                          "quantise_nodes": 16})
+
+
+def add_command(command: Command) -> None:
+    sub = command("bench", _bench, "methods and today's engines on the same rays")
+    sub.add_argument("scenes", nargs="+", metavar="scene", help="a scene's name or a mesh file")
+    sub.add_argument("-m", "--methods", metavar="NAME,NAME,...", help="default: all but "
+                     + " and ".join(row.name for row in methods() if not _is_quick(row)))
+    sub.add_argument("--rays", default="eye", metavar="KIND,KIND,...",
+                     help=f"of {', '.join(RAY_SETS)}, or all; default %(default)s")
+    sub.add_argument("--size", type=int, default=SIZE, metavar="PIXELS",
+                     help="a side of the image that the rays belong to; default %(default)s")
+    sub.add_argument("--runs", type=int, default=5, help="timed runs of each after a warm-up, "
+                     "taking turns; default %(default)s")
+    sub.add_argument("--plot", metavar="IMAGE.png", help="draw the rates as well")
+    add_options(sub)
+
+
+def _bench(chosen: argparse.Namespace) -> None:
+    kinds = list(RAY_SETS) if chosen.rays == "all" else chosen.rays.split(",")
+    for kind in kinds:
+        if kind not in RAY_SETS:
+            raise OptionError(f"--rays {kind!r}{nearest_names(kind, RAY_SETS)}")
+    if chosen.plot is not None:
+        check_writable(chosen.plot)
+    if chosen.methods:
+        candidates = [(name, options_for(chosen, name)) for name in chosen.methods.split(",")]
+    else:
+        candidates = [FASTEST, ("bvh-threaded", {"octants": True})] + [
+            (row.name, {}) for row in methods() if _is_quick(row)]
+    gpu = open_gpu()
+    peak, found = peaks(gpu), []
+    for scene in chosen.scenes:
+        for kind in kinds:
+            entries = race(scene, RAY_SETS[kind], candidates, chosen.size, chosen.runs,
+                           report=say)
+            found.append((scene, kind, entries))
+            if not chosen.json:
+                _print(scene, kind, entries, chosen.size)
+    if chosen.plot is not None:
+        _plot(found, chosen.plot)
+    if chosen.json:
+        print_json({"gpu": gpu.info(), "peaks": peak.to_dict(), "size": chosen.size,
+                    "missing": _missing(),
+                    "races": [{"scene": scene, "rays": kind, "too_noisy": too_noisy(entries),
+                               "entries": [entry.to_dict() for entry in entries]}
+                              for scene, kind, entries in found]})
+        return
+    _print_peaks(gpu.renderer, peak)
+
+
+def _print(scene: str, kind: str, entries: list[Entry], size: int) -> None:
+    noise = too_noisy(entries)
+    print(f"{load_scene(scene).name}, {len(load_scene(scene)):,} triangles, "
+          f"{entries[0].rays:,} {RAY_SETS[kind]} of {size} x {size} pixels")
+    heads = ["method", "options", "Mrays/s", "over embreex", "arrays in to out", "spread",
+             "bytes a triangle", "against embreex"]
+    rows = []
+    for entry in sorted(entries, key=lambda e: -e.rays_per_second):
+        told = entry.to_dict()
+        rows.append([
+            entry.name, _words(entry.options), f"{entry.rays_per_second / 1e6:.2f}",
+            *(f"{told[name]:.2f}" if name in told else "-"
+              for name in ("over_embree", "over_embree_wall")),
+            f"{entry.spread:.2f}",
+            "-" if entry.bytes_a_triangle is None else f"{entry.bytes_a_triangle:.0f}",
+            "-" if noise else entry.verdict() or "-"])
+    print_table(heads, rows)
+    print(f"no verdict: {noise}\n" if noise else "")
+
+
+def _words(options: dict[str, Any]) -> str:
+    return " ".join(f"{name}={value}" for name, value in options.items()) or "-"
+
+
+def _print_peaks(renderer: str, peak: Peaks) -> None:
+    print(f"peaks of {renderer}, by programs that do nothing else: "
+          f"{peak.near_texels / 1e9:.2f} G texels/s fetched from a cache, "
+          f"{peak.far_texels / 1e9:.3f} from all over 64 MiB, {peak.flops / 1e9:.1f} GFLOP/s")
+    if _missing():
+        print("not installed, and so not here: " + ", ".join(_missing()))
+
+
+def _missing() -> list[str]:
+    return [engine.name for engine in ENGINES if engine.missing]
+
+
+def _plot(found: list[tuple[str, str, list[Entry]]], path: str) -> None:
+    try:
+        from ..bench.chart import draw
+    except ImportError as failure:
+        raise Error("--plot draws with matplotlib: pip install 'gpgpu_rt[figures]'") from failure
+    draw(found, path)
+
+
+def _is_quick(row: Method) -> bool:
+    """Whether a method takes a million rays in seconds, not in minutes a run."""
+    return row.name != "brute-force" and "loop" in row.schedules

@@ -1,0 +1,103 @@
+"""The bench: engines agree with us before they race; ratios and verdicts follow from turns."""
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import gpgpu_rt as rt
+from gpgpu_rt import cli
+from gpgpu_rt.bench import ENGINES, RAY_SETS, Entry, Workload, peaks, race, too_noisy, workload
+from gpgpu_rt.bench.engines import EMBREE
+from gpgpu_rt.gpu import open_gpu
+
+SIZE = 24
+
+
+@pytest.mark.parametrize("kind", RAY_SETS)
+@pytest.mark.parametrize("engine", ENGINES, ids=lambda engine: engine.name)
+def test_engines_answer_the_same_question(engine, kind: str) -> None:
+    if engine.missing:
+        pytest.skip(f"{engine.missing} is not installed")
+    scene = rt.load_scene("cornell")
+    rays = workload("cornell", RAY_SETS[kind], SIZE).compact(engine.most)
+    if rays.t_max is not None and not engine.ends:
+        pytest.skip("made for rays without an end")
+    if engine.name == "trimesh's own" and kind not in ("eye", "random"):
+        pytest.skip("finds the surface that a ray leaves")
+    found = engine.prepare(scene, rays)()
+    with rt.Tracer(scene) as tracer:
+        if rays.any_hit:
+            ours = tracer.occluded(rays.origins, rays.directions, rays.t_max)
+        else:
+            ours = tracer.trace(rays.origins, rays.directions).triangle
+    assert found.shape == ours.shape and found.dtype.kind == ours.dtype.kind
+    # Walls meet in edges, where either triangle is an answer.
+    assert (found == ours).mean() > (0.99 if rays.any_hit else 0.97)
+
+
+def test_compact_rays_are_those_of_pixels_with_one() -> None:
+    nan = np.float32(np.nan)
+    rays = Workload(np.float32([[0, 0, 0], [nan] * 3, [2, 0, 0], [3, 0, 0]]),
+                    np.float32(np.ones((4, 3))), 2, np.float32([1, 2, 3, 4]), True)
+    found = rays.compact()
+    assert found.origins[:, 0].tolist() == [0, 2, 3] and found.ends.tolist() == [1, 3, 4]
+    assert rays.compact(2).origins[:, 0].tolist() == [0, 3]
+    assert found.live == 3 and found.any_hit
+
+
+def test_a_race_takes_ratios_turn_by_turn() -> None:
+    entries = race("cornell", RAY_SETS["eye"], [("grid", {}), ("bvh-threaded", {"octants": True})],
+                   SIZE, 2, [one for one in ENGINES if one.name == EMBREE])
+    assert [entry.name for entry in entries][:2] == ["grid", "bvh-threaded"]
+    assert all(len(entry.seconds) == 2 and entry.rays == SIZE ** 2 for entry in entries)
+    assert entries[0].bytes_a_triangle > 48    # a triangle's corners alone
+    if len(entries) == 3:
+        ours, theirs = entries[0], entries[2]
+        assert ours.over == pytest.approx([b / a for a, b in zip(ours.seconds, theirs.seconds)])
+
+
+def _entry(name: str, seconds: list[float], over: list[float]) -> Entry:
+    return Entry(name, {}, 10, seconds, seconds, over, over)
+
+
+@pytest.mark.parametrize("over, verdict", [
+    ([1.1, 1.5, 2.0], "faster"), ([0.9, 0.5, 0.99], "slower"), ([0.9, 1.1, 3], "not told apart")])
+def test_verdicts_need_every_turn(over: list[float], verdict: str) -> None:
+    assert _entry("grid", [1, 1, 1], over).verdict() == verdict
+
+
+@pytest.mark.parametrize("seconds, why", [([1, 1.2, 1.1], ""), ([1, 1.6, 1.1], "too busy"),
+                                          ([1, 1], "too few")])
+def test_a_noisy_machine_gives_none(seconds: list[float], why: str) -> None:
+    assert why in too_noisy([_entry(EMBREE, seconds, seconds)])
+    assert bool(too_noisy([_entry(EMBREE, seconds, seconds)])) == bool(why)
+    assert "not installed" in too_noisy([_entry("grid", [1, 1, 1], [])])
+
+
+def test_peaks_are_rates() -> None:
+    found = peaks(open_gpu())
+    assert found.near_texels > 1e6 and found.far_texels > 1e5 and found.flops > found.near_texels
+    with rt.Tracer("cornell") as tracer:    # nothing is left wrong for those who come after
+        assert tracer.trace([[0, 0, 9]], [[0, 0, -1]]).hit.shape == (1,)
+
+
+def test_bench_command(capsys, tmp_path) -> None:
+    pytest.importorskip("matplotlib")
+    chart = tmp_path / "b.png"
+    assert cli.main(["bench", "cornell", "--size", "16", "--runs", "1", "-m", "grid,kd-restart",
+                     "--rays", "eye,random", "--json", "--plot", str(chart)]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [one["rays"] for one in found["races"]] == ["eye", "random"]
+    assert all(one["rays_per_second"] > 0 for race in found["races"] for one in race["entries"])
+    assert Image.open(chart).width > 100
+
+
+@pytest.mark.parametrize("words, message", [(["--runs", "0"], "give 1 or more"),
+                                            (["--rays", "eyes"], "did you mean eye"),
+                                            (["--plot", "no/such/b.png"], "there is no folder")])
+def test_mistakes_are_one_line(capsys, words: list[str], message: str) -> None:
+    assert cli.main(["bench", "cornell", "--size", "8", "-m", "grid", *words]) == 1
+    assert message in capsys.readouterr().err

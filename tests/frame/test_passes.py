@@ -1,0 +1,69 @@
+"""What a pass promises of any draw, and what releasing takes."""
+from __future__ import annotations
+
+from pathlib import Path
+
+import moderngl
+import numpy as np
+import pytest
+
+from gpgpu_rt.errors import Error
+from gpgpu_rt.gpu import Gpu
+from gpgpu_rt.passes.full_screen import FullScreenPass
+from gpgpu_rt.statistics import Statistics
+from gpgpu_rt.textures import make_texture, read_texture, release
+
+pytestmark = pytest.mark.small
+
+TEXT = ("#version 330 core\nuniform sampler2D values;\nuniform float factor;\nout vec4 result;\n"
+        "void main() {\n    result = factor * texelFetch(values, ivec2(gl_FragCoord.xy), 0);\n"
+        "    if (result.x < 4.0) {\n        discard;\n    }\n}\n")
+
+
+@pytest.fixture
+def doubled(gpu: Gpu, tmp_path: Path) -> FullScreenPass:
+    (tmp_path / "probe.frag").write_text(TEXT)
+    return FullScreenPass(gpu, str(tmp_path / "probe.frag"))
+
+
+def test_a_pass_keeps_its_uniforms_from_another_of_the_same_text(gpu: Gpu, doubled) -> None:
+    values = np.arange(8, dtype=np.float32).reshape(1, 8, 1)
+    texture = make_texture(gpu, (8, 1), 1, "values", values)
+    target = gpu.context.framebuffer([make_texture(gpu, (8, 1), 1, "result")])
+    other = FullScreenPass(gpu, doubled.name)
+    doubled.set(factor=2.0, compiled_away=1.0)
+    other.set(factor=3.0)
+    for one, factor in ((doubled, 2), (other, 3), (doubled, 2)):
+        target.clear()
+        statistics = Statistics()
+        kept = one.count(target, {"values": texture}, statistics)
+        expected = np.where(factor * values >= 4, factor * values, 0)
+        assert np.array_equal(read_texture(target.color_attachments[0]), expected)
+        assert (kept, statistics.queries) == (np.count_nonzero(expected), 1)
+
+
+def test_a_texture_that_is_missing_or_drawn_into_is_refused(gpu: Gpu, doubled) -> None:
+    texture = make_texture(gpu, (2, 2), 4, "both")
+    with pytest.raises(Error, match="samples values, which it was not given"):
+        doubled.draw(gpu.context.framebuffer([texture]), {"value": texture})
+    with pytest.raises(Error, match="samples values while drawing into it"):
+        doubled.draw(gpu.context.framebuffer([texture]), {"values": texture})
+
+
+def test_watching_ends_with_its_block_and_gives_way_within(gpu: Gpu) -> None:
+    with gpu.watched("outer"):
+        with pytest.raises(KeyError), gpu.watched("inner"):
+            assert gpu.watch == "inner"
+            raise KeyError
+        assert gpu.watch == "outer"
+    assert gpu.watch is None
+
+
+def test_release_takes_whatever_parts_are_kept_in(gpu: Gpu) -> None:
+    textures = [make_texture(gpu, (2, 2), 4, "kept") for _ in range(4)]
+    target = gpu.context.framebuffer(textures[:1])
+    target.use()
+    release(None, target, {"a": textures[0], "b": [textures[1], None]}, (t for t in textures[2:]))
+    for part in (target, *textures):
+        assert isinstance(part.mglo, moderngl.InvalidObject)
+    gpu.context.framebuffer([make_texture(gpu, (2, 2), 4, "next")]).clear(1.0)   # no GL error

@@ -1,0 +1,102 @@
+"""Workers: hits and pictures as one process finds them, whatever happens to a worker."""
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+import gpgpu_rt as rt
+from gpgpu_rt import rays
+from gpgpu_rt.accel.cache import cache_files, give_cache
+from gpgpu_rt.workers import Workers, tasks
+
+pytest.importorskip("distributed")
+
+from gpgpu_rt.workers import workers as module  # noqa: E402
+
+METHOD, OPTIONS = "bvh-threaded", {"octants": True}
+
+
+@pytest.fixture(scope="module")
+def workers() -> Iterator[Workers]:
+    with Workers(count=2, threads=1) as found:
+        yield found
+
+
+def _killed_once(flag: str, number: int) -> int:
+    """A task whose worker is killed the first time that it runs."""
+    if number == 1 and not os.path.exists(flag):
+        open(flag, "w").close()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return number * number
+
+
+def test_hits_are_those_of_one_process(workers: Workers, monkeypatch) -> None:
+    monkeypatch.setattr(module, "PART", 256)
+    scene = rt.load_scene("cornell")
+    origins, directions = rays.random_rays(scene, 2000, 5)
+    t_max = np.linspace(0.1, 3, 2000, dtype=np.float32)
+    told: list[tuple[int, int]] = []
+    found = workers.trace(scene, origins, directions, METHOD, t_max=t_max, statistics=True,
+                          progress=lambda *at: told.append(at), **OPTIONS)
+    hidden = workers.occluded(scene, origins, directions, METHOD, t_max=t_max, **OPTIONS)
+    with rt.Tracer(scene, METHOD, statistics=True, **OPTIONS) as tracer:
+        alone = tracer.trace(origins, directions, t_max=t_max)
+    assert told[-1] == (7, 7)
+    assert set(found.to_dict()) == set(alone.to_dict()) and found.hit.any()
+    for name, values in alone.to_dict().items():
+        assert (found.to_dict()[name] == values).all(), name
+    assert (hidden == alone.hit).all()
+
+
+def test_a_killed_worker_loses_nothing(workers: Workers, tmp_path) -> None:
+    flag = str(tmp_path / "killed")
+    found = dict(workers.map(_killed_once, [(flag, number) for number in range(6)]))
+    assert found == {number: number * number for number in range(6)}
+    assert os.path.exists(flag)
+    # What it held comes again from elsewhere.
+    scene = rt.load_scene("cornell")
+    origins, directions = rays.random_rays(scene, 100, 6)
+    with rt.Tracer(scene, METHOD, **OPTIONS) as tracer:
+        alone = tracer.trace(origins, directions)
+    assert (workers.trace(scene, origins, directions, METHOD, **OPTIONS).t == alone.t).all()
+
+
+def test_errors_of_tasks_are_the_users_own(workers: Workers) -> None:
+    with pytest.raises(rt.OptionError, match="octant"):
+        workers.trace("cornell", np.zeros((1, 3)), np.ones((1, 3)), METHOD, octant=True)
+
+
+def test_structures_travel_as_files_of_the_cache(tmp_path, monkeypatch) -> None:
+    scene = rt.load_scene("cornell")
+    monkeypatch.setenv("GPGPU_RT_CACHE", str(tmp_path / "here"))
+    built = tasks.structures(scene, "digest a", "kd-restart", ())
+    assert built and all(name.endswith(".npz") for name in built)
+    monkeypatch.setenv("GPGPU_RT_CACHE", str(tmp_path / "there"))
+    give_cache(built)
+    with cache_files() as files, rt.Tracer(scene, "kd-restart"):
+        assert [file.name for file in files] == list(built)
+    assert {file.name: file.read_bytes() for file in (tmp_path / "there").iterdir()} == built
+
+
+@pytest.mark.parametrize("arguments, message", [
+    (dict(scheduler="tcp://127.0.0.1:1"), "no Dask scheduler answers"),
+    (dict(count=0), "give 1 or more")])
+def test_mistakes_are_one_line(arguments: dict, message: str, monkeypatch) -> None:
+    monkeypatch.setattr(module, "PATIENCE", "0.5s")
+    with pytest.raises(rt.Error, match=message):
+        Workers(**arguments)
+
+
+def test_without_dask_it_says_what_to_install() -> None:
+    code = ("import sys; sys.modules['distributed'] = None\n"
+            "from gpgpu_rt.workers import Workers\n"
+            "try: Workers()\n"
+            "except Exception as failure: print(failure)")
+    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert "pip install 'gpgpu_rt[workers]'" in answer.stdout
