@@ -76,6 +76,7 @@ def test_the_static_model_agrees_with_the_instrumented_run(method: str) -> None:
     with rt.Tracer(scene, method) as tracer:
         run, _ = emulated(tracer, *rays, tile=TILE)
     assert sum(traces.runs) == pytest.approx(steps * len(hits))
+    assert traces.turns == run.runs[1][run.program.loops[0]]
     model, ran = modelled(run.program, traces), run.predicated()
     assert model.vector == pytest.approx(ran.vector, rel=0.02)
     assert model.scalar == pytest.approx(ran.scalar, rel=0.02)
