@@ -10,12 +10,16 @@ from typing import Any
 from gpgpu_rt.errors import Error
 from gpgpu_rt.files import check_writable
 
-from .measure import measure
-from .output import write_text
+from . import provenance, verdicts
+from .contradictions import of_page
+from .index_page import Line, write_index
+from .measure import measure, spent
+from .output import number, write_text
 
 # A module of this folder -> its title.
 FIGURES = {
     "fig01": "Figure 1: reflections, soft shadows, refraction",
+    "fig02": "Figure 2: the shader pipeline, as a pass of this program goes through it",
     "fig03": "Figure 3: a pass as stream processing",
     "fig04": "Figure 4: the organisation of the Ray Engine",
     "fig05": "Figure 5: a picture by the Ray Engine, and where the time goes",
@@ -39,6 +43,9 @@ FIGURES = {
     "fig23": "Figure 23: the hierarchical ray engine, tiles of rays against triangles",
     "fig24": "Figure 24: the hierarchy of cones over rays",
     "fig25": "Figure 25: the traversal of a ray hierarchy",
+    "fig26": "Figure 26: every method at 10,000 triangles, relative to the Ray Engine",
+    "table1": "Table 1: what the methods are, and do",
+    "cpu": "Ray tracing on the CPU: rays a second, and a GFLOP (section 4.2)",
     "entry_points": "Entry points and rasterised bounds",
     "period": "Period hardware: predicted against published",
     "retention": "Data retention: bytes that no pass keeps for the next",
@@ -48,6 +55,8 @@ FIGURES = {
     "ray_sorting": "Ray sorting: its price, what it buys, and how alike rays are",
     "rasterised": "First hits from the rasteriser: what their proof costs",
     "refraction": "Refraction by two passes of the rasteriser, beside the truth",
+    "caustics": "Caustics mapping, beside traced photons",
+    "ray_bundles": "Ray bundles by peeled projections, beside traced ones and the path tracer",
     "frames": "Time a frame of moving scenes: refitted, rebuilt, and kd-trees",
     "needs": "What a scene needs: renderers derived from ten scenes, beside one for all",
     "reduction": "Stream reduction by blocks, beside a scan",
@@ -73,11 +82,10 @@ def main(arguments: list[str] | None = None) -> int:
         figures = [_figure(name) for name in chosen.only]
         measure([cell for figure in figures for cell in figure.cells(chosen.full)], chosen.data,
                 chosen.again)
-        for figure in figures:
+        for name, figure in zip(chosen.only, figures):
             figure.draw(chosen.data, chosen.out, chosen.full)
-        index = [f"* [{FIGURES[name]}]({name}.md): [chart]({name}.png), [CSV]({name}.csv)"
-                 for name in FIGURES if (chosen.out / f"{name}.md").exists()]
-        write_text(chosen.out / "index.md", "# Figures\n\n" + "\n".join(index) + "\n")
+            _add_notes(name, chosen.out)
+        _index(chosen.data, chosen.out, chosen.full)
     except KeyboardInterrupt:
         print("figures: interrupted; finished cells are kept, run again to go on", file=sys.stderr)
         return 130
@@ -86,6 +94,44 @@ def main(arguments: list[str] | None = None) -> int:
         return 1
     print(f"wrote {chosen.out / 'index.md'}")
     return 0
+
+
+def _add_notes(name: str, out: Path) -> None:
+    """Put on a page where the survey contradicts itself about it."""
+    page, notes = out / f"{name}.md", of_page(name)
+    if notes and page.exists():
+        lines = "\n".join(f"* {says}" for says in notes)
+        write_text(page, page.read_text().rstrip() + "\n\n## Where the survey contradicts itself "
+                   f"or its sources\n\n{lines}\n")
+
+
+def _index(data: Path, out: Path, full: bool) -> None:
+    """Record where each page's numbers come from, and write the index of all that there are."""
+    lines, cells = [], []
+    for name, title in FIGURES.items():
+        if not (out / f"{name}.md").exists():
+            continue
+        figure = _figure(name)
+        mine = figure.cells(full)
+        cells += mine
+        held = provenance.record(name, mine, data, out, full)
+        judged = None
+        if _of_survey(name):
+            judged = figure.judge(data, full) if hasattr(figure, "judge") else verdicts.DIAGRAM
+        lines.append(Line(name, title, judged, provenance.summary(held)))
+    seconds = spent(cells, data)
+    write_index(out, lines, sum(map(_of_survey, FIGURES)), [
+        f"Size: {'the papers' if full else 'quick'}. Measuring all cells took "
+        f"{number(seconds / 60)} minutes of machine time."
+        + ("" if full else " The quick size traces fewer rays than the papers did, fewest with "
+           "the methods that take longest (brute force, those of many passes, tables over rays): "
+           "compare times a ray. `FULL=1` takes the papers' sizes and goes on where it was "
+           "interrupted.")])
+
+
+def _of_survey(name: str) -> bool:
+    """Whether it is one of the survey's own figures and tables."""
+    return name.startswith(("fig", "table"))
 
 
 def _figure(name: str) -> Any:

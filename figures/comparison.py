@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from . import verdicts
 from .kendall import tau_b
 from .measure import Cell, read
 from .output import COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
@@ -75,9 +76,7 @@ class Comparison:
 
     def draw(self, data: Path, out: Path, full: bool) -> None:
         """Write out/NAME.csv, .md and .png from the measured cells."""
-        found = {(panel, column.label): read(self.cell(panel, column, full), data)
-                 for panel, column in self.pairs(full)}
-        results = {key: result for key, result in found.items() if result is not None}
+        results = self._results(data, full)
         rows: Rows = {}
         for panel, column in self.pairs(full):
             if (panel, column.label) in results:
@@ -90,6 +89,24 @@ class Comparison:
         write_text(out / f"{self.name}.md", self._markdown(rows, taus, results))
         if rows:
             self._chart(rows, taus, out, results)
+
+    def judge(self, data: Path, full: bool) -> verdicts.Verdict:
+        """Whether order and ratios of the methods are the published ones."""
+        results = self._results(data, full)
+        groups, stand_ins = {}, []
+        for panel in dict.fromkeys(panel for panel, _ in results):
+            ordered = self._ordered(panel, results)
+            groups[panel.label] = ([ours["ns_per_ray"] for _, ours, _ in ordered],
+                                   [theirs for _, _, theirs in ordered])
+            if any(ours["scene"]["stand_in"] for _, ours, _ in ordered):
+                stand_ins.append(panel.label)
+        return verdicts.of_groups(groups, stand_ins)
+
+    def _results(self, data: Path, full: bool) -> Results:
+        """What is measured of it."""
+        found = {(panel, column.label): read(self.cell(panel, column, full), data)
+                 for panel, column in self.pairs(full)}
+        return {key: result for key, result in found.items() if result is not None}
 
     def _published(self, panel: Panel, column: Column) -> dict[str, str] | None:
         return published_row(self.name, panel.scene, column.published_method or column.method,

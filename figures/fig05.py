@@ -8,7 +8,7 @@ import numpy as np
 
 import gpgpu_rt as rt
 
-from . import sheets
+from . import sheets, verdicts
 from .measure import Cell, read
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
 from .published_numbers import published
@@ -66,6 +66,18 @@ def verdict(scene: str, result: dict[str, Any], row: list[Any]) -> str:
     return (f"{scene}: transfers take {number(100 * split['transfer_seconds'] / total)} % of the "
             f"time here; {says}. With infinitely fast passes the rate would be "
             f"{number(row[3] / row[2])} times as high, in the paper {number(FREE / RATE)} times.")
+
+
+def judge(data: Path, full: bool) -> verdicts.Verdict:
+    """Whether transfers are what takes longest, as the survey has it."""
+    claims = {}
+    for scene in SCENES:
+        result = read(cell(scene, "as it is", full), data)
+        if result is not None:
+            split = result["statistics"]["split"]
+            claims[f"transfers take longest on {scene}"] = "transfer_seconds" == max(
+                (key for key, *_ in PARTS), key=split.__getitem__)
+    return verdicts.of_claims(claims)
 
 
 def _published(scene: str, method: str) -> float:

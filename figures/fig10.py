@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from . import verdicts
 from .measure import Cell
 from .output import markdown_table, plt, save_chart, write_csv, write_text
 from .plan import HIT, PALE, VISITED, draw_ground, draw_marks, draw_ray, draw_tree
@@ -132,6 +133,16 @@ def _triangle_hits(small: World) -> np.ndarray:
     u, other = (from_v0 * across).sum(axis=1) / det, np.cross(from_v0, one)
     v, t = (other * d).sum(axis=1) / det, (other * two).sum(axis=1) / det
     return np.where((u >= 0) & (v >= 0) & (u + v <= 1) & (t >= 0), t, np.inf)
+
+
+def judge(data: Path, full: bool) -> verdicts.Verdict:
+    """Whether the pseudocode as the survey prints it finds what the ray hits."""
+    found = walk(METHOD)
+    start = found.steps[0].before
+    printed = printed_rule(world(), start["t_min"], start["t_max"])
+    return verdicts.of_claims({
+        "the traversal as printed finds the triangle that the ray hits":
+        printed.hit == int(found.hits.triangle[0])})
 
 
 def draw(data: Path, out: Path, full: bool) -> None:

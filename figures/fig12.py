@@ -12,7 +12,7 @@ GRID = {"cornell": 2}   # cells an axis, as published; 50 for the other scenes
 def _cell(panel: Panel, column: Column, full: bool) -> Cell:
     options = (("resolution", GRID.get(panel.scene, 50)),) if column.method == "grid" else ()
     slow = column.method == "brute-force" and panel.scene != "cornell"
-    size = 512 if full else (64 if slow else 256)
+    size = 512 if full else (32 if slow else 256)
     return Cell(panel.scene, column.method, options, size, runs=3 if slow else 5)
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from gpgpu_rt.bench.workloads import mirror
 
+from . import verdicts
 from .fig13 import size
 from .measure import Cell, read
 from .output import COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
@@ -25,13 +26,33 @@ def cells(full: bool) -> list[Cell]:
             for method in METHODS]
 
 
+def judge(data: Path, full: bool) -> verdicts.Verdict:
+    """Whether packets lose as rays are thrown back: they gain less at last than at first (the
+    tendency) in every real scene, and end below single rays (the claim) in every one."""
+    claims = {}
+    for scene in SCENES:
+        results = _results(scene, data, full)
+        if any(r is None or r["scene"]["stand_in"] for pair in results for r in pair):
+            continue
+        gains = [single["median_ms"] / packet["median_ms"] for single, packet in results]
+        claims[f"packets gain less with every mirror on {scene}, {number(gains[0])} to "
+               f"{number(gains[-1])}"] = gains[-1] < gains[0]
+        claims[f"and lose in the end on {scene}"] = min(gains) < 1
+    return verdicts.of_claims(claims)
+
+
+def _results(scene: str, data: Path, full: bool) -> list[list[Any]]:
+    """By bounce, single rays and packets; None where one is not measured."""
+    return [[read(cell(scene, method, bounces, full), data) for method in METHODS]
+            for bounces in BOUNCES]
+
+
 def draw(data: Path, out: Path, full: bool) -> None:
     """Write out/fig14.csv, .md and .png."""
     parts, rows, renderer, stand_ins = [], [], "?", []
     figure, axes = plt.subplots(1, len(SCENES), figsize=(3.4 * len(SCENES), 4.4))
     for axis, scene in zip(axes, SCENES):
-        results = [[read(cell(scene, method, bounces, full), data) for method in METHODS]
-                   for bounces in BOUNCES]
+        results = _results(scene, data, full)
         if any(result is None for pair in results for result in pair):
             axis.remove()
             continue

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from . import verdicts
 from .measure import Cell, read
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
 from .published_numbers import published, published_triangles
@@ -34,6 +35,23 @@ def _trees() -> list[tuple[str, dict[str, int]]]:
 
 def cells(full: bool) -> list[Cell]:
     return [cell(scene, **options) for scene, options in _trees()]
+
+
+def judge(data: Path, full: bool) -> verdicts.Verdict:
+    """Whether ropes make real scenes' trees as much larger as published."""
+    claims = {}
+    for scene, options in _trees():
+        result = read(cell(scene, **options), data)
+        if result is None or result["scene"]["stand_in"] or scene in DEPTH and not options:
+            continue    # at the depth where leaves are as many as the paper's, if there is one
+        overhead = result["tree"]["overhead"]
+        claims[f"{scene}'s tree is {number(overhead)} times as large with ropes, within "
+               f"{SLACK:.0%} of {LOWEST:.2f} to {HIGHEST:.2f}"] = _within(overhead)
+    return verdicts.of_claims(claims)
+
+
+def _within(overhead: float) -> bool:
+    return LOWEST * (1 - SLACK) <= overhead <= HIGHEST * (1 + SLACK)
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
@@ -80,10 +98,9 @@ def _published(scene: str) -> list[float]:
 
 
 def _verdict(scene: str, words: str, tree: dict[str, float]) -> str:
-    low, high = LOWEST * (1 - SLACK), HIGHEST * (1 + SLACK)
     leaves, triangles_a_leaf = _published(scene)[0], tree["references"] / tree["leaves"]
     return (f"{scene}, {words} (depth {tree['depth']}): ropes make it {number(tree['overhead'])} "
-            f"times as large, {'within' if low <= tree['overhead'] <= high else 'not within'} "
+            f"times as large, {'within' if _within(tree['overhead']) else 'not within'} "
             f"{SLACK:.0%} of the published {LOWEST:.2f} to {HIGHEST:.2f}. It has "
             f"{number(tree['leaves'] / leaves)} times the published leaves and "
             f"{number(triangles_a_leaf)} references a leaf, empty ones counted: the more, the "

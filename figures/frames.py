@@ -16,7 +16,7 @@ SCENES = {"cloth": "a cloth waves", "walker": "an animal walks", "explosion": "a
 # are for graphics hardware: on a software renderer a frame takes them seconds.)
 BUILDS = {"sah": ("cpu",), "lbvh": ("cpu", "gpu"), "hybrid": ("cpu",)}
 REBUILT = ("bih", "kd-short-stack")   # built anew each frame, having nothing to refit
-FRAMES, FULL_FRAMES = 6, 12
+FRAMES, FULL_FRAMES = 4, 12
 
 
 def columns() -> list[tuple[str, str, tuple[tuple[str, Any], ...]]]:

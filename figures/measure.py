@@ -9,6 +9,8 @@ import functools
 import hashlib
 import importlib.metadata
 import json
+import multiprocessing
+import signal
 import statistics
 import subprocess
 import time
@@ -21,6 +23,7 @@ from tqdm import tqdm
 
 import gpgpu_rt as rt
 from gpgpu_rt.accuracy.measure import Yardstick
+from gpgpu_rt.bench.engines import CORES
 from gpgpu_rt.bench.engines import EMBREE as ONE_THREAD
 from gpgpu_rt.bench.engines import ENGINES
 from gpgpu_rt.bench.workloads import EYE, Workload, load, workload
@@ -28,12 +31,19 @@ from gpgpu_rt.files import replacing
 from gpgpu_rt.gpu import open_gpu
 
 from . import (
-    coherence, extreme_runs, first_hit_times, frame_times, gap_work, needs_times, period_work,
-    reduction_times, refraction_errors, tree_sizes
+    bundle_errors, caustic_errors, coherence, cpu_peak, extreme_runs, first_hit_times, frame_times,
+    gap_work, needs_times, pass_work, period_work, reduction_times, refraction_errors, tree_sizes,
+    update_times
 )
 
 WARM_UPS = 1
 COHERENCE = "coherence of "   # then a workload: how alike its rays are
+# Approximations of the rasteriser: work -> key of the result, and what measures it.
+BESIDE_TRUTH = {"refraction": ("refraction", refraction_errors.measure),
+                "caustics": ("caustics", caustic_errors.measure),
+                "ray bundles": ("bundles", bundle_errors.measure)}
+# Works that time nothing, and may be measured side by side.
+UNTIMED = (period_work.WORK, pass_work.PASSES, *gap_work.KINDS, COHERENCE, "tree", "extremes")
 EMBREE = "embreex"   # stands as a method for embreex on one thread of the CPU
 
 
@@ -50,9 +60,13 @@ class Cell:
     #                            moves; "accuracy": size squared rays of each kind
     #                            of `known_rays`, judged;
     #                            "refraction": of a closed scene, or "ball";
+    #                            "caustics": of a scene of `caustic_errors`;
+    #                            "ray bundles": of a diffuse scene, or `bundle_errors.FLUSH`;
     #                            "first hits": eye rays, rasterised and traced;
     #                            "needs": pictures of a step of `growing`;
     #                            "work of" a workload: what period hardware would do;
+    #                            "passes of" one: that of a method in many passes;
+    #                            "updates": of triangles that moved; embreex has `threads`;
     #                            "reduction": size squared elements of a stream
     runs: int = 5
 
@@ -85,23 +99,62 @@ def measure(cells: Iterable[Cell], data: Path, again: bool = False) -> None:
     """Measure every cell that is not finished, in order, each written when it is done."""
     data.mkdir(parents=True, exist_ok=True)
     todo = [cell for cell in dict.fromkeys(cells) if again or read(cell, data) is None]
-    with tqdm(todo, unit="cell", dynamic_ncols=True) as progress:
-        for cell in progress:
-            options = " ".join(f"{k}={v}" for k, v in cell.options)
-            progress.set_description(f"{cell.scene} {cell.method} {options}".strip())
-            result = run(cell)
-            with replacing(data / cell.name) as path:
-                path.write_text(json.dumps(result, indent=1, default=str))
+    counts = [cell for cell in todo if cell.work.startswith(UNTIMED)]
+    with tqdm(total=len(todo), unit="cell", dynamic_ncols=True) as progress:
+        for cell in todo:
+            if cell in counts and len(counts) > 1:
+                continue
+            progress.set_description(_words(cell))
+            _keep(cell, data)
+            progress.update()
+        if len(counts) > 1:
+            _keep_side_by_side(counts, data, progress)
+
+
+def _keep_side_by_side(cells: list[Cell], data: Path, progress: Any) -> None:
+    """Measure cells in which nothing is timed, one a processor at once, each in a process of its
+    own context; interrupting loses those that run."""
+    progress.set_description("counting what cards would do")
+    # Those of a scene one after another, so that a process makes its tree and its rays once.
+    ordered = sorted(cells, key=lambda cell: (cell.scene, cell.size))
+    with multiprocessing.get_context("spawn").Pool(
+            min(CORES, len(cells)), _ignore_interrupts) as pool:
+        for _ in pool.imap_unordered(functools.partial(_keep, data=data), ordered):
+            progress.update()
+
+
+def _ignore_interrupts() -> None:
+    """The process that started this one ends it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _keep(cell: Cell, data: Path) -> None:
+    """Measure a cell and write its file, with the seconds that all of it took."""
+    began = time.perf_counter()
+    result = run(cell)
+    result["seconds_spent"] = time.perf_counter() - began
+    with replacing(data / cell.name) as path:
+        path.write_text(json.dumps(result, indent=1, default=str))
+
+
+def _words(cell: Cell) -> str:
+    return " ".join((cell.scene, cell.method, *(f"{k}={v}" for k, v in cell.options)))
+
+
+def spent(cells: Iterable[Cell], data: Path) -> float:
+    """Seconds that measuring the finished ones of these cells took, all together."""
+    found = (read(cell, data) for cell in dict.fromkeys(cells))
+    return sum(result.get("seconds_spent", 0.0) for result in found if result is not None)
 
 
 def run(cell: Cell) -> dict[str, Any]:
     """Measure one cell: warm-ups, timed runs without counters, then counters in a run apart."""
     if cell.work == "extremes":
-        return {"settings": settings(cell), "gpu": open_gpu().info(), "commit": _commit(),
+        return {"settings": settings(cell), "gpu": open_gpu().info(), "commit": commit(),
                 "date": datetime.date.today().isoformat(), "warm_ups": 0,
                 "cases": extreme_runs.measure(cell.method, dict(cell.options), cell.size ** 2)}
     if cell.work == "reduction":
-        return {"settings": settings(cell), "gpu": open_gpu().info(), "commit": _commit(),
+        return {"settings": settings(cell), "gpu": open_gpu().info(), "commit": commit(),
                 "date": datetime.date.today().isoformat(), "warm_ups": reduction_times.WARM_UPS,
                 "seconds": reduction_times.measure(cell.size ** 2, dict(cell.options)["kept"],
                                                    cell.runs)}
@@ -125,15 +178,23 @@ def run(cell: Cell) -> dict[str, Any]:
         rays = workload(cell.scene, cell.work.removeprefix(kind), cell.size)
         return {**_heading(cell, load(cell.scene), open_gpu().info()), "gap": gap_work.measure(
             kind, load(cell.scene), rays, cell.method, dict(cell.options))}
+    if cell.work.startswith(pass_work.PASSES):
+        rays = workload(cell.scene, cell.work.removeprefix(pass_work.PASSES), cell.size)
+        return {**_heading(cell, load(cell.scene), open_gpu().info()), "passes": pass_work.measure(
+            load(cell.scene), rays, cell.method, dict(cell.options))}
+    if cell.work == "updates":
+        return {**_heading(cell, load(cell.scene), open_gpu().info()),
+                "updates": update_times.measure(load(cell.scene), cell.method,
+                                                dict(cell.options), cell.runs)}
     if cell.work == "frames":
         return {**_heading(cell, load(cell.scene), open_gpu().info()),
                 "frames": frame_times.measure(cell.scene, cell.method, dict(cell.options),
                                               cell.size, cell.runs)}
-    if cell.work == "refraction":
-        return {"settings": settings(cell), "gpu": open_gpu().info(), "commit": _commit(),
+    if cell.work in BESIDE_TRUTH:
+        key, compare = BESIDE_TRUTH[cell.work]
+        return {"settings": settings(cell), "gpu": open_gpu().info(), "commit": commit(),
                 "date": datetime.date.today().isoformat(), "warm_ups": WARM_UPS,
-                "refraction": refraction_errors.measure(
-                    cell.scene, cell.method, dict(cell.options), cell.size, cell.runs)}
+                key: compare(cell.scene, cell.method, dict(cell.options), cell.size, cell.runs)}
     if cell.work == "first hits":
         scene = load(cell.scene)
         return {**_heading(cell, scene, open_gpu().info()),
@@ -158,6 +219,7 @@ def run(cell: Cell) -> dict[str, Any]:
                 sorts.append(tracer.statistics.sort_seconds)
         cost = tracer.statistics.to_dict()
         gpu = tracer.gpu.info()
+        structure = type(tracer.accelerator.structure).__name__
     with rt.Tracer(scene, cell.method, **dict(cell.options), statistics=True) as tracer:
         _trace(rays, tracer)
         driver = tracer.statistics.driver
@@ -167,7 +229,7 @@ def run(cell: Cell) -> dict[str, Any]:
         counters = {name: share * mean for name, mean in tracer.statistics.counters.items()}
     return {**_heading(cell, scene, gpu), **_timing(samples, walls, rays.live),
             "sort_ms": 1e3 * statistics.median(sorts), "statistics": cost, "counters": counters,
-            "driver": driver}
+            "driver": driver, "structure": structure}
 
 
 def _trace(rays: Workload, tracer: rt.Tracer) -> None:
@@ -188,7 +250,11 @@ def _timing(samples: list[float], walls: list[float], rays: int) -> dict[str, An
 def _run_embree(cell: Cell) -> dict[str, Any]:
     """Eye rays by embreex; what it counts inside is not known."""
     scene, rays = load(cell.scene), workload(cell.scene, cell.work, cell.size)
-    engine = next(one for one in ENGINES if one.name == ONE_THREAD)
+    threads = dict(cell.options).get("threads", 1)
+    name = ONE_THREAD if threads == 1 else f"embreex, {threads} threads"
+    engine = next((one for one in ENGINES if one.name == name), None)
+    if engine is None:
+        raise rt.Error(f"no engine {name!r} among {', '.join(one.name for one in ENGINES)}")
     if engine.missing:
         raise rt.Error(f"{engine.missing} is not installed; run `make setup`")
     run, samples = engine.prepare(scene, rays.compact()), []
@@ -198,12 +264,12 @@ def _run_embree(cell: Cell) -> dict[str, Any]:
         if turn >= WARM_UPS:
             samples.append(time.perf_counter() - began)
     return {**_heading(cell, scene, open_gpu().info()), **_timing(samples, samples, rays.live),
-            "statistics": {}, "counters": {}}
+            "statistics": {}, "counters": {}, "peak": cpu_peak.peak(threads)}
 
 
 def _heading(cell: Cell, scene: rt.Scene, gpu: dict[str, Any]) -> dict[str, Any]:
     """What every result begins with: of what, on what, when."""
-    return {"settings": settings(cell), "gpu": gpu, "commit": _commit(),
+    return {"settings": settings(cell), "gpu": gpu, "commit": commit(),
             "date": datetime.date.today().isoformat(),
             "scene": {"name": scene.name, "triangles": len(scene), "stand_in": scene.stand_in,
                       "file": Path(scene.source).name, "camera": scene.camera.to_dict()}}
@@ -227,9 +293,15 @@ def _run_accuracy(cell: Cell) -> dict[str, Any]:
             "ns_per_ray": 1e9 / row["all"]["rays_per_second"], "accuracy": row}
 
 
+def picture_size(size: int) -> int:
+    """Pixels a side of the picture that is judged beside size squared rays of each kind."""
+    return min(256, 2 * size)
+
+
 @functools.lru_cache(maxsize=1)
 def _yardstick(name: str, size: int) -> Yardstick:
-    return Yardstick(load(name), size ** 2)
+    side = picture_size(size)
+    return Yardstick(load(name), size ** 2, size=(side, side))
 
 
 @functools.cache
@@ -239,11 +311,15 @@ def _scene_digest(name: str) -> str:
         return extreme_runs.digest()
     if name in ("streams", "ball"):   # of numbers, not of a scene; and made here
         return ""
+    for made in (caustic_errors, bundle_errors):
+        if name in made.MADE:
+            return hashlib.sha256(made.scene_of(name).triangles).hexdigest()
     return hashlib.sha256(rt.load_scene(name).triangles).hexdigest()
 
 
 @functools.cache
-def _commit() -> str | None:
+def commit() -> str | None:
+    """The commit of this package's own tree, or None outside one."""
     try:
         return subprocess.run(["git", "describe", "--always", "--dirty"], text=True, check=True,
                               capture_output=True, cwd=Path(__file__).parent).stdout.strip()

@@ -15,16 +15,18 @@ def _rows() -> tuple[dict[str, str], ...]:
 
 
 def published_row(figure: str, scene: str, method: str, options: str = "",
-                  rays: str | None = None, quantity: str | None = None) -> dict[str, str] | None:
+                  rays: str | None = None, quantity: str | None = None,
+                  hardware: str | None = None) -> dict[str, str] | None:
     """The row of a published number, or None where the survey printed none.
 
     Parameters
     ----------
     rays : such as "primary" where a figure has several kinds
     quantity : such as "leaves" where a figure has several
+    hardware : in the survey's words
     """
     asked = {"figure": figure, "scene": scene, "method": method, "options": options,
-             "rays": rays, "quantity": quantity}
+             "rays": rays, "quantity": quantity, "hardware": hardware}
     return next((row for row in _rows() if all(value is None or row[name] == value
                                                for name, value in asked.items())), None)
 

@@ -9,11 +9,12 @@ import gpgpu_rt as rt
 from gpgpu_rt.accuracy.candidates import option_table, precisions
 from gpgpu_rt.accuracy.known_rays import WRONG
 
-from .measure import Cell, read
+from .measure import Cell, picture_size, read
 from .output import COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
 
 SCENES = ("bunny", "cornell")
 DETAIL = ("kd-restart", "bvh-threaded")     # all options of these, precision alone of the others
+SLOW = ("ray-classification", "visibility-field")   # timed once where it must be quick
 MARKERS = {"fp32": "o", "fp24": "s", "fp16": "^"}
 
 
@@ -39,7 +40,8 @@ def _options(row: rt.Method, full: bool) -> list[dict[str, Any]]:
 def cells_of(scene: str, full: bool) -> list[Cell]:
     """The cells of one scene. ``brute-force`` would take minutes and hits what the grid hits; so
     would, where it must be quick, a method that runs in passes alone."""
-    return [Cell(scene, row.name, tuple(options.items()), 192 if full else 64, "accuracy", 3)
+    return [Cell(scene, row.name, tuple(options.items()), 192 if full else 64, "accuracy",
+                 3 if full or row.name not in SLOW else 1)
             for row in rt.methods()
             if row.name != "brute-force" and (full or "loop" in row.schedules)
             for options in _options(row, full)]
@@ -82,7 +84,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
         axes[0][column].set_title(scene, fontsize=10)
     heads = list(rows[0]) if rows else []
     write_csv(out / "tradeoff.csv", heads, [list(row.values()) for row in rows])
-    write_text(out / "tradeoff.md", _page(rows, renderer, stand_ins, on_front))
+    write_text(out / "tradeoff.md", _page(rows, renderer, stand_ins, on_front, full))
     axes[0][0].set_ylabel("share of rays with a wrong hit or miss (log)")
     axes[1][0].set_ylabel("relative error of t, 99.9 % of right hits (log)")
     handles = [plt.Line2D([], [], marker=marker, linestyle="", color="#555555", label=word)
@@ -141,7 +143,7 @@ def _plot(axis: Any, rows: list[dict[str, Any]], key: str, front: list[int]) -> 
 
 
 def _page(rows: list[dict[str, Any]], renderer: str, stand_ins: list[str],
-          on_front: list[str]) -> str:
+          on_front: list[str], full: bool) -> str:
     heads = ("scene", "method", "precision", "options", "rays", *WRONG, "wrong share",
              "at most (95 %)", "t error 99.9 %", "RMSE", "FLIP", "Mrays/s", "MB")
     table = [[row["scene"], row["method"], row["precision"], row["options"] or "-",
@@ -150,8 +152,10 @@ def _page(rows: list[dict[str, Any]], renderer: str, stand_ins: list[str],
               number(row["t_error_999"], 2), number(row["rmse"], 2), number(row["flip"], 2),
               number(row["rays_per_second"] / 1e6), number(row["texture_bytes"] / 1e6)]
              for row in rows]
+    picture = picture_size(next(iter(cells(full))).size)
     parts = ["# Speed against accuracy\n", f"Renderer: {renderer}. Eye, random, vertex-aimed and "
-             "edge-aimed rays in equal shares, against the float64 reference. A share of zero is "
+             "edge-aimed rays in equal shares, against the float64 reference; RMSE and FLIP are "
+             f"of a picture, {picture} pixels a side. A share of zero is "
              "drawn hollow, at its upper 95 % confidence bound. Rays that a step cap stopped "
              "count as unfinished.", *stand_ins, "", markdown_table(heads, table),
              "Not beaten in both rate and the bound on the wrong share:\n",

@@ -364,3 +364,13 @@ LOWEST = Record("lowest", "triangle:int")
 
 VISITS = Record("visits", "count:int")
 """How often a node was met with a triangle."""
+
+# Ray bundles -------------------------------------------------------------------------------------
+
+LAYER = Record("layer", "depth slope:vec2 side:int")
+"""What a parallel projection shows at a pixel, one layer of all: depth at the pixel's centre and
+how it grows from there, a pixel to the right and one up; the side of a triangle that faces the
+viewer, twice its row, plus one where that is its back, or -1 for nothing."""
+
+LEAVING = Record("leaving", "radiance:vec3")
+"""Of a side of a triangle: what leaves it, the same everywhere on it and in every direction."""

@@ -1,0 +1,105 @@
+"""The index: of every figure whether it came out as the survey prints it, and why."""
+from __future__ import annotations
+
+import html
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from . import verdicts
+from .contradictions import CONTRADICTIONS
+from .output import markdown_table, write_text
+from .verdicts import Verdict
+
+RULES = (
+    f"**reproduced**: methods stand in the published order (tau-b {verdicts.HIGH:g} or more in "
+    "every scored group of a scene and a kind of rays), and the ratios between them are off by "
+    f"less than a factor of {verdicts.FACTOR:g} in the median; or all that is claimed holds",
+    f"**{verdicts.ORDER}**: the order alone; or most of what is claimed",
+    "**contradicted**: neither. Machine, cameras and sometimes scenes are others than the papers' "
+    "were; the figure's page shows what lies behind it",
+    "**redrawn**: a diagram or a picture, made from what this program did; the survey prints "
+    "nothing in it that could be scored",
+    "**not measured**: cells are missing, or only stand-ins for the scenes were there")
+COLOURS = {verdicts.REPRODUCED: "#cfe8d5", verdicts.ORDER: "#f5e6b8",
+           verdicts.CONTRADICTED: "#f3c9c0", verdicts.REDRAWN: "#dfe6ee"}
+
+
+@dataclass(frozen=True)
+class Line:
+    """A page: its module, title, verdict (None beyond the survey's own figures), and where its
+    numbers come from."""
+
+    name: str
+    title: str
+    verdict: Verdict | None
+    source: str
+
+
+def write_index(out: Path, lines: Sequence[Line], wanted: int, remarks: Sequence[str]) -> None:
+    """Write out/index.md and out/index.html.
+
+    Parameters
+    ----------
+    wanted : how many of the survey's figures there are to make
+    remarks : sentences on the run as a whole
+    """
+    of_survey = [line for line in lines if line.verdict]
+    beyond = [line for line in lines if not line.verdict]
+    count = tally(of_survey)
+    head = (f"{len(of_survey)} of the survey's {wanted} figures and tables: "
+            + ", ".join(f"{n} {word}" for word, n in count.items() if n) + ".")
+    pages = {line.name for line in lines}
+    where = [(one.says, ", ".join(f"[{name}]({name}.md)" for name in one.pages if name in pages))
+             for one in CONTRADICTIONS]
+    write_text(out / "index.md", "\n".join((
+        "# The survey's figures, made again\n", f"{head}\n", *(f"{says}\n" for says in remarks),
+        markdown_table(("figure", "verdict", "why", "data"), [
+            (f"[{line.title}]({line.name}.md)", f"**{line.verdict.word}**", line.verdict.why,
+             _links(line)) for line in of_survey if line.verdict]),
+        "How verdicts come about, all from the numbers behind the pages:\n",
+        *(f"* {rule}." for rule in RULES), "",
+        "## Beyond the survey's figures\n",
+        *(f"* [{line.title}]({line.name}.md): {_links(line)}" for line in beyond), "",
+        "## Where the survey contradicts itself or its sources\n",
+        *(f"{at}. {says}" + (f" ({links})" if links else "")
+          for at, (says, links) in enumerate(where, 1)), "",
+        "## Where the numbers come from\n",
+        *(f"* [{line.name}.json]({line.name}.json): {line.source}" for line in lines), "")))
+    write_text(out / "index.html", _html(out, head, of_survey, beyond))
+
+
+def tally(lines: Sequence[Line]) -> Mapping[str, int]:
+    """How many figures came out how."""
+    return {word: sum(line.verdict is not None and line.verdict.word == word for line in lines)
+            for word in verdicts.WORDS}
+
+
+def _links(line: Line) -> str:
+    return " ".join(f"[{word}]({line.name}.{suffix})" for word, suffix in
+                    (("chart", "png"), ("CSV", "csv"), ("JSON", "json")))
+
+
+def _html(out: Path, head: str, of_survey: Sequence[Line], beyond: Sequence[Line]) -> str:
+    """Every chart with its verdict, on one page."""
+    cards = []
+    for line in (*of_survey, *beyond):
+        word = line.verdict.word if line.verdict else ""
+        picture = (f'<a href="{line.name}.md"><img src="{line.name}.png" alt="" loading="lazy">'
+                   "</a>" if (out / f"{line.name}.png").exists() else "")
+        said = (f'<p class="verdict" style="background:{COLOURS.get(word, "#eeeeee")}">{word}</p>'
+                f"<p>{html.escape(line.verdict.why)}</p>" if line.verdict else "")
+        cards.append(f"<section><h2>{html.escape(line.title)}</h2>{picture}{said}"
+                     f'<p class="source"><a href="{line.name}.json">{html.escape(line.source)}'
+                     "</a></p></section>")
+    style = ("body{font:15px/1.45 sans-serif;margin:2rem auto;max-width:90rem;padding:0 1rem;"
+             "color:#222}main{display:grid;gap:1.5rem;"
+             "grid-template-columns:repeat(auto-fill,minmax(26rem,1fr))}section{border:1px solid "
+             "#ddd;padding:1rem;overflow-wrap:anywhere}h2{font-size:1rem;margin:0 0 .6rem}"
+             "img{width:100%}.verdict{display:inline-block;padding:.1rem .6rem;margin:.6rem 0 0}"
+             ".source{color:#777;font-size:.8rem}")
+    return ('<!doctype html><html lang="en"><head><meta charset="utf-8">'
+            '<meta name="viewport" content="width=device-width">'
+            f"<title>The survey's figures, made again</title><style>{style}</style></head><body>"
+            f"<h1>The survey's figures, made again</h1><p>{html.escape(head)}</p><main>"
+            + "\n".join(cards) + "</main></body></html>\n")

@@ -1,0 +1,85 @@
+"""Verdicts: whether a figure's numbers came out as the survey prints them. By rule, from numbers.
+
+* reproduced: the order agrees (tau-b of every scored group at least HIGH), and the ratios do (they
+  are off by less than a factor of two, in the median, once all are relative to each other);
+* reproduced in order, not in ratio: the order alone agrees;
+* contradicted: neither. What a figure claims besides numbers is held against the measurement the
+  same way: every part of it holds, most do, or not.
+"""
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from .kendall import tau_b
+from .output import number
+
+REPRODUCED = "reproduced"
+ORDER = "reproduced in order, not in ratio"
+CONTRADICTED = "contradicted"
+REDRAWN = "redrawn"            # a diagram or a picture: the survey prints nothing to score
+UNMEASURED = "not measured"
+WORDS = (REPRODUCED, ORDER, CONTRADICTED, REDRAWN, UNMEASURED)
+HIGH, FACTOR = 0.8, 2.0        # what tau-b must reach; what ratios may be off by
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One of WORDS, and why, with the numbers that decided."""
+
+    word: str
+    why: str
+
+
+def off_by(ours: Sequence[float], theirs: Sequence[float]) -> float:
+    """By what factor ratios are off: the median over all pairs of |log2| of our ratio of a pair
+    over theirs, as a factor. A pair's ratio does not depend on how fast the machine is."""
+    logs = [math.log2(a / b) for a, b in zip(ours, theirs)]
+    apart = [abs(x - y) for at, x in enumerate(logs) for y in logs[:at]]
+    return 2 ** statistics.median(apart) if apart else math.nan
+
+
+def of_groups(groups: Mapping[str, tuple[Sequence[float], Sequence[float]]],
+              stand_ins: Iterable[str] = ()) -> Verdict:
+    """The verdict of a table.
+
+    Parameters
+    ----------
+    groups : of each scene and kind of rays, our times and the published ones
+    stand_ins : groups that are shown and not scored, their scenes being other ones
+    """
+    left_out = set(stand_ins)
+    scored = {name: (tau_b(*pair), off_by(*pair)) for name, pair in groups.items()
+              if name not in left_out and len(pair[0]) > 1}
+    scored = {name: pair for name, pair in scored.items() if pair[0] == pair[0]}
+    if not scored:
+        return Verdict(UNMEASURED, "no scene of it is measured that is not a stand-in"
+                       if groups else "no cell of it is measured")
+    low = [f"{name} {number(tau, 2)}" for name, (tau, _) in scored.items() if tau < HIGH]
+    factor = statistics.median(off for _, off in scored.values())
+    right = len(scored) - len(low)
+    why = (f"tau-b is {HIGH:g} or more in {right} of {len(scored)} scored groups"
+           + (f" (below: {', '.join(low)})" if low else "")
+           + f"; ratios between methods are off by a factor of {number(factor)} in the median"
+           + (f"; stand-ins left out: {', '.join(sorted(left_out & set(groups)))}"
+              if left_out & set(groups) else ""))
+    word = CONTRADICTED if low else REPRODUCED if factor < FACTOR else ORDER
+    return Verdict(word, why + ".")
+
+
+def of_claims(claims: Mapping[str, bool]) -> Verdict:
+    """The verdict on sentences, each with whether it holds: all, or more than half of them."""
+    if not claims:
+        return Verdict(UNMEASURED, "no cell of it is measured")
+    failed = [claim for claim, holds in claims.items() if not holds]
+    why = f"{len(claims) - len(failed)} of {len(claims)} claims hold: " + "; ".join(
+        f"{claim} ({'yes' if holds else 'no'})" for claim, holds in claims.items()) + "."
+    if not failed:
+        return Verdict(REPRODUCED, why)
+    return Verdict(ORDER if 2 * len(failed) < len(claims) else CONTRADICTED, why)
+
+
+DIAGRAM = Verdict(REDRAWN, "A diagram or a picture, drawn from what this program's passes and "
+                  "tables were; the survey prints no numbers in it.")

@@ -1,0 +1,18 @@
+// A parallel projection of all that lies in a sphere: pixels across, and a depth in world units that
+// begins where the sphere does.
+
+uniform vec3 centre;
+uniform float reach;        // the sphere's radius
+uniform vec3 across;        // unit axes of the image
+uniform vec3 upward;
+uniform vec3 along;         // away from the viewer
+uniform float pixel_size;   // world units
+uniform vec2 shift;         // of the image's middle, in pixels, that no two projections line up
+uniform float resolution;   // pixels a side
+
+// x and y in pixels, and the depth.
+vec3 projected(vec3 place) {
+    vec3 p = place - centre;
+    return vec3(vec2(dot(p, across), dot(p, upward)) / pixel_size + 0.5 * resolution + shift,
+                dot(p, along) + reach);
+}

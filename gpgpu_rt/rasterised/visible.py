@@ -1,0 +1,49 @@
+"""What a camera sees: places and normals of first hits, in the order of pixels, for passes that
+light them."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..camera import Camera
+from ..hits import Hits
+from ..tracer import Tracer
+from .patches import areas_and_normals
+
+
+@dataclass
+class Visible:
+    """First hits of an image, (height, width), row 0 at the top.
+
+    Attributes
+    ----------
+    places : (h, w, 3) float32, zeros where nothing is
+    normals : (h, w, 3) float32, of the flat triangles, on the side that is seen; zeros likewise
+    directions : (h, w, 3) float32, of the eye rays
+    hits : (h * w,)
+    """
+
+    places: np.ndarray
+    normals: np.ndarray
+    directions: np.ndarray
+    hits: Hits
+
+    @classmethod
+    def of(cls, tracer: Tracer, camera: Camera | None, size: tuple[int, int],
+           first_hits: str = "traced") -> Visible:
+        """Parameters as for ``Tracer.eye_hits``."""
+        camera = camera or tracer.scene.camera
+        hits = tracer.eye_hits(camera, size, first_hits)
+        origins, directions = camera.rays(size)
+        shape = directions.shape
+        rows, hit = hits.triangle, hits.hit
+        places, normals = np.zeros((len(hits), 3)), np.zeros((len(hits), 3))
+        corners = tracer.scene.triangles[rows[hit]].astype(np.float64)
+        weights = np.stack([1 - hits.u - hits.v, hits.u, hits.v], axis=1)[hit]
+        places[hit] = np.einsum("nc,ncx->nx", weights, corners)
+        _, normals[hit] = areas_and_normals(corners)
+        away = (normals * directions.reshape(-1, 3)).sum(1) > 0
+        normals[away] *= -1
+        return cls(places.reshape(shape).astype(np.float32),
+                   normals.reshape(shape).astype(np.float32), directions, hits)

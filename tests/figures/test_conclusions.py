@@ -1,0 +1,281 @@
+"""Figure 26, Table 1, the CPU, Figure 2, verdicts and the index: their numbers are those of the
+JSON files."""
+from __future__ import annotations
+
+import csv
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gpgpu_rt.bench.engines import CORES
+from gpgpu_rt.figures import (
+    __main__, cpu, fig02, fig08, fig10, fig12, fig14, fig26, measure, provenance, scaled, surveyed,
+    table1, verdicts
+)
+from gpgpu_rt.figures.comparison import Panel
+from gpgpu_rt.figures.contradictions import CONTRADICTIONS, of_page
+from gpgpu_rt.figures.measure import Cell
+from gpgpu_rt.hardware.cards import find_card
+
+STRUCTURES = {"grid": "Grid", "ray-engine": "Grid", "ray-tiles": "tuple",
+              "ray-hierarchy": "NoneType", "geometry-image": "ImageTree"}
+
+
+def _write(cell: Cell, folder: Path, **more: Any) -> None:
+    """A cell's file as if it had been measured."""
+    (folder / cell.name).write_text(json.dumps({
+        "settings": measure.settings(cell), "gpu": {"renderer": "llvmpipe X", "backend": "egl"},
+        "commit": "abc1234", "date": "2020-01-01", "rays": cell.size ** 2,
+        "scene": {"triangles": 10_000, "stand_in": None}, "statistics": {}, "counters": {},
+        "seconds_spent": 2.0, **more}))
+
+
+def _timed(entry: surveyed.Entry, ns: float, folder: Path) -> None:
+    name = entry.method
+    kind = STRUCTURES.get(name, "KdTree" if name.startswith("kd-") else "Bvh")
+    _write(entry.measured(False), folder, ns_per_ray=ns, median_ms=ns, structure=kind)
+
+
+def _rows(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.mark.parametrize("ours, word", [
+    ((10, 20, 40), verdicts.REPRODUCED), ((10, 100, 1000), verdicts.ORDER),
+    ((40, 20, 10), verdicts.CONTRADICTED)], ids=["same", "order", "reversed"])
+def test_verdicts_follow_from_order_and_ratio(ours: tuple, word: str) -> None:
+    groups = {"bunny": (ours, (1.0, 2.0, 4.0)), "cows": ((3, 2, 1), (1, 2, 3))}
+    said = verdicts.of_groups(groups, ["cows"])
+    assert said.word == word and "cows" in said.why
+    faster = {"bunny": ([ns / 1000 for ns in ours], (1.0, 2.0, 4.0))}
+    assert verdicts.of_groups(faster).word == word      # how fast the machine is does not count
+
+
+def test_ratios_are_off_by_the_median_over_pairs() -> None:
+    # Against 1, 1, 1 the pairs of 1, 2, 8 are off by 2, 4 and 8.
+    assert verdicts.off_by((1, 2, 8), (1, 1, 1)) == pytest.approx(4)
+    assert verdicts.off_by((5, 10, 40), (1, 2, 8)) == pytest.approx(1)
+
+
+@pytest.mark.parametrize("holds, word", [
+    ((True, True), verdicts.REPRODUCED), ((True, True, False), verdicts.ORDER),
+    ((True, False), verdicts.CONTRADICTED), ((), verdicts.UNMEASURED)])
+def test_verdicts_on_claims(holds: tuple[bool, ...], word: str) -> None:
+    said = verdicts.of_claims({f"claim {at}": value for at, value in enumerate(holds)})
+    assert said.word == word and said.why.count("(no)") == holds.count(False)
+
+
+def test_every_row_of_table_1_has_a_method() -> None:
+    assert list(surveyed.STANDS_FOR) == list(surveyed.table1())
+    assert surveyed.published_speed("Budge et al. 2008") == 68.6
+    assert surveyed.published_speed("Purcell et al. 2002") is None
+    methods = [entry.method for entry in surveyed.entries()]
+    assert set(methods) == {row.name for row in surveyed.rt.methods()}
+
+
+def test_rates_between_scenes_lie_on_a_line_of_logarithms() -> None:
+    points = [(100, 8.0), (1_000_000, 2.0)]
+    assert scaled.at_triangles(points) == pytest.approx(4)
+    assert [scaled.at_triangles([one]) for one in points] == pytest.approx([8, 2])
+
+
+def test_the_survey_s_own_scaling() -> None:
+    """Foley's rate goes from an X800's 8.32 and the Ray Engine's from a GeForce4's 2.4 billion
+    instructions a second to a GeForce 8800's."""
+    rows = {row.source: row for row in scaled.scaled()}
+    foley, engine = rows["Foley and Sugerman 2005"], rows[surveyed.BASE]
+    assert engine.rate == 114_499 and find_card("NV25") == engine.card
+    arithmetic, bandwidth = scaled.speeds(list(rows.values()))["Foley and Sugerman 2005"]
+    assert arithmetic == pytest.approx(foley.rate / 8.32e9 / (114_499 / 2.4e9))
+    assert bandwidth == pytest.approx(foley.rate / foley.card.bandwidth
+                                      / (114_499 / engine.card.bandwidth))
+    # Guenther's scenes all have more triangles: the nearest is the fairy forest's 13.2 frames/s.
+    assert rows["Guenther et al. 2007"].rate == pytest.approx(13.2 * 1024 ** 2)
+
+
+def _regions(turns: int) -> dict[str, Any]:
+    """A loop of 30 instructions, so many turns a fragment, as cells of "work of" rays hold it."""
+    runs = {str(w): 480 // w for w in (1, 2, 32)}
+    return {"rays": 480, "pixels": 480, "fragments": 480, "texel_bytes": {}, "written_bytes": 0,
+            "regions": [
+                {"vector": 0, "scalar": 0, "fetches": {}, "loop": False, "parent": -1,
+                 "runs": runs},
+                {"vector": 30, "scalar": 30, "fetches": {}, "loop": True, "parent": 0,
+                 "runs": {w: n * turns for w, n in runs.items()}}]}
+
+
+def _conclusions(folder: Path) -> dict[str, float]:
+    """Files of every entry of Figure 26: nanoseconds as published, the Ray Engine's 1000."""
+    times = {}
+    for at, entry in enumerate(surveyed.entries()):
+        speed = surveyed.published_speed(entry.source) or 2.0 + at
+        times[entry.label] = 1000 / speed
+        _timed(entry, times[entry.label], folder)
+        if "loop" in entry.row.schedules:
+            _write(entry.counted(False), folder, work=_regions(10 + at))
+        else:
+            once = {"vector": 7, "scalar": 9, "fetches": {}}
+            _write(entry.counted(False), folder, passes={
+                "rays": 480, "uploaded": 0, "read_back": 0, "passes": [
+                    {"name": "x", "draws": 1, "fragments": 4800, "ran": 4800, "streams_read": 0,
+                     "written": 0, "once": once, "loops": []}]})
+        if entry.source:
+            _write(surveyed.updated(entry), folder, updates={
+                "build": 0.5, "update": 0.25, "rebuilt": entry.method.startswith(("kd-", "grid")),
+                "size": 2048, "tables": ["triangle", "kd_node"]})
+    return times
+
+
+def test_figure_26_and_table_1_hold_what_the_data_say(tmp_path: Path) -> None:
+    times = _conclusions(tmp_path)
+    fig26.draw(tmp_path, tmp_path, False)
+    rows = {row["method"]: row for row in _rows(tmp_path / "fig26.csv")}
+    assert set(rows) == set(times)
+    for label, row in rows.items():
+        assert float(row["measured_ns"]) == pytest.approx(times[label])
+        assert float(row["measured"]) == pytest.approx(1000 / times[label])
+    card = find_card("G80")
+    at = [entry.label for entry in surveyed.entries()].index("kd-restart")
+    assert float(rows["kd-restart"]["predicted_ns"]) == pytest.approx(
+        1e9 * 30 * (10 + at) / card.scalar_rate, rel=0.01)
+    ours, engine = (float(rows[name]["predicted_ns"]) for name in ("kd-restart", "ray-engine"))
+    assert float(rows["kd-restart"]["predicted"]) == pytest.approx(engine / ours)
+    said = fig26.judge(tmp_path, False)
+    assert said.word == verdicts.REPRODUCED and "tau-b" in said.why
+    assert verdicts.REPRODUCED in (tmp_path / "fig26.md").read_text()
+    assert (tmp_path / "fig26.png").stat().st_size > 10_000
+
+    table1.draw(tmp_path, tmp_path, False)
+    lines = {row["source"]: row for row in _rows(tmp_path / "table1.csv")}
+    assert set(lines) == set(surveyed.STANDS_FOR)
+    horn = lines["Horn et al. 2007"]
+    assert (horn["survey_stack"], horn["here_stack"]) == ("Stack-based", "Stack-based")
+    assert float(horn["update_seconds"]) == 0.25 and horn["here_dynamic_geometry"] == "N"
+    assert float(horn["measured_relative"]) == pytest.approx(40.9)
+    page = (tmp_path / "table1.md").read_text()
+    # Guenther's is refitted here, and the Ray Engine has a grid on the host.
+    assert "Guenther et al. 2007, dynamic geometry: Y, not N" in page
+    assert "Carr et al. 2002, acceleration structure: Grid (kd_node), not N/A" in page
+
+
+def test_figure_26_is_contradicted_by_reversed_times(tmp_path: Path) -> None:
+    for entry in surveyed.entries():
+        if entry.source:
+            _timed(entry, 1000 * (surveyed.published_speed(entry.source) or 1.0), tmp_path)
+    assert fig26.judge(tmp_path, False).word == verdicts.CONTRADICTED
+
+
+def test_the_cpu_s_rays_a_gflop(tmp_path: Path) -> None:
+    for column in cpu.columns():
+        more = {} if column.threads is None else {"peak": {
+            "nominal": 50e9 * column.threads, "attained": 1e9, "fragments": 2e9,
+            "model": "M", "clock": 1e9,
+            "a_clock": 50, "threads": column.threads}}
+        _write(cpu.cell("bunny", column, False), tmp_path, median_ms=1,
+               ns_per_ray=100.0 / (column.threads or 4), **more)
+    cpu.draw(tmp_path, tmp_path, False)
+    rows = {row["traced_by"]: row for row in _rows(tmp_path / "cpu.csv")}
+    one, ours = rows["embreex, one thread"], rows["kd-packet"]
+    assert float(one["rays_per_gflop"]) == pytest.approx(1e7 / 50)
+    # On a renderer of the CPU's, ours had all threads.
+    assert float(ours["rays_per_gflop"]) == pytest.approx(4e7 / (50 * CORES))
+    assert float(ours["over_one_thread"]) == pytest.approx(4)
+    page = (tmp_path / "cpu.md").read_text()
+    assert "1917 Mrays/s" in page      # not the survey's 1,887
+    assert (tmp_path / one["file"]).exists()
+
+
+def test_embree_on_all_threads_is_measured(tmp_path: Path) -> None:
+    cell = Cell("cornell", measure.EMBREE, (("threads", CORES),), 16, runs=1)
+    measure.measure([cell], tmp_path)
+    found = json.loads((tmp_path / cell.name).read_text())
+    assert found["ns_per_ray"] > 0 and found["peak"]["threads"] == CORES
+    assert found["peak"]["attained"] > 0 and found["seconds_spent"] > 0
+
+
+def test_figure_2_is_of_real_draws(tmp_path: Path) -> None:
+    fig02.draw(tmp_path, tmp_path, False)
+    whole, quads = fig02.shown()
+    assert (whole.primitives, whole.fragments) == (1, fig02.SIDE ** 2)
+    assert quads.primitives % 2 == 0 and quads.attributes == {"rectangle": 4, "row": 1}
+    assert "triangle_table" not in quads.by_fragments    # its vertex program reads corners
+    assert "kd_node_table" in whole.by_fragments
+    rows = {row["method"]: row for row in _rows(tmp_path / "fig02.csv")}
+    assert rows["kd-restart"]["rasteriser"].startswith("1 triangle in")
+    assert f"{quads.fragments} fragments" in rows["ray-engine"]["frame buffer"]
+    assert (tmp_path / "fig02.png").stat().st_size > 10_000
+
+
+def test_the_pseudocode_as_printed_is_contradicted(tmp_path: Path) -> None:
+    assert fig10.judge(tmp_path, False).word == verdicts.CONTRADICTED
+
+
+@pytest.mark.parametrize("grid, word", [
+    ((1, 2, 4, 8, 16), verdicts.REPRODUCED), ((1, 1, 1, 2, 3), verdicts.ORDER),
+    ((3, 1, 1, 1, 0.5), verdicts.CONTRADICTED)])
+def test_the_stadium_s_verdict(grid: tuple, word: str, tmp_path: Path) -> None:
+    for ratio, times in zip(fig08.RATIOS, grid):
+        for method, options in fig08.METHODS:
+            _write(fig08.cell(ratio, method, options, False), tmp_path,
+                   ns_per_ray=100.0 * (times if method == "grid" else 1))
+    assert fig08.judge(tmp_path, False).word == word
+
+
+@pytest.mark.parametrize("last, word", [
+    (0.5, verdicts.REPRODUCED), (1.5, verdicts.CONTRADICTED), (3.0, verdicts.CONTRADICTED)])
+def test_mirrors_verdict(last: float, word: str, tmp_path: Path) -> None:
+    for bounces in fig14.BOUNCES:
+        gain = 2 + (last - 2) * bounces / 5
+        for method, ms in ((fig14.SINGLE, 1.0), (fig14.PACKET, 1 / gain)):
+            _write(fig14.cell("robots", method, bounces, False), tmp_path, median_ms=ms)
+    assert fig14.judge(tmp_path, False).word == word
+
+
+def test_a_small_comparison_traces_back_to_its_cells(tmp_path: Path, monkeypatch) -> None:
+    """Measured, drawn and put into the index; each number of the page stands in a cell's file."""
+    small = replace(
+        fig12.FIGURE, panels=(Panel("cornell"),), remarks=lambda results: [],
+        cell=lambda panel, column, full: Cell(panel.scene, column.method, (), 8, runs=1))
+    monkeypatch.setattr(__main__, "_figure", lambda name: small)
+    data, out = tmp_path / "data", tmp_path / "out"
+    assert __main__.main(["--only", "fig12", "--data", str(data), "--out", str(out)]) == 0
+    held = json.loads((out / "fig12.json").read_text())
+    assert len(held["cells"]) == len(small.columns) == len(held["rows"])
+    for cell, row in zip(held["cells"], held["rows"]):
+        file = json.loads((data / cell["file"]).read_text())
+        assert float(row["ns_per_ray"]) == file["ns_per_ray"]
+        assert cell["renderer"] == file["gpu"]["renderer"] and cell["commit"] == file["commit"]
+        assert cell["settings"] == file["settings"] and cell["settings"]["size"] == 8
+    index, page = ((out / f"{name}.md").read_text() for name in ("index", "fig12"))
+    said = small.judge(data, False)
+    assert f"**{said.word}** | {said.why}" in index and "[JSON](fig12.json)" in index
+    assert said.word in (out / "index.html").read_text()
+    assert of_page("fig12")[0] in page and "Where the survey contradicts itself" in page
+
+
+def test_what_is_not_timed_is_counted_side_by_side(tmp_path: Path) -> None:
+    cells = [Cell("shirley6", "kd-ropes", (("max_depth", depth),), 0, "tree") for depth in (2, 3)]
+    measure.measure(cells, tmp_path)
+    found = [json.loads((tmp_path / cell.name).read_text()) for cell in cells]
+    assert [one["tree"]["leaves"] for one in found] == sorted(
+        {one["tree"]["leaves"] for one in found})
+    assert measure.spent(cells, tmp_path) == pytest.approx(
+        math.fsum(one["seconds_spent"] for one in found))
+
+
+def test_provenance_of_what_is_not_measured(tmp_path: Path) -> None:
+    held = provenance.record("fig02", [], tmp_path, tmp_path, False)
+    assert held["cells"] == [] and held["drawn"]["renderer"]
+    assert "drawn from passes" in provenance.summary(held)
+
+
+def test_contradictions_stand_on_pages() -> None:
+    assert len(CONTRADICTIONS) == 16
+    of_survey = {name for one in CONTRADICTIONS for name in one.pages
+                 if name.startswith(("fig", "table"))}
+    assert of_survey <= set(__main__.FIGURES)

@@ -1,0 +1,48 @@
+"""Figures of what the rasteriser approximates: scenes, and pages from small measurements."""
+from __future__ import annotations
+
+import csv
+
+import numpy as np
+import pytest
+
+from gpgpu_rt.figures import bundle_errors, caustic_errors, caustics, measure, ray_bundles
+from gpgpu_rt.figures.measure import Cell
+
+
+def test_the_lamp_is_let_into_the_ceiling() -> None:
+    scene = bundle_errors.scene_of(bundle_errors.FLUSH)
+    high = scene.triangles[..., 1].max()
+    level = (scene.triangles[..., 1] == high).all(axis=1)
+    v0, v1, v2 = scene.triangles[level].astype(np.float64).transpose(1, 0, 2)
+    area = np.linalg.norm(np.cross(v1 - v0, v2 - v0), axis=1) / 2
+    assert area.sum() == pytest.approx(556 * 559.2, rel=1e-5)      # no hole, nothing twice
+    assert area[np.isin(np.flatnonzero(level), scene.emitters)].sum() == pytest.approx(130 * 105)
+    assert len(scene.emitters) == 2
+
+
+@pytest.mark.parametrize("name", [name for name in caustic_errors.SCENES if "bunny" not in name])
+def test_each_caustic_has_something_that_turns_light(name: str) -> None:
+    scene = caustic_errors.scene_of(name)
+    turns = np.array([bool(m.ior) or any(m.mirror) for m in scene.materials])[scene.material_of]
+    assert turns.any() and not turns.all() and scene.triangles[turns][..., 1].min() >= 0
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("page, cell", [
+    (caustics, Cell("water", "bvh-threaded", (), 24, "caustics", 1)),
+    (ray_bundles, Cell("cornell-light", "bvh-threaded", (
+        ("patch", 0.3), ("directions", 8), ("between", 8), ("resolutions", (16, 32)),
+        ("samples", 8)), 12, "ray bundles", 1))], ids=["caustics", "ray_bundles"])
+def test_pages(tmp_path, monkeypatch, page, cell: Cell) -> None:
+    monkeypatch.setattr(caustic_errors, "PHOTONS", 48)
+    monkeypatch.setattr(page, "cells", lambda full: [cell])
+    measure.measure([cell], tmp_path)
+    page.draw(tmp_path, tmp_path, False)
+    name = page.__name__.rpartition(".")[2]
+    with (tmp_path / f"{name}.csv").open() as file:
+        heads, *rows = csv.reader(file)
+    assert tuple(heads) == page.HEADS and rows and all(row[0] == cell.scene for row in rows)
+    assert all(float(value) == float(value) for row in rows for value in row[1:])
+    assert (tmp_path / f"{name}.png").stat().st_size > 10_000
+    assert f"| {cell.scene} |" in (tmp_path / f"{name}.md").read_text()
