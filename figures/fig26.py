@@ -16,6 +16,7 @@ from .kendall import tau_b
 from .measure import Cell, read
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
 from .pass_work import counted
+from .period_work import counted_rays, image_scale
 from .scaled import CHIP, scaled, speeds
 from .surveyed import BASE, Entry, entries, published_speed
 
@@ -63,7 +64,8 @@ def predicted_ns(entry: Entry, result: dict[str, Any], share: float) -> tuple[fl
     else:
         done = result["work"]
         lanes = math.prod(period.WARP_PACKET) if entry.packed else 1
-        work, rays = loop_work(card, done, card.branch_width // lanes), done["rays"]
+        work = loop_work(card, done, card.branch_width // lanes).scaled(image_scale(done))
+        rays = counted_rays(done)
     found = predict(card, work, share)
     return 1e9 * found.seconds / max(rays, 1), found.bound
 

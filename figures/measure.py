@@ -32,7 +32,7 @@ from gpgpu_rt.gpu import open_gpu
 
 from . import (
     bundle_errors, caustic_errors, coherence, cpu_peak, extreme_runs, first_hit_times, frame_times,
-    needs_times, pass_work, path_errors, period_work, reduction_times, refraction_errors,
+    gap_work, needs_times, pass_work, path_errors, period_work, reduction_times, refraction_errors,
     tree_sizes, update_times
 )
 
@@ -43,7 +43,7 @@ BESIDE_TRUTH = {"refraction": ("refraction", refraction_errors.measure),
                 "caustics": ("caustics", caustic_errors.measure),
                 "ray bundles": ("bundles", bundle_errors.measure)}
 # Works that time nothing, and may be measured side by side.
-UNTIMED = (period_work.WORK, pass_work.PASSES, COHERENCE, "tree", "extremes")
+UNTIMED = (period_work.WORK, pass_work.PASSES, *gap_work.KINDS, COHERENCE, "tree", "extremes")
 EMBREE = "embreex"   # stands as a method for embreex on one thread of the CPU
 
 
@@ -178,6 +178,11 @@ def run(cell: Cell) -> dict[str, Any]:
                 "coherence": coherence.measure(load(cell.scene), rays)}
     if cell.work.startswith(period_work.WORK):
         return _run_work(cell)
+    if cell.work.startswith(gap_work.KINDS):
+        kind = next(kind for kind in gap_work.KINDS if cell.work.startswith(kind))
+        rays = workload(cell.scene, cell.work.removeprefix(kind), cell.size)
+        return {**_heading(cell, load(cell.scene), open_gpu().info()), "gap": gap_work.measure(
+            kind, load(cell.scene), rays, cell.method, dict(cell.options))}
     if cell.work.startswith(pass_work.PASSES):
         rays = workload(cell.scene, cell.work.removeprefix(pass_work.PASSES), cell.size)
         return {**_heading(cell, load(cell.scene), open_gpu().info()), "passes": pass_work.measure(

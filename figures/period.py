@@ -19,13 +19,14 @@ from .kendall import tau_b
 from .measure import EMBREE, Cell, read
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
 from .period_notes import NOTES, TWICE_PRINTED, WHY
-from .period_work import KERNELS, SQUARES, WORK
+from .period_work import KERNELS, SQUARES, WORK, counted_rays, image_scale
 from .published_numbers import nanoseconds, published_row
 
 TEST = ("intersection", "moller-trumbore")   # the papers': the watertight one is of 2013
 WARP_PACKET = (4, 4)
 STAND_INS = ("shirley6", "fairyforest", "cows", "sodahall", "powerplant")
 TAU, HIGH_TAU, ENOUGH = 0.6, 0.8, 5   # the bars: of every scene, of those with so many methods
+TIE = 0.05     # published times this close are no order, as `tau_b` has it
 COLOURS = {"fig12": "#8c8c8c", "fig13": "#4b2a70", "fig16": "#b33a3a", "fig20": "#3d8b57",
            "fig22": "#2f6db3"}
 
@@ -99,6 +100,7 @@ class Row:
     works: list[tuple[Counted, dict[str, Any]]]
     stand_in: bool
     ns: float = 0.0
+    instructions: float = 0.0    # a ray, waiting among them
     prediction: Prediction | None = None
 
     @property
@@ -117,8 +119,10 @@ class Row:
         total = sum((work for work, _ in self.works[1:]), self.works[0][0])
         self.prediction = predict(card, total, share)
         of_picture = len(self.works) > 1 or self.experiment.figure.name == "fig20"
-        count = self.works[0][1]["pixels" if of_picture else "rays"]
+        first = self.works[0][1]
+        count = first["pixels"] if of_picture else counted_rays(first)
         self.ns = 1e9 * self.prediction.seconds / max(count, 1)
+        self.instructions = total.instructions / max(count, 1)
 
     @property
     def utilisation(self) -> float:
@@ -147,8 +151,9 @@ def rows(data: Path) -> list[Row]:
                 continue
             published = nanoseconds(one.published(panel, column))
             assert published is not None
-            works = [(_counted(one, column, r["work"]), r["work"])
-                     for r in results if r is not None]
+            found_work = [r["work"] for r in results if r is not None]
+            works = [(_counted(one, column, work).scaled(image_scale(work)), work)
+                     for work in found_work]
             found.append(Row(one, panel, column, published, works,
                              bool(results[0]["scene"]["stand_in"])))
     return found
@@ -205,9 +210,10 @@ def tau_of(found: list[Row], figure: str, panel: Panel) -> tuple[float, int]:
 def _page(found: list[Row], shares: dict[str, float]) -> str:
     parts = ["# Predicted against published: period hardware\n",
              "Work is counted by emulating the compiled fragment programs on tiles of the image, "
-             "at the width that the card's pixels branch in; `gpgpu-rt hardware` prints the "
-             "cards' figures and their sources. One constant a card is fitted, the share of its "
-             "rates that programs reach:\n",
+             "at the width that the card's pixels branch in, and taken times what the whole "
+             "image's rays step more than the tiles' do, by the shaders' counters; `gpgpu-rt "
+             "hardware` prints the cards' figures and their sources. One constant a card is "
+             "fitted, the share of its rates that programs reach:\n",
              markdown_table(("card", "share", "cells it is fitted to"), [
                  (find_card(chip).name, number(share),
                   sum(r.scored for r in found if r.experiment.chip == chip))
@@ -237,6 +243,9 @@ def _page(found: list[Row], shares: dict[str, float]) -> str:
     parts.append(f"## Misses: {len(far)} scored cells off by more than a factor of two\n")
     parts.append("\n".join(f"* {line}" for line in WHY) + "\n")
     parts.append("\n".join(f"* {_miss(row)}" for row in far) + "\n")
+    turned = _turned_round(found)
+    parts.append(f"## Orders missed: {len(turned)} scored scenes below tau-b {TAU}\n")
+    parts.append("\n".join(f"* {line}" for line in turned) + "\n")
     return "\n".join(parts)
 
 
@@ -258,13 +267,42 @@ def _orders(found: list[Row]) -> str:
             + "\n")
 
 
+def _turned_round(found: list[Row]) -> list[str]:
+    """Of each scored scene below the bar, the pairs of methods that come out in the other order,
+    with what was counted of them."""
+    lines = []
+    for name, panel in dict.fromkeys((r.experiment.figure.name, r.panel) for r in found
+                                     if r.scored):
+        mine = [r for r in found if r.experiment.figure.name == name and r.panel == panel]
+        tau, _ = tau_of(found, name, panel)
+        if tau >= TAU or tau != tau:
+            continue
+        pairs = [(one, other) for one in mine for other in mine
+                 if one.published < (1 - TIE) * other.published and one.ns > other.ns]
+        lines.append(f"{name}, {panel.label} (tau-b {number(tau, 2)}): " + "; ".join(
+            f"{one.column.label} was {number(other.published / one.published)} times as fast as "
+            f"{other.column.label} and is predicted {number(one.ns / other.ns)} times as slow: "
+            f"{_counts(one)} against {_counts(other)}" for one, other in pairs) + ".")
+    return lines
+
+
+def _counts(row: Row) -> str:
+    """What a ray (of a picture: a pixel) was counted to take."""
+    return (f"{number(row.instructions)} instructions with {100 * row.utilisation:.0f} % of the "
+            "lanes used")
+
+
 def _miss(row: Row) -> str:
-    work = row.works[0][1]
-    runs = {r["runs"]["1"] / max(work["fragments"], 1) for r in work["regions"] if r["loop"]}
+    card = row.experiment.card
+    rate = card.scalar_rate if card.scalar_units else card.vector_rate
+    scale = image_scale(row.works[0][1])
     return (f"{row.experiment.figure.name}, {row.panel.label}, {row.column.label}: predicted "
             f"{number(row.ratio)} times the published time, bound by "
-            f"{row.prediction.bound if row.prediction else '?'}; turns of its loops a fragment "
-            + ", ".join(number(r) for r in sorted(runs, reverse=True)) + ".")
+            f"{row.prediction.bound if row.prediction else '?'}; the published time has room for "
+            f"{number(1e-9 * row.published * rate)} instructions a ray at the card's peak, "
+            f"counted are {_counts(row)}"
+            + (f"; the image's rays step {number(scale)} times as much as those of its tiles"
+               if scale != 1 else "") + ".")
 
 
 def _chart(found: list[Row], out: Path) -> None:

@@ -12,7 +12,7 @@ from gpgpu_rt.hardware.program import Program
 from gpgpu_rt.hardware.sample import TILE, emulated, program_of, tile_pixels
 from gpgpu_rt.passes.traverse import ProgramKey
 
-WORK = "work of "
+WORK = "period work of "
 # 1024 pixels branch alike, in a loop that takes a step a turn; a kernel a pass
 SQUARES, KERNELS = " in squares", " by kernels"
 TOGETHER = 1 << 20         # all fragments at once: the passes that a kernel a pass needs
@@ -20,6 +20,9 @@ WIDTHS = (1, 2, 32, 48, 1024, TOGETHER)
 SQUARE = (32, 32)
 FEW = {"grid": (1, 2)}     # thousands of triangles a ray: fewer tiles will do
 ENOUGH = 32                # triangles of which brute force shows what each costs
+# Pixels a side that the whole image is looked at with, and of blocks that stay together: packets
+# of pixels that lie apart would be others.
+EVERY, BLOCK = 256, 4
 
 
 def measure(scene: rt.Scene, rays: Workload, method: str, options: dict[str, Any],
@@ -43,9 +46,43 @@ def measure(scene: rt.Scene, rays: Workload, method: str, options: dict[str, Any
     found = {"rays": int(np.isfinite(origins).all(axis=2).sum()), "pixels": int(pixels.size),
              "fragments": run.fragments, "texel_bytes": watch.texel_bytes,
              "written_bytes": watch.written_bytes, "regions": regions}
+    if method != "brute-force":
+        found |= _whole(scene, rays, pixels, method, options)
     if manner == KERNELS:
         found["kernels"] = _kernels(some, method, options, program, regions)
     return found
+
+
+def _whole(scene: rt.Scene, rays: Workload, pixels: np.ndarray, method: str,
+           options: dict[str, Any]) -> dict[str, dict[str, float]]:
+    """Of the whole ``image`` and of the ``tiles``, by the shaders' own counters: steps a pixel,
+    and rays. Tiles stand in the middle of their shares of the image, where there is more to hit
+    than at its edges, or less."""
+    apart = max(1, rays.size // EVERY)
+    some = np.arange(rays.size) // BLOCK % apart == apart // 2
+    image = np.arange(rays.size ** 2).reshape(rays.size, rays.size)[some][:, some]
+    found = {}
+    with rt.Tracer(scene, method, **options, statistics=True) as tracer:
+        for name, chosen in (("image", image), ("tiles", pixels)):
+            t_max: Any = np.inf if rays.t_max is None else rays.t_max[chosen].ravel()
+            origins = rays.origins[chosen]
+            (tracer.occluded if rays.any_hit else tracer.trace)(
+                origins, rays.directions[chosen], t_max=t_max, invalid="miss")
+            found[name] = {"steps": tracer.statistics.counters["steps"],
+                           "rays": float(np.isfinite(origins).all(axis=2).mean())}
+    return found
+
+
+def image_scale(work: dict[str, Any]) -> float:
+    """Times the work of the tiles that a pixel of the whole image takes."""
+    if "image" not in work or not work["tiles"]["steps"]:
+        return 1.0
+    return work["image"]["steps"] / work["tiles"]["steps"]
+
+
+def counted_rays(work: dict[str, Any]) -> float:
+    """Rays that so many pixels of the whole image have as the tiles have."""
+    return work["pixels"] * work["image"]["rays"] if "image" in work else work["rays"]
 
 
 def _some_triangles(scene: rt.Scene) -> tuple[rt.Scene, float]:

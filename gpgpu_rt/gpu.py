@@ -145,6 +145,12 @@ class Gpu:
             return nullcontext()
         return self.log.drawing(name, program, self.text_of(program), target, textures)
 
+    def note_moved(self, up: int = 0, down: int = 0) -> None:
+        """Write bytes that went up or came down into the log of passes, where there is one."""
+        if self.log is not None:
+            self.log.uploaded += up
+            self.log.read_back += down
+
     def text_of(self, program: moderngl.Program) -> tuple[str, str]:
         """The (vertex, fragment) text that a program was compiled from."""
         return next(texts for texts, one in self.programs.items() if one is program)

@@ -3,26 +3,32 @@ from __future__ import annotations
 
 import argparse
 
+from ..errors import OptionError
 from ..hardware.cards import Card, cards
 from .shared import Command, print_json, print_table, say
+
+SCENE = "cornell"   # programs hardly depend on the scene, their tables do
 
 
 def add_command(command: Command) -> None:
     sub = command("hardware", _hardware, "the survey's graphics cards: figures, sources, limits")
     sub.add_argument("--methods", action="store_true", help="which methods each could have run, "
                      "from the compiled programs of each schedule (takes a minute)")
-    sub.add_argument("--scene", default="cornell", help="with --methods, the scene whose tables "
-                     "must fit; default %(default)s")
+    sub.add_argument("--scene", help="with --methods, the scene whose tables must fit; default "
+                     + SCENE)
     sub.add_argument("--sources", action="store_true", help="where each figure is from")
 
 
 def _hardware(chosen: argparse.Namespace) -> None:
+    if chosen.scene and not chosen.methods:
+        raise OptionError("option --scene says whose tables a card must hold, which --methods "
+                          "looks at; give --methods with it")
     found = cards()
     refused = {}
     if chosen.methods:
         from ..hardware.methods_on_cards import method_needs, refusals
         say("compiling every method's programs")
-        needs = method_needs(scene_name=chosen.scene)
+        needs = method_needs(scene_name=chosen.scene or SCENE)
         refused = {card.name: refusals(card, needs) for card in found}
     if chosen.json:
         return print_json([{**card.to_dict(), **({"refuses": {

@@ -48,8 +48,8 @@ class Needs:
 
 
 @dataclass(frozen=True)
-class Card:
-    """A card; its figures by name are attributes too: ``card.clock``."""
+class Sourced:
+    """What has figures, each with its source; by name they are attributes too: ``card.clock``."""
 
     name: str
     chip: str
@@ -60,6 +60,11 @@ class Card:
         if name.startswith("_") or name not in self.figures:
             raise AttributeError(name)
         return self.figures[name]["value"]
+
+
+@dataclass(frozen=True)
+class Card(Sourced):
+    """A graphics card."""
 
     def refuses(self, needs: Needs) -> list[str]:
         """Why it cannot run such a program: nothing where it can."""

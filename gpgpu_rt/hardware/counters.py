@@ -1,14 +1,48 @@
-"""Operations and fetches of logged passes, from their compiled programs."""
+"""Operations, fetches and bytes of logged passes, from their compiled programs.
+
+What a fragment does outside loops follows from the program alone. How often loops turn does not:
+`counted` emulates fragments of every draw of a program that has some (``turns``); a model of a
+whole traversal takes it from the steps that rays were seen to take (``traces``), and a test holds
+one against the other.
+"""
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
-from ..passes.pass_log import PassLog
+from ..errors import OptionError
+from ..passes.pass_log import PassLog, logged
+from ..statistics import Statistics
+from ..tracer import Tracer
 from .compiler import compiled
 from .program import Program, Work, parse
+from .traces import Traces
+from .turns import Turned, Turns
 
 
-def pass_counts(log: PassLog) -> list[dict[str, Any]]:
+def counted(tracer: Tracer, call: Callable[[], Any]) -> tuple[list[dict[str, Any]], PassLog]:
+    """What the passes of a call do, by the programs that time is measured of.
+
+    Parameters
+    ----------
+    tracer : without statistics, which are instructions too
+    call : what is counted: ``lambda: tracer.trace(origins, directions)``
+
+    Returns
+    -------
+    (passes, log)
+        the entries of `pass_counts` with ``total`` of loops too; the log has queries, uploads and
+        readbacks
+    """
+    if tracer.options["statistics"]:
+        raise OptionError("counting with statistics=True counts the counters too; leave it out")
+    turns = Turns()
+    with tracer.gpu, logged(tracer.gpu, Statistics()) as log, tracer.gpu.watched(turns):
+        call()
+    return pass_counts(log, turns), log
+
+
+def pass_counts(log: PassLog, turns: Turns | None = None) -> list[dict[str, Any]]:
     """The passes of a log with what each fragment of them does.
 
     Returns
@@ -16,17 +50,37 @@ def pass_counts(log: PassLog) -> list[dict[str, Any]]:
     list of dict
         the log's entries, and in each ``once``, what a fragment does outside loops, both sides of
         branches, and ``loops``, what a turn of each loop adds (its inner loops left out):
-        ``vector`` and ``scalar`` instructions, ``fetches`` by texture. Where there is no loop,
-        ``total`` is ``once`` times the fragments.
+        ``vector`` and ``scalar`` instructions, ``fetches`` by texture. ``total`` is that of all
+        fragments, both sides of branches; of a program that loops it is there if ``turns`` saw
+        all its draws, and then ``wanted`` are the fetches without the sides that no fragment
+        took. ``tables_read``: bytes of those fetches that are of tables.
     """
-    entries, works = log.to_list(), list(log.passes.values())
-    for entry, program in zip(entries, map(parse, compiled([one.texts for one in works]))):
+    entries = log.to_list()
+    keys, works = list(log.passes), list(log.passes.values())
+    for entry, key, program in zip(entries, keys, map(
+            parse, compiled([one.texts for one in works]))):
         once = program.flattened(0)
         entry["once"] = _plain(once)
         entry["loops"] = [_plain(program.flattened(loop)) for loop in program.loops]
+        turned = turns.found.get(key) if turns else None
         if not program.loops:
             entry["total"] = _plain(once, entry["fragments"])
+        elif turned is not None and _all_of(turned, entry["fragments"], program):
+            entry["total"] = _plain(turned.work)
+            entry["wanted"], entry["emulated"] = dict(turned.fetches), turned.emulated
+        if "total" in entry:
+            fetched = entry.get("wanted", entry["total"]["fetches"])
+            entry["tables_read"] = sum(count * entry["texel_bytes"][name]
+                                       for name, count in fetched.items()
+                                       if name.endswith("_table"))
     return entries
+
+
+def _all_of(turned: Turned, fragments: int, program: Program) -> bool:
+    """Whether the fragments seen are those that ran: a mask leaves some out, and so, of what the
+    log counts, does a program that discards."""
+    discards = any(one.op == "discard_if" for one in program.instructions())
+    return turned.fragments == fragments or (discards and turned.fragments > fragments)
 
 
 def _plain(work: Work, times: int = 1) -> dict[str, Any]:
@@ -34,16 +88,15 @@ def _plain(work: Work, times: int = 1) -> dict[str, Any]:
             "fetches": {name: times * count for name, count in work.fetches.items()}}
 
 
-def modelled(program: Program, rays: int, kernel_runs: list[int]) -> Work:
-    """The static model of a traversal in one loop: what rays do that run each kernel so often.
+def modelled(program: Program, traces: Traces) -> Work:
+    """The static model of a traversal in one loop, from the steps that rays took.
 
     The loop program nests one loop a kernel in an outer one, in the order of the kernels' phases.
-    How often the outer one turns is not known from counters: as often as the kernel that runs
-    least is taken. Both sides of branches count, as a machine without branches runs them.
+    Both sides of branches count, as a machine without branches runs them.
     """
-    total = _times(program.flattened(0), rays)
+    total = _times(program.flattened(0), traces.kernels.shape[1])
     outer, *inner = program.loops
-    for region, runs in zip([outer, *inner], [max(rays, min(kernel_runs)), *kernel_runs]):
+    for region, runs in zip([outer, *inner], [traces.turns, *traces.runs]):
         total = total + _times(program.flattened(region), runs)
     return total
 

@@ -3,7 +3,7 @@ region, at every width that fragments may be bound together in."""
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +13,12 @@ from .program import Program, Work
 from .translate import translate
 
 WIDTHS = (1, 2, 4, 8, 16, 32, 48, 64, 256, 1024)
+
+Look = Callable[[str, np.ndarray, np.ndarray], None]
+
+
+def unseen(sampler: str, at: np.ndarray, mask: np.ndarray) -> None:
+    """Looks at no fetch."""
 
 
 @dataclass
@@ -57,7 +63,8 @@ class Run:
 
 
 def emulate(program: Program, samplers: Mapping[str, np.ndarray], uniforms: Mapping[str, Any],
-            texels: np.ndarray, widths: Sequence[int] = WIDTHS) -> Run:
+            texels: np.ndarray, widths: Sequence[int] = WIDTHS,
+            look: Look = unseen) -> Run:
     """Run a program.
 
     Parameters
@@ -65,6 +72,8 @@ def emulate(program: Program, samplers: Mapping[str, np.ndarray], uniforms: Mapp
     samplers : name -> (h, w, c) float32
     uniforms : name -> value, as the pass was given
     texels : (n, 2) int, x and y of the fragments; neighbours in this order are bound together
+    look : is told of every fetch: the sampler, the texels' places in it, row by row (one or one a
+        fragment), and (n,) bool, which fragments want theirs
     """
     count = len(texels)
     flat = {}
@@ -87,7 +96,7 @@ def emulate(program: Program, samplers: Mapping[str, np.ndarray], uniforms: Mapp
     scope: dict[str, Any] = {"np": np, "ONE": np.float32(1), "HALF": np.float32(0.5)}
     exec(compile(translate(program), "<fragment program>", "exec"), scope)   # our own text
     with np.errstate(all="ignore"):
-        scope["run"](flat, values, texels[:, 0], texels[:, 1], out, arrays, region)
+        scope["run"](flat, values, texels[:, 0], texels[:, 1], out, arrays, region, look)
     return Run(program, count, {name: np.ascontiguousarray(v.T) for name, v in out.items()},
                counts)
 

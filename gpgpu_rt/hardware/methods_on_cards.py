@@ -18,7 +18,7 @@ from .compiler import compiled
 from .program import parse
 
 LEFT_OUT = {"passes/tile_counts.frag"}   # ours: spares passes the tiles without rays
-SCENE, SIZE = "cornell", 8   # programs hardly depend on the scene, their tables do
+SIZE = 8   # pixels a side: programs do not depend on it
 
 
 class _Programs:
@@ -38,7 +38,7 @@ class _Programs:
         self.found[texts] = (one.name, most, texels)
 
 
-def method_needs(names: list[str] | None = None, scene_name: str = SCENE
+def method_needs(names: list[str] | None = None, scene_name: str = "cornell"
                  ) -> dict[tuple[str, str], dict[str, Needs]]:
     """(method, schedule) -> program -> what it asks of a card.
 

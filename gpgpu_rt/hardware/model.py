@@ -16,7 +16,7 @@ that is fitted; everything else is read or stated in ``cards.json``.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from .cards import Card
@@ -49,6 +49,11 @@ class Counted:
         return Counted(*(getattr(self, name) + getattr(other, name) for name in (
             "instructions", "texels", "streamed", "passes")), max(self.pixels, other.pixels),
             self.uploaded + other.uploaded, self.read_back + other.read_back)
+
+    def scaled(self, factor: float) -> Counted:
+        """The same passes and transfers with so many times the work in them."""
+        return replace(self, instructions=factor * self.instructions,
+                       texels=factor * self.texels, streamed=factor * self.streamed)
 
 
 @dataclass(frozen=True)

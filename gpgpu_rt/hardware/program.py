@@ -25,6 +25,7 @@ FREE = {"mov", "vec2", "vec3", "vec4", "fneg", "ineg", "fabs", "iabs", "inot", "
 _NO_ARITHMETIC = {"load_const", "phi", "deref_var", "deref_array", "load_ubo", "load_deref",
                   "store_deref", "discard_if", "txf", "break", "undefined"}
 _ONE_A_COMPONENT = {"frcp", "frsq", "fsqrt"}   # by a scalar unit
+_DOTS = {"fdot2": 2, "fdot3": 3, "fdot4": 4}   # one instruction, or one a component
 
 
 @dataclass
@@ -255,5 +256,5 @@ def _work(instructions: list[Instruction]) -> Work:
         elif one.op not in FREE and one.op not in _NO_ARITHMETIC and one.to not in fused:
             division = one.op == "fdiv"    # a reciprocal and a product
             work.vector += one.width if one.op in _ONE_A_COMPONENT else 1 + division
-            work.scalar += one.width + division
+            work.scalar += _DOTS.get(one.op, one.width) + division
     return work

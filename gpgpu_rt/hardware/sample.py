@@ -13,7 +13,7 @@ import numpy as np
 from ..passes.fragment_pass import FragmentPass
 from ..tracer import Tracer
 from .compiler import compiled
-from .emulate import WIDTHS, Run, emulate, morton_order
+from .emulate import WIDTHS, Look, Run, emulate, morton_order, unseen
 from .program import Program, parse
 
 TRAVERSALS = ("passes/traverse.frag", "passes/packet.frag")
@@ -77,12 +77,14 @@ def as_array(texture: Any) -> np.ndarray:
 
 def emulated(tracer: Tracer, origins: np.ndarray, directions: np.ndarray, any_hit: bool = False,
              t_max: Any = np.inf, tile: tuple[int, int] = TILE,
-             widths: Sequence[int] = WIDTHS, flat: bool = False) -> tuple[Run, Watch]:
+             widths: Sequence[int] = WIDTHS, flat: bool = False,
+             look: Look = unseen) -> tuple[Run, Watch]:
     """Trace (h, w, 3) rays, tiles side by side, and emulate the program that did.
 
     Parameters
     ----------
     flat : emulate it with one loop for all kernels, a step a turn, and not a loop within for each
+    look : is told of every fetch, as `emulate` says
 
     Returns
     -------
@@ -105,7 +107,7 @@ def emulated(tracer: Tracer, origins: np.ndarray, directions: np.ndarray, any_hi
     tiles = origins.shape[1] // tile[0]
     texels = np.concatenate([inside + (part[0] * at, 0) for at in range(tiles)])
     with np.errstate(all="ignore"):
-        return emulate(program, watch.samplers, watch.uniforms, texels, widths), watch
+        return emulate(program, watch.samplers, watch.uniforms, texels, widths, look), watch
 
 
 _programs: dict[tuple[str, str], Program] = {}

@@ -39,15 +39,16 @@ _OPS = {
     "f2u32": ("f", "i", "{}.astype(np.uint32).view(np.int32)"),
     "u2f32": ("i", "f", "{}.view(np.uint32).astype(np.float32)"),
 }
+_DOTS = {"fdot2": 2, "fdot3": 3, "fdot4": 4}
 _COPIES = {"mov", "vec2", "vec3", "vec4", "bcsel", "phi"}   # of any type
 
 
 def translate(program: Program) -> str:
-    """Source of ``run(S, U, x, y, out, arrays, region)``.
+    """Source of ``run(S, U, x, y, out, arrays, region, look)``.
 
     ``S`` samplers' (texels, width, components), ``U`` uniforms by byte offset, ``x, y`` texels of
     the fragments, ``out`` by name and component, ``arrays`` local ones, ``region(k, mask)`` is
-    told which fragments run region k.
+    told which fragments run region k, ``look(sampler, at, mask)`` which texels who fetches.
     """
     return _Translator(program).source()
 
@@ -88,7 +89,8 @@ class _Translator:
     def _components(self, one: Instruction, at: int, swizzle: str) -> list[int]:
         if swizzle:
             return ["xyzw".index(c) for c in swizzle]
-        return list(range(max(one.width, 4 if one.op == "store_deref" else 1)))
+        least = 4 if one.op == "store_deref" else _DOTS.get(one.op, 1)
+        return list(range(max(one.width, least)))
 
     def _find_what_leaves(self, nodes: list[Node], path: tuple[int, ...]) -> None:
         for node in nodes:
@@ -120,7 +122,7 @@ class _Translator:
                 types[to] = _BOOL
             elif one.op in _OPS:
                 types[to] = _OPS[one.op][1].replace("*", _INT)
-            elif one.op == "txf":
+            elif one.op == "txf" or one.op in _DOTS:
                 types[to] = _FLOAT
             elif one.op == "load_ubo":
                 kind = self.program.uniforms[one.offset][1]
@@ -185,7 +187,7 @@ class _Translator:
     def source(self) -> str:
         self.constants: dict[str, str] = {}
         self._nodes(self.program.tree, "m0", 1, ())
-        first = ["def run(S, U, x, y, out, arrays, region):",
+        first = ["def run(S, U, x, y, out, arrays, region, look):",
                  "    n, lanes = len(x), np.arange(len(x))",
                  "    m0 = np.ones(n, bool)", "    came = np.zeros(n, np.int32)",
                  "    region(0, m0)", "    fragment = (x + HALF, y + HALF, HALF, ONE)"]
@@ -261,13 +263,14 @@ class _Translator:
 
     def _instruction(self, one: Instruction, mask: str, depth: int) -> None:
         components = [c for c in range(one.width) if c in self.used.get(one.to, ())]
-        if one.op in _OPS or one.op == "bcsel":
+        if one.op in _OPS or one.op == "bcsel" or one.op in _DOTS:
             for c in components:
                 self._assign(f"v{one.to}_{c}", self._expression(one, c), mask, depth)
         elif one.op == "txf":
             x, y = (self._read(*one.sources[0], c, _INT) for c in (0, 1))
             self._emit(depth, f"texels, width = S[{one.name!r}]")
             self._emit(depth, f"at = np.clip({y} * width + {x}, 0, len(texels) - 1)")
+            self._emit(depth, f"look({one.name!r}, at, {mask})")
             for c in components:
                 self._assign(f"v{one.to}_{c}", f"np.broadcast_to(texels[at, {c}], n)", mask, depth)
         elif one.op == "load_ubo":
@@ -289,6 +292,10 @@ class _Translator:
             raise NotImplementedError(f"instruction {one.op}")
 
     def _expression(self, one: Instruction, c: int) -> str:
+        if one.op in _DOTS:
+            return " + ".join("{} * {}".format(*(self._read(v, s, part, _FLOAT)
+                                                 for v, s in one.sources))
+                              for part in range(_DOTS[one.op]))
         if one.op == "bcsel":
             kind = self.types[one.to]
             wanted, text = _BOOL + kind + kind, "np.where({}, {}, {})"

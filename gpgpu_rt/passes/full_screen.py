@@ -24,13 +24,15 @@ class Rectangles:
 
     def __init__(self, gpu: Gpu, capacity: int = MOST_RECTANGLES) -> None:
         self.buffer = gpu.context.buffer(reserve=16 * capacity, dynamic=True)
-        self.count = 0
+        self._gpu, self.count = gpu, 0
+        self.corners = np.zeros((0, 4), np.float32)
 
     def write(self, corners: np.ndarray) -> None:
         """Take (n, 4) corners: x0, y0, x1, y1 in texels."""
-        self.count = len(corners)
+        self.corners, self.count = np.ascontiguousarray(corners, np.float32), len(corners)
         if self.count:
-            self.buffer.write(np.ascontiguousarray(corners, np.float32))
+            self.buffer.write(self.corners)
+            self._gpu.note_moved(up=self.corners.nbytes)
 
     def release(self) -> None:
         self.buffer.release()
@@ -45,6 +47,19 @@ class FullScreenPass(FragmentPass):
         self._whole = Rectangles(gpu, 1)
         self._geometry: dict[Rectangles, moderngl.VertexArray] = {}
         self._size: tuple[int, int] | None = None
+        self._area = self._whole, 1     # of the draw that is watched
+
+    def covered(self, size: tuple[int, int]) -> np.ndarray:
+        """(n, 2) int, x and y: the texels of a target of (width, height) that the draw being
+        watched covers, before the depth test."""
+        rectangles, unit = self._area
+        width, height = size
+        edges = np.zeros((height + 1, width + 1), np.int64)
+        x0, y0, x1, y1 = np.clip(np.ceil(rectangles.corners / unit - 0.5).astype(np.int64), 0,
+                                 [width, height, width, height]).T
+        for y, x, step in ((y0, x0, 1), (y0, x1, -1), (y1, x0, -1), (y1, x1, 1)):
+            np.add.at(edges, (y, x), step)
+        return np.argwhere(edges.cumsum(0).cumsum(1)[:-1, :-1] > 0)[:, ::-1]
 
     def draw(self, target: moderngl.Framebuffer, textures: Mapping[str, moderngl.Texture],
              depth: float = 0.0, rectangles: Rectangles | None = None,
@@ -66,6 +81,7 @@ class FullScreenPass(FragmentPass):
                 self._size = size
         self.program["scale"].value = (2.0 / (unit * size[0]), 2.0 / (unit * size[1]))
         self.program["depth"].value = 2.0 * depth - 1.0
+        self._area = rectangles, unit
         geometry = self._geometry.get(rectangles)
         if geometry is None:
             geometry = self._geometry[rectangles] = self.gpu.context.vertex_array(

@@ -30,6 +30,7 @@ class PassWork:
     draws, fragments : how many
     streams_read : bytes of streams that fragments read: each texel once
     tables : the tables it samples; how often is the program's to say (see ``gpgpu_rt.hardware``)
+    texel_bytes : sampler -> bytes of a texel of what it reads
     written : bytes written to render targets
     """
 
@@ -39,6 +40,7 @@ class PassWork:
     fragments: int = 0
     streams_read: int = 0
     tables: tuple[str, ...] = ()
+    texel_bytes: dict[str, int] = field(default_factory=dict)
     written: int = 0
     read_each: int = field(default=0, repr=False)
     written_each: int = field(default=0, repr=False)
@@ -66,6 +68,7 @@ class PassLog:
         if one is None:
             one = self.passes[name, id(program)] = PassWork(name, texts)
             one.tables = tuple(sorted(n for n in textures if n.endswith("_table")))
+            one.texel_bytes = {name: _texel_bytes(t) for name, t in textures.items()}
         one.read_each = sum(_texel_bytes(t) for n, t in textures.items()
                             if not n.endswith("_table"))
         one.written_each = sum(map(_texel_bytes, target.color_attachments or ()))

@@ -83,6 +83,8 @@ class Pyramid:
     def _corner(self, node: int, which: int) -> np.ndarray:
         place = (node % TABLE_WIDTH, node // TABLE_WIDTH, 1, 1)
         texel = self._sides[0].read(place, 4, attachment=which, dtype="f4")
+        assert self._gpu is not None
+        self._gpu.note_moved(down=len(texel))
         return np.frombuffer(texel, "<f4")[:3]
 
     def release(self) -> None:

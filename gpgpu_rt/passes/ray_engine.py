@@ -136,6 +136,7 @@ class RayEngine:
             size = 1 << max(16, int(quads.nbytes - 1).bit_length())
             self._quads = self.gpu.context.buffer(reserve=size, dynamic=True)
         self._quads.write(quads)
+        self.gpu.note_moved(up=quads.nbytes)
         return self._quads
 
     def _room_for(self, rays: int, record: Record) -> BatchRoom:

@@ -42,6 +42,7 @@ class RowPass(FragmentPass):
                 self.program, [(self._buffer, f"{rows[0].size}i", self.attribute)])
         assert self._geometry is not None
         self._buffer.write(data)
+        self.gpu.note_moved(up=data.nbytes)
         self.set(**uniforms)
         mode = moderngl.POINTS if self.vertices == 1 else moderngl.TRIANGLES
         self.issue(self._geometry, target, textures, mode, len(data))

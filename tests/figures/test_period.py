@@ -58,3 +58,21 @@ def test_cells_of_stand_ins_are_left_to_the_full_size() -> None:
     quick, full = ({cell.scene for cell in period.cells(size)} for size in (False, True))
     assert "cows" not in quick and "cows" in full and quick < full
     assert {"cornell", "bunny", "robots", "kitchen", "conference"} <= quick
+
+
+def test_tiles_are_weighed_by_the_whole_image(tmp_path: Path) -> None:
+    one = _write(tmp_path)
+    plain = {row.column.label: row for row in period.rows(tmp_path)}
+    for panel, column in one.pairs():
+        if (panel.scene, panel.rays) == ("cornell", "primary"):
+            for cell in one.cells(panel, column):
+                result = json.loads((tmp_path / cell.name).read_text())
+                result["work"] |= {"image": {"steps": 30, "rays": 0.5},
+                                   "tiles": {"steps": 20, "rays": 1.0}}
+                (tmp_path / cell.name).write_text(json.dumps(result))
+    for row in period.rows(tmp_path):
+        row.predict(1.0)
+        before = plain[row.column.label]
+        before.predict(1.0)
+        # Half as many rays, half as much work again a pixel.
+        assert row.ns == pytest.approx(1.5 / 0.5 * before.ns)

@@ -82,3 +82,9 @@ def test_the_command_prints_them(capsys: pytest.CaptureFixture[str]) -> None:
     assert [card["chip"] for card in json.loads(capsys.readouterr().out)] == list(CHIPS)
     assert main(["hardware"]) == 0
     assert "NVIDIA GeForce 8800 GTX" in capsys.readouterr().out
+
+
+def test_a_scene_alone_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["hardware", "--scene", "kitchen"]) == 1
+    said = capsys.readouterr()
+    assert "--methods" in said.err and not said.out
