@@ -25,7 +25,7 @@ from .camera import add_camera, camera_of
 from .frames import IMAGES, add_frames, render_frames
 from .picture import add_picture, explain, light_options, picture_options, progress_shown
 from .shared import (
-    add_options, all_options, given_options, options_for, print_json, print_table, size_word,
+    add_options, all_options, given_options, options_for, print_json, print_table, say, size_word,
     spelled_out
 )
 
@@ -126,12 +126,36 @@ def _render(chosen: argparse.Namespace) -> None:
 def _trace(chosen: argparse.Namespace) -> None:
     check_writable(chosen.output)
     rays = _read_rays(chosen.rays)
+    if chosen.scheduler is not None:
+        return _trace_shared(chosen, rays)
     with _tracer(chosen) as tracer:
         hits = tracer.trace(**rays, invalid=chosen.invalid)
         with replacing(chosen.output) as path, path.open("wb") as file:
             np.savez_compressed(file, **hits.to_dict())
         _report(chosen, tracer, f"{int(hits.hit.sum()):,} of {len(hits):,} rays hit; "
                                 f"wrote {chosen.output}")
+
+
+def _trace_shared(chosen: argparse.Namespace, rays: dict[str, np.ndarray]) -> None:
+    """`trace` among workers; what their tracers count is theirs, and not told."""
+    from ..workers import Workers
+    if chosen.settings is not None or chosen.method == AUTO:
+        raise OptionError("--scheduler goes with a method and its options; name one by --method")
+    method = chosen.method or DEFAULT_METHOD
+    options = options_for(chosen, method)
+    with Workers(chosen.scheduler) as workers:
+        hits = workers.trace(chosen.scene, method=method, invalid=chosen.invalid,
+                             progress=lambda done, of: say(f"{done} of {of} parts"),
+                             **rays, **options)
+        count = len(workers)
+    with replacing(chosen.output) as path, path.open("wb") as file:
+        np.savez_compressed(file, **hits.to_dict())
+    found = {"output": chosen.output, "rays": len(hits), "hits": int(hits.hit.sum()),
+             "workers": count}
+    if chosen.json:
+        return print_json(found)
+    print(f"{found['hits']:,} of {len(hits):,} rays hit, traced by {count} workers; "
+          f"wrote {chosen.output}")
 
 
 def _remesh(chosen: argparse.Namespace) -> None:
@@ -295,6 +319,8 @@ def _parser() -> argparse.ArgumentParser:
     sub.add_argument("-o", "--output", required=True, metavar="HITS.npz")
     sub.add_argument("--invalid", choices=("raise", "miss"), default="raise",
                      help="what becomes of a ray with NaN, infinity or no direction")
+    sub.add_argument("--scheduler", metavar="local|ADDRESS", help="share the rays among a process "
+                     "a core, or among the workers of a Dask scheduler")
     add_options(sub)
     sub = command("remesh", _remesh, "spread a surface over a square: a geometry image")
     sub.add_argument("scene", help="a scene's name or a mesh file")

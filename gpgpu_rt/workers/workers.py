@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import Error, OptionError
 from ..hits import Hits, joined
+from ..ray_state import RayBatch
 from ..scene import Scene, load_scene
 from . import tasks
 
@@ -88,7 +89,7 @@ class Workers:
 
     def trace(self, scene: Scene | str, origins: np.ndarray, directions: np.ndarray,
               method: str = "bvh-threaded", t_min: float | np.ndarray = 0.0,
-              t_max: float | np.ndarray = np.inf,
+              t_max: float | np.ndarray = np.inf, invalid: str = "raise",
               progress: Callable[[int, int], None] | None = None, **options: Any) -> Hits:
         """Nearest hits, as ``Tracer(scene, method, **options).trace`` finds them.
 
@@ -96,24 +97,28 @@ class Workers:
         ----------
         origins, directions : (n, 3) or (h, w, 3) float, world units
         t_min, t_max : scalars or one a ray
+        invalid : "raise", or "miss": rays with NaN, infinity or no direction get status 1
+        progress : is told parts done, and of how many
         """
-        return joined(self._rays(scene, origins, directions, method, t_min, t_max, options,
-                                 False, progress))
+        return joined(self._rays(scene, origins, directions, method, t_min, t_max, invalid,
+                                 options, False, progress))
 
     def occluded(self, scene: Scene | str, origins: np.ndarray, directions: np.ndarray,
                  method: str = "bvh-threaded", t_max: float | np.ndarray = np.inf,
                  t_min: float | np.ndarray = 0.0,
-                 progress: Callable[[int, int], None] | None = None,
+                 invalid: str = "raise", progress: Callable[[int, int], None] | None = None,
                  **options: Any) -> np.ndarray:
         """(n,) bool: whether anything lies in [t_min, t_max] of each ray."""
         return np.concatenate(self._rays(scene, origins, directions, method, t_min, t_max,
-                                         options, True, progress))
+                                         invalid, options, True, progress))
 
     def _rays(self, scene: Scene | str, origins: np.ndarray, directions: np.ndarray, method: str,
-              t_min: float | np.ndarray, t_max: float | np.ndarray, options: Mapping[str, Any],
-              any_hit: bool, progress: Callable[[int, int], None] | None) -> list[Any]:
+              t_min: float | np.ndarray, t_max: float | np.ndarray, invalid: str,
+              options: Mapping[str, Any], any_hit: bool,
+              progress: Callable[[int, int], None] | None) -> list[Any]:
         origins, directions = (np.asarray(a, np.float32).reshape(-1, 3)
                                for a in (origins, directions))
+        RayBatch(origins, directions, t_min, t_max, invalid=invalid)   # a mistake is told here
         count = max(1, min(4 * len(self), len(origins) // PART))
         ends = np.linspace(0, len(origins), count + 1).astype(np.int64)
         one_a_ray = {name: np.asarray(t, np.float32) for name, t in (("t_min", t_min),
@@ -122,6 +127,7 @@ class Workers:
         found: list[Any] = [None] * count
         for at, part in self.map(tasks.trace, [
                 (*shared, {"origins": origins[lo:hi], "directions": directions[lo:hi],
+                           "invalid": "miss",
                            **{name: t if t.size == 1 else t.reshape(-1)[lo:hi]
                               for name, t in one_a_ray.items()}}, any_hit)
                 for lo, hi in zip(ends[:-1], ends[1:])], progress):

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt import rays
+from gpgpu_rt import cli, rays
 from gpgpu_rt.accel.cache import cache_files, give_cache
 from gpgpu_rt.workers import Workers, tasks
 
@@ -70,6 +70,30 @@ def test_a_killed_worker_loses_nothing(workers: Workers, tmp_path) -> None:
 def test_errors_of_tasks_are_the_users_own(workers: Workers) -> None:
     with pytest.raises(rt.OptionError, match="octant"):
         workers.trace("cornell", np.zeros((1, 3)), np.ones((1, 3)), METHOD, octant=True)
+
+
+def test_an_invalid_ray_is_named_as_it_was_given(workers: Workers, monkeypatch) -> None:
+    monkeypatch.setattr(module, "PART", 2)
+    origins = np.zeros((9, 3), np.float32)
+    origins[7, 1] = np.nan
+    with pytest.raises(ValueError, match="ray 7 is invalid"):
+        workers.trace("cornell", origins, np.ones((9, 3)), METHOD)
+    found = workers.trace("cornell", origins, np.ones((9, 3)), METHOD, invalid="miss")
+    assert found.status.tolist() == [0] * 7 + [1, 0]
+
+
+def test_trace_command(tmp_path, capsys) -> None:
+    scene = rt.load_scene("cornell")
+    origins, directions = scene.camera.rays((8, 8))
+    given, written = tmp_path / "rays.npz", tmp_path / "hits.npz"
+    np.savez(given, origins=origins, directions=directions)
+    words = ["trace", "cornell", str(given), "-o", str(written), "--scheduler"]
+    assert cli.main([*words, "local"]) == 0
+    assert "workers" in capsys.readouterr().out
+    with rt.Tracer(scene) as tracer:
+        assert (np.load(written)["t"] == tracer.trace(origins, directions).t).all()
+    assert cli.main([*words, "local", "-m", "auto"]) == 1
+    assert "--scheduler goes with a method" in capsys.readouterr().err
 
 
 def test_structures_travel_as_files_of_the_cache(tmp_path, monkeypatch) -> None:
