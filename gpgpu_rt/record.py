@@ -270,7 +270,7 @@ class PackedRecord:
                 raise LimitError(f"{self.name}.{name} does not fit its {bits} bits; take a "
                                  "smaller scene, or no quantised nodes")
             packed[:, channel] |= (values << shift).astype(np.uint32)
-        return packed.reshape(len(packed), self.texels, -1)
+        return packed.reshape(len(packed), self.texels, self.channels // self.texels)
 
     @property
     def planes(self) -> tuple[Plane, ...]:
