@@ -244,7 +244,7 @@ def open_gpu(context: str | moderngl.Context | Gpu | None = None) -> Gpu:
     if isinstance(context, Gpu):
         return context
     if isinstance(context, moderngl.Context):
-        return _of_window(context)
+        return context.extra if isinstance(context.extra, Gpu) else Gpu(context, "window")
     choice = context or os.environ.get("GPGPU_RT_CONTEXT") or "auto"
     if choice in BACKENDS:
         return _shared(choice)
@@ -258,16 +258,6 @@ def open_gpu(context: str | moderngl.Context | Gpu | None = None) -> Gpu:
         except ContextError as failure:
             failures.append(f"{backend}: {failure}".split(";")[0])
     raise ContextError(f"no OpenGL context ({'; '.join(failures)}); {HINT}")
-
-
-_windows: dict[int, Gpu] = {}
-
-
-def _of_window(context: moderngl.Context) -> Gpu:
-    gpu = _windows.get(id(context))
-    if gpu is None or gpu.context is not context:
-        gpu = _windows[id(context)] = Gpu(context, "window")
-    return gpu
 
 
 def probe() -> Iterator[tuple[str, Gpu | ContextError]]:

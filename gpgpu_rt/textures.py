@@ -128,10 +128,7 @@ def write_texture(texture: moderngl.Texture, values: np.ndarray,
 
 def note_moved(texture: moderngl.Texture, up: int = 0, down: int = 0) -> None:
     """Write bytes that went up or came down into the log of passes, where there is one."""
-    log = texture.ctx.extra.log
-    if log is not None:
-        log.uploaded += up
-        log.read_back += down
+    texture.ctx.extra.note_moved(up, down)
 
 
 def texture_bytes(textures: Iterable[moderngl.Texture]) -> int:

@@ -44,7 +44,7 @@ by an occlusion query how many rays are still alive.
 In the film each picture is a pass. On the left, what each ray waits for: a ray that has found its
 hit is over, while its neighbour may still descend. The rays that wait longest decide when all are
 through, and every pass that serves few of them is what the literal form costs.
-""", ("fig02", "fig03", "schedules"), passes=("kd-restart",)),
+""", ("fig02", "fig03", "schedules", "retention"), passes=("kd-restart",)),
     Chapter("Intersection alone on the card (survey, section 3.1)", """
 The Ray Engine of 2002 left the search to the host. Rays were collected by the cell of space they
 were in, and a triangle was drawn as a square over all rays of its cell, so that the rasteriser
@@ -97,7 +97,7 @@ Fetching a node is what costs, and neighbouring rays fetch the same ones. A pack
 for all its rays, as long as they go the same way. Sorted rays are neighbours again after they were
 scattered; beams that go ahead find where the rays of a whole tile can begin. Each of these buys
 something, and has a price that is measured with it.
-""", ("cpu", "ray_sorting", "entry_points")),
+""", ("cpu", "simd_width", "stacks", "ray_sorting", "entry_points")),
     Chapter("What rasterisation can do better (survey, section 5)", """
 What the eye sees first needs no ray: the rasteriser finds it. But its answer is the nearest *pixel
 centre by depth*, in other arithmetic than the ray's. Here each such hit is verified by the ray's
@@ -107,7 +107,7 @@ own test, and the rays in doubt are traced. The picture is the same to the bit.
 A structure is built once for a scene that stands still, and again and again for one that does not.
 Boxes can be fitted anew in a known tree; planes of a kd-tree cannot. And a renderer that knows its
 scene leaves out what it does not show.
-""", ("frames", "needs")),
+""", ("frames", "needs", "path_noise")),
     Chapter("Speed against accuracy", """
 The cards of the time computed in 24 bits or 16, and their rays slipped between triangles.
 Precision is a choice that is paid for in wrong pixels or in time, and both can be counted. A
@@ -124,5 +124,5 @@ How long would these programs have taken on the cards of their papers? The progr
 through an emulated fragment processor, their instructions and fetches counted, and a time
 predicted from what a card's data sheet says. One constant a card is fitted; the rest is
 arithmetic.
-""", ("period",)),
+""", ("period", "ideal_hardware")),
 )

@@ -6,7 +6,8 @@ import pytest
 from conftest import RAY_SETS, assert_same_bits, real_scene, schedules_of, soup_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt.figures import coherence, workloads
+from gpgpu_rt.bench import workloads
+from gpgpu_rt.figures import coherence
 from gpgpu_rt.methods import find_method
 
 SCENE = soup_scene(80, 7)
