@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +14,8 @@ from ..camera import Camera
 from ..heat import KINDS, Heat, heat, scale_of
 from ..methods import find_method
 from ..options import TRACER_OPTIONS
-from .tracers import Tracers
+from ..statistics import Statistics
+from .tracers import Tracers, stepwise
 
 LAYOUTS = ("wipe", "side by side")
 
@@ -39,21 +41,33 @@ class HeatView:
     top: float = 1.0
 
     def measure(self, tracers: Tracers, method: str, options: Mapping[str, Any], camera: Camera,
-                size: tuple[int, int]) -> int:
-        """Count for the picture of a camera; the number of rays that were traced."""
-        methods = (method,) if self.other is None else (method, self.other)
-        if self.layout == LAYOUTS[1] and len(methods) == 2:
-            size = max(1, size[0] // 2), size[1]
-        self.maps = tuple(heat(self._tracer(tracers, name, options if name == method else
-                                            _shared(name, options)), self.what, size, camera)
-                          for name in methods)
+                size: tuple[int, int]) -> list[Statistics]:
+        """Count for the picture of a camera; what each method's traversal cost."""
+        found, costs = [], []
+        for name, chosen in self.traced(method, options):
+            tracer = tracers.get(name, chosen)
+            found.append(heat(tracer, self.what, self.size_of_one(size), camera))
+            costs.append(deepcopy(tracer.statistics))   # the other may be the same tracer
+        self.maps = tuple(found)
         self.top = scale_of(self.maps)
-        return sum(one.values.size for one in self.maps)
+        return costs
 
-    def _tracer(self, tracers: Tracers, method: str, options: Mapping[str, Any]) -> Any:
+    def traced(self, method: str, options: Mapping[str, Any]
+               ) -> list[tuple[str, dict[str, Any]]]:
+        """The methods that are looked at, and the options of each."""
+        rows = [(method, dict(options))]
+        if self.other is not None:
+            rows.append((self.other, dict(options) if self.other == method
+                         else _shared(self.other, options)))
         if self.what == "passes":
-            return tracers.in_passes(method, options)
-        return tracers.counting(method, options)
+            return [(name, stepwise(name, chosen)) for name, chosen in rows]
+        return [(name, {**chosen, "statistics": True}) for name, chosen in rows]
+
+    def size_of_one(self, size: tuple[int, int]) -> tuple[int, int]:
+        """(width, height) pixels of each map in a picture of ``size``."""
+        if self.other is not None and self.layout == LAYOUTS[1]:
+            return max(1, size[0] // 2), size[1]
+        return size
 
     def pixels(self) -> np.ndarray:
         """(h, w, 3) uint8."""

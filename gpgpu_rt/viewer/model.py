@@ -11,7 +11,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,8 +25,10 @@ from ..gpu import Gpu, open_gpu
 from ..scene import load_scene
 from ..tracer import Tracer
 from .choices import Choices
+from .drawn import Drawn
 from .heat_view import HeatView
 from .journey import Journey
+from .line import line_of, settings_of
 from .pace import PATIENCE, Pace
 from .ray_path import RayPath, follow
 from .saving import free_name, write
@@ -36,29 +38,6 @@ MODES = ("picture", "heat", "passes")
 SETTLED = 0.1           # seconds without a move after which the camera rests
 JOURNEY_RAYS = 160      # a side, at most
 HISTORY = 120           # pictures
-
-
-@dataclass(frozen=True)
-class Drawn:
-    """What a picture took.
-
-    Attributes
-    ----------
-    divisor : of the window's width and height
-    seconds : drawing and reading it back
-    rays, passes : of all its waves
-    live : rays not over at each count, under the schedules that count
-    """
-
-    divisor: int
-    seconds: float
-    rays: int
-    passes: int
-    live: tuple[int, ...]
-
-    @property
-    def rays_per_second(self) -> float:
-        return self.rays / max(self.seconds, 1e-9)
 
 
 class Viewer:
@@ -109,7 +88,7 @@ class Viewer:
         self.scene = load_scene(choices.scene)
         self.tracers = Tracers(self.gpu, self.scene)
         self._camera = self._home = camera or self.scene.camera
-        self.tracer = self._make(self.tracers, choices)
+        self.tracer = self.tracers.pinned = self._make(self.tracers, choices)
 
     def _make(self, tracers: Tracers, choices: Choices) -> Tracer:
         return tracers.get(choices.method, choices.options, choices.integrator, choices.light)
@@ -271,6 +250,7 @@ class Viewer:
                 self.tracers, self.scene = tracers, scene
                 self._camera = self._home = scene.camera
                 self._moved_at = self.clock()
+            self.tracers.pinned = self.tracer
             self.choices, self.path = wanted, None
             self.pace.forget()
             self._outdated()
@@ -282,19 +262,20 @@ class Viewer:
         if journeying:
             self._travel()
         elif self.mode == "heat":
-            rays = self.heat.measure(self.tracers, self.choices.method, self.choices.options,
-                                     self.camera, size)
+            costs = self.heat.measure(self.tracers, self.choices.method, self.choices.options,
+                                      self.camera, size)
             pixels = self.heat.pixels()
         else:
             picture = self.tracer.render(self.camera, size, self.choices.integrator,
                                          **self.choices.light)
-            pixels, rays = np.asarray(picture), size[0] * size[1]
+            pixels, costs = np.asarray(picture), [self.tracer.statistics]
         seconds = self.clock() - began
         if journeying:
             return
-        found = self.tracer.statistics
-        self.history.append(Drawn(divisor, seconds, rays * max(found.waves, 1), found.passes,
-                                  tuple(found.live)))
+        rays = sum(one.rays if self.mode == "heat" else size[0] * size[1] * max(one.waves, 1)
+                   for one in costs)
+        self.history.append(Drawn(divisor, seconds, rays, sum(one.passes for one in costs),
+                                  tuple(n for one in costs for n in one.live)))
         self.pace.measured(divisor, seconds)
         self.divisor = divisor
         if divisor == 1:
@@ -303,12 +284,16 @@ class Viewer:
             self._moved = False
         self._show(pixels)
 
+    @property
+    def journey_size(self) -> tuple[int, int]:
+        """(width, height) rays whose passes are kept."""
+        divisor = -(-max(self.size) // JOURNEY_RAYS)
+        return max(1, self.size[0] // divisor), max(1, self.size[1] // divisor)
+
     def _travel(self) -> None:
         """Keep the states of all passes, of as many rays as can be kept."""
-        divisor = -(-max(self.size) // JOURNEY_RAYS)
-        size = tuple(max(1, side // divisor) for side in self.size)
         tracer = self.tracers.in_passes(self.choices.method, self.choices.options)
-        self.journey = Journey(tracer, self.camera, size)
+        self.journey = Journey(tracer, self.camera, self.journey_size)
         self.message = self.journey.note
         self.divisor = 1
         self.go_to(min(self.index, len(self.journey.kept) - 1))
@@ -351,8 +336,10 @@ class Viewer:
 
     @property
     def command(self) -> str:
-        """The line for a shell that draws the finest picture."""
-        return self.choices.line(self.camera, self.size, f"{self.scene.name}.png")
+        """The line for a shell that makes what is shown; where none does, a comment that says so,
+        and why."""
+        line, note = line_of(self)
+        return line or f"# {note}"
 
     @property
     def last(self) -> Drawn | None:
@@ -369,13 +356,8 @@ class Viewer:
         return self.journey.state_of(self.index, row * width + column)
 
     def settings(self) -> dict[str, Any]:
-        """All that the picture follows from, and the line that draws it again."""
-        chosen = self.choices
-        return {"scene": chosen.scene, "triangles": len(self.scene), "method": chosen.method,
-                "options": {k: v for k, v in self.tracer.options.items() if k != "context"},
-                "integrator": chosen.integrator, "light": dict(chosen.light),
-                "camera": self.camera.to_dict(), "size": list(self.size), "mode": self.mode,
-                "gpu": self.gpu.info(), "command": self.command}
+        """All that what is shown follows from, and the line that makes it again, if one does."""
+        return settings_of(self)
 
     def save(self, folder: str | os.PathLike[str] = ".") -> Path | None:
         """Write the picture with all its pixels, as a PNG that holds its settings, and these as
@@ -383,11 +365,14 @@ class Viewer:
         with self._guarded():
             path = free_name(Path(folder), f"{self.scene.name}-{self.choices.method}"
                              + (f"-{self.mode}" if self.mode != MODES[0] else ""))
-            if self.mode == MODES[0] and self.divisor != 1:
+            if self.mode == "passes":
+                if self.journey is None:
+                    self._travel()
+            elif self.divisor != 1:
                 self._draw(1)
             assert self.image is not None
             image = Image.fromarray(self.image)
-            if self.mode == "heat" and self.heat.maps:
+            if self.mode == "heat":
                 image = self.heat.with_scale(image)
             write(path, image, self.settings())
             self.message = f"wrote {path}"

@@ -19,6 +19,7 @@ from ..options import Option, spell
 from ..scene import scene_names
 from .choices import Choices
 from .heat_view import LAYOUTS
+from .line import line_of
 from .link import Link
 from .model import MODES, Viewer
 
@@ -226,7 +227,8 @@ class Panels:
                 viewer.insist()
         imgui.push_item_width(width - 16)
         imgui.input_text("##line", viewer.command, imgui.InputTextFlags_.read_only.value)
-        imgui.set_item_tooltip("draws the same picture, to the bit: mark it, Ctrl+C")
+        line, note = line_of(viewer)
+        imgui.set_item_tooltip(f"{note}: mark it, Ctrl+C" if line else note)
         imgui.pop_item_width()
         imgui.end()
 

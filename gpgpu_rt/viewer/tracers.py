@@ -20,10 +20,15 @@ class Tracers:
 
     A tracer that comes out of here has drawn a picture: whatever is wrong with a method's programs
     was found before anything else was given up for it.
+
+    Attributes
+    ----------
+    pinned : one that is kept however long ago it was asked for: what pictures are drawn with
     """
 
     def __init__(self, gpu: Gpu, scene: Scene) -> None:
         self.gpu, self.scene = gpu, scene
+        self.pinned: Tracer | None = None
         self._tracers: OrderedDict[str, Tracer] = OrderedDict()
 
     def get(self, method: str, options: Mapping[str, Any], integrator: str = DEFAULT,
@@ -48,26 +53,29 @@ class Tracers:
                 raise
             self._tracers[key] = tracer
         self._tracers.move_to_end(key)
-        while len(self._tracers) > KEPT:
-            self._tracers.popitem(last=False)[1].release()
+        old = [name for name, one in self._tracers.items() if one is not self.pinned and name != key]
+        for name in old[:max(0, len(self._tracers) - KEPT)]:
+            self._tracers.pop(name).release()
         return self._tracers[key]
-
-    def counting(self, method: str, options: Mapping[str, Any]) -> Tracer:
-        """One that counts what rays cost."""
-        return self.get(method, {**options, "statistics": True})
 
     def in_passes(self, method: str, options: Mapping[str, Any], single: bool = False) -> Tracer:
         """One under a schedule whose passes can be looked at; ``single``: one step a pass."""
-        schedules = find_method(method).schedules_for(options)
-        asked = options.get("schedule", "loop")
-        stepwise = [s for s in (asked, "step", "kernels") if s in schedules and s != "loop"]
-        options = {**options, **({"schedule": stepwise[0]} if stepwise else {})}
-        if single:
-            options.pop("steps_per_pass", None)
-        return self.get(method, options)
+        return self.get(method, stepwise(method, options, single))
 
     def release(self) -> None:
         """Free all of them."""
         for tracer in self._tracers.values():
             tracer.release()
         self._tracers.clear()
+
+
+def stepwise(method: str, options: Mapping[str, Any], single: bool = False) -> dict[str, Any]:
+    """The options with a schedule that has passes to look at, where the method has one;
+    ``single``: one step a pass."""
+    schedules = find_method(method).schedules_for(options)
+    asked = options.get("schedule", "loop")
+    fit = [s for s in (asked, "step", "kernels") if s in schedules and s != "loop"]
+    found = {**options, **({"schedule": fit[0]} if fit else {})}
+    if single:
+        found.pop("steps_per_pass", None)
+    return found

@@ -27,6 +27,7 @@ from gpgpu_rt.viewer.journey import Journey
 from gpgpu_rt.viewer.overlay import projected
 from gpgpu_rt.viewer.pace import DIVISORS, MOVING, PATIENCE, Pace
 from gpgpu_rt.viewer.ray_path import follow
+from gpgpu_rt.viewer.tracers import KEPT
 
 
 def full(*values: object):
@@ -266,6 +267,32 @@ def test_a_row_alone_makes_a_method_appear(viewer: Viewer) -> None:
 
 # Modes ------------------------------------------------------------------------------------------
 
+def test_the_picture_s_tracer_outlives_those_of_other_modes(viewer: Viewer) -> None:
+    settle(viewer)
+    image = viewer.image
+    viewer.look_at("heat")
+    settle(viewer)
+    viewer.change_heat(other="grid")
+    settle(viewer)
+    viewer.follow((5, 5))
+    settle(viewer)
+    viewer.look_at("picture")
+    settle(viewer)
+    assert not viewer.message and (viewer.image == image).all()
+    assert len(viewer.tracers._tracers) == KEPT
+
+
+def test_graphs_show_what_heat_maps_cost(viewer: Viewer) -> None:
+    """Under passes, both methods go through some; the picture's own schedule has one."""
+    viewer.look_at("heat")
+    viewer.change_heat(what="passes", other="grid")
+    settle(viewer)
+    assert viewer.last.rays == 2 * SIZE[0] * SIZE[1]
+    most = [int(one.values.max()) for one in viewer.heat.maps]
+    assert viewer.last.passes >= sum(most) and max(viewer.last.live) <= SIZE[0] * SIZE[1]
+    assert len(viewer.last.live) > 2
+
+
 def test_heat_of_two_methods_has_one_scale(viewer: Viewer) -> None:
     viewer.look_at("heat")
     viewer.change_heat(what="triangles", other="brute-force")
@@ -423,6 +450,54 @@ def test_a_picture_is_saved_with_its_settings(viewer: Viewer, tmp_path: Path) ->
     assert main([*shlex.split(held["command"])[1:-1], f"--output={again}"]) == 0
     assert (np.asarray(Image.open(again)) == pixels).all()
     assert viewer.save(tmp_path / "nowhere") is None and "no folder" in viewer.message
+
+
+@pytest.mark.parametrize("what, other, layout", [
+    ("triangles", "brute-force", "side by side"), full("passes", "grid", "wipe")])
+def test_a_heat_map_is_saved_whole_with_what_it_follows_from(
+        viewer: Viewer, tmp_path: Path, capsys, what: str, other: str, layout: str) -> None:
+    viewer.look_at("heat")
+    viewer.change_heat(what=what, other=other, layout=layout, wipe=0.3)
+    viewer.pace.measured(1, 1.0)        # as if a full picture took a second
+    viewer.step()
+    assert viewer.divisor > 1
+    path = viewer.save(tmp_path)
+    with Image.open(path) as image:
+        pixels, held = np.asarray(image), json.loads(image.text["gpgpu-rt"])
+    assert viewer.divisor == 1 and viewer.image.shape[:2] == SIZE[::-1]
+    assert (pixels[:SIZE[1], :SIZE[0]] == viewer.image).all()
+    assert {name: held["heat"][name] for name in ("what", "other", "layout", "wipe")} == {
+        "what": what, "other": other, "layout": layout, "wipe": 0.3}
+    assert [one["method"] for one in held["heat"]["maps"]] == ["bvh-threaded", other]
+    words = shlex.split(held["command"])
+    assert words[:2] == ["gpgpu-rt", "heat"]
+    capsys.readouterr()
+    assert main([*words[1:-1], f"--output={tmp_path / 'again.png'}", "--json"]) == 0
+    again = json.loads(capsys.readouterr().out)["methods"]
+    for one, row in zip(viewer.heat.maps, again, strict=True):
+        assert row["map"] == one.title and one.summary().items() <= row.items()
+    viewer.camera = moves.orbit(viewer.camera, 0.3, 0.1)
+    assert viewer.settings()["command"] is None and "no command" in viewer.command
+
+
+def test_passes_are_saved_with_what_they_follow_from(viewer: Viewer, tmp_path: Path) -> None:
+    viewer.look_at("passes")
+    viewer.step()       # the camera does not rest yet: a coarse picture
+    assert viewer.journey is None
+    path = viewer.save(tmp_path)
+    viewer.go_to(3, "node")
+    path = viewer.save(tmp_path)
+    held = json.loads(path.with_suffix(".json").read_text())
+    assert held["passes"]["pass"] == 3 and held["passes"]["field"] == "node"
+    assert held["passes"]["options"]["schedule"] == "step" and held["passes"]["size"] == [*SIZE]
+    with Image.open(path) as image:
+        assert (np.asarray(image) == viewer.journey.pixels(3, "node")).all()
+    words = shlex.split(held["command"])
+    assert main([*words[1:-1], f"--output={tmp_path / 'again'}"]) == 0
+    again = json.loads((tmp_path / "again" / "passes.json").read_text())["passes"]
+    assert [one["live"] for one in again] == viewer.journey.live.tolist()
+    viewer.camera = moves.orbit(viewer.camera, 0.3, 0.1)
+    assert "no command" in viewer.command
 
 
 def test_without_a_display_one_line_says_so(monkeypatch, capsys) -> None:

@@ -1,0 +1,77 @@
+"""The line for a shell that makes what the viewer shows, and the settings that it follows from."""
+from __future__ import annotations
+
+import shlex
+from typing import TYPE_CHECKING, Any
+
+from ..methods import find_method
+from ..options import TRACER_OPTIONS
+from .choices import DECIDED, option_words
+from .tracers import stepwise
+
+if TYPE_CHECKING:
+    from .model import Viewer
+
+
+def line_of(viewer: Viewer) -> tuple[str, str]:
+    """The command, or "" where there is none; and in how far it makes what is shown."""
+    if viewer.mode == "picture":
+        return (viewer.choices.line(viewer.camera, viewer.size, f"{viewer.scene.name}.png"),
+                "draws the same picture, to the bit")
+    if viewer.camera != viewer.scene.camera:
+        return "", (f"no command makes this: gpgpu-rt {viewer.mode} looks from the scene's own "
+                    "camera alone")
+    return _heat(viewer) if viewer.mode == "heat" else _passes(viewer)
+
+
+def _heat(viewer: Viewer) -> tuple[str, str]:
+    view, chosen = viewer.heat, viewer.choices
+    rows = view.traced(chosen.method, chosen.options)
+    if rows[-1][1] != rows[0][1]:
+        return "", ("no command makes this: gpgpu-rt heat gives all methods the same options, "
+                    f"and {rows[-1][0]} does not take those of {rows[0][0]}")
+    width, height = view.size_of_one(viewer.size)
+    words = ["heat", chosen.scene, *(f"--method={name}" for name, _ in rows),
+             f"--what={view.what}", *_option_words(chosen.method, rows[0][1]),
+             f"--size={width}x{height}", f"--output={viewer.scene.name}-heat.png"]
+    return (shlex.join(["gpgpu-rt", *words]),
+            "counts the same on the same scale; it draws whole maps side by side, under titles")
+
+
+def _passes(viewer: Viewer) -> tuple[str, str]:
+    chosen = viewer.choices
+    width, height = viewer.journey_size
+    words = ["passes", chosen.scene, f"--method={chosen.method}",
+             *_option_words(chosen.method, stepwise(chosen.method, chosen.options)),
+             f"--size={width}x{height}", f"--output={viewer.scene.name}-passes"]
+    return (shlex.join(["gpgpu-rt", *words]),
+            "writes every pass over the same rays to a folder, in pictures of its own")
+
+
+def _option_words(method: str, options: dict[str, Any]) -> list[str]:
+    return option_words({k: v for k, v in options.items() if k not in DECIDED},
+                        TRACER_OPTIONS + find_method(method).options)
+
+
+def settings_of(viewer: Viewer) -> dict[str, Any]:
+    """All that what is shown follows from; ``command`` is None where no line makes it."""
+    chosen = viewer.choices
+    command, note = line_of(viewer)
+    found = {"scene": chosen.scene, "triangles": len(viewer.scene), "method": chosen.method,
+             "options": {k: v for k, v in viewer.tracer.options.items() if k != "context"},
+             "integrator": chosen.integrator, "light": dict(chosen.light),
+             "camera": viewer.camera.to_dict(), "size": list(viewer.size), "mode": viewer.mode,
+             "gpu": viewer.gpu.info(), "command": command or None, "command_note": note}
+    if viewer.mode == "heat":
+        view = viewer.heat
+        found["heat"] = {
+            "what": view.what, "other": view.other, "layout": view.layout, "wipe": view.wipe,
+            "scale_ends_at": view.top, "maps": [{"method": name, "options": options} for
+                                                name, options in view.traced(chosen.method, chosen.options)]}
+    elif viewer.mode == "passes":
+        journey = viewer.journey
+        found["passes"] = {
+            "pass": None if journey is None else journey.kept[viewer.index].number,
+            "field": viewer.field, "size": list(viewer.journey_size),
+            "options": stepwise(chosen.method, chosen.options)}
+    return found
