@@ -19,8 +19,8 @@ from .errors import LimitError
 
 TABLE_WIDTH_LOG2 = 12     # tables are 4096 texels wide: shifts and masks, no division
 EXACT_INTEGER = 1 << 24   # float32 holds every integer up to here
-_WIDTHS = {"float": 1, "int": 1, "vec2": 2, "vec3": 3, "vec4": 4, "ivec3": 3,
-           "ivec4": 4}
+FIELD_TYPES = {"float": 1, "int": 1, "vec2": 2, "vec3": 3, "vec4": 4, "ivec3": 3,
+               "ivec4": 4}    # and how many channels each takes
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Field:
 
     @property
     def width(self) -> int:
-        return _WIDTHS[self.type]
+        return FIELD_TYPES[self.type]
 
     @property
     def swizzle(self) -> str:

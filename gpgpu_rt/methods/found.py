@@ -4,6 +4,7 @@ A file is Python and has ``ROWS``, as the files of this package have; CONTRIBUTI
 """
 from __future__ import annotations
 
+import hashlib
 import importlib.util
 import os
 import re
@@ -17,6 +18,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import Error, MethodError
+from ..options import Option
+from ..record import FIELD_TYPES, PackedRecord, Record
 from ..shader import ROOT
 from .row import SCHEDULES, Accelerator, Method
 
@@ -52,7 +55,8 @@ def rows_of(path: Path) -> list[Method]:
     MethodError
         where it does not run, or a row is not one: names file and line
     """
-    name = f"gpgpu_rt_method_{path.stem}"
+    place = hashlib.sha256(os.fsencode(path.resolve())).hexdigest()[:12]    # two folders may have
+    name = f"gpgpu_rt_method_{path.stem}_{place}"                           # files of one name
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -86,6 +90,7 @@ def _check(row: Method, path: Path) -> None:
     where = f"{path}, method {row.name!r}"
     if not isinstance(row.name, str) or not _NAME.fullmatch(row.name):
         raise MethodError(f"{where}: a name is words of a-z and 0-9 with - between them")
+    _check_kinds(row, where)
     missing = {"phase", "steps"} - {field.name for field in row.state.fields}
     if missing:
         raise MethodError(f"{where}: its state has no {' and no '.join(sorted(missing))}; "
@@ -98,6 +103,37 @@ def _check(row: Method, path: Path) -> None:
     if not (ROOT / row.glsl).is_file():     # an absolute name replaces ROOT
         raise MethodError(f"{where}: there is no GLSL file {row.glsl}; a file beside this one is "
                           "Path(__file__).with_name(...)")
+
+
+def _check_kinds(row: Method, where: str) -> None:
+    """That what a row holds is of the kinds that its class declares."""
+    if not isinstance(row.state, Record):
+        raise MethodError(f"{where}: its state is {row.state!r}; give a Record")
+    if not isinstance(row.glsl, (str, Path)):
+        raise MethodError(f"{where}: glsl is {row.glsl!r}; give a file's name")
+    if not callable(row.prepare):
+        raise MethodError(f"{where}: prepare is {row.prepare!r}; give a function")
+    for name, values, kinds, what in (
+            ("kernels", row.kernels, str, "names"), ("schedules", row.schedules, str, "names"),
+            ("options", row.options, Option, "Options"),
+            ("tables", row.tables, (Record, PackedRecord), "Records")):
+        if not isinstance(values, (tuple, list)):
+            raise MethodError(f"{where}: {name} is {values!r}; give a tuple of {what}")
+        wrong = [one for one in values if not isinstance(one, kinds)]
+        if wrong:
+            raise MethodError(f"{where}: {name} holds {wrong[0]!r}; give {what} alone")
+    for record in (row.state, *row.tables):
+        for word in record.layout.replace("|", " ").split():
+            field, _, kind = word.partition(":")
+            if not (kind.isdecimal() if isinstance(record, PackedRecord)
+                    else (kind or "float") in FIELD_TYPES) or not field.isidentifier():
+                known = "bits" if isinstance(record, PackedRecord) else ", ".join(FIELD_TYPES)
+                raise MethodError(f"{where}: record {record.name} has a field {word!r}; its type "
+                                  f"is one of: {known}")
+        try:
+            _ = record.fields
+        except ValueError as failure:       # too much in a texel
+            raise MethodError(f"{where}: {failure}") from failure
 
 
 def _guarded(row: Method, path: Path) -> Callable[..., Accelerator]:

@@ -16,6 +16,7 @@ from PIL import Image
 
 import gpgpu_rt as rt
 from gpgpu_rt import rays as ray_sets
+from gpgpu_rt.methods.found import rows_of
 
 ROOT = Path(rt.__file__).parents[1]
 TEXT = (ROOT / "CONTRIBUTING.md").read_text()
@@ -147,6 +148,37 @@ def test_what_is_broken_is_named_in_a_line(folder: Path, tmp_path: Path, name: s
     assert answer.returncode == 1 and answer.stderr.count("\n") == 1, answer.stderr
     assert re.search(message, answer.stderr) and str(folder) in answer.stderr
     assert not (tmp_path / "x.png").exists()
+
+
+@pytest.mark.parametrize("text, instead, message", [
+    ('state=Record("state",', 'state=None and Record("state",', "its state is None; give a Rec"),
+    ('glsl=Path(__file__).with_name("sweep.glsl")', "glsl=None", "glsl is None; give a file"),
+    ("prepare=prepare", "prepare=None", "prepare is None; give a function"),
+    ("tables=(TRIANGLE, RUN)", "tables=None", "tables is None; give a tuple"),
+    ("tables=(TRIANGLE, RUN)", 'tables=("triangle",)', "tables holds 'triangle'; give Records"),
+    ("prepare=prepare,", "prepare=prepare, schedules=None,", "schedules is None; give a tuple"),
+    ("    options=(\n", "    options=None and (\n", "options is None; give a tuple"),
+    ("first:int", "first:itn", "record sweep_run has a field 'first:itn'"),
+    ("phase:int", "phase:itn", "record state has a field 'phase:itn'"),
+    ("hi:vec3 |", "hi:vec3 more:vec2 |", "record sweep_run: texel 1 has over four"),
+])
+def test_a_row_of_other_kinds_is_named_in_a_line(folder: Path, text: str, instead: str,
+                                                 message: str) -> None:
+    path = folder / "sweep.py"
+    assert text in path.read_text()
+    path.write_text(path.read_text().replace(text, instead, 1))
+    with pytest.raises(rt.MethodError, match=re.escape(message)) as said:
+        rows_of(path)
+    assert str(path) in str(said.value) and "\n" not in str(said.value)
+
+
+def test_files_of_one_name_are_two_modules(folder: Path, tmp_path: Path) -> None:
+    other = Path(shutil.copytree(folder, tmp_path / "others"))
+    paths = [one / "sweep.py" for one in (folder, other)]
+    for path in paths:
+        rows_of(path)
+    held = {getattr(module, "__file__", None) for module in list(sys.modules.values())}
+    assert {str(path) for path in paths} <= held      # neither took the other's place
 
 
 def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
