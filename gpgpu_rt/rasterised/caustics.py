@@ -53,8 +53,16 @@ class Caustics:
                  smooth: bool = True) -> None:
         for name, value in (("photons", photons), ("resolution", resolution), ("splat", splat),
                             ("iterations", iterations)):
-            if value < 1:
-                raise OptionError(f"{name} is {value}; give 1 or more")
+            if not isinstance(value, (int, np.integer)) or value < 1:
+                raise OptionError(f"{name} is {value}; give a whole number, 1 or more")
+        place = np.asarray(light, np.float64) if np.shape(light) == (3,) else np.full(3, np.nan)
+        if not np.isfinite(place).all():
+            raise OptionError(f"the light is at {light}; give three finite numbers")
+        with tracer.gpu:        # GL draws larger points no larger, and their light would be lost
+            largest = int(tracer.gpu.context.info["GL_POINT_SIZE_RANGE"][1])
+        if splat > largest:
+            raise OptionError(f"splat is {splat}; give at most {largest}, the largest point that "
+                              "this renderer draws")
         scene = tracer.scene
         self.tracer, self.gpu, self.scene = tracer, tracer.gpu, scene
         self.photons, self.resolution = photons, resolution
@@ -66,7 +74,7 @@ class Caustics:
         if not np.array_equal(self.mesh.triangles, corners):
             raise SceneError(f"{scene.name}: the glass is turned inside out, as if it were a "
                              "hollow in glass; turn its triangles over")
-        self.camera, self.wide = _views(np.asarray(light, np.float64), corners, spread)
+        self.camera, self.wide = _views(place, corners, spread)
         receivers = np.delete(scene.triangles, self.rows, axis=0)
         self._corners = 3 * len(receivers)
         read = {"constants": f"#define TABLE_WIDTH_LOG2 {TABLE_WIDTH_LOG2}",
@@ -119,6 +127,9 @@ class Caustics:
         landed : (n, n, 4) where photons land, as `landings` and `traced` return it; by default
             they search in the light's image
         """
+        if landed is not None and np.shape(landed) != (self.photons, self.photons, 4):
+            raise OptionError(f"landed has the shape {np.shape(landed)}; give ({self.photons}, "
+                              f"{self.photons}, 4), as landings and traced return it")
         with self.gpu:
             self._see()
             words: tuple[str, ...] = ()

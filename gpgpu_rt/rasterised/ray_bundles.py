@@ -117,7 +117,8 @@ class RayBundles:
         Parameters
         ----------
         directions : of bundles, each used both ways
-        bounces : how often light from a lamp is passed on; 0 for what lamps light themselves
+        bounces : how often light from a lamp or the sky is passed on; 0 for what these light
+            themselves, whichever way ``straight`` brings it
 
         Returns
         -------
@@ -136,8 +137,10 @@ class RayBundles:
         else:
             own += self.emission[:, None]
         reflected = self.albedo[:, None] / np.pi
-        self.leave(own + reflected * lit)
-        for _ in range(bounces):
+        # The first exchange brings the light of lamps and sky, unless rays brought all there is.
+        brought = self.straight == "traced" and self.scene.environment is None
+        self.leave(own + reflected * lit if brought else own)
+        for _ in range(bounces + (not brought)):
             self.leave(own + reflected * (lit + self._exchanged(directions)))
         return self.leaving
 

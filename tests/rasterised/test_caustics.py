@@ -181,11 +181,30 @@ def test_what_stands_in_the_way_keeps_light_off() -> None:
     (SPHERE[:, ::-1], glass(1.5), {}, "inside out"),
     (SPHERE, glass(1.5), {"light": (0, 1.3, 0.9)}, "too near the refractor, .* 1 around"),
     (SPHERE, glass(1.5), {"spread": 0.5}, "spread is 0.5"),
-    (SPHERE, glass(1.5), {"photons": 0}, "photons is 0")])
+    (SPHERE, glass(1.5), {"photons": 0}, "photons is 0"),
+    (SPHERE, glass(1.5), {"photons": 2.5}, "photons is 2.5; give a whole number"),
+    (SPHERE, glass(1.5), {"splat": 10 ** 6}, "splat is 1000000; give at most"),
+    (SPHERE, glass(1.5), {"light": (0, 6)}, r"light is at \(0, 6\); give three"),
+    (SPHERE, glass(1.5), {"light": (0, np.inf, 0)}, "give three finite")])
 def test_mistakes(part, material, more: dict, message: str) -> None:
     with rt.Tracer(scene_of(part, material)) as tracer:
         with pytest.raises(rt.Error, match=message):
             Caustics(tracer, **{"light": (0, 6, 0), **more})
+
+
+def test_the_widest_splat_keeps_all_light_and_landings_have_a_shape() -> None:
+    with rt.Tracer(scene_of(SPHERE, glass(1.5))) as tracer:
+        largest = int(tracer.gpu.context.info["GL_POINT_SIZE_RANGE"][1])
+        with pytest.raises(rt.OptionError, match=f"at most {largest}, "):
+            Caustics(tracer, (0, 6, 0), photons=4, splat=largest + 1)
+        caustics = Caustics(tracer, (0, 6, 0), photons=4, resolution=2 * largest, splat=largest)
+        landed = np.zeros((4, 4, 4), np.float32)
+        landed[1, 2] = 0, 0, 0, 1       # right below the light: in the middle of what it sees
+        assert caustics.map(landed).sum() == pytest.approx(1, rel=1e-3)
+        for wrong in (landed[:3], landed[:, :, :3], landed[0]):
+            with pytest.raises(rt.OptionError, match="landed has the shape"):
+                caustics.map(wrong)
+        caustics.release()
 
 
 def test_two_kinds_of_glass_are_refused() -> None:
