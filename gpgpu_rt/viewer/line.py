@@ -66,8 +66,9 @@ def settings_of(viewer: Viewer) -> dict[str, Any]:
         view = viewer.heat
         found["heat"] = {
             "what": view.what, "other": view.other, "layout": view.layout, "wipe": view.wipe,
-            "scale_ends_at": view.top, "maps": [{"method": name, "options": options} for
-                                                name, options in view.traced(chosen.method, chosen.options)]}
+            "scale_ends_at": view.top,
+            "maps": [{"method": name, "options": options}
+                     for name, options in view.traced(chosen.method, chosen.options)]}
     elif viewer.mode == "passes":
         journey = viewer.journey
         found["passes"] = {

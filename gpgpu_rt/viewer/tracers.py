@@ -53,7 +53,8 @@ class Tracers:
                 raise
             self._tracers[key] = tracer
         self._tracers.move_to_end(key)
-        old = [name for name, one in self._tracers.items() if one is not self.pinned and name != key]
+        old = [name for name, one in self._tracers.items()
+               if one is not self.pinned and name != key]
         for name in old[:max(0, len(self._tracers) - KEPT)]:
             self._tracers.pop(name).release()
         return self._tracers[key]
