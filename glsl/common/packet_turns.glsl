@@ -13,16 +13,21 @@ int direction_octant(vec3 direction) {
     return negative.x + 2 * negative.y + 4 * negative.z;
 }
 
+int shared_axis(Ray ray) {
+#ifdef SHARED_AXES
+    return ray.dominant.x ? 0 : ray.dominant.y ? 8 : 16;
+#else
+    return 0;
+#endif
+}
+
 // Rays go together whatever their signs where no order of nodes is a direction's, and no bound.
 int octant_of(Ray ray) {
     int found = 0;
 #if defined(OCTANTS) || defined(INTERVAL_TEST)
     found = direction_octant(ray.direction);
 #endif
-#ifdef SHARED_AXES
-    found += ray.dominant.x ? 0 : ray.dominant.y ? 8 : 16;
-#endif
-    return found;
+    return found + shared_axis(ray);
 }
 
 void find_turn(int r) {

@@ -3,8 +3,14 @@
 // keeps its interval. A node is entered if any ray needs it, and the far child is kept where any
 // needs both. STACK_SIZE and PUSH_DOWN as in kd-short-stack and kd-push-down; a stack of 0 restarts.
 //
-// Rays whose directions have other signs wait, masked by an empty interval. With VERTEX_CULLING rays test
+// Rays whose directions have other signs, or another dominant axis where rays share the triangle's
+// axes (packet_axes.glsl), wait, masked by an empty interval. With VERTEX_CULLING rays test
 // only those triangles of a leaf that the packet's frustum does not rule out.
+
+#define PRESENT(r) (t_min[r] < t_exit[r])
+#ifdef INTERSECTION_WOOP_WATERTIGHT
+#define SHARED_AXES
+#endif
 
 #include "common/kd.glsl"
 #include "common/packet_turns.glsl"
@@ -28,8 +34,8 @@ int stack_node[STACK_SIZE];
 float stack_t_max[STACK_SIZE * RAYS];
 #endif
 
+#include "common/packet_axes.glsl"
 #ifdef VERTEX_CULLING
-#define PRESENT(r) (t_min[r] < t_exit[r])
 #include "common/vertex_culling.glsl"
 #endif
 
@@ -44,7 +50,7 @@ void start_ray(int r) {
     t_exit[r] = min(max(box_exit(ray, scene_lo, scene_hi), start), ray.t_max);
     // An interval of one point is widened: a ray is awake in a node where it has a length.
     t_exit[r] = max(t_exit[r], start + abs(start) * (4.0 * ARITHMETIC_UNIT) + 1e-30);
-    octant[r] = direction_octant(ray.inv_dir);
+    octant[r] = direction_octant(ray.inv_dir) + shared_axis(ray);
     t_turn[r] = start <= min(interval.y, ray.t_max) && ray.t_min <= ray.t_max ? start : NEVER;
     t_min[r] = NEVER;
     t_max[r] = 0.0;
@@ -62,6 +68,9 @@ bool next_turn() {
     turn = -1;
     EACH(find_turn)
     EACH(take_turn)
+#ifdef SHARED_AXES
+    EACH(find_start)
+#endif
 #ifdef VERTEX_CULLING
     bound_frustum();
 #endif
@@ -90,7 +99,7 @@ void split_ray(int r) {
     bool awake = t_min[r] < t_max[r];
     bool near = awake && t_split[r] > t_min[r];
     bool far = awake && t_split[r] < t_max[r];
-    t_min[r] = near && near_is_empty ? min(t_split[r], t_max[r])
+    t_min[r] = near && near_is_empty ? smaller(t_split[r], t_max[r])
              : far && !near && far_is_empty ? t_max[r] : t_min[r];
     any_near = any_near || (near && !near_is_empty);
     any_far = any_far || (far && !far_is_empty);
@@ -98,7 +107,7 @@ void split_ray(int r) {
 
 // The interval in the near child; empty for a ray that needs the far one alone.
 void cut_ray(int r) {
-    t_max[r] = min(t_max[r], t_split[r]);
+    t_max[r] = smaller(t_split[r], t_max[r]);
 }
 
 #if STACK_SIZE > 0
@@ -219,10 +228,10 @@ bool step_packet() {
                 outside = culled(tested);
             }
             if (!outside) {
-                EACH(test_ray)
+                test_rays();
             }
 #else
-            EACH(test_ray)
+            test_rays();
 #endif
             ++left;
             ++steps;

@@ -65,8 +65,11 @@ def _embree(threads: int) -> Callable[[Scene, Workload], Run]:
             return embree.run(origins, directions)
         if threads == 1:
             return lambda: trace(parts[0])
-        pool = ThreadPoolExecutor(threads)
-        return lambda: np.concatenate(list(pool.map(trace, parts)))
+
+        def run() -> np.ndarray:
+            with ThreadPoolExecutor(threads) as pool:
+                return np.concatenate(list(pool.map(trace, parts)))
+        return run
     return prepare
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 import statistics
 import time
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -90,27 +91,32 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
     """
     if runs < 1:
         raise OptionError(f"{runs} runs tell nothing; give 1 or more")
+    if size < 1:
+        raise OptionError(f"{size} pixels a side are no image; give 1 or more")
+    if not len(load(scene)):
+        raise OptionError(f"{scene} has no triangles to race on; give a scene with some")
     rays = workload(scene, kind, size)
     if not rays.live:
         raise OptionError(f"{scene} has no {kind} at {size} x {size} pixels; "
                           "choose other rays or a larger size")
     report(f"{scene}, {kind}: building for {len(candidates)} candidates")
     entries, calls = [], []
-    for name, options in candidates:
-        tracer = Tracer(load(scene), name, **options)
-        entries.append(Entry(name, options, rays.live, bytes_a_triangle=sum(
-            tracer.statistics.table_bytes.values()) / len(load(scene))))
-        calls.append(_ours(tracer, rays))
-    for engine in engines:
-        if not engine.missing and (engine.ends or rays.t_max is None):
-            given = rays.compact(engine.most)
-            entries.append(Entry(engine.name, {}, given.live))
-            calls.append(_theirs(engine.prepare(load(scene), given)))
-    for turn in range(runs + 1):   # the first one warms up
-        report(f"{scene}, {kind}: " + (f"run {turn} of {runs}" if turn else "warm-up"))
-        times = [call() for call in calls]
-        if turn:
-            _note(entries, times)
+    with ExitStack() as tracers:
+        for name, options in candidates:
+            tracer = tracers.enter_context(Tracer(load(scene), name, **options))
+            entries.append(Entry(name, options, rays.live, bytes_a_triangle=sum(
+                tracer.statistics.table_bytes.values()) / len(load(scene))))
+            calls.append(_ours(tracer, rays))
+        for engine in engines:
+            if not engine.missing and (engine.ends or rays.t_max is None):
+                given = rays.compact(engine.most)
+                entries.append(Entry(engine.name, {}, given.live))
+                calls.append(_theirs(engine.prepare(load(scene), given)))
+        for turn in range(runs + 1):   # the first one warms up
+            report(f"{scene}, {kind}: " + (f"run {turn} of {runs}" if turn else "warm-up"))
+            times = [call() for call in calls]
+            if turn:
+                _note(entries, times)
     return entries
 
 

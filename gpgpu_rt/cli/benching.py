@@ -8,9 +8,10 @@ from ..bench import ENGINES, RAY_SETS, Entry, Peaks, peaks, race, too_noisy
 from ..errors import Error, OptionError, nearest_names
 from ..files import check_writable
 from ..gpu import open_gpu
-from ..methods import Method, methods
+from ..methods import Method, find_method, methods
+from ..options import TRACER_OPTIONS
 from ..scene import load_scene
-from .shared import Command, add_options, options_for, print_json, print_table, say
+from .shared import Command, add_options, given_options, options_for, print_json, print_table, say
 
 SIZE = 1024
 FASTEST = ("bvh-packet", {"packet": (4, 2), "octants": True, "interval_test": True,
@@ -39,11 +40,9 @@ def _bench(chosen: argparse.Namespace) -> None:
             raise OptionError(f"--rays {kind!r}{nearest_names(kind, RAY_SETS)}")
     if chosen.plot is not None:
         check_writable(chosen.plot)
-    if chosen.methods:
-        candidates = [(name, options_for(chosen, name)) for name in chosen.methods.split(",")]
-    else:
-        candidates = [FASTEST, ("bvh-threaded", {"octants": True})] + [
-            (row.name, {}) for row in methods() if _is_quick(row)]
+    candidates = _candidates(chosen)
+    for scene in chosen.scenes:      # what is misspelt is found before hours are spent
+        load_scene(scene)
     gpu = open_gpu()
     peak, found = peaks(gpu), []
     for scene in chosen.scenes:
@@ -63,6 +62,21 @@ def _bench(chosen: argparse.Namespace) -> None:
                               for scene, kind, entries in found]})
         return
     _print_peaks(gpu.renderer, peak)
+
+
+def _candidates(chosen: argparse.Namespace) -> list[tuple[str, dict[str, Any]]]:
+    """Methods with the options that were given: of the default ones, those that have them."""
+    if chosen.methods:
+        return [(name, options_for(chosen, name)) for name in chosen.methods.split(",")]
+    given, found = given_options(chosen), []
+    for name, own in (FASTEST, ("bvh-threaded", {"octants": True}),
+                      *((row.name, {}) for row in methods() if _is_quick(row))):
+        known = {option.name for option in TRACER_OPTIONS + find_method(name).options}
+        if given.keys() <= known:
+            found.append((name, {**own, **given}))
+    if not found:
+        raise OptionError("no method has all of these options; name some by --methods")
+    return found
 
 
 def _print(scene: str, kind: str, entries: list[Entry], size: int) -> None:

@@ -139,7 +139,7 @@ def _trace(chosen: argparse.Namespace) -> None:
 def _trace_shared(chosen: argparse.Namespace, rays: dict[str, np.ndarray]) -> None:
     """`trace` among workers; what their tracers count is theirs, and not told."""
     from ..workers import Workers
-    if chosen.settings is not None or chosen.method == AUTO:
+    if chosen.settings is not None or chosen.force or chosen.method == AUTO:
         raise OptionError("--scheduler goes with a method and its options; name one by --method")
     method = chosen.method or DEFAULT_METHOD
     options = options_for(chosen, method)

@@ -1,4 +1,4 @@
-"""Workers: rays, frames and measurements shared among processes and machines, by Dask."""
+"""Workers: rays shared among processes and machines, by Dask."""
 from __future__ import annotations
 
 from .workers import Workers

@@ -8,7 +8,6 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
-from PIL import Image
 
 from ..accel.cache import cache_files, give_cache
 from ..hits import Hits
@@ -58,10 +57,3 @@ def trace(scene: Scene, built: Structures, digest: str, method: str, options: Op
     """The hits of some rays, given as ``Tracer.trace`` takes them."""
     with tracer_of(scene, built, digest, method, options) as tracer:
         return tracer.occluded(**rays) if any_hit else tracer.trace(**rays)
-
-
-def picture(scene: Scene, built: Structures, digest: str, method: str, options: Options,
-            asked: Mapping[str, Any]) -> Image.Image:
-    """A picture, or a window of one, as ``Tracer.render`` draws it."""
-    with tracer_of(scene, built, digest, method, options) as tracer:
-        return tracer.render(**asked)

@@ -3,6 +3,8 @@ from __future__ import annotations
 
 import hashlib
 import pickle
+import uuid
+from collections import OrderedDict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -10,12 +12,15 @@ import numpy as np
 
 from ..errors import Error, OptionError
 from ..hits import Hits, joined
+from ..methods import find_method
+from ..options import TRACER_OPTIONS, resolve_options
 from ..ray_state import RayBatch
 from ..scene import Scene, load_scene
 from . import tasks
 
 LOCAL = "local"
 RETRIES = 3         # of a task whose worker failed or was killed
+MOST_KEPT = 16      # scenes and structures that workers go on holding
 PART = 1 << 16      # rays of a part, at least
 PATIENCE = "10s"    # for a scheduler to answer
 
@@ -55,15 +60,16 @@ class Workers:
         address = scheduler
         if scheduler == LOCAL:
             self._cluster = address = distributed.LocalCluster(
-                n_workers=count, threads_per_worker=1, processes=True, dashboard_address=None,
+                n_workers=count, threads_per_worker=1, processes=True, dashboard_address=":0",
                 env={} if threads is None else {"LP_NUM_THREADS": str(threads)})
         try:
             self.client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
         except (OSError, ValueError) as failure:
+            if self._cluster is not None:
+                self._cluster.close()
             raise Error(f"no Dask scheduler answers at {scheduler} ({failure}); start one with "
                         "`dask scheduler`, or say local") from failure
-        self._scenes: dict[str, Any] = {}
-        self._built: dict[tuple[Any, ...], Any] = {}
+        self._futures: OrderedDict[tuple[Any, ...], Any] = OrderedDict()   # the last ones
 
     def __len__(self) -> int:
         return len(self.client.scheduler_info(n_workers=-1)["workers"])
@@ -116,9 +122,9 @@ class Workers:
               t_min: float | np.ndarray, t_max: float | np.ndarray, invalid: str,
               options: Mapping[str, Any], any_hit: bool,
               progress: Callable[[int, int], None] | None) -> list[Any]:
+        RayBatch(origins, directions, t_min, t_max, invalid=invalid)   # a mistake is told here
         origins, directions = (np.asarray(a, np.float32).reshape(-1, 3)
                                for a in (origins, directions))
-        RayBatch(origins, directions, t_min, t_max, invalid=invalid)   # a mistake is told here
         count = max(1, min(4 * len(self), len(origins) // PART))
         ends = np.linspace(0, len(origins), count + 1).astype(np.int64)
         one_a_ray = {name: np.asarray(t, np.float32) for name, t in (("t_min", t_min),
@@ -138,19 +144,26 @@ class Workers:
                options: Mapping[str, Any]) -> tuple[Any, ...]:
         """What tasks that trace take first: the scene and what was built for it, both futures,
         then the scene's digest, the method and its options."""
-        scene = load_scene(scene)
+        scene, row = load_scene(scene), find_method(method)
+        resolve_options(options, TRACER_OPTIONS + row.options, f"method {method}")
         digest = hashlib.sha256(pickle.dumps(scene, pickle.HIGHEST_PROTOCOL)).hexdigest()
-        chosen = tuple(sorted(options.items()))
-        if digest not in self._scenes:
-            # A task and not scattered data, so that it outlives the workers that hold it.
-            self._scenes[digest] = self.client.submit(
-                tasks.received, scene, key=f"scene-{digest}", retries=RETRIES)
-        key = (digest, method, chosen)
-        if key not in self._built:
-            self._built[key] = self.client.submit(
-                tasks.structures, self._scenes[digest], digest, method, chosen, pure=False,
-                retries=RETRIES)
-        return self._scenes[digest], self._built[key], digest, method, chosen
+        chosen = tuple(sorted((name, tuple(value) if isinstance(value, list) else value)
+                              for name, value in options.items()))
+        # Tasks and not scattered data, so that they outlive the workers that hold them.
+        sent = self._kept((digest,), lambda: self.client.submit(
+            tasks.received, scene, key=f"scene-{digest}-{uuid.uuid4().hex}", retries=RETRIES))
+        built = self._kept((digest, method, chosen), lambda: self.client.submit(
+            tasks.structures, sent, digest, method, chosen, pure=False, retries=RETRIES))
+        return sent, built, digest, method, chosen
+
+    def _kept(self, key: tuple[Any, ...], submit: Callable[[], Any]) -> Any:
+        """The future of a key; one that failed is asked for again, old ones are let go."""
+        if key not in self._futures or self._futures[key].status not in ("pending", "finished"):
+            self._futures[key] = submit()
+        self._futures.move_to_end(key)
+        while len(self._futures) > MOST_KEPT:
+            self._futures.popitem(last=False)
+        return self._futures[key]
 
     def close(self) -> None:
         """End local processes; those of another scheduler are left to it."""

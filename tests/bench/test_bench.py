@@ -1,6 +1,7 @@
 """The bench: engines agree with us before they race; ratios and verdicts follow from turns."""
 from __future__ import annotations
 
+import importlib
 import json
 
 import numpy as np
@@ -11,9 +12,11 @@ import gpgpu_rt as rt
 from gpgpu_rt import cli
 from gpgpu_rt.bench import ENGINES, RAY_SETS, Entry, Workload, peaks, race, too_noisy, workload
 from gpgpu_rt.bench.engines import EMBREE
+from gpgpu_rt.cli import benching
 from gpgpu_rt.gpu import open_gpu
 
 SIZE = 24
+race_module = importlib.import_module("gpgpu_rt.bench.race")   # the name is the function's
 
 
 @pytest.mark.parametrize("kind", RAY_SETS)
@@ -97,7 +100,29 @@ def test_bench_command(capsys, tmp_path) -> None:
 
 @pytest.mark.parametrize("words, message", [(["--runs", "0"], "give 1 or more"),
                                             (["--rays", "eyes"], "did you mean eye"),
+                                            (["--size", "-3"], "no image"),
                                             (["--plot", "no/such/b.png"], "there is no folder")])
 def test_mistakes_are_one_line(capsys, words: list[str], message: str) -> None:
     assert cli.main(["bench", "cornell", "--size", "8", "-m", "grid", *words]) == 1
     assert message in capsys.readouterr().err
+
+
+def test_options_go_to_the_default_methods_that_have_them() -> None:
+    parser = importlib.import_module("gpgpu_rt.cli.main")._parser()
+    chosen = parser.parse_args(["bench", "cornell", "--packet", "2x2"])
+    found = dict(benching._candidates(chosen))
+    assert found["bvh-packet"]["packet"] == (2, 2) and "bvh-threaded" not in found
+    assert found["kd-packet"] == {"packet": (2, 2)}
+
+
+def test_a_race_frees_its_tracers(monkeypatch) -> None:
+    released = []
+
+    class Noted(rt.Tracer):
+        def release(self) -> None:
+            released.append(self.method.name)
+            super().release()
+
+    monkeypatch.setattr(race_module, "Tracer", Noted)
+    race("cornell", RAY_SETS["eye"], [("grid", {}), ("kd-restart", {})], 8, 1, ())
+    assert sorted(released) == ["grid", "kd-restart"]

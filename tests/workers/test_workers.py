@@ -96,6 +96,21 @@ def test_trace_command(tmp_path, capsys) -> None:
     assert "--scheduler goes with a method" in capsys.readouterr().err
 
 
+def test_arrays_that_do_not_fit_are_refused(workers: Workers) -> None:
+    with pytest.raises(ValueError):
+        workers.trace("cornell", np.zeros((4, 6)), np.ones((8, 3)), METHOD)
+
+
+def test_old_scenes_are_let_go_and_lists_taken(workers: Workers, monkeypatch) -> None:
+    monkeypatch.setattr(module, "MOST_KEPT", 3)
+    rays_of = np.zeros((1, 3)), np.ones((1, 3))
+    for size in (1.0, 2.0, 3.0):
+        scene = rt.Scene.from_arrays(size * np.eye(3), [[0, 1, 2]])
+        found = workers.trace(scene, *rays_of, "bvh-packet", packet=[2, 2])
+        assert found.t[0] == pytest.approx(size / 3)
+    assert len(workers._futures) == 3
+
+
 def test_structures_travel_as_files_of_the_cache(tmp_path, monkeypatch) -> None:
     scene = rt.load_scene("cornell")
     monkeypatch.setenv("GPGPU_RT_CACHE", str(tmp_path / "here"))
