@@ -10,11 +10,17 @@ from typing import Any
 from gpgpu_rt.errors import Error
 from gpgpu_rt.files import check_writable
 
-from . import provenance, verdicts
-from .contradictions import of_page
-from .index_page import Line, write_index
-from .measure import measure, spent
-from .output import number, write_text
+NEEDED = ("flip_evaluator", "matplotlib", "tqdm")     # what the extra brings
+try:
+    from . import provenance, verdicts
+    from .contradictions import of_page
+    from .index_page import Line, write_index
+    from .measure import measure, spent
+    from .output import number, write_text
+except ModuleNotFoundError as missing:
+    if missing.name not in NEEDED:
+        raise
+    sys.exit(f"figures: {missing.name} is not installed; pip install 'gpgpu_rt[figures]'")
 
 # A module of this folder -> its title.
 FIGURES = {

@@ -11,36 +11,28 @@ import gpgpu_rt as rt
 from gpgpu_rt.rasterised.patches import LIFT, areas_and_normals
 from gpgpu_rt.rasterised.ray_bundles import RayBundles, half_sphere
 from gpgpu_rt.rasterised.visible import Visible
-from gpgpu_rt.scenes.shapes import quad
+from gpgpu_rt.scenes import cornell
 
-FLUSH = "cornell, lamp flush"
-MADE = (FLUSH,)
+HUNG = "cornell, lamp hung"
+MADE = (HUNG,)
+LAMP = 1        # its row among the box's materials
 BOUNCES = 7
 FINER = 2       # places a pixel's side that light is gathered at
 
 
 def scene_of(name: str) -> rt.Scene:
-    """A scene's name, or FLUSH: the Cornell box with its lamp let into the ceiling."""
-    if name != FLUSH:
+    """A scene's name, or HUNG: `cornell-light` with its lamp half a millimetre under a closed
+    ceiling, as `cornell` has it."""
+    if name != HUNG:
         return rt.load_scene(name)
-    box = rt.load_scene("cornell-light")
-    assert box.material_of is not None
-    ceiling, lamp = box.triangles[..., 1].min(axis=1) > 548.5, box.material_of == 1
-    high = float(box.triangles[ceiling, :, 1].max())
-    (x0, _, z0), (x1, _, z1) = (f(box.triangles[lamp].reshape(-1, 3), axis=0).tolist()
-                                for f in (np.min, np.max))
-    frame = np.concatenate([quad((a, high, c), (b, high, c), (b, high, d), (a, high, d))
-                            for a, b, c, d in ((0, 556, 0, z0), (0, 556, z1, 559.2),
-                                               (0, x0, z0, z1), (x1, 556, z0, z1))])
-    let_in = box.triangles[lamp].copy()
-    let_in[..., 1] = high
-    rest = ~ceiling & ~lamp
-    white = np.broadcast_to(box.colours[ceiling][0], (len(frame), 3))
-    return replace(
-        box, name=name, faces=None,
-        triangles=np.concatenate([box.triangles[rest], frame, let_in]),
-        colours=np.concatenate([box.colours[rest], white, box.colours[lamp]]),
-        material_of=np.repeat([0, 1], [rest.sum() + len(frame), lamp.sum()]))
+    light, box = rt.load_scene("cornell-light"), cornell.make()
+    assert light.material_of is not None
+    lamps = np.count_nonzero(light.material_of == LAMP)   # the last ones of the box, too
+    row = np.zeros(len(box.triangles), np.int32)
+    row[-lamps:] = LAMP
+    return replace(light, name=name, faces=None, material_of=row,
+                   triangles=np.asarray(box.triangles, np.float32),
+                   colours=np.asarray(box.colours, np.float32))
 
 
 def traced_gather(bundles: RayBundles, cut: rt.Tracer, seen: Visible, count: int

@@ -52,7 +52,8 @@ CONTRADICTIONS = (
     Contradiction(("fig26", "table1"), "Packets \"generally outperform\" single rays, but Budge's "
                   "single rays lead the table (68.6); \"almost all methods are "
                   "computation-bounded\" stands beside arguments about bandwidth; Horn is listed "
-                  "as stack-based, and Carr 2002 without a structure."),
+                  "as stack-based, though its short stack falls back on restarts, and Carr 2002 "
+                  "without a structure, though its paper has one on the host."),
     Contradiction(("fig07",), "No GeForce 6800 GTX seems to have been sold; and the thesis's own "
                   "abstract says that no version of it beat the commercial renderer."),
     Contradiction(("fig13", "fig16", "fig22", "cpu"), "The conference room has 282,801, 282,641 "

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gpgpu_rt.bench.engines import CORES
+from gpgpu_rt.bench.engines import CORES, EMBREE
 
 from .fig22 import FAST
 from .fig22 import FIGURE as PACKETS
-from .measure import EMBREE, Cell, read
+from .measure import ON_CPU, Cell, embree, read
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
 from .published_numbers import published
 
@@ -33,8 +33,8 @@ class Column:
 def columns() -> list[Column]:
     """Embree on one thread and on all; then fragment programs, packets and single rays."""
     packets = next(column for column in PACKETS.columns if column.label == FAST)
-    several = [Column(f"embreex, {CORES} threads", EMBREE, (("threads", CORES),), CORES)]
-    return [Column("embreex, one thread", EMBREE, (), 1), *(several if CORES > 1 else []),
+    several = [Column(embree(CORES).name, ON_CPU, (("threads", CORES),), CORES)]
+    return [Column(EMBREE, ON_CPU, (), 1), *(several if CORES > 1 else []),
             Column(packets.label, packets.method, packets.options),
             Column("kd-packet", "kd-packet", (("packet", (4, 2)),)),
             Column("bvh-threaded octants", "bvh-threaded", (("octants", True),))]
@@ -129,8 +129,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
     """Write out/cpu.csv, .md and .png."""
     found = rows(data, full)
     write_csv(out / "cpu.csv", list(found[0]) if found else [], [list(r.values()) for r in found])
-    known = next((r for c in cells(full) if (r := read(c, data)) is not None
-                  and "peak" in r), None)
+    results = (read(c, data) for c in cells(full))
+    known = max((r for r in results if r is not None and "peak" in r), default=None,
+                key=lambda r: r["peak"]["threads"])     # of the most threads
     peak = known["peak"] if known else {}
     table = [[row["scene"] + (" (stand-in)" if row["stand_in"] else ""), f"{row['triangles']:,}",
               row["traced_by"], number(row["rays_per_second"] / 1e6),
@@ -138,6 +139,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
               if row["peak_flops"] else "-",
               number((row["rays_per_gflop"] or 0) / 1e6) if row["rays_per_gflop"] else "-"]
              for row in found]
+    clock_is = peak.get("clock_is", "the clock when this was measured")
     side = cell(SCENES[0], columns()[0], full).size
     parts = ["# Ray tracing on the CPU, beside fragment programs (section 4.2)\n",
              "" if known is None else f"Renderer: {known['gpu']['renderer']}; processor: "
@@ -147,9 +149,11 @@ def draw(data: Path, out: Path, full: bool) -> None:
              *(f"* {line}" for line in findings(found)), "", "What must be known:\n",
              "* Peak is nominal, of single precision: "
              + ("not known here." if not peak.get("nominal") else
-                f"{number(peak['clock'] / 1e9)} GHz times {peak['a_clock']} operations a clock, "
-                "as the processor's flags say, times threads. numpy's matrix product on all of "
-                f"them reaches {number(peak['attained'] / 1e9)} GFLOP/s, multiply-adds in "
+                f"{number(peak['clock'] / 1e9)} GHz ({clock_is}) times {peak['a_clock']} "
+                "operations a clock, as the processor's flags say, times cores, "
+                f"{peak.get('cores', peak['threads'])} for {peak['threads']} threads. "
+                "numpy's matrix product on all of them reaches "
+                f"{number(peak['attained'] / 1e9)} GFLOP/s, multiply-adds in "
                 f"fragment programs {number(peak.get('fragments', float('nan')) / 1e9)}."),
              "* On a software renderer fragment programs run on the same processor, with all its "
              "threads: what differs is the code alone, not the hardware. On a card its peak is "

@@ -2,7 +2,9 @@
 from __future__ import annotations
 
 import functools
+import re
 import time
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +16,7 @@ from gpgpu_rt.gpu import open_gpu
 # Single precision operations a core and a clock, by the widest vectors its flags name: two units
 # that multiply and add (one multiplies and one adds where there is no fused form).
 A_CLOCK = (("avx512f", 64), ("fma", 32), ("avx", 16), ("sse2", 8))
+BASE = Path("/sys/devices/system/cpu/cpu0/cpufreq/base_frequency")   # kHz
 MATRIX = 768   # rows of the matrices whose product is timed
 
 
@@ -23,28 +26,54 @@ def peak(count: int) -> dict[str, Any]:
 
     Returns
     -------
-    nominal : clock times operations a clock times threads, None where the clock is not known
+    nominal : clock times operations a clock times cores, None where the clock is not known
     attained : of numpy's matrix product on all threads, the fastest of some
     fragments : of multiply-adds in fragment programs of the present renderer
-    model, clock, a_clock, threads : what nominal is made of
+    model, clock, clock_is, a_clock, cores, threads : what nominal is made of; which clock it is,
+        in words; cores that so many threads can be spread over
     """
-    facts = _cpuinfo()
+    told = _cpuinfo()
+    facts = told[0] if told else {}
     flags = facts.get("flags", "").split()
     a_clock = next((n for flag, n in A_CLOCK if flag in flags), None)
-    clock = 1e6 * float(facts["cpu MHz"]) if "cpu MHz" in facts else None
-    return {"nominal": clock * a_clock * count if clock and a_clock else None,
+    clock, clock_is = clock_of(facts, BASE)
+    cores = min(count, cores_of(told) or count)
+    return {"nominal": clock * a_clock * cores if clock and a_clock else None,
             "attained": _attained(), "fragments": _of_fragments(),
-            "model": facts.get("model name"), "clock": clock, "a_clock": a_clock, "threads": count}
+            "model": facts.get("model name"), "clock": clock, "clock_is": clock_is,
+            "a_clock": a_clock, "cores": cores, "threads": count}
 
 
-def _cpuinfo() -> dict[str, str]:
-    """The first processor's entries, or nothing where the system does not tell them."""
+def clock_of(facts: Mapping[str, str], base: Path) -> tuple[float | None, str]:
+    """Hz, and which clock that is: the base clock of the file or of the model's name, where there
+    is one; else the clock of the moment."""
     try:
-        text = Path("/proc/cpuinfo").read_text().split("\n\n")[0]
+        return 1e3 * float(base.read_text()), "the base clock, as cpufreq says"
+    except (OSError, ValueError):
+        pass
+    named = re.search(r"([0-9.]+) *GHz", facts.get("model name", ""))
+    if named:
+        return 1e9 * float(named[1]), "the base clock, as the model's name says"
+    if "cpu MHz" in facts:
+        return 1e6 * float(facts["cpu MHz"]), "the clock when this was measured, no other is told"
+    return None, "not known"
+
+
+def cores_of(told: Sequence[Mapping[str, str]]) -> int:
+    """Physical cores: threads of one have its numbers in common. 0 where they are not told."""
+    return len({(one["physical id"], one["core id"]) for one in told
+                if "physical id" in one and "core id" in one})
+
+
+def _cpuinfo() -> list[dict[str, str]]:
+    """Each logical processor's entries, or nothing where the system does not tell them."""
+    try:
+        text = Path("/proc/cpuinfo").read_text()
     except OSError:
-        return {}
-    pairs = (line.split(":", 1) for line in text.splitlines() if ":" in line)
-    return {key.strip(): value.strip() for key, value in pairs}
+        return []
+    pairs = ([line.split(":", 1) for line in part.splitlines() if ":" in line]
+             for part in text.strip().split("\n\n"))
+    return [{key.strip(): value.strip() for key, value in part} for part in pairs]
 
 
 @functools.cache

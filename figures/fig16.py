@@ -1,15 +1,16 @@
 """Figure 16: ropes for single rays and for packets (Popov et al. 2007)."""
 from __future__ import annotations
 
+from gpgpu_rt.bench.engines import EMBREE as CPU
 from gpgpu_rt.bench.workloads import EYE
 
 from .comparison import Column, Comparison, Panel, Results
-from .measure import EMBREE, Cell
+from .measure import ON_CPU, Cell
 from .output import number
 from .published_numbers import published
 
 WORK = {"primary": EYE, "primary+secondary": "picture"}
-SINGLE, PACKET, CPU = "kd-ropes", "kd-ropes-packet", "embreex, one thread"
+SINGLE, PACKET = "kd-ropes", "kd-ropes-packet"
 SCENES = ("shirley6", "bunny", "fairyforest", "conference")
 
 
@@ -57,7 +58,7 @@ FIGURE = Comparison(
     "fig16", "Figure 16: ropes, single rays and packets (Popov et al. 2007)",
     "Popov et al. 2007, 1024x1024, GeForce 8800 GTX and Opteron 2.6 GHz",
     tuple(Panel(scene, rays) for scene in SCENES for rays in WORK),
-    (Column(CPU, EMBREE, published_method="rope-single-cpu", only="primary"),
+    (Column(CPU, ON_CPU, published_method="rope-single-cpu", only="primary"),
      Column(SINGLE, SINGLE), Column(PACKET, PACKET)),
     _cell,
     ("The CPU here is today's, and so is its ray tracer: Embree's BVH by embreex, one thread, no "

@@ -1,14 +1,15 @@
 """Figure 22: packets over a BVH and along ropes, from small scenes to very large ones."""
 from __future__ import annotations
 
+from gpgpu_rt.bench.engines import EMBREE as CPU
 from gpgpu_rt.bench.workloads import EYE
 
 from .comparison import Column, Comparison, Panel, Results
-from .measure import EMBREE, Cell
+from .measure import ON_CPU, Cell
 from .output import number
 
 WORK = {"primary": EYE, "primary+shadow": "picture", "primary+secondary": "picture"}
-BVH, ROPES, CPU = "bvh-packet", "kd-ropes-packet", "embreex, one thread"
+BVH, ROPES = "bvh-packet", "kd-ropes-packet"
 FAST = "bvh-packet, interval test"
 HUGE = ("sodahall", "powerplant")   # built in minutes: at full size only
 
@@ -54,7 +55,7 @@ FIGURE = Comparison(
     tuple(Panel(scene, rays) for rays in WORK
           for scene in (("fairyforest", "conference") if rays == "primary+secondary"
                         else ("fairyforest", "conference", *HUGE))),
-    (Column(CPU, EMBREE, only="primary"),
+    (Column(CPU, ON_CPU, only="primary"),
      Column(ROPES, ROPES, only="primary", skips=HUGE),
      Column(ROPES, ROPES, only="primary+secondary"),
      Column(BVH, BVH, only="primary"),

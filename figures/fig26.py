@@ -15,7 +15,7 @@ from . import period, verdicts
 from .kendall import tau_b
 from .measure import Cell, read
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
-from .pass_work import counted
+from .pass_work import counted, unseen
 from .period_work import counted_rays, image_scale
 from .scaled import CHIP, scaled, speeds
 from .surveyed import BASE, Entry, entries, published_speed
@@ -32,10 +32,7 @@ NOTES = (
     "is predicted too fast, and all others too slow beside it.",
     "Measured, on a software renderer: rasterising, blending and the bus cost what memory costs, "
     "and the Ray Engine's host is numpy.",
-    "Zhou's paper is of building kd-trees: its row is the kd-tree with a full stack, built so.",
-    "The survey contradicts itself here: \"packet ray tracing methods generally outperform "
-    "mono-ray tracing\", but its fastest method, Budge's (68.6), traces single rays; and \"almost "
-    "all methods are computation-bounded\" stands beside arguments about bandwidth.")
+    "Zhou's paper is of building kd-trees: its row is the kd-tree with a full stack, built so.")
 
 
 @dataclass(frozen=True)
@@ -203,8 +200,17 @@ def _page(found: list[Row], data: Path, full: bool) -> str:
         "performance (section 4.1):\n",
         *(f"* {line}." for name, _ in COLUMNS for line in claims(found, name)),
         *(f"* {line}." for line in packet_pairs(found)), "",
-        "## What must be known\n", *(f"* {note}" for note in NOTES), ""]
+        "## What must be known\n", *(f"* {note}" for note in NOTES),
+        *(f"* {note}" for note in _least(data, full)), ""]
     return "\n".join(parts)
+
+
+def _least(data: Path, full: bool) -> list[str]:
+    """Of which passes less is predicted than they do."""
+    results = {e.label: r for e in entries() if (r := read(e.counted(full), data))}
+    return [f"Predicted, {label}: of {', '.join(names)} one turn of each loop is counted, the "
+            "least; how often they turn is not known, as a vertex program places them."
+            for label, r in results.items() if "passes" in r and (names := unseen(r["passes"]))]
 
 
 def _chart(found: list[Row], out: Path) -> None:
@@ -218,11 +224,11 @@ def _chart(found: list[Row], out: Path) -> None:
         axis.bar([x + shift for x, _ in pairs], [v for _, v in pairs], 0.19, color=colour,
                  label=column + (" again, arithmetic to bandwidth" if column == "scaled" else ""))
         for x, v in pairs:
-            if column == "scaled":
-                v = max(shown[x].scaled or (v,))
-            axis.annotate(number(v, 2), (x + shift, v), ha="center", fontsize=6, rotation=90,
-                          va="bottom" if v >= 1 else "top", textcoords="offset points",
-                          xytext=(0, 2 if v >= 1 else -2))
+            # Clear of the line from one way of scaling to the other; the number is the bar's.
+            top = max(shown[x].scaled or (v,)) if column == "scaled" else v
+            axis.annotate(number(v, 2), (x + shift, top), ha="center", fontsize=6, rotation=90,
+                          va="bottom" if top >= 1 else "top", textcoords="offset points",
+                          xytext=(0, 2 if top >= 1 else -2))
         if column == "scaled":
             for x, row in enumerate(shown):
                 if row.scaled:

@@ -15,13 +15,16 @@ RULES = (
     f"**reproduced**: methods stand in the published order (tau-b {verdicts.HIGH:g} or more in "
     "every scored group of a scene and a kind of rays), and the ratios between them are off by "
     f"less than a factor of {verdicts.FACTOR:g} in the median; or all that is claimed holds",
-    f"**{verdicts.ORDER}**: the order alone; or most of what is claimed",
-    "**contradicted**: neither. Machine, cameras and sometimes scenes are others than the papers' "
-    "were; the figure's page shows what lies behind it",
+    f"**{verdicts.ORDER}**: the order alone",
+    f"**{verdicts.MOSTLY}**: of what is claimed in words more than half holds, not all",
+    "**contradicted**: the order is another one, whatever the ratios are; or half of what is "
+    "claimed, or more, does not hold. Machine, cameras and sometimes scenes are others than the "
+    "papers' were; the figure's page shows what lies behind it",
     "**redrawn**: a diagram or a picture, made from what this program did; the survey prints "
     "nothing in it that could be scored",
     "**not measured**: cells are missing, or only stand-ins for the scenes were there")
 COLOURS = {verdicts.REPRODUCED: "#cfe8d5", verdicts.ORDER: "#f5e6b8",
+           verdicts.MOSTLY: "#e6e9b8",
            verdicts.CONTRADICTED: "#f3c9c0", verdicts.REDRAWN: "#dfe6ee"}
 
 

@@ -23,9 +23,7 @@ from tqdm import tqdm
 
 import gpgpu_rt as rt
 from gpgpu_rt.accuracy.measure import Yardstick
-from gpgpu_rt.bench.engines import CORES
-from gpgpu_rt.bench.engines import EMBREE as ONE_THREAD
-from gpgpu_rt.bench.engines import ENGINES
+from gpgpu_rt.bench.engines import CORES, EMBREE, ENGINES, Engine
 from gpgpu_rt.bench.workloads import EYE, Workload, load, workload
 from gpgpu_rt.files import replacing
 from gpgpu_rt.gpu import open_gpu
@@ -44,7 +42,7 @@ BESIDE_TRUTH = {"refraction": ("refraction", refraction_errors.measure),
                 "ray bundles": ("bundles", bundle_errors.measure)}
 # Works that time nothing, and may be measured side by side.
 UNTIMED = (period_work.WORK, pass_work.PASSES, *gap_work.KINDS, COHERENCE, "tree", "extremes")
-EMBREE = "embreex"   # stands as a method for embreex on one thread of the CPU
+ON_CPU = "embreex"   # stands as a method for embreex on threads of the CPU
 
 
 @dataclass(frozen=True)
@@ -61,12 +59,12 @@ class Cell:
     #                            of `known_rays`, judged;
     #                            "refraction": of a closed scene, or "ball";
     #                            "caustics": of a scene of `caustic_errors`;
-    #                            "ray bundles": of a diffuse scene, or `bundle_errors.FLUSH`;
+    #                            "ray bundles": of a diffuse scene, or `bundle_errors.HUNG`;
     #                            "first hits": eye rays, rasterised and traced;
     #                            "needs": pictures of a step of `growing`;
     #                            "path errors": by samples up to those of `options`;
     #                            "work of" a workload: what period hardware would do;
-    #                            "passes of" one: that of a method in many passes;
+    #                            "counted passes of" one: that of a method in many passes;
     #                            "updates": of triangles that moved; embreex has `threads`;
     #                            "reduction": size squared elements of a stream
     runs: int = 5
@@ -205,7 +203,7 @@ def run(cell: Cell) -> dict[str, Any]:
         return {**_heading(cell, scene, open_gpu().info()),
                 "first_hits": first_hit_times.measure(scene, cell.method, dict(cell.options),
                                                       cell.size, cell.runs)}
-    if cell.method == EMBREE:
+    if cell.method == ON_CPU:
         return _run_embree(cell)
     scene = load(cell.scene)
     rays = workload(cell.scene, EYE if cell.work == "picture" else cell.work, cell.size)
@@ -252,14 +250,21 @@ def _timing(samples: list[float], walls: list[float], rays: int) -> dict[str, An
             "ns_per_ray": 1e9 * median / max(rays, 1)}
 
 
+def embree(threads: int = 1) -> Engine:
+    """Embree among the engines, on so many threads."""
+    packages = next(one.packages for one in ENGINES if one.name == EMBREE)
+    mine = {one.threads: one for one in reversed(ENGINES) if one.packages == packages}
+    if threads not in mine:
+        raise rt.Error(f"embreex is measured on {' or '.join(map(str, sorted(mine)))} threads, "
+                       f"not on {threads}")
+    return mine[threads]
+
+
 def _run_embree(cell: Cell) -> dict[str, Any]:
     """Eye rays by embreex; what it counts inside is not known."""
     scene, rays = load(cell.scene), workload(cell.scene, cell.work, cell.size)
     threads = dict(cell.options).get("threads", 1)
-    name = ONE_THREAD if threads == 1 else f"embreex, {threads} threads"
-    engine = next((one for one in ENGINES if one.name == name), None)
-    if engine is None:
-        raise rt.Error(f"no engine {name!r} among {', '.join(one.name for one in ENGINES)}")
+    engine = embree(threads)
     if engine.missing:
         raise rt.Error(f"{engine.missing} is not installed; run `make setup`")
     run, samples = engine.prepare(scene, rays.compact()), []

@@ -1,8 +1,10 @@
-"""What a method that runs in many passes does to an image's rays: cells of "passes of" a workload.
+"""What a method that runs in many passes does to an image's rays: cells of "counted passes of" a
+workload.
 
 Methods whose traversal is one program are emulated instead (``period_work``). Here fragments are
-counted draw by draw, and their programs' instructions taken from the compiler; both sides of a
-branch count.
+counted draw by draw, their programs' instructions taken from the compiler, and how often loops
+turn from fragments that are emulated (``gpgpu_rt.hardware.counters``); both sides of a branch
+count.
 """
 from __future__ import annotations
 
@@ -11,35 +13,39 @@ from typing import Any
 
 import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import Workload
+from gpgpu_rt.hardware import counters
 from gpgpu_rt.hardware.cards import Card
-from gpgpu_rt.hardware.counters import pass_counts
 from gpgpu_rt.hardware.model import Counted
 
-PASSES = "passes of "
+PASSES = "counted passes of "
 # An occlusion query counts the fragments that a program keeps. These discard misses: they ran on
 # every pair of a ray and a triangle, in so many draws under one program (nearest t, lowest index).
 PAIRS = {"passes/quads.frag": 1, "passes/tile_pairs.frag": 2}
-# Passes that there are for statistics alone.
-COUNTERS = {"passes/pair_visits.frag", "passes/visits_below.frag"}
-# Turns of a program's loops for a fragment: a tile's rays; the half of a block on average, a
-# search through one, its sum; the values that a reduction takes together.
-TURNS = {"tile_": 64, "block_ranks": 8, "segments": 4, "reduce": 7, "scan": 4}
 
 
 def measure(scene: rt.Scene, rays: Workload, method: str, options: Mapping[str, Any]
             ) -> dict[str, Any]:
     """The passes of a trace with what their fragments do, and what crossed the bus."""
-    with rt.Tracer(scene, method, **options, statistics=True) as tracer:
-        rays.trace(tracer)
-        found, log = tracer.statistics, tracer.pass_log
-        assert log is not None
-        pairs = found.counters["triangles_tested"] * found.rays
-        passes = [{**entry, "ran": PAIRS.get(entry["name"], 0) * pairs or entry["fragments"]}
-                  for entry, one in zip(pass_counts(log), log.passes.values())
-                  if entry["name"] not in COUNTERS and "#define COUNTING" not in one.texts[1]]
-    split = found.split
+    with rt.Tracer(scene, method, **options) as tracer:
+        passes, _ = counters.counted(tracer, lambda: rays.trace(tracer))
+        split = tracer.statistics.split
+    pairs = 0.0
+    if any(one["name"] in PAIRS for one in passes):
+        with rt.Tracer(scene, method, **options, statistics=True) as tracer:
+            rays.trace(tracer)
+            pairs = tracer.statistics.counters["triangles_tested"] * tracer.statistics.rays
+    for one in passes:
+        one["ran"] = PAIRS.get(one["name"], 0) * pairs or one["fragments"]
     return {"rays": rays.live, "passes": passes,
             "uploaded": split.get("bytes_up", 0), "read_back": split.get("bytes_down", 0)}
+
+
+def unseen(work: Mapping[str, Any]) -> list[str]:
+    """Passes whose loops could not be emulated, and what share of the fragments ran them: a
+    vertex program places them. What is counted of them is one turn a loop, the least."""
+    ran = sum(one["ran"] for one in work["passes"])
+    return [f"{one['name']} ({one['ran'] / ran:.1%} of the fragments)"
+            for one in work["passes"] if one["ran"] and one["loops"] and "total" not in one]
 
 
 def counted(card: Card, work: Mapping[str, Any]) -> Counted:
@@ -49,12 +55,13 @@ def counted(card: Card, work: Mapping[str, Any]) -> Counted:
     total = Counted(uploaded=work["uploaded"], read_back=work["read_back"])
     draws = fragments = 0.0
     for one in work["passes"]:
-        turns = next((n for word, n in TURNS.items() if word in one["name"]), 1)
-        parts = [(1, one["once"]), *((turns, loop) for loop in one["loops"])]
-        instructions, texels = (sum(n * value(part) for n, part in parts) for value in (
-            lambda part: part[kind], lambda part: sum(part["fetches"].values())))
+        if one["loops"] and "total" in one:
+            times, parts = 1, [one["total"]]
+        else:    # each fragment alike; of loops that nobody saw, a turn each
+            times, parts = one["ran"], [one["once"], *one["loops"]]
+        instructions = sum(part[kind] for part in parts)
+        texels = sum(sum(part["fetches"].values()) for part in parts)
         bytes_each = (one["streams_read"] + one["written"]) / max(one["fragments"], 1)
-        total = total + Counted(one["ran"] * instructions, one["ran"] * texels,
-                                one["ran"] * bytes_each)
+        total = total + Counted(times * instructions, times * texels, one["ran"] * bytes_each)
         draws, fragments = draws + one["draws"], fragments + one["ran"]
     return total + Counted(passes=draws, pixels=fragments / max(draws, 1))

@@ -16,7 +16,7 @@ from gpgpu_rt.hardware.model import Counted, Prediction, kernel_work, loop_work,
 from . import fig12, fig13, fig16, fig20, fig22
 from .comparison import Column, Comparison, Panel
 from .kendall import tau_b
-from .measure import EMBREE, Cell, read
+from .measure import ON_CPU, Cell, read
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
 from .period_notes import NOTES, TWICE_PRINTED, WHY
 from .period_work import KERNELS, SQUARES, WORK, counted_rays, image_scale
@@ -48,7 +48,7 @@ class Experiment:
     def pairs(self) -> Iterator[tuple[Panel, Column]]:
         """Panels and columns that have a published number of a card."""
         for panel, column in self.figure.pairs(full=False):
-            if (column.method != EMBREE and column.label not in self.left_out
+            if (column.method != ON_CPU and column.label not in self.left_out
                     and self.published(panel, column) is not None):
                 yield panel, column
 

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from .bundle_errors import FLUSH
+from .bundle_errors import HUNG
 from .measure import Cell, read
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
 
-SCENES = (FLUSH, "cornell-light")
+SCENES = ("cornell-light", HUNG)
 HEADS = ("scene", "pixels a projection", "layers", "gathered, ms", "by traced bundles, ms",
          "times as fast", "off the traced bundles, RMSE", "places more than 5 % off",
          "off the path tracer, RMSE", "median", "bias")

@@ -2,12 +2,15 @@
 that leaves in flight."""
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 from gpgpu_rt.bench.workloads import EYE
 from gpgpu_rt.hardware.machines import machines
 from gpgpu_rt.methods import find_method
+from gpgpu_rt.record import Field
+from gpgpu_rt.texel_layout import HIT, RAY_TEXELS, STACK_ENTRY
 
 from .gap_work import DONE, STACKS
 from .measure import Cell, read
@@ -17,8 +20,19 @@ SCENE, CARD = "kitchen", "G80"
 WARP, CLOCKS = 32, 4      # rays of a warp, and clocks that it takes for an instruction
 MEMORIES = range(512, 128 * 1024 + 1, 512)    # bytes on chip of a multiprocessor
 TICKS = (1, 2, 4, 8, 16, 32, 64, 128)         # KiB
-NODE, KD_ENTRY = 4, 8     # bytes: an index; an index and where the interval ends
+CHANNEL = 4               # bytes
 SURVEYS = 256             # bytes of stack a ray, as the survey reckons
+
+
+def _bytes(fields: Iterable[Field], names: Iterable[str] | None = None) -> int:
+    """Bytes of a record's fields, or of those named, which it must have."""
+    widths = {field.name: CHANNEL * field.width for field in fields}
+    return sum(widths.values() if names is None else map(widths.__getitem__, names))
+
+
+# A BVH's stack keeps nodes alone, a kd-tree's where the interval ends too.
+NODE, KD_ENTRY = _bytes(STACK_ENTRY.fields, ["node"]), _bytes(STACK_ENTRY.fields)
+LOCAL = ("node", "cursor", "stacked")    # what a packet keeps that goes on within one pass
 # Label -> method, options, bytes of an entry of its stack, entries (None: as deep as the tree).
 METHODS: dict[str, tuple[str, tuple[tuple[str, Any], ...], int, int | None]] = {
     "kd-restart": ("kd-restart", (), 0, 0),
@@ -112,21 +126,14 @@ class Flight:
 
 
 def state_bytes(label: str) -> int:
-    """Bytes of what a ray carries besides a stack: the ray, its hit, and the method's state.
-
-    A ray has six numbers and its interval, a hit four; of the state, stacks in it are left out.
-    """
+    """Bytes of what a ray carries besides a stack: the ray, its hit, and the method's state, of
+    which stacks in it are left out."""
     row = find_method(METHODS[label][0])
-    record = row.state
-    if row.packet_state:    # its local variables: node, cursor, and where its stack ends
-        return 4 * (8 + 4 + 3)
-    return 4 * (8 + 4 + sum(_width(word) for word in record.layout.replace("|", " ").split()
-                            if not word.startswith("stack_")))
-
-
-def _width(field: str) -> int:
-    kind = field.partition(":")[2]
-    return int(kind[-1]) if kind[-1:].isdigit() else 1
+    if row.packet_state:
+        kept = _bytes(row.packet_state({}).state.fields, LOCAL)
+    else:
+        kept = _bytes(one for one in row.state.fields if not one.name.startswith("stack_"))
+    return _bytes(RAY_TEXELS.fields) + _bytes(HIT.fields) + kept
 
 
 def flights(data: Path, full: bool) -> dict[str, tuple[Flight, int | None]]:

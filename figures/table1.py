@@ -17,9 +17,7 @@ NOTHING = ("tuple", "NoneType")     # what methods without a structure over tria
 COLUMNS = ("acceleration_structure", "dynamic_geometry", "packet_tracing", "stack",
            "implementation")
 NOTES = (
-    "Structure: the class that the tracer built, and the records that its programs read. Carr's "
-    "Ray Engine has one in the paper too, on the host, where the survey writes N/A. Horn is "
-    "listed as stack-based, though its short stack falls back on restarts.",
+    "Structure: the class that the tracer built, and the records that its programs read.",
     "Dynamic: whether the row's method follows moved triangles without building its structure "
     "anew (`refit` or nothing to build), as `Tracer.update` was seen to do. Zhou's answer was a "
     "build fast enough for every frame: what building takes here stands beside it.",

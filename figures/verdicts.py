@@ -3,8 +3,10 @@
 * reproduced: the order agrees (tau-b of every scored group at least HIGH), and the ratios do (they
   are off by less than a factor of two, in the median, once all are relative to each other);
 * reproduced in order, not in ratio: the order alone agrees;
-* contradicted: neither. What a figure claims besides numbers is held against the measurement the
-  same way: every part of it holds, most do, or not.
+* contradicted: the order does not, whatever the ratios do.
+
+What a figure claims besides numbers has neither order nor ratio. It is reproduced if every part of
+it holds, mostly reproduced if more than half do, and contradicted otherwise.
 """
 from __future__ import annotations
 
@@ -18,10 +20,11 @@ from .output import number
 
 REPRODUCED = "reproduced"
 ORDER = "reproduced in order, not in ratio"
+MOSTLY = "mostly reproduced"   # of claims
 CONTRADICTED = "contradicted"
 REDRAWN = "redrawn"            # a diagram or a picture: the survey prints nothing to score
 UNMEASURED = "not measured"
-WORDS = (REPRODUCED, ORDER, CONTRADICTED, REDRAWN, UNMEASURED)
+WORDS = (REPRODUCED, ORDER, MOSTLY, CONTRADICTED, REDRAWN, UNMEASURED)
 HIGH, FACTOR = 0.8, 2.0        # what tau-b must reach; what ratios may be off by
 
 
@@ -78,7 +81,7 @@ def of_claims(claims: Mapping[str, bool]) -> Verdict:
         f"{claim} ({'yes' if holds else 'no'})" for claim, holds in claims.items()) + "."
     if not failed:
         return Verdict(REPRODUCED, why)
-    return Verdict(ORDER if 2 * len(failed) < len(claims) else CONTRADICTED, why)
+    return Verdict(MOSTLY if 2 * len(failed) < len(claims) else CONTRADICTED, why)
 
 
 DIAGRAM = Verdict(REDRAWN, "A diagram or a picture, drawn from what this program's passes and "

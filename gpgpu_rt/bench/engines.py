@@ -32,6 +32,7 @@ class Engine:
     prepare : (scene, rays) -> a call that traces the rays, its structure built
     most : rays that it is given at most, spread over all of them; None for all
     ends : whether rays may end somewhere, as shadow rays do
+    threads : how many it takes
     """
 
     name: str
@@ -39,6 +40,7 @@ class Engine:
     prepare: Callable[[Scene, Workload], Run]
     most: int | None = None
     ends: bool = True
+    threads: int = 1
 
     @property
     def missing(self) -> str:
@@ -131,9 +133,9 @@ EMBREE = "embreex, one thread"     # what the others are measured by
 
 ENGINES = (
     Engine(EMBREE, ("embreex",), _embree(1)),
-    Engine(f"embreex, {CORES} threads", ("embreex",), _embree(CORES)),
+    Engine(f"embreex, {CORES} threads", ("embreex",), _embree(CORES), threads=CORES),
     Engine("trimesh's own", ("rtree",), _trimesh, most=1024, ends=False),
     Engine("Open3D, one thread", ("open3d",), _open3d(1)),
-    Engine(f"Open3D, {CORES} threads", ("open3d",), _open3d(CORES)),
-    Engine(f"Mitsuba 3, {CORES} threads", ("mitsuba", "drjit"), _mitsuba(CORES)),
+    Engine(f"Open3D, {CORES} threads", ("open3d",), _open3d(CORES), threads=CORES),
+    Engine(f"Mitsuba 3, {CORES} threads", ("mitsuba", "drjit"), _mitsuba(CORES), threads=CORES),
 )

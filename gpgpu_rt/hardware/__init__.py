@@ -13,7 +13,6 @@ From a program to a time on a card, one noun a file:
   made it wait for;
 * ``sample``: whole tiles of an image through it, as neighbours go together on hardware;
 * ``counters``: operations, fetches and bytes of every pass of a call, by ``turns`` of loops also;
-  and the static model that a test holds against the emulation, from ``traces`` of rays' steps;
 * ``model``: seconds from counted work, with one constant a card;
 * ``methods_on_cards``: which methods a card could have run.
 

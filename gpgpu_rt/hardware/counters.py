@@ -1,9 +1,7 @@
 """Operations, fetches and bytes of logged passes, from their compiled programs.
 
 What a fragment does outside loops follows from the program alone. How often loops turn does not:
-`counted` emulates fragments of every draw of a program that has some (``turns``); a model of a
-whole traversal takes it from the steps that rays were seen to take (``traces``), and a test holds
-one against the other.
+`counted` emulates fragments of every draw of a program that has some (``turns``).
 """
 from __future__ import annotations
 
@@ -16,7 +14,6 @@ from ..statistics import Statistics
 from ..tracer import Tracer
 from .compiler import compiled
 from .program import Program, Work, parse
-from .traces import Traces
 from .turns import Turned, Turns
 
 
@@ -86,22 +83,3 @@ def _all_of(turned: Turned, fragments: int, program: Program) -> bool:
 def _plain(work: Work, times: int = 1) -> dict[str, Any]:
     return {"vector": times * work.vector, "scalar": times * work.scalar,
             "fetches": {name: times * count for name, count in work.fetches.items()}}
-
-
-def modelled(program: Program, traces: Traces) -> Work:
-    """The static model of a traversal in one loop, from the steps that rays took.
-
-    The loop program nests one loop a kernel in an outer one, in the order of the kernels' phases.
-    Both sides of branches count, as a machine without branches runs them.
-    """
-    total = _times(program.flattened(0), traces.kernels.shape[1])
-    outer, *inner = program.loops
-    for region, runs in zip([outer, *inner], [traces.turns, *traces.runs]):
-        total = total + _times(program.flattened(region), runs)
-    return total
-
-
-def _times(work: Work, count: int) -> Work:
-    found = Work(count * work.vector, count * work.scalar)
-    found.fetches.update({name: count * fetches for name, fetches in work.fetches.items()})
-    return found

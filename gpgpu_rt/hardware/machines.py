@@ -89,7 +89,8 @@ def on_card(card: Card, work: Mapping[str, Any], units: Machine | None = None, t
     count = work["count"]
     shader = max(left.instructions / rate, left.texels / card.texel_rate) / count
     if units is None:
-        return Least(shader, memory=_memory(work, machines()["ideal"]))
+        # What a card's texture cache misses is taken to be what the ideal machine's does.
+        return Least(shader, memory=_memory(work, machines()["ideal"], card.bandwidth))
     each = units.units * units.clock
     return Least(shader,
                  runs(work, "steps") / (each * units.steps) if taken in ("steps", "both") else 0.0,
@@ -137,5 +138,7 @@ def _missed(work: Mapping[str, Any], machine: Machine) -> int:
     return work["transfers"][f"{machine.cache} {machine.line} {machine.together}"]
 
 
-def _memory(work: Mapping[str, Any], machine: Machine) -> float:
-    return _missed(work, machine) * machine.line / machine.bandwidth / work["count"]
+def _memory(work: Mapping[str, Any], machine: Machine, bandwidth: float | None = None) -> float:
+    """Seconds a ray that its cache's misses take, at the machine's bandwidth or another one."""
+    moved = _missed(work, machine) * machine.line
+    return moved / (bandwidth or machine.bandwidth) / work["count"]

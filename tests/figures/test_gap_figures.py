@@ -56,6 +56,17 @@ def test_bytes_moved_are_those_of_the_log(tmp_path: Path) -> None:
     assert "moves 2.11 times the bytes of `loop`" in (tmp_path / "retention.md").read_text()
 
 
+def test_a_ray_s_bytes_are_those_of_its_records() -> None:
+    # Eight numbers of the ray, four of its hit, and the state: interval, node, cursor, phase,
+    # steps; a BVH's node, cursor and height of the stack.
+    assert (stacks.NODE, stacks.KD_ENTRY) == (4, 8)
+    assert stacks.state_bytes("bvh-stack") == 4 * (8 + 4 + 3)
+    plain = stacks.state_bytes("kd-restart")
+    assert plain == stacks.state_bytes("kd-stack")
+    assert stacks.state_bytes("kd-push-down") == plain + 4 * 2
+    assert stacks.state_bytes("kd-short-stack") == plain + 4 * 3     # the stack's own left out
+
+
 def test_schedules_of_a_scene_differ_in_what_they_move() -> None:
     rays = workload("cornell", EYE, 32)
     moved = {schedule: gap_work.measure(gap_work.MOVED, rt.load_scene("cornell"), rays,

@@ -10,15 +10,20 @@ from gpgpu_rt.figures import bundle_errors, caustic_errors, caustics, measure, r
 from gpgpu_rt.figures.measure import Cell
 
 
-def test_the_lamp_is_let_into_the_ceiling() -> None:
-    scene = bundle_errors.scene_of(bundle_errors.FLUSH)
-    high = scene.triangles[..., 1].max()
-    level = (scene.triangles[..., 1] == high).all(axis=1)
-    v0, v1, v2 = scene.triangles[level].astype(np.float64).transpose(1, 0, 2)
-    area = np.linalg.norm(np.cross(v1 - v0, v2 - v0), axis=1) / 2
-    assert area.sum() == pytest.approx(556 * 559.2, rel=1e-5)      # no hole, nothing twice
-    assert area[np.isin(np.flatnonzero(level), scene.emitters)].sum() == pytest.approx(130 * 105)
-    assert len(scene.emitters) == 2
+def test_the_lamp_hangs_under_a_closed_ceiling() -> None:
+    let_in, hung = map(bundle_errors.scene_of, ray_bundles.SCENES)
+    for scene, lamp_below, ceiling in ((let_in, 0, 556 * 559.2 - 130 * 105),
+                                       (hung, 0.5, 556 * 559.2)):
+        corners = scene.triangles.astype(np.float64)
+        high = corners[..., 1].max()
+        v0, v1, v2 = corners.transpose(1, 0, 2)
+        area = np.linalg.norm(np.cross(v1 - v0, v2 - v0), axis=1) / 2
+        lamp = np.isin(np.arange(len(scene)), scene.emitters)
+        assert lamp.sum() == 2 and area[lamp].sum() == pytest.approx(130 * 105)
+        assert high - corners[lamp][..., 1] == pytest.approx(lamp_below, abs=1e-4)
+        above = (corners[..., 1] == high).all(axis=1) & ~lamp
+        assert area[above].sum() == pytest.approx(ceiling, rel=1e-5)
+    assert hung.materials == let_in.materials
 
 
 @pytest.mark.parametrize("name", [name for name in caustic_errors.SCENES if "bunny" not in name])

@@ -3,12 +3,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from traces import kernel_traces, modelled
 
 import gpgpu_rt as rt
-from gpgpu_rt.hardware.counters import counted, modelled, pass_counts
+from gpgpu_rt.hardware.counters import counted, pass_counts
 from gpgpu_rt.hardware.emulate import morton_order
 from gpgpu_rt.hardware.sample import emulated, tile_pixels
-from gpgpu_rt.hardware.traces import kernel_traces
 from gpgpu_rt.methods.row import SCHEDULES
 
 TILE = (16, 8)

@@ -65,6 +65,10 @@ def test_units_take_their_kernels_out_of_the_shader() -> None:
     alone = on_card(card, WORK)
     assert alone.shader == pytest.approx(
         32 * (20 + 40 * 40 + 12 * 100) / card.scalar_rate / 32)
+    assert alone.memory == pytest.approx(16 * 64 / card.bandwidth / 32)
+    older = on_card(find_card("R420"), WORK)      # memory is each card's own
+    assert older.memory == pytest.approx(16 * 64 / find_card("R420").bandwidth / 32)
+    assert older.memory > alone.memory
     nobody_waits = on_card(card, WORK, width=1)
     assert nobody_waits.shader == pytest.approx((20 + 20 * 40 + 3 * 100) / card.scalar_rate)
     tests = on_card(card, WORK, ideal, "tests")

@@ -1,12 +1,14 @@
-"""Which kernel each ray ran at each of its steps, as the renderer ran them: one step a pass."""
+"""Which kernel each ray ran at each of its steps, as the renderer ran them one step a pass; and
+what a traversal in one loop then costs, a static model that the emulation is held against."""
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..time_travel import Pass, travel
-from ..tracer import Tracer
+from gpgpu_rt.hardware.program import Program, Work
+from gpgpu_rt.time_travel import Pass, travel
+from gpgpu_rt.tracer import Tracer
 
 
 @dataclass(frozen=True)
@@ -54,3 +56,22 @@ def kernel_traces(tracer: Tracer, origins: np.ndarray, directions: np.ndarray) -
     travel(tracer, origins, directions, look)
     return Traces(np.array([row for row in rows if row.any()], np.int8).reshape(
         -1, len(before[0].state["phase"])))
+
+
+def modelled(program: Program, traces: Traces) -> Work:
+    """The static model of a traversal in one loop, from the steps that rays took.
+
+    The loop program nests one loop a kernel in an outer one, in the order of the kernels' phases.
+    Both sides of branches count, as a machine without branches runs them.
+    """
+    total = _times(program.flattened(0), traces.kernels.shape[1])
+    outer, *inner = program.loops
+    for region, runs in zip([outer, *inner], [traces.turns, *traces.runs]):
+        total = total + _times(program.flattened(region), runs)
+    return total
+
+
+def _times(work: Work, count: int) -> Work:
+    found = Work(count * work.vector, count * work.scalar)
+    found.fetches.update({name: count * fetches for name, fetches in work.fetches.items()})
+    return found
