@@ -44,7 +44,7 @@ def _bench(chosen: argparse.Namespace) -> None:
     for scene in chosen.scenes:      # what is misspelt is found before hours are spent
         load_scene(scene)
     gpu = open_gpu()
-    peak, found = peaks(gpu), []
+    found = []
     for scene in chosen.scenes:
         for kind in kinds:
             entries = race(scene, RAY_SETS[kind], candidates, chosen.size, chosen.runs,
@@ -52,6 +52,7 @@ def _bench(chosen: argparse.Namespace) -> None:
             found.append((scene, kind, entries))
             if not chosen.json:
                 _print(scene, kind, entries, chosen.size)
+    peak = peaks(gpu)
     if chosen.plot is not None:
         _plot(found, chosen.plot)
     if chosen.json:

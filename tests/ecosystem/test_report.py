@@ -114,6 +114,7 @@ def test_each_figure_has_its_chapter() -> None:
     assert {name for c in CHAPTERS for name in (*c.passes, *c.heat)} <= known
 
 
+@pytest.mark.full
 def test_a_page_that_is_too_large_gets_smaller_pictures(figures: Path, tmp_path: Path,
                                                         monkeypatch) -> None:
     picture(800, 2).save(figures / "fig12.png")

@@ -20,7 +20,7 @@ def fanned(seed: int, one_origin: bool) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("seed", [1], ids="seed{}".format)
-@pytest.mark.parametrize("precision", ["fp32", "fp16"])
+@pytest.mark.parametrize("precision", ["fp32", pytest.param("fp16", marks=pytest.mark.full)])
 @pytest.mark.parametrize("one_origin", [True, False], ids=["one-origin", "many-origins"])
 @pytest.mark.parametrize("options", [{"packet": (4, 2)}, {
     "packet": (4, 4), "octants": True, "interval_test": True}], ids=["stack", "octants"])
