@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from .caustic_errors import PHOTONS, SCENES
-from .measure import Cell, read
+from .cell import Cell
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
+from .results import finished
 
 HEADS = ("scene", "triangles", "rasterised, ms", "photons traced, ms", "times as fast",
          "lands off, median", "90 % within", "light lost", "map off", "map off in squares of 8",
@@ -22,8 +23,7 @@ def cells(full: bool) -> list[Cell]:
 
 def draw(data: Path, out: Path, full: bool) -> None:
     """Write out/caustics.csv, .md and .png."""
-    found = [(cell, read(cell, data)) for cell in cells(full)]
-    results = [(cell, result) for cell, result in found if result is not None]
+    results = finished(cells(full), data)
     if not results:
         return
     rows = [_row(cell.scene, result["caustics"]) for cell, result in results]

@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from . import verdicts
+from .cell import Cell
 from .kendall import tau_b
-from .measure import Cell, read
 from .output import COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
 from .published_numbers import nanoseconds, published_row, published_triangles
+from .results import read
 
 LOW = 0.8    # tau-b below this is explained
 TIE = 1.05   # published numbers this near are ties

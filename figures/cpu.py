@@ -8,11 +8,13 @@ from typing import Any
 
 from gpgpu_rt.bench.engines import CORES, EMBREE
 
+from .cell import ON_CPU, Cell
 from .fig22 import FAST
 from .fig22 import FIGURE as PACKETS
-from .measure import ON_CPU, Cell, embree, read
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
 from .published_numbers import published
+from .results import read
+from .trace_times import embree
 
 SCENES = ("cornell", "shirley6", "bunny", "robots", "kitchen", "conference", "sodahall")
 HUGE = ("sodahall",)     # its stand-in is built in minutes: at full size only

@@ -8,8 +8,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from .measure import Cell, read
+from .cell import Cell
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
+from .results import read
 
 SCENES = ("bunny", "robots", "kitchen", "conference")
 METHODS = (("bvh-threaded", "bvh-threaded", ()),

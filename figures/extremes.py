@@ -9,9 +9,10 @@ import numpy as np
 import gpgpu_rt as rt
 from gpgpu_rt.options import TRACER_OPTIONS
 
+from .cell import Cell
 from .extreme_cases import CASES
-from .measure import Cell, read
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
+from .results import finished
 
 PRECISIONS = ({"precision": "fp24"}, {"precision": "fp16"})
 STORED = tuple({"storage": "fp16", "rounding": rounding} for rounding in ("nearest", "chop", "up"))
@@ -48,8 +49,7 @@ def label(cell: Cell) -> str:
 
 def draw(data: Path, out: Path, full: bool) -> None:
     """Write out/extremes.csv, .md and .png."""
-    results = {cell: result for cell in cells(full)
-               if (result := read(cell, data)) is not None}
+    results = dict(finished(cells(full), data))
     if not results:
         return
     renderer = next(iter(results.values()))["gpu"]["renderer"]

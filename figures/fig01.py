@@ -4,9 +4,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from . import lit_pictures
+from .cell import Cell
 from .lit_pictures import HEADS, cell, picture
-from .measure import Cell, read
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
+from .results import finished
 
 METHOD = "bvh-threaded"
 PANELS = {"statue": "reflections", "soft-shadows": "soft shadows", "glass-teapot": "refraction"}
@@ -21,7 +22,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     rows = [row for c in cells(full) if (row := lit_pictures.row_of(c, data)) is not None]
     if not rows:
         return
-    known = next(r for c in cells(full) if (r := read(c, data)) is not None)
+    _, known = finished(cells(full), data)[0]
     size = cells(full)[0].size
     write_csv(out / "fig01.csv", HEADS, rows)
     write_text(out / "fig01.md", "# Figure 1: what rays do beyond the eye's\n\n"

@@ -20,8 +20,8 @@ import gpgpu_rt as rt
 from gpgpu_rt.hardware.sample import program_of
 from gpgpu_rt.passes.pass_log import PassLog
 
+from .cell import Cell
 from .fig03 import SIDE, arrow, box, heading, rays
-from .measure import Cell
 from .output import markdown_table, plt, save_chart, write_csv, write_text
 from .plan import INK, PALE, SPLITS, TRIANGLE, VISITED
 from .small_world import MAX_DEPTH, world

@@ -19,7 +19,7 @@ from gpgpu_rt.record import Record
 from gpgpu_rt.texel_layout import HIT, RAY_TEXELS
 from gpgpu_rt.time_travel import watching
 
-from .measure import Cell
+from .cell import Cell
 from .output import markdown_table, plt, save_chart, write_csv, write_text
 from .plan import INK, PALE, SPLITS, TRIANGLE, VISITED
 from .small_world import MAX_DEPTH, world

@@ -15,8 +15,8 @@ from typing import Any
 import gpgpu_rt as rt
 from gpgpu_rt.texel_layout import RAY_TEXELS
 
+from .cell import Cell
 from .fig03 import arrow, box, heading, rays, texels_of
-from .measure import Cell
 from .output import markdown_table, plt, save_chart, write_csv, write_text
 from .plan import INK, PALE, RAY, SPLITS, TRIANGLE, VISITED
 from .small_world import world

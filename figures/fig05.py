@@ -9,9 +9,10 @@ import numpy as np
 import gpgpu_rt as rt
 
 from . import sheets, verdicts
-from .measure import Cell, read
+from .cell import Cell
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
 from .published_numbers import published
+from .results import read
 
 METHOD, SCENES, SHOWN = "ray-engine", ("cornell", "bunny", "kitchen"), "bunny"
 ALL_ON_HOST = 1 << 30

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import gpgpu_rt as rt
 
+from .cell import Cell
 from .flow import HEADS, draw_flow, table_rows
-from .measure import Cell
 from .output import markdown_table, plt, save_chart, write_csv, write_text
 from .pass_log import PassLog, logged
 from .small_world import world

@@ -4,9 +4,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from . import lit_pictures, verdicts
+from .cell import Cell
 from .lit_pictures import HEADS, cell, picture
-from .measure import Cell, read
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
+from .results import read
 
 SCENE, METHOD = "soft-shadows", "grid-proximity"
 METHODS = (METHOD, "grid", "bvh-threaded")

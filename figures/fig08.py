@@ -8,8 +8,9 @@ import gpgpu_rt as rt
 from gpgpu_rt.files import replacing
 
 from . import verdicts
-from .measure import Cell, read
+from .cell import Cell
 from .output import COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
+from .results import finished, read
 
 RATIOS = (1.0, 1e-1, 1e-2, 1e-3, 1e-4)
 METHODS = (("grid", (("resolution", 50),)), ("kd-restart", ()), ("kd-backtrack", ()),
@@ -68,7 +69,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     heads = ("teapot over stadium", "method", "ns a ray", "steps a ray", "nodes a ray",
              "triangles a ray")
     write_csv(out / "fig08.csv", heads, rows)
-    renderer = next((r["gpu"]["renderer"] for r in (read(c, data) for c in cells(full)) if r), "?")
+    renderer = next((r["gpu"]["renderer"] for _, r in finished(cells(full), data)), "?")
     text = [f"# Figure 8: a teapot in a stadium\n\nRenderer: {renderer}. The camera keeps the pot "
             "equally large in view while its surroundings grow; the grid has 50 cells an axis.\n",
             markdown_table(heads, [[number(v) if isinstance(v, float) else v for v in row]

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from . import verdicts
-from .measure import Cell
+from .cell import Cell
 from .output import markdown_table, plt, save_chart, write_csv, write_text
 from .plan import HIT, PALE, VISITED, draw_ground, draw_marks, draw_ray, draw_tree
 from .small_world import Step, Walk, World, walk, world

@@ -4,7 +4,7 @@ from __future__ import annotations
 from collections import defaultdict
 from pathlib import Path
 
-from .measure import Cell
+from .cell import Cell
 from .output import markdown_table, plt, save_chart, write_csv, write_text
 from .plan import VISITED, draw_ground, draw_marks, draw_ray, draw_tree
 from .small_world import Walk, World, walk, world

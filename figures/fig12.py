@@ -1,8 +1,8 @@
 """Figure 12: primary rays by brute force, grid, kd-restart and kd-backtrack (Foley 2005)."""
 from __future__ import annotations
 
+from .cell import Cell
 from .comparison import Column, Comparison, Panel, Results
-from .measure import Cell
 from .output import number
 from .published_numbers import published
 

@@ -3,8 +3,8 @@ from __future__ import annotations
 
 from gpgpu_rt.bench.workloads import EYE, SHADOW
 
+from .cell import Cell
 from .comparison import Column, Comparison, Panel, Results
-from .measure import Cell
 from .output import number
 
 WORK = {"primary": EYE, "shadow": SHADOW}

@@ -8,9 +8,10 @@ from typing import Any
 from gpgpu_rt.bench.workloads import mirror
 
 from . import verdicts
+from .cell import Cell
 from .fig13 import size
-from .measure import Cell, read
 from .output import COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
+from .results import read
 
 SCENES = ("cornell", "robots", "kitchen", "conference")
 SINGLE, PACKET = METHODS = ("kd-short-stack", "kd-packet")

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .measure import Cell
+from .cell import Cell
 from .output import markdown_table, plt, save_chart, write_csv, write_text
 from .plan import HIT, PALE, RAY, VISITED, draw_ground, draw_ray, label
 from .small_world import Walk, World, walk, world

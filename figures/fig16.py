@@ -4,8 +4,8 @@ from __future__ import annotations
 from gpgpu_rt.bench.engines import EMBREE as CPU
 from gpgpu_rt.bench.workloads import EYE
 
+from .cell import ON_CPU, Cell
 from .comparison import Column, Comparison, Panel, Results
-from .measure import ON_CPU, Cell
 from .output import number
 from .published_numbers import published
 

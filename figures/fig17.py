@@ -4,9 +4,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from . import verdicts
-from .measure import Cell, read
+from .cell import Cell
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
 from .published_numbers import published, published_triangles
+from .results import read
 from .tree_sizes import NODE_BYTES, REFERENCE_BYTES
 
 SCENES = ("shirley6", "bunny", "fairyforest", "conference")

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from .measure import Cell
+from .cell import Cell
 from .output import markdown_table, plt, save_chart, write_csv, write_text
 from .small_bvh import Hierarchy, draw_boxes, draw_nodes, hierarchy, tree_places
 

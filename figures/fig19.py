@@ -10,7 +10,7 @@ from matplotlib.patches import Rectangle
 
 from gpgpu_rt.methods import find_method
 
-from .measure import Cell
+from .cell import Cell
 from .output import markdown_table, plt, save_chart, write_csv, write_text
 from .plan import HIT, PALE, RAY, VISITED, label
 from .small_bvh import (

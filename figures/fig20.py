@@ -1,9 +1,9 @@
 """Figure 20: whole images by grid, kd-tree and threaded BVH (Thrane and Simonsen 2005)."""
 from __future__ import annotations
 
+from .cell import Cell
 from .comparison import Column, Comparison, Panel, Results
 from .fig12 import GRID
-from .measure import Cell
 from .output import number
 from .published_numbers import published
 

@@ -14,7 +14,7 @@ from gpgpu_rt.accel.image_tree import ImageTree
 from gpgpu_rt.surfaces.parametrise import Parametrisation, parametrise
 from gpgpu_rt.textures import read_texture
 
-from .measure import Cell
+from .cell import Cell
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
 
 SIZE, SHOWN = 64, (0, 2, 3, 4)     # cells a side; levels that are shown

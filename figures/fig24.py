@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .measure import Cell
+from .cell import Cell
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
 from .small_rays import RAYS, Level, rays, traversal
 

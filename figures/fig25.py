@@ -8,7 +8,7 @@ import numpy as np
 
 import gpgpu_rt as rt
 
-from .measure import Cell
+from .cell import Cell
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
 from .small_rays import RAYS, TRIANGLES, Round, traversal
 

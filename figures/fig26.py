@@ -12,11 +12,12 @@ from gpgpu_rt.hardware.cards import find_card
 from gpgpu_rt.hardware.model import loop_work, predict
 
 from . import period, verdicts
+from .cell import Cell
 from .kendall import tau_b
-from .measure import Cell, read
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
 from .pass_work import counted, unseen
 from .period_work import counted_rays, image_scale
+from .results import read
 from .scaled import CHIP, scaled, speeds
 from .surveyed import BASE, Entry, entries, published_speed
 

@@ -7,8 +7,9 @@ from typing import Any
 
 import gpgpu_rt as rt
 
-from .measure import Cell, read
+from .cell import Cell
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
+from .results import read
 
 SCENES = {"cloth": "a cloth waves", "walker": "an animal walks", "explosion": "a mesh flies apart",
           "bunny": "nothing moves"}

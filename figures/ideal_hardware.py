@@ -9,9 +9,10 @@ from gpgpu_rt.bench.workloads import EYE
 from gpgpu_rt.hardware.cards import find_card
 from gpgpu_rt.hardware.machines import Least, machines, on_card, on_cell, on_prototype, runs
 
+from .cell import Cell
 from .gap_work import DONE
-from .measure import Cell, read
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
+from .results import finished, read
 
 SCENES = ("kitchen", "conference")
 METHODS = ("kd-restart", "kd-stack", "bvh-threaded")
@@ -74,7 +75,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     found = rows(data, full)
     if not found:
         return
-    results = [r for r in (read(cell, data) for cell in cells(full)) if r is not None]
+    results = [result for _, result in finished(cells(full), data)]
     heading = results[0]
     note = (f"Squares of 32x32 out of {size(full)}x{size(full)} eye rays, emulated; every time is "
             "that of our programs' counted work at a machine's peak rates, none is fitted. "

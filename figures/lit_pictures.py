@@ -8,7 +8,8 @@ import numpy as np
 
 import gpgpu_rt as rt
 
-from .measure import Cell, read
+from .cell import Cell
+from .results import read
 
 HEADS = ("picture", "method", "triangles", "s", "rays traced", "M rays/s", "passes", "MiB")
 

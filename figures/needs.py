@@ -7,10 +7,11 @@ from typing import Any
 
 import gpgpu_rt as rt
 
+from .cell import Cell
 from .growing import STEPS, scenes
-from .measure import Cell, read
 from .needs_times import BOUNCES, LIGHT_SAMPLES
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
+from .results import finished
 
 SCENE, METHOD = "bunny", "bvh-threaded"
 HEADS = ("scene", "ms", "ms, all features", "time ratio", "MiB", "MiB, all features",
@@ -38,11 +39,11 @@ def row_of(step: int, found: dict[str, Any]) -> list[Any]:
 
 def draw(data: Path, out: Path, full: bool) -> None:
     """Write out/needs.csv, .md and .png."""
-    results = [read(cell, data) for cell in cells(full)]
-    rows = [row_of(step, r["needs"]) for step, r in enumerate(results) if r is not None]
+    results = finished(cells(full), data)
+    rows = [row_of(dict(cell.options)["step"], r["needs"]) for cell, r in results]
     if not rows:
         return
-    known = next(r for r in results if r is not None)
+    _, known = results[0]
     size = _cell(0, full).size
     write_csv(out / "needs.csv", HEADS, rows)
     write_text(out / "needs.md", f"# What a scene needs\n\n{known['scene']['name']} and what is "

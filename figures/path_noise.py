@@ -8,9 +8,10 @@ import numpy as np
 
 import gpgpu_rt as rt
 
-from .measure import Cell, read
+from .cell import Cell
 from .output import markdown_table, plt, save_chart, write_csv, write_text
 from .path_errors import cornell_truth
+from .results import finished
 
 SCENE, METHOD, SIZE, ROULETTE = "cornell-light", "bvh-threaded", 64, 8
 SAMPLERS = {"random": "#b33a3a", "sobol": "#2f6db3"}
@@ -28,9 +29,8 @@ def cells(full: bool) -> list[Cell]:
 def rows(data: Path, full: bool) -> list[list[Any]]:
     """Rows as HEADS names them."""
     found = []
-    for cell in cells(full):
-        result = read(cell, data)
-        errors = result["errors"] if result else {"scene": {}}
+    for cell, result in finished(cells(full), data):
+        errors = result["errors"]
         found += [[dict(cell.options)["sampler"], int(samples), error, errors["furnace"][samples],
                    errors["furnace_mean"][samples]] for samples, error in errors["scene"].items()]
     return found
@@ -41,8 +41,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     found = rows(data, full)
     if not found:
         return
-    result = read(cells(full)[0], data) or read(cells(full)[1], data)
-    assert result is not None
+    _, result = finished(cells(full), data)[0]
     write_csv(out / "path_noise.csv", HEADS, found)
     note = (f"{SCENE} at {SIZE}x{SIZE}, roulette from vertex {ROULETTE}, by {METHOD}; renderer: "
             f"{result['gpu']['renderer']}.")

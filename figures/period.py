@@ -14,13 +14,14 @@ from gpgpu_rt.hardware.cards import Card, find_card
 from gpgpu_rt.hardware.model import Counted, Prediction, kernel_work, loop_work, predict
 
 from . import fig12, fig13, fig16, fig20, fig22
+from .cell import ON_CPU, Cell
 from .comparison import Column, Comparison, Panel
 from .kendall import tau_b
-from .measure import ON_CPU, Cell, read
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
 from .period_notes import NOTES, TWICE_PRINTED, WHY
 from .period_work import KERNELS, SQUARES, WORK, counted_rays, image_scale
 from .published_numbers import nanoseconds, published_row
+from .results import read
 
 TEST = ("intersection", "moller-trumbore")   # the papers': the watertight one is of 2013
 WARP_PACKET = (4, 4)

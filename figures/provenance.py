@@ -17,20 +17,16 @@ from typing import Any
 from gpgpu_rt.files import replacing
 from gpgpu_rt.gpu import open_gpu
 
-from .measure import Cell, commit, read
+from .cell import Cell
+from .results import commit, finished
 
 
 def sources(cells: Iterable[Cell], data: Path) -> list[dict[str, Any]]:
     """Of each finished cell: its file, and what it was measured with."""
-    found = []
-    for cell in dict.fromkeys(cells):
-        result = read(cell, data)
-        if result is not None:
-            found.append({"file": cell.name, "settings": result["settings"],
-                          "renderer": result.get("gpu", {}).get("renderer"),
-                          "commit": result.get("commit"), "date": result.get("date"),
-                          "seconds": result.get("seconds_spent")})
-    return found
+    return [{"file": cell.name, "settings": result["settings"],
+             "renderer": result.get("gpu", {}).get("renderer"),
+             "commit": result.get("commit"), "date": result.get("date"),
+             "seconds": result.get("seconds_spent")} for cell, result in finished(cells, data)]
 
 
 def record(name: str, cells: Iterable[Cell], data: Path, out: Path, full: bool) -> dict[str, Any]:

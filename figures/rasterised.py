@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from .cell import Cell
 from .first_hit_times import ratio
-from .measure import Cell, read
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
+from .results import finished, read
 
 SCENES = ("bunny", "robots", "kitchen", "conference")
 METHOD, OPTIONS = "bvh-packet", (("packet", (4, 4)), ("octants", True))
@@ -28,10 +29,8 @@ def cells(full: bool) -> list[Cell]:
 
 def rows(data: Path, full: bool) -> list[list[Any]]:
     found = []
-    for cell in cells(full):
-        result = read(cell, data)
-        for kind in KINDS if result else ():
-            assert result is not None
+    for cell, result in finished(cells(full), data):
+        for kind in KINDS:
             hits, traced = result["first_hits"][kind], result["first_hits"]["traced"]
             rays, wrong = cell.size ** 2, len(hits["wrong"])
             found.append([cell.scene, result["scene"]["triangles"], hits["drawn"], kind,
@@ -50,8 +49,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_csv(out / "rasterised.csv", HEADS, found)
     shown = [[row[0], f"{row[1]:,}", f"{row[2]:,}", row[3], *map(number, row[4:7]), row[7],
               f"{row[8]:.4%}", row[9], f"{row[10]:.4%}"] for row in found]
-    result = read(cells(full)[0], data)
-    assert result is not None
+    result = finished(cells(full), data)[0][1]
     note = (f"{result['gpu']['renderer']}, {result['settings']['size']} pixels a side, "
             f"traced and in doubt by {METHOD} 4x4 with octants; taken in turns, medians.")
     write_text(out / "rasterised.md", (

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from .bundle_errors import HUNG
-from .measure import Cell, read
+from .cell import Cell
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
+from .results import finished
 
 SCENES = ("cornell-light", HUNG)
 HEADS = ("scene", "pixels a projection", "layers", "gathered, ms", "by traced bundles, ms",
@@ -26,8 +27,7 @@ def cells(full: bool) -> list[Cell]:
 
 def draw(data: Path, out: Path, full: bool) -> None:
     """Write out/ray_bundles.csv, .md and .png."""
-    found = [(cell, read(cell, data)) for cell in cells(full)]
-    results = [(cell, result) for cell, result in found if result is not None]
+    results = finished(cells(full), data)
     if not results:
         return
     rows = [_row(cell.scene, row) for cell, result in results

@@ -9,8 +9,10 @@ from typing import Any
 
 from gpgpu_rt.bench.workloads import EYE, SHADOW, diffuse, mirror
 
-from .measure import COHERENCE, Cell, read
+from .cell import Cell
 from .output import COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
+from .results import read
+from .works import COHERENCE
 
 SCENE = "kitchen"
 METHODS = ("bvh-threaded", "bvh-packet")

@@ -7,8 +7,9 @@ from typing import Any
 
 from gpgpu_rt.bench.workloads import EYE, SHADOW, mirror
 
-from .measure import Cell, read
+from .cell import Cell
 from .output import COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
+from .results import read
 
 MIB = 1 << 20
 SCENES = ("cornell", "bunny", "kitchen")

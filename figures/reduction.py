@@ -4,9 +4,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from .measure import Cell, read
+from .cell import Cell
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
 from .reduction_times import rates
+from .results import finished
 
 HEADS = ("elements", "kept", "scan alone, M/s", "by blocks, M/s", "whole stream, M/s",
          "blocks over scan", "blocks over whole")
@@ -20,13 +21,11 @@ def cells(full: bool) -> list[Cell]:
 
 def rows(data: Path, full: bool) -> list[list[Any]]:
     found = []
-    for cell in cells(full):
-        result = read(cell, data)
-        if result is not None:
-            rate = rates(cell.size ** 2, result["seconds"])
-            found.append([cell.size ** 2, dict(cell.options)["kept"],
-                          *(rate[name] / 1e6 for name in ("scan", "blocks", "whole")),
-                          rate["over scan"], rate["over whole"]])
+    for cell, result in finished(cells(full), data):
+        rate = rates(cell.size ** 2, result["seconds"])
+        found.append([cell.size ** 2, dict(cell.options)["kept"],
+                      *(rate[name] / 1e6 for name in ("scan", "blocks", "whole")),
+                      rate["over scan"], rate["over whole"]])
     return found
 
 

@@ -7,9 +7,10 @@ from typing import Any
 from gpgpu_rt.bench.workloads import EYE
 from gpgpu_rt.hardware.cards import find_card
 
+from .cell import Cell
 from .gap_work import MOVED
-from .measure import Cell, read
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
+from .results import read
 
 SCENE = "kitchen"
 METHODS = ("kd-restart", "kd-short-stack", "bvh-threaded")

@@ -4,8 +4,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from .measure import Cell, read
+from .cell import Cell
 from .output import COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
+from .results import read
 
 STEPS = (1, 4, 16, 64)
 METHODS = ("bvh-threaded", "kd-restart")

@@ -7,9 +7,10 @@ from typing import Any
 
 from gpgpu_rt.bench.workloads import EYE, diffuse
 
+from .cell import Cell
 from .gap_work import DONE, WIDTHS
-from .measure import Cell, read
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
+from .results import finished, read
 
 SCENE = "kitchen"
 RAYS = (EYE, diffuse(2))
@@ -65,7 +66,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     found = rows(data, full)
     if not found:
         return
-    heading = next(r for r in (read(cell, data) for cell in cells(full)) if r is not None)
+    _, heading = finished(cells(full), data)[0]
     note = (f"{SCENE}, squares of 32x32 out of {size(full)}x{size(full)} rays; programs emulated "
             f"instruction by instruction; {heading['gpu']['renderer']}, commit "
             f"{heading['commit']}."

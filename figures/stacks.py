@@ -12,9 +12,10 @@ from gpgpu_rt.methods import find_method
 from gpgpu_rt.record import Field
 from gpgpu_rt.texel_layout import HIT, RAY_TEXELS, STACK_ENTRY
 
+from .cell import Cell
 from .gap_work import DONE, STACKS
-from .measure import Cell, read
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
+from .results import finished, read
 
 SCENE, CARD = "kitchen", "G80"
 WARP, CLOCKS = 32, 4      # rays of a warp, and clocks that it takes for an instruction
@@ -169,7 +170,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     found, card = rows(data, full), machines()[CARD]
     if not found:
         return
-    heading = next(r for r in (read(cell, data) for cell in cells(full)) if r is not None)
+    _, heading = finished(cells(full), data)[0]
     note = (f"{SCENE}, squares of 32x32 out of {size(full)}x{size(full)} eye rays, emulated in "
             f"warps of {WARP}; {card.name}: {card.multiprocessors} multiprocessors, a fetch "
             f"{card.fetch_latency} clocks, at most {card.resident} rays each. "

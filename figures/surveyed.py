@@ -15,7 +15,7 @@ from typing import Any
 import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import EYE
 
-from .measure import Cell
+from .cell import Cell
 from .pass_work import PASSES
 from .period import TEST, WARP_PACKET
 from .period_work import WORK

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from . import fig26, verdicts
-from .measure import Cell, read
+from .cell import Cell
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
+from .results import read
 from .surveyed import STANDS_FOR, Entry, entries, published_speed, table1, updated
 
 # The survey's words for a structure begin so -> classes that are of that kind.

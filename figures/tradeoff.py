@@ -9,8 +9,10 @@ import gpgpu_rt as rt
 from gpgpu_rt.accuracy.candidates import option_table, precisions
 from gpgpu_rt.accuracy.known_rays import WRONG
 
-from .measure import Cell, picture_size, read
+from .cell import Cell
 from .output import COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
+from .results import finished
+from .works import picture_size
 
 SCENES = ("bunny", "cornell")
 DETAIL = ("kd-restart", "bvh-threaded")     # all options of these, precision alone of the others
@@ -67,7 +69,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     figure, axes = plt.subplots(2, len(scenes(full)), squeeze=False,
                                 figsize=(1.5 + 5.6 * len(scenes(full)), 8.4))
     for column, scene in enumerate(scenes(full)):
-        results = [r for r in (read(c, data) for c in cells_of(scene, full)) if r is not None]
+        results = [result for _, result in finished(cells_of(scene, full), data)]
         if not results:
             continue
         renderer = results[0]["gpu"]["renderer"]

@@ -10,6 +10,7 @@ import numpy as np
 from PIL import Image
 
 from .appearance.needs import SceneNeeds
+from .builder import Builder
 from .camera import Camera, check_camera, image_size
 from .errors import Error, OptionError
 from .gpu import Gpu
@@ -45,7 +46,7 @@ class Pictures:
     _eye_drivers: EyeDrivers
     _room: Callable[[tuple[int, int]], tuple[RayTextures, StateBuffers]]
     _shown: Callable[[], Scene]
-    _stored: Callable[[Scene], np.ndarray]
+    _builder: Builder
     _count: Callable[..., Any]
     _finish: Callable[..., Hits]
     _logged: Callable[[], AbstractContextManager[None]]
@@ -147,7 +148,7 @@ class Pictures:
     def _hit_triangles(self) -> np.ndarray:
         """(n, 3, 3) float32: what rays are tested against, in the order that hits count."""
         coarser = self.accelerator.shown is not None
-        return self._stored(self._shown()) if coarser else self._triangles
+        return self._builder.stored(self._shown()) if coarser else self._triangles
 
     def plan(self, size: tuple[int, int] = (512, 512), integrator: str | None = None,
              **options: Any) -> Plan:

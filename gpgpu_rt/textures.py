@@ -126,6 +126,13 @@ def write_texture(texture: moderngl.Texture, values: np.ndarray,
     note_moved(texture, up=values.nbytes)
 
 
+def vector_texture(gpu: Gpu, vectors: np.ndarray, what: str) -> moderngl.Texture:
+    """A texture of (h, w, 3) vectors, w being 0."""
+    texture = make_texture(gpu, vectors.shape[1::-1], 4, what)
+    write_texture(texture, np.pad(np.asarray(vectors, np.float32), ((0, 0), (0, 0), (0, 1))))
+    return texture
+
+
 def note_moved(texture: moderngl.Texture, up: int = 0, down: int = 0) -> None:
     """Write bytes that went up or came down into the log of passes, where there is one."""
     texture.ctx.extra.note_moved(up, down)

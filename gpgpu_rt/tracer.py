@@ -13,9 +13,9 @@ import numpy as np
 import trimesh
 
 from . import settings
-from .accel import sah_cost, uncached
-from .accel.bounds import shrink_flat
+from .accel import uncached
 from .all_hits import AllHits, check_exact, collect
+from .builder import Builder
 from .errors import Error
 from .gpu import open_gpu
 from .hits import STACK_OVERFLOW, UNFINISHED, Hits
@@ -84,11 +84,11 @@ class Tracer(Pictures):
         self.gpu = open_gpu(self.options["context"])
         self.statistics = Statistics()
         began = time.perf_counter()
-        self._triangles = self._stored(self.scene)
-        self._built_cost: float | None = None   # its SAH cost, once an update asks
+        self._builder = Builder(self.method, self.options, self.scene.charts)
+        self._triangles = self._builder.stored(self.scene)
         self._tables = SceneTables(self.gpu, self.precision)
         with self.gpu:
-            self.accelerator = self._prepared(self._triangles)
+            self.accelerator = self._builder.build(self._triangles)
             self._write_tables(self.method.tables_for(self.options), self.accelerator)
             self.statistics.build_seconds = time.perf_counter() - began
             self._traversal = self._make_traversal()
@@ -121,13 +121,6 @@ class Tracer(Pictures):
         tracer = cls(scene, found.method, **found.with_options(options, str(path)))
         tracer.settings = found
         return tracer
-
-    def _stored(self, scene: Scene) -> np.ndarray:
-        """Its triangles as textures hold them: boxes then enclose what the kernels will read."""
-        return shrink_flat(self.precision.stored(scene.triangles))
-
-    def _prepared(self, triangles: np.ndarray) -> Accelerator:
-        return self.method.prepare(triangles, {**self.options, "charts": self.scene.charts})
 
     @property
     def step_cap(self) -> int:
@@ -175,15 +168,14 @@ class Tracer(Pictures):
         """
         scene, statistics = self.scene.moved(vertices), self.statistics
         began = time.perf_counter()
-        triangles = self._stored(scene)
+        triangles = self._builder.stored(scene)
         with self.gpu, uncached():
             stored = time.perf_counter()
-            accelerator = self._refitted(triangles)
+            accelerator = self._builder.refit(self.accelerator, triangles)
             tried = time.perf_counter() - stored
             statistics.rebuilt = accelerator is None
             if accelerator is None:
-                accelerator = self._prepared(triangles)
-                self._built_cost = None
+                accelerator = self._builder.build(triangles)
             before, self.accelerator, self._triangles = self.accelerator, accelerator, triangles
             self.scene, self._bounds = scene, scene.bounds
             own = self.method.tables_for(self.options)
@@ -208,17 +200,6 @@ class Tracer(Pictures):
         """What hits lie on: the scene, or a coarser level of it."""
         shown = self.accelerator.shown
         return self.scene if shown is None else replace(self.scene, triangles=shown)
-
-    def _refitted(self, triangles: np.ndarray) -> Accelerator | None:
-        """The accelerator around (n, 3, 3) triangles, or None where it must be built anew."""
-        ratio = self.options.get("rebuild_ratio", np.inf)
-        if self.method.refit is None or ratio == 0:
-            return None
-        if ratio < np.inf and self._built_cost is None:
-            self._built_cost = sah_cost(self.accelerator.structure)
-        accelerator = self.method.refit(self.accelerator, triangles, self.options)
-        worse = ratio < np.inf and sah_cost(accelerator.structure) > ratio * self._built_cost
-        return None if worse else accelerator
 
     # Tracing --------------------------------------------------------------------------------
 

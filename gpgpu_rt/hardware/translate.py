@@ -6,6 +6,7 @@ other may hold what it likes where no fragment will read it.
 """
 from __future__ import annotations
 
+from ..errors import ShaderError
 from .program import Block, Branch, Instruction, Loop, Node, Program
 
 _FLOAT, _INT, _BOOL = "f", "i", "b"
@@ -289,7 +290,8 @@ class _Translator:
             self._emit(depth, f"{mask} = {mask} & ~{kept}")
         elif one.op not in ("load_const", "mov", "vec2", "vec3", "vec4", "deref_var",
                             "deref_array", "break", "phi"):
-            raise NotImplementedError(f"instruction {one.op}")
+            raise ShaderError(f"{one.op} is not among the instructions that are emulated; write "
+                              "the kernel without it, or add its row to hardware/translate.py")
 
     def _expression(self, one: Instruction, c: int) -> str:
         if one.op in _DOTS:

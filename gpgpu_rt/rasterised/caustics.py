@@ -18,7 +18,9 @@ from ..passes.full_screen import FullScreenPass
 from ..passes.primitive_pass import PrimitivePass
 from ..record import TABLE_WIDTH_LOG2
 from ..texel_layout import TRIANGLE
-from ..textures import make_texture, read_texture, release, table_textures, write_texture
+from ..textures import (
+    make_texture, read_texture, release, table_textures, vector_texture, write_texture
+)
 from ..tracer import Tracer
 from .photons import traced_photons
 from .refractor import Refractor, corner_normals, view_uniforms
@@ -196,11 +198,8 @@ class Caustics:
         """
         size = places.shape[1::-1]
         with self.gpu:
-            given = {"places": make_texture(self.gpu, size, 4, "places"),
-                     "normals": make_texture(self.gpu, size, 4, "their normals")}
-            for texture, values in zip(given.values(), (places, normals)):
-                write_texture(texture, np.pad(np.asarray(values, np.float32),
-                                              ((0, 0), (0, 0), (0, 1))))
+            given = {"places": vector_texture(self.gpu, places, "places"),
+                     "normals": vector_texture(self.gpu, normals, "their normals")}
             found = make_texture(self.gpu, size, 1, "a caustic that is looked up")
             target = self.gpu.context.framebuffer([found])
             self.gpu.context.enable_only(moderngl.NOTHING)

@@ -24,7 +24,7 @@ from ..reference.sampling import frames_around
 from ..scene import Scene
 from ..texel_layout import LAYER, LEAVING, TRIANGLE
 from ..textures import (
-    TABLE_WIDTH, make_texture, read_texture, release, table_textures, write_texture
+    TABLE_WIDTH, make_texture, read_texture, release, table_textures, vector_texture
 )
 from ..tracer import Tracer
 from .patches import SPREAD_2, areas_and_normals, divided, straight_light
@@ -184,11 +184,8 @@ class RayBundles:
         _check_counts(directions=directions)
         size = places.shape[1::-1]
         with self.gpu:
-            given = {"places": make_texture(self.gpu, size, 4, "places that gather light"),
-                     "normals": make_texture(self.gpu, size, 4, "their normals")}
-            for texture, values in zip(given.values(), (places, normals)):
-                write_texture(texture, np.pad(np.asarray(values, np.float32),
-                                              ((0, 0), (0, 0), (0, 1))))
+            given = {"places": vector_texture(self.gpu, places, "places that gather light"),
+                     "normals": vector_texture(self.gpu, normals, "their normals")}
             target = self.gpu.context.framebuffer([
                 make_texture(self.gpu, size, 4, "light that is gathered")])
             target.clear()

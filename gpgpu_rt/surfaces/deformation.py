@@ -81,8 +81,8 @@ class Deformation:
             if read_back:
                 at = read_texture(self._table).reshape(-1, self._table.components)
                 triangles = at[:tree.texels, :3][tree.faces]
-                stored = tracer._stored(replace(tracer.scene, triangles=triangles))
-                accelerator = tracer._refitted(stored)
+                stored = tracer._builder.stored(replace(tracer.scene, triangles=triangles))
+                accelerator = tracer._builder.refit(tracer.accelerator, stored)
                 tracer._tables.written[POSITION.name] = accelerator.tables[POSITION.name]
                 tracer.scene = replace(tracer.scene, triangles=triangles)
                 tracer._triangles = stored

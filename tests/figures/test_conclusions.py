@@ -17,11 +17,11 @@ from gpgpu_rt.bench.engines import CORES, EMBREE
 from gpgpu_rt.bench.workloads import EYE, load, workload
 from gpgpu_rt.figures import (
     __main__, cpu, cpu_peak, fig02, fig08, fig10, fig12, fig14, fig26, measure, pass_work,
-    provenance, scaled, surveyed, table1, verdicts
+    provenance, results, scaled, surveyed, table1, verdicts
 )
+from gpgpu_rt.figures.cell import ON_CPU, Cell
 from gpgpu_rt.figures.comparison import Panel
 from gpgpu_rt.figures.contradictions import CONTRADICTIONS, of_page
-from gpgpu_rt.figures.measure import Cell
 from gpgpu_rt.hardware.cards import find_card
 
 STRUCTURES = {"grid": "Grid", "ray-engine": "Grid", "ray-tiles": "tuple",
@@ -31,7 +31,7 @@ STRUCTURES = {"grid": "Grid", "ray-engine": "Grid", "ray-tiles": "tuple",
 def _write(cell: Cell, folder: Path, **more: Any) -> None:
     """A cell's file as if it had been measured."""
     (folder / cell.name).write_text(json.dumps({
-        "settings": measure.settings(cell), "gpu": {"renderer": "llvmpipe X", "backend": "egl"},
+        "settings": results.settings(cell), "gpu": {"renderer": "llvmpipe X", "backend": "egl"},
         "commit": "abc1234", "date": "2020-01-01", "rays": cell.size ** 2,
         "scene": {"triangles": 10_000, "stand_in": None}, "statistics": {}, "counters": {},
         "seconds_spent": 2.0, **more}))
@@ -243,7 +243,7 @@ def test_threads_of_a_core_count_once() -> None:
 
 
 def test_embree_on_all_threads_is_measured(tmp_path: Path) -> None:
-    cell = Cell("cornell", measure.ON_CPU, (("threads", CORES),), 16, runs=1)
+    cell = Cell("cornell", ON_CPU, (("threads", CORES),), 16, runs=1)
     measure.measure([cell], tmp_path)
     found = json.loads((tmp_path / cell.name).read_text())
     assert found["ns_per_ray"] > 0 and found["peak"]["threads"] == CORES

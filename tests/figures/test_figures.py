@@ -14,12 +14,13 @@ import gpgpu_rt as rt
 from gpgpu_rt import accel
 from gpgpu_rt.bench.workloads import workload
 from gpgpu_rt.figures import (
-    fig05, fig12, fig13, fig14, fig16, fig17, fig20, fig22, measure, published_numbers, tree_sizes
+    fig05, fig12, fig13, fig14, fig16, fig17, fig20, fig22, measure, published_numbers, results,
+    tree_sizes
 )
 from gpgpu_rt.figures.__main__ import main
+from gpgpu_rt.figures.cell import Cell
 from gpgpu_rt.figures.comparison import Panel
 from gpgpu_rt.figures.kendall import tau_b
-from gpgpu_rt.figures.measure import Cell
 from gpgpu_rt.figures.published_numbers import nanoseconds, published, published_row
 
 NOT_PUBLISHED = {("fig22", fig22.FAST), ("fig22", fig22.CPU)}   # rows of ours
@@ -54,7 +55,7 @@ def test_a_finished_cell_is_kept(tmp_path, monkeypatch) -> None:
     for damage in ("{", json.dumps({**result, "settings": {}})):
         (tmp_path / CELL.name).write_text(damage)
         measure.measure([CELL], tmp_path)
-        assert measure.read(CELL, tmp_path) is not None
+        assert results.read(CELL, tmp_path) is not None
 
 
 def test_interrupting_loses_only_the_running_cell(tmp_path, monkeypatch) -> None:
@@ -74,7 +75,7 @@ def _fake(cell: Cell, folder: Path, ns: float, nodes: float = 3, stand_in: str |
           **more: Any) -> None:
     """Write a cell's file as if it had been measured."""
     (folder / cell.name).write_text(json.dumps({
-        "settings": measure.settings(cell), "gpu": {"renderer": "R", "backend": "egl"},
+        "settings": results.settings(cell), "gpu": {"renderer": "R", "backend": "egl"},
         "date": "2020-01-01", "rays": cell.size ** 2, "ns_per_ray": ns,
         "median_ms": ns * cell.size ** 2 / 1e6, "wall_ms": 1, "statistics": {"passes": 1},
         "counters": {"steps": 5, "nodes_visited": nodes, "triangles_tested": 2},
@@ -241,7 +242,7 @@ def test_where_the_ray_engines_time_goes(transfer: float, says: str, tmp_path) -
 
 
 def test_the_ray_engine_is_measured_with_its_split(tmp_path) -> None:
-    cell = measure.Cell("cornell", "ray-engine", size=16, runs=1)
+    cell = Cell("cornell", "ray-engine", size=16, runs=1)
     measure.measure([cell], tmp_path)
     split = json.loads((tmp_path / cell.name).read_text())["statistics"]["split"]
     assert split["batches"] > 0 and split["intersection_seconds"] > 0

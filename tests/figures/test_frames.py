@@ -10,7 +10,7 @@ from conftest import real_scene
 
 import gpgpu_rt as rt
 from gpgpu_rt import accel
-from gpgpu_rt.figures import frame_times, frames, measure
+from gpgpu_rt.figures import frame_times, frames, results
 
 PAGE = Path(__file__).parents[2] / "docs" / "moving-and-large.md"
 
@@ -47,7 +47,7 @@ def test_pages_hold_the_measured_numbers(tmp_path) -> None:
             cell = frames.cell(scene, method, options, False)
             seconds = 0.01 * (at + 1)
             (tmp_path / cell.name).write_text(json.dumps({
-                "settings": measure.settings(cell), "gpu": {"renderer": "R", "backend": "egl"},
+                "settings": results.settings(cell), "gpu": {"renderer": "R", "backend": "egl"},
                 "scene": {"triangles": 9, "stand_in": "a thing" if scene == "bunny" else None},
                 "frames": {"update": [seconds, seconds, 5.0], "trace": [0.001] * 3,
                            "rebuilt": 1, "differing": 0}}))

@@ -10,13 +10,14 @@ import pytest
 
 import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import EYE, workload
-from gpgpu_rt.figures import gap_work, ideal_hardware, measure, retention, simd_width, stacks
+from gpgpu_rt.figures import gap_work, ideal_hardware, results, retention, simd_width, stacks
+from gpgpu_rt.figures.cell import Cell
 from gpgpu_rt.hardware.machines import machines
 
 
-def _keep(data: Path, cell: measure.Cell, gap: dict[str, Any]) -> None:
+def _keep(data: Path, cell: Cell, gap: dict[str, Any]) -> None:
     (data / cell.name).write_text(json.dumps({
-        "settings": measure.settings(cell), "gap": gap, "commit": "none",
+        "settings": results.settings(cell), "gap": gap, "commit": "none",
         "gpu": {"renderer": "none"}, "scene": {"stand_in": None}}))
 
 

@@ -8,8 +8,8 @@ import pytest
 
 from gpgpu_rt.appearance.needs import Asked, SceneNeeds
 from gpgpu_rt.figures import fig01, fig07, measure, needs, needs_times
+from gpgpu_rt.figures.cell import Cell
 from gpgpu_rt.figures.growing import STEPS, scenes
-from gpgpu_rt.figures.measure import Cell
 
 
 @pytest.mark.parametrize("step", range(len(STEPS)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 import numpy as np
 
 from gpgpu_rt.figures import measure, path_errors, path_noise
-from gpgpu_rt.figures.measure import Cell
+from gpgpu_rt.figures.cell import Cell
 
 
 def test_errors_shrink_with_samples(tmp_path, monkeypatch) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from gpgpu_rt.figures import measure, period
+from gpgpu_rt.figures import period, results
 from gpgpu_rt.hardware.cards import find_card
 
 TURNS = {"kd-restart": 100, "packets": 40, "+ push-down": 30, "+ short stack": 20}
@@ -28,7 +28,7 @@ def _write(data: Path) -> period.Experiment:
                      "runs": {w: n * TURNS[column.label] for w, n in runs.items()}}]}
         for cell in one.cells(panel, column):
             (data / cell.name).write_text(json.dumps(
-                {"settings": measure.settings(cell), "work": work,
+                {"settings": results.settings(cell), "work": work,
                  "scene": {"stand_in": None, "triangles": 32, "name": "cornell"}}))
     return one
 

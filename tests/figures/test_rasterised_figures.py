@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gpgpu_rt.figures import bundle_errors, caustic_errors, caustics, measure, ray_bundles
-from gpgpu_rt.figures.measure import Cell
+from gpgpu_rt.figures.cell import Cell
 
 
 def test_the_lamp_hangs_under_a_closed_ceiling() -> None:

@@ -8,7 +8,7 @@ import pytest
 
 import gpgpu_rt as rt
 from gpgpu_rt.figures import fig24, fig25, measure, reduction, small_rays
-from gpgpu_rt.figures.measure import Cell
+from gpgpu_rt.figures.cell import Cell
 
 WIDE = 1 + 1e-5    # margins of the cones, and float32
 

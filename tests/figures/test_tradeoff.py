@@ -8,7 +8,7 @@ import pytest
 
 import gpgpu_rt as rt
 from gpgpu_rt.figures import measure, tradeoff
-from gpgpu_rt.figures.measure import Cell
+from gpgpu_rt.figures.cell import Cell
 
 
 def test_the_front_is_not_beaten() -> None:

@@ -6,9 +6,13 @@ import pytest
 from traces import kernel_traces, modelled
 
 import gpgpu_rt as rt
+from gpgpu_rt.errors import ShaderError
+from gpgpu_rt.hardware.compiler import compiled
 from gpgpu_rt.hardware.counters import counted, pass_counts
 from gpgpu_rt.hardware.emulate import morton_order
+from gpgpu_rt.hardware.program import parse
 from gpgpu_rt.hardware.sample import emulated, tile_pixels
+from gpgpu_rt.hardware.translate import translate
 from gpgpu_rt.methods.row import SCHEDULES
 
 TILE = (16, 8)
@@ -172,3 +176,11 @@ def test_without_statistics_nothing_is_logged() -> None:
         tracer.trace(*_rays(scene))
         assert tracer.gpu.log is None and tracer.pass_log is None
         assert tracer.statistics.pass_log == [] and tracer.statistics.uploaded_bytes == 0
+
+
+def test_an_instruction_that_is_not_emulated_is_named() -> None:
+    text, = compiled([("#version 330\nin vec2 p; void main() { gl_Position = vec4(p, 0, 1); }",
+                       "#version 330\nuniform vec4 a; out vec4 colour;\n"
+                       "void main() { colour = vec4(sin(a.x)); }")])
+    with pytest.raises(ShaderError, match="^fsin is not among .*hardware/translate.py$"):
+        translate(parse(text))

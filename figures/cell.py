@@ -1,0 +1,28 @@
+"""A cell: one measurement that a figure asks for."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from gpgpu_rt.bench.workloads import EYE
+
+ON_CPU = "embreex"   # stands as a method for embreex on `threads` threads of the CPU
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A method with options on a scene, and what it is to do there."""
+
+    scene: str
+    method: str
+    options: tuple[tuple[str, Any], ...] = ()
+    size: int = 256
+    work: str = EYE      # a workload, or what a row of `works.WORKS` names
+    runs: int = 5
+
+    @property
+    def name(self) -> str:
+        """The name of its file."""
+        words = [self.scene, self.method, *(f"{k}={v}" for k, v in self.options),
+                 f"{self.size}x{self.size}", self.work]
+        return "".join(c if c.isalnum() or c in "=.-" else "_" for c in "-".join(words)) + ".json"

@@ -1,0 +1,48 @@
+"""Results: a JSON file a finished cell, read where its settings are those asked for."""
+from __future__ import annotations
+
+import functools
+import importlib.metadata
+import json
+import subprocess
+from collections.abc import Iterable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from gpgpu_rt.gpu import open_gpu
+
+from .cell import Cell
+from .works import work_of
+
+
+def settings(cell: Cell) -> dict[str, Any]:
+    """What must be equal for a finished cell to count."""
+    return {**asdict(cell), "options": dict(cell.options), "renderer": open_gpu().renderer,
+            "scene_sha256": work_of(cell).digest(cell),
+            "version": importlib.metadata.version("gpgpu_rt")}
+
+
+def read(cell: Cell, data: Path) -> dict[str, Any] | None:
+    """A finished cell, or None: not there, damaged, or of other settings."""
+    try:
+        result = json.loads((data / cell.name).read_text())
+        return result if result["settings"] == json.loads(json.dumps(settings(cell))) else None
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def finished(cells: Iterable[Cell], data: Path) -> list[tuple[Cell, dict[str, Any]]]:
+    """The cells that are finished, each once and in order, with their results."""
+    found = ((cell, read(cell, data)) for cell in dict.fromkeys(cells))
+    return [(cell, result) for cell, result in found if result is not None]
+
+
+@functools.cache
+def commit() -> str | None:
+    """The commit of this package's own tree, or None outside one."""
+    try:
+        return subprocess.run(["git", "describe", "--always", "--dirty"], text=True, check=True,
+                              capture_output=True, cwd=Path(__file__).parent).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return None

@@ -1,0 +1,91 @@
+"""Times of a method's passes on a workload, and counters from a run apart."""
+from __future__ import annotations
+
+import statistics
+import time
+from typing import Any
+
+import gpgpu_rt as rt
+from gpgpu_rt.bench.engines import EMBREE, ENGINES, Engine
+from gpgpu_rt.bench.workloads import EYE, Workload, load, workload
+
+from . import cpu_peak
+from .cell import ON_CPU, Cell
+
+WARM_UPS = 1
+PICTURE = "picture"   # eye rays, shading and shadow rays
+
+
+def measure(cell: Cell) -> dict[str, Any]:
+    """Timed runs after warm-ups, without counters; then counters."""
+    if cell.method == ON_CPU:
+        return _embree(cell)
+    scene = load(cell.scene)
+    rays = workload(cell.scene, EYE if cell.work == PICTURE else cell.work, cell.size)
+    samples, walls, sorts = [], [], []
+    with rt.Tracer(scene, cell.method, **dict(cell.options)) as tracer:
+        for turn in range(WARM_UPS + cell.runs):
+            began = time.perf_counter()
+            if cell.work == PICTURE:
+                tracer.render(size=(cell.size, cell.size))
+            else:
+                _trace(rays, tracer)
+            wall = time.perf_counter() - began
+            if turn >= WARM_UPS:
+                samples.append(tracer.statistics.trace_seconds)
+                walls.append(wall)
+                sorts.append(tracer.statistics.sort_seconds)
+        cost = tracer.statistics.to_dict()
+        structure = type(tracer.accelerator.structure).__name__
+    with rt.Tracer(scene, cell.method, **dict(cell.options), statistics=True) as tracer:
+        _trace(rays, tracer)
+        driver = tracer.statistics.driver
+        # Pixels without a ray count nothing by themselves, and each of a packet what all do.
+        width, height = tracer.options.get("packet", (1, 1))
+        share = cell.size ** 2 / (max(rays.live, 1) * width * height)
+        counters = {name: share * mean for name, mean in tracer.statistics.counters.items()}
+    return {**_timing(samples, walls, rays.live),
+            "sort_ms": 1e3 * statistics.median(sorts), "statistics": cost, "counters": counters,
+            "driver": driver, "structure": structure}
+
+
+def _trace(rays: Workload, tracer: rt.Tracer) -> None:
+    """Trace a workload; eye rays that bounds are asked for, by the camera they come from."""
+    if tracer.options["rasterised_bounds"]:
+        tracer.eye_hits(size=(rays.size, rays.size))
+    else:
+        rays.trace(tracer)
+
+
+def _timing(samples: list[float], walls: list[float], rays: int) -> dict[str, Any]:
+    median = statistics.median(samples)
+    return {"rays": rays, "warm_ups": WARM_UPS, "samples_ms": [1e3 * s for s in samples],
+            "median_ms": 1e3 * median, "wall_ms": 1e3 * statistics.median(walls),
+            "ns_per_ray": 1e9 * median / max(rays, 1)}
+
+
+def embree(threads: int = 1) -> Engine:
+    """Embree among the engines, on so many threads."""
+    packages = next(one.packages for one in ENGINES if one.name == EMBREE)
+    mine = {one.threads: one for one in reversed(ENGINES) if one.packages == packages}
+    if threads not in mine:
+        raise rt.Error(f"embreex is measured on {' or '.join(map(str, sorted(mine)))} threads, "
+                       f"not on {threads}")
+    return mine[threads]
+
+
+def _embree(cell: Cell) -> dict[str, Any]:
+    """Rays by embreex; what it counts inside is not known."""
+    rays, threads = workload(cell.scene, cell.work, cell.size), dict(
+        cell.options).get("threads", 1)
+    engine = embree(threads)
+    if engine.missing:
+        raise rt.Error(f"{engine.missing} is not installed; run `make setup`")
+    run, samples = engine.prepare(load(cell.scene), rays.compact()), []
+    for turn in range(WARM_UPS + cell.runs):
+        began = time.perf_counter()
+        run()
+        if turn >= WARM_UPS:
+            samples.append(time.perf_counter() - began)
+    return {**_timing(samples, samples, rays.live), "statistics": {}, "counters": {},
+            "peak": cpu_peak.peak(threads)}
