@@ -5,10 +5,12 @@ import itertools
 import os
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
 
 import hypothesis
 import numpy as np
 import pytest
+import trimesh
 
 import gpgpu_rt as rt
 from gpgpu_rt import rays as ray_sets
@@ -18,6 +20,7 @@ from gpgpu_rt.methods import find_method
 from gpgpu_rt.options import clashing
 from gpgpu_rt.passes.build import GPU_BUILDS, GPU_KD_BUILDS
 from gpgpu_rt.scenes import catalogue
+from gpgpu_rt.viewer import Choices, Viewer
 
 # Tests build what they test, but each structure once.
 _CACHE = tempfile.TemporaryDirectory(prefix="gpgpu_rt_tests")
@@ -178,3 +181,39 @@ def assert_threaded(bvh: Bvh, triangles: np.ndarray) -> None:
     at = np.concatenate([np.arange(f, f + c) for f, c in zip(bvh.first[leaf], bvh.count[leaf])])
     inside = triangles[bvh.order[at]]
     assert (inside >= bvh.lo[owner, None]).all() and (inside <= bvh.hi[owner, None]).all()
+
+
+# Viewers without a window -----------------------------------------------------------------------
+
+VIEW = (48, 36)   # their picture, pixels
+
+
+class Clock:
+    """Time that passes when it is told to."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+@pytest.fixture
+def soup(tmp_path: Path) -> str:
+    """A mesh file."""
+    corners = random_soup(60, seed=5).reshape(-1, 3)
+    path = tmp_path / "soup.ply"
+    trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False).export(path)
+    return str(path)
+
+
+@pytest.fixture
+def clock() -> Clock:
+    return Clock()
+
+
+@pytest.fixture
+def viewer(soup: str, clock: Clock) -> Iterator[Viewer]:
+    one = Viewer(Choices(soup), VIEW, clock=clock)
+    yield one
+    one.release()

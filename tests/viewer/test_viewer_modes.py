@@ -1,0 +1,241 @@
+"""The viewer without a window: what its modes show, and what is saved of it."""
+from __future__ import annotations
+
+import json
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import VIEW
+from PIL import Image
+from windowless import full, settle
+
+import gpgpu_rt as rt
+from gpgpu_rt import false_colours as colours
+from gpgpu_rt.cli import main
+from gpgpu_rt.ray_state import RayBatch
+from gpgpu_rt.time_travel import decode
+from gpgpu_rt.viewer import Viewer, moves
+from gpgpu_rt.viewer.journey import Journey
+from gpgpu_rt.viewer.ray_path import follow
+from gpgpu_rt.viewer.tracers import KEPT
+
+# Modes ------------------------------------------------------------------------------------------
+
+
+def test_the_picture_s_tracer_outlives_those_of_other_modes(viewer: Viewer) -> None:
+    settle(viewer)
+    image = viewer.image
+    viewer.look_at("heat")
+    settle(viewer)
+    viewer.change_heat(other="grid")
+    settle(viewer)
+    viewer.follow((5, 5))
+    settle(viewer)
+    viewer.look_at("picture")
+    settle(viewer)
+    assert not viewer.message and (viewer.image == image).all()
+    assert len(viewer.tracers._tracers) == KEPT
+
+
+def test_graphs_show_what_heat_maps_cost(viewer: Viewer) -> None:
+    """Under passes, both methods go through some; the picture's own schedule has one."""
+    viewer.look_at("heat")
+    viewer.change_heat(what="passes", other="grid")
+    settle(viewer)
+    assert viewer.last.rays == 2 * VIEW[0] * VIEW[1]
+    most = [int(one.values.max()) for one in viewer.heat.maps]
+    assert viewer.last.passes >= sum(most) and max(viewer.last.live) <= VIEW[0] * VIEW[1]
+    assert len(viewer.last.live) > 2
+
+
+def test_heat_of_two_methods_has_one_scale(viewer: Viewer) -> None:
+    viewer.look_at("heat")
+    viewer.change_heat(what="triangles", other="brute-force")
+    settle(viewer)
+    one, two = viewer.heat.maps
+    with rt.Tracer(viewer.scene, "bvh-threaded", statistics=True) as tracer:
+        hits = tracer.trace(*viewer.camera.rays(VIEW))
+    assert (one.values.ravel() == hits.triangles_tested).all()
+    for wipe, map_shown in ((0.0, two), (1.0, one)):    # where the other one begins
+        viewer.change_heat(wipe=wipe)
+        assert (viewer.image == colours.ramp(map_shown.values / viewer.heat.top)).all()
+    assert (one.values != two.values).any()
+    viewer.change_heat(layout="side by side")
+    settle(viewer)
+    assert viewer.image.shape[:2] == VIEW[::-1]
+    assert viewer.heat.maps[0].values.shape == (VIEW[1], VIEW[0] // 2)
+
+
+@pytest.mark.parametrize("method", ["bvh-threaded", *map(full, ("kd-restart", "grid",
+                                                                "bvh-packet"))])
+def test_a_journey_ends_at_the_hits_of_a_trace(soup: str, method: str) -> None:
+    scene = rt.load_scene(soup)
+    rays = scene.camera.rays(VIEW)
+    with rt.Tracer(scene, method, schedule="step") as tracer:
+        hits = tracer.trace(*rays)
+        whole = Journey(tracer, scene.camera, VIEW)
+        thin = Journey(tracer, scene.camera, VIEW, most_bytes=whole._bytes // 3)
+        cut = Journey(tracer, scene.camera, VIEW, clock=iter(range(10 ** 6)).__next__, seconds=4)
+    last = decode(RayBatch(*rays, bounds=scene.bounds), whole.kept[-1])
+    assert (last.triangle == hits.triangle).all() and (last.t == hits.t).all()
+    assert whole.every == 1 and not whole.note and whole.live[-1] == 0 < whole.live[0]
+    assert thin.every > 1 and all(one.number % thin.every == 0 for one in thin.kept)
+    assert (thin.live == whole.live).all()
+    assert "stopped" in cut.note and len(cut.kept) < len(whole.kept)
+    for field in whole.fields:
+        for index in (0, len(whole.kept) - 1):
+            pixels = whole.pixels(index, field)
+            assert pixels.shape == (VIEW[1], VIEW[0], 3) and pixels.dtype == np.uint8
+    ray = 7 * VIEW[0] + 11
+    words = dict(whole.state_of(len(whole.kept) // 2, ray))
+    one = whole.kept[len(whole.kept) // 2]
+    assert words["steps"] == str(one.state["steps"][ray])
+
+
+@pytest.mark.full
+def test_scrubbing_shows_each_pass(viewer: Viewer) -> None:
+    viewer.look_at("passes")
+    settle(viewer)
+    first = viewer.image
+    viewer.go_to(len(viewer.journey.kept) // 2)
+    assert (viewer.image != first).any()
+    viewer.go_to(10 ** 9)
+    assert viewer.index == len(viewer.journey.kept) - 1
+    assert dict(viewer.ray_of((5, 5)))["phase"].endswith("(done)")
+    viewer.choose(viewer.choices.with_method("kd-stack"))    # all of it in one pass
+    for _ in range(4):
+        viewer.step()
+    assert "one pass" in viewer.message and viewer.journey is None
+    viewer.look_at("picture")
+    settle(viewer)
+    assert viewer.divisor == 1
+
+
+@pytest.mark.parametrize("method", ["bvh-threaded", full("kd-restart"), full("grid")])
+def test_a_clicked_ray_goes_through_its_boxes_to_its_hit(soup: str, method: str) -> None:
+    scene = rt.load_scene(soup)
+    rays = scene.camera.rays(VIEW)
+    with rt.Tracer(scene, method, schedule="step") as tracer:
+        hits = tracer.trace(*rays)
+        pixel = int(np.flatnonzero(hits.hit)[len(hits.t[hits.hit]) // 2])
+        x, y = pixel % VIEW[0], pixel // VIEW[0]
+        path = follow(tracer, scene.camera, VIEW, (x, y))
+    assert path.hit == hits.triangle[pixel]
+    assert path.rows[-1][-1] == str(path.hit) and path.rows[-1][2] == "done"
+    assert len(path.columns) == len(path.rows[0]) and len(path.boxes) > 2
+    # Boxes that hold rays' intervals are boxes that the ray meets.
+    way = path.end - path.origin
+    lo, hi = path.boxes[:, 0], path.boxes[:, 1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        a, b = (lo - path.origin) / way, (hi - path.origin) / way
+    enter, leave = np.minimum(a, b).max(1), np.maximum(a, b).min(1)
+    met = enter <= leave + 1e-4
+    # A threaded walk also looks into boxes that it then passes by.
+    assert met.mean() > (0.3 if method == "bvh-threaded" else 0.99)
+    assert path.edges().shape == (len(path.boxes), 12, 2, 3)
+    lengths = np.abs(path.edges()[:, :, 1] - path.edges()[:, :, 0])
+    assert np.allclose(lengths.sum(axis=(1, 2)), 4 * (hi - lo).sum(axis=1))
+
+
+def test_a_click_is_followed_and_survives_a_move(viewer: Viewer) -> None:
+    settle(viewer)
+    viewer.follow((10 ** 6, -5))    # outside: the nearest pixel
+    assert viewer.busy and not viewer.finished
+    settle(viewer)
+    assert viewer.path.pixel == (VIEW[0] - 1, 0) and not viewer.message
+    viewer.camera = moves.orbit(viewer.camera, 0.3, 0.0)
+    settle(viewer)
+    assert viewer.path is not None, "to be seen from elsewhere"
+    viewer.choose(viewer.choices.with_option("octants", True))
+    settle(viewer)
+    assert viewer.path is None
+
+
+# Saving -----------------------------------------------------------------------------------------
+
+def test_a_picture_is_saved_with_its_settings(viewer: Viewer, tmp_path: Path) -> None:
+    viewer.camera = moves.orbit(viewer.camera, 0.3, 0.1)
+    viewer.step()
+    first, second = viewer.save(tmp_path), viewer.save(tmp_path)
+    assert first != second and viewer.message.endswith(second.name)
+    with Image.open(first) as image:
+        assert image.size == VIEW
+        held = json.loads(image.text["gpgpu-rt"])
+        pixels = np.asarray(image)
+    assert held == json.loads(first.with_suffix(".json").read_text())
+    assert held["camera"] == viewer.camera.to_dict() and held["method"] == "bvh-threaded"
+    again = tmp_path / "again.png"
+    assert main([*shlex.split(held["command"])[1:-1], f"--output={again}"]) == 0
+    assert (np.asarray(Image.open(again)) == pixels).all()
+    assert viewer.save(tmp_path / "nowhere") is None and "no folder" in viewer.message
+
+
+@pytest.mark.parametrize("what, other, layout", [
+    ("triangles", "brute-force", "side by side"), full("passes", "grid", "wipe")])
+def test_a_heat_map_is_saved_whole_with_what_it_follows_from(
+        viewer: Viewer, tmp_path: Path, capsys, what: str, other: str, layout: str) -> None:
+    viewer.look_at("heat")
+    viewer.change_heat(what=what, other=other, layout=layout, wipe=0.3)
+    viewer.pace.measured(1, 1.0)        # as if a full picture took a second
+    viewer.step()
+    assert viewer.divisor > 1
+    path = viewer.save(tmp_path)
+    with Image.open(path) as image:
+        pixels, held = np.asarray(image), json.loads(image.text["gpgpu-rt"])
+    assert viewer.divisor == 1 and viewer.image.shape[:2] == VIEW[::-1]
+    assert (pixels[:VIEW[1], :VIEW[0]] == viewer.image).all()
+    assert {name: held["heat"][name] for name in ("what", "other", "layout", "wipe")} == {
+        "what": what, "other": other, "layout": layout, "wipe": 0.3}
+    assert [one["method"] for one in held["heat"]["maps"]] == ["bvh-threaded", other]
+    words = shlex.split(held["command"])
+    assert words[:2] == ["gpgpu-rt", "heat"]
+    capsys.readouterr()
+    assert main([*words[1:-1], f"--output={tmp_path / 'again.png'}", "--json"]) == 0
+    again = json.loads(capsys.readouterr().out)["methods"]
+    for one, row in zip(viewer.heat.maps, again, strict=True):
+        assert row["map"] == one.title and one.summary().items() <= row.items()
+    viewer.camera = moves.orbit(viewer.camera, 0.3, 0.1)
+    assert viewer.settings()["command"] is None and "no command" in viewer.command
+
+
+def test_passes_are_saved_with_what_they_follow_from(viewer: Viewer, tmp_path: Path) -> None:
+    viewer.look_at("passes")
+    viewer.step()       # the camera does not rest yet: a coarse picture
+    assert viewer.journey is None
+    path = viewer.save(tmp_path)
+    viewer.go_to(3, "node")
+    path = viewer.save(tmp_path)
+    held = json.loads(path.with_suffix(".json").read_text())
+    assert held["passes"]["pass"] == 3 and held["passes"]["field"] == "node"
+    assert held["passes"]["options"]["schedule"] == "step" and held["passes"]["size"] == [*VIEW]
+    with Image.open(path) as image:
+        assert (np.asarray(image) == viewer.journey.pixels(3, "node")).all()
+    words = shlex.split(held["command"])
+    assert main([*words[1:-1], f"--output={tmp_path / 'again'}", "--every=1000"]) == 0
+    again = json.loads((tmp_path / "again" / "passes.json").read_text())["passes"]
+    assert [one["live"] for one in again] == viewer.journey.live.tolist()
+    viewer.camera = moves.orbit(viewer.camera, 0.3, 0.1)
+    assert "no command" in viewer.command
+
+
+def test_without_a_display_one_line_says_so(monkeypatch, capsys) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    assert main(["view", "cornell"]) == 1
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1 and ("no window" in said or "gpgpu_rt[view]" in said)
+
+
+@pytest.mark.parametrize("words, said", [
+    (["view", "cornell", "-m", "kd-restrat"], "did you mean"),
+    (["view", "cornell", "--statistics=true"], "decides about statistics"),
+    (["view", "cornell", "-m", "auto"], "method's name"),
+    (["view", "cornell", "--folder", "/nowhere/at/all"], "no such folder"),
+    (["view", "cornell", "--octants", "-m", "grid"], "no option --octants"),
+])
+def test_mistakes_are_one_line(words: list[str], said: str, capsys) -> None:
+    assert main(words) == 1
+    error = capsys.readouterr().err
+    assert said in error and error.count("\n") == 1

@@ -1,0 +1,23 @@
+"""What the tests of a viewer without a window share; its fixtures stand in conftest.py."""
+from __future__ import annotations
+
+import pytest
+
+import gpgpu_rt as rt
+from gpgpu_rt.viewer import Viewer
+
+METHODS = [row.name for row in rt.methods()]
+
+
+def full(*values: object):
+    return pytest.param(*values, marks=pytest.mark.full)
+
+
+def settle(viewer: Viewer, steps: int = 30) -> None:
+    """Let it rest until there is nothing more to do."""
+    viewer.clock.now += 1.0
+    for _ in range(steps):
+        viewer.step()
+        if viewer.finished:
+            return
+    raise AssertionError(f"not finished after {steps} steps: {viewer.message}")
