@@ -6,8 +6,17 @@
 //
 // The next node is the smallest that any ray is at: nodes are numbered level by level, so the rays
 // that are highest in the tree come down first and join the others.
+//
+// Departure: rays with another dominant axis take turns where rays share the triangle's axes
+// (packet_axes.glsl), and only those that are at a leaf are tested there.
+
+#define PRESENT(r) (ray_node[r] == node)
+#ifdef INTERSECTION_WOOP_WATERTIGHT
+#define SHARED_AXES
+#endif
 
 #include "common/kd.glsl"
+#include "common/packet_turns.glsl"
 
 const int SETTLED = 1 << 24;   // a node above every index
 
@@ -16,8 +25,10 @@ float t_exit[RAYS];
 int ray_node[RAYS];
 int node;
 
+#include "common/packet_axes.glsl"
+
 bool is_settled(int r) {
-    return ray_node[r] == SETTLED;
+    return ray_node[r] == SETTLED && t_turn[r] == NEVER;
 }
 
 void start_ray(int r) {
@@ -26,7 +37,15 @@ void start_ray(int r) {
     t_min[r] = max(interval.x, ray.t_min);
     t_exit[r] = min(max(box_exit(ray, scene_lo, scene_hi), t_min[r]), ray.t_max);
     bool enters = t_min[r] <= min(interval.y, ray.t_max) && ray.t_min <= ray.t_max;
-    ray_node[r] = enters ? 0 : SETTLED;
+    octant[r] = shared_axis(ray);
+    t_turn[r] = enters ? t_min[r] : NEVER;
+    ray_node[r] = SETTLED;
+}
+
+void take_turn(int r) {
+    bool comes = t_turn[r] != NEVER && octant[r] == turn;
+    ray_node[r] = comes ? 0 : ray_node[r];
+    t_turn[r] = comes ? NEVER : t_turn[r];
 }
 
 void choose_node(int r) {
@@ -43,8 +62,16 @@ void start_packet() {
     EACH(start_ray)
 }
 
+// The rays of the next dominant axis, from the root; false when there are none.
 bool next_turn() {
-    return next_node();
+    turn = -1;
+    EACH(find_turn)
+    EACH(take_turn)
+#ifdef SHARED_AXES
+    EACH(find_start)
+#endif
+    node = 0;
+    return turn >= 0;
 }
 
 float plane;
@@ -99,7 +126,7 @@ bool step_packet() {
     if (left < end) {
         do {
             tested = reference_triangle(left);
-            EACH(test_ray)
+            test_rays();
             ++left;
             ++steps;
         } while (left < end && steps < step_limit);

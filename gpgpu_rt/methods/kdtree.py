@@ -27,6 +27,16 @@ _OPTIONS = (*BUILD_OPTIONS, Option(
     "as others do it", choices=("exact", *_NOT_EXACT), define="INTERVAL", relaxed=_NOT_EXACT))
 _PUSH_DOWN = Option("push_down", True, "restart at the last node that holds the whole rest of the "
                     "interval, not at the root", bool, define="PUSH_DOWN")
+SIBLINGS, PUSHED = "siblings", "pushed"
+
+
+def _ropes(default: str) -> Option:
+    return Option(
+        "ropes", default, "where a leaf's ropes lead: to the root of the sibling subtree, where a "
+        "packet's rays meet again, or pushed down to the smallest node that has the whole face",
+        choices=(SIBLINGS, PUSHED))
+
+
 _FULL_STACK = Option("stack_size", None, "levels; none: the tree's depth, which suffices", int,
                      minimum=1)
 
@@ -82,10 +92,9 @@ def _prepare_stack(triangles: np.ndarray, options: Mapping[str, Any]) -> Acceler
     return prepared
 
 
-def _prepare_ropes(triangles: np.ndarray, options: Mapping[str, Any],
-                   push_down: bool = True) -> Accelerator:
+def _prepare_ropes(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     prepared = _prepare(triangles, options)
-    ropes = accel.build_ropes(prepared.structure, push_down)
+    ropes = accel.build_ropes(prepared.structure, options["ropes"] == PUSHED)
     fields = {"lo": ropes.lo, "hi": ropes.hi}
     for axis, letter in enumerate("xyz"):
         fields["rope_lo_" + letter] = ropes.rope_lo[:, axis]
@@ -151,7 +160,7 @@ ROWS = (
          options=(_FULL_STACK,), prepare=_prepare_stack, stack_entry=STACK_ENTRY,
          schedules=tuple(s for s in SCHEDULES if s != "loop"), stack=True),
     _row("kd-ropes", "kd-tree, from leaf to leaf along ropes", "Popov et al. 2007",
-         ("follow_rope",), tables=(KD_LEAF,), prepare=_prepare_ropes),
+         ("follow_rope",), tables=(KD_LEAF,), options=(_ropes(PUSHED),), prepare=_prepare_ropes),
     _packet_row("kd-packet", "several rays a fragment, with push-down and short stack",
                 "Horn et al. 2007", "kd-short-stack", tables=_TABLES,
                 prepare=lambda triangles, options: _for_packets(_prepare(triangles, options),
@@ -159,9 +168,9 @@ ROWS = (
                 options=(*BUILD_OPTIONS, PACKET, VERTEX_CULLING, _PUSH_DOWN, Option(
                     "stack_size", 3, "entries of the stack; none: restarts alone", int,
                     choices=(0, 1, 2, 3, 4), define="STACK_SIZE")), stack=True),
-    _packet_row("kd-ropes-packet", "several rays a fragment, along ropes that are not pushed down",
+    _packet_row("kd-ropes-packet", "several rays a fragment, along ropes that meet at siblings",
                 "Popov et al. 2007", "kd-ropes", tables=(*_TABLES, KD_LEAF),
                 prepare=lambda triangles, options: _for_packets(
-                    _prepare_ropes(triangles, options, False), options),
-                options=(*BUILD_OPTIONS, PACKET)),
+                    _prepare_ropes(triangles, options), options),
+                options=(*BUILD_OPTIONS, PACKET, _ropes(SIBLINGS))),
 )

@@ -6,6 +6,7 @@ import pytest
 from conftest import assert_same_bits, soup_scene
 
 import gpgpu_rt as rt
+from gpgpu_rt.methods import find_method
 
 SIDE = 32
 
@@ -38,4 +39,18 @@ def test_as_alone(exact_renderer, options: dict, one_origin: bool, precision: st
             found.append(tracer.trace(*rays))
             assert (tracer.occluded(*rays) == found[-1].hit).all()
     assert 0.1 < found[0].hit.mean() <= 1
+    assert_same_bits(*found)
+
+
+@pytest.mark.parametrize("seed", [2], ids="seed{}".format)
+@pytest.mark.parametrize("one_origin", [True, False], ids=["one-origin", "many-origins"])
+@pytest.mark.parametrize("method", [row.name for row in rt.methods() if row.packet and row.single])
+def test_as_single_rays(exact_renderer, method: str, one_origin: bool, seed: int) -> None:
+    """Packets find what the method for single rays finds over the same structure."""
+    scene, rays = soup_scene(300, seed), fanned(seed, one_origin)
+    found = []
+    for name, options in ((method, {"packet": (4, 2)}), (find_method(method).single, {})):
+        with rt.Tracer(scene, name, **options) as tracer:
+            found.append(tracer.trace(*rays))
+            assert (tracer.occluded(*rays) == found[-1].hit).all()
     assert_same_bits(*found)
