@@ -10,6 +10,7 @@ import numpy as np
 from PIL import Image
 
 from . import false_colours as colours
+from .camera import Camera
 from .errors import Error
 from .files import replacing
 from .hits import Hits
@@ -23,7 +24,7 @@ FRAME_MS, LAST_MS = 80, 1500
 
 
 def write_passes(tracer: Tracer, folder: Path, size: tuple[int, int], every: int = 1,
-                 states: bool = False) -> dict[str, Any]:
+                 states: bool = False, camera: Camera | None = None) -> dict[str, Any]:
     """Trace a picture's eye rays and write what stands in the textures after each pass.
 
     ``pass_0000.png`` and on, ``passes.gif`` of up to MOST_FRAMES of them, and ``passes.json``;
@@ -36,6 +37,7 @@ def write_passes(tracer: Tracer, folder: Path, size: tuple[int, int], every: int
     size : (width, height) pixels
     every : pictures of each so many passes; those of the first and the last are always written
     states : write them too
+    camera : by default the scene's own
 
     Returns
     -------
@@ -43,7 +45,7 @@ def write_passes(tracer: Tracer, folder: Path, size: tuple[int, int], every: int
     """
     folder = _made(folder)
     before = _listed(folder)
-    origins, directions = tracer.scene.camera.rays(size)
+    origins, directions = (camera or tracer.scene.camera).rays(size)
     first = tracer.trace(origins, directions)    # also compiles: the JSON's seconds are of tracing
     painter = _Painter(tracer, RayBatch(origins, directions, bounds=tracer.scene.bounds), first)
     passes: list[dict[str, Any]] = []

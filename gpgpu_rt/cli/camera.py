@@ -1,4 +1,4 @@
-"""``gpgpu-rt render --eye --target --up --fov``: another camera than the scene's own."""
+"""``--eye --target --up --fov``: another camera than the scene's own."""
 from __future__ import annotations
 
 import argparse

@@ -12,6 +12,7 @@ from ..methods import find_method
 from ..pass_pictures import write_passes
 from ..scene import load_scene
 from ..tracer import Tracer
+from .camera import add_camera, camera_of
 from .frames import IMAGES
 from .shared import Command, add_options, options_for, print_json, print_table, size_word
 
@@ -28,6 +29,7 @@ def add_commands(command: Command) -> None:
     sub.add_argument("--every", type=int, default=1, metavar="N", help="a picture of each so many "
                      "passes; default %(default)s")
     sub.add_argument("--states", action="store_true", help="write states and hits as .npz too")
+    add_camera(sub)
     add_options(sub)
     sub = command("heat", _heat, "what each pixel's ray costs, by methods side by side on one "
                   "scale")
@@ -41,6 +43,7 @@ def add_commands(command: Command) -> None:
                      help="eye rays; default 256x256")
     sub.add_argument("--max", type=float, dest="highest", metavar="N", help="what the scale ends "
                      "at; default: what 99 %% of the rays of each method keep below")
+    add_camera(sub)
     add_options(sub)
 
 
@@ -51,7 +54,7 @@ def _passes(chosen: argparse.Namespace) -> None:
     with Tracer(load_scene(chosen.scene), chosen.method,
                 **_in_passes(chosen.method, options)) as tracer:
         found = write_passes(tracer, Path(chosen.output), chosen.size, chosen.every,
-                             chosen.states)
+                             chosen.states, camera_of(chosen, tracer.scene.camera))
     if chosen.json:
         return print_json(found)
     rows = found["passes"]
@@ -74,7 +77,7 @@ def _heat(chosen: argparse.Namespace) -> None:
         options = (_in_passes(method, options) if chosen.what == "passes"
                    else {**options, "statistics": True})
         with Tracer(scene, method, **options) as tracer:
-            maps.append(heat(tracer, chosen.what, chosen.size))
+            maps.append(heat(tracer, chosen.what, chosen.size, camera_of(chosen, scene.camera)))
     with replacing(chosen.output) as path:
         draw_heat(maps, chosen.what, scene.name, chosen.highest).save(path)
     rows = [{"method": method, "map": one.title, **one.summary()}

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..methods import find_method
 from ..options import TRACER_OPTIONS
-from .choices import DECIDED, option_words
+from .choices import DECIDED, camera_words, option_words
 from .tracers import stepwise
 
 if TYPE_CHECKING:
@@ -18,9 +18,6 @@ def line_of(viewer: Viewer) -> tuple[str, str]:
     if viewer.mode == "picture":
         return (viewer.choices.line(viewer.camera, viewer.size, f"{viewer.scene.name}.png"),
                 "draws the same picture, to the bit")
-    if viewer.camera != viewer.scene.camera:
-        return "", (f"no command makes this: gpgpu-rt {viewer.mode} looks from the scene's own "
-                    "camera alone")
     return _heat(viewer) if viewer.mode == "heat" else _passes(viewer)
 
 
@@ -33,7 +30,8 @@ def _heat(viewer: Viewer) -> tuple[str, str]:
     width, height = view.size_of_one(viewer.size)
     words = ["heat", chosen.scene, *(f"--method={name}" for name, _ in rows),
              f"--what={view.what}", *_option_words(chosen.method, rows[0][1]),
-             f"--size={width}x{height}", f"--output={viewer.scene.name}-heat.png"]
+             f"--size={width}x{height}", *camera_words(viewer.camera),
+             f"--output={viewer.scene.name}-heat.png"]
     return (shlex.join(["gpgpu-rt", *words]),
             "counts the same on the same scale; it draws whole maps side by side, under titles")
 
@@ -43,7 +41,8 @@ def _passes(viewer: Viewer) -> tuple[str, str]:
     width, height = viewer.journey_size
     words = ["passes", chosen.scene, f"--method={chosen.method}",
              *_option_words(chosen.method, stepwise(chosen.method, chosen.options)),
-             f"--size={width}x{height}", f"--output={viewer.scene.name}-passes"]
+             f"--size={width}x{height}", *camera_words(viewer.camera),
+             f"--output={viewer.scene.name}-passes"]
     return (shlex.join(["gpgpu-rt", *words]),
             "writes every pass over the same rays to a folder, in pictures of its own")
 

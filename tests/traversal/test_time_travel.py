@@ -154,6 +154,11 @@ def test_the_commands(tmp_path, capsys) -> None:
         rows = json.loads(capsys.readouterr().out)["methods"]
         assert [row["method"] for row in rows] == ["grid", "bvh-threaded"]
         assert all(row["max"] > 0 for row in rows) and Image.open(image).width > 500
+        # From elsewhere: with its back to the box, nothing is there to be hit.
+        assert main(["heat", "cornell", "-m", "grid", "--what", what, "-o", str(image), "--size",
+                     "12x8", "--eye=9e5,0,0", "--target=9e6,0,0", "--json"]) == 0
+        away, = json.loads(capsys.readouterr().out)["methods"]
+        assert away["max"] < rows[0]["max"]
     image.unlink()
     for command, method, where, says in (
             ("passes", "ray-tiles", folder, "no state"),

@@ -176,6 +176,7 @@ def test_a_picture_is_saved_with_its_settings(viewer: Viewer, tmp_path: Path) ->
     ("triangles", "brute-force", "side by side"), full("passes", "grid", "wipe")])
 def test_a_heat_map_is_saved_whole_with_what_it_follows_from(
         viewer: Viewer, tmp_path: Path, capsys, what: str, other: str, layout: str) -> None:
+    viewer.camera = moves.orbit(viewer.camera, 0.3, 0.1)
     viewer.look_at("heat")
     viewer.change_heat(what=what, other=other, layout=layout, wipe=0.3)
     viewer.pace.measured(1, 1.0)        # as if a full picture took a second
@@ -196,11 +197,10 @@ def test_a_heat_map_is_saved_whole_with_what_it_follows_from(
     again = json.loads(capsys.readouterr().out)["methods"]
     for one, row in zip(viewer.heat.maps, again, strict=True):
         assert row["map"] == one.title and one.summary().items() <= row.items()
-    viewer.camera = moves.orbit(viewer.camera, 0.3, 0.1)
-    assert viewer.settings()["command"] is None and "no command" in viewer.command
 
 
 def test_passes_are_saved_with_what_they_follow_from(viewer: Viewer, tmp_path: Path) -> None:
+    viewer.camera = moves.orbit(viewer.camera, 0.3, 0.1)
     viewer.look_at("passes")
     viewer.step()       # the camera does not rest yet: a coarse picture
     assert viewer.journey is None
@@ -216,8 +216,6 @@ def test_passes_are_saved_with_what_they_follow_from(viewer: Viewer, tmp_path: P
     assert main([*words[1:-1], f"--output={tmp_path / 'again'}", "--every=1000"]) == 0
     again = json.loads((tmp_path / "again" / "passes.json").read_text())["passes"]
     assert [one["live"] for one in again] == viewer.journey.live.tolist()
-    viewer.camera = moves.orbit(viewer.camera, 0.3, 0.1)
-    assert "no command" in viewer.command
 
 
 def test_without_a_display_one_line_says_so(monkeypatch, capsys) -> None:
