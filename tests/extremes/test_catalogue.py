@@ -9,7 +9,7 @@ import functools
 
 import numpy as np
 import pytest
-from conftest import assert_same_bits, variants
+from conftest import UNSTRUCTURED, assert_same_bits, variants
 
 import gpgpu_rt as rt
 from gpgpu_rt.accuracy.judge import judge
@@ -150,7 +150,7 @@ def test_every_method_in_full(exact_renderer, name: str, method: str, options: d
 @pytest.mark.parametrize("name", [name for name, kind in CASES.items() if kind.row <= 4])
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()])
 def test_rows_1_to_4_a_million_rays(name: str, method: str, seed: int) -> None:
-    rays = 10**5 if method == "brute-force" else 10**6
+    rays = 10**5 if method in UNSTRUCTURED else 10**6
     assert trace(make_case(name, rays, seed), method).hit.all()
 
 

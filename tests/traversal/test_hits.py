@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from conftest import (
-    FOLEY, RAY_SETS, assert_same_bits, assert_same_hits, part_of, random_soup, real_scene,
-    schedules_of, soup_scene, variant_pairs, variants
+    FOLEY, RAY_SETS, UNSTRUCTURED, assert_same_bits, assert_same_hits, part_of, random_soup,
+    real_scene, schedules_of, soup_scene, variant_pairs, variants
 )
 
 import gpgpu_rt as rt
@@ -144,7 +144,8 @@ def test_real_scene_matches_oracle(name: str) -> None:
 @pytest.mark.parametrize("rays", ["eye", "random", "surface"])
 @pytest.mark.parametrize("name", FOLEY)
 def test_real_scene_bars(exact_renderer, name: str, rays: str) -> None:
-    """65,536 rays: all methods, builds and schedules against brute force and the oracle."""
+    """65,536 rays: all methods, builds and schedules against brute force and the oracle. Where rays
+    are all the structure there is, an eighth of them tries its other options."""
     scene = real_scene(name)
     chosen = RAY_SETS[rays](scene, 65_536, 29)
     exhaustive = trace(scene, "brute-force", chosen)
@@ -154,9 +155,10 @@ def test_real_scene_bars(exact_renderer, name: str, rays: str) -> None:
         for options in variants(row.name):
             if row.name == "brute-force" or options.get("build") == "goldsmith-salmon":
                 continue
-            best = trace(scene, row.name, chosen, **options)
-            assert_same_bits(best, exhaustive, 1e-5)
-            assert_same_hits(best, expected, scene.extent, 1e-4)
+            some = slice(None, None, 8 if options and row.name in UNSTRUCTURED else None)
+            best = trace(scene, row.name, tuple(a[some] for a in chosen), **options)
+            assert_same_bits(best, part_of(exhaustive, some), 1e-5)
+            assert_same_hits(best, part_of(expected, some), scene.extent, 1e-4)
             if not options:
                 for schedule in schedules_of(row, ("step16", "step1", "kernels")).values():
                     assert_same_bits(trace(scene, row.name, chosen, **schedule), best)
