@@ -31,7 +31,7 @@ hypothesis.settings.register_profile("untimed", deadline=None)
 hypothesis.settings.load_profile("untimed")
 
 FOLEY = ("cornell", "bunny", "robots", "kitchen")
-# What has no structure over the triangles: scattered rays meet nearly all of them, as in brute force.
+# Without a structure over the triangles: scattered rays meet nearly all of them.
 UNSTRUCTURED = ("brute-force", "ray-tiles", "ray-hierarchy")
 RAY_SETS = {
     "eye": lambda scene, n, seed: ray_sets.eye_rays(scene, n),

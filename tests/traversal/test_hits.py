@@ -144,7 +144,7 @@ def test_real_scene_matches_oracle(name: str) -> None:
 @pytest.mark.parametrize("rays", ["eye", "random", "surface"])
 @pytest.mark.parametrize("name", FOLEY)
 def test_real_scene_bars(exact_renderer, name: str, rays: str) -> None:
-    """65,536 rays: all methods, builds and schedules against brute force and the oracle. Where rays
+    """65,536 rays: all methods, builds, schedules against brute force and the oracle. Where rays
     are all the structure there is, an eighth of them tries its other options."""
     scene = real_scene(name)
     chosen = RAY_SETS[rays](scene, 65_536, 29)
