@@ -137,11 +137,15 @@ EMISSION = Record("emission", "radiance:vec3")
 """Of a material: what it sends out by itself."""
 
 LIGHT_CHOICE = Record("light_choice", "light:int alias:int keep")
-"""What a random number chooses: a light, the row of a triangle or -1 - k for the k-th point, kept
-with this probability; and which one else."""
+"""What a random number chooses: a light, the row of a triangle or -1 - k for the k-th point (the
+surroundings count as one after the last), kept with this probability; and which one else."""
 
 POINT_LIGHT = Record("point_light", "position:vec3 | strength:vec3")
 """A point light that paths ask: the irradiance it gives, over the chance that it is chosen."""
+
+SURROUNDINGS_ROW = Record("surroundings_row", "sum cosine")
+"""A row of cells of the image that surrounds a scene: how likely it and those above are asked;
+the mean of its latitude's cosine."""
 
 IMAGE = Record("image", "x:int y:int width:int height:int")
 """Of a material: where its image lies in the texture of all images; width 0 for none."""

@@ -1,27 +1,28 @@
 // The light that a vertex of a path asks: chosen from a table by Walker's alias method (1977), as
-// gpgpu_rt/appearance/light_choice.py makes it, and a place on it.
+// gpgpu_rt/appearance/light_choice.py makes it, and a place on it. What surrounds the scene has no
+// place: asked_surroundings.glsl goes on from there.
 
 uniform int light_count;
 uniform float light_density;    // of places by area, over the luminance of their emission
-
-float luminance(vec3 colour) {
-    return dot(colour, vec3(0.2126, 0.7152, 0.0722));
-}
 
 struct AskedLight {
     vec3 place;
     vec3 normal;        // of a triangle's; zero for a point
     vec3 strength;      // radiance of a triangle; of a point, irradiance over its probability
     float blur;         // how far before its place the light itself may be met
+    bool far;           // it is what surrounds the scene
 };
 
 AskedLight ask_light(vec4 random) {
     int entry = min(int(random.x * float(light_count)), light_count - 1);
     int light = random.y < light_choice_keep(entry) ? light_choice_light(entry)
                                                     : light_choice_alias(entry);
-    AskedLight asked = AskedLight(vec3(0.0), vec3(0.0), vec3(0.0), 0.0);
+    AskedLight asked = AskedLight(vec3(0.0), vec3(0.0), vec3(0.0), 0.0, false);
+#ifdef ASKED_SURROUNDINGS
+    asked.far = light == far_light;
+#endif
 #ifdef POINT_LIGHTS
-    if (light < 0) {
+    if (light < 0 && !asked.far) {
         asked.place = point_light_position(-1 - light);
         asked.strength = point_light_strength(-1 - light);
     }

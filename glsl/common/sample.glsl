@@ -23,6 +23,11 @@ float twice_artanh(float z) {
     return 2.0 * (z + z * series);
 }
 
+// (sine, cosine) of an angle from those of its half.
+vec2 twice_the_angle(vec2 turn) {
+    return vec2(2.0 * turn.x * turn.y, (turn.y - turn.x) * (turn.y + turn.x));
+}
+
 // The natural logarithm of x in (0, 1], relative to itself: a mantissa in [sqrt(1/2), sqrt(2)) by
 // 2 artanh((m - 1) / (m + 1)), and near 1 by that alone.
 float logarithm(float x) {

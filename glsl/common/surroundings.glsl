@@ -21,7 +21,15 @@ uniform vec3 ground;
 uniform vec3 ambient_terms[4];      // a constant, and factors of the normal's components
 
 #ifdef SKY_IMAGE
+#include "common/angle.glsl"
+
 uniform sampler2D surroundings_image;
+
+// Texture coordinates of the image: longitude and latitude.
+vec2 surroundings_uv(vec3 direction) {
+    return 0.5 + vec2(angle_of(vec2(-direction.z, direction.x)) * 0.15915494,
+                      angle_of(vec2(length(direction.xz), direction.y)) * 0.31830989);
+}
 #endif
 
 vec3 surroundings(vec3 direction) {
@@ -41,8 +49,7 @@ vec3 surroundings(vec3 direction) {
     if (surroundings_kind == IMAGE_KIND) {
         ivec2 size = textureSize(surroundings_image, 0);
         float margin = 0.5 / float(size.y);   // the poles are not neighbours
-        vec2 uv = vec2(0.5 + atan(direction.x, -direction.z) * 0.15915494,
-                       0.5 + asin(clamp(direction.y, -1.0, 1.0)) * 0.31830989);
+        vec2 uv = surroundings_uv(direction);
         light = image_at(surroundings_image, ivec2(0), size,
                          vec2(uv.x, clamp(uv.y, margin, 1.0 - margin)));
     }

@@ -6,6 +6,7 @@
 #include "common/precision.glsl"
 #include <streams>
 #include "common/walk.glsl"
+#include "common/luminance.glsl"
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
@@ -16,7 +17,7 @@ void main() {
         for (int x = 0; x < block.x; ++x) {
             ivec2 texel = pixel * block + ivec2(x, y);
             vec3 light = radiance_load(texel).sum;
-            float bright = dot(light, vec3(0.2126, 0.7152, 0.0722));
+            float bright = luminance(light);
             PRECISE vec4 value = vec4(light, bright * bright) - lost;
             PRECISE vec4 next = sum + value;
             PRECISE vec4 kept = next - sum;

@@ -22,7 +22,11 @@
 #endif
 #include "common/scatter.glsl"
 #ifdef SHADOWS
+#include "common/luminance.glsl"
 #include "common/light_end.glsl"
+#ifdef ASKED_SURROUNDINGS
+#include "common/asked_surroundings.glsl"
+#endif
 #include "common/asked_light.glsl"
 #endif
 
@@ -46,8 +50,19 @@ Rays leave(inout Spawn spawn, vec3 direction) {
 #ifdef SHADOWS
 // Light that arrives by way of the vertex unless something is between.
 vec3 light_asked(Hit hit, Surface surface, Scatter scatter, ivec2 texel, inout Rays shadow) {
-    AskedLight light = ask_light(walk_random(texel, vertex, 1u));
+    vec4 random = walk_random(texel, vertex, 1u);
+    AskedLight light = ask_light(random);
     Spawn spawn = spawn_setup(hit, surface.flat_normal);
+#ifdef ASKED_SURROUNDINGS
+    if (light.far) {
+        vec3 direction;
+        vec3 arrives = surroundings_asked(surface, scatter, random, direction);
+        if (max(max(arrives.r, arrives.g), arrives.b) > 0.0) {
+            shadow = leave(spawn, direction);
+        }
+        return arrives;
+    }
+#endif
     vec3 to_light = light.place - spawn_origin(spawn);
     float distance = length(to_light);
     vec3 direction = stored(to_light / distance);
@@ -85,7 +100,11 @@ void main() {
     vec3 lit = vec3(0.0);
     vec3 direct = vec3(0.0);
     if (ray.t_max >= 0.0 && !hit_found(hit)) {
-        lit = walk.weight * surroundings(ray.direction);
+        vec3 radiance = surroundings(ray.direction);
+        lit = walk.weight * radiance;
+#ifdef ASKED_SURROUNDINGS
+        lit *= surroundings_share(ray.direction, radiance, walk.density);
+#endif
     } else if (ray.t_max >= 0.0) {
         Surface surface = surface_at(ray, hit);
 #ifdef EMITTERS

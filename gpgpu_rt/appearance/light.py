@@ -2,11 +2,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ..errors import SceneError
+from .image_light import ImageLight
 from .texture import Texture
 from .values import Vector, vector
 
@@ -83,6 +85,11 @@ class Environment:
         """Whether any light comes from it."""
         return self.kind == "backdrop" or any(self.zenith) or any(self.ground) or (
             self.image is not None and bool(self.image.texels.any()))
+
+    @cached_property
+    def image_light(self) -> ImageLight | None:
+        """How its image lights; None without one."""
+        return None if self.image is None else ImageLight.of(self.image.texels)
 
     def radiance(self, directions: np.ndarray) -> np.ndarray:
         """(n, 3) float64 from (n, 3) unit directions, as ``common/surroundings.glsl`` has it."""

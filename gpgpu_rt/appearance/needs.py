@@ -22,10 +22,11 @@ from ..record import Record
 from ..scene import Scene
 from ..texel_layout import (
     COLOUR, CORNER_NORMALS, CORNER_UV, DIELECTRIC, EMISSION, GLOSSY, IMAGE, LIGHT_CHOICE, MIRROR,
-    POINT_LIGHT, SURFACE, TRIANGLE
+    POINT_LIGHT, SURFACE, SURROUNDINGS_ROW, TRIANGLE
 )
+from .image_light import ImageLight
 from .images import places
-from .light_choice import LightChoice
+from .light_choice import LightChoice, asks_surroundings
 
 # Of a pixel, a path's least weight that is followed: of a picture with 8 bits it moves no channel
 # by more than a quarter of a step, unless what it meets is brighter than white.
@@ -79,7 +80,8 @@ class Property:
     absent : why what it brings was left out
     defines : what programs are compiled with
     tables : what they then read
-    images : textures besides tables: "images" of materials, "surroundings_image"
+    images : textures besides tables: "images" of materials, "surroundings_image" and
+        "surroundings_sums"
     bouncing : whether it is about rays that go on, and so nothing where none are followed
     of_paths : whether it is about paths, and so nothing where none are traced
     """
@@ -119,6 +121,17 @@ _EMISSION = Table(EMISSION, lambda scene: {"radiance": [m.emission for m in scen
 
 _LIGHT_CHOICE = Table(LIGHT_CHOICE, lambda scene: LightChoice.of(scene).choices())
 _POINT_LIGHT = Table(POINT_LIGHT, lambda scene: LightChoice.of(scene).points(scene.lights))
+
+
+def image_light(scene: Scene) -> ImageLight | None:
+    """How the image that surrounds a scene lights it, where there is one."""
+    return None if scene.environment is None else scene.environment.image_light
+
+
+def _surroundings_row(scene: Scene) -> Mapping[str, Any]:
+    light = image_light(scene)
+    return {"sum": [1.0] if light is None else light.rows,
+            "cosine": [1.0] if light is None else light.cosine}
 
 
 def _corner_normals(scene: Scene) -> Mapping[str, Any]:
@@ -176,6 +189,11 @@ PROPERTIES: tuple[Property, ...] = (
              "there is no light to ask", ("ASKED_LIGHTS",), (_LIGHT_CHOICE,), of_paths=True),
     Property("points to ask", lambda scene, asked: any(any(li.intensity) for li in scene.lights),
              "there is no point light", ("ASKED_POINTS",), (_POINT_LIGHT,), of_paths=True),
+    Property("surroundings to ask", lambda scene, asked: asks_surroundings(scene),
+             "no image surrounds the scene, nor a sky alone lights it",
+             ("ASKED_SURROUNDINGS", "ASKED_LIGHTS", "SHADOWS"), (_LIGHT_CHOICE,), of_paths=True),
+    Property("image to ask", _kind("image"), "no image surrounds the scene", ("ASKED_IMAGE",),
+             (Table(SURROUNDINGS_ROW, _surroundings_row),), ("surroundings_sums",), of_paths=True),
 )
 
 

@@ -16,7 +16,8 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from ..appearance.light_choice import LUMINANCE, LightChoice
+from ..appearance.light_choice import LightChoice
+from ..appearance.luminance import LUMINANCE
 from ..appearance.needs import Asked
 from ..camera import Camera
 from ..options import Option, resolve_options
@@ -90,7 +91,8 @@ class Path(Integrator):
     def take(self, scene: Scene) -> None:
         super().take(scene)
         lights = LightChoice.of(scene)
-        self._uniforms.update(light_count=len(lights), light_density=lights.density)
+        self._uniforms.update(light_count=len(lights), light_density=lights.density,
+                              **lights.far_uniforms(scene))
         for program in self._programs.values():
             program.set(**self._uniforms)
 

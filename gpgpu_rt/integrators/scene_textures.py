@@ -5,7 +5,7 @@ import moderngl
 import numpy as np
 
 from ..appearance.images import atlas
-from ..appearance.needs import SceneNeeds
+from ..appearance.needs import SceneNeeds, image_light
 from ..gpu import Gpu
 from ..precision import Precision
 from ..scene import Scene
@@ -38,8 +38,12 @@ class SceneTextures:
         texels = atlas(scene) if name == "images" else BLACK
         if name == "surroundings_image" and scene.environment and scene.environment.image:
             texels = np.pad(scene.environment.image.texels, ((0, 0), (0, 0), (0, 1)))
-        height, width = texels.shape[:2]
-        return make_texture(self.gpu, (width, height), 4, name.replace("_", " "), texels, "f2")
+        if name == "surroundings_sums":
+            light = image_light(scene)
+            texels = np.ones((1, 1, 1)) if light is None else light.cells[..., None]
+        height, width, components = texels.shape
+        return make_texture(self.gpu, (width, height), components, name.replace("_", " "), texels,
+                            "f4" if name == "surroundings_sums" else "f2")
 
     def tables_glsl(self) -> str:
         """Accessors of the tables."""

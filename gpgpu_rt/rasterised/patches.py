@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..appearance.light_choice import luminance
+from ..appearance.luminance import luminance
 from ..tracer import Tracer
 
 LIFT = 1e-4       # of the scene's extent: how far off its surface a place stands

@@ -17,7 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from ..appearance.light_choice import LightChoice, luminance
+from ..appearance.light_choice import LightChoice
+from ..appearance.luminance import luminance
 from ..camera import Camera
 from ..hits import Hits
 from ..integrators.path_settings import MOST_SURVIVE, PathSettings
@@ -122,9 +123,21 @@ class _Paths:
 
     def _missed(self, hits: Hits) -> None:
         away = self.alive[~hits.hit]
-        if self.scene.environment is not None:
-            self.light[away] += self.weight[away] * self.scene.environment.radiance(
-                self.direction[away])
+        if self.scene.environment is None:
+            return
+        radiance = self.scene.environment.radiance(self.direction[away])
+        found = self.density[away]
+        certain = np.isinf(found)
+        found = np.where(certain, 1, found)
+        asked = np.where(certain, 0, self._far_density(self.direction[away], radiance, found))
+        self.light[away] += self.weight[away] * radiance * (found / (found + asked))[:, None]
+
+    def _far_density(self, direction: np.ndarray, radiance: np.ndarray, found: np.ndarray
+                     ) -> np.ndarray:
+        """How likely surroundings are asked in directions from which this radiance comes, where
+        paths go with density ``found``: a sky, as often as they do."""
+        light = self.scene.environment.image_light if self.scene.environment else None
+        return self.lights.far * (found if light is None else light.density(direction, radiance))
 
     def _emitted(self, at: _Surfaces, hits: Hits) -> None:
         """Light that paths meet by themselves, both sides of a triangle alike."""
@@ -142,6 +155,9 @@ class _Paths:
         rows = np.flatnonzero(at.scatters)
         random = self._random(self.alive[rows], vertex, 1)
         light = self.lights.choose(random[:, 0], random[:, 1])
+        far = light == -1 - len(self.scene.lights)
+        self._lit_from_afar(at, hits, rows[far], random[far])
+        rows, random, light = rows[~far], random[~far], light[~far]
         is_point = light < 0
         place, emission, normal = (np.zeros((len(rows), 3)) for _ in range(3))
         if is_point.any():
@@ -177,6 +193,32 @@ class _Paths:
         paths = self.alive[rows]
         self.light[paths] += (free[:, None] * self.weight[paths]
                               * reflected[useful] * emission[useful])
+
+    def _lit_from_afar(self, at: _Surfaces, hits: Hits, rows: np.ndarray, random: np.ndarray
+                       ) -> None:
+        """The same of surroundings: an image is asked by its luminance, a sky where the surface
+        might send the path as well."""
+        if not len(rows):
+            return
+        environment = self.scene.environment
+        assert environment is not None
+        if environment.image_light is not None:
+            direction, radiance = environment.image_light.draw(random[:, 2:])
+        else:
+            numbers = np.full((len(at.material), 4), 0.25)
+            numbers[rows] = random
+            direction, _, density = (found[rows] for found in at.next(numbers))
+            some = ~np.isinf(density)
+            rows, direction = rows[some], direction[some]
+            radiance = environment.radiance(direction)
+        reflected, found = at.scattered(rows, direction)
+        total = found + self._far_density(direction, radiance, found)
+        arrives = reflected * radiance / np.maximum(total, 1e-30)[:, None]
+        useful = np.flatnonzero((arrives > 0).any(axis=1))
+        rows, direction = rows[useful], direction[useful]
+        free = ~_trace(self.scene, spawn(self.scene, _some(hits, rows), direction), direction).hit
+        paths = self.alive[rows]
+        self.light[paths] += free[:, None] * self.weight[paths] * arrives[useful]
 
     def _go_on(self, at: _Surfaces, hits: Hits, vertex: int) -> None:
         """Choose what each path does next; those that end are alive no more."""

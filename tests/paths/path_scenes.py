@@ -1,6 +1,8 @@
 """Scenes whose pictures are known by formulas, each with the radiance that it must show."""
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import trimesh
 
@@ -82,6 +84,57 @@ def point_lit_floor() -> tuple[rt.Scene, np.ndarray]:
                                  lights=lights, environment=None,
                                  camera=rt.Camera((0.2, 0.9, 1.2), (0.2, 0, 0.2), fov=50))
     return scene, np.array((0.8, 0.5, 0.2)) * (0.6, 0.45, 1.3)
+
+
+def image_sky(bright: tuple[int, int] | None, dim: float = 0.0, times: float = 100.0
+              ) -> Environment:
+    """An even image, or one with a bright texel, (row, column)."""
+    texels = np.full((16, 32, 3), dim)
+    if bright is not None:
+        texels[bright] = np.array((6, 5, 4)) * times
+    return Environment.surrounded(Texture("sky", texels))
+
+
+def image_lit_floor() -> tuple[rt.Scene, np.ndarray]:
+    """A floor below all but one texel of darkness, and its radiance: the irradiance by the sum of
+    fine patches of the sky over pi, times what the floor reflects."""
+    share = np.array((0.8, 0.5, 0.2))
+    floor = np.array([[-9, 0, -9], [-9, 0, 9], [9, 0, 9], [9, 0, -9]], float)
+    sky = image_sky((3, 20))
+    scene = rt.Scene.from_arrays(floor, QUAD, materials=(Material(diffuse=tuple(share)),),
+                                 lights=(), environment=sky,
+                                 camera=rt.Camera((0.2, 0.9, 1.2), (0.2, 0, 0.2), fov=50))
+    fine = 400
+    up = (np.arange(fine) + 0.5) / fine * np.pi / 2
+    turn = (np.arange(4 * fine) + 0.5) / (4 * fine) * 2 * np.pi
+    up, turn = (a.ravel() for a in np.meshgrid(up, turn))
+    across = np.cos(up)
+    light = sky.radiance(np.stack([across * np.sin(turn), np.sin(up), across * np.cos(turn)], 1))
+    patch = across * (np.pi / 2 / fine) ** 2
+    return scene, share / np.pi * (light * (patch * np.sin(up))[:, None]).sum(axis=0)
+
+
+def image_lit_ball() -> tuple[rt.Scene, np.ndarray]:
+    """The white ball in an image that is as bright everywhere."""
+    scene, _ = white_ball()
+    return replace(scene, environment=image_sky(None, 0.75)), np.full(3, 0.75)
+
+
+def sunny_ball() -> rt.Scene:
+    """A ball on a floor, under an image that is dim but for one texel of 512, which sends seven
+    times as much as the others together."""
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    floor = np.array([[-9, -1, -9], [-9, -1, 9], [9, -1, 9], [9, -1, -9]], float)
+    return rt.Scene.from_arrays(
+        np.concatenate([ball.vertices, floor]),
+        np.concatenate([ball.faces, np.array(QUAD) + len(ball.vertices)]), lights=(),
+        materials=(Material(diffuse=(0.6, 0.5, 0.4)),), environment=image_sky((3, 20), 0.2, 150),
+        camera=rt.Camera((1, 2, 6), (0, -0.2, 0), fov=40))
+
+
+def everything_under_an_image() -> rt.Scene:
+    """The room with all kinds of surface; its window shows an image with a small sun."""
+    return replace(everything(), environment=image_sky((5, 15), 0.5, 3))
 
 
 def glass_slab(ior: float = 1.5) -> tuple[rt.Scene, np.ndarray]:

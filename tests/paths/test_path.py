@@ -9,7 +9,8 @@ import pytest
 from PIL import Image
 
 import gpgpu_rt as rt
-from gpgpu_rt.appearance.light_choice import LUMINANCE
+from gpgpu_rt.appearance import light_choice, needs
+from gpgpu_rt.appearance.luminance import LUMINANCE
 from gpgpu_rt.appearance.material import Material
 from gpgpu_rt.figures.path_errors import cornell_truth, relative_error, truth_noise
 from gpgpu_rt.integrators import path
@@ -19,7 +20,10 @@ from gpgpu_rt.reference.path import path_picture
 SCENES = {"furnace": lambda: path_scenes.furnace()[0], "floor": path_scenes.lit_floor,
           "points": lambda: path_scenes.point_lit_floor()[0],
           "slab": lambda: path_scenes.glass_slab()[0], "cornell": path_scenes.cornell_lit,
-          "everything": path_scenes.everything}
+          "everything": path_scenes.everything, "ball": lambda: path_scenes.white_ball()[0],
+          "image on ball": lambda: path_scenes.image_lit_ball()[0],
+          "image on floor": lambda: path_scenes.image_lit_floor()[0],
+          "image": path_scenes.everything_under_an_image}
 
 
 def radiance(scene: rt.Scene, size: tuple[int, int], samples: int, method: str = "bvh-threaded",
@@ -105,6 +109,32 @@ def test_direct_light_of_a_polygon() -> None:
     assert np.abs(found.mean(axis=(0, 1)) / expected.mean(axis=(0, 1)) - 1).max() < 0.004
 
 
+def test_a_white_ball_in_an_even_image() -> None:
+    scene, expected = path_scenes.image_lit_ball()
+    found = radiance(scene, (16, 16), 512, roulette=60)
+    assert np.abs(found.mean(axis=(0, 1)) / expected - 1).max() < 0.005
+
+
+def test_direct_light_of_a_bright_texel() -> None:
+    scene, expected = path_scenes.image_lit_floor()
+    found = radiance(scene, (6, 6), 1024)
+    assert np.abs(found / expected - 1).max() < 0.02
+    assert np.abs(found.mean(axis=(0, 1)) / expected - 1).max() < 0.003
+
+
+@pytest.mark.parametrize("seed", [13])
+def test_asking_finds_a_small_sun(seed: int, monkeypatch) -> None:
+    """The figures of docs/path-tracing.md."""
+    scene = path_scenes.sunny_ball()
+    truth = radiance(scene, (24, 24), 4096, seed=seed + 1)
+    asked = relative_error(radiance(scene, (24, 24), 64, seed=seed), truth)
+    for module in (light_choice, needs):
+        monkeypatch.setattr(module, "asks_surroundings", lambda scene: False)
+    met = relative_error(radiance(scene, (24, 24), 64, seed=seed), truth)
+    print(f"mean relative error at 64 samples: {asked:.2%} asked, {met:.2%} met alone")
+    assert asked < 0.1 * met
+
+
 def test_glass_slab() -> None:
     scene, expected = path_scenes.glass_slab()
     found = radiance(scene, (4, 4), 4096, roulette=60)
@@ -118,10 +148,16 @@ def test_every_method_draws_the_same_bits(exact_renderer, method: str) -> None:
     assert (radiance(scene, (6, 6), 4, method, bounces=3) == expected).all()
 
 
+@pytest.mark.parametrize("method", [row.name for row in rt.methods()])
+def test_every_method_draws_the_same_bits_under_an_image(exact_renderer, method: str) -> None:
+    scene = path_scenes.image_lit_ball()[0]
+    assert (radiance(scene, (6, 6), 4, method, bounces=2) == _image_bits(scene)).all()
+
+
 @pytest.mark.full
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()])
 def test_every_method_draws_the_same_bits_of_everything(exact_renderer, method: str) -> None:
-    scene = path_scenes.everything()
+    scene = path_scenes.everything_under_an_image()
     expected = radiance(scene, (16, 16), 8)
     assert (radiance(scene, (16, 16), 8, method) == expected).all()
 
@@ -140,6 +176,12 @@ def _reference_bits(scene: rt.Scene, kept: list[np.ndarray] = []) -> np.ndarray:
     return kept[0]
 
 
+def _image_bits(scene: rt.Scene, kept: list[np.ndarray] = []) -> np.ndarray:
+    if not kept:
+        kept.append(radiance(scene, (6, 6), 4, bounces=2))
+    return kept[0]
+
+
 @pytest.mark.parametrize("samples", [13, 64])
 def test_the_size_of_waves_changes_nothing(exact_renderer, monkeypatch, samples: int) -> None:
     scene = path_scenes.cornell_lit()
@@ -149,8 +191,9 @@ def test_the_size_of_waves_changes_nothing(exact_renderer, monkeypatch, samples:
         assert (radiance(scene, (8, 6), samples) == expected).all()
 
 
-def test_all_features_draw_the_same_bits(exact_renderer) -> None:
-    scene = path_scenes.cornell_lit()
+@pytest.mark.parametrize("name", ["cornell", "ball", "image on floor"])
+def test_all_features_draw_the_same_bits(exact_renderer, name: str) -> None:
+    scene = SCENES[name]()
     with rt.Tracer(scene) as tracer:
         tracer.render(size=(8, 8), integrator="path", samples=4)
         derived, plain = tracer.radiance, tracer.statistics.texture_bytes
@@ -205,12 +248,18 @@ def test_options_that_make_no_sense_are_refused(wrong: dict) -> None:
 
 @pytest.mark.parametrize("name, adds", [
     ("dark", set()), ("point", {"light_choice", "point_light"}),
-    ("lamp", {"emission", "light_choice"})])
+    ("lamp", {"emission", "light_choice"}), ("sky", {"light_choice"}),
+    ("sky and lamp", {"emission", "light_choice"}),
+    ("image", {"light_choice", "surroundings_image", "surroundings_sums", "surroundings_row"})])
 def test_each_light_brings_exactly_its_own(name: str, adds: set[str]) -> None:
-    """Of what paths need: streams of their own, a table of lights, one of points."""
+    """Of what paths need: streams of their own, a table of lights, one of points, sums of an
+    image. A sky is asked where nothing else is."""
     floor = path_scenes.point_lit_floor()[0]
-    lit = [Material(diffuse=(0.5,) * 3, emission=(1, 1, 1) if name == "lamp" else (0, 0, 0))]
-    scene = dataclasses.replace(floor, materials=lit, lights=floor.lights[:name == "point"])
+    lit = [Material(diffuse=(0.5,) * 3, emission=(1, 1, 1) if "lamp" in name else (0, 0, 0))]
+    sky = path_scenes.image_sky(None, 1) if name == "image" else (
+        rt.Environment.constant((1, 1, 1)) if "sky" in name else None)
+    scene = dataclasses.replace(floor, materials=lit, lights=floor.lights[:name == "point"],
+                                environment=sky)
     always = {"surface", "triangle", "eye rays", "state and hits", "next rays", "walk 0",
               "walk 1", "lit", "radiance", "sums 0", "sums 1"}
     with rt.Tracer(scene, "brute-force") as tracer:
@@ -218,6 +267,8 @@ def test_each_light_brings_exactly_its_own(name: str, adds: set[str]) -> None:
         own = {kind for kind in plan.textures if not kind.startswith("the method's")}
         assert own == always | adds | ({"shadow rays", "direct"} if adds else set())
         assert ("ASKED_LIGHTS" in plan.defines) == bool(adds) and "PATHS" in plan.defines
+        assert ("ASKED_SURROUNDINGS" in plan.defines) == (name in ("sky", "image"))
+        assert ("ASKED_IMAGE" in plan.defines) == (name == "image")
         assert plan.left_out["texture"].get("point_light", "") == (
             "" if name == "point" else "there is no point light")
         tracer.render(size=(8, 8), integrator="path")

@@ -1,13 +1,18 @@
 """The float64 path tracer against formulas: if it is right, the programs can be held to it."""
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import path_scenes
 import pytest
 
 import gpgpu_rt as rt
+from gpgpu_rt.appearance import light_choice
+from gpgpu_rt.appearance.light import Environment
 from gpgpu_rt.appearance.light_choice import LightChoice
 from gpgpu_rt.appearance.material import Material
+from gpgpu_rt.appearance.texture import Texture
 from gpgpu_rt.integrators.path_settings import PathSettings
 from gpgpu_rt.reference.path import PathPicture, path_picture
 
@@ -61,6 +66,84 @@ def test_glass_slab(seed: int) -> None:
     scene, expected = path_scenes.glass_slab()
     picture = path_picture(scene, (4, 4), 2000, PathSettings(seed=seed, roulette=60))
     assert_within_noise(picture, expected, 0.005)
+
+
+@pytest.mark.parametrize("seed", [9])
+def test_an_even_image_hides_a_white_ball(seed: int) -> None:
+    scene, expected = path_scenes.image_lit_ball()
+    picture = path_picture(scene, (8, 8), 1000, PathSettings(roulette=60, seed=seed))
+    assert_within_noise(picture, expected, 0.005)
+
+
+@pytest.mark.parametrize("seed", [10])
+def test_direct_light_of_a_bright_texel(seed: int, monkeypatch) -> None:
+    """As its irradiance says; and with far less noise than where paths have to find it."""
+    scene, expected = path_scenes.image_lit_floor()
+    settings = PathSettings(seed=seed, sampler="random")
+    asked = path_picture(scene, (4, 4), 1000, settings)
+    assert_within_noise(asked, expected, 0.01)
+    monkeypatch.setattr(light_choice, "asks_surroundings", lambda scene: False)
+    found = path_picture(scene, (4, 4), 1000, settings)
+    assert (np.abs(found.mean - expected) < 5.5 * found.error).all()
+    assert asked.error.mean() < 0.2 * found.error.mean()
+
+
+@pytest.mark.parametrize("name", ["sky", "image"])
+@pytest.mark.parametrize("seed", [11])
+def test_asking_surroundings_changes_the_noise_alone(seed: int, name: str, monkeypatch) -> None:
+    """In a room with all kinds of surface, lit by its window alone."""
+    scene = path_scenes.everything() if name == "sky" else path_scenes.everything_under_an_image()
+    dark = [dataclasses.replace(m, emission=(0, 0, 0)) for m in scene.materials]
+    scene = dataclasses.replace(scene, materials=dark, lights=())
+    settings = PathSettings(bounces=4, roulette=60, seed=seed, sampler="random")
+    asked = path_picture(scene, (4, 4), 800, settings)
+    monkeypatch.setattr(light_choice, "asks_surroundings", lambda scene: False)
+    found = path_picture(scene, (4, 4), 800, settings)
+    assert asked.error.mean() < found.error.mean()
+    total = np.sqrt((asked.error ** 2 + found.error ** 2).sum((0, 1))) / 16
+    assert (np.abs((asked.mean - found.mean).mean((0, 1))) < 4 * total).all()
+
+
+@pytest.mark.parametrize("lamps", [0, 1])
+@pytest.mark.parametrize("name, alone, beside", [("sky", 1, 0), ("image", 1, 0.5), ("dark", 0, 0)])
+def test_how_often_surroundings_are_asked(name: str, alone: float, beside: float,
+                                          lamps: int) -> None:
+    sky = {"sky": Environment.constant((9, 9, 9)), "image": path_scenes.image_sky(None, 9),
+           "dark": path_scenes.image_sky(None, 0)}[name]
+    scene = dataclasses.replace(path_scenes.point_lit_floor()[0], environment=sky)
+    lights = LightChoice.of(dataclasses.replace(scene, lights=scene.lights[:lamps]))
+    assert lights.far == pytest.approx(beside if lamps else alone)
+    assert len(lights) == lamps + (lights.far > 0)
+
+
+@pytest.mark.parametrize("seed", [12])
+def test_directions_to_an_image_come_as_often_as_they_are_bright(seed: int) -> None:
+    """By regions of the sphere: as many as the density there adds up to."""
+    rng = np.random.default_rng(seed)
+    texels = rng.random((5, 8, 3)) ** 3
+    texels[1:3, 3], texels[3] = 0, 0            # dark places and a dark row
+    texels[0, 6] = 40
+    sky = Environment.surrounded(Texture("sky", texels))
+    light = sky.image_light
+    drawn, radiance = light.draw(rng.random((400_000, 2)))
+    assert np.abs(np.linalg.norm(drawn, axis=1) - 1).max() < 1e-12
+    assert np.abs(sky.radiance(drawn) - radiance).max() < 1e-9
+    up, turn = (np.arange(600) + 0.5) / 600 * np.pi - np.pi / 2, (np.arange(800) + 0.5) / 800
+    up, turn = (a.ravel() for a in np.meshgrid(up, 2 * np.pi * turn - np.pi))
+    all_of = np.stack([np.cos(up) * np.sin(turn), np.sin(up), -np.cos(up) * np.cos(turn)], 1)
+    chance = (light.density(all_of, sky.radiance(all_of)) * np.cos(up) * np.pi / 600
+              * 2 * np.pi / 800)
+    assert abs(chance.sum() - 1) < 1e-3
+
+    def counts(directions: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        return np.histogram2d(np.arcsin(directions[:, 1]) / np.pi + 0.5,
+                              np.arctan2(directions[:, 0], -directions[:, 2]) / np.pi,
+                              (12, 20), ((0, 1), (-1, 1)), weights=weights)[0]
+
+    expected = counts(all_of, chance)
+    found = counts(drawn, np.full(len(drawn), 1 / len(drawn)))
+    assert (np.abs(found - expected) < 5 * np.sqrt(expected / len(drawn)) + 2e-5
+            + 0.01 * expected).all()
 
 
 @pytest.mark.parametrize("seed", [7])
