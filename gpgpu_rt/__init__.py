@@ -5,6 +5,7 @@ from .appearance.light import Environment, PointLight
 from .appearance.material import Material
 from .appearance.texture import Texture
 from .camera import Camera
+from .choices import Choice, Choices
 from .errors import (
     ContextError, Error, LimitError, MethodError, OptionError, SceneError, SettingsError,
     ShaderError
@@ -18,7 +19,8 @@ from .surfaces.parametrise import remesh
 from .tracer import Tracer
 
 __all__ = [
-    "Animation", "Camera", "ContextError", "Deformation", "Environment", "Error", "GeometryImage",
-    "Hits", "LimitError", "Material", "Method", "MethodError", "OptionError", "PointLight",
-    "Scene", "SceneError", "SettingsError", "ShaderError", "Texture", "Tracer", "load_animation",
-    "load_methods", "load_scene", "methods", "reference", "remesh"]
+    "Animation", "Camera", "Choice", "Choices", "ContextError", "Deformation", "Environment",
+    "Error", "GeometryImage", "Hits", "LimitError", "Material", "Method", "MethodError",
+    "OptionError", "PointLight", "Scene", "SceneError", "SettingsError", "ShaderError",
+    "Texture", "Tracer", "load_animation", "load_methods", "load_scene", "methods", "reference",
+    "remesh"]

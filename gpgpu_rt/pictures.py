@@ -12,6 +12,7 @@ from PIL import Image
 from .appearance.needs import SceneNeeds
 from .builder import Builder
 from .camera import Camera, check_camera, image_size
+from .choices import COHERENT
 from .errors import Error, OptionError
 from .gpu import Gpu
 from .hits import Hits
@@ -44,6 +45,7 @@ class Pictures:
     _triangles: np.ndarray
     _integrator: Integrator | None
     _eye_drivers: EyeDrivers
+    _taking: Callable[[str], AbstractContextManager[None]]
     _room: Callable[[tuple[int, int]], tuple[RayTextures, StateBuffers]]
     _shown: Callable[[], Scene]
     _builder: Builder
@@ -82,20 +84,21 @@ class Pictures:
             Ctrl-C; what "path" has summed up by then is a picture that ``unfinished`` gives
         """
         check_camera(camera)
-        drawer = self._drawer(size, integrator, options)
-        drawer.progress = progress
-        if first_hits != "traced" and not drawer.centred:
-            raise OptionError(f"integrator {drawer.name} sends rays through all of a pixel, of "
-                              "which none is rasterised; take first_hits=traced")
-        with self.gpu, self._logged():
-            rays, buffers = self._room(drawer.size)
-            driver = self._driver(first_hits)
-            began = time.perf_counter()
-            waves = Waves(driver, buffers, self.statistics, self._count)
-            pixels = waves.draw(drawer, rays, camera or self.scene.camera)
-            self.gpu.check_error("rendering")
-        self.statistics.trace_seconds = time.perf_counter() - began
-        self._add_texture_bytes()
+        with self._taking(find_integrator(integrator).rays):
+            drawer = self._drawer(size, integrator, options)
+            drawer.progress = progress
+            if first_hits != "traced" and not drawer.centred:
+                raise OptionError(f"integrator {drawer.name} sends rays through all of a pixel, "
+                                  "of which none is rasterised; take first_hits=traced")
+            with self._logged():
+                rays, buffers = self._room(drawer.size)
+                driver = self._driver(first_hits)
+                began = time.perf_counter()
+                waves = Waves(driver, buffers, self.statistics, self._count)
+                pixels = waves.draw(drawer, rays, camera or self.scene.camera)
+                self.gpu.check_error("rendering")
+            self.statistics.trace_seconds = time.perf_counter() - began
+            self._add_texture_bytes()
         return Image.fromarray(pixels)
 
     @property
@@ -123,8 +126,8 @@ class Pictures:
         """
         check_camera(camera)
         width, height = image_size(size)
-        self.statistics.start_call(width * height)
-        with self.gpu, self._logged():
+        with self._taking(COHERENT), self._logged():
+            self.statistics.start_call(width * height)
             rays, buffers = self._room((width, height))
             driver = self._driver(first_hits)
             eye = EyeRays(self.gpu, self.precision)
@@ -137,8 +140,8 @@ class Pictures:
             hits = self._finish(hits_of(side.fields(HIT.name)), side, self.statistics.stopped)
             eye.release()
             self.gpu.check_error("tracing eye rays")
-        self.statistics.readback_seconds = (time.perf_counter() - began
-                                            - self.statistics.trace_seconds)
+            self.statistics.readback_seconds = (time.perf_counter() - began
+                                                - self.statistics.trace_seconds)
         return hits
 
     def _driver(self, first_hits: str) -> Driver:
@@ -158,8 +161,8 @@ class Pictures:
         ----------
         size, integrator, options : as for ``render``, which also says what is raised
         """
-        drawer = self._drawer(size, integrator, options)
-        with self.gpu:
+        with self._taking(find_integrator(integrator).rays):
+            drawer = self._drawer(size, integrator, options)
             rays, buffers = self._room(drawer.size)
             buffers.side(0)
             return Plan.of(drawer, {

@@ -4,6 +4,8 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+OF_STRUCTURE = ("method", "choice", "table_bytes", "build_seconds", "refit_seconds", "rebuilt")
+
 
 @dataclass
 class Statistics:
@@ -12,6 +14,9 @@ class Statistics:
     Attributes
     ----------
     rays : rays given
+    method : that traced, by its name in the table
+    choice : of a tracer with two choices, which rays the method was taken for: "coherent" or
+        "incoherent"; else ""
     passes : traversal passes, the set-up pass included
     draw_calls : draws, passes that mask or count among them
     queries : occlusion queries read back
@@ -45,6 +50,8 @@ class Statistics:
     """
 
     rays: int = 0
+    method: str = ""
+    choice: str = ""
     passes: int = 0
     draw_calls: int = 0
     queries: int = 0
@@ -78,7 +85,8 @@ class Statistics:
 
     def start_call(self, rays: int) -> None:
         """Forget the last call; what building and updating cost stays."""
-        fresh = Statistics(rays=rays, table_bytes=self.table_bytes,
-                           build_seconds=self.build_seconds, refit_seconds=self.refit_seconds,
-                           rebuilt=self.rebuilt)
-        self.__dict__.update(fresh.__dict__)
+        self.__dict__.update(Statistics(rays=rays, **self.of_structure()).__dict__)
+
+    def of_structure(self) -> dict[str, Any]:
+        """What is said of the structure that was traced, by name; not of a call."""
+        return {name: getattr(self, name) for name in OF_STRUCTURE}

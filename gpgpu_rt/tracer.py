@@ -6,23 +6,23 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
 import trimesh
 
 from . import settings
-from .accel import uncached
 from .all_hits import AllHits, check_exact, collect
 from .builder import Builder
+from .choices import COHERENT, RAYS, Choice, Choices
+from .choosing import Choosing
 from .errors import Error
 from .gpu import open_gpu
 from .hits import STACK_OVERFLOW, UNFINISHED, Hits
 from .integrators import Integrator
-from .methods import Accelerator, Method, find_method
+from .methods import Accelerator, Method
 from .methods.row import Tables
-from .options import TRACER_OPTIONS, resolve_options
+from .moving import Moving
 from .passes.driver import Driver, Samplers, Setup, make_driver
 from .passes.packet_room import PacketHits
 from .passes.pass_log import PassLog, logged
@@ -42,14 +42,17 @@ DEFAULT_METHOD = "bvh-threaded"
 AUTO = "auto"
 
 
-class Tracer(Pictures):
+class Tracer(Choosing, Moving, Pictures):
     """Traces rays through a scene with one of the table's methods.
 
     Parameters
     ----------
     scene : Scene, trimesh.Trimesh, a scene's name or a mesh file
-    method : a name from ``methods()``, or "auto": what `tune` found for this scene and renderer
-        where it was run, else a safe default
+    method : a name from ``methods()``; or "auto": what `tune` found for this scene and renderer
+        where it was run, else a safe default. These are ``Choices``, one for coherent rays and one
+        for others, which may be given too: each call takes between them by the rays it is given,
+        and the structure for incoherent ones is built when such rays first come.
+        ``statistics.choice`` says which was taken; ``method`` and ``options`` are its
     options : those of ``options.TRACER_OPTIONS`` and the method's own; any other is refused
 
     Raises
@@ -65,44 +68,50 @@ class Tracer(Pictures):
     """
 
     def __init__(self, scene: Scene | trimesh.Trimesh | str | os.PathLike[str],
-                 method: str = DEFAULT_METHOD, **options: Any) -> None:
+                 method: str | Choices = DEFAULT_METHOD, **options: Any) -> None:
         self.settings: settings.Settings | None = None   # what "auto" and from_settings took
         if method == AUTO:
             scene = load_scene(scene)
-            method, options, self.settings = settings.automatic(
+            method, self.settings = settings.automatic(
                 scene, open_gpu(options.get("context")).renderer, options)
-        self.method = find_method(method)
-        self.options = resolve_options(options, TRACER_OPTIONS + self.method.options,
-                                       f"method {method}")
-        for part in ("storage", "arithmetic"):
-            self.options[part] = self.options[part] or self.options["precision"] or "fp32"
-        self.method.check_schedule(self.options, "schedule" in options)
-        self.method = self.method.formed(self.options)
-        self.precision = Precision.of(self.options)
+        elif isinstance(method, Choices):
+            method = method.with_options(options, "the choices")
+        else:
+            method = Choices.one(Choice(method, options))
+        self.choices, self.taken, self._aside = method, COHERENT, None
+        self._rows = {rays: method.of(rays).resolved() for rays in RAYS}
         self.scene = load_scene(scene)
-        self._bounds = self.scene.bounds
-        self.gpu = open_gpu(self.options["context"])
+        self.gpu = open_gpu(self._rows[COHERENT][1]["context"])
         self.statistics = Statistics()
-        began = time.perf_counter()
-        self._builder = Builder(self.method, self.options, self.scene.charts)
-        self._triangles = self._builder.stored(self.scene)
-        self._tables = SceneTables(self.gpu, self.precision)
-        with self.gpu:
-            self.accelerator = self._builder.build(self._triangles)
-            self._write_tables(self.method.tables_for(self.options), self.accelerator)
-            self.statistics.build_seconds = time.perf_counter() - began
-            self._traversal = self._make_traversal()
         self._rays: RayTextures | None = None
         self._buffers: StateBuffers | None = None
         self._integrator: Integrator | None = None
-        self._eye_drivers = EyeDrivers(self.gpu, self.method, self.options)
         self.pass_log: PassLog | None = None    # of the last call, with statistics=True
+        self._open()
+
+    def _open(self) -> None:
+        """Build what the choice taken traces with."""
+        began = time.perf_counter()
+        self.method, self.options = self._rows[self.taken]
+        self.precision = Precision.of(self.options)
+        self._bounds = self.scene.bounds
+        self._builder = Builder(self.method, self.options, self.scene.charts)
+        self._triangles = self._builder.stored(self.scene)
+        self._tables = SceneTables(self.gpu, self.precision)
+        self._eye_drivers = EyeDrivers(self.gpu, self.method, self.options)
+        with self.gpu:
+            self.accelerator = self._builder.build(self._triangles)
+            self._write_tables(self.method.tables_for(self.options), self.accelerator)
+            self._traversal = self._make_traversal()
+        self.statistics.__dict__.update(
+            method=self.method.name, choice=self.taken if self.choices.differ else "",
+            build_seconds=time.perf_counter() - began, refit_seconds=0.0, rebuilt=False)
 
     @classmethod
     def from_settings(cls, scene: Scene | trimesh.Trimesh | str | os.PathLike[str],
                       path: str | os.PathLike[str], force: bool = False,
                       **options: Any) -> Tracer:
-        """A tracer with the method and options of a settings file.
+        """A tracer with the choices of a settings file.
 
         Parameters
         ----------
@@ -118,7 +127,7 @@ class Tracer(Pictures):
         found, scene = settings.load(path), load_scene(scene)
         if not force:
             found.check_fits(scene, open_gpu(options.get("context")).renderer, str(path))
-        tracer = cls(scene, found.method, **found.with_options(options, str(path)))
+        tracer = cls(scene, found.choices.with_options(options, str(path)))
         tracer.settings = found
         return tracer
 
@@ -147,60 +156,6 @@ class Tracer(Pictures):
             self._write_tables(tuple(missing), accelerator)
         return self._tables.samplers(), accelerator
 
-    # Moving ---------------------------------------------------------------------------------
-
-    def update(self, vertices: np.ndarray) -> None:
-        """Trace the scene's triangles where they are now.
-
-        A method whose row has ``refit`` keeps its structure, unless that has become so much worse
-        that the option ``rebuild_ratio`` asks for a new one; any other builds anew. ``statistics``
-        says which, and what it took. Programs, and textures that still fit, are kept. ``scene`` is
-        another one from now on: the one that was given stays as it is.
-
-        Parameters
-        ----------
-        vertices : (v, 3) float, world units, what the scene's faces count; or (n, 3, 3), the
-            triangles themselves, as many as before
-
-        Raises
-        ------
-        SceneError, LimitError
-        """
-        scene, statistics = self.scene.moved(vertices), self.statistics
-        began = time.perf_counter()
-        triangles = self._builder.stored(scene)
-        with self.gpu, uncached():
-            stored = time.perf_counter()
-            accelerator = self._builder.refit(self.accelerator, triangles)
-            tried = time.perf_counter() - stored
-            statistics.rebuilt = accelerator is None
-            if accelerator is None:
-                accelerator = self._builder.build(triangles)
-            before, self.accelerator, self._triangles = self.accelerator, accelerator, triangles
-            self.scene, self._bounds = scene, scene.bounds
-            own = self.method.tables_for(self.options)
-            self._tables.keep(own)    # those of the method for single rays are made again
-            self._write_tables(own, accelerator)
-            if (before.defines, before.stack_levels) == (accelerator.defines,
-                                                         accelerator.stack_levels):
-                self._traversal.follow(self._tables.samplers(), accelerator, self.step_cap)
-            else:   # other programs, or a stack of another depth
-                self._traversal.release()
-                self._traversal = self._make_traversal()
-            if self._integrator is not None:
-                self._integrator.take(self._shown())
-            self._eye_drivers.take(self._hit_triangles(), self._traversal)
-        took = time.perf_counter() - began
-        if statistics.rebuilt:
-            statistics.build_seconds, statistics.refit_seconds = took - tried, tried
-        else:
-            statistics.refit_seconds = took
-
-    def _shown(self) -> Scene:
-        """What hits lie on: the scene, or a coarser level of it."""
-        shown = self.accelerator.shown
-        return self.scene if shown is None else replace(self.scene, triangles=shown)
-
     # Tracing --------------------------------------------------------------------------------
 
     def trace(self, origins: np.ndarray, directions: np.ndarray,
@@ -220,8 +175,10 @@ class Tracer(Pictures):
         ValueError
             for arrays that do not fit, or naming the first invalid ray.
         """
-        return self._trace(RayBatch(origins, directions, t_min, t_max, shape, invalid,
-                                    self._bounds), False)
+        batch = RayBatch(origins, directions, t_min, t_max, shape, invalid, self._bounds)
+        with self.gpu:
+            self._take_for(batch)
+            return self._trace(batch, False)
 
     def occluded(self, origins: np.ndarray, directions: np.ndarray,
                  t_max: float | np.ndarray = np.inf, t_min: float | np.ndarray = 0.0,
@@ -239,9 +196,11 @@ class Tracer(Pictures):
         Error
             where the step cap, or a full stack, leaves it open for some ray
         """
-        hits = self._trace(RayBatch(origins, directions, t_min, t_max, shape, invalid,
-                                    self._bounds), True)
-        for status, advice in ((UNFINISHED, f"reached the step cap of {self.step_cap} undecided; "
+        batch = RayBatch(origins, directions, t_min, t_max, shape, invalid, self._bounds)
+        with self.gpu:
+            self._take_for(batch)
+            hits, cap = self._trace(batch, True), self.step_cap
+        for status, advice in ((UNFINISHED, f"reached the step cap of {cap} undecided; "
                                             "raise step_cap"),
                                (STACK_OVERFLOW, "overflowed their stack; raise stack_size")):
             undecided = int(((hits.status == status) & ~hits.hit).sum())
@@ -270,16 +229,19 @@ class Tracer(Pictures):
         OptionError
             under options that round or lose hits, whose order is then not that of (t, triangle).
         """
-        check_exact(self.method, self.options)
+        for method, own in self._rows.values():
+            check_exact(method, own)
         batch = RayBatch(origins, directions, t_min, t_max, shape, invalid, self._bounds)
-        with self.gpu, self._logged():
-            self.statistics.start_call(batch.count)
-            began = time.perf_counter()
-            hits = collect(batch, self._trace_on, max_hits)
-            self.gpu.check_error(f"tracing all hits of {batch.count} rays")
-            self.statistics.trace_seconds = time.perf_counter() - began
-        if self._rays is not None:
-            self._add_texture_bytes()
+        with self.gpu:
+            self._take_for(batch)
+            with self._logged():
+                self.statistics.start_call(batch.count)
+                began = time.perf_counter()
+                hits = collect(batch, self._trace_on, max_hits)
+                self.gpu.check_error(f"tracing all hits of {batch.count} rays")
+                self.statistics.trace_seconds = time.perf_counter() - began
+            if self._rays is not None:
+                self._add_texture_bytes()
         return hits
 
     def _trace_on(self, texels: np.ndarray) -> tuple[dict[str, np.ndarray], np.ndarray]:
@@ -359,7 +321,7 @@ class Tracer(Pictures):
             sum(self.statistics.table_bytes.values()) + self._buffers.bytes()
             + texture_bytes(self._rays.textures) + self._traversal.bytes()
             + (sum(self._integrator.bytes().values()) if self._integrator is not None else 0)
-            + self._eye_drivers.bytes())
+            + self._eye_drivers.bytes() + self._bytes_aside())
 
     # Lifetime -------------------------------------------------------------------------------
 
@@ -371,17 +333,20 @@ class Tracer(Pictures):
         """Free textures and programs; the tracer is of no use afterwards."""
         with self.gpu:
             self._release_room()
-            release(self._integrator, self._eye_drivers, self._traversal,
-                    self.accelerator.finisher)
-            self._tables.keep(())
+            release(self._integrator)
+            for held in filter(None, (self._held(), self._aside)):
+                release(held["_eye_drivers"], held["_traversal"], held["accelerator"].finisher)
+                held["_tables"].keep(())
 
     def __enter__(self) -> Tracer:
         return self
 
     def __reduce__(self) -> tuple[Any, ...]:
         context = self.options["context"]
-        options = {**self.options, "context": context if isinstance(context, str) else None}
-        return partial(Tracer, **options), (self.scene, self.method.name)
+        here = {"context": context if isinstance(context, str) else None}
+        choices = Choices(*(replace(self.choices.of(rays), options={**options, **here})
+                            for rays, (_, options) in self._rows.items()))
+        return Tracer, (self.scene, choices)
 
     def __exit__(self, *exception: object) -> None:
         self.release()

@@ -1,6 +1,8 @@
 """Known rays: drawn by a seed, with the float64 reference's answers and scores against them."""
 from __future__ import annotations
 
+import functools
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -106,7 +108,8 @@ class KnownRays:
     Attributes
     ----------
     origins, directions : (count, 3) float32
-    truth : Hits in float64
+    truth : Hits in float64, found when first asked for
+    shape : (h, w) of the image that they are, of as many eye rays alone as a square has; or None
     parts : kind -> slice of its rays
     """
 
@@ -121,7 +124,13 @@ class KnownRays:
         drawn = [_draw(scene, kind, part.stop - part.start, int(seeds[KINDS.index(kind)]))
                  for kind, part in self.parts.items()]
         self.origins, self.directions = (np.concatenate(arrays) for arrays in zip(*drawn))
-        self.truth = reference.trace(scene, self.origins, self.directions, accelerated=True)
+        side = math.isqrt(count)
+        alone = tuple(kinds) == ("eye",) and side * side == count <= FLIGHT
+        self.shape = (side, side) if alone else None
+
+    @functools.cached_property
+    def truth(self) -> Hits:
+        return reference.trace(self.scene, self.origins, self.directions, accelerated=True)
 
     def __len__(self) -> int:
         return len(self.origins)
@@ -129,10 +138,11 @@ class KnownRays:
     def trace(self, tracer: Tracer, part: slice = slice(None)) -> tuple[Hits, float]:
         """The tracer's hits, and the seconds its passes took."""
         origins, directions = self.origins[part], self.directions[part]
+        shape = self.shape if len(origins) == len(self) else None
         hits, seconds = [], 0.0
         for start in range(0, len(origins), FLIGHT):
             flight = slice(start, start + FLIGHT)
-            hits.append(tracer.trace(origins[flight], directions[flight]))
+            hits.append(tracer.trace(origins[flight], directions[flight], shape=shape))
             seconds += tracer.statistics.trace_seconds
         names = ("t", "u", "v", "triangle", "status")
         return Hits(*(np.concatenate([getattr(h, name) for h in hits])

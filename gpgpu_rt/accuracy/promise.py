@@ -2,17 +2,20 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from ..choices import COHERENT, INCOHERENT
 from ..errors import OptionError
 from .confidence import LEVEL, lower_confidence, rays_needed
 from .judge import upper_confidence
 from .known_rays import KINDS, Answers, Score, check_kinds
 
 MOST_RAYS = 1 << 23
+ALL = "all"
+OWN_KIND = {COHERENT: "eye", INCOHERENT: "random"}    # what a choice for such rays is timed on
 
 
 @dataclass(frozen=True)
@@ -53,6 +56,19 @@ class Promise:
         """Rays below which nothing is proved, however good; ``hit_share`` of them have a t."""
         for_t = rays_needed(1 - self.t_quantile) / max(hit_share, 1e-3)
         return max(rays_needed(self.max_wrong), math.ceil(for_t))
+
+    def split(self) -> dict[str, tuple[Promise, str | None]]:
+        """Rays -> what is promised of a choice for them, and the kind that it is timed on.
+
+        For ``COHERENT`` and ``INCOHERENT`` apart, where there are eye rays and random ones to time
+        with; rays aimed at vertices and edges belong to both. Else for ``ALL``, timed on all its
+        kinds; also under a bound on bytes, which two structures would take together.
+        """
+        if self.max_bytes is not None or not set(OWN_KIND.values()) <= set(self.kinds):
+            return {ALL: (self, None)}
+        return {rays: (replace(self, kinds=tuple(kind for kind in self.kinds if kind == own
+                                                 or kind not in OWN_KIND.values())), own)
+                for rays, own in OWN_KIND.items()}
 
     def to_dict(self) -> dict[str, Any]:
         return {**asdict(self), "kinds": list(self.kinds), "confidence": LEVEL,

@@ -5,6 +5,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
+from ..choices import Choice
 from ..settings import Settings
 from .candidates import Candidate
 from .promise import Finding, Promise
@@ -63,17 +64,27 @@ class Trial:
 
 
 @dataclass
-class Tuning:
-    """What `tune` found: the trials, fastest on ``SCREEN`` rays first, the chosen one, None where
-    the promise cannot be kept, and its settings."""
+class Search:
+    """What `tune` found for one sort of rays.
 
+    Attributes
+    ----------
+    rays_of : "coherent", "incoherent", or "all" where one choice serves both
+    promise : of the kinds of rays among them
+    rays : each proof took
+    trials : fastest on ``SCREEN`` rays first
+    chosen : None where the promise cannot be kept
+    choice : the same as settings hold it
+    """
+
+    rays_of: str
     promise: Promise
     rays: int
     seed: int
     notes: list[str]
     trials: list[Trial]
     chosen: Trial | None
-    settings: Settings | None
+    choice: Choice | None
 
     @property
     def closest(self) -> Trial | None:
@@ -82,6 +93,19 @@ class Tuning:
         return min(missed, key=lambda t: max(t.misses.values()), default=None)
 
     def to_dict(self) -> dict[str, Any]:
-        return {"promise": self.promise.to_dict(), "rays": self.rays, "seed": self.seed,
-                "notes": self.notes, "trials": [t.to_dict() for t in self.trials],
+        return {"rays_of": self.rays_of, "promise": self.promise.to_dict(), "rays": self.rays,
+                "seed": self.seed, "notes": self.notes,
+                "trials": [t.to_dict() for t in self.trials],
                 "chosen": None if self.chosen is None else self.chosen.to_dict()}
+
+
+@dataclass
+class Tuning:
+    """What `tune` found: the searches that were made, coherent rays first, and the settings; None
+    where a search, the last one then, chose nothing."""
+
+    searches: list[Search]
+    settings: Settings | None
+
+    def to_dict(self) -> dict[str, Any]:
+        return {"searches": [search.to_dict() for search in self.searches]}

@@ -7,7 +7,9 @@
 4. Fastest first, as many rays as the promise takes, and again as many drawn anew: the one chosen
    was picked for what the first rays said of it, so others must confirm it.
 
-Times are medians of alternating runs in one process. Two assumptions spare most of the product
+That is done twice: for coherent rays, timed on eye rays, and for others, timed on random ones; a
+tracer takes between the two choices by the rays it is given. Times are medians of alternating runs
+in one process. Two assumptions spare most of the product
 of all options: what is slower at default accuracy is slower at any, and what breaks the promise
 alone breaks it in company.
 """
@@ -21,6 +23,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from .. import settings
+from ..choices import Choice, Choices
 from ..errors import LimitError, OptionError
 from ..gpu import open_gpu
 from ..hits import Hits
@@ -29,8 +32,8 @@ from ..scene import Scene
 from ..tracer import Tracer
 from .candidates import STEP_ROOM, Candidate, accuracy_knobs, speed_knobs
 from .known_rays import KnownRays, bytes_in_flight
-from .promise import Finding, Promise
-from .trial import Trial, Tuning
+from .promise import ALL, Finding, Promise
+from .trial import Search, Trial, Tuning
 
 PROBE, SCREEN, FIELD = 1 << 10, 1 << 14, 1 << 16   # rays; squares, so that textures are full
 FAR_BEHIND = 4.0      # times slower on a few rays: put aside
@@ -50,18 +53,29 @@ def tune(scene: Scene, promise: Promise, rays: int | None = None, seed: int = 0,
     rays : to prove the promise with, and once more to confirm it; raised to what it takes
     seed : of all rays
     budget : seconds after which no new candidates are tried, and the fastest of those known go
-        on to their proof; speed options are tried for half as long
+        on to their proof, shared by the searches; speed options are tried for half as long
     names : methods to try; None: all of the table
     report : told of the progress, a line at a time
     """
     chosen = [row.name for row in methods()] if names is None else list(names)
     for name in chosen:
         find_method(name)
-    return _Search(scene, promise, rays, seed, budget, report).run(chosen)
+    parts, searches = promise.split(), []
+    for rays_of, (part, timed_on) in parts.items():
+        if len(parts) > 1:
+            report(f"for {rays_of} rays, timed on {timed_on} rays")
+        searches.append(_Searcher(scene, part, rays, seed, budget / len(parts), report, rays_of,
+                                  timed_on).run(chosen))
+        if searches[-1].choice is None:
+            return Tuning(searches, None)
+    first, last = searches[0].choice, searches[-1].choice
+    assert first is not None and last is not None
+    return Tuning(searches, settings.Settings(settings.describe(scene), open_gpu().renderer,
+                                              Choices(first, last)))
 
 
-def keeps(found: settings.Settings, scene: Scene, seed: int) -> bool:
-    """Whether settings keep their promise on as many rays of another seed, as counted there."""
+def keeps(found: Choice, scene: Scene, seed: int) -> bool:
+    """Whether a choice keeps its promise on as many rays of another seed, as counted there."""
     asked, measured = found.promise, found.measured
     known = KnownRays(scene, measured["rays"], seed, asked["kinds"])
     with Tracer(scene, found.method, **found.options) as tracer:
@@ -71,15 +85,17 @@ def keeps(found: settings.Settings, scene: Scene, seed: int) -> bool:
             and past <= (1 - asked["t_quantile"]) * compared)
 
 
-class _Search:
+class _Searcher:
     def __init__(self, scene: Scene, promise: Promise, rays: int | None, seed: int,
-                 budget: float, report: Callable[[str], None]) -> None:
+                 budget: float, report: Callable[[str], None], rays_of: str = ALL,
+                 timed_on: str | None = None) -> None:
         self.scene, self.promise, self.seed, self.report = scene, promise, seed, report
+        self.rays_of, self.timed_kinds = rays_of, (timed_on,) if timed_on else promise.kinds
         self.half_time = time.monotonic() + budget / 2      # for what is fast at all
         self.deadline = time.monotonic() + budget
         self.notes: list[str] = []
         self.trials: dict[Candidate, Trial] = {}
-        self._known: dict[tuple[int, int], KnownRays] = {}
+        self._known: dict[tuple[int, int, tuple[str, ...]], KnownRays] = {}
         self._findings: dict[bytes, Finding] = {}
         self._steps: dict[Candidate, int] = {}
         self.rays = self._enough(rays)
@@ -92,7 +108,7 @@ class _Search:
             self._say(f"{rays:,} rays cannot prove these bounds, raised to {needed:,}")
         return max(rays or 0, needed)
 
-    def run(self, names: list[str]) -> Tuning:
+    def run(self, names: list[str]) -> Search:
         chosen = None
         for wave in self._waves(names):
             chosen = self._settle(wave)
@@ -104,8 +120,8 @@ class _Search:
             for trial in trials:
                 if trial.outcome == "not reached":
                     trial.compare(chosen)
-        return Tuning(self.promise, self.rays, self.seed, self.notes, trials, chosen,
-                      None if chosen is None else self._settings(chosen))
+        return Search(self.rays_of, self.promise, self.rays, self.seed, self.notes, trials, chosen,
+                      None if chosen is None else self._choice(chosen))
 
     # The stages -----------------------------------------------------------------------------
 
@@ -228,7 +244,7 @@ class _Search:
 
     def _timed(self, candidates: Sequence[Candidate], size: int, runs: int) -> list[Trial]:
         """Trials of the candidates that can run, timed by turns, the fastest first."""
-        known, done = self._rays(size), []
+        known, done = self._rays(size, kinds=self.timed_kinds), []
         ready: list[tuple[Trial, Tracer, list[float]]]
         for at in range(0, len(candidates), WAVE):      # so many textures at a time
             ready = []
@@ -270,7 +286,9 @@ class _Search:
         with tracer:
             hits, _ = known.trace(tracer)
             if not trial.rates:
-                trial.rates[len(known)] = len(known) / known.trace(tracer)[1]
+                same = self.timed_kinds == self.promise.kinds
+                timed = known if same else self._rays(len(known), kinds=self.timed_kinds)
+                trial.rates[len(known)] = len(known) / timed.trace(tracer)[1]
                 self._weigh(trial, tracer)
         key = _digest(hits, known)
         if key not in self._findings:
@@ -285,12 +303,13 @@ class _Search:
     def _trial(self, candidate: Candidate) -> Trial:
         return self.trials.setdefault(candidate, Trial(candidate))
 
-    def _rays(self, count: int, turn: int = 0) -> KnownRays:
-        """Rays of a stage; a turn's seed follows from the given one."""
-        if (count, turn) not in self._known:
-            self._known[count, turn] = KnownRays(self.scene, count, 3 * self.seed + turn,
-                                                 self.promise.kinds)
-        return self._known[count, turn]
+    def _rays(self, count: int, turn: int = 0, kinds: tuple[str, ...] | None = None) -> KnownRays:
+        """Rays of a stage, of all that is promised or of some kinds; a turn's seed follows from
+        the given one."""
+        key = (count, turn, self.promise.kinds if kinds is None else kinds)
+        if key not in self._known:
+            self._known[key] = KnownRays(self.scene, count, 3 * self.seed + turn, key[2])
+        return self._known[key]
 
     def _late(self) -> bool:
         if time.monotonic() < self.deadline:
@@ -304,16 +323,15 @@ class _Search:
         self.notes.append(note)
         self.report(note)
 
-    def _settings(self, chosen: Trial) -> settings.Settings:
+    def _choice(self, chosen: Trial) -> Choice:
         finding = chosen.finding
         assert finding is not None
-        return settings.Settings(
-            settings.describe(self.scene), open_gpu().renderer, chosen.candidate.method,
-            chosen.candidate.full_options(), self.promise.to_dict(),
+        return Choice(
+            chosen.candidate.method, chosen.candidate.full_options(), self.promise.to_dict(),
             {"rays": self.rays, "seed": self.seed, "t_error": finding.t_error,
              "wrong": finding.score.wrong, "wrong_share": finding.score.wrong_share,
-             "upper_95": finding.score.upper_95, "rays_per_second": chosen.rays_per_second,
-             "texture_bytes": chosen.texture_bytes})
+             "upper_95": finding.score.upper_95, "timed_on": list(self.timed_kinds),
+             "rays_per_second": chosen.rays_per_second, "texture_bytes": chosen.texture_bytes})
 
 
 def _fastest(trials: Sequence[Trial]) -> list[Trial]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 from .engines import ENGINES, Engine
 from .race import NOISY, Entry, race, too_noisy
 from .roofline import Peaks, peaks
+from .work import Work, work_of
 from .workloads import RAY_SETS, Workload, workload
 
-__all__ = ["ENGINES", "NOISY", "RAY_SETS", "Engine", "Entry", "Peaks", "Workload", "peaks",
-           "race",
-           "too_noisy", "workload"]
+__all__ = ["ENGINES", "NOISY", "RAY_SETS", "Engine", "Entry", "Peaks", "Work", "Workload",
+           "peaks", "race", "too_noisy", "work_of", "workload"]

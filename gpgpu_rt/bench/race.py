@@ -11,6 +11,7 @@ from typing import Any
 from ..errors import OptionError
 from ..tracer import Tracer
 from .engines import EMBREE, ENGINES, Engine
+from .work import Work, work_of
 from .workloads import Workload, load, workload
 
 NOISY = 1.5    # slowest over fastest run of the yardstick, above which nothing is concluded
@@ -29,7 +30,7 @@ class Entry:
     over : by turn, its rate over the yardstick's in that turn
     over_wall : the same from arrays to arrays
     bytes_a_triangle : what a method's tables take
-    counters : means a ray
+    work : of a method, what it does for a ray, by a sample
     """
 
     name: str
@@ -40,7 +41,7 @@ class Entry:
     over: list[float] = field(default_factory=list)
     over_wall: list[float] = field(default_factory=list)
     bytes_a_triangle: float | None = None
-    counters: dict[str, float] = field(default_factory=dict)
+    work: Work | None = None
 
     @property
     def rays_per_second(self) -> float:
@@ -100,13 +101,14 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
         raise OptionError(f"{scene} has no {kind} at {size} x {size} pixels; "
                           "choose other rays or a larger size")
     report(f"{scene}, {kind}: building for {len(candidates)} candidates")
-    entries, calls = [], []
+    entries, calls, opened = [], [], []
     with ExitStack() as tracers:
         for name, options in candidates:
             tracer = tracers.enter_context(Tracer(load(scene), name, **options))
             entries.append(Entry(name, options, rays.live, bytes_a_triangle=sum(
                 tracer.statistics.table_bytes.values()) / len(load(scene))))
             calls.append(_ours(tracer, rays))
+            opened.append(tracer)
         for engine in engines:
             if not engine.missing and (engine.ends or rays.t_max is None):
                 given = rays.compact(engine.most)
@@ -117,6 +119,9 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
             times = [call() for call in calls]
             if turn:
                 _note(entries, times)
+        for entry, tracer in zip(entries, opened):     # the candidates come first
+            report(f"{scene}, {kind}: counting the work of {entry.name}")
+            entry.work = work_of(tracer, rays)
     return entries
 
 

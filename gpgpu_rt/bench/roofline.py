@@ -22,7 +22,8 @@ from ..textures import make_texture
 SIDE = 512            # pixels
 TURNS = 64            # of each program's loop
 NEAR, FAR = 5, 11     # log2 of the textures' sides: 16 KiB, 64 MiB
-FLOPS_A_TURN = 4 * 4 * 2
+FLOPS_AN_INSTRUCTION = 2     # of a multiply-add
+FLOPS_A_TURN = 4 * 4 * FLOPS_AN_INSTRUCTION
 RUNS = 5
 
 

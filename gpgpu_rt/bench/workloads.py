@@ -30,6 +30,7 @@ class Workload:
     size : pixels a side, n = size squared
     t_max : (n,) float32, where each ray ends; or None, without an end
     any_hit : whether the first hit found answers
+    shape : (h, w) of a part of the image, or None: all of it
     """
 
     origins: np.ndarray
@@ -37,6 +38,7 @@ class Workload:
     size: int
     t_max: np.ndarray | None = None
     any_hit: bool = False
+    shape: tuple[int, int] | None = None
 
     @functools.cached_property
     def live(self) -> int:
@@ -60,9 +62,16 @@ class Workload:
                           for a in (self.origins, self.directions)), self.size,
                         None if self.t_max is None else self.t_max[live], self.any_hit)
 
+    def part(self, pixels: np.ndarray) -> Workload:
+        """The rays of (h, w) pixels, row by row; they are no square image then."""
+        chosen = pixels.reshape(-1)
+        return Workload(self.origins[chosen], self.directions[chosen], self.size,
+                        None if self.t_max is None else self.t_max[chosen], self.any_hit,
+                        pixels.shape)
+
     def trace(self, tracer: Tracer) -> Hits | None:
         """The hits; None where any hit answers, as that is all that is asked."""
-        shape = (self.size, self.size)
+        shape = self.shape or (self.size, self.size)
         t_max = np.inf if self.t_max is None else self.t_max
         if self.any_hit:
             tracer.occluded(self.origins, self.directions, t_max, shape=shape, invalid="miss")

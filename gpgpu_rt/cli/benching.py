@@ -44,22 +44,24 @@ def _bench(chosen: argparse.Namespace) -> None:
     for scene in chosen.scenes:      # what is misspelt is found before hours are spent
         load_scene(scene)
     gpu = open_gpu()
-    found = []
+    found, peak = [], None
     for scene in chosen.scenes:
         for kind in kinds:
             entries = race(scene, RAY_SETS[kind], candidates, chosen.size, chosen.runs,
                            report=say)
+            peak = peak or peaks(gpu)     # when the first race has found nothing to refuse
             found.append((scene, kind, entries))
             if not chosen.json:
-                _print(scene, kind, entries, chosen.size)
-    peak = peaks(gpu)
+                _print(scene, kind, entries, chosen.size, peak)
+    assert peak is not None
     if chosen.plot is not None:
         _plot(found, chosen.plot)
     if chosen.json:
         print_json({"gpu": gpu.info(), "peaks": peak.to_dict(), "size": chosen.size,
                     "missing": _missing(),
                     "races": [{"scene": scene, "rays": kind, "too_noisy": too_noisy(entries),
-                               "entries": [entry.to_dict() for entry in entries]}
+                               "entries": [{**entry.to_dict(), **_shares(entry, peak)}
+                                           for entry in entries]}
                               for scene, kind, entries in found]})
         return
     _print_peaks(gpu.renderer, peak)
@@ -80,23 +82,35 @@ def _candidates(chosen: argparse.Namespace) -> list[tuple[str, dict[str, Any]]]:
     return found
 
 
-def _print(scene: str, kind: str, entries: list[Entry], size: int) -> None:
+def _shares(entry: Entry, peak: Peaks) -> dict[str, float | None]:
+    """Of the renderer's peaks; nothing of an engine."""
+    return {} if entry.work is None else entry.work.shares(peak, entry.rays_per_second)
+
+
+def _print(scene: str, kind: str, entries: list[Entry], size: int, peak: Peaks) -> None:
     noise = too_noisy(entries)
     print(f"{load_scene(scene).name}, {len(load_scene(scene)):,} triangles, "
           f"{entries[0].rays:,} {RAY_SETS[kind]} of {size} x {size} pixels")
     heads = ["method", "options", "Mrays/s", "over embreex", "arrays in to out", "spread",
-             "bytes a triangle", "against embreex"]
+             "bytes a triangle", "fetches of peak", "arithmetic of peak",
+             "against embreex"]
     rows = []
     for entry in sorted(entries, key=lambda e: -e.rays_per_second):
-        told = entry.to_dict()
+        told, shares = entry.to_dict(), _shares(entry, peak)
         rows.append([
             entry.name, _words(entry.options), f"{entry.rays_per_second / 1e6:.2f}",
             *(f"{told[name]:.2f}" if name in told else "-"
               for name in ("over_embree", "over_embree_wall")),
             f"{entry.spread:.2f}",
             "-" if entry.bytes_a_triangle is None else f"{entry.bytes_a_triangle:.0f}",
+            *("-" if shares.get(name) is None else f"{shares[name]:.1%}"
+              for name in ("fetch_share", "arithmetic_share")),
             "-" if noise else entry.verdict() or "-"])
     print_table(heads, rows)
+    for why in dict.fromkeys(entry.work.unknown for entry in entries if entry.work is not None):
+        if why:
+            names = [e.name for e in entries if e.work is not None and e.work.unknown == why]
+            print(f"no share of the peaks for {', '.join(names)}: {why}")
     print(f"no verdict: {noise}\n" if noise else "")
 
 

@@ -207,10 +207,13 @@ def _report(chosen: argparse.Namespace, tracer: Tracer, line: str,
     print(f"{line}\n{tracer.method.name} on {tracer.gpu.renderer}: {statistics.passes} passes, "
           f"{statistics.trace_seconds * 1e3:.0f} ms for {statistics.rays:,} rays, built in "
           f"{statistics.build_seconds:.2f} s")
+    rays = f" for {statistics.choice} rays" if statistics.choice else ""
     if chosen.method == AUTO:
-        print("auto took " + ("the settings that `tune` kept for this scene and renderer"
-                              if tracer.settings is not None else
-                              "a safe default: `tune` kept no settings that fit"))
+        print("auto took the settings that `tune` kept for this scene and renderer" + rays
+              if tracer.settings is not None else
+              f"auto took a safe default{rays}: `tune` kept no settings that fit")
+    elif rays:
+        print(f"{chosen.settings} says so{rays}")
     if statistics.samples:
         print(f"{statistics.samples:,} samples a pixel" + (
             f", noise {statistics.noise:.2%} of the luminance" if statistics.noise else ""))

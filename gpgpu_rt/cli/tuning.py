@@ -9,8 +9,8 @@ from typing import Any
 from .. import settings
 from ..accuracy.known_rays import KINDS, WITHIN_BOUND, WRONG
 from ..accuracy.measure import accuracy, flip_note
-from ..accuracy.promise import Promise
-from ..accuracy.trial import Trial, Tuning
+from ..accuracy.promise import ALL, OWN_KIND, Promise
+from ..accuracy.trial import Search, Trial
 from ..accuracy.tune import SCREEN, tune
 from ..errors import Error
 from ..files import check_writable, replacing
@@ -43,14 +43,16 @@ def add_commands(command: Command) -> None:
     sub.add_argument("--t-quantile", type=float, default=0.999, metavar="SHARE",
                      help="share of right hits that must stay within it; default %(default)s")
     sub.add_argument("--max-bytes", type=int, metavar="N",
-                     help="texture bytes with 512 x 512 rays in flight")
+                     help="texture bytes with 512 x 512 rays in flight; one choice then serves "
+                     "all rays, for two would be held at once")
     sub.add_argument("--rays", type=int, metavar="N", help="to prove the bounds with, and as many "
                      "to confirm them; raised to what they take, which is the default")
     sub.add_argument("--kinds", default=",".join(KINDS), metavar="NAME,NAME,...",
                      help="rays the promise is for, in equal shares; default %(default)s")
     sub.add_argument("--seed", type=int, default=0, help="of the rays")
     sub.add_argument("--budget", type=float, default=300.0, metavar="SECONDS",
-                     help="time for trying candidates; default %(default)s")
+                     help="time for trying candidates, half of it for coherent rays; default "
+                     "%(default)s")
     sub.add_argument("-m", "--methods", metavar="NAME,NAME,...")
     sub.add_argument("-o", "--output", metavar="SETTINGS.json")
 
@@ -128,18 +130,21 @@ def _tune(chosen: argparse.Namespace) -> None:
     if chosen.json:
         print_json({"scene": settings.describe(scene), **found.to_dict()})
     else:
-        _print_tuning(found)
+        for search in found.searches:
+            _print_search(search)
         if kept is not None:
             print(f"kept for method auto: {kept}")
         if chosen.output and found.settings is not None:
             print(f"wrote {chosen.output}")
     if found.settings is None:
         sys.stdout.flush()
-        raise Error(_unreachable(found))
+        raise Error(_unreachable(found.searches[-1]))
 
 
-def _print_tuning(found: Tuning) -> None:
+def _print_search(found: Search) -> None:
     promise = found.promise
+    if found.rays_of != ALL:
+        print(f"\nfor {found.rays_of} rays, timed on {OWN_KIND[found.rays_of]} rays")
     print_table(("candidate", "Mrays/s", "rays timed", "rays judged", "wrong", "at most (95 %)",
                  f"t error at {promise.t_quantile:g}", "MB", "outcome"),
                 [_trial_line(trial) for trial in found.trials])
@@ -151,8 +156,8 @@ def _print_tuning(found: Tuning) -> None:
         print(note)
     if found.chosen is not None:
         trial = found.chosen
-        print(f"chosen: {trial.candidate}, {trial.rays_per_second / 1e6:.2f} Mrays/s, "
-              f"{trial.note}")
+        print(f"chosen{_for(found)}: {trial.candidate}, "
+              f"{trial.rays_per_second / 1e6:.2f} Mrays/s, {trial.note}")
 
 
 def _trial_line(trial: Trial) -> list[str]:
@@ -165,9 +170,13 @@ def _trial_line(trial: Trial) -> list[str]:
             f"{trial.outcome}: {trial.note}".rstrip(": ")]
 
 
-def _unreachable(found: Tuning) -> str:
+def _for(found: Search) -> str:
+    return "" if found.rays_of == ALL else f" for {found.rays_of} rays"
+
+
+def _unreachable(found: Search) -> str:
     closest = found.closest
     if closest is None:
         return "no candidate could be tried; give other methods, or more time with --budget"
-    return (f"no candidate keeps the bounds; the closest is {closest.candidate}: {closest.note}; "
-            "relax the bounds")
+    return (f"no candidate keeps the bounds{_for(found)}; the closest is {closest.candidate}: "
+            f"{closest.note}; relax the bounds")

@@ -12,8 +12,8 @@ from ..errors import OptionError
 from ..passes.pass_log import PassLog, logged
 from ..statistics import Statistics
 from ..tracer import Tracer
-from .compiler import compiled
-from .program import Program, Work, parse
+from .program import Program, Work
+from .sample import programs_of
 from .turns import Turned, Turns
 
 
@@ -54,8 +54,7 @@ def pass_counts(log: PassLog, turns: Turns | None = None) -> list[dict[str, Any]
     """
     entries = log.to_list()
     keys, works = list(log.passes), list(log.passes.values())
-    for entry, key, program in zip(entries, keys, map(
-            parse, compiled([one.texts for one in works]))):
+    for entry, key, program in zip(entries, keys, programs_of([one.texts for one in works])):
         once = program.flattened(0)
         entry["once"] = _plain(once)
         entry["loops"] = [_plain(program.flattened(loop)) for loop in program.loops]

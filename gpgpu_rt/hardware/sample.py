@@ -113,8 +113,14 @@ def emulated(tracer: Tracer, origins: np.ndarray, directions: np.ndarray, any_hi
 _programs: dict[tuple[str, str], Program] = {}
 
 
+def programs_of(texts: Sequence[tuple[str, str]]) -> list[Program]:
+    """The compiled programs of texts; each is compiled once, new ones together."""
+    new = [text for text in dict.fromkeys(texts) if text not in _programs]
+    if new:
+        _programs.update(zip(new, map(parse, compiled(new))))
+    return [_programs[text] for text in texts]
+
+
 def program_of(texts: tuple[str, str]) -> Program:
-    """The compiled program of a text; each is compiled once."""
-    if texts not in _programs:
-        _programs[texts] = parse(compiled([texts])[0])
-    return _programs[texts]
+    """The compiled program of a text."""
+    return programs_of([texts])[0]

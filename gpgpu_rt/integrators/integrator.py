@@ -17,6 +17,7 @@ import numpy as np
 
 from ..appearance.needs import CUTOFF, Asked, SceneNeeds
 from ..camera import Camera
+from ..choices import COHERENT
 from ..gpu import Gpu
 from ..options import Option, resolve_options, word_define
 from ..passes.eye_rays import EyeRays
@@ -78,6 +79,7 @@ class Integrator:
     """
 
     name: str
+    rays = COHERENT    # what most of those that it traces are
     centred = True     # its eye rays go through pixel centres: first hits can be rasterised
     passes: tuple[Pass, ...]
     options: tuple[Option, ...] = (ALL_FEATURES, BOUNCES, LIGHT_SAMPLES, SAMPLES)

@@ -20,6 +20,7 @@ from ..appearance.light_choice import LightChoice
 from ..appearance.luminance import LUMINANCE
 from ..appearance.needs import Asked
 from ..camera import Camera
+from ..choices import INCOHERENT
 from ..options import Option, resolve_options
 from ..passes.eye_rays import eye_uniforms, share_eye
 from ..precision import Precision
@@ -42,6 +43,7 @@ class Path(Integrator):
     """All light there is, as noise that fades with more samples."""
 
     name = "path"
+    rays = INCOHERENT      # all but the eye rays: diffuse surfaces scatter them
     centred = False
     _sums: Room | None = None
     _mask: moderngl.Framebuffer | None = None

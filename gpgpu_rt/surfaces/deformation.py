@@ -38,6 +38,9 @@ class Deformation:
         if not isinstance(tracer.accelerator.structure, ImageTree):
             raise OptionError(f"method {tracer.method.name} has no positions to deform; make the "
                               "tracer with method geometry-image")
+        if tracer.choices.differ:
+            raise OptionError("a tracer of two choices has positions that only one of them would "
+                              "deform; make the tracer with method geometry-image")
         self.tracer = tracer
         layout = tracer.precision.layout(POSITION)
         suffix = layout.planes[0].suffix

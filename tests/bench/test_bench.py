@@ -10,10 +10,13 @@ from PIL import Image
 
 import gpgpu_rt as rt
 from gpgpu_rt import cli
-from gpgpu_rt.bench import ENGINES, RAY_SETS, Entry, Workload, peaks, race, too_noisy, workload
+from gpgpu_rt.bench import (
+    ENGINES, RAY_SETS, Entry, Peaks, Work, Workload, peaks, race, too_noisy, work_of, workload
+)
 from gpgpu_rt.bench.engines import EMBREE
 from gpgpu_rt.cli import benching
 from gpgpu_rt.gpu import open_gpu
+from gpgpu_rt.hardware import sample
 
 SIZE = 24
 race_module = importlib.import_module("gpgpu_rt.bench.race")   # the name is the function's
@@ -87,6 +90,52 @@ def test_peaks_are_rates() -> None:
         assert tracer.trace([[0, 0, 9]], [[0, 0, -1]]).hit.shape == (1,)
 
 
+# Shares of the peaks -----------------------------------------------------------------------------
+
+
+def test_shares_are_of_the_peaks() -> None:
+    peak = Peaks(near_texels=1000.0, far_texels=1.0, flops=4000.0)    # 2000 multiply-adds
+    assert Work(10, 30).shares(peak, 50) == {"fetch_share": 0.5, "arithmetic_share": 0.75}
+    assert set(Work(unknown="why").shares(peak, 50).values()) == {None}
+
+
+@pytest.mark.parametrize("size", [8, 64])
+def test_brute_force_works_for_a_ray_as_its_triangles_ask(size: int) -> None:
+    """Three texels each; of a ray itself a few. All pixels hold a ray, or every other one."""
+    rays, triangles = workload("cornell", RAY_SETS["eye"], size), len(rt.load_scene("cornell"))
+    half = rays.origins.copy()
+    half[::2] = np.nan
+    with rt.Tracer("cornell", "brute-force") as tracer:
+        found = work_of(tracer, rays)
+        assert not found.unknown and 0 <= found.texels - 3 * triangles <= 16
+        assert found.instructions > 20 * triangles
+        sparse = work_of(tracer, Workload(half, rays.directions, size))
+        assert found.texels < sparse.texels < found.texels + 16     # what dead pixels read
+        assert "no ray" in work_of(tracer, Workload(half * np.nan, rays.directions, size)).unknown
+
+
+@pytest.mark.parametrize("method, options, why", [
+    ("bvh-threaded", {"quantise_nodes": 16}, "fetches integers"),
+    ("grid", {"statistics": True}, "statistics=True"),
+    ("ray-tiles", {}, "how many go together")])
+def test_why_a_share_is_not_known(method: str, options: dict, why: str) -> None:
+    with rt.Tracer("cornell", method, **options) as tracer:
+        found = work_of(tracer, workload("cornell", RAY_SETS["eye"], 8))
+    assert why in found.unknown and "\n" not in found.unknown
+
+
+def test_no_mesa_that_counts_is_a_line(monkeypatch, capsys) -> None:
+    def none(texts: list) -> list:
+        raise rt.ShaderError("no instruction counts:\nnot here")
+    monkeypatch.setattr(sample, "compiled", none)
+    monkeypatch.setattr(sample, "_programs", {})
+    bench = ["bench", "cornell", "--size", "8", "--runs", "1"]
+    assert cli.main([*bench, "-m", "grid,kd-restart"]) == 0
+    line, = (line for line in capsys.readouterr().out.splitlines() if "no share" in line)
+    assert "grid" in line and "kd-restart" in line
+    assert line.endswith(": no instruction counts: not here")
+
+
 def test_bench_command(capsys, tmp_path) -> None:
     pytest.importorskip("matplotlib")
     chart = tmp_path / "b.png"
@@ -95,6 +144,13 @@ def test_bench_command(capsys, tmp_path) -> None:
     found = json.loads(capsys.readouterr().out)
     assert [one["rays"] for one in found["races"]] == ["eye", "random"]
     assert all(one["rays_per_second"] > 0 for race in found["races"] for one in race["entries"])
+    for one in (one for race in found["races"] for one in race["entries"]):
+        if one["name"] in ("grid", "kd-restart"):
+            assert 0 < one["fetch_share"] < 2 and 0 < one["arithmetic_share"] < 2
+            assert one["fetch_share"] == pytest.approx(one["work"]["texels"] * one[
+                "rays_per_second"] / found["peaks"]["near_texels"])
+        else:
+            assert "fetch_share" not in one and one["work"] is None
     assert Image.open(chart).width > 100
 
 

@@ -10,7 +10,9 @@ from conftest import assert_same_bits, soup_scene
 
 import gpgpu_rt as rt
 from gpgpu_rt import cli, settings
+from gpgpu_rt.choices import Choice, Choices
 from gpgpu_rt.gpu import open_gpu
+from gpgpu_rt.rays import random_rays
 
 
 @pytest.fixture
@@ -20,9 +22,21 @@ def scene() -> rt.Scene:
 
 @pytest.fixture
 def found(scene: rt.Scene) -> settings.Settings:
-    return settings.Settings(settings.describe(scene), open_gpu().renderer, "kd-restart",
-                             {"schedule": "loop", "intersection": "moller-trumbore"},
-                             {"max_wrong": 1e-3}, {"rays": 10})
+    return settings.Settings(settings.describe(scene), open_gpu().renderer, Choices.one(Choice(
+        "kd-restart", {"schedule": "loop", "intersection": "moller-trumbore"},
+        {"max_wrong": 1e-3}, {"rays": 10})))
+
+
+@pytest.fixture
+def pair(found: settings.Settings) -> settings.Settings:
+    packets = Choice("bvh-packet", {"packet": (4, 2), "octants": True}, {"max_wrong": 1e-4}, {})
+    return replace(found, choices=Choices(packets, found.choices.incoherent))
+
+
+def one_choice(entries: dict) -> dict:
+    """The file's content as it was before there were two choices."""
+    return {"format": 1, "scene": entries["scene"], "renderer": entries["renderer"],
+            **entries["incoherent"]}
 
 
 def test_settings_trace_as_their_options_do(scene, found, tmp_path) -> None:
@@ -39,25 +53,67 @@ def test_settings_trace_as_their_options_do(scene, found, tmp_path) -> None:
         assert_same_bits(hits, tracer.trace(*rays))
 
 
+def test_two_choices_come_back(scene, pair, tmp_path) -> None:
+    path = tmp_path / "settings.json"
+    pair.save(path)
+    assert settings.load(path) == pair and pair.choices.differ
+    with rt.Tracer.from_settings(scene, path) as tracer, rt.Tracer(scene, "kd-restart",
+                                                                   precision="fp32") as other:
+        assert tracer.method.name == "bvh-packet" and tracer.options["packet"] == (4, 2)
+        assert_same_bits(other.trace(*scene.camera.rays((8, 8))),
+                         tracer.trace(*scene.camera.rays((8, 8))))
+        tracer.trace(*random_rays(scene, 64, 1))
+        assert tracer.method.name == "kd-restart" and tracer.statistics.choice == "incoherent"
+        assert tracer.options["intersection"] == "moller-trumbore"
+
+
+def test_one_choice_of_before_serves_all_rays(scene, found, tmp_path) -> None:
+    path = tmp_path / "settings.json"
+    found.save(path)
+    path.write_text(json.dumps(one_choice(json.loads(path.read_text()))))
+    assert settings.load(path) == found and not found.choices.differ
+    with rt.Tracer.from_settings(scene, path) as tracer:
+        for rays in (scene.camera.rays((8, 8)), random_rays(scene, 64, 1)):
+            tracer.trace(*rays)
+            assert tracer.method.name == "kd-restart" and tracer.statistics.choice == ""
+
+
 DROP = object()
 
 
 @pytest.mark.parametrize("change, message", [
-    ({"format": 2}, "format is 2"), ({"format": True}, "format"), ({"format": DROP}, "format"),
+    ({"format": 3}, "format is 3"), ({"format": True}, "format"), ({"format": DROP}, "format"),
     ({"scene": DROP}, "scene is missing"), ({"scene": []}, "scene is"),
     ({"scene": {"name": "x", "triangles": 1}}, "scene.sha256 is missing"),
     ({"scene": {"name": "x", "triangles": "1", "sha256": ""}}, "scene.triangles"),
-    ({"renderer": 3}, "renderer"), ({"method": "kd-restrat"}, "method: .*did you mean kd-restart"),
-    ({"options": {"octants": True}}, "options: .*octants"),
-    ({"options": {"schedule": "lop"}}, "options: .*schedule"),
-    ({"options": {"statistics": True}}, "options.statistics"),
-    ({"promise": None}, "promise"), ({"measured": 1}, "measured"),
+    ({"renderer": 3}, "renderer"), ({"coherent": DROP}, "coherent is missing"),
+    ({"incoherent": []}, "incoherent is"), ({"method": "grid"}, "no key method is known"),
     ({"sceen": {}}, "sceen .*did you mean scene"),
 ])
 def test_a_bad_key_is_named(found, tmp_path, change: dict, message: str) -> None:
     path = tmp_path / "settings.json"
     found.save(path)
-    entries = {**json.loads(path.read_text()), **change}
+    check_refusal(path, {**json.loads(path.read_text()), **change}, message)
+
+
+@pytest.mark.parametrize("change, message", [
+    ({"method": "kd-restrat"}, "method: .*did you mean kd-restart"),
+    ({"options": {"octants": True}}, "options: .*octants"),
+    ({"options": {"schedule": "lop"}}, "options: .*schedule"),
+    ({"options": {"statistics": True}}, "options.statistics"),
+    ({"promise": None}, "promise"), ({"measured": 1}, "measured"),
+    ({"metod": "grid"}, "metod .*did you mean method"),
+])
+def test_a_bad_key_of_a_choice_is_named(found, tmp_path, change: dict, message: str) -> None:
+    path = tmp_path / "settings.json"
+    found.save(path)
+    entries = json.loads(path.read_text())
+    for rays in ("coherent", "incoherent"):
+        check_refusal(path, {**entries, rays: {**entries[rays], **change}}, f"{rays}.{message}")
+    check_refusal(path, {**one_choice(entries), **change}, message)
+
+
+def check_refusal(path, entries: dict, message: str) -> None:
     path.write_text(json.dumps({k: v for k, v in entries.items() if v is not DROP}))
     with pytest.raises(rt.SettingsError, match=message) as caught:
         settings.load(path)
@@ -105,14 +161,15 @@ def test_auto(scene, found, tmp_path, monkeypatch) -> None:
         with rt.Tracer(scene, "auto", **options) as tracer:
             return tracer.method.name, tracer.settings
 
-    safe = ("bvh-threaded", None)
+    safe = ("bvh-packet", None)
     monkeypatch.setenv("GPGPU_RT_CACHE", "")
     assert settings.store(found) is None and chosen() == safe
     monkeypatch.setenv("GPGPU_RT_CACHE", str(tmp_path / "cache"))
     assert chosen() == safe
     path = settings.store(found)
     assert chosen() == ("kd-restart", found) == chosen(statistics=True)
-    assert chosen(octants=False) == safe == chosen(schedule="step")   # not what was measured
+    assert chosen(octants=False) == safe       # not what was measured
+    assert chosen(entry_points=4) == ("bvh-threaded", None)
     settings.store(replace(found, renderer="GeForce 6800"))
     assert chosen() == ("kd-restart", found)
     path.write_text(path.read_text()[:-20])
@@ -125,19 +182,32 @@ def test_commands_take_settings(capsys, tmp_path, monkeypatch) -> None:
     monkeypatch.setenv("GPGPU_RT_CACHE", "")
     scene = rt.load_scene("cornell")
     path, image = tmp_path / "settings.json", tmp_path / "box.png"
-    settings.Settings(settings.describe(scene), open_gpu().renderer, "grid",
-                      {"schedule": "step"}).save(path)
+    grid = Choices.one(Choice("grid", {"schedule": "step"}))
+    settings.Settings(settings.describe(scene), open_gpu().renderer, grid).save(path)
     render = ["render", "cornell", "--size", "8", "-o", str(image)]
     assert cli.main([*render, "--settings", str(path), "--json"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert report["method"] == "grid" and report["options"]["schedule"] == "step"
     assert cli.main([*render, "-m", "auto"]) == 0
-    assert "bvh-threaded" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert "bvh-packet on" in out and "auto took a safe default for coherent rays" in out
     origins, directions = scene.camera.rays((4, 4))
     np.savez(tmp_path / "rays.npz", origins=origins, directions=directions)
     trace = [str(tmp_path / "rays.npz"), "-o", str(tmp_path / "hits.npz"), "--settings", str(path)]
     assert cli.main(["trace", "cornell", *trace]) == 0
     assert "grid" in capsys.readouterr().out
+    origins, directions = random_rays(scene, 64, 1)
+    np.savez(tmp_path / "random.npz", origins=origins, directions=directions)
+    trace = ["trace", "cornell", str(tmp_path / "random.npz"), "-o", str(tmp_path / "hits.npz")]
+    assert cli.main([*trace, "-m", "auto", "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["method"] == report["statistics"]["method"] == "bvh-threaded"
+    assert report["statistics"]["choice"] == "incoherent"
+    packets = Choices(Choice("bvh-packet"), grid.incoherent)
+    settings.Settings(settings.describe(scene), open_gpu().renderer, packets).save(path)
+    assert cli.main([*trace, "--settings", str(path)]) == 0
+    out = capsys.readouterr().out
+    assert "grid on" in out and f"{path} says so for incoherent rays" in out
     image.unlink()
     for more, message in ((["--settings", str(path), "-m", "grid"], "not both"),
                           (["--force"], "--settings"),

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,9 +15,10 @@ from gpgpu_rt.accuracy import tune as tuning
 from gpgpu_rt.accuracy.candidates import Candidate, accuracy_knobs, option_table, speed_knobs
 from gpgpu_rt.accuracy.confidence import lower_confidence, rays_needed
 from gpgpu_rt.accuracy.judge import upper_confidence
-from gpgpu_rt.accuracy.known_rays import Answers
+from gpgpu_rt.accuracy.known_rays import Answers, KnownRays
 from gpgpu_rt.accuracy.promise import Finding, Promise
 from gpgpu_rt.accuracy.tune import keeps, tune
+from gpgpu_rt.choices import COHERENT, INCOHERENT
 from gpgpu_rt.methods import find_method
 
 METHODS = [row.name for row in rt.methods()]
@@ -134,61 +136,90 @@ def few_rays(monkeypatch) -> None:
     (1, "bvh-threaded"), pytest.param(2, "grid", marks=pytest.mark.full)])
 def test_the_chosen_keeps_its_promise(ball, few_rays, seed: int, method: str) -> None:
     lines: list[str] = []
-    found = tune(ball, Promise(**LOOSE), rays=100, seed=seed, names=[method], budget=20,
+    found = tune(ball, Promise(**LOOSE), rays=100, seed=seed, names=[method], budget=40,
                  report=lines.append)
-    assert found.rays >= rays_needed(1e-2) and "raised" in found.notes[0] == lines[0]
-    assert found.chosen is not None and found.chosen.outcome == "chosen"
-    assert found.chosen.finding.score.upper_95 <= 1e-2
-    outcomes = [t.outcome for t in found.trials]
-    assert outcomes.count("chosen") == 1
-    assert set(outcomes) <= {"chosen", "missed", "slower", "not possible", "not reached"}
-    for trial in found.trials:    # what is called slower was timed so, and only that
-        times = trial.times_slower(found.chosen)
-        assert trial.outcome != "slower" or times is None or times >= 1
-        assert trial.outcome != "not reached" or "times faster" in trial.note
-    assert not found.chosen.misses
-    assert all(max(t.misses.values()) > 1 and "times its bound" in t.note
-               for t in found.trials if t.outcome == "missed")
+    assert [search.rays_of for search in found.searches] == [COHERENT, INCOHERENT]
+    for search, kind in zip(found.searches, ("eye", "random")):
+        assert search.rays >= rays_needed(1e-2) and "raised" in search.notes[0] in lines
+        assert set(search.promise.kinds) == {kind, "vertices", "edges"}
+        assert search.chosen is not None and search.chosen.outcome == "chosen"
+        assert search.chosen.finding.score.upper_95 <= 1e-2
+        outcomes = [t.outcome for t in search.trials]
+        assert outcomes.count("chosen") == 1
+        assert set(outcomes) <= {"chosen", "missed", "slower", "not possible", "not reached"}
+        for trial in search.trials:    # what is called slower was timed so, and only that
+            times = trial.times_slower(search.chosen)
+            assert trial.outcome != "slower" or times is None or times >= 1
+            assert trial.outcome != "not reached" or "times faster" in trial.note
+        assert not search.chosen.misses
+        assert all(max(t.misses.values()) > 1 and "times its bound" in t.note
+                   for t in search.trials if t.outcome == "missed")
+        choice = found.settings.choices.of(search.rays_of)
+        assert choice == search.choice and choice.measured["timed_on"] == [kind]
+        for held_out in (100 + seed, 200 + seed):
+            assert keeps(choice, ball, held_out)
     json.dumps(found.to_dict())
-    for held_out in (100 + seed, 200 + seed):
-        assert keeps(found.settings, ball, held_out)
+
+
+def test_what_is_traced_keeps_the_promise(ball, few_rays) -> None:
+    """Not by the choices one by one, but as a tracer takes between them: each kind of rays alone,
+    its vertices and edges left out."""
+    found = tune(ball, Promise(**LOOSE), names=["bvh-threaded", "bvh-packet"], budget=0)
+    with rt.Tracer(ball, found.settings.choices) as tracer:
+        for kind, rays in (("eye", COHERENT), ("random", INCOHERENT)):
+            known = KnownRays(ball, 1024, 301, (kind,))
+            answers = known.judge(known.trace(tracer)[0])
+            past, compared = answers.over(LOOSE["max_t_error"])
+            assert answers.wrong.mean() <= LOOSE["max_wrong"]
+            assert past <= (1 - LOOSE["t_quantile"]) * compared and compared > 100
+            if found.settings.choices.differ:
+                assert tracer.statistics.choice == rays
+
+
+@pytest.mark.parametrize("changes", [{"kinds": ("random", "edges")}, {"kinds": ("eye",)},
+                                     {"max_bytes": 10 ** 9}])
+def test_one_choice_where_two_cannot_be_told_or_held(changes: dict) -> None:
+    promise = Promise(**LOOSE, **changes)
+    assert promise.split() == {"all": (promise, None)}
 
 
 def test_a_promise_that_is_broken_is_noticed(ball, few_rays) -> None:
     """Moller-Trumbore leaks at vertices: neither chosen, nor let through by `keeps`."""
     found = tune(ball, Promise(1e-3, 1e-2, kinds=("vertices",)), names=["bvh-threaded"], budget=20)
-    chosen = dict(found.chosen.candidate.options)
+    search, = found.searches
+    chosen = dict(search.chosen.candidate.options)
     assert chosen.get("intersection", "woop-watertight") != "moller-trumbore"
-    missed = [t for t in found.trials if t.outcome == "missed"
+    missed = [t for t in search.trials if t.outcome == "missed"
               and dict(t.candidate.options).get("intersection") == "moller-trumbore"]
     assert missed and all("wrong" in t.misses for t in missed)
-    options = {**found.settings.options, "intersection": "moller-trumbore"}
-    leaky = settings.Settings(found.settings.scene, found.settings.renderer, "bvh-threaded",
-                              options, found.settings.promise, found.settings.measured)
-    assert keeps(found.settings, ball, 77) and not keeps(leaky, ball, 77)
+    own = found.settings.choices.coherent
+    assert own == found.settings.choices.incoherent == search.choice
+    leaky = replace(own, options={**own.options, "intersection": "moller-trumbore"})
+    assert keeps(own, ball, 77) and not keeps(leaky, ball, 77)
 
 
 def test_proof_and_confirmation_decide(ball) -> None:
-    search = tuning._Search(ball, Promise(1e-3, 1e-2, kinds=("vertices",)), None, 1, 20, print)
+    search = tuning._Searcher(ball, Promise(1e-3, 1e-2, kinds=("vertices",)), None, 1, 20, print)
     exact, leaky = (tuning.Trial(Candidate("grid", options)) for options in
                     ((), (("intersection", "moller-trumbore"),)))
     assert search._proved(exact) and exact.outcome == "chosen"
     assert not search._proved(leaky) and leaky.outcome == "missed" and leaky.misses["wrong"] > 1
-    assert {turn for _, turn in search._known} == {0, 1, 2}     # other rays confirm
+    assert {turn for _, turn, _ in search._known} == {0, 1, 2}     # other rays confirm
     assert len({known.directions.tobytes() for known in search._known.values()}) == 3
 
 
 def test_bytes_are_a_bound(ball, few_rays) -> None:
-    free = tune(ball, Promise(**LOOSE), names=["bvh-threaded"], budget=0)
+    free, = tune(ball, Promise(**LOOSE, max_bytes=1 << 30), names=["bvh-threaded"],
+                 budget=0).searches
     sizes = {t.texture_bytes for t in free.trials if t.texture_bytes}
     most = min(sizes)
-    found = tune(ball, Promise(**LOOSE, max_bytes=most), names=["bvh-threaded", "kd-restart"],
-                 budget=0)
+    found, = tune(ball, Promise(**LOOSE, max_bytes=most), names=["bvh-threaded", "kd-restart"],
+                  budget=0).searches
     assert found.chosen is not None and found.chosen.texture_bytes <= most
     assert any("bytes" in t.misses and t.outcome == "missed" for t in found.trials)
     none = tune(ball, Promise(**LOOSE, max_bytes=1000), names=["bvh-threaded"], budget=0)
-    assert none.chosen is None and none.settings is None
-    assert none.closest.misses["bytes"] > 1
+    assert none.searches[0].chosen is None and none.settings is None
+    assert none.searches[0].closest.misses["bytes"] > 1
 
 
 def test_tune_command(few_rays, capsys, tmp_path, monkeypatch) -> None:
@@ -199,16 +230,20 @@ def test_tune_command(few_rays, capsys, tmp_path, monkeypatch) -> None:
                  str(path)]
     assert cli.main([*arguments, "--max-t-error", "1e-2"]) == 0
     out = capsys.readouterr().out
-    assert "chosen: bvh-threaded" in out and "upper 95 %" in out
+    for rays in ("coherent", "incoherent"):
+        assert f"chosen for {rays} rays: bvh-threaded" in out
+    assert "upper 95 %" in out
     with rt.Tracer.from_settings("cornell", path) as tracer, rt.Tracer("cornell", "auto") as auto:
         assert tracer.settings == auto.settings == settings.load(path)
     path.unlink()
     # Beyond float32: nothing is written, and the closest candidate is named.
     assert cli.main([*arguments, "--max-t-error", "1e-12", "--json"]) == 1
     out, error = capsys.readouterr()
-    assert json.loads(out)["chosen"] is None and not path.exists()
+    search, = json.loads(out)["searches"]       # the second is not made for nothing
+    assert search["chosen"] is None and not path.exists()
     last = error.splitlines()[-1]
-    assert "closest is bvh-threaded" in last and "t error" in last and "times its bound" in last
+    assert "for coherent rays; the closest is bvh-threaded" in last
+    assert "t error" in last and "times its bound" in last
     for more, message in ((["--max-t-error", "0"], "max_t_error"),
                           (["--max-t-error", "1", "--kinds", "ey"], "did you mean eye"),
                           (["--max-t-error", "1", "-m", "gird"], "did you mean grid")):
@@ -222,6 +257,6 @@ def test_a_promise_of_1e_5_holds_on_20_seeds() -> None:
     """The bar: bounds of 1e-5, as many rays of 20 other seeds."""
     scene = rt.load_scene("bunny")
     found = tune(scene, Promise(1e-5, 1e-5), seed=0)
-    assert found.rays >= 300_000 - 500 and found.chosen is not None
-    broken = [seed for seed in range(1001, 1021) if not keeps(found.settings, scene, seed)]
-    assert not broken
+    for search in found.searches:
+        assert search.rays >= 300_000 - 500 and search.chosen is not None
+        assert not [seed for seed in range(1001, 1021) if not keeps(search.choice, scene, seed)]
