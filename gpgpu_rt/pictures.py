@@ -89,6 +89,7 @@ class Pictures:
                               "which none is rasterised; take first_hits=traced")
         with self.gpu, self._logged():
             rays, buffers = self._room(drawer.size)
+            buffers.keep(drawer.packed_sizes)
             driver = self._driver(first_hits)
             began = time.perf_counter()
             waves = Waves(driver, buffers, self.statistics, self._count)
@@ -162,6 +163,7 @@ class Pictures:
         with self.gpu:
             rays, buffers = self._room(drawer.size)
             buffers.side(0)
+            buffers.keep(drawer.packed_sizes)
             return Plan.of(drawer, {
                 **{f"the method's {name}": taken
                    for name, taken in self.statistics.table_bytes.items()},

@@ -45,6 +45,7 @@ class Asked:
     paths : trace paths, which ask one light at each vertex and go on from any surface
     sampler : what numbers they draw
     samples : how often a picture is drawn to be added up, which paths do by themselves
+    packs : pack paths that are left, where it may pay
     """
 
     bounces: int = 0
@@ -54,6 +55,7 @@ class Asked:
     paths: bool = False
     sampler: str = "random"
     samples: int = 1
+    packs: bool = False
 
 
 @dataclass(frozen=True)
@@ -176,6 +178,8 @@ PROPERTIES: tuple[Property, ...] = (
              "there is no light to ask", ("ASKED_LIGHTS",), (_LIGHT_CHOICE,), of_paths=True),
     Property("points to ask", lambda scene, asked: any(any(li.intensity) for li in scene.lights),
              "there is no point light", ("ASKED_POINTS",), (_POINT_LIGHT,), of_paths=True),
+    Property("packed paths", lambda scene, asked: asked.packs, "paths stay in their texels",
+             ("PACKED_PATHS",), of_paths=True),
 )
 
 
