@@ -34,10 +34,11 @@ from .room import Room, Stream
 LEAST = 1 << 11     # texels of the smallest textures: below, passes cost what they cost empty
 PACKED = ("PACKED_PATHS",)
 MOST_SHARE = 0.75   # that may be left for paths to be packed: three times a wave's memory
-SHARES = {"auto": 0.0, "on": 0.5, "off": 0.0}
+SHARES = {"auto": 0.25, "on": 0.25, "off": 0.0}
+AUTO = 1 << 15      # texels of a wave from which on packing pays: docs/path-tracing.md
 
-COMPACT = Option("compact", "auto", "pack the paths that are left into smaller textures: auto, on,"
-                 " off, or the share of texels that may be left for it", float,
+COMPACT = Option("compact", "auto", "pack the paths that are left into smaller textures: on, off, "
+                 "auto (in large waves), or the share of texels that may be left for it", float,
                  words=tuple(SHARES), minimum=0)
 
 _WRITES = (("rays", RAY_TEXELS), ("walk", WALK), ("radiance", RADIANCE), ("came_from", CAME_FROM))
@@ -183,10 +184,12 @@ class PackedPaths:
         release(self._levels, self._rooms)
 
 
-def share_of(options: Mapping[str, Any]) -> float:
+def share_of(options: Mapping[str, Any], texels: int = AUTO) -> float:
     """Of the texels that paths are in, how many may be left for them to be packed, as the option
-    ``compact`` says; 0: never."""
+    ``compact`` says of a wave with so many texels; 0: never."""
     share = SHARES.get(options["compact"], options["compact"])
+    if options["compact"] == "auto" and texels < AUTO:
+        share = 0.0
     if not share <= MOST_SHARE:
         raise OptionError(f"compact is {share!r}; give a share of {MOST_SHARE} at most, or one "
                           f"of {', '.join(SHARES)}")

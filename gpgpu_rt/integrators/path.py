@@ -112,7 +112,7 @@ class Path(Integrator):
             self._sums = Room(self.gpu, size, self.precision,
                               [Stream("sums 0", SUMS), Stream("sums 1", SUMS)])
         self._level = self._level or Level(self.gpu, self.room)
-        share = share_of(given)
+        share = share_of(given, self.size[0] * self.size[1])
         if self._packed is None or self._packed.share != share:
             release(self._packed)
             self._packed = PackedPaths(self, self.size, self.precision, share)

@@ -40,7 +40,7 @@ def pictures(scene: rt.Scene, method: str, ways: tuple[object, ...], tracer_opti
 def check_same_bits(scene: rt.Scene, method: str, tracer_options: dict, **options: object
                     ) -> dict[str, int]:
     """The passes that were drawn where paths were packed at a half."""
-    ways = ("off", "on", 0.25, "off")
+    ways = ("off", 0.5, "on", "off")
     (expected, whole), *others = pictures(scene, method, ways, tracer_options, **options)
     assert "pack paths" not in whole and "path live" not in whole and expected.any()
     for way, (radiance, drawn) in zip(ways[1:], others):
@@ -66,6 +66,15 @@ def test_the_same_bits_of_other_scenes(exact_renderer, small, name: str, sampler
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()])
 def test_the_same_bits_by_every_method(exact_renderer, small, name: str, method: str) -> None:
     check_same_bits(SCENES[name](), method, {}, bounces=9)
+
+
+@pytest.mark.parametrize("least, packs", [(1 << 11, True), (1 << 12, False)])
+def test_auto_packs_large_waves(exact_renderer, small, monkeypatch, least: int, packs: bool
+                                ) -> None:
+    monkeypatch.setattr(packed_paths, "AUTO", least)
+    (expected, _), (radiance, drawn) = pictures(path_scenes.cornell_lit(), "bvh-threaded",
+                                                ("off", "auto"), {})
+    assert (radiance == expected).all() and ("pack paths" in drawn) == packs
 
 
 @pytest.mark.parametrize("samples", [5, 37])
@@ -106,7 +115,7 @@ def test_live_paths_are_those_that_the_light_is_from(small) -> None:
     vertex is met by none that left a convex body."""
     scene, _ = path_scenes.white_ball()
     with rt.Tracer(scene) as tracer:
-        tracer.render(size=SIZE, integrator="path", samples=1, compact="on", roulette=60)
+        tracer.render(size=SIZE, integrator="path", samples=1, compact=0.5, roulette=60)
         assert len(tracer.statistics.vertices) == 2
         eye, ball = tracer.statistics.vertices
         hits = tracer.eye_hits(size=(8 * SIZE[0], 8 * SIZE[1])).hit.mean()
@@ -118,17 +127,17 @@ def test_what_packing_adds(small) -> None:
     """Exactly its streams by size, and its passes; and nothing where it is off."""
     with rt.Tracer(path_scenes.cornell_lit(), "brute-force") as tracer:
         plans = {way: tracer.plan(size=SIZE, integrator="path", samples=SAMPLES, compact=way)
-                 for way in ("off", "on")}
-        off, on = plans["off"], plans["on"]
+                 for way in ("off", 0.25)}
+        off, on = plans["off"], plans[0.25]
         for way, plan in plans.items():
             tracer.render(size=SIZE, integrator="path", samples=SAMPLES, compact=way)
             assert tracer.statistics.texture_bytes == sum(plan.textures.values())
-            undrawn = set(plan.passes) - set(tracer.statistics.picture_passes) - {"eye rays"}
-            assert not undrawn
+            assert set(tracer.statistics.picture_passes) == set(plan.passes) - (
+                {"eye rays", "pack paths again"})
     streams = {"rays", "next rays", "walk 0", "walk 1", "lit", "shadow rays", "direct",
                "radiance", "came from"}
-    sizes = packed_sizes((4 * SIZE[0], 4 * SIZE[1]), 0.5)
-    assert len(sizes) == 5 and not set(off.textures) - set(on.textures)
+    sizes = packed_sizes((4 * SIZE[0], 4 * SIZE[1]), 0.25)
+    assert len(sizes) == 2 and not set(off.textures) - set(on.textures)
     assert set(on.textures) - set(off.textures) == {
         f"{stream} of {w}x{h} packed" for stream in streams for w, h in sizes}
     assert on.textures["state and hits"] > off.textures["state and hits"]
