@@ -23,6 +23,7 @@ class Option:
     default: Any
     help: str
     kind: type = str
+    words: tuple[str, ...] = ()     # values besides those of its kind
     choices: tuple[Any, ...] | None = None
     minimum: float | None = None
     optional: bool = False     # takes None as well
@@ -49,14 +50,16 @@ class Option:
                                   + (did_you_mean(value, known) if isinstance(value, str)
                                      else ""))
             return value
+        if value in self.words:
+            return value
         try:
             if self.kind is bool and not isinstance(value, (bool, int)):
                 raise TypeError
             converted = {int: operator.index, bool: bool, float: float}.get(
                 self.kind, lambda v: v)(value)
         except (TypeError, ValueError) as failure:
-            raise OptionError(f"option {self.name}={value!r} must be "
-                              f"{self.kind.__name__}") from failure
+            raise OptionError(f"option {self.name}={value!r} must be " + " or ".join(
+                [*self.words, self.kind.__name__])) from failure
         if self.minimum is not None and not converted >= self.minimum:
             raise OptionError(f"option {self.name}={value!r} must be at least {self.minimum:g}")
         return converted
@@ -81,7 +84,7 @@ class Option:
             return self.check(next((c for c in self.choices if spell(c) == text), text))
         if self.kind is bool:
             return self.check(TRUTH.get(text.lower(), text))
-        if self.kind in (int, float):
+        if self.kind in (int, float) and text not in self.words:
             try:
                 value: Any = self.kind(text)
             except ValueError:

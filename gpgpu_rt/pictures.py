@@ -92,6 +92,7 @@ class Pictures:
                                   "of which none is rasterised; take first_hits=traced")
             with self._logged():
                 rays, buffers = self._room(drawer.size)
+                buffers.keep(drawer.packed_sizes)
                 driver = self._driver(first_hits)
                 began = time.perf_counter()
                 waves = Waves(driver, buffers, self.statistics, self._count)
@@ -165,6 +166,7 @@ class Pictures:
             drawer = self._drawer(size, integrator, options)
             rays, buffers = self._room(drawer.size)
             buffers.side(0)
+            buffers.keep(drawer.packed_sizes)
             return Plan.of(drawer, {
                 **{f"the method's {name}": taken
                    for name, taken in self.statistics.table_bytes.items()},

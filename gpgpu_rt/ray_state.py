@@ -1,7 +1,7 @@
 """Rays on their way in, the state passes ping-pong, and hits on their way out."""
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
 import moderngl
@@ -259,7 +259,8 @@ class StateBuffers:
     def __init__(self, gpu: Gpu, state: Record, size: tuple[int, int], statistics: bool,
                  precision: Precision) -> None:
         gpu.check_size(*size, f"the state of {size[0] * size[1]} rays")
-        self.gpu, self.size = gpu, size
+        self.gpu, self.size, self.precision = gpu, size, precision
+        self._state, self._smaller = state, dict[tuple[int, int], StateBuffers]()
         self.records = [precision.layout(state), precision.layout(HIT)]
         self.records += [COUNTERS] if statistics else []
         self.counts = statistics
@@ -273,11 +274,26 @@ class StateBuffers:
             self._sides.append(StateBuffer(self.gpu, self.records, self.size, self.depth))
         return self._sides[index]
 
+    def keep(self, sizes: Iterable[tuple[int, int]]) -> None:
+        """Have buffers of these sizes at hand too, for fewer rays, and of no others."""
+        wanted = set(sizes)
+        for size in set(self._smaller) - wanted:
+            release(self._smaller.pop(size))
+        for size in wanted - set(self._smaller):
+            self._smaller[size] = StateBuffers(self.gpu, self._state, size, self.counts,
+                                               self.precision)
+            self._smaller[size].side(0)
+
+    def of(self, size: tuple[int, int]) -> StateBuffers:
+        """Those for rays of this size: these, or some that are kept."""
+        return self if size == self.size else self._smaller[size]
+
     def __iter__(self) -> Iterator[StateBuffer]:
         return iter(self._sides)
 
     def bytes(self) -> int:
-        return sum(texture_bytes(side.textures) for side in self)
+        return (sum(texture_bytes(side.textures) for side in self)
+                + sum(other.bytes() for other in self._smaller.values()))
 
     def release(self) -> None:
-        release(self._sides, self.mask, self.depth)
+        release(self._sides, self._smaller, self.mask, self.depth)

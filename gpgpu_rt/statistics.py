@@ -27,6 +27,9 @@ class Statistics:
     picture_passes : of a picture, passes besides those of traversal, by name
     waves : of a picture, sets of rays that were traced
     texel_fetches : texels that those passes read, a pixel
+    vertices : of a picture by paths, vertex after vertex, where they may be packed:
+        ``live`` paths that came there and ``texels`` of the textures that they were in, which
+        a traversal pass runs over; summed over all waves
     samples : of each pixel, by an integrator that takes samples
     noise : standard error of such a picture's pixels over their luminance, both averaged
     texture_bytes : scene tables, rays and state
@@ -61,6 +64,7 @@ class Statistics:
     picture_passes: dict[str, int] = field(default_factory=dict)
     waves: int = 0
     texel_fetches: int = 0
+    vertices: list[dict[str, int]] = field(default_factory=list)
     samples: int = 0
     noise: float | None = None
     texture_bytes: int = 0

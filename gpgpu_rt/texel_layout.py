@@ -204,6 +204,9 @@ WALK = Record("walk", "weight:vec3 density")
 """Of a path: how much of what it meets arrives at its pixel, zero where it has ended; how likely
 its ray's direction was, 0 where that was certain."""
 
+CAME_FROM = Record("came_from", "x:int y:int")
+"""Of a path that is packed: its texel in the wave."""
+
 SUMS = Record("sums", "total:vec4 | lost:vec4")
 """Of a pixel: radiance, and squared luminance, summed over its paths; what that rounded off."""
 

@@ -1,4 +1,5 @@
-// Which path a texel is: a wave holds a block of texels for each pixel, a sample each.
+// Which path a texel is: a wave holds a block of texels for each pixel, a sample each. Where paths are
+// packed, a stream says which of them a path came from.
 
 #include "common/random.glsl"
 #ifdef SOBOL
@@ -22,6 +23,10 @@ int walk_sample(ivec2 texel) {
 // The numbers of an event of its path, block 0 for where it goes and 1 for the light that it asks: two
 // that pick, two for a place. Vertex 0 is the eye.
 vec4 walk_random(ivec2 texel, int vertex, uint which) {
+#ifdef PACKED
+    Came_from from = came_from_load(texel);
+    texel = ivec2(from.x, from.y);
+#endif
     uvec2 pixel = uvec2(walk_pixel(texel));
     uint path_sample = uint(walk_sample(texel));
 #ifdef SOBOL

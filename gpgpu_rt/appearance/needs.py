@@ -46,6 +46,7 @@ class Asked:
     paths : trace paths, which ask one light at each vertex and go on from any surface
     sampler : what numbers they draw
     samples : how often a picture is drawn to be added up, which paths do by themselves
+    packs : pack paths that are left, where it may pay
     """
 
     bounces: int = 0
@@ -55,6 +56,7 @@ class Asked:
     paths: bool = False
     sampler: str = "random"
     samples: int = 1
+    packs: bool = False
 
 
 @dataclass(frozen=True)
@@ -194,6 +196,8 @@ PROPERTIES: tuple[Property, ...] = (
              ("ASKED_SURROUNDINGS", "ASKED_LIGHTS", "SHADOWS"), (_LIGHT_CHOICE,), of_paths=True),
     Property("image to ask", _kind("image"), "no image surrounds the scene", ("ASKED_IMAGE",),
              (Table(SURROUNDINGS_ROW, _surroundings_row),), ("surroundings_sums",), of_paths=True),
+    Property("packed paths", lambda scene, asked: asked.packs, "paths stay in their texels",
+             ("PACKED_PATHS",), of_paths=True),
 )
 
 

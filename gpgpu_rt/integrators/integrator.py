@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import moderngl
@@ -23,6 +24,7 @@ from ..options import Option, resolve_options, word_define
 from ..passes.eye_rays import EyeRays
 from ..passes.full_screen import FullScreenPass, Rectangles
 from ..passes.packet_room import PacketHits
+from ..passes.primitive_pass import PrimitivePass
 from ..passes.tiles import TILE
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer
@@ -49,6 +51,7 @@ class Pass:
     reads, writes : records of streams, by the names they have in the program; of what is written,
         also the define without which it is not
     defines : besides those of the scene
+    points : of a pass that draws points the vertex program, which reads what ``reads`` says
     """
 
     name: str
@@ -57,6 +60,7 @@ class Pass:
     reads: tuple[tuple[str, Record], ...] = ()
     writes: tuple[tuple[str, Record] | tuple[str, Record, str], ...] = ()
     defines: tuple[str, ...] = ()
+    points: str = ""
 
 
 ALL_FEATURES = Option(
@@ -89,8 +93,9 @@ class Integrator:
         self.precision = needs.asked.precision
         self.textures = SceneTextures(gpu, needs, self.precision)
         self._eye = EyeRays(gpu, self.precision)
-        self._programs: dict[str, FullScreenPass] = {}
+        self._programs: dict[str, FullScreenPass | PrimitivePass] = {}
         self.drawn: Counter[str] = Counter()    # passes of this picture
+        self.vertices: list[dict[str, int]] = []    # of its paths; see ``Statistics``
         self.fetches = 0                        # texels that they read, a pixel
         self.room: Room | None = None
         self.size = (0, 0)
@@ -135,7 +140,7 @@ class Integrator:
             self.room = Room(self.gpu, size, self.precision,
                              [s for s in self.streams() if self.needs.want(s.wanted)])
         self.drawn.clear()
-        self.fetches = 0
+        self.fetches, self.vertices = 0, []
         if self.needs.want(("MOVING",)) and self.needs.asked.all_features:
             self.textures.take(self.scene)    # as whoever does not know whether it moved must
 
@@ -146,16 +151,21 @@ class Integrator:
         self.drawn["eye rays"] += 1
 
     def run(self, name: str, target: moderngl.Framebuffer, samplers: Samplers,
-            rectangles: Rectangles | None = None, **uniforms: Any) -> None:
-        """Draw a pass, everywhere or on rectangles; the scene's own textures are at hand."""
+            rectangles: Rectangles | None = None, points: int = 0, **uniforms: Any) -> None:
+        """Draw a pass, everywhere or on rectangles, or so many points; the scene's own textures
+        are at hand."""
         program = self.program(name)
         program.set(**uniforms)
-        program.draw(target, {**self.textures.samplers(), **samplers}, rectangles=rectangles)
+        samplers = {**self.textures.samplers(), **samplers}
+        if isinstance(program, PrimitivePass):
+            program.draw(target, samplers, moderngl.POINTS, points)
+        else:
+            program.draw(target, samplers, rectangles=rectangles)
         self.drawn[name] += 1
         texels = self.textures.texels()
         self.fetches += sum(texels.get(sampler, 1) for sampler in program.samplers)
 
-    def program(self, name: str) -> FullScreenPass:
+    def program(self, name: str) -> FullScreenPass | PrimitivePass:
         """The program of a pass, compiled when it is first asked for."""
         if name not in self._programs:
             declared = next(p for p in self.passes if p.name == name)
@@ -166,17 +176,25 @@ class Integrator:
                     continue
                 texts.append(self.layout(record, stream).stream_glsl(True, target))
                 target += self.layout(record, stream).texels
-            texts += [self.layout(record, stream).stream_glsl(writes=False)
-                      for stream, record in declared.reads]
-            self._programs[name] = FullScreenPass(
-                self.gpu, declared.entry,
-                {"TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2, "CUTOFF": CUTOFF,
-                 **self.precision.defines(), **self.defines,
-                 word_define("INTERSECTION", self.intersection): True,
-                 **{define: True for define in declared.defines}, "TILE": TILE},
-                {"streams": "\n".join(texts), "tables": self.textures.tables_glsl()})
+            sources = "\n".join(self.layout(record, stream).stream_glsl(writes=False)
+                                for stream, record in declared.reads)
+            kind = partial(PrimitivePass, vertex=declared.points) if declared.points else (
+                FullScreenPass)
+            self._programs[name] = kind(
+                self.gpu, declared.entry, defines={
+                    "TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2, "CUTOFF": CUTOFF,
+                    **self.precision.defines(), **self.defines,
+                    word_define("INTERSECTION", self.intersection): True,
+                    **{define: True for define in declared.defines}, "TILE": TILE},
+                virtual={"streams": "\n".join([*texts, sources]), "sources": sources,
+                         "tables": self.textures.tables_glsl()})
             self._programs[name].set(**self._uniforms)
         return self._programs[name]
+
+    @property
+    def packed_sizes(self) -> list[tuple[int, int]]:
+        """Sizes of textures besides its own, (width, height), that it has rays of."""
+        return []
 
     @property
     def defines(self) -> dict[str, object]:

@@ -5,12 +5,11 @@ what is weighed how stands in its float64 twin, ``reference/path.py``. A wave is
 for each pixel, a path each. Paths that have ended are empty rays, which every method skips, and
 are masked by depth; an occlusion query tells when all have. Random numbers depend on pixel, sample
 and vertex alone, and samples are added up one after another: pictures are the same, to the bit, by
-every method and whatever a wave holds.
+every method, whatever a wave holds, and whether paths that are left are packed together.
 """
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from typing import Any
 
 import moderngl
@@ -26,9 +25,10 @@ from ..passes.eye_rays import eye_uniforms, share_eye
 from ..precision import Precision
 from ..ray_state import RayTextures
 from ..scene import Scene
-from ..texel_layout import DIRECT, HIT, LIT, RADIANCE, RAY_TEXELS, SUMS, WALK
+from ..texel_layout import CAME_FROM, DIRECT, HIT, LIT, RADIANCE, RAY_TEXELS, SUMS, WALK
 from ..textures import read_texture, release
 from .integrator import ALL_FEATURES, Integrator, Pass, Samplers, Trace
+from .packed_paths import COMPACT, PACKED, PACKING, Level, PackedPaths, share_of
 from .path_settings import MOST_SURVIVE, SAMPLERS, PathSettings
 from .room import Room, Stream
 
@@ -36,7 +36,8 @@ WAVE = 1 << 18      # paths at once, unless the picture alone has more pixels
 FEWEST = 16         # samples before their spread says anything about noise
 
 _DEFAULTS = PathSettings()
-_SHADOW_RAYS, _DIRECT = ("shadow_rays", RAY_TEXELS, "SHADOWS"), ("direct", DIRECT, "SHADOWS")
+_VERTEX_WRITES = (("next_rays", RAY_TEXELS), ("next_walk", WALK), ("lit", LIT),
+                  ("shadow_rays", RAY_TEXELS, "SHADOWS"), ("direct", DIRECT, "SHADOWS"))
 
 
 class Path(Integrator):
@@ -46,8 +47,8 @@ class Path(Integrator):
     rays = INCOHERENT      # all but the eye rays: diffuse surfaces scatter them
     centred = False
     _sums: Room | None = None
-    _mask: moderngl.Framebuffer | None = None
-    _depth: moderngl.Renderbuffer | None = None
+    _level: Level | None = None
+    _packed: PackedPaths | None = None
     options = (
         ALL_FEATURES,
         Option("bounces", _DEFAULTS.bounces, "how often a path may turn at most; "
@@ -59,27 +60,30 @@ class Path(Integrator):
                minimum=1),
         Option("seed", _DEFAULTS.seed, "another one gives other noise", int, minimum=0),
         Option("sampler", _DEFAULTS.sampler, "sobol: numbers spread evenly over a pixel's "
-               "samples, which leaves less noise; or random ones", choices=SAMPLERS))
+               "samples, which leaves less noise; or random ones", choices=SAMPLERS),
+        COMPACT)
     passes = (
         Pass("path start", "passes/path_start.frag", (), (),
              (("rays", RAY_TEXELS), ("walk", WALK))),
         Pass("path vertex", "passes/path_vertex.frag", (),
-             (("rays", RAY_TEXELS), ("hit", HIT), ("walk", WALK)),
-             (("next_rays", RAY_TEXELS), ("next_walk", WALK), ("lit", LIT), _SHADOW_RAYS,
-              _DIRECT)),
+             (("rays", RAY_TEXELS), ("hit", HIT), ("walk", WALK)), _VERTEX_WRITES),
+        Pass("packed path vertex", "passes/path_vertex.frag", PACKED,
+             (("rays", RAY_TEXELS), ("hit", HIT), ("walk", WALK), ("came_from", CAME_FROM)),
+             _VERTEX_WRITES, ("PACKED",)),
         Pass("path gather", "passes/path_gather.frag", (),
              (("lit", LIT), ("direct", DIRECT), ("hit", HIT), ("walk", WALK)),
              (("radiance", RADIANCE),)),
         Pass("path mask", "passes/path_mask.frag", (), (("walk", WALK),)),
         Pass("path sums", "passes/path_sums.frag", (), (("radiance", RADIANCE), ("sums", SUMS)),
              (("next_sums", SUMS),)),
+        *PACKING,
     )
 
     @classmethod
     def asked(cls, options: Mapping[str, Any], precision: Precision) -> Asked:
         given = resolve_options(options, cls.options, f"integrator {cls.name}")
         return Asked(given["bounces"], 1, precision, given["all_features"], paths=True,
-                     sampler=_settings(given).sampler)
+                     sampler=_settings(given).sampler, packs=share_of(given) > 0)
 
     @property
     def defines(self) -> dict[str, object]:
@@ -106,12 +110,20 @@ class Path(Integrator):
         self.block = _block(min(self.samples, WAVE // (size[0] * size[1])), size,
                             self.gpu.max_texture_size)
         super().start((size[0] * self.block[0], size[1] * self.block[1]))
-        if self._sums is not None and self._sums.size == size:
-            return
-        self._sums = Room(self.gpu, size, self.precision,
-                          [Stream("sums 0", SUMS), Stream("sums 1", SUMS)])
-        self._depth = self.gpu.context.depth_renderbuffer(self.size)
-        self._mask = self.gpu.context.framebuffer(depth_attachment=self._depth)
+        assert self.room is not None
+        if self._sums is None or self._sums.size != size:
+            release(self._sums)
+            self._sums = Room(self.gpu, size, self.precision,
+                              [Stream("sums 0", SUMS), Stream("sums 1", SUMS)])
+        self._level = self._level or Level(self.gpu, self.room)
+        share = share_of(given, self.size[0] * self.size[1])
+        if self._packed is None or self._packed.share != share:
+            release(self._packed)
+            self._packed = PackedPaths(self, self.size, self.precision, share)
+
+    @property
+    def packed_sizes(self) -> list[tuple[int, int]]:
+        return self._packed.sizes if self._packed is not None else []
 
     def draw(self, trace: Trace, rays: RayTextures, camera: Camera) -> np.ndarray:
         assert self.room is not None and self._sums is not None
@@ -147,41 +159,50 @@ class Path(Integrator):
     def _wave(self, trace: Trace, rays: RayTextures, camera: Camera,
               shared: Mapping[str, Any]) -> None:
         """The next samples of every pixel, from the eye until all have ended."""
-        assert self.room is not None and self._mask is not None
-        room, context = self.room, self.gpu.context
-        room.target("radiance").clear()
-        self._mask.clear(depth=1.0)
+        assert self.room is not None and self._level is not None and self._packed is not None
+        context, level = self.gpu.context, self._level
+        self.room.target("radiance").clear()
+        level.start(rays)
         eye = eye_uniforms(camera, self.image, self.scene.bounds)
-        with self._target(rays.textures, "walk 0") as start:
+        with level.target(rays.textures, "walk 0") as start:
             self.run("path start", start, {}, **eye, **shared)
         share_eye(rays, eye)
-        now, then, walk = rays, room.rays["next rays"], ("walk 0", "walk 1")
+        live = self.image[0] * self.image[1] * min(self.block[0] * self.block[1],
+                                                   self.samples - self.samples_done)
         for vertex in range(1, self.settings.bounces + 2):
-            source = {**now.samplers(), **trace(now).samplers(), **room.samplers(walk[0], "walk")}
-            with self._target(then.textures, walk[1], "lit", "shadow rays", "direct") as target:
+            if self.packed_sizes:
+                self._count_vertex(vertex, live, level)
+            source = {**level.now.samplers(), **trace(level.now).samplers(), **level.samplers()}
+            with level.target(level.then.textures, level.walk[1], "lit", "shadow rays",
+                              "direct") as target:
                 context.enable_only(moderngl.DEPTH_TEST)
-                self.run("path vertex", target, source, **shared, vertex=vertex,
-                         last=vertex > self.settings.bounces, roulette=self.settings.roulette,
-                         most_survive=MOST_SURVIVE)
+                self.run("packed path vertex" if level.packed else "path vertex", target, source,
+                         **shared, vertex=vertex, last=vertex > self.settings.bounces,
+                         roulette=self.settings.roulette, most_survive=MOST_SURVIVE)
                 context.enable_only(moderngl.NOTHING)
-            then.share_start(None)
-            if not self._gather(trace, walk[1], source):
+            level.then.share_start(None)
+            if not self._gather(trace, level, source):
                 break
             context.enable_only(moderngl.DEPTH_TEST)
-            self.run("path mask", self._mask, source)
+            self.run("path mask", level.mask, source)
+            level.turn()
+            if self.packed_sizes:
+                live = self._live(level)
+                if not live:
+                    break
+                level = self._packed.pack(level, live)
             context.enable_only(moderngl.NOTHING)
-            now, then, walk = then, now, walk[::-1]
+        self._packed.bring_back(level)
 
-    def _gather(self, trace: Trace, walk: str, source: Samplers) -> bool:
+    def _gather(self, trace: Trace, level: Level, source: Samplers) -> bool:
         """Add what a vertex found to its path; whether another vertex is needed."""
-        assert self.room is not None
-        room, context = self.room, self.gpu.context
-        found = {**source, **room.samplers(walk, "walk"), **room.samplers("lit", "lit")}
+        room, context = level.room, self.gpu.context
+        found = {**source, **room.samplers(level.walk[1], "walk"), **room.samplers("lit", "lit")}
         if "shadow rays" in room:
             # Asked for before blending is on: packets hand their hits back by a pass of their own.
             found.update(trace(room.rays["shadow rays"], any_hit=True).samplers())
             found.update(room.samplers("direct", "direct"))
-        with self._target([], "radiance") as target:
+        with level.target([], "radiance") as target:
             context.enable_only(moderngl.BLEND | moderngl.DEPTH_TEST)
             context.blend_func = moderngl.ONE, moderngl.ONE
             query = self.gpu.query()
@@ -190,19 +211,19 @@ class Path(Integrator):
             context.enable_only(moderngl.NOTHING)
         return query.samples > 0
 
-    @contextmanager
-    def _target(self, textures: list[moderngl.Texture], *streams: str
-                ) -> Iterator[moderngl.Framebuffer]:
-        """Textures, and those of streams that there are, as one target with the mask's depth."""
-        assert self.room is not None
-        target = self.gpu.context.framebuffer(
-            [*textures, *(t for name in streams if name in self.room
-                          for t in self.room.textures(name))], self._depth)
-        target.depth_mask = False
-        try:
-            yield target
-        finally:
-            release(target)
+    def _live(self, level: Level) -> int:
+        """How many paths go on."""
+        query = self.gpu.query()
+        with level.target([]) as target, query:
+            self.run("path live", target, level.samplers())
+        self.gpu.context.enable_only(moderngl.NOTHING)
+        return query.samples
+
+    def _count_vertex(self, vertex: int, live: int, level: Level) -> None:
+        if len(self.vertices) < vertex:
+            self.vertices.append({"live": 0, "texels": 0})
+        self.vertices[vertex - 1]["live"] += live
+        self.vertices[vertex - 1]["texels"] += level.texels
 
     def _finished(self, sums: str) -> bool:
         """Take the means so far, and whether their noise is as low as was asked for."""
@@ -224,12 +245,13 @@ class Path(Integrator):
                 and self.noise <= self.noise_target)
 
     def bytes(self) -> dict[str, int]:
-        return {**super().bytes(), **(self._sums.bytes() if self._sums else {})}
+        return {**super().bytes(), **(self._sums.bytes() if self._sums else {}),
+                **(self._packed.bytes() if self._packed else {})}
 
     def _release_room(self) -> None:
         super()._release_room()
-        release(self._sums, self._mask, self._depth)
-        self._sums = self._mask = self._depth = None
+        release(self._sums, self._level, self._packed)
+        self._sums = self._level = self._packed = None
 
 
 def shown(light: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ from .integrator import Hits, Integrator
 
 
 class Waves:
-    """Traces sets of rays of one size, and counts them.
+    """Traces sets of rays of one size, or of one that buffers are kept for, and counts them.
 
     Parameters
     ----------
@@ -34,10 +34,12 @@ class Waves:
             self._statistics.picture_passes = dict(drawer.drawn)
             self._statistics.samples, self._statistics.noise = drawer.samples_done, drawer.noise
             self._statistics.waves, self._statistics.texel_fetches = self.count, drawer.fetches
+            self._statistics.vertices = drawer.vertices
 
     def trace(self, rays: RayTextures, any_hit: bool = False) -> Hits:
         """Where the hits are, until rays are traced again."""
-        hits, stopped = self._driver.run(rays, self._buffers, self._statistics, any_hit)
+        buffers = self._buffers.of(rays.size)
+        hits, stopped = self._driver.run(rays, buffers, self._statistics, any_hit)
         self._statistics.stopped += stopped
         if not self.count and self._buffers.counts:
             self._count_rays(hits, rays.size[0] * rays.size[1])

@@ -113,7 +113,8 @@ class SortedRays:
                 self.gpu, "passes/sort_scatter.frag", "passes/sort_scatter.vert",
                 {**self.precision.defines(), "STATISTICS": self.statistics_on},
                 {"streams": streams_glsl((), writes), "sources": _with_width(SORT_KEY)})
-        self._scatter.set(ray_texture_size=rays.size, blocks_a_row=self._blocks(rays.size)[0])
+        self._scatter.set(ray_texture_size=rays.size, blocks_a_row=squares(
+            rays.size[0] * rays.size[1])[0])
         self.gpu.context.enable_only(moderngl.NOTHING)
         self._scatter.draw(final.target, {**samplers, **keys.samplers()}, moderngl.POINTS,
                            keys.length)
@@ -131,14 +132,8 @@ class SortedRays:
                 {"streams": "\n".join([*texts, writes.stream_glsl(True)])})
         return self._programs[key]
 
-    def _blocks(self, size: tuple[int, int]) -> tuple[int, int]:
-        """Squares across and down: about as wide as high, and no more than hold all rays."""
-        blocks = -(-size[0] * size[1] // BLOCK ** 2)
-        across = max(1, round(blocks ** 0.5))
-        return across, max(1, -(-blocks // across))
-
     def _room_for(self, rays: RayTextures) -> tuple[RayTextures, StateBuffers]:
-        across, down = self._blocks(rays.size)
+        across, down = squares(rays.size[0] * rays.size[1])
         size = (BLOCK * across, BLOCK * down)
         if self._rays is None or self._buffers is None or not self._rays.fits(rays, size):
             self._release_room()
@@ -162,6 +157,13 @@ class SortedRays:
     def release(self) -> None:
         self._release_room()
         release(self._programs, self._scatter, self.driver)
+
+
+def squares(rays: int) -> tuple[int, int]:
+    """Squares across and down: about as wide as high, and no more than hold all rays."""
+    blocks = -(-rays // BLOCK ** 2)
+    across = max(1, round(blocks ** 0.5))
+    return across, max(1, -(-blocks // across))
 
 
 def _with_width(record: Record) -> str:
