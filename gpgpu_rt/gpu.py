@@ -108,6 +108,7 @@ class Gpu:
         self.programs: dict[Any, moderngl.Program] = {}   # filled by shader.py
         self.log: PassLog | None = None    # that a call's passes are written to
         self.watch: Any = None    # is told of passes before they are drawn, where one is asked for
+        self.keeps_own_arrays: bool | None = None   # passes/own_arrays.py finds out
         self._rest: moderngl.Framebuffer | None = None
         self._entered = 0
         self._turn = threading.RLock()

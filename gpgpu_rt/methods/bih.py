@@ -51,5 +51,6 @@ ROWS = (Method(
         Option("stack_size", 0, "entries of a stack in a local array, which lives a pass; none: "
                "up the parents alone", int, choices=(0, 4, 16), define="STACK_SIZE"),
     ),
+    own_array=lambda options: options["stack_size"] > 0,
     fixed_defines={"ROOT": ROOT},
 ),)

@@ -106,6 +106,12 @@ def _stepwise(options: Options) -> Stepwise:
                     ("traverse", "intersect", "push", "pop"), STACK_ENTRY)
 
 
+def _own_array(options: Options) -> bool:
+    """Under ``step`` the stack lies in textures; with octants, and of streams, there is none."""
+    return (options["schedule"] == "loop"
+            and not options.get("octants") and not options.get("streams"))
+
+
 def _stack_row(name: str, summary: str, **more: Any) -> Method:
     """A row of Guenther's method: its state is what single rays are left with."""
     return Method(
@@ -114,7 +120,7 @@ def _stack_row(name: str, summary: str, **more: Any) -> Method:
         state=Record("state", "phase:int steps:int"), tables=(TRIANGLE, BVH_PAIR),
         schedules=("step", "loop"), drivers={
             "step": "packet_steps.PacketSteps", "loop": "packets.PacketTraversal"},
-        packet_state=_stepwise, single="bvh-threaded", stack=True,
+        packet_state=_stepwise, single="bvh-threaded", stack=True, own_array=_own_array,
         **more)
 
 

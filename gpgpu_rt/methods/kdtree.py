@@ -154,7 +154,7 @@ ROWS = (
                         define="STACK_SIZE"), _PUSH_DOWN), stack=True),
     _entering_row("kd-stack", "kd-tree with a full stack a ray, in a local array",
                   "Budge et al. 2008", options=(_FULL_STACK,), prepare=_prepare_stack,
-                  schedules=("loop",), stack=True),
+                  schedules=("loop",), stack=True, own_array=lambda options: True),
     _row("kd-texture-stack", "kd-tree with a full stack a ray, in the tiles of a texture",
          "Ernst et al. 2004", ("push", "pop"), state=" | far_t_max far:int stacked:int",
          options=(_FULL_STACK,), prepare=_prepare_stack, stack_entry=STACK_ENTRY,

@@ -112,6 +112,7 @@ class Method:
     packet_state : (options) -> what packets carry under ``step``, for a method that has it
     single : the method that traces rays which a packet's limit on steps leaves behind
     entry_walk : GLSL file of a beam's walk through its tree, for the option ``entry_points``
+    own_array : (options) -> whether each fragment has an array that it writes by its own index
     stack, packet, dynamic : as in the survey's Table 1
     """
 
@@ -134,6 +135,7 @@ class Method:
     packet_state: Callable[[Mapping[str, Any]], Stepwise] | None = None
     single: str | None = None
     entry_walk: str | None = None
+    own_array: Callable[[Mapping[str, Any]], bool] | None = None
     stack: bool = False
     packet: bool = False
     dynamic: bool = False

@@ -12,6 +12,7 @@ from ..gpu import Gpu
 from ..methods.row import Accelerator, Method
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..statistics import Statistics
+from .own_arrays import check_own_arrays
 from .packet_room import PacketHits
 
 Samplers = dict[str, moderngl.Texture]
@@ -65,6 +66,7 @@ class Driver(Protocol):
 def make_driver(setup: Setup) -> Driver:
     """The driver that the method's row names for the schedule: ``module.Class`` in this folder;
     from entry points and on sorted rays where options say so."""
+    check_own_arrays(setup.gpu, setup.method, setup.options)
     named = setup.method.drivers.get(str(setup.options["schedule"]), "traverse.Traversal")
     module, _, name = named.partition(".")
     driver: Driver = getattr(import_module(f"{__package__}.{module}"), name)(setup)

@@ -7,9 +7,11 @@ import moderngl
 import numpy as np
 import pytest
 
+import gpgpu_rt as rt
 from gpgpu_rt.errors import Error
 from gpgpu_rt.gpu import Gpu
 from gpgpu_rt.passes.full_screen import FullScreenPass
+from gpgpu_rt.passes.own_arrays import _kept
 from gpgpu_rt.statistics import Statistics
 from gpgpu_rt.textures import make_texture, read_texture, release
 
@@ -67,3 +69,16 @@ def test_release_takes_whatever_parts_are_kept_in(gpu: Gpu) -> None:
     for part in (target, *textures):
         assert isinstance(part.mglo, moderngl.InvalidObject)
     gpu.context.framebuffer([make_texture(gpu, (2, 2), 4, "next")]).clear(1.0)   # no GL error
+
+
+def test_arrays_that_fragments_write_are_tried_before_they_are_trusted(gpu: Gpu,
+                                                                       monkeypatch) -> None:
+    """llvmpipe keeps them and softpipe does not; who has no such array is not asked."""
+    assert _kept(gpu) == ("softpipe" not in gpu.renderer)
+    monkeypatch.setattr(gpu, "keeps_own_arrays", False)
+    for method, options in (("kd-stack", {}), ("bvh-stack", {}), ("bih", {"stack_size": 4})):
+        with pytest.raises(rt.LimitError, match=f"^{method} has a stack .*take a method without"):
+            rt.Tracer("cornell", method, **options)
+    for method, options in (("bvh-packet", {"octants": True}), ("bih", {}),
+                            ("bvh-stack", {"schedule": "step"}), ("kd-short-stack", {})):
+        rt.Tracer("cornell", method, **options).release()
