@@ -17,6 +17,7 @@ from .works import picture_size
 SCENES = ("bunny", "cornell")
 DETAIL = ("kd-restart", "bvh-threaded")     # all options of these, precision alone of the others
 SLOW = ("ray-classification", "visibility-field")   # timed once where it must be quick
+SLOWEST = ("ray-classification",)    # and these in full precision alone: minutes in any other
 MARKERS = {"fp32": "o", "fp24": "s", "fp16": "^"}
 
 
@@ -27,9 +28,11 @@ def scenes(full: bool) -> tuple[str, ...]:
 
 def _options(row: rt.Method, full: bool) -> list[dict[str, Any]]:
     """What is measured of a method: every precision, and every other value of what may lose hits,
-    in full precision."""
+    in full precision. Where it must be quick, the slowest have full precision alone."""
     table = option_table(row.name)
     found: list[dict[str, Any]] = [{}]
+    if not full and row.name in SLOWEST:
+        return found
     found += [{"precision": word} for word in precisions(row.name) if word != "fp32"]
     if not full and row.name not in DETAIL:
         return found
