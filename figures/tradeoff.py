@@ -99,11 +99,12 @@ def draw(data: Path, out: Path, full: bool) -> None:
     handles += [plt.Line2D([], [], marker="o", linestyle="", label=row.name,
                            color=COLOURS.get(row.name, "#555555"))
                 for row in rt.methods() if row.name != "brute-force"]
-    figure.legend(handles=handles, frameon=False, fontsize=8, ncols=5 if full else 4,
-                  loc="lower center",
+    columns = 5 if full else 4
+    figure.legend(handles=handles, frameon=False, fontsize=8, ncols=columns, loc="lower center",
                   bbox_to_anchor=(0.5, 0.02))
     figure.suptitle("Speed against accuracy", fontsize=11)
-    figure.tight_layout(rect=(0, 0.12, 1, 1))
+    lines = -(-len(handles) // columns)
+    figure.tight_layout(rect=(0, 0.03 + 0.02 * lines, 1, 1))
     save_chart(figure, out / "tradeoff.png", f"Renderer: {renderer}. " + " ".join(stand_ins))
 
 
