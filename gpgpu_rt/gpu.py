@@ -105,6 +105,8 @@ class Gpu:
         self.version: str = context.info["GL_VERSION"]
         self.max_texture_size: int = context.info["GL_MAX_TEXTURE_SIZE"]
         self.max_draw_buffers: int = context.info["GL_MAX_DRAW_BUFFERS"]
+        # softpipe's gl_VertexID begins anew every 4096; 4092 are whole lines and triangles.
+        self.most_vertices = 4092 if self.renderer.startswith("softpipe") else None
         self.programs: dict[Any, moderngl.Program] = {}   # filled by shader.py
         self.log: PassLog | None = None    # that a call's passes are written to
         self.watch: Any = None    # is told of passes before they are drawn, where one is asked for

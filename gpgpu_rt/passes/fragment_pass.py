@@ -9,6 +9,7 @@ from ..errors import Error
 from ..gpu import Gpu
 from ..shader import compile_program
 
+LISTS = (moderngl.POINTS, moderngl.LINES, moderngl.TRIANGLES)   # of primitives by themselves
 GL_SAMPLERS = (0x8B5E, 0x8DD2)   # sampler2D, usampler2D
 
 
@@ -35,6 +36,7 @@ class FragmentPass:
         self.name, self.label = fragment, ""
         self.program = compile_program(gpu, fragment, defines, virtual, vertex)
         self.uniforms: dict[str, object] = {}
+        self._mark = object()       # that it leaves on the program, which must not hold the pass
         self.samplers = tuple(name for name in self.program if getattr(
             self.program[name], "gl_type", None) in GL_SAMPLERS)
         for unit, name in enumerate(self.samplers):
@@ -69,20 +71,27 @@ class FragmentPass:
             self.gpu.watch.note(self, target, textures)
         target.use()
         if self.gpu.log is None:
-            _render(geometry, mode, vertices, instances)
+            self._render(geometry, mode, vertices, instances)
             return
         used = {name: textures[name] for name in self.samplers}
         with self.gpu.drawing(self.label or self.name, self.program, target, used):
-            _render(geometry, mode, vertices, instances)
+            self._render(geometry, mode, vertices, instances)
 
     def _take_program(self) -> None:
         """Give the program this pass's uniforms: passes of the same text share one program."""
-        if self.program.extra is not self:
+        if self.program.extra is not self._mark:
             for name, value in self.uniforms.items():
                 self.program[name].value = value
-            self.program.extra = self
+            self.program.extra = self._mark
 
-
-def _render(geometry: moderngl.VertexArray, mode: int, vertices: int, instances: int) -> None:
-    if vertices and instances:
-        geometry.render(mode, vertices=vertices, instances=instances)
+    def _render(self, geometry: moderngl.VertexArray, mode: int, vertices: int,
+                instances: int) -> None:
+        """Draw; lists of more vertices than the renderer numbers come a part at a time."""
+        count = geometry.vertices if vertices < 0 else vertices
+        most = self.gpu.most_vertices
+        if most is None or instances != 1 or mode not in LISTS:
+            most = count
+        if not instances:
+            return
+        for first in range(0, count, max(most, 1)):
+            geometry.render(mode, min(most, count - first), first=first, instances=instances)
