@@ -9,11 +9,14 @@ undeclared name in file 0 whatever ``#line`` said.
 """
 from __future__ import annotations
 
+import functools
 import importlib.resources
 import re
-from collections.abc import Mapping
+import sys
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import moderngl
 
@@ -21,6 +24,8 @@ from .errors import ShaderError
 from .gpu import Gpu
 
 ROOT = Path(str(importlib.resources.files("gpgpu_rt.glsl")))
+
+MOST_PROGRAMS = 512      # kept for who asks for them again: on a software renderer, a MiB each
 
 _INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"(?P<file>[^"]+)"|<(?P<virtual>\w+)>)\s*$')
 _VERSION = re.compile(r"^\s*#\s*version\b")
@@ -38,10 +43,45 @@ _PREAMBLE = """#extension GL_ARB_gpu_shader5 : enable
 
 @dataclass
 class Source:
-    """A resolved program text, and for each of its lines the file and line it came from."""
+    """A resolved program text, and where its lines came from.
+
+    Attributes
+    ----------
+    runs : (lines before it, file, its first line there, lines) of lines that stand together
+    """
 
     text: str
-    origins: list[tuple[str, int]] = field(default_factory=list)
+    runs: list[tuple[int, str, int, int]] = field(default_factory=list)
+
+    def origin(self, line: int) -> tuple[str, int] | None:
+        """File and line that a line of the text, counted from 1, came from."""
+        for before, name, first, count in self.runs:
+            if before < line <= before + count:
+                return name, first + line - before - 1
+        return None
+
+
+class _Run(NamedTuple):
+    """Lines of a file up to an include, or up to the version."""
+
+    first: int
+    lines: tuple[str, ...]
+    include: re.Match[str] | None
+    version: bool
+
+
+@functools.lru_cache(maxsize=1024)     # the same texts make up hundreds of programs
+def _runs(text: str) -> tuple[_Run, ...]:
+    found, first = [], 1
+    lines = text.splitlines()
+    for at, line in enumerate(lines, 1):
+        if "#" not in line:
+            continue
+        include, version = _INCLUDE.match(line), bool(_VERSION.match(line))
+        if include or version:
+            found.append(_Run(first, tuple(lines[first - 1:at - bool(include)]), include, version))
+            first = at + 1
+    return (*found, _Run(first, tuple(lines[first - 1:]), None, False))
 
 
 def resolve(entry: str, defines: Mapping[str, object] | None = None,
@@ -65,17 +105,19 @@ def resolve(entry: str, defines: Mapping[str, object] | None = None,
     lines: list[str] = []
     done: set[str] = set()
 
+    def put(name: str, first: int, added: Sequence[str]) -> None:
+        source.runs.append((len(lines), name, first, len(added)))
+        lines.extend(added)
+
     def add(name: str, text: str, chain: tuple[str, ...]) -> None:
-        for at, line in enumerate(text.splitlines(), 1):
-            include = _INCLUDE.match(line)
-            if include:
-                include_one(include, name, at, (*chain, name))
-                continue
-            added = [line]
-            if _VERSION.match(line) and not chain:
-                added += [*_PREAMBLE.splitlines(), *_define_lines(defines or {})]
-            lines.extend(added)
-            source.origins.extend([(name, at)] * len(added))
+        for run in _runs(text):
+            put(name, run.first, run.lines)
+            at = run.first + len(run.lines)
+            if run.include:
+                include_one(run.include, name, at, (*chain, name))
+            if run.version and not chain:
+                for line in (*_PREAMBLE.splitlines(), *_define_lines(defines or {})):
+                    put(name, at - 1, (line,))
 
     def include_one(include: re.Match[str], by: str, at: int, chain: tuple[str, ...]) -> None:
         name = include["file"] or f"<{include['virtual']}>"
@@ -122,21 +164,31 @@ def compile_program(gpu: Gpu, fragment: str, defines: Mapping[str, object] | Non
     vertex_source = resolve(vertex, {}, virtual)
     source = resolve(fragment, defines, virtual)
     key = (vertex_source.text, source.text)
-    if key not in gpu.programs:
+    program = gpu.programs.pop(key, None)
+    if program is None:
+        _let_go(gpu)
         try:
-            gpu.programs[key] = gpu.context.program(vertex_shader=vertex_source.text,
-                                                    fragment_shader=source.text)
+            program = gpu.context.program(vertex_shader=vertex_source.text,
+                                          fragment_shader=source.text)
         except moderngl.Error as failure:
             raise ShaderError(_word_log(str(failure), source, defines or {})) from failure
-    return gpu.programs[key]
+    gpu.programs[key] = program    # the last one that was asked for
+    return program
+
+
+def _let_go(gpu: Gpu) -> None:
+    """Make room for a program: those asked for longest ago go, if nobody has them."""
+    for key in list(gpu.programs):
+        if len(gpu.programs) < MOST_PROGRAMS:
+            return
+        if sys.getrefcount(gpu.programs[key]) == 2:    # the table's, and that of the question
+            gpu.programs.pop(key).release()
 
 
 def _word_log(log: str, source: Source, defines: Mapping[str, object]) -> str:
     def name_file(match: re.Match[str]) -> str:
-        line = int(match["b"] or match["d"])
-        if not 0 < line <= len(source.origins):
-            return match[0]
-        return "{}:{}:".format(*source.origins[line - 1])
+        origin = source.origin(int(match["b"] or match["d"]))
+        return match[0] if origin is None else "{}:{}:".format(*origin)
 
     first = next((line for line in log.splitlines() if "error" in line.lower()
                   and _LOCATION.search(line)), None)

@@ -6,8 +6,11 @@ import re
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.gpu import open_gpu
+from gpgpu_rt import shader
+from gpgpu_rt.gpu import Gpu, open_gpu
+from gpgpu_rt.passes.full_screen import FullScreenPass
 from gpgpu_rt.shader import ROOT, compile_program, resolve
+from gpgpu_rt.textures import make_texture, read_texture
 
 FILES = [p for p in sorted(ROOT.rglob("*")) if p.suffix in (".glsl", ".frag", ".vert")]
 BANNED = {
@@ -73,3 +76,30 @@ def test_compile_error_names_file_line_and_defines(tmp_path) -> None:
                  "void main() { c = vec4(f()); }\n")
     with pytest.raises(rt.ShaderError, match=r"bad.glsl:4:.*undeclared_name.*MARK 7"):
         compile_program(open_gpu(), main, {"MARK": 7})
+
+
+def test_programs_that_nobody_has_are_let_go(tmp_path, monkeypatch, gpu: Gpu) -> None:
+    """Those in use stay, however many; of the others the ones asked for last."""
+    monkeypatch.setattr(shader, "MOST_PROGRAMS", 10)
+    monkeypatch.setattr(gpu, "programs", {})    # without those that other tests have
+    (tmp_path / "number.frag").write_text(
+        "#version 330 core\nout vec4 value;\nvoid main() { value = vec4(NUMBER); }\n")
+
+    def made(number: int) -> FullScreenPass:
+        return FullScreenPass(gpu, str(tmp_path / "number.frag"), {"NUMBER": number})
+    with gpu:
+        held = [made(number) for number in range(12)]
+        for number in range(100, 130):
+            made(number)
+        assert len(gpu.programs) == 13 and made(129).program is list(gpu.programs.values())[-1]
+        del held[3:]
+        made(1)
+        made(200)
+        assert len(gpu.programs) == 10
+        texture = make_texture(gpu, (4, 4), 4, "test")
+        target = gpu.context.framebuffer([texture])
+        for number, one in enumerate(held):
+            one.draw(target, {})
+            assert (read_texture(texture) == number).all()
+        gpu.release(target)
+        texture.release()
