@@ -238,7 +238,7 @@ class _Case:
         solid = np.flatnonzero(self.solid)
         if not len(left) or not len(solid):
             return found
-        tree = ReferenceTree(self.vertices[solid])
+        tree = ReferenceTree.of(self.vertices[solid])
         some = rays[left]
         for ray, triangle in tree.pairs(self.origins[some], self.directions[some],
                                         self.t_min[some], last[left]):

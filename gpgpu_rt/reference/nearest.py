@@ -53,7 +53,7 @@ def trace(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
     solid = np.flatnonzero(has_area(vertices))
     if not len(solid):
         return hits
-    tree = ReferenceTree(vertices[solid]) if accelerated else None
+    tree = ReferenceTree.of(vertices[solid]) if accelerated else None
     dominant = np.abs(directions).argmax(axis=1)
     for axis in range(3):
         rays = np.flatnonzero(valid & (dominant == axis))
@@ -118,7 +118,8 @@ def _candidates(vertices: np.ndarray, different: np.ndarray, origins: np.ndarray
     whether they leave that in doubt, (n,) bool."""
     limit = t_max.copy()        # the furthest that the nearest hit can be
     kept = []
-    for ray, some in ReferenceTree(vertices[different]).pairs(origins, directions, t_min, limit):
+    tree = ReferenceTree.of(vertices[different])
+    for ray, some in tree.pairs(origins, directions, t_min, limit):
         triangle = different[some]
         pair = bound_pairs(vertices[triangle], origins[ray], directions[ray], FLOAT64)
         first, last = pair.t - pair.t_bound, pair.t + pair.t_bound

@@ -7,6 +7,8 @@ node); nothing but a missed box drops a pair, so the triangles left over hold ev
 """
 from __future__ import annotations
 
+import hashlib
+from collections import OrderedDict
 from collections.abc import Iterator
 
 import numpy as np
@@ -16,16 +18,33 @@ _PAIRS = 1 << 18
 # Far above float64's rounding, far below anything that costs time.
 _PADDING = 1e-12
 _TINY = 1e-300
+_MOST_KEPT, _LARGEST_KEPT = 3, 1 << 20      # trees, and triangles of one
 
 
 class ReferenceTree:
-    """Boxes over m triangles of (m, 3, 3) float64 vertices, m > 0.
+    """Boxes over m triangles of (m, 3, 3) float64 vertices, m > 0; ``of`` makes those asked for
+    again and again only once.
 
     Attributes
     ----------
     order : (m,) triangles, leaf by leaf
     boxes : a pair of (3, 2^l) float64 a level, lo and hi, the root first
     """
+
+    _kept: OrderedDict[bytes, ReferenceTree] = OrderedDict()
+
+    @classmethod
+    def of(cls, vertices: np.ndarray) -> ReferenceTree:
+        """The tree over these vertices, one of the last ones if it is."""
+        if len(vertices) > _LARGEST_KEPT:
+            return cls(vertices)
+        content = hashlib.blake2b(np.ascontiguousarray(vertices).data).digest()
+        if content not in cls._kept:
+            cls._kept[content] = cls(vertices)
+        cls._kept.move_to_end(content)
+        while len(cls._kept) > _MOST_KEPT:
+            cls._kept.popitem(last=False)
+        return cls._kept[content]
 
     def __init__(self, vertices: np.ndarray) -> None:
         lo, hi = vertices.min(axis=1), vertices.max(axis=1)
