@@ -34,7 +34,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     uniforms = {"scene_lo": tuple(bih.lo), "scene_hi": tuple(bih.hi), "node_count": nodes}
     # A node is entered once and left upwards once; with a stack it is popped once besides.
     bound = (3 if options["stack_size"] else 2) * nodes + len(bih.order)
-    return Accelerator(tables, uniforms, bound, bih)
+    return Accelerator(tables, uniforms, bound, bih, boxes=bih.boxes)
 
 
 ROWS = (Method(

@@ -52,7 +52,7 @@ def _accelerator(bvh: accel.Bvh, kept: _Kept, triangles: np.ndarray,
         {"scene_lo": tuple(lo), "scene_hi": tuple(hi), **layout.uniforms, **uniforms},
         # A packet takes at most the steps that its rays would take one after another.
         step_bound=(len(bvh.escape) + len(bvh.order) + ends) * width * height, structure=bvh,
-        defines=layout.defines, kept=kept)
+        defines=layout.defines, kept=kept, boxes=lambda: layout.boxes(bvh))
 
 
 def _family(layout_of: LayoutOf) -> dict[str, Any]:

@@ -37,6 +37,9 @@ class Layout(Protocol):
         """The table, and uniforms that depend on boxes. ``bvh`` may have other boxes than the one
         that was laid out, but is the same tree."""
 
+    def boxes(self, bvh: accel.Bvh) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper corners of each record's node, (n, 3) float32 each, world units."""
+
 
 class Threads:
     """A record a node, as BVH_NODE declares it."""
@@ -75,6 +78,9 @@ class Threads:
                 **_by_axis("lo", self._corner(lo, hi)), **_by_axis("hi", self._corner(hi, lo))
                 }, {"quantum": tuple(quantum)}
 
+    def boxes(self, bvh: accel.Bvh) -> tuple[np.ndarray, np.ndarray]:
+        return bvh.lo[self.source], bvh.hi[self.source]
+
     def _corner(self, met: np.ndarray, other: np.ndarray) -> Column:
         """A corner of each record's box: of (n, 3) ``met``, or ``other`` where rays go in
         reverse."""
@@ -94,6 +100,7 @@ class Pairs:
         left, right = bvh.children()
         inner = left >= 0
         link = np.where(inner, np.cumsum(inner) - 1, -1 - bvh.first)
+        self.source = np.flatnonzero(inner)
         self.children = {"left": left[inner], "right": right[inner]}
         self.links = {side: link[child] for side, child in self.children.items()}
         self.uniforms = {"node_count": len(link), "root": int(link[0]) if len(link) else 0}
@@ -117,6 +124,9 @@ class Pairs:
                        **_by_axis(f"{side}_lo", _gathered(lo, child)),
                        **_by_axis(f"{side}_hi", _gathered(hi, child))}
         return fields, {"quantum": tuple(quantum)}
+
+    def boxes(self, bvh: accel.Bvh) -> tuple[np.ndarray, np.ndarray]:
+        return bvh.lo[self.source], bvh.hi[self.source]
 
 
 def scene_box(bvh: accel.Bvh) -> tuple[np.ndarray, np.ndarray]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..accel.bounds import shrink_flat
-from ..accel.image_boxes import octant_links
+from ..accel.image_boxes import image_boxes, octant_links
 from ..accel.image_tree import ImageTree, build_image_tree, build_triangle_image
 from ..errors import OptionError
 from ..options import Option
@@ -68,7 +68,7 @@ def _with_positions(accelerator: Accelerator, triangles: np.ndarray, level: int)
     lo, hi = ([float(pick(at[:, axis])) if len(at) else 0.0 for axis in range(3)]
               for pick in (np.min, np.max))
     return replace(
-        accelerator, shown=shown if level else None,
+        accelerator, shown=shown if level else None, boxes=lambda: image_boxes(tree, at),
         uniforms={**accelerator.uniforms, "scene_lo": tuple(lo), "scene_hi": tuple(hi)},
         tables={**accelerator.tables, POSITION.name: {"at": at}, IMAGE_CELL.name: cells})
 

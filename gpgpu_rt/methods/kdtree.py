@@ -57,7 +57,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     uniforms = {"scene_lo": tuple(tree.lo), "scene_hi": tuple(tree.hi)}
     # Every leaf is entered at most once, after a descent from the root and a climb back to it.
     bound = int(leaf.sum()) * (2 * tree.depth + 3) + len(tree.references)
-    return Accelerator(tables, uniforms, bound, tree)
+    return Accelerator(tables, uniforms, bound, tree, boxes=tree.boxes)
 
 
 def _prepare_bounds(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:

@@ -12,7 +12,7 @@ import numpy as np
 from ..column import Column
 from ..errors import OptionError
 from ..gpu import Gpu
-from ..options import Option, spell
+from ..options import TRACER_OPTIONS, Option, resolve_options, spell
 from ..record import PackedRecord, Record
 
 Tables = tuple[Record | PackedRecord, ...]
@@ -54,6 +54,7 @@ class Accelerator:
     finisher : passes that complete the tables once they are textures
     shown : (n, 3, 3) float32, what hits lie on where it is not the scene (a coarser level of it)
     kept : what the row's ``refit`` wants to find again
+    boxes : gives the lower and upper corners, (k, 3) each, of what the state's ``node`` counts
     """
 
     tables: dict[str, dict[str, np.ndarray | Column]]
@@ -65,6 +66,7 @@ class Accelerator:
     finisher: Finisher | None = None
     shown: np.ndarray | None = None
     kept: Any = None
+    boxes: Callable[[], tuple[np.ndarray, np.ndarray]] | None = None
 
 
 @dataclass(frozen=True)
@@ -161,6 +163,15 @@ class Method:
         """GLSL defines that follow from the method and its options."""
         chosen = dict(o.glsl_define(options[o.name]) for o in self.options if o.define)
         return {**self.fixed_defines, **chosen}
+
+    def resolved(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Every option of a tracer by this method, with the value ``given`` or its default;
+        OptionError for other options, and for values that there are not."""
+        options = resolve_options(given, TRACER_OPTIONS + self.options, f"method {self.name}")
+        for part in ("storage", "arithmetic"):
+            options[part] = options[part] or options["precision"] or "fp32"
+        self.check_schedule(options, "schedule" in given)
+        return options
 
     def check_schedule(self, options: dict[str, Any], asked: bool) -> None:
         """Put its own best schedule into ``options`` where none was ``asked``; refuse, by

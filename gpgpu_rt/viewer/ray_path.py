@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..accel import Bvh, Grid, KdTree
+from ..accel import Grid
 from ..camera import Camera
 from ..pass_pictures import PLACES
 from ..time_travel import Pass, phase_names, travel
@@ -92,33 +92,21 @@ def _hit_words(one: Pass) -> tuple[str, str]:
 
 def _boxes(tracer: Tracer, passes: list[Pass]) -> np.ndarray:
     """(k, 2, 3), without the same one twice in a row."""
-    place = next((name for name in PLACES if name in passes[0].state), None)
-    found = _all_boxes(tracer, place)
-    if place is None or found is None:
+    accelerator = tracer.accelerator
+    place = next((name for name in PLACES if name in passes[0].state), "")
+    at = np.array([one.state[place][0] for one in passes
+                   if place and int(one.state["phase"][0]) > 0], np.int64)
+    if not len(at):
         return np.zeros((0, 2, 3))
-    at = np.array([one.state[place][0] for one in passes if int(one.state["phase"][0]) > 0],
-                  np.int64).reshape(-1, *np.shape(passes[0].state[place][0]))
-    if at.ndim > 1:    # a cell's three coordinates
-        structure = tracer.accelerator.structure
-        lo = structure.lo + at * structure.cell_size
-        boxes = np.stack([lo, lo + structure.cell_size], axis=1)
-        inside = ((at >= 0) & (at < structure.resolution)).all(axis=1)
+    if place == "node" and accelerator.boxes is not None:
+        boxes = np.stack(accelerator.boxes(), axis=1).astype(np.float64)
+        boxes = boxes[at[(at >= 0) & (at < len(boxes))]]
+    elif place == "cell" and isinstance(accelerator.structure, Grid):
+        grid = accelerator.structure
+        lo = grid.lo + at[((at >= 0) & (at < grid.resolution)).all(axis=1)] * grid.cell_size
+        boxes = np.stack([lo, lo + grid.cell_size], axis=1)
     else:
-        inside = (at >= 0) & (at < len(found))
-        boxes = found[np.clip(at, 0, max(len(found) - 1, 0))]
-    boxes = boxes[inside]
+        return np.zeros((0, 2, 3))
     if len(boxes) > 1:
         boxes = boxes[np.append(True, (boxes[1:] != boxes[:-1]).any(axis=(1, 2)))]
     return boxes
-
-
-def _all_boxes(tracer: Tracer, place: str | None) -> np.ndarray | None:
-    """(nodes, 2, 3) of a structure whose nodes the state's numbers count, or None."""
-    structure = tracer.accelerator.structure
-    if place == "node" and isinstance(structure, Bvh) and not tracer.options.get("octants"):
-        return np.stack([structure.lo, structure.hi], axis=1).astype(np.float64)
-    if place == "node" and isinstance(structure, KdTree):
-        return np.stack(structure.boxes(), axis=1).astype(np.float64)
-    if place == "cell" and isinstance(structure, Grid):
-        return np.zeros((0, 2, 3))
-    return None

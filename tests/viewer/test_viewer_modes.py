@@ -113,11 +113,21 @@ def test_scrubbing_shows_each_pass(viewer: Viewer) -> None:
     assert viewer.divisor == 1
 
 
-@pytest.mark.parametrize("method", ["bvh-threaded", full("kd-restart"), full("grid")])
-def test_a_clicked_ray_goes_through_its_boxes_to_its_hit(soup: str, method: str) -> None:
+def followed() -> list[tuple[str, dict]]:
+    """Methods, and with octants where they have them, whose state says which box a ray is in."""
+    tried = [(row, options) for row in rt.methods() if "step" in row.schedules
+             for options in ({}, {"octants": True})
+             if not options or any(option.name == "octants" for option in row.options)]
+    return [(row.name, options) for row, options in tried if {"node:int", "cell:ivec3"} & set(
+        (row.packet_state(options).state if row.packet_state else row.state).layout.split())]
+
+
+@pytest.mark.parametrize("method, options", followed())
+def test_a_clicked_ray_goes_through_its_boxes_to_its_hit(soup: str, method: str,
+                                                         options: dict) -> None:
     scene = rt.load_scene(soup)
     rays = scene.camera.rays(VIEW)
-    with rt.Tracer(scene, method, schedule="step") as tracer:
+    with rt.Tracer(scene, method, schedule="step", **options) as tracer:
         hits = tracer.trace(*rays)
         pixel = int(np.flatnonzero(hits.hit)[len(hits.t[hits.hit]) // 2])
         x, y = pixel % VIEW[0], pixel // VIEW[0]
@@ -133,7 +143,8 @@ def test_a_clicked_ray_goes_through_its_boxes_to_its_hit(soup: str, method: str)
     enter, leave = np.minimum(a, b).max(1), np.maximum(a, b).min(1)
     met = enter <= leave + 1e-4
     # A threaded walk also looks into boxes that it then passes by.
-    assert met.mean() > (0.3 if method == "bvh-threaded" else 0.99)
+    threaded = method in ("bvh-threaded", "geometry-image") or "octants" in options
+    assert met.mean() > (0.3 if threaded else 0.99)
     assert path.edges().shape == (len(path.boxes), 12, 2, 3)
     lengths = np.abs(path.edges()[:, :, 1] - path.edges()[:, :, 0])
     assert np.allclose(lengths.sum(axis=(1, 2)), 4 * (hi - lo).sum(axis=1))
