@@ -13,7 +13,7 @@ from .output import markdown_table, plt, save_chart, write_csv, write_text
 from .path_errors import cornell_truth
 from .results import finished
 
-SCENE, METHOD, SIZE, ROULETTE = "cornell-light", "bvh-threaded", 64, 8
+SCENE, METHOD, SIZE, ROULETTE = "cornell-light", "bvh-threaded", 64, 16
 SAMPLERS = {"random": "#b33a3a", "sobol": "#2f6db3"}
 BARS = {"scene": 0.01, "furnace_mean": 0.005}
 HEADS = ("sampler", "samples", "Cornell box, mean relative error", "furnace, pixels",

@@ -1,6 +1,7 @@
-// What surrounds the scene as a light that paths ask: an image by how bright it is; a sky, which is
-// even, by a second direction of those that the surface may send a path to. Found both ways, it
-// counts as triangles that emit do. Comes after scatter.glsl, surroundings.glsl and luminance.glsl.
+// What surrounds the scene as a light that paths ask: an image by how bright it is, which counts as
+// triangles that emit do; a sky, which is even, by a second direction of those that the surface may
+// send a path to: both are as good, and count by how often they are drawn. Comes after scatter.glsl,
+// surroundings.glsl, luminance.glsl and both_ways.glsl.
 
 uniform int far_light;      // its number among lights
 uniform float far_chance;   // that it is the one asked
@@ -18,7 +19,8 @@ vec3 surroundings_asked(Surface surface, Scatter scatter, vec4 random, out vec3 
         float density;
         vec3 reflected = scattered(surface, scatter, direction, density);
         float across = length(light.direction.xz);
-        return reflected * light.radiance * (across / (light.bright + across * density));
+        return reflected * light.radiance
+            * (across * power_weight(light.bright, across * density));
     }
 #endif
     Onward next = onward(surface, scatter, random);
@@ -36,7 +38,7 @@ float surroundings_share(vec3 direction, vec3 radiance, float density) {
     if (surroundings_kind == IMAGE_KIND) {
         float found = density * length(direction.xz);
         float bright = image_bright(direction, radiance);
-        return bright > 0.0 ? found / (found + bright) : 1.0;
+        return bright > 0.0 ? found * power_weight(found, bright) : 1.0;
     }
 #endif
     return 1.0 / (1.0 + far_chance);

@@ -15,11 +15,12 @@ uniform bool light_is_area;
 uniform vec3 light_edge_u;      // from the first corner to the others
 uniform vec3 light_edge_v;
 uniform vec2 light_place;       // in the unit square, the same for all pixels
+uniform ivec2 corner;           // of what is drawn, in the picture
 
 // The places that a pixel takes are those of all others, moved around the square by numbers of its
 // own (Cranley and Patterson 1976): errors become noise instead of edges of many shadows.
 vec3 place_on_light(ivec2 pixel) {
-    vec2 moved = random_numbers(random_counter(uvec2(pixel), 0u, 0u, 0u, 0u)).xy;
+    vec2 moved = random_numbers(random_counter(uvec2(corner + pixel), 0u, 0u, 0u, 0u)).xy;
     vec2 uv = sample_triangle(fract(light_place + moved));
     return light_position + uv.x * light_edge_u + uv.y * light_edge_v;
 }

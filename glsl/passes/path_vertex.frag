@@ -16,6 +16,7 @@
 #include "common/surface.glsl"
 #include "common/surroundings.glsl"
 #include "common/walk.glsl"
+#include "common/both_ways.glsl"
 #include "common/sample.glsl"
 #ifdef DIELECTRICS
 #include "common/fresnel.glsl"
@@ -75,7 +76,7 @@ vec3 light_asked(Hit hit, Surface surface, Scatter scatter, ivec2 texel, inout R
         // the path would have come there by itself.
         facing = abs(dot(light.normal, direction));
         float bright = light_density * luminance(light.strength);
-        found *= facing / (bright * distance * distance + facing * density);
+        found *= facing * power_weight(bright * distance * distance, facing * density);
     }
 #endif
     if (max(max(found.r, found.g), found.b) > 0.0) {
@@ -114,7 +115,7 @@ void main() {
         float bright = light_density * luminance(emission);
         if (walk.density > 0.0 && bright > 0.0) {
             float found = walk.density * abs(dot(surface.flat_normal, ray.direction));
-            share = found / (found + bright * hit.t * hit.t);
+            share = found * power_weight(found, bright * hit.t * hit.t);
         }
 #endif
         lit = walk.weight * emission * share;

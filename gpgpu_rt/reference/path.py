@@ -2,7 +2,7 @@
 
 Kajiya, "The Rendering Equation", SIGGRAPH 1986. At each vertex a path asks one light (next-event
 estimation), then goes on by what the material reflects; light that it meets by itself counts by
-how much likelier that way of finding it was (the balance heuristic of Veach and Guibas,
+how much likelier that way of finding it was (the power heuristic of Veach and Guibas,
 "Optimally Combining Sampling Techniques for Monte Carlo Rendering", SIGGRAPH 1995). Both sides
 draw the same random numbers, and ask the same lights: pictures differ by what float32 rounds, and
 where that makes a path turn elsewhere.
@@ -34,6 +34,7 @@ from .sobol import sobol_numbers
 
 BRUTE_FORCE = 8     # triangles up to which no tree pays
 AT_ONCE = 1 << 16
+TINY = 1e-30
 
 
 @dataclass
@@ -130,7 +131,8 @@ class _Paths:
         certain = np.isinf(found)
         found = np.where(certain, 1, found)
         asked = np.where(certain, 0, self._far_density(self.direction[away], radiance, found))
-        self.light[away] += self.weight[away] * radiance * (found / (found + asked))[:, None]
+        share = np.where(asked > 0, found * self._far_weight(found, asked), 1)
+        self.light[away] += self.weight[away] * radiance * share[:, None]
 
     def _far_density(self, direction: np.ndarray, radiance: np.ndarray, found: np.ndarray
                      ) -> np.ndarray:
@@ -138,6 +140,13 @@ class _Paths:
         paths go with density ``found``: a sky, as often as they do."""
         light = self.scene.environment.image_light if self.scene.environment else None
         return self.lights.far * (found if light is None else light.density(direction, radiance))
+
+    def _far_weight(self, mine: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """How much one way to find surroundings counts, over its density. Both draw a sky alike:
+        by how often."""
+        if self.scene.environment is not None and self.scene.environment.image_light is not None:
+            return _power_weight(mine, other)
+        return 1 / np.maximum(mine + other, TINY)
 
     def _emitted(self, at: _Surfaces, hits: Hits) -> None:
         """Light that paths meet by themselves, both sides of a triangle alike."""
@@ -147,7 +156,9 @@ class _Paths:
         asked = (self.lights.density * luminance(emission) * hits.t[some] ** 2
                  / np.abs(_dot(at.flat[some], self.direction[paths])))
         found = self.density[paths]
-        share = np.where(np.isinf(found), 1, found / (np.where(np.isinf(found), 1, found) + asked))
+        certain = np.isinf(found)
+        found = np.where(certain, 1, found)
+        share = np.where(certain, 1, found * _power_weight(found, asked))
         self.light[paths] += self.weight[paths] * emission * share[:, None]
 
     def _lit(self, at: _Surfaces, hits: Hits, vertex: int) -> None:
@@ -179,10 +190,9 @@ class _Paths:
             shone = self.emission[self.scene.material_of[light[area]]]
             facing = np.abs(_dot(normal[area], direction[area]))
             bright = self.lights.density * luminance(shone)
-            # The density of this place as seen from the vertex is ``asked`` = bright d^2 / facing;
-            # shone / asked times asked / (asked + found) is what follows, whatever ``facing``.
-            emission[area] = shone * (facing / (bright * distance[area] ** 2
-                                                + facing * found[area]))[:, None]
+            # The density of this place as seen from the vertex is bright d^2 / facing.
+            emission[area] = shone * (facing * _power_weight(
+                bright * distance[area] ** 2, facing * found[area]))[:, None]
         useful = np.flatnonzero((reflected > 0).any(axis=1) & (emission > 0).any(axis=1))
         rows, light, direction = rows[useful], light[useful], direction[useful]
         distance = distance[useful]
@@ -212,8 +222,8 @@ class _Paths:
             rows, direction = rows[some], direction[some]
             radiance = environment.radiance(direction)
         reflected, found = at.scattered(rows, direction)
-        total = found + self._far_density(direction, radiance, found)
-        arrives = reflected * radiance / np.maximum(total, 1e-30)[:, None]
+        asked = self._far_density(direction, radiance, found)
+        arrives = reflected * radiance * self._far_weight(asked, found)[:, None]
         useful = np.flatnonzero((arrives > 0).any(axis=1))
         rows, direction = rows[useful], direction[useful]
         free = ~_trace(self.scene, spawn(self.scene, _some(hits, rows), direction), direction).hit
@@ -306,7 +316,7 @@ class _Surfaces:
             direction[some] = (local[some, :, None] * frames).sum(axis=1)
         rows = np.flatnonzero(diffuse | glossy)
         reflected, density[rows] = self.scattered(rows, direction[rows])
-        weight[rows] = reflected / np.maximum(density[rows], 1e-30)[:, None]
+        weight[rows] = reflected / np.maximum(density[rows], TINY)[:, None]
         direction[mirror] = self._off(mirrored[mirror], self.flat[mirror])
         weight[mirror] = self.mirror[mirror] / self.chance[2, mirror, None]
         if glass.any():
@@ -328,6 +338,14 @@ class _Surfaces:
 def _trace(scene: Scene, origins: np.ndarray, directions: np.ndarray) -> Hits:
     return trace(scene, origins, directions, np.float32(1.2e-38),
                  accelerated=len(scene) > BRUTE_FORCE)
+
+
+def _power_weight(mine: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """How much light counts in the way whose density is ``mine``, where another finds it too, over
+    that density; 0 where this way would never come there."""
+    most = np.maximum(np.maximum(mine, other), TINY)
+    mine, other = mine / most, other / most
+    return mine / (np.maximum(mine ** 2 + other ** 2, TINY) * most)
 
 
 def _some(hits: Hits, rows: np.ndarray) -> Hits:

@@ -166,8 +166,7 @@ def test_an_interrupted_picture_keeps_its_bits(exact_renderer, small, monkeypatc
             with pytest.raises(KeyboardInterrupt):
                 tracer.render(size=SIZE, integrator="path", samples=4 * 3, compact="on")
         assert told and tracer.statistics.samples == 4
-        # Sobol' points are spread over the samples there are to be; the first four are others.
-        part = tracer.radiance
+        part = tracer.radiance      # that of the first wave, however many were to follow
         tracer.render(size=SIZE, integrator="path", samples=4 * 3, compact="on")
         whole = tracer.radiance
         tracer.render(size=SIZE, integrator="path", samples=4 * 3, compact="off")

@@ -63,7 +63,7 @@ def test_cornell_box_within_its_noise(seed: int) -> None:
 def test_cornell_box_at_4096_samples() -> None:
     """The mean relative error at 64 x 64 beside an independent renderer's picture, less the noise
     that one has itself: 1 % of the luminance, 1.15 % of each channel, dark ones included."""
-    found = radiance(path_scenes.cornell_lit(), (64, 64), 4096, roulette=8)
+    found = radiance(path_scenes.cornell_lit(), (64, 64), 4096, roulette=16)
     truth = cornell_truth()[0]
     error = relative_error(found, truth), relative_error(found @ LUMINANCE, truth @ LUMINANCE)
     print(f"mean relative error beside a truth with {truth_noise():.2%}: {error[0]:.2%} of a "
