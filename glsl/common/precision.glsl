@@ -2,7 +2,7 @@
 // every result of a kernel is rounded to. Kernels write R(a * b) for a result; without a format R
 // and `stored` are nothing and cost nothing. The twin of gpgpu_rt/precision.py.
 //
-// A result is rounded after it was computed in float32; this double rounding differs from a unit
+// A result is rounded after it was computed in float32; rounding twice differs from a unit
 // of that width in at most some tenths of a percent of products and quotients.
 
 #if defined(STORAGE_FORMAT) || defined(ARITHMETIC_FORMAT)

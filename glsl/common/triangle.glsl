@@ -3,7 +3,7 @@
 // hit.
 //
 // INTERSECTION_WOOP_WATERTIGHT: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2013,
-// without its double precision fallback. Each edge function is computed from its two vertices
+// without its fallback to a wider format. Each edge function is computed from its two vertices
 // alone and only changes sign for the neighbour across the edge, so no ray slips between two
 // triangles. The axes are permuted without a swap: both windings are accepted.
 // We add that the ray must pass through the sheared triangle's box. Rounding never turns the sign of

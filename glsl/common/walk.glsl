@@ -7,16 +7,18 @@
 #endif
 
 uniform ivec2 block;
+uniform ivec2 corner;   // of what is drawn, in the picture
 uniform int first_sample;
 uniform int samples;    // there are in all: texels past the last one hold no path
 uniform int seed;
 
+// Its pixel of the picture: random numbers are that one's, whatever part is drawn.
 ivec2 walk_pixel(ivec2 texel) {
-    return texel / block;
+    return corner + texel / block;
 }
 
 int walk_sample(ivec2 texel) {
-    ivec2 place = texel - block * walk_pixel(texel);
+    ivec2 place = texel % block;
     return first_sample + place.y * block.x + place.x;
 }
 
