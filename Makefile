@@ -22,8 +22,8 @@ test: $(STAMP)  ## the quick suite, headless
 test-all: $(STAMP)  ## full sizes on OSMesa and EGL, and what is small enough on softpipe
 	@$(BIN)/python tools/run_tests.py --all
 
-figures: $(STAMP)  ## the survey's tables beside the published numbers (FULL=1: papers' sizes)
-	@$(BIN)/python -m gpgpu_rt.figures $(if $(FULL),--full)
+figures: $(STAMP)  ## the survey's tables beside the published numbers (FULL=1: papers' sizes; SCHEDULER=local)
+	@$(BIN)/python -m gpgpu_rt.figures $(if $(FULL),--full) $(if $(SCHEDULER),--scheduler $(SCHEDULER))
 
 report: $(STAMP)  ## one page, report.html, with every figure that is there, passes and heat maps
 	@$(BIN)/gpgpu-rt report -o report.html

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import sys
 from importlib import import_module
 from pathlib import Path
@@ -9,8 +10,9 @@ from typing import Any
 
 from gpgpu_rt.errors import Error
 from gpgpu_rt.files import check_writable
+from gpgpu_rt.workers import Workers
 
-NEEDED = ("flip_evaluator", "matplotlib", "tqdm")     # what the extra brings
+NEEDED = ("distributed", "flip_evaluator", "matplotlib", "tqdm")     # what the extra brings
 try:
     from . import provenance, verdicts
     from .contradictions import of_page
@@ -80,6 +82,9 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--full", action="store_true", help="the papers' resolutions")
     parser.add_argument("--only", nargs="+", choices=FIGURES, default=list(FIGURES))
     parser.add_argument("--again", action="store_true", help="measure finished cells again")
+    parser.add_argument("--scheduler", metavar="local|ADDRESS", help="measure by a process a "
+                        "core, or by the workers of a Dask scheduler; what is timed has its "
+                        "machine to itself")
     parser.add_argument("--data", type=Path, default=Path("figures/data"))
     parser.add_argument("--out", type=Path, default=Path("figures/out"))
     chosen = parser.parse_args(arguments)
@@ -87,8 +92,10 @@ def main(arguments: list[str] | None = None) -> int:
         for folder in (chosen.data, chosen.out):
             _make(folder)
         figures = [_figure(name) for name in chosen.only]
-        measure([cell for figure in figures for cell in figure.cells(chosen.full)], chosen.data,
-                chosen.again)
+        with contextlib.nullcontext() if chosen.scheduler is None else Workers(
+                chosen.scheduler) as workers:
+            measure([cell for figure in figures for cell in figure.cells(chosen.full)],
+                    chosen.data, chosen.again, workers)
         for name, figure in zip(chosen.only, figures):
             figure.draw(chosen.data, chosen.out, chosen.full)
             _add_notes(name, chosen.out)

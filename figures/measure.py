@@ -5,65 +5,61 @@ A cell that was finished with the same settings on the same renderer is not meas
 from __future__ import annotations
 
 import datetime
-import functools
 import json
-import multiprocessing
-import signal
 import time
 from collections.abc import Iterable
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
 from tqdm import tqdm
 
-from gpgpu_rt.bench.engines import CORES
 from gpgpu_rt.bench.workloads import load
 from gpgpu_rt.files import replacing
 from gpgpu_rt.gpu import open_gpu
+from gpgpu_rt.workers import Workers
 
+from . import sweep
 from .cell import Cell
 from .results import commit, finished, read, settings
 from .works import work_of
 
 
-def measure(cells: Iterable[Cell], data: Path, again: bool = False) -> None:
-    """Measure every cell that is not finished, in order, each written when it is done."""
+def measure(cells: Iterable[Cell], data: Path, again: bool = False,
+            workers: Workers | None = None) -> None:
+    """Measure every cell that is not finished, each written when it is done: interrupting loses
+    those that run. By ``workers``; or without, what is timed in this process, the rest by workers
+    of its own, a process a core."""
     data.mkdir(parents=True, exist_ok=True)
     todo = [cell for cell in dict.fromkeys(cells) if again or read(cell, data) is None]
-    counts = [cell for cell in todo if not work_of(cell).timed]
+    timed = [cell for cell in todo if work_of(cell).timed]
+    here = todo if len(todo) - len(timed) < 2 else timed    # one cell is not worth a process
+    if workers is not None:
+        here = []
     with tqdm(total=len(todo), unit="cell", dynamic_ncols=True) as progress:
-        for cell in todo:
-            if cell in counts and len(counts) > 1:
-                continue
+        for cell in here:
             progress.set_description(_words(cell))
-            _keep(cell, data)
+            _write(cell, measured(cell), data)
             progress.update()
-        if len(counts) > 1:
-            _keep_side_by_side(counts, data, progress)
+        others = [cell for cell in todo if cell not in here]
+        if not others:
+            return
+        with nullcontext(workers) if workers is not None else Workers() as them:
+            for cell, result in sweep.results(others, them, measured):
+                progress.set_description(_words(cell))
+                _write(cell, result, data)
+                progress.update()
 
 
-def _keep_side_by_side(cells: list[Cell], data: Path, progress: Any) -> None:
-    """Measure cells in which nothing is timed, one a processor at once, each in a process of its
-    own context; interrupting loses those that run."""
-    progress.set_description("counting what cards would do")
-    # Those of a scene one after another, so that a process makes its tree and its rays once.
-    ordered = sorted(cells, key=lambda cell: (cell.scene, cell.size))
-    with multiprocessing.get_context("spawn").Pool(
-            min(CORES, len(cells)), _ignore_interrupts) as pool:
-        for _ in pool.imap_unordered(functools.partial(_keep, data=data), ordered):
-            progress.update()
-
-
-def _ignore_interrupts() -> None:
-    """The process that started this one ends it."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-def _keep(cell: Cell, data: Path) -> None:
-    """Measure a cell and write its file, with the seconds that all of it took."""
+def measured(cell: Cell) -> dict[str, Any]:
+    """What `run` finds, and the seconds that all of it took."""
     began = time.perf_counter()
     result = run(cell)
     result["seconds_spent"] = time.perf_counter() - began
+    return result
+
+
+def _write(cell: Cell, result: dict[str, Any], data: Path) -> None:
     with replacing(data / cell.name) as path:
         path.write_text(json.dumps(result, indent=1, default=str))
 

@@ -16,8 +16,8 @@ from .works import picture_size
 
 SCENES = ("bunny", "cornell")
 DETAIL = ("kd-restart", "bvh-threaded")     # all options of these, precision alone of the others
-SLOW = ("ray-classification", "visibility-field")   # timed once where it must be quick
-SLOWEST = ("ray-classification",)    # and these in full precision alone: minutes in any other
+# Where it must be quick these are timed once, in full precision alone: minutes in any other.
+SLOW = ("ray-classification", "visibility-field")
 MARKERS = {"fp32": "o", "fp24": "s", "fp16": "^"}
 
 
@@ -31,7 +31,7 @@ def _options(row: rt.Method, full: bool) -> list[dict[str, Any]]:
     in full precision. Where it must be quick, the slowest have full precision alone."""
     table = option_table(row.name)
     found: list[dict[str, Any]] = [{}]
-    if not full and row.name in SLOWEST:
+    if not full and row.name in SLOW:
         return found
     found += [{"precision": word} for word in precisions(row.name) if word != "fp32"]
     if not full and row.name not in DETAIL:
@@ -163,7 +163,9 @@ def _page(rows: list[dict[str, Any]], renderer: str, stand_ins: list[str],
              "edge-aimed rays in equal shares, against the float64 reference; RMSE and FLIP are "
              f"of a picture, {picture} pixels a side. A share of zero is "
              "drawn hollow, at its upper 95 % confidence bound. Rays that a step cap stopped "
-             "count as unfinished.", *stand_ins, "", markdown_table(heads, table),
+             "count as unfinished." + ("" if full else " Low precision takes " + " and ".join(SLOW)
+                                       + " minutes: FULL=1 measures it."),
+             *stand_ins, "", markdown_table(heads, table),
              "Not beaten in both rate and the bound on the wrong share:\n",
              "\n".join(f"* {line}" for line in on_front), ""]
     return "\n".join(parts)

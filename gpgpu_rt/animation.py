@@ -72,4 +72,14 @@ def _read(path: Path) -> Animation:
     if vertices.ndim != 3 or not len(vertices):
         raise SceneError(f"{path}: vertices have shape {vertices.shape}; give (frames, v, 3)")
     scene = Scene.from_arrays(vertices[0], faces, name=path.stem, source=str(path), moving=True)
-    return Animation(scene, lambda frame: vertices[frame], len(vertices))
+    return Animation(scene, _Recorded(vertices), len(vertices))
+
+
+@dataclass(frozen=True)
+class _Recorded:
+    """Vertices of a file, frame by frame; can be pickled."""
+
+    vertices: np.ndarray
+
+    def __call__(self, frame: int) -> np.ndarray:
+        return self.vertices[frame]

@@ -7,7 +7,6 @@ from typing import Any
 
 from .errors import OptionError
 from .methods import Method, find_method
-from .options import TRACER_OPTIONS, resolve_options
 
 COHERENT, INCOHERENT = "coherent", "incoherent"
 RAYS = (COHERENT, INCOHERENT)
@@ -40,11 +39,7 @@ class Choice:
             a method or an option that there is not, or options that do not go together
         """
         row = find_method(self.method)
-        options = resolve_options(self.options, TRACER_OPTIONS + row.options,
-                                  f"method {self.method}")
-        for part in ("storage", "arithmetic"):
-            options[part] = options[part] or options["precision"] or "fp32"
-        row.check_schedule(options, "schedule" in self.options)
+        options = row.resolved(self.options)
         return row.formed(options), options
 
 

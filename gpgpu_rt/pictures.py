@@ -26,6 +26,7 @@ from .passes.eye_rays import EyeRays
 from .precision import Precision
 from .rasterised.eye_drivers import EyeDrivers
 from .ray_state import RayTextures, StateBuffers, hits_of
+from .region import Region
 from .scene import Scene
 from .statistics import Statistics
 from .texel_layout import HIT
@@ -58,6 +59,7 @@ class Pictures:
                integrator: str | None = None,
                progress: Callable[[int, int, float], None] | None = None,
                first_hits: str = "traced",
+               region: tuple[int, int, int, int] | None = None,
                **options: Any) -> Image.Image:
         """A picture of the scene, all its rays traced by this tracer's method.
 
@@ -72,12 +74,16 @@ class Pictures:
             though a few pixels may lack one that comes before. ``statistics.first_hits`` says how
             many were traced after all
         progress : is told samples done, samples of all, and the noise so far, by "path"
+        region : (x, y, width, height) pixels of the picture, from the top left: what is drawn of
+            it, the same to the bit as in the whole; None for all. The noise that "path" is asked
+            to stop at is then the region's
         options : the integrator's, as ``integrators.INTEGRATORS[name].options`` lists them
 
         Raises
         ------
         OptionError
-            a camera that is none, a size, an integrator or an option that there is not
+            a camera that is none, a size, an integrator or an option that there is not, or a
+            region outside the picture
         LimitError
             a picture too large for this renderer
         KeyboardInterrupt
@@ -85,8 +91,11 @@ class Pictures:
         """
         check_camera(camera)
         with self._taking(find_integrator(integrator).rays):
-            drawer = self._drawer(size, integrator, options)
+            drawer = self._drawer(Region.of(size, region), integrator, options)
             drawer.progress = progress
+            if first_hits != "traced" and not drawer.region.is_whole:
+                raise OptionError("the rasteriser draws whole pictures; take first_hits=traced "
+                                  "for a region")
             if first_hits != "traced" and not drawer.centred:
                 raise OptionError(f"integrator {drawer.name} sends rays through all of a pixel, "
                                   "of which none is rasterised; take first_hits=traced")
@@ -163,7 +172,7 @@ class Pictures:
         size, integrator, options : as for ``render``, which also says what is raised
         """
         with self._taking(find_integrator(integrator).rays):
-            drawer = self._drawer(size, integrator, options)
+            drawer = self._drawer(Region.of(size, None), integrator, options)
             rays, buffers = self._room(drawer.size)
             buffers.side(0)
             buffers.keep(drawer.packed_sizes)
@@ -172,11 +181,10 @@ class Pictures:
                    for name, taken in self.statistics.table_bytes.items()},
                 "eye rays": texture_bytes(rays.textures), "state and hits": buffers.bytes()})
 
-    def _drawer(self, size: tuple[int, int], integrator: str | None,
+    def _drawer(self, region: Region, integrator: str | None,
                 options: Mapping[str, Any]) -> Integrator:
         """The integrator, with room for a picture; the last one if it is asked for the same."""
         kind = find_integrator(integrator)
-        width, height = image_size(size)
         asked, last = kind.asked(options, self.precision), self._integrator
         needs = SceneNeeds.of(self.scene, asked)
         with self.gpu:
@@ -185,6 +193,6 @@ class Pictures:
                 self._integrator = kind(self.gpu, self._shown(), needs,
                                         self.options["intersection"])
             assert self._integrator is not None
-            self.statistics.start_call(width * height)
-            self._integrator.start((width, height), options)
+            self.statistics.start_call(region.size[0] * region.size[1])
+            self._integrator.start(region, options)
         return self._integrator

@@ -22,6 +22,7 @@ from gpgpu_rt.passes.build import GPU_BUILDS, GPU_KD_BUILDS
 from gpgpu_rt.passes.own_arrays import MIXED_UP
 from gpgpu_rt.scenes import catalogue
 from gpgpu_rt.viewer import Choices, Viewer
+from gpgpu_rt.workers import Workers
 
 # Tests build what they test, but each structure once.
 _CACHE = tempfile.TemporaryDirectory(prefix="gpgpu_rt_tests")
@@ -62,6 +63,17 @@ def schedules_of(row: rt.Method, names: Iterable[str] = SCHEDULES,
             and not ((row.stack_entry or row.single) and "steps_per_pass" in SCHEDULES[name])}
 
 
+# What these test in full is built by numpy, or counted: the same on every backend.
+ON_ANY_BACKEND = ("accel", "figures", "reference")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        if item.path.parent.name in ON_ANY_BACKEND and item.get_closest_marker("full"):
+            item.add_marker(pytest.mark.once)
+
+
 def pytest_report_header() -> str:
     gpu = open_gpu()
     return f"OpenGL: {gpu.backend}, {gpu.renderer}, {gpu.version}"
@@ -84,11 +96,12 @@ def no_gl_error(gpu: Gpu) -> Iterator[None]:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
-    """Methods with stacks in arrays say that softpipe does not keep these; here that is a skip."""
+    """Methods with stacks in arrays say that softpipe does not keep these; there, and nowhere
+    else, that is a skip."""
     try:
         return (yield)
     except rt.LimitError as limit:
-        if MIXED_UP in str(limit):
+        if MIXED_UP in str(limit) and "softpipe" in open_gpu().renderer:
             pytest.skip(str(limit))
         raise
 
@@ -195,6 +208,23 @@ def assert_threaded(bvh: Bvh, triangles: np.ndarray) -> None:
     at = np.concatenate([np.arange(f, f + c) for f, c in zip(bvh.first[leaf], bvh.count[leaf])])
     inside = triangles[bvh.order[at]]
     assert (inside >= bvh.lo[owner, None]).all() and (inside <= bvh.hi[owner, None]).all()
+
+
+# Processes --------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="session")
+def workers() -> Iterator[Workers]:
+    """Two, opened once for all tests."""
+    pytest.importorskip("distributed")
+    with Workers(count=2, threads=1) as found:
+        yield found
+
+
+@pytest.fixture
+def address(workers: Workers) -> str:
+    """Where their scheduler answers."""
+    return workers.client.scheduler.address
 
 
 # Viewers without a window -----------------------------------------------------------------------

@@ -7,8 +7,9 @@
 #include <streams>
 #include "common/eye.glsl"
 
+uniform vec2 corner;    // of what is drawn, in the picture
 uniform vec2 aside;     // of the centres, pixels
 
 void main() {
-    rays_store(eye_ray(gl_FragCoord.xy + aside));
+    rays_store(eye_ray((gl_FragCoord.xy + corner) + aside));
 }

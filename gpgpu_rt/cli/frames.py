@@ -2,22 +2,23 @@
 from __future__ import annotations
 
 import argparse
+import functools
 import os
 import re
 import statistics
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from PIL import Image
-
 from ..animation import Animation, load_animation
+from ..content import digest
 from ..errors import Error, OptionError
 from ..files import check_writable, replacing
 from ..scenes.animation import FRAMES_A_SECOND
 from ..tracer import Tracer
 from .camera import camera_of
 from .picture import picture_options
+from .unfinished import Unfinished
 
 IMAGES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp")
 _FILMS = {".gif": "GIF", ".png": "PNG", ".apng": "PNG", ".webp": "WEBP"}
@@ -26,6 +27,9 @@ _NUMBER = re.compile(r"%0?\d*d")
 
 def add_frames(sub: argparse.ArgumentParser) -> None:
     """The options of ``render`` that are about frames."""
+    sub.add_argument("--resume", action="store_true", help="of frames, or a picture by "
+                     "--scheduler: take what a run with the same settings left in "
+                     "OUTPUT.unfinished when it was interrupted, and draw the rest")
     sub.add_argument("--frames", type=_whole, metavar="N", help="the first N frames of a scene "
                      "that moves: to numbered files where --output is a folder or holds %%04d, "
                      "else to one GIF or APNG")
@@ -39,36 +43,57 @@ def render_frames(chosen: argparse.Namespace,
     """
     if chosen.explain:
         raise OptionError("--explain is of one picture; leave --frames out")
-    write = _numbered if _is_numbered(chosen.output) else _film
+    animation = opened(chosen)
+    tracer = open_tracer(animation)
+    try:
+        camera, options = camera_of(chosen, tracer.scene.camera), picture_options(chosen)
+        kept = kept_frames(chosen, animation, {
+            "method": tracer.method.name, "options": tracer.options, "camera": camera,
+            "renderer": tracer.gpu.renderer, "size": chosen.size,
+            "first_hits": chosen.first_hits, **options})
+        spent: list[dict[str, Any]] = []
+        with kept.until_whole():
+            for frame in kept.missing:
+                if frame:
+                    tracer.update(animation.vertices(frame))
+                kept.keep(frame, tracer.render(camera, chosen.size, first_hits=chosen.first_hits,
+                                               **options))
+                if frame:
+                    spent.append(tracer.statistics.to_dict())
+            write_film(chosen.output, kept)
+    except BaseException:
+        tracer.release()
+        raise
+    there = kept.count - len(kept.missing)
+    return tracer, (f"wrote {len(kept.missing)} frames to {chosen.output}"
+                    + (f"; {there} were there" if there else "") + f"\n{_summary(spent)}")
+
+
+def opened(chosen: argparse.Namespace) -> Animation:
+    """The animation that is asked for, once it is sure that its frames can be written."""
     _check(chosen.output)
     animation = load_animation(chosen.scene)
     if animation.frames is not None and chosen.frames > animation.frames:
         raise OptionError(f"--frames {chosen.frames}: {chosen.scene} has {animation.frames}")
-    tracer = open_tracer(animation)
-    try:
-        spent: list[dict[str, Any]] = []
-        write(chosen.output, _images(tracer, animation, chosen, spent))
-    except BaseException:
-        tracer.release()
-        raise
-    return tracer, f"wrote {chosen.frames} frames to {chosen.output}\n" + _summary(spent)
+    return animation
 
 
-def _images(tracer: Tracer, animation: Animation, chosen: argparse.Namespace,
-            spent: list[dict[str, Any]]) -> Iterator[Image.Image]:
-    for frame in range(chosen.frames):
-        if frame:
-            tracer.update(animation.vertices(frame))
-        yield tracer.render(camera_of(chosen, tracer.scene.camera), chosen.size,
-                            first_hits=chosen.first_hits, **picture_options(chosen))
-        if frame:
-            spent.append(tracer.statistics.to_dict())
+def kept_frames(chosen: argparse.Namespace, animation: Animation,
+                settings: dict[str, Any]) -> Unfinished:
+    """Which frames are there. ``settings`` are what they follow from besides the animation; how
+    many are asked for is none, so that more may follow."""
+    numbered = _is_numbered(chosen.output)
+    output = Path(chosen.output) / "frames" if Path(chosen.output).is_dir() else Path(
+        chosen.output)
+    return Unfinished(output, chosen.frames, {
+        **settings, "scene": digest(animation.scene), "motion": digest(animation.vertices)},
+        chosen.resume, functools.partial(_name, chosen.output) if numbered else None)
 
 
 def _summary(spent: list[dict[str, Any]]) -> str:
     """Medians over the frames after the first, in words."""
     if not spent:
-        return "one frame: nothing moved"
+        return "nothing moved"
     builds = [s["build_seconds"] for s in spent if s["rebuilt"]]
     refits = [s["refit_seconds"] for s in spent if not s["rebuilt"]]
     parts = [f"{len(times)} times {word} in {statistics.median(times) * 1e3:.0f} ms"
@@ -114,15 +139,12 @@ def _name(output: str, frame: int) -> Path:
     return Path(output) / f"frame_{frame:04d}.png"
 
 
-def _numbered(output: str, images: Iterator[Image.Image]) -> None:
-    for frame, image in enumerate(images):
-        with replacing(_name(output, frame)) as path:
-            image.save(path)
-
-
-def _film(output: str, images: Iterator[Image.Image]) -> None:
-    """One file that plays for ever, written whole once all frames are there."""
-    first, *rest = images
+def write_film(output: str, kept: Unfinished) -> None:
+    """One file that plays for ever, written whole once all frames are there; nothing where they
+    are files of their own."""
+    if _is_numbered(output):
+        return
+    first, *rest = map(kept.image, range(kept.count))
     with replacing(output) as path:
         first.save(path, format=_FILMS[Path(output).suffix.lower()], save_all=True,
                    append_images=rest, duration=1000 / FRAMES_A_SECOND, loop=0)

@@ -25,9 +25,10 @@ from .camera import add_camera, camera_of
 from .frames import IMAGES, add_frames, render_frames
 from .picture import add_picture, explain, light_options, picture_options, progress_shown
 from .shared import (
-    add_options, all_options, given_options, options_for, print_json, print_table, say, size_word,
+    add_options, all_options, given_options, options_for, print_json, print_table, size_word,
     spelled_out
 )
+from .sharing import add_scheduler, render_shared, trace_shared
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -96,13 +97,14 @@ def _scenes(chosen: argparse.Namespace) -> None:
 
 
 def _render(chosen: argparse.Namespace) -> None:
+    if chosen.frames is None:
+        _check_picture(chosen)
+    if chosen.scheduler is not None:
+        return render_shared(chosen)
     if chosen.frames is not None:
         tracer, line = render_frames(chosen, lambda moving: _tracer(chosen, moving.scene))
         with tracer:
             return _report(chosen, tracer, line)
-    check_writable(chosen.output)
-    if os.path.splitext(chosen.output)[1].lower() not in IMAGES:
-        raise OptionError(f"cannot tell an image format from {chosen.output}; end it in .png")
     with _tracer(chosen) as tracer:
         plan = explain(chosen, tracer)
         interrupted = False
@@ -123,39 +125,27 @@ def _render(chosen: argparse.Namespace) -> None:
             raise KeyboardInterrupt
 
 
+def _check_picture(chosen: argparse.Namespace) -> None:
+    """Refuse one picture that cannot be written, before it is drawn."""
+    check_writable(chosen.output)
+    if os.path.splitext(chosen.output)[1].lower() not in IMAGES:
+        raise OptionError(f"cannot tell an image format from {chosen.output}; end it in .png")
+    if chosen.resume and chosen.scheduler is None:
+        raise OptionError("--resume goes with --frames or --scheduler; one process draws a "
+                          "picture at a time")
+
+
 def _trace(chosen: argparse.Namespace) -> None:
     check_writable(chosen.output)
     rays = _read_rays(chosen.rays)
     if chosen.scheduler is not None:
-        return _trace_shared(chosen, rays)
+        return trace_shared(chosen, rays)
     with _tracer(chosen) as tracer:
         hits = tracer.trace(**rays, invalid=chosen.invalid)
         with replacing(chosen.output) as path, path.open("wb") as file:
             np.savez_compressed(file, **hits.to_dict())
         _report(chosen, tracer, f"{int(hits.hit.sum()):,} of {len(hits):,} rays hit; "
                                 f"wrote {chosen.output}")
-
-
-def _trace_shared(chosen: argparse.Namespace, rays: dict[str, np.ndarray]) -> None:
-    """`trace` among workers; what their tracers count is theirs, and not told."""
-    from ..workers import Workers
-    if chosen.settings is not None or chosen.force or chosen.method == AUTO:
-        raise OptionError("--scheduler goes with a method and its options; name one by --method")
-    method = chosen.method or DEFAULT_METHOD
-    options = options_for(chosen, method)
-    with Workers(chosen.scheduler) as workers:
-        hits = workers.trace(chosen.scene, method=method, invalid=chosen.invalid,
-                             progress=lambda done, of: say(f"{done} of {of} parts"),
-                             **rays, **options)
-        count = len(workers)
-    with replacing(chosen.output) as path, path.open("wb") as file:
-        np.savez_compressed(file, **hits.to_dict())
-    found = {"output": chosen.output, "rays": len(hits), "hits": int(hits.hit.sum()),
-             "workers": count}
-    if chosen.json:
-        return print_json(found)
-    print(f"{found['hits']:,} of {len(hits):,} rays hit, traced by {count} workers; "
-          f"wrote {chosen.output}")
 
 
 def _remesh(chosen: argparse.Namespace) -> None:
@@ -313,6 +303,7 @@ def _parser() -> argparse.ArgumentParser:
     add_camera(sub)
     add_picture(sub)
     add_frames(sub)
+    add_scheduler(sub, "the picture's tiles, or the frames,")
     add_options(sub)
     sub = command("trace", _trace, "trace a file of rays to a file of hits")
     sub.add_argument("scene", help="a scene's name or a mesh file")
@@ -322,8 +313,7 @@ def _parser() -> argparse.ArgumentParser:
     sub.add_argument("-o", "--output", required=True, metavar="HITS.npz")
     sub.add_argument("--invalid", choices=("raise", "miss"), default="raise",
                      help="what becomes of a ray with NaN, infinity or no direction")
-    sub.add_argument("--scheduler", metavar="local|ADDRESS", help="share the rays among a process "
-                     "a core, or among the workers of a Dask scheduler")
+    add_scheduler(sub, "the rays")
     add_options(sub)
     sub = command("remesh", _remesh, "spread a surface over a square: a geometry image")
     sub.add_argument("scene", help="a scene's name or a mesh file")

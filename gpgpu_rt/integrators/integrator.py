@@ -29,6 +29,7 @@ from ..passes.tiles import TILE
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer
 from ..record import TABLE_WIDTH_LOG2, Record
+from ..region import Region
 from ..scene import Scene
 from ..textures import release
 from .room import Room, Stream, held
@@ -99,6 +100,7 @@ class Integrator:
         self.fetches = 0                        # texels that they read, a pixel
         self.room: Room | None = None
         self.size = (0, 0)
+        self.region = Region((0, 0), (0, 0), (0, 0))    # of the picture, that is drawn
         self.radiance: np.ndarray | None = None     # linear, of one that finds it
         self.samples_done = 0                       # of each pixel, by one that takes samples
         self.noise: float | None = None             # of them, once their spread tells
@@ -129,25 +131,30 @@ class Integrator:
         """(height, width, 3) uint8 sRGB, of an image as large as ``rays``."""
         raise NotImplementedError
 
-    def start(self, size: tuple[int, int], options: Mapping[str, Any] = {}) -> None:
-        """Make room for a picture of (width, height) pixels, and forget the last one's counts.
+    def start(self, region: Region, options: Mapping[str, Any] = {}) -> None:
+        """Make room for a picture, or a region of one, and forget the last one's counts.
 
         ``options`` are those that were asked for; most have become needs by now.
         """
-        self.size = size
-        if self.room is None or self.room.size != size:
-            self._release_room()
-            self.room = Room(self.gpu, size, self.precision,
-                             [s for s in self.streams() if self.needs.want(s.wanted)])
+        self.region = region
+        self._make_room(region.size)
         self.drawn.clear()
         self.fetches, self.vertices = 0, []
         if self.needs.want(("MOVING",)) and self.needs.asked.all_features:
             self.textures.take(self.scene)    # as whoever does not know whether it moved must
 
+    def _make_room(self, size: tuple[int, int]) -> None:
+        """Streams of (width, height) texels; those of the last picture if they fit."""
+        self.size = size
+        if self.room is None or self.room.size != size:
+            self._release_room()
+            self.room = Room(self.gpu, size, self.precision,
+                             [s for s in self.streams() if self.needs.want(s.wanted)])
+
     def eye_rays(self, rays: RayTextures, camera: Camera,
                  aside: tuple[float, float] = (0.0, 0.0)) -> None:
         """The rays through the pixel centres, or so far beside them."""
-        self._eye.write(rays, camera, self.scene.bounds, aside)
+        self._eye.write(rays, camera, self.scene.bounds, aside, self.region)
         self.drawn["eye rays"] += 1
 
     def run(self, name: str, target: moderngl.Framebuffer, samplers: Samplers,

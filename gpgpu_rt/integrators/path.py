@@ -24,6 +24,7 @@ from ..options import Option, resolve_options
 from ..passes.eye_rays import eye_uniforms, share_eye
 from ..precision import Precision
 from ..ray_state import RayTextures
+from ..region import Region
 from ..scene import Scene
 from ..texel_layout import CAME_FROM, DIRECT, HIT, LIT, RADIANCE, RAY_TEXELS, SUMS, WALK
 from ..textures import read_texture, release
@@ -102,21 +103,25 @@ class Path(Integrator):
         for program in self._programs.values():
             program.set(**self._uniforms)
 
-    def start(self, size: tuple[int, int], options: Mapping[str, Any] = {}) -> None:
+    def start(self, region: Region, options: Mapping[str, Any] = {}) -> None:
         given = resolve_options(options, self.options, f"integrator {self.name}")
+        self._given = given
         self.samples, self.noise_target = given["samples"], given["noise"]
         self.settings = _settings(given)
-        self.image = size
+        super().start(region, options)
+
+    def _make_room(self, size: tuple[int, int]) -> None:
+        """A block of texels a pixel for what waves hold, one for their sums."""
         self.block = _block(min(self.samples, WAVE // (size[0] * size[1])), size,
                             self.gpu.max_texture_size)
-        super().start((size[0] * self.block[0], size[1] * self.block[1]))
+        super()._make_room((size[0] * self.block[0], size[1] * self.block[1]))
         assert self.room is not None
         if self._sums is None or self._sums.size != size:
             release(self._sums)
             self._sums = Room(self.gpu, size, self.precision,
                               [Stream("sums 0", SUMS), Stream("sums 1", SUMS)])
         self._level = self._level or Level(self.gpu, self.room)
-        share = share_of(given, self.size[0] * self.size[1])
+        share = share_of(self._given, self.size[0] * self.size[1])
         if self._packed is None or self._packed.share != share:
             release(self._packed)
             self._packed = PackedPaths(self, self.size, self.precision, share)
@@ -147,7 +152,8 @@ class Path(Integrator):
     def _take_samples(self, trace: Trace, rays: RayTextures, camera: Camera, side: int) -> None:
         """Add a wave's samples to those in ``sums SIDE``, into the other sums."""
         assert self.room is not None and self._sums is not None
-        shared = {"block": self.block, "first_sample": self.samples_done,
+        shared = {"block": self.block, "corner": self.region.corner,
+                  "first_sample": self.samples_done,
                   "samples": self.samples, "seed": self.settings.seed}
         self._wave(trace, rays, camera, shared)
         self.run("path sums", self._sums.target(f"sums {1 - side}"),
@@ -163,12 +169,13 @@ class Path(Integrator):
         context, level = self.gpu.context, self._level
         self.room.target("radiance").clear()
         level.start(rays)
-        eye = eye_uniforms(camera, self.image, self.scene.bounds)
+        eye = eye_uniforms(camera, self.region.whole, self.scene.bounds)
         with level.target(rays.textures, "walk 0") as start:
             self.run("path start", start, {}, **eye, **shared)
         share_eye(rays, eye)
-        live = self.image[0] * self.image[1] * min(self.block[0] * self.block[1],
-                                                   self.samples - self.samples_done)
+        width, height = self.region.size
+        live = width * height * min(self.block[0] * self.block[1],
+                                    self.samples - self.samples_done)
         for vertex in range(1, self.settings.bounces + 2):
             if self.packed_sizes:
                 self._count_vertex(vertex, live, level)

@@ -161,7 +161,7 @@ class Whitted(Integrator):
             source = {**source, **room.samplers("kept hits", "hit")}
         for k, light in enumerate(self._lights[wave.depth] or [{}]):
             self.run("surfaces", room.target("shadow rays", "lit", "direct"), source, tiles,
-                     **light, further_light=k > 0)
+                     **light, further_light=k > 0, corner=self.region.corner)
             if "shadow rays" in room:
                 hits = trace(room.rays["shadow rays"], any_hit=True)
             if "radiance" in room:

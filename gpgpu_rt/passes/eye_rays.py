@@ -8,6 +8,7 @@ from ..camera import Camera
 from ..gpu import Gpu
 from ..precision import Precision
 from ..ray_state import RayTextures
+from ..region import Region
 from ..texel_layout import RAY_TEXELS
 from .full_screen import FullScreenPass
 
@@ -39,14 +40,16 @@ class EyeRays:
             {"streams": precision.layout(RAY_TEXELS).stream_glsl(writes=True)})
 
     def write(self, rays: RayTextures, camera: Camera, bounds: Bounds,
-              aside: tuple[float, float] = (0.0, 0.0)) -> None:
-        """The rays of an image as large as ``rays``; ``bounds`` are the scene's, ``aside`` is how
-        far beside the centres all go, in pixels."""
-        uniforms = eye_uniforms(camera, rays.size, bounds)
-        self._pass.set(**uniforms, aside=aside)
+              aside: tuple[float, float] = (0.0, 0.0), region: Region | None = None) -> None:
+        """The rays of an image as large as ``rays``, or of a region as large of a larger one;
+        ``bounds`` are the scene's, ``aside`` is how far beside the centres all go, in pixels."""
+        region = region or Region.of(rays.size, None)
+        uniforms = eye_uniforms(camera, region.whole, bounds)
+        self._pass.set(**uniforms, corner=region.corner, aside=aside)
         self._pass.draw(rays.target, {})
         share_eye(rays, uniforms)
-        rays.seen_from = None if uniforms["beyond"] or any(aside) else camera
+        centred = not uniforms["beyond"] and not any(aside)
+        rays.seen_from = camera if centred and region.is_whole else None
 
     def release(self) -> None:
         self._pass.release()

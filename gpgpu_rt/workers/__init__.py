@@ -1,6 +1,6 @@
-"""Workers: rays shared among processes and machines, by Dask."""
+"""Workers: rays and pictures shared among processes and machines, by Dask."""
 from __future__ import annotations
 
-from .workers import Workers
+from .workers import LOCAL, Workers
 
-__all__ = ["Workers"]
+__all__ = ["LOCAL", "Workers"]

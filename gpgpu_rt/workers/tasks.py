@@ -3,13 +3,15 @@ tracers it made, and the structures that others built."""
 from __future__ import annotations
 
 import contextlib
+import threading
 from collections import OrderedDict
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from ..accel.cache import cache_files, give_cache
+from ..gpu import open_gpu
 from ..hits import Hits
 from ..scene import Scene
 from ..tracer import Tracer
@@ -19,17 +21,24 @@ MOST_TRACERS = 2
 Options = tuple[tuple[str, Any], ...]
 Structures = Mapping[str, bytes]     # files of the cache, named by their content
 
+# Threads of a worker take turns at the tracers, as they would at the context.
+_turn = threading.RLock()
 _tracers: OrderedDict[tuple[str, str, Options], Tracer] = OrderedDict()
 
 
-def received(scene: Scene) -> Scene:
-    """A scene, once it has come: what other tasks take it from."""
-    return scene
+def received(value: Any) -> Any:
+    """A scene or a motion, once it has come: what other tasks take it from."""
+    return value
+
+
+def renderer() -> str:
+    """What draws here."""
+    return open_gpu().renderer
 
 
 def structures(scene: Scene, digest: str, method: str, options: Options) -> Structures:
     """What is built for a method, as files of the cache that another worker can take."""
-    with cache_files() as files:
+    with _turn, cache_files() as files:
         _tracer(scene, digest, method, options)
     return {path.name: path.read_bytes() for path in files if path.exists()}
 
@@ -49,7 +58,8 @@ def tracer_of(scene: Scene, built: Structures, digest: str, method: str,
               options: Options) -> Iterator[Tracer]:
     """A tracer whose structures, where they were built elsewhere, are not built again."""
     give_cache(built)
-    yield _tracer(scene, digest, method, options)
+    with _turn:
+        yield _tracer(scene, digest, method, options)
 
 
 def trace(scene: Scene, built: Structures, digest: str, method: str, options: Options,
@@ -57,3 +67,19 @@ def trace(scene: Scene, built: Structures, digest: str, method: str, options: Op
     """The hits of some rays, given as ``Tracer.trace`` takes them."""
     with tracer_of(scene, built, digest, method, options) as tracer:
         return tracer.occluded(**rays) if any_hit else tracer.trace(**rays)
+
+
+def draw(scene: Scene, built: Structures, digest: str, method: str, options: Options,
+         drawing: Mapping[str, Any], region: tuple[int, int, int, int]) -> np.ndarray:
+    """(height, width, 3) uint8: a region of a picture, given as ``Tracer.render`` takes it."""
+    with tracer_of(scene, built, digest, method, options) as tracer:
+        return np.asarray(tracer.render(**drawing, region=region))
+
+
+def draw_frame(scene: Scene, built: Structures, digest: str, method: str, options: Options,
+               motion: Callable[[int], np.ndarray], drawing: Mapping[str, Any],
+               frame: int) -> np.ndarray:
+    """(height, width, 3) uint8: the picture of a frame, by a tracer that follows the motion."""
+    with tracer_of(scene, built, f"{digest}, moving", method, options) as tracer:
+        tracer.update(motion(frame))
+        return np.asarray(tracer.render(**drawing))

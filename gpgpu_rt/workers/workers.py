@@ -1,32 +1,42 @@
 """Workers: a Dask scheduler's processes, each with an OpenGL context of its own."""
 from __future__ import annotations
 
-import hashlib
-import pickle
+import contextlib
+import logging
 import uuid
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import CancelledError
 from typing import Any
 
 import numpy as np
+from PIL import Image
 
+from ..animation import Animation
+from ..camera import Camera
+from ..content import digest
 from ..errors import Error, OptionError
 from ..hits import Hits, joined
 from ..methods import find_method
-from ..options import TRACER_OPTIONS, resolve_options
 from ..ray_state import RayBatch
+from ..region import Region
 from ..scene import Scene, load_scene
-from . import tasks
+from . import interrupts, tasks
 
 LOCAL = "local"
 RETRIES = 3         # of a task whose worker failed or was killed
 MOST_KEPT = 16      # scenes and structures that workers go on holding
 PART = 1 << 16      # rays of a part, at least
-PATIENCE = "10s"    # for a scheduler to answer
+PATIENCE = "10s"    # for a scheduler to answer, and for its first worker
+LOST = "30 days"    # until a local process that was killed is given up; Dask starts it again, and
+#                     takes more than the 15 s of its own on a machine that has much to do
+TILE = 128          # pixels a side of what a worker draws of a picture
+
+Progress = Callable[[int, int], None]     # parts done, and of how many
 
 
 class Workers:
-    """Processes that trace, here or on other machines.
+    """Processes that trace and draw, here or on other machines.
 
     Parameters
     ----------
@@ -39,7 +49,7 @@ class Workers:
     Raises
     ------
     Error
-        where Dask is not installed, or no scheduler answers
+        where Dask is not installed, no scheduler answers, or it has no workers
 
     Notes
     -----
@@ -51,16 +61,23 @@ class Workers:
     def __init__(self, scheduler: str = LOCAL, count: int | None = None,
                  threads: int | None = None) -> None:
         try:
+            import dask
             import distributed
         except ImportError as failure:
             raise Error("workers are Dask's: pip install 'gpgpu_rt[workers]'") from failure
         if count is not None and count < 1:
             raise OptionError(f"{count} workers do nothing; give 1 or more")
         self._cluster = None
-        address = scheduler
+        self.scheduler = address = scheduler
         if scheduler == LOCAL:
+            if distributed.utils.get_mp_context().get_start_method() == "fork":
+                raise Error("Dask is set to fork its workers, which no OpenGL context outlives; "
+                            "set DASK_DISTRIBUTED__WORKER__MULTIPROCESSING_METHOD=spawn")
+            dask.config.set({"distributed.deploy.lost-worker-timeout": LOST})
             self._cluster = address = distributed.LocalCluster(
                 n_workers=count, threads_per_worker=1, processes=True, dashboard_address=":0",
+                preload=[interrupts.__name__],
+                silence_logs=logging.CRITICAL + 1,     # who interrupts is told by us
                 env={} if threads is None else {"LP_NUM_THREADS": str(threads)})
         try:
             self.client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
@@ -69,34 +86,55 @@ class Workers:
                 self._cluster.close()
             raise Error(f"no Dask scheduler answers at {scheduler} ({failure}); start one with "
                         "`dask scheduler`, or say local") from failure
+        try:
+            self.client.wait_for_workers(1, timeout=PATIENCE)
+        except TimeoutError as failure:
+            self.close()
+            raise Error(f"the Dask scheduler at {scheduler} has no workers; start some with "
+                        f"`dask worker {scheduler}`") from failure
         self._futures: OrderedDict[tuple[Any, ...], Any] = OrderedDict()   # the last ones
 
     def __len__(self) -> int:
         return len(self.client.scheduler_info(n_workers=-1)["workers"])
 
     def map(self, function: Callable[..., Any], parts: Iterable[Sequence[Any]],
-            progress: Callable[[int, int], None] | None = None) -> Iterator[tuple[int, Any]]:
+            progress: Progress | None = None,
+            first: Callable[[Sequence[Any]], bool] = lambda part: False
+            ) -> Iterator[tuple[int, Any]]:
         """``function(*part)`` for each part, in whatever order they are done.
 
-        Yields (index of the part, result). ``progress`` is told parts done, and of how many.
+        Yields (index of the part, result). ``progress`` is told parts done, and of how many;
+        parts of which ``first`` is true are begun before all others.
+
+        Raises
+        ------
+        Error
+            where a part's workers died again and again, the scheduler went, or workers lack a
+            module; and whatever ``function`` raises
         """
         import distributed
-        futures = [self.client.submit(function, *part, pure=False, retries=RETRIES)
-                   for part in parts]
-        index = {future.key: at for at, future in enumerate(futures)}
+        futures = [self.client.submit(function, *part, pure=False, retries=RETRIES,
+                                      priority=int(first(part))) for part in parts]
+        finished = distributed.as_completed(futures, loop=self.client.loop)
+        waiting = {future.key: (at, future) for at, future in enumerate(futures)}
+        count = len(futures)
+        del futures     # a worker keeps a result as long as its future is held
         try:
-            finished = distributed.as_completed(futures, loop=self.client.loop)
             for done, future in enumerate(finished, 1):
-                yield index[future.key], future.result()
+                at, _ = waiting.pop(future.key)
+                with _in_a_line():
+                    result = future.result()
+                del future, _
+                yield at, result
                 if progress is not None:
-                    progress(done, len(futures))
-        finally:
-            self.client.cancel(futures)    # where the caller goes before the end
+                    progress(done, count)
+        finally:    # where the caller goes before the end
+            self.client.cancel([future for _, future in waiting.values()])
 
     def trace(self, scene: Scene | str, origins: np.ndarray, directions: np.ndarray,
               method: str = "bvh-threaded", t_min: float | np.ndarray = 0.0,
               t_max: float | np.ndarray = np.inf, invalid: str = "raise",
-              progress: Callable[[int, int], None] | None = None, **options: Any) -> Hits:
+              progress: Progress | None = None, **options: Any) -> Hits:
         """Nearest hits, as ``Tracer(scene, method, **options).trace`` finds them.
 
         Parameters
@@ -112,16 +150,82 @@ class Workers:
     def occluded(self, scene: Scene | str, origins: np.ndarray, directions: np.ndarray,
                  method: str = "bvh-threaded", t_max: float | np.ndarray = np.inf,
                  t_min: float | np.ndarray = 0.0,
-                 invalid: str = "raise", progress: Callable[[int, int], None] | None = None,
+                 invalid: str = "raise", progress: Progress | None = None,
                  **options: Any) -> np.ndarray:
         """(n,) bool: whether anything lies in [t_min, t_max] of each ray."""
         return np.concatenate(self._rays(scene, origins, directions, method, t_min, t_max,
                                          invalid, options, True, progress))
 
+    def render(self, scene: Scene | str, method: str = "bvh-threaded",
+               size: tuple[int, int] = (512, 512), camera: Camera | None = None,
+               integrator: str | None = None, picture: Mapping[str, Any] = {},
+               tile: int = TILE, progress: Progress | None = None,
+               **options: Any) -> Image.Image:
+        """A picture, as ``Tracer(scene, method, **options).render`` draws it, in tiles.
+
+        Parameters
+        ----------
+        size, camera, integrator : as for ``Tracer.render``
+        picture : the integrator's options
+        tile : pixels a side of what a worker draws at a time
+        progress : is told tiles done, and of how many
+
+        Raises
+        ------
+        OptionError
+            as ``Tracer.render`` raises it, and for ``noise``, which is of a whole picture
+        """
+        whole = Region.of(size, None)
+        tiles = whole.tiles(tile)
+        pixels = np.zeros((*size[::-1], 3), np.uint8)
+        for at, drawn in self.draw(scene, tiles, method, progress, {
+                **picture, "camera": camera, "integrator": integrator}, **options):
+            x, y, width, height = tiles[at].box
+            pixels[y:y + height, x:x + width] = drawn
+        return Image.fromarray(pixels)
+
+    def draw(self, scene: Scene | str, regions: Sequence[Region], method: str,
+             progress: Progress | None, drawing: Mapping[str, Any],
+             **options: Any) -> Iterator[tuple[int, np.ndarray]]:
+        """Regions of pictures as they are done: (index, (height, width, 3) uint8).
+
+        ``drawing`` is what ``Tracer.render`` takes besides size and region.
+        """
+        if drawing.get("noise") is not None:
+            raise OptionError("noise is measured over a whole picture, which no worker draws; "
+                              "give samples instead")
+        if drawing.get("first_hits", "traced") != "traced":
+            raise OptionError("the rasteriser draws whole pictures, which no worker does; take "
+                              "first_hits=traced")
+        shared = self.shared(scene, method, options)
+        return self.map(tasks.draw, [(*shared, {**drawing, "size": region.whole}, region.box)
+                                     for region in regions], progress)
+
+    def frames(self, animation: Animation, frames: Sequence[int], method: str = "bvh-threaded",
+               progress: Progress | None = None, drawing: Mapping[str, Any] = {},
+               **options: Any) -> Iterator[tuple[int, np.ndarray]]:
+        """Frames as they are done: (frame, (height, width, 3) uint8).
+
+        Parameters
+        ----------
+        frames : their numbers
+        progress : is told frames done, and of how many
+        drawing : what ``Tracer.render`` takes
+        """
+        shared = *self.shared(animation.scene, method, options), self.sent(animation.vertices)
+        for at, drawn in self.map(tasks.draw_frame, [(*shared, drawing, frame)
+                                                     for frame in frames], progress):
+            yield frames[at], drawn
+
+    def renderers(self) -> list[str]:
+        """What the workers draw by: one, or pictures may differ by a bit from part to part."""
+        with _in_a_line():
+            return sorted(set(self.client.run(tasks.renderer).values()))
+
     def _rays(self, scene: Scene | str, origins: np.ndarray, directions: np.ndarray, method: str,
               t_min: float | np.ndarray, t_max: float | np.ndarray, invalid: str,
               options: Mapping[str, Any], any_hit: bool,
-              progress: Callable[[int, int], None] | None) -> list[Any]:
+              progress: Progress | None) -> list[Any]:
         RayBatch(origins, directions, t_min, t_max, invalid=invalid)   # a mistake is told here
         origins, directions = (np.asarray(a, np.float32).reshape(-1, 3)
                                for a in (origins, directions))
@@ -145,16 +249,23 @@ class Workers:
         """What tasks that trace take first: the scene and what was built for it, both futures,
         then the scene's digest, the method and its options."""
         scene, row = load_scene(scene), find_method(method)
-        resolve_options(options, TRACER_OPTIONS + row.options, f"method {method}")
-        digest = hashlib.sha256(pickle.dumps(scene, pickle.HIGHEST_PROTOCOL)).hexdigest()
+        if row.resolved(options).get("workers", 1) > 1:
+            raise OptionError("a worker of Dask's starts no processes of its own; leave "
+                              "workers at 1")
+        content = digest(scene)
         chosen = tuple(sorted((name, tuple(value) if isinstance(value, list) else value)
                               for name, value in options.items()))
-        # Tasks and not scattered data, so that they outlive the workers that hold them.
-        sent = self._kept((digest,), lambda: self.client.submit(
-            tasks.received, scene, key=f"scene-{digest}-{uuid.uuid4().hex}", retries=RETRIES))
-        built = self._kept((digest, method, chosen), lambda: self.client.submit(
-            tasks.structures, sent, digest, method, chosen, pure=False, retries=RETRIES))
-        return sent, built, digest, method, chosen
+        sent = self.sent(scene, content)
+        built = self._kept((content, method, chosen), lambda: self.client.submit(
+            tasks.structures, sent, content, method, chosen, pure=False, retries=RETRIES))
+        return sent, built, content, method, chosen
+
+    def sent(self, value: Any, content: str | None = None) -> Any:
+        """The future of a value that tasks take, sent once; ``content`` is its digest."""
+        content = content or digest(value)
+        # A task and not scattered data, so that it outlives the workers that hold it.
+        return self._kept((content,), lambda: self.client.submit(
+            tasks.received, value, key=f"sent-{content}-{uuid.uuid4().hex}", retries=RETRIES))
 
     def _kept(self, key: tuple[Any, ...], submit: Callable[[], Any]) -> Any:
         """The future of a key; one that failed is asked for again, old ones are let go."""
@@ -176,3 +287,19 @@ class Workers:
 
     def __exit__(self, *exception: object) -> None:
         self.close()
+
+
+@contextlib.contextmanager
+def _in_a_line() -> Iterator[None]:
+    """Within, what only Dask knows of is told as an Error."""
+    import distributed
+    try:
+        yield
+    except distributed.KilledWorker as failure:
+        raise Error("workers could not do a part: they died again and again, of too little memory "
+                    "perhaps") from failure
+    except CancelledError as failure:
+        raise Error("workers could not do a part: their scheduler went, or let it go") from failure
+    except ImportError as failure:
+        raise Error(f"workers lack what a part needs ({failure}); install the same gpgpu_rt there"
+                    ) from failure

@@ -12,9 +12,10 @@ KINDS = ("eye", "random", "vertices", "edges")
 ANSWER = ("t", "u", "v", "triangle", "status")
 SIDE = 500   # 10^6 rays a scene: 250,000 of each kind
 # A pass for each triangle, passes over every level of a stack, lists for boxes of rays that few
-# rays share, every triangle down to the cones of rays without coherence: these take fewer rays.
+# rays share, every triangle to all tiles or down to the cones of scattered rays: these take fewer
+# rays. Of ray-tiles a million have a test of their own, in `traversal/test_ray_tiles.py`.
 SIDES = {"brute-force": 160, "kd-texture-stack": 160, "ray-classification": 40,
-         "visibility-field": 160, "ray-hierarchy": 32}
+         "visibility-field": 160, "ray-tiles": 160, "ray-hierarchy": 32}
 
 
 def check(name: str, kind: str, side: int, sides: dict[str, int], seed: int) -> None:

@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -20,12 +19,6 @@ pytest.importorskip("distributed")
 from gpgpu_rt.workers import workers as module  # noqa: E402
 
 METHOD, OPTIONS = "bvh-threaded", {"octants": True}
-
-
-@pytest.fixture(scope="module")
-def workers() -> Iterator[Workers]:
-    with Workers(count=2, threads=1) as found:
-        yield found
 
 
 def _killed_once(flag: str, number: int) -> int:
@@ -72,6 +65,11 @@ def test_errors_of_tasks_are_the_users_own(workers: Workers) -> None:
         workers.trace("cornell", np.zeros((1, 3)), np.ones((1, 3)), METHOD, octant=True)
 
 
+def test_a_worker_starts_no_processes(workers: Workers) -> None:
+    with pytest.raises(rt.OptionError, match="leave workers at 1"):
+        workers.trace("cornell", np.zeros((1, 3)), np.ones((1, 3)), "kd-restart", workers=2)
+
+
 def test_an_invalid_ray_is_named_as_it_was_given(workers: Workers, monkeypatch) -> None:
     monkeypatch.setattr(module, "PART", 2)
     origins = np.zeros((9, 3), np.float32)
@@ -82,13 +80,13 @@ def test_an_invalid_ray_is_named_as_it_was_given(workers: Workers, monkeypatch) 
     assert found.status.tolist() == [0] * 7 + [1, 0]
 
 
-def test_trace_command(tmp_path, capsys) -> None:
+def test_trace_command(tmp_path, capsys, address: str) -> None:
     scene = rt.load_scene("cornell")
     origins, directions = scene.camera.rays((8, 8))
     given, written = tmp_path / "rays.npz", tmp_path / "hits.npz"
     np.savez(given, origins=origins, directions=directions)
     words = ["trace", "cornell", str(given), "-o", str(written), "--scheduler"]
-    assert cli.main([*words, "local"]) == 0
+    assert cli.main([*words, address]) == 0
     assert "workers" in capsys.readouterr().out
     with rt.Tracer(scene) as tracer:
         assert (np.load(written)["t"] == tracer.trace(origins, directions).t).all()
@@ -130,6 +128,36 @@ def test_mistakes_are_one_line(arguments: dict, message: str, monkeypatch) -> No
     monkeypatch.setattr(module, "PATIENCE", "0.5s")
     with pytest.raises(rt.Error, match=message):
         Workers(**arguments)
+
+
+def test_a_scheduler_without_workers(monkeypatch) -> None:
+    import distributed
+    monkeypatch.setattr(module, "PATIENCE", "1s")
+    with distributed.LocalCluster(n_workers=0, processes=False, dashboard_address=None) as cluster:
+        with pytest.raises(rt.Error, match="has no workers; start some"):
+            Workers(cluster.scheduler_address)
+
+
+def test_workers_that_would_be_forked_are_refused() -> None:
+    import dask
+    with dask.config.set({"distributed.worker.multiprocessing-method": "fork"}):
+        with pytest.raises(rt.Error, match="METHOD=spawn"):
+            Workers()
+
+
+def _dies(flag: str) -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def _lacks(flag: str) -> None:
+    raise ModuleNotFoundError("No module named 'figment'")
+
+
+@pytest.mark.parametrize("task, message", [(_dies, "died again and again"),
+                                           (_lacks, "lack what a part needs .*figment")])
+def test_what_only_dask_knows_is_a_line(task, message: str, workers: Workers) -> None:
+    with pytest.raises(rt.Error, match=message):
+        list(workers.map(task, [("",)]))
 
 
 def test_without_dask_it_says_what_to_install() -> None:

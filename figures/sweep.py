@@ -1,0 +1,57 @@
+"""Sweep: cells measured by workers, of one machine or of several.
+
+What is timed has its machine to itself, one cell at a time; all else runs side by side. Both are
+begun in that order, and results come as they are done.
+"""
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from gpgpu_rt.errors import Error
+from gpgpu_rt.workers import LOCAL, Workers
+from gpgpu_rt.workers.machine import taken
+from gpgpu_rt.workers.meshes import Files, mesh_files, take_mesh
+
+from .cell import Cell
+from .results import settings
+from .works import work_of
+
+Result = dict[str, Any]
+
+
+def results(cells: list[Cell], workers: Workers,
+            measured: Callable[[Cell], Result]) -> Iterator[tuple[Cell, Result]]:
+    """Each cell with what was measured, as it comes in.
+
+    Raises
+    ------
+    Error
+        where a worker has another renderer or version than this process, so that its numbers would
+        stand for something else
+    """
+    # Cells of a scene one after another, so that a process makes its tree and its rays once.
+    ordered = sorted(cells, key=lambda cell: (cell.scene, cell.size))
+    here = workers.scheduler == LOCAL    # its processes find what this one finds
+    meshes = {scene: workers.sent({} if here else mesh_files(scene))
+              for scene in {cell.scene for cell in ordered}}
+    parts = [(cell, work_of(cell).timed, meshes[cell.scene], measured) for cell in ordered]
+    for at, result in workers.map(_measured, parts, first=lambda part: part[1]):
+        cell = ordered[at]
+        asked = json.loads(json.dumps(settings(cell)))
+        found = json.loads(json.dumps(result["settings"]))
+        others = sorted(name for name in asked if asked[name] != found.get(name))
+        if others:
+            raise Error(f"a worker measured {cell.scene} with another {', '.join(others)}: "
+                        f"{found.get(others[0])!r}, not {asked[others[0]]!r}; figures are of one, "
+                        "so ask from a machine that has what the workers have")
+        yield cell, result
+
+
+def _measured(cell: Cell, timed: bool, files: Files,
+              measured: Callable[[Cell], Result]) -> Result:
+    """In a worker: measure a cell once the machine is free for it."""
+    take_mesh(cell.scene, files)
+    with taken(alone=timed):
+        return measured(cell)

@@ -1,0 +1,120 @@
+"""Unfinished: what is done of a film or a picture before it is whole, so that a run can go on."""
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import importlib.metadata
+import json
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from PIL import Image
+
+from ..errors import Error, LimitError, OptionError, SceneError
+from ..files import replacing
+from .shared import say
+
+RECORD = "parts.json"
+
+
+class Unfinished:
+    """The parts of an output, kept in a folder beside it that goes when all are there.
+
+    Parameters
+    ----------
+    output : the file that is to come; ``OUTPUT.unfinished`` is the folder
+    count : parts in all
+    settings : what a part follows from, as JSON has it
+    resume : take the parts that an earlier run left
+    files : number -> file of a part, where parts are what was asked for; else they are kept in the
+        folder
+
+    Raises
+    ------
+    Error
+        where parts are there, but of other settings, or the folder cannot be made
+    """
+
+    def __init__(self, output: Path, count: int, settings: Mapping[str, Any], resume: bool,
+                 files: Callable[[int], Path] | None = None) -> None:
+        self.folder = output.with_name(output.name + ".unfinished")
+        self._record = self.folder / RECORD
+        self.file = files or (lambda part: self.folder / f"{part:05d}.png")
+        self._settings = json.loads(json.dumps({
+            **settings, "version": importlib.metadata.version("gpgpu_rt")}, default=str))
+        self._done: dict[str, str] = {}
+        if resume:
+            self._take_on()
+        else:
+            self._remove()
+        self.count = count
+        self.missing = [part for part in range(count) if not self._is_there(part)]
+        try:
+            self.folder.mkdir(exist_ok=True)
+        except OSError as failure:
+            raise Error(f"cannot make the folder {self.folder}: {failure.strerror}") from failure
+        self._note()
+
+    def keep(self, part: int, image: Image.Image) -> None:
+        """Write a part, then that it is there."""
+        with replacing(self.file(part)) as path:
+            image.save(path)
+        self._done[str(part)] = _digest(self.file(part))
+        self._note()
+
+    def image(self, part: int) -> Image.Image:
+        """A part that is there."""
+        with Image.open(self.file(part)) as image:
+            image.load()
+            return image
+
+    @contextlib.contextmanager
+    def until_whole(self) -> Iterator[None]:
+        """Within, parts are made and put together; what was kept on the way goes at the end. It
+        stays where the run was interrupted or failed, unless it would fail again."""
+        try:
+            yield
+        except (SceneError, OptionError, LimitError):
+            self._remove()
+            raise
+        except BaseException:
+            if not self._done:
+                self._remove()
+            else:
+                say(f"{len(self._done)} of {self.count} parts are kept; --resume goes on")
+            raise
+        self._remove()
+
+    def _take_on(self) -> None:
+        try:
+            found = json.loads(self._record.read_text())
+            settings, done = dict(found["settings"]), dict(found["done"])
+        except (OSError, ValueError, KeyError, TypeError):
+            return      # nothing was begun, or nothing of it can be trusted
+        others = [name for name in {**settings, **self._settings}
+                  if settings.get(name) != self._settings.get(name)]
+        if others:
+            raise Error(f"{self.folder} holds parts of another {', '.join(sorted(others))}; leave "
+                        "out --resume to begin anew")
+        self._done = done
+
+    def _is_there(self, part: int) -> bool:
+        """Whether the file of a part is the one that was written."""
+        file = self.file(part)
+        return str(part) in self._done and file.is_file() and (
+            _digest(file) == self._done[str(part)])
+
+    def _note(self) -> None:
+        with replacing(self._record) as path:
+            path.write_text(json.dumps({"settings": self._settings, "done": self._done}))
+
+    def _remove(self) -> None:
+        with contextlib.suppress(OSError):     # what someone else put there stays
+            for file in (*self.folder.glob("[0-9]*.png"), self._record):
+                file.unlink(missing_ok=True)
+            self.folder.rmdir()
+
+
+def _digest(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()

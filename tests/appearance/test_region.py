@@ -1,0 +1,50 @@
+"""Regions: a part of a picture is the same to the bit as that part of the whole."""
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import gpgpu_rt as rt
+from gpgpu_rt.region import Region
+
+SIZE = (37, 29)
+PICTURES = {
+    "direct": dict(integrator="direct"),
+    "whitted": dict(integrator="whitted", light_samples=2),
+    "whitted, samples": dict(integrator="whitted", samples=3, light_samples=2),
+    "path": dict(integrator="path", samples=6),
+    "path, random": dict(integrator="path", samples=3, sampler="random")}
+
+
+@pytest.mark.parametrize("scene, method", [
+    ("cornell-light", "bvh-packet"), ("glass-teapot", "bvh-threaded"), ("cornell", "kd-restart")])
+@pytest.mark.parametrize("asked", PICTURES.values(), ids=PICTURES)
+def test_tiles_make_up_the_picture(scene: str, method: str, asked: dict, exact_renderer) -> None:
+    tiles = Region.of(SIZE, None).tiles(16)
+    assert len(tiles) == 6 and sum(w * h for w, h in (t.size for t in tiles)) == 37 * 29
+    with rt.Tracer(scene, method) as tracer:
+        whole = np.asarray(tracer.render(size=SIZE, **asked))
+        drawn = np.zeros_like(whole)
+        for tile in tiles:
+            x, y, width, height = tile.box
+            part = np.asarray(tracer.render(size=SIZE, region=tile.box, **asked))
+            assert part.shape == (height, width, 3)
+            drawn[y:y + height, x:x + width] = part
+        assert (drawn == whole).all()
+        assert (np.asarray(tracer.render(size=SIZE, **asked)) == whole).all()
+    assert whole.std() > 5
+
+
+@pytest.mark.parametrize("region", [(-1, 0, 2, 2), (0, 0, 0, 2), (36, 0, 2, 2), (0, 28, 1, 2),
+                                    (0, 0, 4), "here"])
+def test_regions_that_are_none(region: object) -> None:
+    with rt.Tracer("cornell") as tracer, pytest.raises(rt.OptionError, match="region"):
+        tracer.render(size=SIZE, region=region)
+
+
+def test_the_rasteriser_draws_whole_pictures() -> None:
+    with rt.Tracer("cornell", rasterised_bounds=8) as tracer:
+        with pytest.raises(rt.OptionError, match="traced"):
+            tracer.render(size=SIZE, region=(0, 0, 8, 8), first_hits="rasterised")
+        part = np.asarray(tracer.render(size=SIZE, region=(8, 8, 16, 8)))
+        assert (part == np.asarray(tracer.render(size=SIZE))[8:16, 8:24]).all()

@@ -1,0 +1,188 @@
+"""Pictures by workers: tiles and frames as one process draws them, killed or interrupted."""
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import gpgpu_rt as rt
+from gpgpu_rt import cli
+from gpgpu_rt.cli import sharing
+from gpgpu_rt.workers import Workers
+
+pytest.importorskip("distributed")
+
+SIZE = (40, 24)
+WORDS = ["--size", "40x24", "-m", "bvh-packet"]
+
+
+def kill_one(workers: Workers) -> int:
+    """Kill a worker; the number of its process."""
+    pid = next(iter(workers.client.run(os.getpid).values()))
+    os.kill(pid, signal.SIGKILL)
+    return pid
+
+
+@pytest.mark.parametrize("integrator, picture", [
+    ("direct", {}), ("whitted", {"samples": 2}), ("path", {"samples": 5})])
+def test_tiles_make_up_the_picture_of_one_process(integrator: str, picture: dict,
+                                                  workers: Workers, exact_renderer) -> None:
+    told: list[tuple[int, int]] = []
+    found = workers.render("cornell-light", "bvh-packet", SIZE, None, integrator, picture, 16,
+                           lambda *at: told.append(at), packet=(2, 1))
+    with rt.Tracer("cornell-light", "bvh-packet", packet=(2, 1)) as tracer:
+        alone = tracer.render(size=SIZE, integrator=integrator, **picture)
+    assert (np.asarray(found) == np.asarray(alone)).all() and np.asarray(found).std() > 5
+    assert told[-1] == (6, 6)
+
+
+def moving(path: Path, frames: int = 6) -> rt.Animation:
+    """Triangles that fly about, so far that trees over them are built anew."""
+    vertices = np.random.default_rng(1).random((frames, 300, 3))
+    np.savez(path, vertices=vertices, faces=np.arange(300).reshape(-1, 3))
+    return rt.load_animation(path)
+
+
+@pytest.mark.parametrize("method", ["bvh-threaded", "kd-restart"])
+def test_frames_whatever_happens_to_a_worker(method: str, workers: Workers, tmp_path,
+                                             exact_renderer) -> None:
+    animation = moving(tmp_path / "soup.npz")
+    drawing = {"size": (16, 16), "integrator": "path", "samples": 2}
+    killed: list[int] = []
+
+    def kill_at_first(done: int, of: int) -> None:
+        if done == 1:
+            killed.append(kill_one(workers))
+
+    found = dict(workers.frames(animation, range(6), method, kill_at_first, drawing))
+    assert killed and sorted(found) == list(range(6))
+    with rt.Tracer(animation.scene, method) as tracer:
+        for frame in range(6):
+            tracer.update(animation.vertices(frame))
+            assert (found[frame] == np.asarray(tracer.render(**drawing))).all(), frame
+    assert any((found[frame] != found[0]).any() for frame in found)
+
+
+def test_a_tracer_that_moved_traces_no_scene_that_stands(workers: Workers, tmp_path) -> None:
+    animation = moving(tmp_path / "soup.npz", 3)
+    list(workers.frames(animation, range(3), "kd-restart", drawing={"size": (8, 8)}))
+    origins, directions = animation.scene.camera.rays((8, 8))
+    with rt.Tracer(animation.scene, "kd-restart") as tracer:
+        alone = tracer.trace(origins, directions)
+    for _ in range(3):
+        found = workers.trace(animation.scene, origins, directions, "kd-restart")
+        assert (found.t == alone.t).all()
+
+
+def run(words: list[str], capsys) -> tuple[int, str]:
+    status = cli.main(["render", *words])
+    said = capsys.readouterr()
+    return status, said.out + said.err
+
+
+def test_render_command(tmp_path, monkeypatch, capsys, address: str, exact_renderer) -> None:
+    monkeypatch.setattr(sharing, "TILE", 16)
+    alone, shared = tmp_path / "alone.png", tmp_path / "shared.png"
+    assert run(["cornell", *WORDS, "-o", str(alone)], capsys)[0] == 0
+    status, said = run(["cornell", *WORDS, "-o", str(shared), "--scheduler", address], capsys)
+    assert status == 0 and "6 of 6 tiles drawn by " in said    # one may have been killed just now
+    assert (np.asarray(Image.open(shared)) == np.asarray(Image.open(alone))).all()
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def interrupted_after(parts: int, monkeypatch) -> None:
+    """Let a run be interrupted once so many parts are there."""
+    keep = sharing.Unfinished.keep
+
+    def keep_some(self, part: int, image: Image.Image) -> None:
+        if len(self._done) == parts:
+            raise KeyboardInterrupt
+        keep(self, part, image)
+    monkeypatch.setattr(sharing.Unfinished, "keep", keep_some)
+
+
+@pytest.mark.parametrize("shared", [False, True], ids=["one process", "workers"])
+@pytest.mark.parametrize("output", ["film.gif", "out_%02d.png", "folder/"])
+def test_an_interrupted_run_goes_on(output: str, shared: bool, tmp_path, capsys, address: str,
+                                    exact_renderer) -> None:
+    moving(tmp_path / "soup.npz")
+    (tmp_path / "at once").mkdir()
+    words = [str(tmp_path / "soup.npz"), "--frames", "6", "--size", "16x16"]
+    assert run([*words, "-o", os.path.join(tmp_path, "at once", output)], capsys)[0] == 0
+    (tmp_path / "here").mkdir()
+    words += ["-o", os.path.join(tmp_path, "here", output)]
+    with pytest.MonkeyPatch.context() as patch:
+        interrupted_after(2, patch)
+        status, said = run(words + ["--scheduler", address] * shared, capsys)
+    assert status == 130 and "2 of 6 parts are kept; --resume goes on" in said
+    status, said = run([*words, "--resume", "--size", "8x8"], capsys)
+    assert status == 1 and "parts of another size" in said and said.count("\n") == 1
+    # Whoever began it, anyone may go on.
+    status, said = run([*words, "--resume"] + ["--scheduler", address] * (not shared), capsys)
+    assert status == 0 and ("wrote 4 frames" if shared else "4 of 6 frames drawn") in said
+    found, expected = ([p for p in sorted((tmp_path / folder).rglob("*")) if p.is_file()]
+                       for folder in ("here", "at once"))
+    assert [p.name for p in found] == [p.name for p in expected] and found
+    assert all(a.read_bytes() == b.read_bytes() for a, b in zip(found, expected))
+
+
+def test_ctrl_c_is_a_line(tmp_path) -> None:
+    """It comes to all processes of a terminal at once, workers too."""
+    running = subprocess.Popen(
+        [sys.executable, "-m", "gpgpu_rt", "render", "cloth", "--frames", "4000", "--size",
+         "16x16", "-o", f"{tmp_path}/", "--scheduler", "local"], stderr=subprocess.PIPE,
+        text=True, start_new_session=True,
+        # In the background of a shell it would be ignored, and so by what is started there.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
+    try:
+        while len(list(tmp_path.glob("frame_*"))) < 3 and running.poll() is None:
+            time.sleep(0.1)
+        os.killpg(running.pid, signal.SIGINT)
+        said = running.communicate(timeout=60)[1]
+    finally:
+        running.kill()
+    assert running.returncode == 130
+    assert said.splitlines()[-1] == "gpgpu-rt: interrupted" and "--resume goes on" in said
+    assert "Traceback" not in said and "Process" not in said
+    assert (tmp_path / "frames.unfinished").is_dir()
+
+
+def test_tiles_of_an_interrupted_picture_are_kept(tmp_path, monkeypatch, capsys,
+                                                  address: str, exact_renderer) -> None:
+    monkeypatch.setattr(sharing, "TILE", 16)
+    picture, alone = tmp_path / "picture.png", tmp_path / "alone.png"
+    words = ["cornell", *WORDS, "-o", str(picture), "--scheduler", address]
+    with pytest.MonkeyPatch.context() as patch:
+        interrupted_after(4, patch)
+        assert run(words, capsys)[0] == 130
+    parts = sorted((tmp_path / "picture.png.unfinished").glob("*.png"))
+    assert len(parts) == 4 and not picture.exists()
+    parts[0].write_bytes(b"spoilt")
+    status, said = run([*words, "--resume"], capsys)
+    assert status == 0 and "3 of 6 tiles drawn" in said
+    assert run(["cornell", *WORDS, "-o", str(alone)], capsys)[0] == 0
+    assert (np.asarray(Image.open(picture)) == np.asarray(Image.open(alone))).all()
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["alone.png", "picture.png"]
+
+
+@pytest.mark.parametrize("words, message", [
+    (["--scheduler", "ADDRESS", "-m", "auto"], "--scheduler goes with a method"),
+    (["--scheduler", "ADDRESS", "--explain"], "leave --scheduler out"),
+    (["--scheduler", "ADDRESS", "--integrator", "path", "--noise", "0.1"], "give samples"),
+    (["--scheduler", "ADDRESS", "--first-hits", "rasterised"], "whole pictures"),
+    (["--scheduler", "tcp://127.0.0.1:1"], "no Dask scheduler answers"),
+    (["--resume"], "--resume goes with --frames or --scheduler")])
+def test_mistakes_are_one_line_and_leave_nothing(words: list, message: str, tmp_path, monkeypatch,
+                                                 capsys, address: str) -> None:
+    monkeypatch.setattr("gpgpu_rt.workers.workers.PATIENCE", "2s")
+    words = [address if word == "ADDRESS" else word for word in words]
+    status, said = run(["cornell", "--size", "8x8", "-o", str(tmp_path / "a.png"), *words], capsys)
+    assert status == 1 and message in said and said.count("\n") == 1
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,147 @@
+"""Sweeps: cells by workers are those of one process, and what is timed is alone on its machine."""
+from __future__ import annotations
+
+import functools
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import gpgpu_rt as rt
+from gpgpu_rt.figures import measure, results, sweep
+from gpgpu_rt.figures.__main__ import main
+from gpgpu_rt.figures.cell import Cell
+from gpgpu_rt.scenes import catalogue
+from gpgpu_rt.workers import Workers, machine, meshes
+
+pytest.importorskip("distributed")
+
+TREES = [Cell("shirley6", "kd-restart", (("max_depth", depth),), work="tree")
+         for depth in range(4, 10)]
+TIMED = [Cell("cornell", method, size=16, runs=1) for method in ("grid", "kd-restart")]
+NOT_THE_CELLS = ("seconds_spent", "date")     # but how it was measured
+
+
+def read(folder: Path) -> dict[str, Any]:
+    """What every file of cells holds."""
+    return {path.name: {name: value for name, value in json.loads(path.read_text()).items()
+                        if name not in NOT_THE_CELLS} for path in folder.iterdir()}
+
+
+def _killing(flag: Path, cell: Cell) -> dict[str, Any]:
+    """A cell whose worker dies the first time that it is measured."""
+    if cell == TREES[2] and not flag.exists():
+        flag.touch()
+        os.kill(os.getpid(), 9)
+    return measure.measured(cell)
+
+
+def test_a_sweep_is_that_of_one_process(workers: Workers, tmp_path, monkeypatch) -> None:
+    """Even though a worker is killed in the middle."""
+    measure.measure(TREES, tmp_path / "alone")
+    flag = tmp_path / "killed"
+    monkeypatch.setattr(measure, "measured", functools.partial(_killing, flag))
+    measure.measure(TREES, tmp_path / "shared", workers=workers)
+    assert flag.exists()
+    assert read(tmp_path / "shared") == read(tmp_path / "alone")
+    assert len(read(tmp_path / "shared")) == len(TREES)
+    # Nothing is left to do for whoever comes next.
+    monkeypatch.setattr(sweep, "results", lambda *_: pytest.fail("measured again"))
+    assert all(results.read(cell, tmp_path / "shared") for cell in TREES)
+
+
+def test_an_interrupted_sweep_keeps_what_came_in(workers: Workers, tmp_path, monkeypatch) -> None:
+    whole, shared = measure._write, sweep.results
+
+    def write(cell: Cell, result: dict, data: Path) -> None:
+        if len(list(data.iterdir())) == 3:
+            raise KeyboardInterrupt
+        whole(cell, result, data)
+    monkeypatch.setattr(measure, "_write", write)
+    with pytest.raises(KeyboardInterrupt):
+        measure.measure(TREES, tmp_path, workers=workers)
+    assert len(list(tmp_path.iterdir())) == 3
+    monkeypatch.setattr(measure, "_write", whole)
+    asked: list[Cell] = []
+    monkeypatch.setattr(sweep, "results", lambda cells, *more: (
+        asked.extend(cells), shared(cells, *more))[1])
+    measure.measure(TREES, tmp_path, workers=workers)
+    assert len(asked) == 3 and len(list(tmp_path.iterdir())) == 6
+
+
+def _when(cell: Cell) -> dict[str, Any]:
+    """Settings as they are, and when it ran."""
+    began = time.monotonic()
+    time.sleep(0.3)
+    return {"settings": results.settings(cell), "when": (began, time.monotonic())}
+
+
+def test_what_is_timed_has_the_machine_to_itself(workers: Workers) -> None:
+    workers.client.wait_for_workers(2, timeout=180)     # one was killed just now
+    found = dict(sweep.results([*TREES, *TIMED], workers, _when))
+    when = {cell: result["when"] for cell, result in found.items()}
+    assert len(when) == 8
+
+    def meet(a: Cell, b: Cell) -> bool:
+        return a != b and when[a][0] < when[b][1] and when[b][0] < when[a][1]
+    for timed in TIMED:
+        assert not [cell for cell in when if meet(timed, cell)]
+        assert all(when[timed][1] <= when[cell][0] for cell in TREES), "timed ones come first"
+    assert any(meet(a, b) for a in TREES for b in TREES), "the others run side by side"
+
+
+def _other_renderer(cell: Cell) -> dict[str, Any]:
+    return {"settings": {**results.settings(cell), "renderer": "another"}}
+
+
+def test_numbers_of_another_renderer_are_refused(workers: Workers) -> None:
+    with pytest.raises(rt.Error, match="another renderer"):
+        list(sweep.results(TREES[:1], workers, _other_renderer))
+
+
+def test_meshes_come_along(tmp_path, monkeypatch) -> None:
+    """A machine without the mesh, or with another of its name, finds the one that was sent."""
+    monkeypatch.setattr(meshes.tempfile, "gettempdir", lambda: str(tmp_path))
+    for name in ("here", "there"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "here" / "bunny.ply").write_bytes(b"a mesh")
+    (tmp_path / "here" / "cameras.json").write_text("{}")
+    monkeypatch.setenv("GPGPU_RT_SCENES", str(tmp_path / "here"))
+    files = meshes.mesh_files("bunny")
+    assert set(files) == {"bunny.ply", "cameras.json"}
+    assert meshes.mesh_files("cornell") == meshes.mesh_files("no such") == {}
+    meshes.take_mesh("bunny", files)
+    assert os.environ["GPGPU_RT_SCENES"] == str(tmp_path / "here")
+    monkeypatch.setenv("GPGPU_RT_SCENES", str(tmp_path / "there"))
+    meshes.take_mesh("bunny", files)
+    path = catalogue.mesh_path("bunny")
+    assert path is not None and path.read_bytes() == b"a mesh"
+    assert os.environ["GPGPU_RT_SCENES"].endswith(str(tmp_path / "there"))
+
+
+def test_the_machines_lock_goes_with_its_process(tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(machine.tempfile, "gettempdir", lambda: str(tmp_path))
+    for alone in (False, True):
+        with machine.taken(alone):
+            pass
+    killed = subprocess.run([sys.executable, "-c", (
+        "import os\nfrom gpgpu_rt.workers.machine import taken\n"
+        "with taken(True): os.kill(os.getpid(), 9)")], env={**os.environ, "TMPDIR": str(tmp_path)})
+    assert killed.returncode == -9
+    with machine.taken(True):
+        assert len(list(tmp_path.iterdir())) == 1
+
+
+@pytest.mark.parametrize("words, message", [
+    (["--scheduler", "tcp://127.0.0.1:1"], "no Dask scheduler answers")])
+def test_mistakes_are_one_line(words: list, message: str, tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.setattr("gpgpu_rt.workers.workers.PATIENCE", "1s")
+    assert main([*words, "--only", "fig17", "--data", str(tmp_path / "data"), "--out",
+                 str(tmp_path)]) == 1
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1 and message in said

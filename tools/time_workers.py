@@ -1,0 +1,52 @@
+"""Times a sweep of forty cells by one worker and by two, each with one thread for its renderer."""
+from __future__ import annotations
+
+import statistics
+import tempfile
+import time
+from pathlib import Path
+
+from gpgpu_rt.figures.cell import Cell
+from gpgpu_rt.figures.measure import measure
+from gpgpu_rt.workers import Workers
+
+TURNS = 3
+WARM_UP = [Cell("cornell", "kd-restart", (), 64, "period work of eye rays")]
+CELLS = [Cell("shirley6", "kd-restart", (("max_depth", depth),), 64,
+              work=f"period work of {rays} rays")
+         for depth in range(4, 24) for rays in ("eye", "random")]
+
+
+def seconds(workers: Workers) -> float:
+    """What the sweep takes, all cells anew."""
+    with tempfile.TemporaryDirectory() as folder:
+        began = time.perf_counter()
+        measure(CELLS, Path(folder), workers=workers)
+        return time.perf_counter() - began
+
+
+def main() -> None:
+    spent: dict[int, list[float]] = {1: [], 2: []}
+    for turn in range(1 + TURNS):
+        for count, times in spent.items():
+            with Workers(count=count, threads=1) as workers:
+                workers.client.wait_for_workers(count)
+                # What a process does once, whatever it measures, is none of it.
+                list(workers.map(_warm, [()] * 4 * count))
+                took = seconds(workers)
+            if turn:
+                times.append(took)
+    one, two = (statistics.median(times) for times in spent.values())
+    ratios = [a / b for a, b in zip(*spent.values())]
+    print(f"{len(CELLS)} cells: {one:.1f} s by one worker, {two:.1f} s by two; "
+          f"{statistics.median(ratios):.2f} times as fast, turn by turn "
+          + ", ".join(f"{ratio:.2f}" for ratio in ratios))
+
+
+def _warm() -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        measure(WARM_UP, Path(folder))
+
+
+if __name__ == "__main__":
+    main()
