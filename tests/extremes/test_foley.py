@@ -13,9 +13,10 @@ ANSWER = ("t", "u", "v", "triangle", "status")
 SIDE = 500   # 10^6 rays a scene: 250,000 of each kind
 # A pass for each triangle, passes over every level of a stack, lists for boxes of rays that few
 # rays share, every triangle to all tiles or down to the cones of scattered rays: these take fewer
-# rays. Of ray-tiles a million have a test of their own, in `traversal/test_ray_tiles.py`.
+# rays. Of scattered rays in tiles a million have a test in `traversal/test_ray_tiles.py`.
 SIDES = {"brute-force": 160, "kd-texture-stack": 160, "ray-classification": 40,
          "visibility-field": 160, "ray-tiles": 160, "ray-hierarchy": 32}
+COHERENT = ("ray-tiles",)    # takes all eye rays, as the picture that they are
 
 
 def check(name: str, kind: str, side: int, sides: dict[str, int], seed: int) -> None:
@@ -24,12 +25,14 @@ def check(name: str, kind: str, side: int, sides: dict[str, int], seed: int) -> 
     reference = rt.reference.trace(scene, origins, directions, accelerated=True)
     wrong, verdicts = {}, {}    # most methods answer alike: a verdict an answer
     for row in rt.methods():
-        n = sides.get(row.name, side) ** 2
+        whole = kind == "eye" and row.name in COHERENT
+        n = (side if whole else sides.get(row.name, side)) ** 2
         if not n:
             continue
         some = slice(0, len(origins), max(1, len(origins) // n))
+        shape = (side, side, 3) if whole else (-1, 3)
         with rt.Tracer(scene, row.name) as tracer:
-            hits = tracer.trace(origins[some], directions[some])
+            hits = tracer.trace(origins[some].reshape(shape), directions[some].reshape(shape))
         answer = some.step, *(getattr(hits, field).tobytes() for field in ANSWER)
         if answer not in verdicts:
             verdicts[answer] = judge(scene, origins[some], directions[some], hits,

@@ -1,4 +1,4 @@
-"""A worker killed twice within Dask's 15 s was given up for lost, and with the last one a sweep hung."""
+"""A worker killed twice within 15 s was given up by Dask, and with the last one a sweep hung."""
 from __future__ import annotations
 
 import os
