@@ -23,6 +23,16 @@ FIELD_TYPES = {"float": 1, "int": 1, "vec2": 2, "vec3": 3, "vec4": 4, "ivec3": 3
                "ivec4": 4}    # and how many channels each takes
 
 
+# Sampled in a texel's middle, as tables are (fetch.glsl), and for the same reason.
+_STREAM_FETCH = """#ifndef STREAM_FETCH
+#ifdef TEXEL_FETCH
+#define STREAM_FETCH(texels, step, pixel) texelFetch(texels, pixel, 0)
+#else
+#define STREAM_FETCH(texels, step, pixel) texture(texels, (vec2(pixel) + 0.5) * step)
+#endif
+#endif"""
+
+
 @dataclass(frozen=True)
 class Field:
     """A field of a record: its GLSL type and where it stands."""
@@ -192,16 +202,21 @@ class Record:
         ``first_target`` is the render target of the record's first texel.
         """
         name, struct = self.name, self.name.capitalize()
-        lines = [f"#define {self.define}"] if self.define else []
+        lines = [_STREAM_FETCH] + ([f"#define {self.define}"] if self.define else [])
         lines += [f"#define {name.upper()}_TEXEL_{k}_UNIFORM" for k in self.uniform_texels]
         lines += [f"struct {struct} {{"]
         lines += [f"    {f.type} {f.name};" for f in self.fields] + ["};"]
         kinds = ["vec4" if k in self.uniform_texels else "sampler2D" for k in range(self.texels)]
         lines += [f"uniform {kind} {name}_texel_{k};" for k, kind in enumerate(kinds)]
+        sampled = [k for k, kind in enumerate(kinds) if kind == "sampler2D"]
+        if sampled:
+            lines.append(f"vec2 {name}_texel_step = "
+                         f"1.0 / vec2(textureSize({name}_texel_{sampled[0]}, 0));")
         lines += [f"{struct} {name}_load(ivec2 pixel) {{", f"    {struct} record;"]
-        for k, kind in enumerate(kinds):
+        for k in range(self.texels):
             value = f"{name}_texel_{k}"
-            value = value if kind == "vec4" else f"texelFetch({value}, pixel, 0)"
+            if k in sampled:
+                value = f"STREAM_FETCH({value}, {name}_texel_step, pixel)"
             lines.append(f"    vec4 texel_{k} = {value};")
         for f in self.fields:
             lines.append(f"    record.{f.name} = {f.decode(f'texel_{f.texel}')};")

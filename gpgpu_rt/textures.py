@@ -93,7 +93,10 @@ def _room(gpu: Gpu, name: str, count: int, plane: Plane,
             return texture
         texture.release()
     gpu.check_size(TABLE_WIDTH, rows, f"a {name} table of {count * plane.texels} texels")
-    return make_texture(gpu, (TABLE_WIDTH, rows), plane.components, name, dtype=plane.dtype)
+    texture = make_texture(gpu, (TABLE_WIDTH, rows), plane.components, name, dtype=plane.dtype)
+    # Nobody samples outside; llvmpipe then spends less on a place than where it might be repeated.
+    texture.repeat_x = texture.repeat_y = False
+    return texture
 
 
 def _write_rows(texture: moderngl.Texture, row: int, texels: np.ndarray, dtype: str) -> None:

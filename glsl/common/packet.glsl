@@ -4,22 +4,21 @@
 const ivec2 PACKET_SIZE = ivec2(PACKET_WIDTH, PACKET_HEIGHT);
 const int RAYS = PACKET_WIDTH * PACKET_HEIGHT;
 
-// A ray's hit as a packet hands it on, and whether the ray is settled. In PAIRS a target holds two
-// rays' t and row of the triangle table, else one ray's whole hit. The highest bit beside the triangle marks a ray that
-// was left behind.
+// A ray's hit as a packet hands it on, and whether the ray is settled. With ROWS_ALONE a target holds
+// for four rays which row of the triangle table each hits, else one ray's whole hit. The highest bit
+// beside the triangle marks a ray that was left behind.
 
 const uint UNSETTLED = 0x80000000u;
 
-#ifdef PAIRS
+#ifdef ROWS_ALONE
 
-uvec2 packed_hit(float t, int row, bool settled) {
-    return uvec2(floatBitsToUint(t), uint(row) | (settled ? 0u : UNSETTLED));
+uint packed_row(int row, bool settled) {
+    return uint(row) | (settled ? 0u : UNSETTLED);
 }
 
-// A row, not an index, and no u and v.
-Hit unpacked_hit(uvec2 texel, out bool settled) {
-    settled = (texel.y & UNSETTLED) == 0u;
-    return Hit(uintBitsToFloat(texel.x), 0.0, 0.0, int(texel.y & ~UNSETTLED));
+int unpacked_row(uint texel, out bool settled) {
+    settled = (texel & UNSETTLED) == 0u;
+    return int(texel & ~UNSETTLED);
 }
 
 #else

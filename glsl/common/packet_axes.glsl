@@ -47,7 +47,7 @@ void test_present(int r) {
         hit.u = hit.v = 0.0;   // nobody asks where a shadow ray is stopped
 #endif
         hit.t = stored(hit.t);
-#ifdef PAIRS
+#ifdef ROWS_ALONE
         rows[r] = hit.triangle != hits[r].triangle ? tested : rows[r];
 #endif
         hits[r] = hit;

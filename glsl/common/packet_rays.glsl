@@ -8,7 +8,7 @@ Ray rays[RAYS];
 Hit hits[RAYS];
 int steps = 0;
 int tested;   // the triangle that EACH(test_ray) tests
-#ifdef PAIRS
+#ifdef ROWS_ALONE
 int rows[RAYS];   // of the triangle table: where the triangle hit stands
 #endif
 
@@ -16,7 +16,7 @@ void test_ray(int r) {
     Hit hit = hits[r];
     test_triangle(rays[r], tested, hit);
     hit.t = stored(hit.t);
-#ifdef PAIRS
+#ifdef ROWS_ALONE
     rows[r] = hit.triangle != hits[r].triangle ? tested : rows[r];
 #endif
     hits[r] = hit;
@@ -35,7 +35,7 @@ void load(int r) {
     texels.t_min = inside ? texels.t_min : 1.0;
     rays[r] = ray_setup(texels);
     hits[r] = no_hit(stored(rays[r].t_max));
-#ifdef PAIRS
+#ifdef ROWS_ALONE
     rows[r] = NO_TRIANGLE;
 #endif
 }

@@ -1,8 +1,8 @@
 #version 330 core
 // The driver of packet methods: traces RAYS rays a fragment, their whole way in one pass, and
-// writes each one's hit to a render target of its own, as Horn et al. 2007 do. With PAIRS there are
-// more rays than targets: each takes two rays' t and triangle, and passes/packet_hits.frag computes
-// the rest of a hit again.
+// writes each one's hit to a render target of its own, as Horn et al. 2007 do. With ROWS_ALONE
+// there are more rays than targets: each takes the rows of the triangles that four rays hit, and
+// passes/packet_hits.frag computes the hits again.
 //
 // A method defines start_packet; next_turn, which begins with rays that go together, and is false
 // when there are none; step_packet, false when they are through; and is_settled(r), which tells a ray
@@ -25,7 +25,7 @@
 #ifdef STATISTICS
 out vec4 packet_counters;   // drawn apart: hits may fill all render targets
 #else
-#ifdef PAIRS
+#ifdef ROWS_ALONE
 layout(location = 0) out uvec4 packet_target[PACKET_TARGETS];
 #else
 layout(location = 0) out vec4 packet_target[PACKET_TARGETS];
@@ -38,9 +38,9 @@ void settle(int r) {
     all_settled = all_settled && is_settled(r);
 }
 
-#ifdef PAIRS
-#define PACKED(r) packed_hit(hits[r].t, rows[r], is_settled(r))
-#define STORE(k) packet_target[k] = uvec4(PACKED(2 * k), PACKED(2 * k + 1));
+#ifdef ROWS_ALONE
+#define ROW(r) packed_row(rows[r], is_settled(r))
+#define STORE(k) packet_target[k] = uvec4(ROW(4 * k), ROW(4 * k + 1), ROW(4 * k + 2), ROW(4 * k + 3));
 #else
 #define STORE(k) packet_target[k] = packed_hit(hits[k], is_settled(k));
 #endif

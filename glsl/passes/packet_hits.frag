@@ -1,6 +1,6 @@
 #version 330 core
 // From packets to rays: each ray's state, hit and counters, as single-ray methods leave them. With
-// PAIRS, u and v come from testing the triangle once more, which gives the same bits.
+// ROWS_ALONE the hit comes from testing the triangle once more, which gives the same bits.
 
 #include "common/precision.glsl"
 #include "common/fetch.glsl"
@@ -14,7 +14,7 @@
 #include "common/phase.glsl"
 #include "common/packet.glsl"
 
-#ifdef PAIRS
+#ifdef ROWS_ALONE
 #define DECLARE(k) uniform usampler2D packet_texels_##k;
 #else
 #define DECLARE(k) uniform sampler2D packet_texels_##k;
@@ -25,7 +25,7 @@ uniform sampler2D packet_counters;
 #endif
 uniform int unsettled_phase;   // of a ray that its packet's limit on steps left behind
 
-#define READ(k) texel = target == k ? texelFetch(packet_texels_##k, packet, 0) : texel;
+#define READ(k) texel = target == k ? STREAM_FETCH(packet_texels_##k, packet_step, packet) : texel;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
@@ -33,18 +33,19 @@ void main() {
     ivec2 place = pixel - packet * PACKET_SIZE;
     int r = place.x + PACKET_WIDTH * place.y;
     bool settled;
-#ifdef PAIRS
-    int target = r / 2;
+    vec2 packet_step = 1.0 / vec2(textureSize(packet_texels_0, 0));
+#ifdef ROWS_ALONE
+    int target = r / 4;
     uvec4 texel = uvec4(0u);
     EACH_TARGET(READ)
-    Hit handed = unpacked_hit(r % 2 == 0 ? texel.xy : texel.zw, settled);
+    int row = unpacked_row(texel[r % 4], settled);
     Ray ray = ray_setup(rays_load(pixel));
     Hit hit = no_hit(ray.t_max);
 #ifdef STATISTICS
     counters = Counters(0, 0, 0);
 #endif
-    if (hit_found(handed)) {
-        test_triangle(ray, handed.triangle, hit);
+    if (row != NO_TRIANGLE) {
+        test_triangle(ray, row, hit);
     }
 #else
     int target = r;

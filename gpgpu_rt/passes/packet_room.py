@@ -19,17 +19,17 @@ class PacketRoom:
     ----------
     size : (width, height) rays
     packet : (width, height) rays a packet
-    targets : render targets that hold hits: one a ray, or one for two
-    pairs : whether it is one for two
+    targets : render targets that hold hits: one a ray, or one for four
+    rows_alone : whether it is one for four
     statistics : whether packets' counters are drawn, in a pass apart
     """
 
     def __init__(self, gpu: Gpu, size: tuple[int, int], packet: tuple[int, int], targets: int,
-                 pairs: bool, statistics: bool) -> None:
+                 rows_alone: bool, statistics: bool) -> None:
         self.rays, self.packet = size, packet
         self.size = (-(-size[0] // packet[0]), -(-size[1] // packet[1]))
         what = f"{self.size[0] * self.size[1]} packets"
-        self.hits = [make_texture(gpu, self.size, 4, what, dtype="u4" if pairs else "f4")
+        self.hits = [make_texture(gpu, self.size, 4, what, dtype="u4" if rows_alone else "f4")
                      for _ in range(targets)]
         self.counters = [make_texture(gpu, self.size, 4, what)] if statistics else []
         # Depth tells the packets that left rays behind, so that counting them fetches nothing.

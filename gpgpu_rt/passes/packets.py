@@ -38,9 +38,9 @@ class PacketTraversal:
         self.precision = Precision.of(options)
         self.packet = packet_of(options)
         self.rays = self.packet[0] * self.packet[1]
-        # Of rays a target, where one each is too many.
-        self.pairs = self.rays > self.gpu.max_draw_buffers
-        self.targets = self.rays // 2 if self.pairs else self.rays
+        # A target a ray or, where those are too many, one for the rows of four.
+        self.rows_alone = self.rays > self.gpu.max_draw_buffers
+        self.targets = self.rays // 4 if self.rows_alone else self.rays
         self.statistics_on = bool(options["statistics"])
         self._programs: dict[object, FullScreenPass] = {}
         self._room: PacketRoom | None = None
@@ -76,7 +76,7 @@ class PacketTraversal:
         def hand_back() -> StateBuffer:
             return self._hand_back(rays, buffers, room, statistics, any_hit)
 
-        if not (left_behind or self.pairs or self.statistics_on):
+        if not (left_behind or self.rows_alone or self.statistics_on):
             return PacketHits(room, hand_back), 0
         now = hand_back()
         if not left_behind:
@@ -162,7 +162,7 @@ class PacketTraversal:
 
     def _defines(self, any_hit: bool) -> dict[str, object]:
         return {**packet_defines(self.method, self.accelerator, self.options, any_hit),
-                "PACKET_TARGETS": self.targets, "PAIRS": self.pairs,
+                "PACKET_TARGETS": self.targets, "ROWS_ALONE": self.rows_alone,
                 "EACH_TARGET(f)": " ".join(f"f({k})" for k in range(self.targets))}
 
     def _virtual(self, name: str, rays: Record) -> dict[str, str]:
@@ -194,7 +194,7 @@ class PacketTraversal:
     def _room_for(self, size: tuple[int, int]) -> PacketRoom:
         if self._room is None or self._room.rays != size:
             release(self._room)
-            self._room = PacketRoom(self.gpu, size, self.packet, self.targets, self.pairs,
+            self._room = PacketRoom(self.gpu, size, self.packet, self.targets, self.rows_alone,
                                     self.statistics_on)
         return self._room
 
