@@ -14,6 +14,8 @@ from gpgpu_rt.workers import Workers
 
 NEEDED = ("distributed", "flip_evaluator", "matplotlib", "tqdm")     # what the extra brings
 try:
+    for name in NEEDED:
+        import_module(name)
     from . import provenance, verdicts
     from .contradictions import of_page
     from .index_page import Line, write_index

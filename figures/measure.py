@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import datetime
 import json
+import os
 import time
 from collections.abc import Iterable
 from contextlib import nullcontext
@@ -18,6 +19,7 @@ from gpgpu_rt.bench.workloads import load
 from gpgpu_rt.files import replacing
 from gpgpu_rt.gpu import open_gpu
 from gpgpu_rt.workers import Workers
+from gpgpu_rt.workers.machine import taken
 
 from . import sweep
 from .cell import Cell
@@ -39,12 +41,15 @@ def measure(cells: Iterable[Cell], data: Path, again: bool = False,
     with tqdm(total=len(todo), unit="cell", dynamic_ncols=True) as progress:
         for cell in here:
             progress.set_description(_words(cell))
-            _write(cell, measured(cell), data)
+            with taken(alone=work_of(cell).timed):
+                result = measured(cell)
+            _write(cell, result, data)
             progress.update()
         others = [cell for cell in todo if cell not in here]
         if not others:
             return
-        with nullcontext(workers) if workers is not None else Workers() as them:
+        count = min(len(others), os.cpu_count() or 1)
+        with nullcontext(workers) if workers is not None else Workers(count=count) as them:
             for cell, result in sweep.results(others, them, measured):
                 progress.set_description(_words(cell))
                 _write(cell, result, data)

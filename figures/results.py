@@ -23,11 +23,16 @@ def settings(cell: Cell) -> dict[str, Any]:
             "version": importlib.metadata.version("gpgpu_rt")}
 
 
+def as_kept(found: dict[str, Any]) -> dict[str, Any]:
+    """As it comes back from a JSON file."""
+    return json.loads(json.dumps(found))
+
+
 def read(cell: Cell, data: Path) -> dict[str, Any] | None:
     """A finished cell, or None: not there, damaged, or of other settings."""
     try:
         result = json.loads((data / cell.name).read_text())
-        return result if result["settings"] == json.loads(json.dumps(settings(cell))) else None
+        return result if result["settings"] == as_kept(settings(cell)) else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
 

@@ -1,11 +1,10 @@
 """Sweep: cells measured by workers, of one machine or of several.
 
-What is timed has its machine to itself, one cell at a time; all else runs side by side. Both are
-begun in that order, and results come as they are done.
+What is timed has its machine to itself, one cell at a time; all else runs side by side once that
+is done. Results come as they are there.
 """
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -15,7 +14,7 @@ from gpgpu_rt.workers.machine import taken
 from gpgpu_rt.workers.meshes import Files, mesh_files, take_mesh
 
 from .cell import Cell
-from .results import settings
+from .results import as_kept, settings
 from .works import work_of
 
 Result = dict[str, Any]
@@ -36,17 +35,24 @@ def results(cells: list[Cell], workers: Workers,
     here = workers.scheduler == LOCAL    # its processes find what this one finds
     meshes = {scene: workers.sent({} if here else mesh_files(scene))
               for scene in {cell.scene for cell in ordered}}
-    parts = [(cell, work_of(cell).timed, meshes[cell.scene], measured) for cell in ordered]
-    for at, result in workers.map(_measured, parts, first=lambda part: part[1]):
-        cell = ordered[at]
-        asked = json.loads(json.dumps(settings(cell)))
-        found = json.loads(json.dumps(result["settings"]))
-        others = sorted(name for name in asked if asked[name] != found.get(name))
-        if others:
-            raise Error(f"a worker measured {cell.scene} with another {', '.join(others)}: "
-                        f"{found.get(others[0])!r}, not {asked[others[0]]!r}; figures are of one, "
-                        "so ask from a machine that has what the workers have")
-        yield cell, result
+    # Before anything is timed: scenes are loaded for it.
+    asked = {cell: as_kept(settings(cell)) for cell in ordered}
+    for timed in (True, False):
+        some = [cell for cell in ordered if work_of(cell).timed is timed]
+        parts = [(cell, timed, meshes[cell.scene], measured) for cell in some]
+        for at, result in workers.map(_measured, parts):
+            _check(some[at], asked[some[at]], result)
+            yield some[at], result
+
+
+def _check(cell: Cell, asked: dict[str, Any], result: Result) -> None:
+    """That a worker has what this process has."""
+    found = as_kept(result["settings"])
+    others = sorted(name for name in asked if asked[name] != found.get(name))
+    if others:
+        raise Error(f"a worker measured {cell.scene} with another {', '.join(others)}: "
+                    f"{found.get(others[0])!r}, not {asked[others[0]]!r}; figures are of one, "
+                    "so ask from a machine that has what the workers have")
 
 
 def _measured(cell: Cell, timed: bool, files: Files,

@@ -9,6 +9,8 @@ from pathlib import Path
 
 from .errors import Error
 
+WRITING = ".writing-"     # how the name of a file begins that is not whole yet
+
 
 def check_writable(path: str | os.PathLike[str]) -> Path:
     """The path, if a file can be written there; asked before the work that fills it.
@@ -36,7 +38,7 @@ def check_writable(path: str | os.PathLike[str]) -> Path:
 def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     """A temporary name beside ``path`` that takes its place when the block ends well."""
     path = check_writable(path)
-    handle, name = tempfile.mkstemp(prefix=".writing-", suffix=path.suffix, dir=path.parent)
+    handle, name = tempfile.mkstemp(prefix=WRITING, suffix=path.suffix, dir=path.parent)
     os.close(handle)
     temporary = Path(name)
     try:

@@ -214,11 +214,17 @@ def assert_threaded(bvh: Bvh, triangles: np.ndarray) -> None:
 
 
 @pytest.fixture(scope="session")
-def workers() -> Iterator[Workers]:
-    """Two, opened once for all tests."""
+def _workers() -> Iterator[Workers]:
     pytest.importorskip("distributed")
     with Workers(count=2, threads=1) as found:
         yield found
+
+
+@pytest.fixture
+def workers(_workers: Workers) -> Workers:
+    """Two, opened once for all tests; those that another test had killed are back."""
+    _workers.client.wait_for_workers(2, timeout=300)
+    return _workers
 
 
 @pytest.fixture

@@ -16,9 +16,8 @@ from ..errors import Error, OptionError
 from ..files import check_writable, replacing
 from ..scenes.animation import FRAMES_A_SECOND
 from ..tracer import Tracer
-from .camera import camera_of
-from .picture import picture_options
-from .unfinished import Unfinished
+from .picture import drawing_of
+from .unfinished import Unfinished, follows_from
 
 IMAGES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp")
 _FILMS = {".gif": "GIF", ".png": "PNG", ".apng": "PNG", ".webp": "WEBP"}
@@ -46,18 +45,15 @@ def render_frames(chosen: argparse.Namespace,
     animation = opened(chosen)
     tracer = open_tracer(animation)
     try:
-        camera, options = camera_of(chosen, tracer.scene.camera), picture_options(chosen)
-        kept = kept_frames(chosen, animation, {
-            "method": tracer.method.name, "options": tracer.options, "camera": camera,
-            "renderer": tracer.gpu.renderer, "size": chosen.size,
-            "first_hits": chosen.first_hits, **options})
+        drawing = drawing_of(chosen, tracer.scene)
+        kept = kept_frames(chosen, animation, follows_from(
+            tracer.method.name, tracer.options, tracer.gpu.renderer, drawing))
         spent: list[dict[str, Any]] = []
         with kept.until_whole():
             for frame in kept.missing:
                 if frame:
                     tracer.update(animation.vertices(frame))
-                kept.keep(frame, tracer.render(camera, chosen.size, first_hits=chosen.first_hits,
-                                               **options))
+                kept.keep(frame, tracer.render(**drawing))
                 if frame:
                     spent.append(tracer.statistics.to_dict())
             write_film(chosen.output, kept)

@@ -21,12 +21,12 @@ from ..scene import Scene, list_scenes, load_scene
 from ..surfaces.parametrise import CUTS, remesh
 from ..tracer import AUTO, DEFAULT_METHOD, Tracer
 from . import benching, hardware, looking, teaching, tuning, view
-from .camera import add_camera, camera_of
+from .camera import add_camera
 from .frames import IMAGES, add_frames, render_frames
-from .picture import add_picture, explain, light_options, picture_options, progress_shown
+from .picture import add_picture, drawing_of, explain, light_options, progress_shown
 from .shared import (
-    add_options, all_options, given_options, options_for, print_json, print_table, size_word,
-    spelled_out
+    add_options, all_options, given_options, options_for, print_json, print_stand_in, print_table,
+    scene_facts, size_word, spelled_out
 )
 from .sharing import add_scheduler, render_shared, trace_shared
 
@@ -109,10 +109,8 @@ def _render(chosen: argparse.Namespace) -> None:
         plan = explain(chosen, tracer)
         interrupted = False
         try:
-            with progress_shown(chosen) as progress:
-                image = tracer.render(camera_of(chosen, tracer.scene.camera), chosen.size,
-                                      first_hits=chosen.first_hits, progress=progress,
-                                      **picture_options(chosen))
+            with progress_shown() as progress:
+                image = tracer.render(progress=progress, **drawing_of(chosen, tracer.scene))
         except KeyboardInterrupt:
             image, interrupted = tracer.unfinished(), True
             if image is None:
@@ -184,16 +182,13 @@ def _report(chosen: argparse.Namespace, tracer: Tracer, line: str,
             plan: Plan | None = None) -> None:
     statistics = tracer.statistics
     if chosen.json:
-        print_json({"scene": tracer.scene.name, "triangles": len(tracer.scene),
-                    "source": tracer.scene.source, "stand_in": tracer.scene.stand_in,
-                    "method": tracer.method.name, "gpu": tracer.gpu.info(),
+        print_json({**scene_facts(tracer.scene), "method": tracer.method.name,
+                    "gpu": tracer.gpu.info(),
                     "options": {k: v for k, v in tracer.options.items() if k != "context"},
                     "statistics": statistics.to_dict(),
                     **({} if plan is None else {"plan": plan.to_dict()})})
         return
-    if tracer.scene.stand_in:
-        print(f"{tracer.scene.name} is a procedural stand-in for {tracer.scene.stand_in} "
-              "(`gpgpu-rt scenes` says where the original is)")
+    print_stand_in(tracer.scene)
     print(f"{line}\n{tracer.method.name} on {tracer.gpu.renderer}: {statistics.passes} passes, "
           f"{statistics.trace_seconds * 1e3:.0f} ms for {statistics.rays:,} rays, built in "
           f"{statistics.build_seconds:.2f} s")

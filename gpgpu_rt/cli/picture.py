@@ -10,8 +10,11 @@ from typing import Any
 from ..integrators import DEFAULT, INTEGRATORS, find_integrator
 from ..integrators.plan import Plan
 from ..options import Option, spell
+from ..scene import Scene
 from ..tracer import Tracer
-from .shared import add_option, parsed, say
+from .camera import camera_of
+from .progress import doublings, told
+from .shared import add_option, parsed
 
 
 def add_picture(sub: argparse.ArgumentParser) -> None:
@@ -37,6 +40,12 @@ def picture_options(chosen: argparse.Namespace) -> dict[str, Any]:
                                               f"integrator {kind.name}")}
 
 
+def drawing_of(chosen: argparse.Namespace, scene: Scene) -> dict[str, Any]:
+    """All that `Tracer.render` takes from the command line."""
+    return {"camera": camera_of(chosen, scene.camera), "size": chosen.size,
+            "first_hits": chosen.first_hits, **picture_options(chosen)}
+
+
 def explain(chosen: argparse.Namespace, tracer: Tracer) -> Plan | None:
     """The plan, printed unless JSON will hold it; None where it was not asked for."""
     if not chosen.explain:
@@ -48,41 +57,11 @@ def explain(chosen: argparse.Namespace, tracer: Tracer) -> Plan | None:
 
 
 @contextmanager
-def progress_shown(chosen: argparse.Namespace) -> Iterator[Callable[[int, int, float], None]]:
-    """What `Tracer.render` is to tell its progress: a bar where tqdm is installed and someone
-    looks on; else a line for each doubling of the samples."""
-    try:
-        from tqdm import tqdm
-    except ImportError:
-        yield _doublings()
-        return
-    bar = None
-
-    def move(done: int, samples: int, noise: float) -> None:
-        nonlocal bar
-        if bar is None:
-            bar = tqdm(total=samples, unit="sample", dynamic_ncols=True, disable=None)
-        bar.set_postfix_str("" if noise == float("inf") else f"noise {noise:.1%}", refresh=False)
-        bar.update(done - bar.n)
-
-    try:
-        yield move
-    finally:
-        if bar is not None:
-            bar.close()
-
-
-def _doublings() -> Callable[[int, int, float], None]:
-    told = 0
-
-    def tell(done: int, samples: int, noise: float) -> None:
-        nonlocal told
-        if done >= 2 * told or done == samples:
-            told = done
-            say(f"{done:,} of {samples:,} samples a pixel"
-                + ("" if noise == float("inf") else f", noise {noise:.1%}"))
-
-    return tell
+def progress_shown() -> Iterator[Callable[[int, int, float], None]]:
+    """What `Tracer.render` is to tell its progress."""
+    with told("sample", doublings("sample")) as tell:
+        yield lambda done, samples, noise: tell(
+            done, samples, "" if noise == float("inf") else f"noise {noise:.1%}")
 
 
 def light_options() -> dict[str, Option]:

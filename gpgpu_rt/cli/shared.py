@@ -10,6 +10,7 @@ from typing import Any
 from ..errors import OptionError
 from ..methods import find_method, methods
 from ..options import TRACER_OPTIONS, TRUTH, Option, spell
+from ..scene import Scene
 
 # Declares a command: its name, what runs it and its help.
 Command = Callable[[str, Callable[[argparse.Namespace], None], str], argparse.ArgumentParser]
@@ -108,6 +109,19 @@ def say(line: str) -> None:
 
 def print_json(value: Any) -> None:
     print(json.dumps(value, indent=2, default=str))
+
+
+def scene_facts(scene: Scene) -> dict[str, Any]:
+    """What JSON says of the scene."""
+    return {"scene": scene.name, "triangles": len(scene), "source": scene.source,
+            "stand_in": scene.stand_in}
+
+
+def print_stand_in(scene: Scene) -> None:
+    """Say so where the scene is not the one of the papers."""
+    if scene.stand_in:
+        print(f"{scene.name} is a procedural stand-in for {scene.stand_in} "
+              "(`gpgpu-rt scenes` says where the original is)")
 
 
 def print_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

@@ -12,10 +12,17 @@ from typing import Any
 from PIL import Image
 
 from ..errors import Error, LimitError, OptionError, SceneError
-from ..files import replacing
+from ..files import WRITING, replacing
 from .shared import say
 
 RECORD = "parts.json"
+
+
+def follows_from(method: str, options: Mapping[str, Any], renderer: str,
+                 drawing: Mapping[str, Any]) -> dict[str, Any]:
+    """What parts follow from besides their scene, whoever draws them: ``options`` are resolved,
+    ``drawing`` is what ``Tracer.render`` takes."""
+    return {**drawing, "method": method, "options": options, "renderer": renderer}
 
 
 class Unfinished:
@@ -79,10 +86,11 @@ class Unfinished:
             self._remove()
             raise
         except BaseException:
-            if not self._done:
-                self._remove()
+            there = sum(map(self._is_there, range(self.count)))
+            if there:
+                say(f"{there} of {self.count} parts are kept; --resume goes on")
             else:
-                say(f"{len(self._done)} of {self.count} parts are kept; --resume goes on")
+                self._remove()
             raise
         self._remove()
 
@@ -111,7 +119,8 @@ class Unfinished:
 
     def _remove(self) -> None:
         with contextlib.suppress(OSError):     # what someone else put there stays
-            for file in (*self.folder.glob("[0-9]*.png"), self._record):
+            for file in (*self.folder.glob("[0-9]*.png"), *self.folder.glob(WRITING + "*"),
+                         self._record):
                 file.unlink(missing_ok=True)
             self.folder.rmdir()
 

@@ -91,8 +91,15 @@ def explosion() -> Built:
     return replace(built, camera=Camera((-1.1, 1.3, 3.9), (0.0, 0.72, 0.0), fov=36))
 
 
+# Walker: an animal with joints ----------------------------------------------------------------
+
+def walker_vertices(frame: int) -> np.ndarray:
+    """The animal's corners at a frame."""
+    return walker_at(frame / FRAMES_A_SECOND)
+
+
 # The table --------------------------------------------------------------------------------------
 
 MOTIONS = {"cloth": Motion(cloth_vertices, cloth_faces),
-           "walker": Motion(lambda frame: walker_at(frame / FRAMES_A_SECOND)),
+           "walker": Motion(walker_vertices),
            "explosion": Motion(explosion_triangles)}

@@ -6,6 +6,7 @@ import contextlib
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,8 @@ Structures = Mapping[str, bytes]     # files of the cache, named by their conten
 
 # Threads of a worker take turns at the tracers, as they would at the context.
 _turn = threading.RLock()
-_tracers: OrderedDict[tuple[str, str, Options], Tracer] = OrderedDict()
+# With each the files of the cache that it was made of.
+_tracers: OrderedDict[tuple[str, str, Options], tuple[Tracer, list[Path]]] = OrderedDict()
 
 
 def received(value: Any) -> Any:
@@ -38,17 +40,18 @@ def renderer() -> str:
 
 def structures(scene: Scene, digest: str, method: str, options: Options) -> Structures:
     """What is built for a method, as files of the cache that another worker can take."""
-    with _turn, cache_files() as files:
-        _tracer(scene, digest, method, options)
+    with _turn:
+        files = _tracer(scene, digest, method, options)[1]
     return {path.name: path.read_bytes() for path in files if path.exists()}
 
 
-def _tracer(scene: Scene, digest: str, method: str, options: Options) -> Tracer:
+def _tracer(scene: Scene, digest: str, method: str, options: Options) -> tuple[Tracer, list[Path]]:
     key = (digest, method, options)
     if key not in _tracers:
         while len(_tracers) >= MOST_TRACERS:
-            _tracers.popitem(last=False)[1].release()
-        _tracers[key] = Tracer(scene, method, **dict(options))
+            _tracers.popitem(last=False)[1][0].release()
+        with cache_files() as files:
+            _tracers[key] = Tracer(scene, method, **dict(options)), files
     _tracers.move_to_end(key)
     return _tracers[key]
 
@@ -59,7 +62,7 @@ def tracer_of(scene: Scene, built: Structures, digest: str, method: str,
     """A tracer whose structures, where they were built elsewhere, are not built again."""
     give_cache(built)
     with _turn:
-        yield _tracer(scene, digest, method, options)
+        yield _tracer(scene, digest, method, options)[0]
 
 
 def trace(scene: Scene, built: Structures, digest: str, method: str, options: Options,

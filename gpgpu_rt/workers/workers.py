@@ -24,12 +24,12 @@ from ..scene import Scene, load_scene
 from . import interrupts, tasks
 
 LOCAL = "local"
-RETRIES = 3         # of a task whose worker failed or was killed
 MOST_KEPT = 16      # scenes and structures that workers go on holding
 PART = 1 << 16      # rays of a part, at least
 PATIENCE = "10s"    # for a scheduler to answer, and for its first worker
-LOST = "30 days"    # until a local process that was killed is given up; Dask starts it again, and
-#                     takes more than the 15 s of its own on a machine that has much to do
+# Until a local process that was killed is given up: Dask starts it again, and takes more than the
+# 15 s of its own on a machine that has much to do.
+LOST = "30 days"
 TILE = 128          # pixels a side of what a worker draws of a picture
 
 Progress = Callable[[int, int], None]     # parts done, and of how many
@@ -56,6 +56,7 @@ class Workers:
     Scenes are sent once, structures built once and sent as files of the cache, both known by
     their content. A worker that is killed loses nothing: its tasks run again elsewhere. Local
     processes start by "spawn": a script that opens them needs ``if __name__ == "__main__":``.
+    In the process that opens them Dask's ``distributed.deploy.lost-worker-timeout`` is set.
     """
 
     def __init__(self, scheduler: str = LOCAL, count: int | None = None,
@@ -74,11 +75,14 @@ class Workers:
                 raise Error("Dask is set to fork its workers, which no OpenGL context outlives; "
                             "set DASK_DISTRIBUTED__WORKER__MULTIPROCESSING_METHOD=spawn")
             dask.config.set({"distributed.deploy.lost-worker-timeout": LOST})
-            self._cluster = address = distributed.LocalCluster(
-                n_workers=count, threads_per_worker=1, processes=True, dashboard_address=":0",
-                preload=[interrupts.__name__],
-                silence_logs=logging.CRITICAL + 1,     # who interrupts is told by us
-                env={} if threads is None else {"LP_NUM_THREADS": str(threads)})
+            # A pass may take minutes, in which a worker says nothing; and one cell most of the
+            # memory, while the others wait for it.
+            with dask.config.set({"distributed.scheduler.worker-ttl": None}):
+                self._cluster = address = distributed.LocalCluster(
+                    n_workers=count, threads_per_worker=1, processes=True, memory_limit=0,
+                    dashboard_address=":0", preload=[interrupts.__name__],
+                    silence_logs=logging.CRITICAL + 1,     # who interrupts is told by us
+                    env={} if threads is None else {"LP_NUM_THREADS": str(threads)})
         try:
             self.client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
         except (OSError, ValueError) as failure:
@@ -98,13 +102,10 @@ class Workers:
         return len(self.client.scheduler_info(n_workers=-1)["workers"])
 
     def map(self, function: Callable[..., Any], parts: Iterable[Sequence[Any]],
-            progress: Progress | None = None,
-            first: Callable[[Sequence[Any]], bool] = lambda part: False
-            ) -> Iterator[tuple[int, Any]]:
+            progress: Progress | None = None) -> Iterator[tuple[int, Any]]:
         """``function(*part)`` for each part, in whatever order they are done.
 
-        Yields (index of the part, result). ``progress`` is told parts done, and of how many;
-        parts of which ``first`` is true are begun before all others.
+        Yields (index of the part, result). ``progress`` is told parts done, and of how many.
 
         Raises
         ------
@@ -113,8 +114,7 @@ class Workers:
             module; and whatever ``function`` raises
         """
         import distributed
-        futures = [self.client.submit(function, *part, pure=False, retries=RETRIES,
-                                      priority=int(first(part))) for part in parts]
+        futures = [self.client.submit(function, *part, pure=False) for part in parts]
         finished = distributed.as_completed(futures, loop=self.client.loop)
         waiting = {future.key: (at, future) for at, future in enumerate(futures)}
         count = len(futures)
@@ -191,12 +191,7 @@ class Workers:
 
         ``drawing`` is what ``Tracer.render`` takes besides size and region.
         """
-        if drawing.get("noise") is not None:
-            raise OptionError("noise is measured over a whole picture, which no worker draws; "
-                              "give samples instead")
-        if drawing.get("first_hits", "traced") != "traced":
-            raise OptionError("the rasteriser draws whole pictures, which no worker does; take "
-                              "first_hits=traced")
+        check_parts(drawing)
         shared = self.shared(scene, method, options)
         return self.map(tasks.draw, [(*shared, {**drawing, "size": region.whole}, region.box)
                                      for region in regions], progress)
@@ -257,7 +252,7 @@ class Workers:
                               for name, value in options.items()))
         sent = self.sent(scene, content)
         built = self._kept((content, method, chosen), lambda: self.client.submit(
-            tasks.structures, sent, content, method, chosen, pure=False, retries=RETRIES))
+            tasks.structures, sent, content, method, chosen, pure=False))
         return sent, built, content, method, chosen
 
     def sent(self, value: Any, content: str | None = None) -> Any:
@@ -265,7 +260,7 @@ class Workers:
         content = content or digest(value)
         # A task and not scattered data, so that it outlives the workers that hold it.
         return self._kept((content,), lambda: self.client.submit(
-            tasks.received, value, key=f"sent-{content}-{uuid.uuid4().hex}", retries=RETRIES))
+            tasks.received, value, key=f"sent-{content}-{uuid.uuid4().hex}"))
 
     def _kept(self, key: tuple[Any, ...], submit: Callable[[], Any]) -> Any:
         """The future of a key; one that failed is asked for again, old ones are let go."""
@@ -287,6 +282,17 @@ class Workers:
 
     def __exit__(self, *exception: object) -> None:
         self.close()
+
+
+def check_parts(drawing: Mapping[str, Any]) -> None:
+    """Raise OptionError for what only a whole picture has: ``drawing`` as ``Tracer.render`` takes
+    it."""
+    if drawing.get("noise") is not None:
+        raise OptionError("noise is measured over a whole picture, which no worker draws; "
+                          "give samples instead")
+    if drawing.get("first_hits", "traced") != "traced":
+        raise OptionError("the rasteriser draws whole pictures, which no worker does; take "
+                          "first_hits=traced")
 
 
 @contextlib.contextmanager

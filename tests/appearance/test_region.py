@@ -35,6 +35,16 @@ def test_tiles_make_up_the_picture(scene: str, method: str, asked: dict, exact_r
     assert whole.std() > 5
 
 
+def test_however_many_waves_it_takes(monkeypatch, exact_renderer) -> None:
+    """A part has room for all of its samples at once, where the whole takes one a wave."""
+    monkeypatch.setattr("gpgpu_rt.integrators.path.WAVE", 2048)
+    with rt.Tracer("cornell-light", "bvh-packet") as tracer:
+        whole = np.asarray(tracer.render(size=SIZE, integrator="path", samples=6))
+        part = np.asarray(tracer.render(size=SIZE, integrator="path", samples=6,
+                                        region=(8, 4, 16, 16)))
+    assert (part == whole[4:20, 8:24]).all() and part.std() > 5
+
+
 @pytest.mark.parametrize("region", [(-1, 0, 2, 2), (0, 0, 0, 2), (36, 0, 2, 2), (0, 28, 1, 2),
                                     (0, 0, 4), "here"])
 def test_regions_that_are_none(region: object) -> None:

@@ -185,7 +185,8 @@ def test_one_choice_where_two_cannot_be_told_or_held(changes: dict) -> None:
 
 def test_a_promise_that_is_broken_is_noticed(ball, few_rays) -> None:
     """Moller-Trumbore leaks at vertices: neither chosen, nor let through by `keeps`."""
-    found = tune(ball, Promise(1e-3, 1e-2, kinds=("vertices",)), names=["bvh-threaded"], budget=20)
+    found = tune(ball, Promise(1e-3, 1e-2, kinds=("vertices",)), names=["bvh-threaded"],
+                 budget=3600)
     search, = found.searches
     chosen = dict(search.chosen.candidate.options)
     assert chosen.get("intersection", "woop-watertight") != "moller-trumbore"

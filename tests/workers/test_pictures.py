@@ -14,13 +14,23 @@ from PIL import Image
 
 import gpgpu_rt as rt
 from gpgpu_rt import cli
+from gpgpu_rt.animation import animation_names
 from gpgpu_rt.cli import sharing
+from gpgpu_rt.content import digest
 from gpgpu_rt.workers import Workers
 
 pytest.importorskip("distributed")
 
 SIZE = (40, 24)
 WORDS = ["--size", "40x24", "-m", "bvh-packet"]
+# In the background of a shell Ctrl-C is ignored, and so by what is started there.
+COMMAND = """
+import signal, sys
+from gpgpu_rt import cli
+signal.signal(signal.SIGINT, signal.default_int_handler)
+if __name__ == "__main__":
+    sys.exit(cli.main(sys.argv[1:]))
+"""
 
 
 def kill_one(workers: Workers) -> int:
@@ -97,6 +107,16 @@ def test_render_command(tmp_path, monkeypatch, capsys, address: str, exact_rende
     assert len(list(tmp_path.iterdir())) == 2
 
 
+@pytest.mark.parametrize("name", animation_names())
+def test_motions_can_be_sent(name: str) -> None:
+    digest(rt.load_animation(name).vertices)
+
+
+def test_a_motion_that_cannot_be_sent_is_a_line() -> None:
+    with pytest.raises(rt.Error, match="at the top of a module"):
+        digest(lambda frame: frame)
+
+
 def interrupted_after(parts: int, monkeypatch) -> None:
     """Let a run be interrupted once so many parts are there."""
     keep = sharing.Unfinished.keep
@@ -136,16 +156,16 @@ def test_an_interrupted_run_goes_on(output: str, shared: bool, tmp_path, capsys,
 def test_ctrl_c_is_a_line(tmp_path) -> None:
     """It comes to all processes of a terminal at once, workers too."""
     running = subprocess.Popen(
-        [sys.executable, "-m", "gpgpu_rt", "render", "cloth", "--frames", "4000", "--size",
+        [sys.executable, "-c", COMMAND, "render", "cloth", "--frames", "4000", "--size",
          "16x16", "-o", f"{tmp_path}/", "--scheduler", "local"], stderr=subprocess.PIPE,
-        text=True, start_new_session=True,
-        # In the background of a shell it would be ignored, and so by what is started there.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
+        text=True, start_new_session=True)
     try:
+        end = time.monotonic() + 300
         while len(list(tmp_path.glob("frame_*"))) < 3 and running.poll() is None:
+            assert time.monotonic() < end
             time.sleep(0.1)
         os.killpg(running.pid, signal.SIGINT)
-        said = running.communicate(timeout=60)[1]
+        said = running.communicate(timeout=240)[1]
     finally:
         running.kill()
     assert running.returncode == 130
@@ -181,7 +201,8 @@ def test_tiles_of_an_interrupted_picture_are_kept(tmp_path, monkeypatch, capsys,
     (["--resume"], "--resume goes with --frames or --scheduler")])
 def test_mistakes_are_one_line_and_leave_nothing(words: list, message: str, tmp_path, monkeypatch,
                                                  capsys, address: str) -> None:
-    monkeypatch.setattr("gpgpu_rt.workers.workers.PATIENCE", "2s")
+    if "tcp://127.0.0.1:1" in words:
+        monkeypatch.setattr("gpgpu_rt.workers.workers.PATIENCE", "2s")
     words = [address if word == "ADDRESS" else word for word in words]
     status, said = run(["cornell", "--size", "8x8", "-o", str(tmp_path / "a.png"), *words], capsys)
     assert status == 1 and message in said and said.count("\n") == 1

@@ -132,7 +132,7 @@ def test_mistakes_are_one_line(arguments: dict, message: str, monkeypatch) -> No
 
 def test_a_scheduler_without_workers(monkeypatch) -> None:
     import distributed
-    monkeypatch.setattr(module, "PATIENCE", "1s")
+    monkeypatch.setattr(module, "PATIENCE", "5s")
     with distributed.LocalCluster(n_workers=0, processes=False, dashboard_address=None) as cluster:
         with pytest.raises(rt.Error, match="has no workers; start some"):
             Workers(cluster.scheduler_address)

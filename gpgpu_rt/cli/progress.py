@@ -1,0 +1,64 @@
+"""Progress: a bar where tqdm is installed and someone looks on, else lines now and then."""
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from .shared import say
+
+Lines = Callable[[int, int, str], None]     # done, of how many, and a note
+
+
+@contextlib.contextmanager
+def told(unit: str, lines: Lines) -> Iterator[Callable[..., None]]:
+    """What is to be told how much is done, of how much, and a note if there is one."""
+    bars: list[Any] = []
+
+    def tell(done: int, of: int, note: str = "") -> None:
+        if not bars:
+            bars.append(_bar(unit, of))
+        if bars[0] is None:
+            lines(done, of, note)
+        else:
+            bars[0].set_postfix_str(note, refresh=False)
+            bars[0].update(done - bars[0].n)
+
+    try:
+        yield tell
+    finally:
+        for bar in bars:
+            if bar is not None:
+                bar.close()
+
+
+def tenths(unit: str) -> Lines:
+    """A line for each tenth."""
+    def tell(done: int, of: int, note: str) -> None:
+        if 10 * done // of > 10 * (done - 1) // of:
+            say(f"{done} of {of} {unit}s")
+
+    return tell
+
+
+def doublings(unit: str) -> Lines:
+    """A line each time that twice as much is done."""
+    told_of = 0
+
+    def tell(done: int, of: int, note: str) -> None:
+        nonlocal told_of
+        if done >= 2 * told_of or done == of:
+            told_of = done
+            say(f"{done:,} of {of:,} {unit}s a pixel" + (f", {note}" if note else ""))
+
+    return tell
+
+
+def _bar(unit: str, of: int) -> Any:
+    """None where there is nobody to see it."""
+    try:
+        from tqdm import tqdm
+    except ImportError:
+        return None
+    bar = tqdm(total=of, unit=unit, dynamic_ncols=True, disable=None)
+    return None if bar.disable else bar
