@@ -129,7 +129,7 @@ def _interrupt(*_: Any) -> None:
 def test_an_interrupted_command_writes_what_there_is(monkeypatch, tmp_path, capsys) -> None:
     monkeypatch.setattr(path_tracing, "WAVE", 4 * 16 * 16)
     monkeypatch.setattr(sys.modules["gpgpu_rt.cli.main"], "progress_shown",
-                        lambda chosen: contextlib.nullcontext(Interrupted(8)))
+                        lambda: contextlib.nullcontext(Interrupted(8)))
     target = tmp_path / "part.png"
     arguments = ["render", "cornell-light", "--integrator", "path", "--samples", "32", "--size",
                  "16", "-o", str(target)]
