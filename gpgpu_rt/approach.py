@@ -16,7 +16,7 @@ NEAR = 2.0   # where a ray from farther off starts, the same unit
 
 
 def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
-             hi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+             hi: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
     """Rays that start near the scene, or where they did.
 
     Parameters
@@ -26,15 +26,18 @@ def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
 
     Returns
     -------
-    (n, 3) float32 origins, and (n,) float64, how far each was advanced in units of its direction
+    (n, 3) float32 origins, and (n,) float64, how far each was advanced in units of its direction;
+    None where none was
     """
-    shift = np.zeros(len(origins))
     centre, radius = sphere(lo, hi)
-    # The cheap test first, in float32: nearly all calls end here.
-    if radius == 0 or not (np.abs(origins - centre.astype(np.float32)) > radius).any():
-        return origins, shift
+    # The cheap test first, of the box around all origins: nearly all calls end here.
+    if radius == 0 or _square_of_farthest(origins, centre) <= (FAR * radius) ** 2:
+        return origins, None
     offset = centre - origins.astype(np.float64)
     far = np.flatnonzero((offset ** 2).sum(axis=1) > (FAR * radius) ** 2)
+    if not len(far):
+        return origins, None
+    shift = np.zeros(len(origins))
     d = directions[far].astype(np.float64)
     length = np.sqrt((d ** 2).sum(axis=1))
     ahead = np.maximum((offset[far] * d).sum(axis=1) / length - NEAR * radius, 0) / length
@@ -43,6 +46,14 @@ def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
     moved = origins.copy()
     moved[far] = origins[far] + shift[far, None] * d
     return moved, shift
+
+
+def _square_of_farthest(origins: np.ndarray, centre: np.ndarray) -> float:
+    """What no origin's squared distance from the centre exceeds; NaN where one holds a NaN."""
+    if not len(origins):
+        return 0.0
+    ends = np.array([(along.min(), along.max()) for along in origins.T], np.float64)
+    return float((np.abs(ends - centre[:, None]).max(axis=1) ** 2).sum())
 
 
 def sphere(lo: np.ndarray, hi: np.ndarray) -> tuple[np.ndarray, float]:

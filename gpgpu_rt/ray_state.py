@@ -59,8 +59,13 @@ class RayBatch:
             raise ValueError(f"shape {tuple(shape)} does not hold {self.count} rays")
         t_min, t_max = (self._one_a_ray(t, name) for t, name in ((t_min, "t_min"),
                                                                  (t_max, "t_max")))
-        bad = ~(np.isfinite(origins).all(1) & np.isfinite(directions).all(1)
-                & (directions != 0).any(1) & ~np.isnan(t_min) & ~np.isnan(t_max))
+        # By columns, and all rays at once where all are well: this is what tracing waits for.
+        size = np.abs(directions[:, 0])
+        for axis in (1, 2):
+            np.maximum(size, np.abs(directions[:, axis]), out=size)
+        bad = ~(np.isfinite(size) & (size > 0) & ~np.isnan(t_min) & ~np.isnan(t_max))
+        if not np.isfinite(origins).all():
+            bad |= ~np.isfinite(origins).all(1)
         if invalid == "raise" and bad.any():
             first = int(bad.argmax())
             raise ValueError(f"ray {first} is invalid: origin {origins[first]}, direction "
@@ -68,27 +73,28 @@ class RayBatch:
                              'entries must be finite and a direction not zero (invalid="miss", '
                              "or --invalid miss, makes such rays misses)")
         self.invalid = np.flatnonzero(bad)
-        size = np.abs(directions).max(1, initial=0)
-        size[self.invalid] = 1
-        self.exponents = np.frexp(size)[1]
+        size[self.invalid] = 0.5
+        self._exponents = _exponents(size)
         width = shape[1] if shape is not None else max(1, min(self.count, ROW))
         height = shape[0] if shape is not None else -(-self.count // width)
         self.size = (max(1, width), max(1, height))
-        # Texels past the last ray, and invalid rays, hold a ray whose interval is empty.
-        texels = np.zeros((self.size[0] * self.size[1], 2, 4), np.float32)
-        texels[:, 0, 3], texels[:, 1, 2], texels[:, 1, 3] = 1, 1, -1
+        # A texture behind the other, as they are uploaded, though seen ray by ray.
+        planes = np.empty((RAY_TEXELS.texels, self.size[0] * self.size[1], 4), np.float32)
+        texels = planes.swapaxes(0, 1)
+        self._shift: np.ndarray | None = None
         with np.errstate(over="ignore", invalid="ignore"):
-            directions = np.ldexp(directions, -self.exponents[:, None])
-            t_min, t_max = np.ldexp(t_min, self.exponents), np.ldexp(t_max, self.exponents)
-            self.shift: np.ndarray | None = None
+            if self._exponents is not None:
+                directions = np.ldexp(directions, -self._exponents[:, None])
+                t_min, t_max = np.ldexp(t_min, self._exponents), np.ldexp(t_max, self._exponents)
             if bounds is not None:
-                origins, shift = approach(origins, directions, *bounds)
-                if shift.any():
-                    self.shift, t_min, t_max = shift, t_min - shift, t_max - shift
-            texels[:self.count] = RAY_TEXELS.pack(origin=origins, direction=directions,
-                                                  t_min=t_min, t_max=t_max)
-        texels[self.invalid] = [[0, 0, 0, 1], [0, 0, 1, -1]]
-        self.texels = texels.reshape(self.size[1], self.size[0], 2, 4)
+                origins, self._shift = approach(origins, directions, *bounds)
+                if self._shift is not None:
+                    t_min, t_max = t_min - self._shift, t_max - self._shift
+            RAY_TEXELS.pack(texels[:self.count], origin=origins, direction=directions,
+                            t_min=t_min, t_max=t_max)
+        # Texels past the last ray, and invalid rays, hold a ray whose interval is empty.
+        texels[self.count:] = texels[self.invalid] = [[0, 0, 0, 1], [0, 0, 1, -1]]
+        self.texels = planes.reshape(-1, *self.size[::-1], 4).transpose(1, 2, 0, 3)
 
     def _one_a_ray(self, t: float | np.ndarray, name: str) -> np.ndarray:
         t = np.asarray(t, np.float32).reshape(-1)
@@ -100,9 +106,9 @@ class RayBatch:
     def given_units(self, t: np.ndarray, rays: slice | np.ndarray) -> np.ndarray:
         """(k,) float32 t of the programs, of the rays chosen, in the caller's units."""
         with np.errstate(over="ignore"):
-            if self.shift is not None:
-                t = (t + self.shift[rays]).astype(np.float32)
-            return np.ldexp(t, -self.exponents[rays])
+            if self._shift is not None:
+                t = (t + self._shift[rays]).astype(np.float32)
+            return t if self._exponents is None else np.ldexp(t, -self._exponents[rays])
 
     def shared_start(self) -> np.ndarray | None:
         """Origin and t_min, (4,) float32, where all valid rays have the same."""
@@ -123,6 +129,13 @@ class RayBatch:
         status = np.zeros(self.count, np.uint8)
         status[self.invalid] = INVALID
         return status
+
+
+def _exponents(size: np.ndarray) -> np.ndarray | None:
+    """(n,) int, of the power of two times [0.5, 1) that each of (n,) is; None where all are 0."""
+    if not len(size) or (size.min() >= 0.5 and size.max() < 1):
+        return None
+    return np.frexp(size)[1]
 
 
 def hits_of(fields: Mapping[str, np.ndarray]) -> Hits:

@@ -144,11 +144,13 @@ class Record:
     def plane_of(self, texel: int) -> Plane:
         return next(p for p in self.planes if p.first <= texel < p.first + p.texels)
 
-    def pack(self, **arrays: np.ndarray) -> np.ndarray:
+    def pack(self, out: np.ndarray | None = None, **arrays: np.ndarray) -> np.ndarray:
         """Records from one array a field.
 
         Parameters
         ----------
+        out : (n, texels, 4) float32 to write into, whatever its strides; what no field given
+            stands in is left as it is there
         arrays : (n,) or (n, width) each, by field name; a field left out is zero
 
         Returns
@@ -165,7 +167,7 @@ class Record:
             raise ValueError(f"record {self.name} has no field {', '.join(sorted(unknown))}")
         count = len(next(iter(arrays.values())))
         check_count(self.name, count)
-        packed = np.zeros((count, self.texels, 4), np.float32)
+        packed = np.zeros((count, self.texels, 4), np.float32) if out is None else out
         for field in self.fields:
             if field.name not in arrays:
                 continue
@@ -173,8 +175,9 @@ class Record:
             if field.is_integer and count and np.abs(values).max() > EXACT_INTEGER:
                 raise LimitError(f"{self.name}.{field.name} is past 2^24, the last integer a "
                                  "float texel holds exactly; take a smaller scene")
-            packed[:, field.texel, field.channel:field.channel + field.width] = (
-                values.reshape(count, field.width))
+            values = values.reshape(count, field.width)
+            for k in range(field.width):    # by channel: numpy is slow along short axes
+                packed[:, field.texel, field.channel + k] = values[:, k]
         return packed
 
     def unpack(self, texels: np.ndarray) -> dict[str, np.ndarray]:
