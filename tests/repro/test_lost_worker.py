@@ -4,6 +4,7 @@ from __future__ import annotations
 import os
 import signal
 import time
+from collections.abc import Iterator
 
 import pytest
 
@@ -18,9 +19,21 @@ def _dies() -> None:
     os.kill(os.getpid(), signal.SIGKILL)
 
 
+@pytest.fixture
+def in_time() -> Iterator[None]:
+    """It failed by waiting for ever."""
+    def late(*_: object) -> None:
+        raise TimeoutError("nothing came back")
+    before = signal.signal(signal.SIGALRM, late)
+    signal.alarm(300)
+    yield
+    signal.alarm(0)
+    signal.signal(signal.SIGALRM, before)
+
+
 @pytest.mark.full
 @pytest.mark.once
-def test_a_worker_that_was_killed_comes_back() -> None:
+def test_a_worker_that_was_killed_comes_back(in_time: None) -> None:
     with Workers(count=1, threads=1) as workers:
         began = time.monotonic()
         while time.monotonic() - began < 20:
