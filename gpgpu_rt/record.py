@@ -23,16 +23,6 @@ FIELD_TYPES = {"float": 1, "int": 1, "vec2": 2, "vec3": 3, "vec4": 4, "ivec3": 3
                "ivec4": 4}    # and how many channels each takes
 
 
-# Sampled in a texel's middle, as tables are (fetch.glsl), and for the same reason.
-_STREAM_FETCH = """#ifndef STREAM_FETCH
-#ifdef TEXEL_FETCH
-#define STREAM_FETCH(texels, step, pixel) texelFetch(texels, pixel, 0)
-#else
-#define STREAM_FETCH(texels, step, pixel) texture(texels, (vec2(pixel) + 0.5) * step)
-#endif
-#endif"""
-
-
 @dataclass(frozen=True)
 class Field:
     """A field of a record: its GLSL type and where it stands."""
@@ -205,7 +195,8 @@ class Record:
         ``first_target`` is the render target of the record's first texel.
         """
         name, struct = self.name, self.name.capitalize()
-        lines = [_STREAM_FETCH] + ([f"#define {self.define}"] if self.define else [])
+        lines = ['#include "common/texel.glsl"']
+        lines += [f"#define {self.define}"] if self.define else []
         lines += [f"#define {name.upper()}_TEXEL_{k}_UNIFORM" for k in self.uniform_texels]
         lines += [f"struct {struct} {{"]
         lines += [f"    {f.type} {f.name};" for f in self.fields] + ["};"]
@@ -219,7 +210,7 @@ class Record:
         for k in range(self.texels):
             value = f"{name}_texel_{k}"
             if k in sampled:
-                value = f"STREAM_FETCH({value}, {name}_texel_step, pixel)"
+                value = f"TEXEL({value}, {name}_texel_step, pixel)"
             lines.append(f"    vec4 texel_{k} = {value};")
         for f in self.fields:
             lines.append(f"    record.{f.name} = {f.decode(f'texel_{f.texel}')};")

@@ -25,7 +25,7 @@ uniform sampler2D packet_counters;
 #endif
 uniform int unsettled_phase;   // of a ray that its packet's limit on steps left behind
 
-#define READ(k) texel = target == k ? STREAM_FETCH(packet_texels_##k, packet_step, packet) : texel;
+#define READ(k) texel = target == k ? TEXEL(packet_texels_##k, packet_step, packet) : texel;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);

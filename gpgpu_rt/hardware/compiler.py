@@ -10,7 +10,7 @@ import sys
 from ..errors import ShaderError
 
 _MARK = "### program"
-_DEFINE = "#define TEXEL_FETCH"    # tables are fetched from, not sampled: see common/fetch.glsl
+_DEFINE = "#define TEXEL_FETCH"    # texels are fetched, not sampled: see common/texel.glsl
 
 
 def compiled(texts: list[tuple[str, str]]) -> list[str]:
