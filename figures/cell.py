@@ -24,5 +24,5 @@ class Cell:
     def name(self) -> str:
         """The name of its file."""
         words = [self.scene, self.method, *(f"{k}={v}" for k, v in self.options),
-                 f"{self.size}x{self.size}", self.work]
+                 f"{self.size}x{self.size}", self.work, f"{self.runs}"]
         return "".join(c if c.isalnum() or c in "=.-" else "_" for c in "-".join(words)) + ".json"

@@ -1,12 +1,14 @@
 """Measures the extreme cases: what became of each one's rays."""
 from __future__ import annotations
 
+import functools
 import hashlib
 from typing import Any
 
 import gpgpu_rt as rt
 from gpgpu_rt.accuracy.judge import judge, leaks
 
+from .extreme_case import Case
 from .extreme_cases import CASES, make_case
 
 FEW = {"coincident": 100, "coplanar": 500, "one-centroid": 300, "long-way": 3}
@@ -20,16 +22,22 @@ def measure(method: str, options: dict[str, Any], rays: int) -> dict[str, dict[s
             for name in CASES}
 
 
-def _measure_one(name: str, method: str, options: dict[str, Any], rays: int) -> dict[str, Any]:
+@functools.cache
+def _known(name: str, rays: int) -> tuple[Case, rt.Hits]:
+    """A case and what the reference says of it, for all the settings that a process measures."""
     case = make_case(name, rays, SEED)
+    return case, rt.reference.trace(case.triangles, case.origins, case.directions,
+                                    accelerated=True)
+
+
+def _measure_one(name: str, method: str, options: dict[str, Any], rays: int) -> dict[str, Any]:
+    case, reference = _known(name, rays)
     chosen = {**case.options.get(method, {}), **options}
     if name in LONG:
         chosen.pop("step_cap", None)
     with rt.Tracer(case.scene, method, statistics=True, **chosen) as tracer:
         hits = tracer.trace(case.origins, case.directions)
         cap = tracer.step_cap
-    reference = rt.reference.trace(case.triangles, case.origins, case.directions,
-                                   accelerated=True)
     verdict = judge(case.triangles, case.origins, case.directions, hits, reference=reference)
     assert hits.steps is not None
     return {**verdict.to_dict(), "missed": int(leaks(reference, hits).sum()),
@@ -38,6 +46,7 @@ def _measure_one(name: str, method: str, options: dict[str, Any], rays: int) -> 
             "capped": int((hits.status == 2).sum())}
 
 
+@functools.cache
 def digest() -> str:
     """Tells the cases from those of another version."""
     total = hashlib.sha256()

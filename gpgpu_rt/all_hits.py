@@ -19,8 +19,7 @@ from .hits import TRACED
 from .methods.row import Method
 from .ray_state import ROW, RayBatch
 from .record import EXACT_INTEGER
-
-EMPTY = np.array([[0, 0, 0, 1], [0, 0, 1, -1], [-1, 0, 0, 0]], np.float32)   # texels of no ray
+from .texel_layout import NO_RAY, RAY_AFTER_HIT, RAY_TEXELS
 
 
 @dataclass
@@ -67,9 +66,8 @@ def collect(batch: RayBatch, trace: Round, max_hits: int | None = None) -> AllHi
     """
     if max_hits is not None and max_hits < 0:
         raise OptionError(f"max_hits is {max_hits}; give 0 or more, or None for all")
-    given = batch.texels.reshape(-1, 2, 4)[:batch.count]
-    texels = np.empty((len(given), 3, 4), np.float32)
-    texels[:, :2], texels[:, 2] = given, EMPTY[2]
+    given = batch.texels.reshape(-1, RAY_TEXELS.texels, 4)[:batch.count].copy()
+    fields = {**RAY_TEXELS.unpack(given), "after": np.full(len(given), -1)}
     status = batch.status()
     rays = np.arange(len(given))    # all in the first round, so that packets find their tiles
     found: list[dict[str, np.ndarray]] = []
@@ -77,20 +75,20 @@ def collect(batch: RayBatch, trace: Round, max_hits: int | None = None) -> AllHi
     while len(rays) and (max_hits is None or len(found) < max_hits):
         if 2 * len(rays) <= height * width:     # textures are kept until they are half empty
             height, width = -(-len(rays) // ROW), min(len(rays), ROW)
-        image = np.broadcast_to(EMPTY, (height * width, 3, 4)).copy()
-        image[:len(rays)] = texels[rays]
-        hits, ended = trace(image.reshape(height, width, 3, 4))
+        image = np.repeat(NO_RAY[None], height * width, axis=0)
+        RAY_AFTER_HIT.pack(image[:len(rays)], **{name: fields[name][rays] for name in fields})
+        hits, ended = trace(image.reshape(height, width, *NO_RAY.shape))
         ended = ended[:len(rays)]
         # A ray that was stopped may have a nearer hit than the one it had found by then.
         status[rays[ended != TRACED]] = ended[ended != TRACED]
         some = np.flatnonzero((hits["triangle"][:len(rays)] != EXACT_INTEGER) & (ended == TRACED))
         rays = rays[some]
         one = {"ray": rays, **{name: values[some] for name, values in hits.items()}}
-        t, triangle = texels[rays, 0, 3], texels[rays, 2, 0]
+        t, triangle = fields["t_min"][rays], fields["after"][rays]
         if not ((one["t"] > t) | ((one["t"] == t) & (one["triangle"] > triangle))).all():
             raise Error("a ray went on behind a hit and came to it again: this renderer gives one "
                         "triangle two t; take context osmesa, or egl's software renderer")
-        texels[rays, 0, 3], texels[rays, 2, 0] = one["t"], one["triangle"]
+        fields["t_min"][rays], fields["after"][rays] = one["t"], one["triangle"]
         found.append(one)
     return _ordered(batch, found, status)
 

@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import os
-import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from .errors import SceneError, nearest_names
+from .files import read_npz
 from .scene import Scene, load_scene
 from .scenes.animation import MOTIONS
 
@@ -63,12 +63,12 @@ def load_animation(source: str | os.PathLike[str]) -> Animation:
 
 
 def _read(path: Path) -> Animation:
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            vertices, faces = file["vertices"], file["faces"]
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile, EOFError) as failure:
-        reason = getattr(failure, "strerror", None) or "give vertices, (frames, v, 3), and faces"
-        raise SceneError(f"cannot read an animation from {path}: {reason}") from failure
+    found = read_npz(path, "an animation", SceneError)
+    missing = {"vertices", "faces"} - set(found)
+    if missing:
+        raise SceneError(f"{path} holds no {' and no '.join(sorted(missing))}; give vertices, "
+                         "(frames, v, 3), and faces")
+    vertices, faces = found["vertices"], found["faces"]
     if vertices.ndim != 3 or not len(vertices):
         raise SceneError(f"{path}: vertices have shape {vertices.shape}; give (frames, v, 3)")
     scene = Scene.from_arrays(vertices[0], faces, name=path.stem, source=str(path), moving=True)

@@ -77,7 +77,7 @@ class Camera:
         right, up, forward : (3,) float64; the ray through (x, y), each in [-1, 1] with y = 1 at
             the top, has direction forward + x * right + y * up, not yet of unit length
         """
-        width, height = _size(size)
+        width, height = image_size(size)
         forward = np.subtract(self.target, self.eye)
         forward /= np.linalg.norm(forward)
         right = np.cross(forward, self.up)
@@ -94,7 +94,7 @@ class Camera:
         origins, directions : (height, width, 3) float32, row 0 at the top; directions have unit
             length before they are rounded from float64
         """
-        width, height = _size(size)
+        width, height = image_size(size)
         right, up, forward = self.basis(size)
         x = (2 * np.arange(width) + 1) / width - 1
         y = 1 - (2 * np.arange(height) + 1) / height
@@ -166,10 +166,3 @@ def _vector(name: str, value: Any) -> Vector:
     if np.shape(value) != (3,):
         raise SceneError(f"camera: {name} is {value!r}; give three numbers")
     return tuple(_number(name, entry) for entry in value)
-
-
-def _size(size: Sequence[int]) -> tuple[int, int]:
-    width, height = (int(side) for side in size)
-    if width < 1 or height < 1:
-        raise SceneError(f"image size {width} x {height}: give at least one pixel each way")
-    return width, height

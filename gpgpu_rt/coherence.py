@@ -3,6 +3,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from .texel_layout import RAY_TEXELS
+
 TILE = 8          # rays a side
 SAMPLE = 256      # tiles looked at, evenly spread
 NEAR = 1 / 16     # of the scene's diagonal, within which origins of neighbours lie
@@ -27,8 +29,9 @@ def coherence(texels: np.ndarray, diagonal: float) -> float | None:
         from 0 to 1; None where no two rays lie side by side
     """
     sample = texels[_sampled(*texels.shape[:2])]     # (tiles, y, x, 2, 4)
-    origins, directions = sample[..., 0, :3], sample[..., 1, :3]
-    usable = sample[..., 0, 3] <= sample[..., 1, 3]
+    rays = RAY_TEXELS.unpack(sample)
+    origins, directions = rays["origin"], rays["direction"]
+    usable = rays["t_min"] <= rays["t_max"]
     kind = (directions < 0) @ np.array([1, 2, 4]) + 8 * np.abs(directions).argmax(-1)
     alike = pairs = 0
     for one, other in ((np.s_[:, :, :-1], np.s_[:, :, 1:]), (np.s_[:, :-1], np.s_[:, 1:])):

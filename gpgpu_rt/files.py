@@ -1,11 +1,15 @@
-"""Output files: written whole or not at all."""
+"""Files: written whole or not at all, and archives of arrays read."""
 from __future__ import annotations
 
 import contextlib
 import os
 import tempfile
+import zipfile
+import zlib
 from collections.abc import Iterator
 from pathlib import Path
+
+import numpy as np
 
 from .errors import Error
 
@@ -55,3 +59,26 @@ def _umask() -> int:
     mask = os.umask(0)
     os.umask(mask)
     return mask
+
+
+def read_npz(path: str | os.PathLike[str], what: str, kind: type[Error] = Error,
+             ) -> dict[str, np.ndarray]:
+    """The arrays of an .npz file, by name.
+
+    Parameters
+    ----------
+    what : is to be read, for the message
+
+    Raises
+    ------
+    kind
+        a file that is not there, cannot be read, or is no archive of plain arrays
+    """
+    try:
+        with np.load(path, allow_pickle=False) as file:    # TypeError: a single array's file
+            return {name: file[name] for name in file.files}
+    except (OSError, ValueError, EOFError, TypeError, AttributeError, RuntimeError,
+            zipfile.BadZipFile, zlib.error) as failure:
+        reason = ("no such file" if isinstance(failure, FileNotFoundError) else
+                  getattr(failure, "strerror", None) or "not an .npz archive of plain arrays")
+        raise kind(f"cannot read {what} from {path}: {reason}") from failure

@@ -9,8 +9,6 @@ import numpy as np
 
 TRACED, INVALID, UNFINISHED, STACK_OVERFLOW = 0, 1, 2, 3
 
-COUNTERS = ("nodes_visited", "leaves_visited", "triangles_tested")
-
 
 @dataclass
 class Hits:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from .errors import OptionError, did_you_mean, nearest_names
+from .precision import PRECISIONS, ROUNDINGS
 
 
 @dataclass(frozen=True)
@@ -16,7 +17,8 @@ class Option:
     ``choices`` are the values it takes; without them ``kind`` says which type. ``define`` is the
     GLSL define that follows it: set where the option is true, with its value for a number, and
     for a word ``define``_WORD. An option that is set leaves those that it ``excludes`` at their
-    defaults, and of its method's schedules those of ``schedules``, if it names any.
+    defaults, and of its method's schedules those of ``schedules``, if it names any; and it means
+    something only where the option that it ``goes_with`` has one of these values.
     """
 
     name: str
@@ -31,6 +33,7 @@ class Option:
     relaxed: tuple[Any, ...] = ()   # choices that may lose hits: there to be measured
     excludes: tuple[str, ...] = ()
     schedules: tuple[str, ...] = ()
+    goes_with: tuple[str, tuple[Any, ...]] | None = None
 
     def glsl_define(self, value: Any) -> tuple[str, object]:
         """The define that stands for a value, and whether it is set."""
@@ -115,14 +118,14 @@ TRACER_OPTIONS: tuple[Option, ...] = (
            optional=True),
     Option("intersection", "woop-watertight", "ray-triangle test",
            choices=("woop-watertight", "moller-trumbore", "plucker", "kensler-shirley")),
-    Option("precision", None, "storage and arithmetic at once", choices=("fp32", "fp24", "fp16"),
+    Option("precision", None, "storage and arithmetic at once", choices=PRECISIONS,
            optional=True),
     Option("storage", None, "what geometric channels of textures hold; none: as precision",
-           choices=("fp32", "fp24", "fp16"), optional=True),
+           choices=PRECISIONS, optional=True),
     Option("arithmetic", None, "what each result of a kernel is rounded to; none: as precision",
-           choices=("fp32", "fp24", "fp16"), optional=True),
+           choices=PRECISIONS, optional=True),
     Option("rounding", "nearest", "how fp24 and fp16 round: to nearest, towards zero, or towards "
-           "plus infinity", choices=("nearest", "chop", "up")),
+           "plus infinity", choices=ROUNDINGS),
     Option("context", None, "auto, egl, osmesa, or an existing context", object),
 )
 
@@ -148,15 +151,24 @@ def resolve_options(given: Mapping[str, Any], known: Iterable[Option],
              for name, option in table.items()}
     clash = clashing(found, table.values())
     if clash:
-        raise OptionError(f"{what}: {clash[0]} and {clash[1]} exclude each other; leave one of "
-                          "them at its default")
+        raise OptionError(f"{what}: {clash}")
     return found
 
 
-def clashing(values: Mapping[str, Any], known: Iterable[Option]) -> tuple[str, str] | None:
-    """Two options that are both set though one excludes the other, if there are any."""
+def clashing(values: Mapping[str, Any], known: Iterable[Option]) -> str | None:
+    """Which options do not go together, and what to do; None where all do. One that is left out
+    is at its default."""
     table = {option.name: option for option in known}
-    changed = {name for name, option in table.items()
-               if name in values and values[name] != option.default}
-    return next(((name, other) for name in table if name in changed
-                 for other in table[name].excludes if other in changed), None)
+    given = {name: values.get(name, option.default) for name, option in table.items()}
+    changed = [option for name, option in table.items() if given[name] != option.default]
+    for option in changed:
+        for other in changed:
+            if other.name in option.excludes:
+                return (f"{option.name} and {other.name} exclude each other; leave one of them at "
+                        "its default")
+        name, fit = option.goes_with or (option.name, (given[option.name],))
+        if given[name] not in fit:
+            return (f"{option.name} means something with {name} "
+                    f"{' or '.join(spell(value).lower() for value in fit)} alone; leave it out "
+                    f"with {spell(given[name]).lower()}")
+    return None

@@ -13,7 +13,7 @@ from .gpu import Gpu
 from .hits import INVALID, Hits
 from .precision import Precision
 from .record import EXACT_INTEGER, Record
-from .texel_layout import COUNTERS, HIT, RAY_AFTER_HIT, RAY_TEXELS
+from .texel_layout import COUNTERS, HIT, NO_RAY, RAY_AFTER_HIT, RAY_TEXELS
 from .textures import read_texture, release, stream_textures, texture_bytes, write_texture
 
 ROW = 1024   # rays in a row of the texture where the caller gave no shape
@@ -92,8 +92,7 @@ class RayBatch:
                     t_min, t_max = t_min - self._shift, t_max - self._shift
             RAY_TEXELS.pack(texels[:self.count], origin=origins, direction=directions,
                             t_min=t_min, t_max=t_max)
-        # Texels past the last ray, and invalid rays, hold a ray whose interval is empty.
-        texels[self.count:] = texels[self.invalid] = [[0, 0, 0, 1], [0, 0, 1, -1]]
+        texels[self.count:] = texels[self.invalid] = NO_RAY[:RAY_TEXELS.texels]
         self.texels = planes.reshape(-1, *self.size[::-1], 4).transpose(1, 2, 0, 3)
 
     def _one_a_ray(self, t: float | np.ndarray, name: str) -> np.ndarray:

@@ -139,8 +139,7 @@ class Record:
 
         Parameters
         ----------
-        out : (n, texels, 4) float32 to write into, whatever its strides; what no field given
-            stands in is left as it is there
+        out : (n, texels, 4) float32 to write into, whatever its strides
         arrays : (n,) or (n, width) each, by field name; a field left out is zero
 
         Returns
@@ -157,10 +156,12 @@ class Record:
             raise ValueError(f"record {self.name} has no field {', '.join(sorted(unknown))}")
         count = len(next(iter(arrays.values())))
         check_count(self.name, count)
-        packed = np.zeros((count, self.texels, 4), np.float32) if out is None else out
-        for field in self.fields:
-            if field.name not in arrays:
-                continue
+        packed = np.empty((count, self.texels, 4), np.float32) if out is None else out
+        given = [field for field in self.fields if field.name in arrays]
+        filled = {(f.texel, f.channel + k) for f in given for k in range(f.width)}
+        for texel, channel in set(np.ndindex(self.texels, 4)) - filled:
+            packed[:, texel, channel] = 0
+        for field in given:
             values = np.asarray(arrays[field.name])
             if field.is_integer and count and np.abs(values).max() > EXACT_INTEGER:
                 raise LimitError(f"{self.name}.{field.name} is past 2^24, the last integer a "
@@ -171,11 +172,12 @@ class Record:
         return packed
 
     def unpack(self, texels: np.ndarray) -> dict[str, np.ndarray]:
-        """The inverse of ``pack``: (n, texels, 4) -> arrays by field name."""
+        """The inverse of ``pack``: (..., texels, 4) -> arrays (...) or (..., width) by field name;
+        those of float fields are views."""
         fields = {}
         for f in self.fields:
-            values = texels[:, f.texel, f.channel:f.channel + f.width]
-            values = values[:, 0] if f.width == 1 else values
+            values = texels[..., f.texel, f.channel:f.channel + f.width]
+            values = values[..., 0] if f.width == 1 else values
             fields[f.name] = values.astype(np.int32) if f.is_integer else values
         return fields
 

@@ -18,8 +18,6 @@ from .camera import Camera
 from .errors import SceneError
 from .scenes import catalogue, mesh_file
 
-Light = PointLight
-
 
 @dataclass(eq=False)
 class Scene:
@@ -378,4 +376,4 @@ def _colours(colours: Any, count: int, name: str) -> np.ndarray:
     return np.ascontiguousarray(np.clip(array, 0, 1), np.float32)
 
 
-__all__: Sequence[str] = ("Light", "Scene", "list_scenes", "load_scene", "scene_names")
+__all__: Sequence[str] = ("Scene", "list_scenes", "load_scene", "scene_names")

@@ -12,6 +12,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from .record import PackedRecord, Record
 
 # Tables ------------------------------------------------------------------------------------------
@@ -159,6 +161,10 @@ RAY_AFTER_HIT = replace(RAY_TEXELS, layout=RAY_TEXELS.layout + " | after:int",
                         define="AFTER_HIT")
 """A ray that goes on behind what it hit at t_min: of the triangles at just that t only those above
 ``after`` count, which is -1 where nothing was hit yet."""
+
+NO_RAY = RAY_AFTER_HIT.pack(origin=np.zeros((1, 3)), t_min=[1], direction=[[0, 0, 1]], t_max=[-1],
+                            after=[-1])[0]
+"""(3, 4) float32, what texels hold that no ray lies in: one whose interval is empty."""
 
 HIT = Record("hit", "t u v triangle:int")
 """The nearest hit so far; triangle -1 while there is none."""

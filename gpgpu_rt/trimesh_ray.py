@@ -25,7 +25,6 @@ from trimesh.ray.ray_util import contains_points
 from .all_hits import AllHits
 from .errors import Error
 from .methods import find_method
-from .options import TRACER_OPTIONS, resolve_options
 from .reference.error_bounds import FLOAT32, FLOAT64, bound_pairs
 from .scene import Scene
 from .tracer import AUTO, DEFAULT_METHOD, Tracer
@@ -40,7 +39,7 @@ class RayMeshIntersector:
     Parameters
     ----------
     mesh : trimesh.Trimesh
-    method, options : as for ``Tracer``
+    method, options : as for ``Tracer``, a method's name among them and "auto"
     coincident : whether ``intersects_id`` names every triangle that a ray meets, or of those that
         it meets at one place the first alone
 
@@ -53,8 +52,7 @@ class RayMeshIntersector:
     def __init__(self, mesh: trimesh.Trimesh, method: str = DEFAULT_METHOD, *,
                  coincident: bool = True, **options: Any) -> None:
         if method != AUTO:    # or a mistake would show at the first query
-            resolve_options(options, TRACER_OPTIONS + find_method(method).options,
-                            f"method {method}")
+            find_method(method).resolved(options)
         self.mesh = mesh
         self.method, self.options, self.coincident = method, options, coincident
         self._forget()

@@ -4,6 +4,7 @@ set -eu
 venv=$1
 python=${PYTHON:-python3}
 
+PATH=$PATH:/usr/sbin:/sbin     # ldconfig's, which is not on everyone's path
 has_library() { ldconfig -p 2>/dev/null | grep -q "$1"; }
 apt_install() {
     if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then

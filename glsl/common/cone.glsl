@@ -1,5 +1,5 @@
-// Spheres against cones around rays: the hierarchical ray engine's test.
-// Szecsi, "The Hierarchical Ray Engine", WSCG 2006 (survey, section 3.6, Figure 23; fact sheet E1).
+// Spheres against cones around rays: the hierarchical ray engine's test. Szecsi, "The Hierarchical
+// Ray Engine", WSCG 2006 (survey, section 3.6, Figure 23).
 //
 // A cone holds rays o + t d, t >= 0, with |o - apex| <= radius and cos(d, axis) >= cosine. A point p
 // on such a ray has p - (o - apex) in the cone with the apex for its only origin, so a sphere that a

@@ -1,11 +1,7 @@
 // Rays against a kd-tree's planes. One expression serves splits and boxes, so that the t of a plane
 // is the same wherever it comes from.
 
-#include "common/kd_leaf.glsl"
-
-float along(int axis, vec3 v) {
-    return axis == 0 ? v.x : (axis == 1 ? v.y : v.z);
-}
+#include "common/axis.glsl"
 
 // Where the ray crosses a plane across `axis`.
 float plane_t(Ray ray, int axis, float plane) {

@@ -1,17 +1,14 @@
 // Turns: rays of a packet whose directions differ in a sign would need another order of nodes. They
 // wait until the rays that agree with the first unsettled one are through.
 
+#include "common/octant.glsl"
+
 const float NEVER = 3.0e38;   // t_min of a ray that waits or is settled
 
 float t_turn[RAYS];           // t_min of a ray whose turn has not come, else NEVER
 int octant[RAYS];
 int turn;                     // the octant whose turn it is: bit a is set where axis a is negative
                               // and the dominant axis, times 8, where rays share that as well
-
-int direction_octant(vec3 direction) {
-    ivec3 negative = ivec3(lessThan(direction, vec3(0.0)));
-    return negative.x + 2 * negative.y + 4 * negative.z;
-}
 
 int shared_axis(Ray ray) {
 #ifdef SHARED_AXES

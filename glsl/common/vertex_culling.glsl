@@ -1,6 +1,6 @@
 // Vertex culling: Reshetov, "Faster Ray Packets - Triangle Intersection through Vertex Culling", RT
-// 2007 (fact sheet F5). A triangle whose corners all lie outside one side of the frustum around a
-// packet's rays is skipped before any ray tests it.
+// 2007. A triangle whose corners all lie outside one side of the frustum around a packet's rays is
+// skipped before any ray tests it.
 //
 // The sides are those of the watertight test, which moves each corner along the ray onto the plane
 // through its origin and asks for a box of corners around 0 there. Here every operation of that is

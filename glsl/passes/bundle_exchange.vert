@@ -1,8 +1,8 @@
 #version 330 core
-// Neighbouring layers of a bundle light each other (Szirmay-Kalos 1998; survey, section 5; fact sheet
-// G1): two points a pixel, one for what the nearer layer gets of the one behind it and one for the other
-// way, go to the texel of the side that gets it and are added up there. A pixel is a tube of rays: the
-// flux in it is radiance * solid angle * the pixel's area, whatever the surface's slope.
+// Neighbouring layers of a bundle light each other (Szirmay-Kalos 1998; survey, section 5): two points
+// a pixel, one for what the nearer layer gets of the one behind it and one for the other way, go to
+// the texel of the side that gets it and are added up there. A pixel is a tube of rays: the flux in it
+// is radiance * solid angle * the pixel's area, whatever the surface's slope.
 //
 // Departure: the paper draws one direction at random an iteration and averages; directions are a fixed
 // set here, and each bounce goes through all of them. Beside the light goes the weight that the tubes

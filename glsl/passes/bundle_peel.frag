@@ -1,7 +1,7 @@
 #version 330 core
-// A bundle of parallel rays as a picture (survey, section 5; fact sheet G1 and G2): a parallel projection
-// along the bundle's direction, its layers peeled off one after another. What lies no deeper than the
-// layer before is thrown away here, of the rest the depth test keeps the nearest. Szirmay-Kalos and
+// A bundle of parallel rays as a picture (survey, section 5): a parallel projection along the
+// bundle's direction, its layers peeled off one after another. What lies no deeper than the layer
+// before is thrown away here, of the rest the depth test keeps the nearest. Szirmay-Kalos and
 // Purgathofer, "Global Ray-bundle Tracing with Hardware Acceleration", 1998; Hachisuka, "High-Quality
 // Global Illumination Rendering Using Rasterization", GPU Gems 2, chapter 38, 2005.
 //

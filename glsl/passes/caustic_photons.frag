@@ -1,9 +1,9 @@
 #version 330 core
 // Photons of a caustic, a pixel each of what the light sees of a refractor, or of a mirror (Shah,
-// Konttinen and Pattanaik, "Caustics Mapping: An Image-Space Technique for Real-Time Caustics", TVCG 2007;
-// survey, section 5; fact sheet G4): where they leave it, in which direction, and how much light they
-// carry. BORDERS: 0 a mirror, 1 a surface with another medium behind it, 2 a closed mesh, through which
-// the way is that of image-space refraction, as in the paper.
+// Konttinen and Pattanaik, "Caustics Mapping: An Image-Space Technique for Real-Time Caustics", TVCG
+// 2007; survey, section 5): where they leave it, in which direction, and how much light they carry.
+// BORDERS: 0 a mirror, 1 a surface with another medium behind it, 2 a closed mesh, through which the way
+// is that of image-space refraction, as in the paper.
 //
 // Departures: a photon carries the solid angle of its pixel where the paper counts visible pixels and
 // shares the light out evenly; what Fresnel's equations reflect is taken off; and photons that find no

@@ -1,8 +1,8 @@
 #version 330 core
 // A photon of a caustic, a vertex each, looks for the receiver in the light's own image and lands there
-// as a point (Shah, Konttinen and Pattanaik 2007; survey, section 5; fact sheet G4): it guesses a distance
-// d, looks which receiver the light sees behind V + d T, takes the distance of that one from V for the
-// next guess, and so on. The points' blending adds their light up: the caustic map.
+// as a point (Shah, Konttinen and Pattanaik 2007; survey, section 5): it guesses a distance d, looks
+// which receiver the light sees behind V + d T, takes the distance of that one from V for the next
+// guess, and so on. The points' blending adds their light up: the caustic map.
 //
 // Departures: the first guess is d = 0 instead of one unit, so that scale does not matter; and a photon
 // whose way to the refractor something stands in, or that leaves the light's image, is dropped.

@@ -1,8 +1,8 @@
 #version 330 core
 // Entry points: Reshetov, Soupikov, Hurley, "Multi-Level Ray Tracing Algorithm", SIGGRAPH 2005
-// (survey, section 4.3; fact sheet F2). One fragment a tile of rays sends the tile's beam through
-// the tree and leaves where its rays have to begin. With UPPER it goes through what the list of the
-// larger tile around it names, else through the whole tree.
+// (survey, section 4.3). One fragment a tile of rays sends the tile's beam through the tree and
+// leaves where its rays have to begin. With UPPER it goes through what the list of the larger tile
+// around it names, else through the whole tree.
 //
 // Departure: the paper ends at one node, the deepest that holds every leaf its beam meets. In
 // a bounding volume hierarchy, and for tiles that look along many subtrees, that node is soon the

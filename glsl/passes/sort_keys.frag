@@ -1,8 +1,8 @@
 #version 330 core
 // What rays are sorted by: where a ray begins and where it would leave the scene. The survey proposes
-// sorting rays (section 4.3; fact sheet I) and leaves the key open; that an end belongs into it besides
-// the origin is after Moon et al., "Cache-Oblivious Ray Reordering", TOG 2010, who take an estimate of
-// the hit. Ours is where the ray leaves the scene's box, which costs no search.
+// sorting rays (section 4.3) and leaves the key open; that an end belongs into it besides the origin
+// is after Moon et al., "Cache-Oblivious Ray Reordering", TOG 2010, who take an estimate of the hit.
+// Ours is where the ray leaves the scene's box, which costs no search.
 //
 // Both are cells of a cube, bit by bit, coarse ones first, the end's FREE_LEVELS behind the origin's:
 // however many rays there are, as many bits of the key as tell them apart then part both alike. The

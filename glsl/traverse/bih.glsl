@@ -14,13 +14,9 @@
 // Planes are widened as boxes are (common/slack.glsl): those that end something are measured from
 // hi_origin, those that begin something from lo_origin.
 
-const int LEAF = 3;
+#include "common/axis.glsl"
 
 uniform int node_count;
-
-float along(int axis, vec3 v) {
-    return axis == 0 ? v.x : (axis == 1 ? v.y : v.z);
-}
 
 #if STACK_SIZE > 0
 bool stack_whole = false;   // every far child that waits is in the stack

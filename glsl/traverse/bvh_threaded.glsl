@@ -10,13 +10,13 @@
 
 #include "common/quantised.glsl"
 #include "common/bvh_nodes.glsl"
+#include "common/octant.glsl"
 
 uniform int node_count;
 
 int root_for(Ray ray) {
 #ifdef OCTANTS
-    ivec3 negative = ivec3(lessThan(ray.direction, vec3(0.0)));
-    return node_count * (negative.x + 2 * negative.y + 4 * negative.z);
+    return node_count * direction_octant(ray.direction);
 #else
     return 0;
 #endif

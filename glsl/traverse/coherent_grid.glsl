@@ -1,8 +1,8 @@
 // Coherent grid traversal: Wald, Ize, Kensler, Knoll, Parker, "Ray Tracing Animated Scenes using
-// Coherent Grid Traversal", SIGGRAPH 2006 (fact sheet F3). The rays of a packet walk the grid of
-// grid.glsl together, slice by slice along their dominant axis. In each slice they span a rectangle
-// of cells, and all of them test the triangles of all its cells, but for those that lie outside of
-// the packet's frustum (vertex_culling.glsl; only the watertight test has a frustum to rely on).
+// Coherent Grid Traversal", SIGGRAPH 2006. The rays of a packet walk the grid of grid.glsl
+// together, slice by slice along their dominant axis. In each slice they span a rectangle of cells,
+// and all of them test the triangles of all its cells, but for those that lie outside of the
+// packet's frustum (vertex_culling.glsl; only the watertight test has a frustum to rely on).
 //
 // Departures: the rectangle is that of what each ray still searches, and not four planes moved on
 // by four additions: arithmetic costs less here than cells, and rays that have hit, or begin further

@@ -1,13 +1,13 @@
 // Entry points of a kd-tree, after Reshetov, Soupikov, Hurley, "Multi-Level Ray Tracing Algorithm",
-// SIGGRAPH 2005 (fact sheet F2; see passes/entry_points.frag). The beam goes down front to back and
-// leaves as entries the leaves with triangles that it meets, and the nodes that about half of its rays
-// miss. Leaves without triangles are left out, which is what the paper's trees are built for.
+// SIGGRAPH 2005 (see passes/entry_points.frag). The beam goes down front to back and leaves as entries
+// the leaves with triangles that it meets, and the nodes that about half of its rays miss. Leaves
+// without triangles are left out, which is what the paper's trees are built for.
 //
 // Departure: a list, in the order of the way, in the place of the paper's one node: what lies between
 // its subtrees no ray visits. Every node on the stack has a place in the list kept for it, so none
 // overflows.
 
-#include "common/kd_leaf.glsl"
+#include "common/axis.glsl"
 
 int stack[ENTRIES];
 int stacked = 0;

@@ -13,22 +13,19 @@
 // With FRONT_TO_BACK links are baked eight times, so that the child nearer to rays of a direction
 // octant comes first (as bvh_threaded.glsl has it, but the boxes are there once).
 
-uniform int roots[8];   // by octant of directions; -1 where there is nothing
+#include "common/octant.glsl"
 
-int octant(Ray ray) {
-    ivec3 negative = ivec3(lessThan(ray.direction, vec3(0.0)));
-    return negative.x + 2 * negative.y + 4 * negative.z;
-}
+uniform int roots[8];   // by octant of directions; -1 where there is nothing
 
 #ifdef FRONT_TO_BACK
 uniform int node_count;
 
 int miss_link(Ray ray, int i) {
-    return pyramid_link_miss(node_count * octant(ray) + i);
+    return pyramid_link_miss(node_count * direction_octant(ray.direction) + i);
 }
 
 int hit_link(Ray ray, int i) {
-    return pyramid_link_hit(node_count * octant(ray) + i);
+    return pyramid_link_hit(node_count * direction_octant(ray.direction) + i);
 }
 #else
 int miss_link(Ray ray, int i) {
@@ -41,7 +38,7 @@ int hit_link(Ray ray, int i) {
 #endif
 
 void init(Ray ray, out State state) {
-    state.node = roots[octant(ray)];
+    state.node = roots[direction_octant(ray.direction)];
     state.cursor = 0;
     state.phase = state.node >= 0 ? TRAVERSE : DONE;
 }

@@ -11,26 +11,18 @@ import functools
 import hashlib
 import json
 import os
+import sys
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import fields
+from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO, TypeVar, cast, get_type_hints
 
 import numpy as np
 
-from .bih import Bih
 from .bounds import as_triangles
-from .bvh import Bvh
-from .grid import Grid
-from .kdtree import KdTree
-from .octree import Octree
-from .quality import Structure
-from .visibility_field import VisibilityField
 
-RECORDS = {record.__name__: record for record in (Bih, Bvh, Grid, KdTree, Octree,
-                                                  VisibilityField)}
-
+Structure = TypeVar("Structure")
 
 _keeping = contextvars.ContextVar("keeping", default=True)
 _files: contextvars.ContextVar[list[Path] | None] = contextvars.ContextVar("files", default=None)
@@ -42,12 +34,21 @@ def cached(build: Callable[..., Structure], triangles: np.ndarray, /,
 
     Parameters
     ----------
-    build : build_grid, build_kdtree, build_bvh, build_bih, or any function that returns one of
-        their records
+    build : a function that returns a dataclass of arrays and integers, and whose annotation says
+        which; a change of its module's text, or of this folder's, makes it build anew
     triangles : (n, 3, 3) float32
 
     A folder that cannot be written only means that nothing is kept.
+
+    Raises
+    ------
+    TypeError
+        a builder without the annotation
     """
+    record = get_type_hints(build).get("return")
+    if not is_dataclass(record):
+        raise TypeError(f"annotate the dataclass that {build.__qualname__} returns: the cache "
+                        "reads its files back as one")
     triangles = as_triangles(triangles)
     folder = cache_folder()
     if folder is None or not _keeping.get():
@@ -55,7 +56,7 @@ def cached(build: Callable[..., Structure], triangles: np.ndarray, /,
     path = folder / f"{_key(build, triangles, options)}.npz"
     if (files := _files.get()) is not None:
         files.append(path)
-    structure = _load(path)
+    structure: Structure | None = _load(path, record)
     if structure is None:
         structure = build(triangles, **options)
         _store(path, structure)
@@ -103,18 +104,20 @@ def cache_folder() -> Path | None:
 
 
 def _key(build: Callable, triangles: np.ndarray, options: dict[str, object]) -> str:
-    settings = json.dumps([_builders_digest(), build.__module__, build.__qualname__, options],
-                          sort_keys=True, default=_plain)
+    settings = json.dumps([_builders_digest(build.__module__), build.__module__,
+                           build.__qualname__, options], sort_keys=True, default=_plain)
     digest = hashlib.sha256(settings.encode())
     digest.update(triangles)
     return digest.hexdigest()
 
 
 @functools.cache
-def _builders_digest() -> str:
-    """Digest of the builders' own text: a changed builder never finds an old file."""
+def _builders_digest(module: str) -> str:
+    """Digest of the builders' own text, a module's and this folder's: a changed builder never
+    finds an old file."""
     digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
+    mine = getattr(sys.modules[module], "__file__", None) or __file__
+    for path in (Path(mine), *sorted(Path(__file__).parent.glob("*.py"))):
         digest.update(path.read_bytes())
     return digest.hexdigest()
 
@@ -132,7 +135,7 @@ def _checksum(arrays: dict[str, np.ndarray]) -> np.ndarray:
     return np.frombuffer(digest.digest(), np.uint8)
 
 
-def _load(path: Path) -> Structure | None:
+def _load(path: Path, record: type[Structure]) -> Structure | None:
     """The structure, or None if there is no file or not a whole one."""
     try:
         with np.load(path, allow_pickle=False) as file:
@@ -140,8 +143,8 @@ def _load(path: Path) -> Structure | None:
         checksum = arrays.pop("checksum")
         if not np.array_equal(checksum, _checksum(arrays)):
             return None
-        record = RECORDS[str(arrays.pop("record"))]
-        return record(**{field.name: _scalar(arrays[field.name]) for field in fields(record)})
+        return record(**{field.name: _scalar(arrays[field.name])
+                         for field in fields(cast(Any, record))})
     except Exception:       # whatever a damaged file may raise, its zip or its headers
         return None
 
@@ -150,11 +153,10 @@ def _scalar(value: np.ndarray) -> np.ndarray | int:
     return value.item() if value.ndim == 0 else value
 
 
-def _store(path: Path, structure: Structure) -> None:
+def _store(path: Path, structure: Any) -> None:
     """Write the file whole or not at all; two processes may do so at once."""
     arrays = {field.name: np.asarray(getattr(structure, field.name))
               for field in fields(structure)}
-    arrays["record"] = np.array(type(structure).__name__)
     arrays["checksum"] = _checksum(arrays)
     with contextlib.suppress(OSError):
         _write(path, lambda file: np.savez(file, **arrays))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import OptionError, nearest_names
-from ..methods import methods
+from ..methods import find_method, methods
 from ..reference.picture import reference_picture
 from ..scene import Scene
 from ..tracer import Tracer
@@ -129,19 +129,25 @@ def accuracy(scene: Scene, names: Sequence[str] | None = None,
 
     Parameters
     ----------
-    names : methods; None: all of the table
+    names : methods; None: all of the table that take these options
     formats : precisions; None: all that there are
     options : more options of the tracer and the methods; a method goes without those it has not
     rays : of each kind; `brute-force` takes fewer where its pairs would pass 2^25
     report : told of the progress, a line at a time
     """
     candidates = []
-    names = [row.name for row in methods()] if names is None else names
     unused = set(options or {})
-    for name in names:
+    for name in [row.name for row in methods()] if names is None else names:
         table, known = option_table(name), precisions(name)
         unused -= set(table)
         own = {k: v for k, v in (options or {}).items() if k in table}
+        try:
+            find_method(name).resolved(own)
+        except OptionError as failure:
+            if names is not None:
+                raise
+            report(f"without {name}: {failure}")
+            continue
         for word in known if formats is None else formats:
             if word not in known:
                 raise OptionError(f"method {name} has no precision {word!r}"

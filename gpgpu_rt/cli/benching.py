@@ -9,9 +9,10 @@ from ..errors import Error, OptionError, nearest_names
 from ..files import check_writable
 from ..gpu import open_gpu
 from ..methods import Method, find_method, methods
-from ..options import TRACER_OPTIONS
 from ..scene import load_scene
-from .shared import Command, add_options, given_options, options_for, print_json, print_table, say
+from .shared import (
+    Command, add_methods, add_options, given_options, options_for, print_json, print_table, say
+)
 
 SIZE = 1024
 FASTEST = ("bvh-packet", {"packet": (4, 2), "octants": True, "interval_test": True,
@@ -21,8 +22,8 @@ FASTEST = ("bvh-packet", {"packet": (4, 2), "octants": True, "interval_test": Tr
 def add_command(command: Command) -> None:
     sub = command("bench", _bench, "methods and today's engines on the same rays")
     sub.add_argument("scenes", nargs="+", metavar="scene", help="a scene's name or a mesh file")
-    sub.add_argument("-m", "--methods", metavar="NAME,NAME,...", help="default: all but "
-                     + " and ".join(row.name for row in methods() if not _is_quick(row)))
+    add_methods(sub, "all but " + " and ".join(row.name for row in methods()
+                                               if not _is_quick(row)))
     sub.add_argument("--rays", default="eye", metavar="KIND,KIND,...",
                      help=f"of {', '.join(RAY_SETS)}, or all; default %(default)s")
     sub.add_argument("--size", type=int, default=SIZE, metavar="PIXELS",
@@ -43,7 +44,7 @@ def _bench(chosen: argparse.Namespace) -> None:
     candidates = _candidates(chosen)
     for scene in chosen.scenes:      # what is misspelt is found before hours are spent
         load_scene(scene)
-    gpu = open_gpu()
+    gpu = open_gpu(given_options(chosen).get("context"))
     found, peak = [], None
     for scene in chosen.scenes:
         for kind in kinds:
@@ -68,17 +69,22 @@ def _bench(chosen: argparse.Namespace) -> None:
 
 
 def _candidates(chosen: argparse.Namespace) -> list[tuple[str, dict[str, Any]]]:
-    """Methods with the options that were given: of the default ones, those that have them."""
+    """Methods with the options that were given: of the default ones, those that take them."""
     if chosen.methods:
-        return [(name, options_for(chosen, name)) for name in chosen.methods.split(",")]
+        named = [(name, options_for(chosen, name)) for name in chosen.methods]
+        for name, options in named:
+            find_method(name).resolved(options)
+        return named
     given, found = given_options(chosen), []
     for name, own in (FASTEST, ("bvh-threaded", {"octants": True}),
                       *((row.name, {}) for row in methods() if _is_quick(row))):
-        known = {option.name for option in TRACER_OPTIONS + find_method(name).options}
-        if given.keys() <= known:
-            found.append((name, {**own, **given}))
+        try:
+            find_method(name).resolved({**own, **given})
+        except OptionError:
+            continue
+        found.append((name, {**own, **given}))
     if not found:
-        raise OptionError("no method has all of these options; name some by --methods")
+        raise OptionError("no method takes all of these options; name some by --methods")
     return found
 
 

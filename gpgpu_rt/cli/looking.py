@@ -14,7 +14,9 @@ from ..scene import load_scene
 from ..tracer import Tracer
 from .camera import add_camera, camera_of
 from .frames import IMAGES
-from .shared import Command, add_options, options_for, print_json, print_table, size_word
+from .shared import (
+    Command, add_methods, add_options, options_for, print_json, print_table, size_word
+)
 
 
 def add_commands(command: Command) -> None:
@@ -34,8 +36,7 @@ def add_commands(command: Command) -> None:
     sub = command("heat", _heat, "what each pixel's ray costs, by methods side by side on one "
                   "scale")
     sub.add_argument("scene", help="a scene's name or a mesh file")
-    sub.add_argument("-m", "--method", required=True, action="append", dest="methods",
-                     help="a method's name; give it again for another one beside it")
+    add_methods(sub)
     sub.add_argument("--what", choices=tuple(KINDS), default="steps", help="what is counted; "
                      "default %(default)s")
     sub.add_argument("-o", "--output", required=True, metavar="IMAGE.png")
@@ -92,8 +93,5 @@ def _heat(chosen: argparse.Namespace) -> None:
 
 
 def _in_passes(method: str, options: dict) -> dict:
-    """The schedule of one step a pass where none was asked: under ``loop`` there is one pass."""
-    schedules = find_method(method).schedules
-    if "schedule" not in options and "step" in schedules:
-        return {**options, "schedule": "step"}
-    return options
+    """A schedule that has passes where none was asked: under ``loop`` there is one."""
+    return options if "schedule" in options else find_method(method).in_passes(options)

@@ -5,14 +5,13 @@ import argparse
 import importlib.metadata
 import os
 import sys
-import zipfile
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
 from ..errors import Error, OptionError
-from ..files import check_writable, replacing
+from ..files import check_writable, read_npz, replacing
 from ..gpu import probe
 from ..integrators.plan import Plan
 from ..methods import load_methods, methods
@@ -36,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         # First what says which methods there are: the other words' options are theirs.
         arguments = _take_methods(sys.argv[1:] if arguments is None else arguments)
-        options = (*all_options().values(), *light_options().values())
+        options = {**all_options(), **light_options()}
         chosen = _parser().parse_args(spelled_out(arguments, options))
         chosen.run(chosen)
         sys.stdout.flush()
@@ -219,13 +218,8 @@ def _report(chosen: argparse.Namespace, tracer: Tracer, line: str,
 
 
 def _read_rays(path: str) -> dict[str, np.ndarray]:
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            rays = {name: file[name] for name in ("origins", "directions", "t_min", "t_max")
-                    if name in file}
-    except (OSError, ValueError, zipfile.BadZipFile, EOFError) as failure:
-        reason = getattr(failure, "strerror", None) or "not an .npz archive of plain arrays"
-        raise Error(f"cannot read rays from {path}: {reason}") from failure
+    rays = {name: values for name, values in read_npz(path, "rays").items()
+            if name in ("origins", "directions", "t_min", "t_max")}
     missing = {"origins", "directions"} - set(rays)
     if missing:
         raise Error(f"{path} holds no {' and no '.join(sorted(missing))}; a ray file is an .npz "

@@ -4,17 +4,15 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from typing import Any
 
 from ..integrators import DEFAULT, INTEGRATORS, find_integrator
 from ..integrators.plan import Plan
-from ..options import Option, spell
 from ..scene import Scene
 from ..tracer import Tracer
 from .camera import camera_of
 from .progress import doublings, told
-from .shared import add_option, parsed
+from .shared import Variants, add_variants, parsed, variants
 
 
 def add_picture(sub: argparse.ArgumentParser) -> None:
@@ -24,12 +22,7 @@ def add_picture(sub: argparse.ArgumentParser) -> None:
                        f"{DEFAULT}")
     group.add_argument("--explain", action="store_true", help="print the plan before drawing: "
                        "passes, textures, defines, and why the others were left out")
-    for name, option in light_options().items():
-        others = [f"{kind.name} {spell(other.default)}" for kind in INTEGRATORS.values()
-                  for other in kind.options
-                  if other.name == name and other.default != option.default]
-        told = f"{option.help} (by {', '.join(others)})" if others else option.help
-        add_option(group, replace(option, help=told), "picture_")
+    add_variants(group, light_options(), "picture_")
 
 
 def picture_options(chosen: argparse.Namespace) -> dict[str, Any]:
@@ -64,7 +57,7 @@ def progress_shown() -> Iterator[Callable[[int, int, float], None]]:
             done, samples, "" if noise == float("inf") else f"noise {noise:.1%}")
 
 
-def light_options() -> dict[str, Option]:
-    """Every option of every integrator, by name; of several so called, the default one's."""
-    kinds = sorted(INTEGRATORS.values(), key=lambda kind: kind.name == DEFAULT)
-    return {option.name: option for kind in kinds for option in kind.options}
+def light_options() -> Variants:
+    """Every option of every integrator, by name, the default one's first."""
+    kinds = sorted(INTEGRATORS.values(), key=lambda kind: kind.name != DEFAULT)
+    return variants((kind.name, kind.options) for kind in kinds)

@@ -4,7 +4,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from ..errors import OptionError
@@ -16,51 +16,101 @@ from ..scene import Scene
 Command = Callable[[str, Callable[[argparse.Namespace], None], str], argparse.ArgumentParser]
 
 
-def all_options() -> dict[str, Option]:
-    """Every option of every method, by name."""
-    table = {option.name: option for option in TRACER_OPTIONS}
-    for row in methods():
-        table.update({option.name: option for option in row.options})
-    return table
+# Options of one name, each with whose it is.
+Variants = dict[str, dict[Option, list[str]]]
+
+
+def variants(owners: Iterable[tuple[str, Sequence[Option]]]) -> Variants:
+    """What each name stands for, and by whom, in the owners' order."""
+    found: Variants = {}
+    for owner, options in owners:
+        for option in options:
+            found.setdefault(option.name, {}).setdefault(option, []).append(owner)
+    return found
+
+
+def all_options() -> Variants:
+    """Every option of the tracer and of every method, by name."""
+    return variants([("the tracer", TRACER_OPTIONS),
+                     *((row.name, row.options) for row in methods())])
 
 
 def add_options(sub: argparse.ArgumentParser) -> None:
     """A ``--word`` for every option of the tracer and its methods."""
-    group = sub.add_argument_group("options of the tracer and its methods")
-    for option in all_options().values():
-        add_option(group, option, "option_")
+    add_variants(sub.add_argument_group("options of the tracer and its methods"), all_options(),
+                 "option_")
 
 
-def word_of(option: Option) -> str:
+def names(text: str) -> list[str]:
+    """Those of a word such as grid,kd-restart."""
+    return text.split(",")
+
+
+def add_methods(sub: argparse.ArgumentParser, default: str | None = None) -> None:
+    """``-m`` for several methods: ``chosen.methods`` is a list; None, where that is allowed (what
+    it means stands in ``default``), without one."""
+    sub.add_argument("-m", "--method", "--methods", required=default is None, action="extend",
+                     dest="methods", metavar="NAME,NAME,...", type=names,
+                     help="by these methods, together or one -m each"
+                     + (f"; default: {default}" if default else ""))
+
+
+def word_of(name: str) -> str:
     """The option as it is written on the command line."""
-    return "--" + option.name.replace("_", "-")
+    return "--" + name.replace("_", "-")
 
 
-def add_option(group: argparse._ArgumentGroup, option: Option, prefix: str) -> None:
-    """Its ``--word``, whose text is then found under ``prefix`` and its name."""
+def add_variants(group: argparse._ArgumentGroup, table: Variants, prefix: str) -> None:
+    """Their ``--word``s, whose text is then found under ``prefix`` and the name."""
+    for name, kinds in table.items():
+        bare = {"nargs": "?", "const": "true"} if _is_switch(kinds) else {}
+        told = [_told(option) for option in kinds]
+        if len(kinds) > 1:
+            told = [f"{_listed(owners)}: {one}" for owners, one in zip(kinds.values(), told)]
+        group.add_argument(word_of(name), dest=prefix + name,
+                           metavar="true|false" if bare else "VALUE",
+                           help=". ".join(told).replace("%", "%%"), **bare)
+
+
+def _is_switch(kinds: Iterable[Option]) -> bool:
+    return any(option.kind is bool for option in kinds)
+
+
+def _told(option: Option) -> str:
     choices = f" ({', '.join(map(spell, option.choices))})" if option.choices else ""
-    bare = {"nargs": "?", "const": "true"} if option.kind is bool else {}
-    default = spell(option.default).lower() if bare or option.default is None else spell(
-        option.default)
-    group.add_argument(word_of(option), dest=prefix + option.name,
-                       metavar="true|false" if bare else "VALUE",
-                       help=f"{option.help}{choices}; default {default}".replace("%", "%%"),
-                       **bare)
+    default = spell(option.default)
+    lower = option.kind is bool or option.default is None
+    return f"{option.help}{choices}; default {default.lower() if lower else default}"
 
 
-def spelled_out(arguments: Sequence[str], options: Iterable[Option]) -> list[str]:
+def _listed(owners: Sequence[str]) -> str:
+    return ", ".join(owners) if len(owners) < 4 else f"{owners[0]} and {len(owners) - 1} more"
+
+
+def spelled_out(arguments: Sequence[str], options: Variants) -> list[str]:
     """A bare switch as ``--word=true``: what follows it, such as a scene, is not its value."""
-    switches = {word_of(option) for option in options if option.kind is bool}
+    switches = {word_of(name) for name, kinds in options.items() if _is_switch(kinds)}
     following = [*arguments[1:], ""]
     return [word + "=true" if word in switches and after.lower() not in TRUTH else word
             for word, after in zip(arguments, following)]
 
 
 def given_options(chosen: argparse.Namespace) -> dict[str, Any]:
-    """The options that were given, whatever method they belong to."""
+    """The options that were given, whatever method they belong to: as the first says who takes
+    such a value."""
     table = all_options()
     words = {name: getattr(chosen, "option_" + name) for name in table}
-    return {name: table[name].parse(text) for name, text in words.items() if text is not None}
+    return {name: _read(list(table[name]), text) for name, text in words.items()
+            if text is not None}
+
+
+def _read(kinds: Sequence[Option], text: str) -> Any:
+    for option in kinds[:-1]:
+        try:
+            return option.parse(text)
+        except OptionError:
+            continue
+    return kinds[-1].parse(text)
 
 
 def options_for(chosen: argparse.Namespace, method: str) -> dict[str, Any]:
@@ -69,7 +119,7 @@ def options_for(chosen: argparse.Namespace, method: str) -> dict[str, Any]:
                   f"method {method}")
 
 
-def parsed(chosen: argparse.Namespace, prefix: str, asked: Mapping[str, Option],
+def parsed(chosen: argparse.Namespace, prefix: str, asked: Iterable[str],
            known: Sequence[Option], whose: str) -> dict[str, Any]:
     """The options among those ``asked`` for under ``prefix`` that were given.
 
@@ -80,12 +130,12 @@ def parsed(chosen: argparse.Namespace, prefix: str, asked: Mapping[str, Option],
     """
     table = {option.name: option for option in known}
     given = {}
-    for name, option in asked.items():
+    for name in asked:
         text = getattr(chosen, prefix + name)
         if text is None:
             continue
         if name not in table:
-            raise OptionError(f"{whose} has no option {word_of(option)}")
+            raise OptionError(f"{whose} has no option {word_of(name)}")
         given[name] = table[name].parse(text)
     return given
 

@@ -16,7 +16,10 @@ from ..errors import Error
 from ..files import check_writable, replacing
 from ..gpu import open_gpu
 from ..scene import load_scene
-from .shared import Command, add_options, given_options, print_json, print_table, say, size_word
+from .shared import (
+    Command, add_methods, add_options, given_options, names, print_json, print_table, say,
+    size_word
+)
 
 
 def add_commands(command: Command) -> None:
@@ -24,8 +27,9 @@ def add_commands(command: Command) -> None:
     sub = command("accuracy", _accuracy, "errors of methods and precisions against the float64 "
                   "reference")
     sub.add_argument("scene", help="a scene's name or a mesh file")
-    sub.add_argument("-m", "--methods", metavar="NAME,NAME,...")
-    sub.add_argument("--precisions", metavar="NAME,NAME,...", help="of fp32, fp24, fp16")
+    add_methods(sub, "all that take the options")
+    sub.add_argument("--precisions", type=names, metavar="NAME,NAME,...",
+                     help="of fp32, fp24, fp16")
     sub.add_argument("--rays", type=int, default=1 << 14, help=f"of each kind ({', '.join(KINDS)})"
                      "; default %(default)s")
     sub.add_argument("--size", type=size_word, default=(256, 256), metavar="WIDTHxHEIGHT",
@@ -53,12 +57,8 @@ def add_commands(command: Command) -> None:
     sub.add_argument("--budget", type=float, default=300.0, metavar="SECONDS",
                      help="time for trying candidates, half of it for coherent rays; default "
                      "%(default)s")
-    sub.add_argument("-m", "--methods", metavar="NAME,NAME,...")
+    add_methods(sub, "all")
     sub.add_argument("-o", "--output", metavar="SETTINGS.json")
-
-
-def _names(text: str | None) -> list[str] | None:
-    return None if text is None else text.split(",")
 
 
 # accuracy ------------------------------------------------------------------------------------
@@ -67,11 +67,11 @@ def _names(text: str | None) -> list[str] | None:
 def _accuracy(chosen: argparse.Namespace) -> None:
     if chosen.output:
         check_writable(chosen.output)
-    scene = load_scene(chosen.scene)
-    rows = accuracy(scene, _names(chosen.methods), _names(chosen.precisions),
-                    given_options(chosen), chosen.rays, chosen.size, chosen.seed, say)
+    scene, given = load_scene(chosen.scene), given_options(chosen)
+    rows = accuracy(scene, chosen.methods, chosen.precisions, given, chosen.rays,
+                    chosen.size, chosen.seed, say)
     result = {"scene": settings.describe(scene), "stand_in": scene.stand_in,
-              "gpu": open_gpu().info(), "seed": chosen.seed, "rows": rows,
+              "gpu": open_gpu(given.get("context")).info(), "seed": chosen.seed, "rows": rows,
               "flip_note": flip_note()}
     if chosen.output:
         with replacing(chosen.output) as path:
@@ -120,7 +120,7 @@ def _tune(chosen: argparse.Namespace) -> None:
     promise = Promise(chosen.max_wrong, chosen.max_t_error, chosen.max_bytes, chosen.t_quantile,
                       tuple(chosen.kinds.split(",")))
     scene = load_scene(chosen.scene)
-    found = tune(scene, promise, chosen.rays, chosen.seed, chosen.budget, _names(chosen.methods),
+    found = tune(scene, promise, chosen.rays, chosen.seed, chosen.budget, chosen.methods,
                  say)
     kept = None
     if found.settings is not None:

@@ -32,7 +32,7 @@ from ..record import TABLE_WIDTH_LOG2, Record
 from ..region import Region
 from ..scene import Scene
 from ..textures import release
-from .room import Room, Stream, held
+from .room import PixelStream, Room, held
 from .scene_textures import SceneTextures
 
 Hits = StateBuffer | PacketHits
@@ -123,7 +123,7 @@ class Integrator:
         for program in self._programs.values():
             program.set(**self._uniforms)
 
-    def streams(self) -> tuple[Stream, ...]:
+    def streams(self) -> tuple[PixelStream, ...]:
         """Every stream that this integrator knows for this scene, wanted or not."""
         raise NotImplementedError
 

@@ -29,7 +29,7 @@ from ..record import EXACT_INTEGER
 from ..texel_layout import CAME_FROM, RADIANCE, RAY_TEXELS, SOURCE, VALUES, WALK
 from ..textures import release
 from .integrator import Integrator, Pass
-from .room import Room, Stream
+from .room import PixelStream, Room
 
 LEAST = 1 << 11     # texels of the smallest textures: below, passes cost what they cost empty
 PACKED = ("PACKED_PATHS",)
@@ -127,7 +127,8 @@ class PackedPaths:
     def __init__(self, drawer: Integrator, size: tuple[int, int], precision: Precision,
                  share: float) -> None:
         self._drawer, self.wave, self.share = drawer, size, share
-        streams = [*drawer.streams(), Stream("rays", RAY_TEXELS), Stream("came from", CAME_FROM)]
+        streams = [*drawer.streams(), PixelStream("rays", RAY_TEXELS),
+                   PixelStream("came from", CAME_FROM)]
         self._rooms = [Room(drawer.gpu, smaller, precision,
                             [s for s in streams if drawer.needs.want(s.wanted)])
                        for smaller in packed_sizes(size, share)]

@@ -31,7 +31,7 @@ from ..textures import read_texture, release
 from .integrator import ALL_FEATURES, Integrator, Pass, Samplers, Trace
 from .packed_paths import COMPACT, PACKED, PACKING, Level, PackedPaths, share_of
 from .path_settings import MOST_SURVIVE, SAMPLERS, PathSettings
-from .room import Room, Stream
+from .room import PixelStream, Room
 
 WAVE = 1 << 18      # paths at once, unless the picture alone has more pixels
 FEWEST = 16         # samples before their spread says anything about noise
@@ -90,10 +90,11 @@ class Path(Integrator):
     def defines(self) -> dict[str, object]:
         return {**super().defines, "SOBOL": self.needs.asked.sampler == "sobol"}
 
-    def streams(self) -> tuple[Stream, ...]:
-        return (Stream("next rays", RAY_TEXELS), Stream("walk 0", WALK), Stream("walk 1", WALK),
-                Stream("lit", LIT), Stream("shadow rays", RAY_TEXELS, ("SHADOWS",)),
-                Stream("direct", DIRECT, ("SHADOWS",)), Stream("radiance", RADIANCE))
+    def streams(self) -> tuple[PixelStream, ...]:
+        return (PixelStream("next rays", RAY_TEXELS),
+                PixelStream("walk 0", WALK), PixelStream("walk 1", WALK),
+                PixelStream("lit", LIT), PixelStream("shadow rays", RAY_TEXELS, ("SHADOWS",)),
+                PixelStream("direct", DIRECT, ("SHADOWS",)), PixelStream("radiance", RADIANCE))
 
     def take(self, scene: Scene) -> None:
         super().take(scene)
@@ -119,7 +120,7 @@ class Path(Integrator):
         if self._sums is None or self._sums.size != size:
             release(self._sums)
             self._sums = Room(self.gpu, size, self.precision,
-                              [Stream("sums 0", SUMS), Stream("sums 1", SUMS)])
+                              [PixelStream("sums 0", SUMS), PixelStream("sums 1", SUMS)])
         self._level = self._level or Level(self.gpu, self.room)
         share = share_of(self._given, self.size[0] * self.size[1])
         if self._packed is None or self._packed.share != share:

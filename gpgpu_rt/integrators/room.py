@@ -11,11 +11,8 @@ from ..passes.full_screen import Rectangles
 from ..precision import Precision
 from ..ray_state import RayTextures, stream_samplers
 from ..record import Record
-from ..texel_layout import HIT, RAY_TEXELS
+from ..texel_layout import HIT, NO_RAY, RAY_TEXELS
 from ..textures import release, stream_textures, texture_bytes
-
-# How GL leaves an empty ray, a texel each: an interval that ends before it begins.
-EMPTY_RAY = ((0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 1.0, -1.0))
 
 
 def held(record: Record, precision: Precision) -> Record:
@@ -24,7 +21,7 @@ def held(record: Record, precision: Precision) -> Record:
 
 
 @dataclass(frozen=True)
-class Stream:
+class PixelStream:
     """A stream of an integrator: a record a pixel, or a tile of pixels.
 
     Attributes
@@ -45,7 +42,7 @@ class Room:
     """Streams by name; those of rays are ready to be traced."""
 
     def __init__(self, gpu: Gpu, size: tuple[int, int], precision: Precision,
-                 streams: Iterable[Stream]) -> None:
+                 streams: Iterable[PixelStream]) -> None:
         self.gpu, self.size, self.precision = gpu, size, precision
         self.rays: dict[str, RayTextures] = {}
         self._textures: dict[str, list[moderngl.Texture]] = {}
@@ -83,7 +80,7 @@ class Room:
 
     def clear_rays(self, name: str) -> None:
         """Make every ray of a stream an empty one."""
-        for k, texel in enumerate(EMPTY_RAY):
+        for k, texel in enumerate(NO_RAY[:RAY_TEXELS.texels].tolist()):
             key = (name, str(k))
             if key not in self._targets:
                 self._targets[key] = self.gpu.context.framebuffer([self._textures[name][k]])

@@ -24,7 +24,7 @@ from ..texel_layout import DIRECT, HIT, LIT, LIVE, PATH, RADIANCE, RAY_TEXELS, S
 from ..textures import read_texture
 from .integrator import Hits, Integrator, Pass, Samplers, Trace
 from .lights import light_uniforms
-from .room import Stream
+from .room import PixelStream
 
 _RAYS, _HIT, _PATH = ("rays", RAY_TEXELS), ("hit", HIT), ("path", PATH)
 _LIT, _DIRECT, _RADIANCE = ("lit", LIT), ("direct", DIRECT), ("radiance", RADIANCE)
@@ -65,15 +65,15 @@ class Whitted(Integrator):
         Pass("picture", "passes/picture.frag", (), (_LIT, _DIRECT, _HIT, _RADIANCE)),
     )
 
-    def streams(self) -> tuple[Stream, ...]:
+    def streams(self) -> tuple[PixelStream, ...]:
         depths = range(1, max(self.needs.bounces, 1) + 1)
-        return (Stream("lit", LIT), Stream("direct", DIRECT, ("SHADOWS",)),
-                Stream("shadow rays", RAY_TEXELS, ("SHADOWS",)),
-                Stream("kept hits", HIT, ("MANY_LIGHTS",)),
-                Stream("radiance", RADIANCE, ("GATHERED",)),
+        return (PixelStream("lit", LIT), PixelStream("direct", DIRECT, ("SHADOWS",)),
+                PixelStream("shadow rays", RAY_TEXELS, ("SHADOWS",)),
+                PixelStream("kept hits", HIT, ("MANY_LIGHTS",)),
+                PixelStream("radiance", RADIANCE, ("GATHERED",)),
                 *(s for k in depths[:2] for s in _branch(f"reflected {k % 2}", "BOUNCES")),
                 *(s for k in depths for s in _branch(f"refracted {k}", "DIELECTRICS")),
-                Stream("live tiles", LIVE, ("BOUNCES",), TILE), Stream("screen", SCREEN))
+                PixelStream("live tiles", LIVE, ("BOUNCES",), TILE), PixelStream("screen", SCREEN))
 
     @property
     def centred(self) -> bool:      # type: ignore[override]
@@ -190,6 +190,7 @@ def places_in_pixel(samples: int) -> list[tuple[float, float]]:
     return list(zip(*(place.tolist() for place in places)))
 
 
-def _branch(name: str, define: str) -> tuple[Stream, Stream]:
+def _branch(name: str, define: str) -> tuple[PixelStream, PixelStream]:
     """The streams of rays that go on one way, and of their weights."""
-    return (Stream(name, RAY_TEXELS, (define,)), Stream(name + " paths", PATH, (define,)))
+    return (PixelStream(name, RAY_TEXELS, (define,)),
+            PixelStream(name + " paths", PATH, (define,)))

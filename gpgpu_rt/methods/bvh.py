@@ -89,7 +89,7 @@ _STREAMS = Option("streams", False, "no packets: a stream of rays and their node
                       "packet", "octants", "interval_test", "vertex_culling"))
 _STREAM_SIZE = Option("stream_size", 1 << 15, "with streams, the most elements of a stream that "
                       "go through a pass; fewer follow the order of nodes more closely", int,
-                      minimum=1)
+                      minimum=1, goes_with=("streams", (True,)))
 _REBUILD = Option("rebuild_ratio", accel.REBUILD_RATIO, "a tree refitted to triangles that moved "
                   "is built anew when its SAH cost is so many times that of the last build; 0: "
                   "always", float, minimum=0)
@@ -99,7 +99,7 @@ _PACKET_STATE = "node:int cursor:int phase:int steps:int | turn:int turns:int"
 
 
 def _stepwise(options: Options) -> Stepwise:
-    """One texel or two a packet, and what a push takes up where there is a stack."""
+    """Two texels or three a packet, and what a push takes up where there is a stack."""
     if options.get("octants"):
         return Stepwise(Record("state", _PACKET_STATE), ("traverse", "intersect"))
     return Stepwise(Record("state", _PACKET_STATE + " far:int stacked:int | far_t_max"),

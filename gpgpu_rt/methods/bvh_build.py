@@ -18,9 +18,9 @@ BUILD_OPTIONS = (
     Option("build_device", "cpu", "what builds it: numpy, or fragment passes (not kay-kajiya, nor "
            "goldsmith-salmon)", choices=("cpu", "gpu")),
     Option("morton_bits", None, "bits of an axis in the codes that lbvh sorts by, or in "
-           "those that hybrid makes clusters of; none: 10, and 2", int, minimum=1),
+           "those that hybrid makes clusters of; none: 10, and 2", int, minimum=1,
+           goes_with=("build", ("lbvh", "hybrid"))),
 )
-_WITH_CODES = ("lbvh", "hybrid")
 
 
 def built_bvh(triangles: np.ndarray, options: Mapping[str, Any], **limit: int) -> accel.Bvh:
@@ -35,9 +35,6 @@ def built_bvh(triangles: np.ndarray, options: Mapping[str, Any], **limit: int) -
     build, device, bits = (options[name] for name in ("build", "build_device", "morton_bits"))
     chosen = {"build": build}
     if bits is not None:
-        if build not in _WITH_CODES:
-            raise OptionError(f"build {build} sorts by no codes; leave morton_bits to "
-                              f"{' and '.join(_WITH_CODES)}")
         chosen["morton_bits"] = bits
     if device == "cpu":
         return accel.cached(accel.build_bvh, triangles, **chosen, **limit)

@@ -97,9 +97,15 @@ def _check(row: Method, path: Path) -> None:
                           'add "phase:int steps:int"')
     if not 1 <= len(row.kernels) <= _MOST_KERNELS:
         raise MethodError(f"{where}: has {len(row.kernels)} kernels; give 1 to {_MOST_KERNELS}")
-    unknown = set(row.schedules) - set(SCHEDULES)
+    unknown = (set(row.schedules) | set(row.drivers)) - set(SCHEDULES)
     if unknown or not row.schedules:
         raise MethodError(f"{where}: schedules are some of {', '.join(SCHEDULES)}")
+    from ..passes.driver import driver_class    # passes know methods, not methods passes
+    for named in row.drivers.values():
+        try:
+            driver_class(named)
+        except MethodError as failure:
+            raise MethodError(f"{where}: {failure}") from failure
     if not (ROOT / row.glsl).is_file():     # an absolute name replaces ROOT
         raise MethodError(f"{where}: there is no GLSL file {row.glsl}; a file beside this one is "
                           "Path(__file__).with_name(...)")

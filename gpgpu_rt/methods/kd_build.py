@@ -20,10 +20,11 @@ BUILD_OPTIONS = (
     Option("build_device", "cpu", "what builds it: numpy, or fragment passes (zhou and hybrid)",
            choices=("cpu", "gpu")),
     Option("split", "binned", "where the builds sah and hybrid try split planes",
-           choices=("binned", "exact")),
+           choices=("binned", "exact"), goes_with=("build", ("sah", "hybrid"))),
     Option("morton_bits", None, "bits of an axis in the codes of the build hybrid; none: 2", int,
-           minimum=1),
-    Option("workers", 1, "processes of the build sah", int, minimum=1),
+           minimum=1, goes_with=("build", ("hybrid",))),
+    Option("workers", 1, "processes of the build sah", int, minimum=1,
+           goes_with=("build", ("sah",))),
     Option("traversal_cost", 1.0, "cost of a node, for the surface area heuristic", float,
            minimum=0),
     Option("intersection_cost", 2.0, "cost of a triangle, in the same unit", float, minimum=1e-6),
@@ -31,8 +32,6 @@ BUILD_OPTIONS = (
            "or more as empty", float, minimum=0),
     Option("max_depth", None, "deepest leaf; none: 8 + 1.3 log2 of the triangles", int, minimum=0),
 )
-# Options that some builds alone take; the others take no notice of split and workers.
-_OWN = {"split": ("sah", "hybrid"), "workers": ("sah",), "morton_bits": ("hybrid",)}
 
 
 def built_kdtree(triangles: np.ndarray, options: Mapping[str, Any]) -> accel.KdTree:
@@ -44,11 +43,9 @@ def built_kdtree(triangles: np.ndarray, options: Mapping[str, Any]) -> accel.KdT
     options : resolved, those of BUILD_OPTIONS and the tracer's ``context`` among them
     """
     build = options["build"]
-    if options["morton_bits"] is not None and build not in _OWN["morton_bits"]:
-        raise OptionError(f"build {build} of a kd-tree has no codes; leave morton_bits to "
-                          f"{' and '.join(_OWN['morton_bits'])}")
     chosen = {option.name: options[option.name] for option in BUILD_OPTIONS
-              if build in _OWN.get(option.name, (build,)) and options[option.name] is not None}
+              if build in (option.goes_with or ("build", (build,)))[1]
+              and options[option.name] is not None}
     device = chosen.pop("build_device")
     if device == "gpu":
         if build not in GPU_KD_BUILDS:

@@ -33,8 +33,6 @@ def _cells(triangles: np.ndarray, options: Mapping[str, Any]) -> accel.Grid | ac
     if options["cells"] == "grid":
         return accel.cached(accel.build_grid, triangles, resolution=options["resolution"],
                             density=options["density"])
-    if options["resolution"] is not None:
-        raise OptionError("resolution is a grid's; say how deep an octree may be by density")
     return accel.cached(accel.build_octree, triangles, leaf_size=options["leaf_size"],
                         density=options["density"])
 
@@ -50,8 +48,10 @@ ROWS = (Method(
     prepare=_prepare,
     options=(
         Option("cells", "grid", "what the host walks", choices=("grid", "octree")),
-        Option("leaf_size", 8, "triangles above which an octree's cell is split", int, minimum=1),
-        Option("resolution", None, "cells an axis: a number or x,y,z; none: by density", object),
+        Option("leaf_size", 8, "triangles above which an octree's cell is split", int, minimum=1,
+               goes_with=("cells", ("octree",))),
+        Option("resolution", None, "cells an axis: a number or x,y,z; none: by density", object,
+               goes_with=("cells", ("grid",))),
         Option("density", 2.0, "cells aimed at per triangle, where no resolution is given", float,
                minimum=1e-6),
         Option("nearest", "blend", "how the nearest hit of a ray is kept: MIN blending in float, "

@@ -115,6 +115,7 @@ class Method:
     single : the method that traces rays which a packet's limit on steps leaves behind
     entry_walk : GLSL file of a beam's walk through its tree, for the option ``entry_points``
     own_array : (options) -> whether each fragment has an array that it writes by its own index
+    fixed_defines : GLSL defines of all its programs, where rows share a GLSL file
     stack, packet, dynamic : as in the survey's Table 1
     """
 
@@ -189,6 +190,17 @@ class Method:
         if in_atlas and options["steps_per_pass"] != 1:
             raise OptionError(f"method {self.name} runs one step a pass, as its stack is drawn "
                               "between them; leave steps_per_pass at 1")
+
+    def in_passes(self, options: Mapping[str, Any], single: bool = False) -> dict[str, Any]:
+        """The options with a schedule that has passes to look at, where there is one; ``single``:
+        one step a pass."""
+        schedules = self.schedules_for(options)
+        asked = options.get("schedule", "loop")
+        fit = [s for s in (asked, "step", "kernels") if s in schedules and s != "loop"]
+        found = {**options, **({"schedule": fit[0]} if fit else {})}
+        if single:
+            found.pop("steps_per_pass", None)
+        return found
 
     def to_dict(self) -> dict[str, Any]:
         """The row as plain data, for tables and JSON."""

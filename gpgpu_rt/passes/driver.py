@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 import moderngl
 
+from ..errors import MethodError
 from ..gpu import Gpu
 from ..methods.row import Accelerator, Method
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
@@ -68,8 +69,7 @@ def make_driver(setup: Setup) -> Driver:
     from entry points and on sorted rays where options say so."""
     check_own_arrays(setup.gpu, setup.method, setup.options)
     named = setup.method.drivers.get(str(setup.options["schedule"]), "traverse.Traversal")
-    module, _, name = named.partition(".")
-    driver: Driver = getattr(import_module(f"{__package__}.{module}"), name)(setup)
+    driver = driver_class(named)(setup)
     if setup.options.get("entry_points"):
         from .entry_points import EntryPoints
         driver = EntryPoints(setup, driver)
@@ -77,3 +77,19 @@ def make_driver(setup: Setup) -> Driver:
         from .sorted_rays import SortedRays
         return SortedRays(setup, driver)
     return driver
+
+
+def driver_class(named: str) -> Callable[[Setup], Driver]:
+    """``module.Class`` in this folder.
+
+    Raises
+    ------
+    MethodError
+        where there is none so called
+    """
+    module, _, name = named.partition(".")
+    try:
+        return getattr(import_module(f"{__package__}.{module}"), name)
+    except (ImportError, AttributeError) as failure:
+        raise MethodError(f"no driver {named!r} in gpgpu_rt/passes; name one as module.Class, as "
+                          "traverse.Traversal") from failure

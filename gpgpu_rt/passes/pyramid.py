@@ -17,6 +17,7 @@ from ..record import TABLE_WIDTH_LOG2, Record
 from ..texel_layout import MAX_PYRAMID, MIN_PYRAMID, POSITION, PYRAMID_SOURCE
 from ..textures import TABLE_WIDTH, make_texture, release
 from .full_screen import FullScreenPass, Rectangles
+from .streams import span
 
 RECORDS = (POSITION, MIN_PYRAMID, MAX_PYRAMID, PYRAMID_SOURCE)
 BOXES_ONLY = (True, True, True, False)
@@ -71,7 +72,8 @@ class Pyramid:
             FullScreenPass(gpu, "build/pyramid.frag", {"TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2,
                                                        **({word: True} if word else {})}, virtual)
             for word in ("CELLS", "", "COPY"))
-        spans = [table_rectangles(first, end) for first, end in zip(self.levels, self.levels[1:])]
+        spans = [span(int(first), int(end - first))
+                 for first, end in zip(self.levels, self.levels[1:])]
         self._rectangles = [_kept(gpu, span) for span in spans]
         self._odd = _kept(gpu, np.concatenate([np.zeros((0, 4)), *spans[1::2]]))
 
@@ -93,17 +95,6 @@ class Pyramid:
         release(self._cells, self._inner, self._copy, self._sides, self._scratch,
                 self._rectangles, self._odd)
         self._gpu, self._sides = None, []
-
-
-def table_rectangles(first: int, end: int) -> np.ndarray:
-    """(k, 4) corners x0, y0, x1, y1 of the texels from ``first`` up to ``end`` of a table."""
-    (top, left), (bottom, right) = divmod(int(first), TABLE_WIDTH), divmod(int(end), TABLE_WIDTH)
-    if top == bottom:
-        corners = [(left, top, right, top + 1)]
-    else:
-        corners = [(left, top, TABLE_WIDTH, top + 1), (0, top + 1, TABLE_WIDTH, bottom),
-                   (0, bottom, right, bottom + 1)]
-    return np.array([c for c in corners if c[0] < c[2] and c[1] < c[3]], np.float32).reshape(-1, 4)
 
 
 def _kept(gpu: Gpu, corners: np.ndarray) -> Rectangles:

@@ -11,7 +11,7 @@ from ..methods.row import Accelerator
 from ..precision import Precision
 from ..ray_state import StateBuffer, stream_samplers
 from ..record import EXACT_INTEGER, TABLE_WIDTH_LOG2, Record
-from ..texel_layout import FOUND, HIT, NEAREST, TRIANGLE
+from ..texel_layout import FOUND, HIT, NEAREST, NO_RAY, TRIANGLE
 from ..textures import note_moved, release, stream_textures, texture_bytes, write_texture
 from .driver import Samplers, Setup
 from .full_screen import FullScreenPass, Rectangles
@@ -97,9 +97,7 @@ class BatchRoom:
         """Take the fields of a batch's rays; bytes that went up."""
         packed = self.record.pack(**rays)
         rows = -(-len(packed) // WIDTH)
-        # What fills the last row is a ray whose interval is empty.
-        texels = np.zeros((self.record.texels, rows * WIDTH, 4), np.float32)
-        texels[0, :, 3], texels[1, :, 2], texels[1, :, 3] = 1, 1, -1
+        texels = np.repeat(NO_RAY[:self.record.texels, None], rows * WIDTH, axis=1)
         texels[:, :len(packed)] = packed.transpose(1, 0, 2)
         for texture, values in zip(self.rays, texels):
             write_texture(texture, values, (0, 0, WIDTH, rows))

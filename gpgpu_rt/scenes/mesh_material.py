@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from PIL import Image
 
 from ..appearance.material import LEAST_ROUGHNESS, Material
 from ..appearance.texture import Texture
@@ -71,13 +72,13 @@ def _of_gltf(name: str, said: Mapping[str, Any], base: np.ndarray,
 
 
 def check_textures(path: Path) -> None:
-    """Raise SceneError where a texture that a mesh file names is not there: trimesh goes on
-    without it."""
+    """Raise SceneError where a texture that a mesh file names cannot be read: trimesh goes on
+    without it. It takes the rest of a line of MTL for the name, as files with spaces need."""
     if path.suffix.lower() == ".obj":
         for library in _named(path, "mtllib"):
             if (path.parent / library).is_file():
                 for image in _named(path.parent / library, "map_Kd"):
-                    _check(path.parent / library, path.parent / image.split()[-1])
+                    _check(path.parent / library, path.parent / image)
     if path.suffix.lower() == ".gltf":
         images = json.loads(path.read_text(encoding="utf-8")).get("images", [])
         for uri in (image.get("uri", "") for image in images):
@@ -87,15 +88,22 @@ def check_textures(path: Path) -> None:
 
 def _check(path: Path, image: Path) -> None:
     if not image.is_file():
-        raise SceneError(f"{path}: no such texture {image.name}; put it there, or leave it out of "
-                         "the file")
+        known = "" if not image.name.startswith("-") else " (options before it are not read)"
+        raise SceneError(f"{path}: no such texture {image.name}{known}; put it there, or leave it "
+                         "out of the file")
+    try:
+        with Image.open(image):
+            pass
+    except (OSError, ValueError) as failure:
+        raise SceneError(f"{path}: {image.name} is no image that can be read; replace it, or "
+                         "leave it out of the file") from failure
 
 
 def _named(path: Path, word: str) -> list[str]:
     """What follows a word at the beginning of a text file's lines."""
     text = path.read_text(encoding="utf-8", errors="replace")
     return [line.strip()[len(word):].strip() for line in text.splitlines()
-            if line.strip().startswith(word + " ")]
+            if line.strip().lower().startswith(word.lower() + " ")]
 
 
 def _texture(image: Any, name: str, textures: Textures) -> Texture | None:

@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import os
-import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -11,7 +10,7 @@ import numpy as np
 
 from ..accel.image_tree import cell_faces
 from ..errors import SceneError
-from ..files import replacing
+from ..files import read_npz, replacing
 from ..scene import Scene
 
 
@@ -103,15 +102,8 @@ class GeometryImage:
         SceneError
             a file that cannot be read, or holds no charts
         """
-        try:
-            with np.load(path, allow_pickle=False) as file:
-                charts = [file[f"chart_{k}"] for k in range(len(file.files))
-                          if f"chart_{k}" in file]
-        except FileNotFoundError:
-            raise SceneError(f"{path}: no such file") from None
-        except (OSError, ValueError, zipfile.BadZipFile, EOFError, AttributeError) as failure:
-            raise SceneError(f"{path}: cannot read it ({type(failure).__name__}); give an .npz "
-                             "archive of arrays") from failure
+        found = read_npz(path, "a geometry image", SceneError)
+        charts = [found[f"chart_{k}"] for k in range(len(found)) if f"chart_{k}" in found]
         if not charts:
             raise SceneError(f"{path}: holds no chart_0; a geometry image is an .npz with arrays "
                              "chart_0, chart_1, ..., (rows, columns, 3) each")

@@ -15,7 +15,7 @@ from ..heat import KINDS, Heat, heat, scale_of
 from ..methods import find_method
 from ..options import TRACER_OPTIONS
 from ..statistics import Statistics
-from .tracers import Tracers, stepwise
+from .tracers import Tracers
 
 LAYOUTS = ("wipe", "side by side")
 
@@ -60,7 +60,7 @@ class HeatView:
             rows.append((self.other, dict(options) if self.other == method
                          else _shared(self.other, options)))
         if self.what == "passes":
-            return [(name, stepwise(name, chosen)) for name, chosen in rows]
+            return [(name, find_method(name).in_passes(chosen)) for name, chosen in rows]
         return [(name, {**chosen, "statistics": True}) for name, chosen in rows]
 
     def size_of_one(self, size: tuple[int, int]) -> tuple[int, int]:

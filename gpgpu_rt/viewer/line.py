@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 from ..methods import find_method
 from ..options import TRACER_OPTIONS
 from .choices import DECIDED, camera_words, option_words
-from .tracers import stepwise
 
 if TYPE_CHECKING:
     from .model import Viewer
@@ -40,11 +39,15 @@ def _passes(viewer: Viewer) -> tuple[str, str]:
     chosen = viewer.choices
     width, height = viewer.journey_size
     words = ["passes", chosen.scene, f"--method={chosen.method}",
-             *_option_words(chosen.method, stepwise(chosen.method, chosen.options)),
+             *_option_words(chosen.method, _in_passes(viewer)),
              f"--size={width}x{height}", *camera_words(viewer.camera),
              f"--output={viewer.scene.name}-passes"]
     return (shlex.join(["gpgpu-rt", *words]),
             "writes every pass over the same rays to a folder, in pictures of its own")
+
+
+def _in_passes(viewer: Viewer) -> dict[str, Any]:
+    return find_method(viewer.choices.method).in_passes(viewer.choices.options)
 
 
 def _option_words(method: str, options: dict[str, Any]) -> list[str]:
@@ -73,5 +76,5 @@ def settings_of(viewer: Viewer) -> dict[str, Any]:
         found["passes"] = {
             "pass": None if journey is None else journey.kept[viewer.index].number,
             "field": viewer.field, "size": list(viewer.journey_size),
-            "options": stepwise(chosen.method, chosen.options)}
+            "options": _in_passes(viewer)}
     return found

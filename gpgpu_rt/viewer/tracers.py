@@ -61,22 +61,10 @@ class Tracers:
 
     def in_passes(self, method: str, options: Mapping[str, Any], single: bool = False) -> Tracer:
         """One under a schedule whose passes can be looked at; ``single``: one step a pass."""
-        return self.get(method, stepwise(method, options, single))
+        return self.get(method, find_method(method).in_passes(options, single))
 
     def release(self) -> None:
         """Free all of them."""
         for tracer in self._tracers.values():
             tracer.release()
         self._tracers.clear()
-
-
-def stepwise(method: str, options: Mapping[str, Any], single: bool = False) -> dict[str, Any]:
-    """The options with a schedule that has passes to look at, where the method has one;
-    ``single``: one step a pass."""
-    schedules = find_method(method).schedules_for(options)
-    asked = options.get("schedule", "loop")
-    fit = [s for s in (asked, "step", "kernels") if s in schedules and s != "loop"]
-    found = {**options, **({"schedule": fit[0]} if fit else {})}
-    if single:
-        found.pop("steps_per_pass", None)
-    return found

@@ -1,6 +1,7 @@
 """Cache: nothing but the same build of the same triangles is ever read back."""
 from __future__ import annotations
 
+import importlib
 import os
 import subprocess
 import sys
@@ -21,6 +22,22 @@ for _ in range(15):
     accel.cache._store(accel.cache.cache_folder() / "same.npz", accel.build_bvh(triangles))
 """
 
+HEIGHTS = """
+from dataclasses import dataclass
+import numpy as np
+
+calls = 0
+
+@dataclass
+class Heights:
+    tops: np.ndarray
+
+def build(triangles: np.ndarray) -> Heights:
+    global calls
+    calls += 1
+    return Heights(triangles[:, :, 2].max(axis=1))
+"""
+
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch) -> Path:
@@ -39,9 +56,23 @@ def test_an_option_may_be_called_build_or_triangles(folder: Path) -> None:
         expected = accel.build_bvh(triangles, build=build)
         assert np.array_equal(bvh.escape, expected.escape)
     assert len(files(folder)) == 2
-    seen = accel.cached(lambda given, **options: accel.build_grid(
-        given, resolution=options["triangles"]), triangles, triangles=3)
-    assert seen.resolution.tolist() == [3, 3, 3]
+
+    def build(given: np.ndarray, /, **options: int) -> accel.Grid:
+        return accel.build_grid(given, resolution=options["triangles"])
+    assert accel.cached(build, triangles, triangles=3).resolution.tolist() == [3, 3, 3]
+
+
+def test_a_structure_of_ones_own_comes_back(folder: Path, monkeypatch, tmp_path) -> None:
+    (tmp_path / "heights.py").write_text(HEIGHTS)
+    monkeypatch.syspath_prepend(tmp_path)
+    heights = importlib.import_module("heights")
+    triangles = random_soup(40, 5)
+    for _ in range(2):
+        assert np.array_equal(accel.cached(heights.build, triangles).tops,
+                              triangles[:, :, 2].max(axis=1))
+    assert heights.calls == 1 and len(files(folder)) == 1
+    with pytest.raises(TypeError, match="annotate the dataclass that .*lambda"):
+        accel.cached(lambda given: None, triangles)
 
 
 def test_builder_options_triangles_and_text_all_make_another_file(folder, monkeypatch) -> None:
@@ -57,7 +88,7 @@ def test_builder_options_triangles_and_text_all_make_another_file(folder, monkey
     assert len(files(folder)) == 6
     accel.cached(accel.build_grid, triangles, resolution=[2, 3, 5])
     assert len(files(folder)) == 6
-    monkeypatch.setattr(cache, "_builders_digest", lambda: "another text")
+    monkeypatch.setattr(cache, "_builders_digest", lambda module: "another text")
     accel.cached(accel.build_kdtree, triangles)
     assert len(files(folder)) == 7
 
@@ -65,17 +96,20 @@ def test_builder_options_triangles_and_text_all_make_another_file(folder, monkey
 def test_the_digest_follows_every_file_of_the_builders(tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(cache, "__file__", str(tmp_path / "cache.py"))
     digests = set()
-    for name, text in (("cache", "a"), ("sah", "a"), ("sah", "b")):
+    monkeypatch.setattr(sys.modules["pytest"], "__file__", str(tmp_path / "own" / "own.py"))
+    (tmp_path / "own").mkdir()
+    (tmp_path / "own" / "own.py").write_text("")
+    for name, text in (("cache", "a"), ("sah", "a"), ("sah", "b"), ("own/own", "a")):
         (tmp_path / f"{name}.py").write_text(text)
-        digests.add(cache._builders_digest.__wrapped__())
-    assert len(digests) == 3
+        digests.add(cache._builders_digest.__wrapped__("pytest"))
+    assert len(digests) == 4
 
 
 @pytest.mark.parametrize("build", [accel.build_grid, accel.build_kdtree, accel.build_bvh])
 def test_fields_come_back_with_their_types(folder: Path, build) -> None:
     triangles = random_soup(30, 3)
     built = accel.cached(build, triangles)
-    read = cache._load(next(folder.glob("*.npz")))
+    read = cache._load(next(folder.glob("*.npz")), type(built))
     assert type(read) is type(built)
     for name, value in vars(built).items():
         again = getattr(read, name)
@@ -91,7 +125,7 @@ def test_one_changed_value_is_never_trusted(folder: Path) -> None:
         arrays = dict(file)
     arrays["escape"][3] += 1
     np.savez(path, **arrays)            # a whole file, but for its checksum
-    assert cache._load(path) is None
+    assert cache._load(path, accel.Bvh) is None
 
 
 def test_two_processes_may_store_at_once(folder: Path) -> None:
@@ -100,7 +134,7 @@ def test_two_processes_may_store_at_once(folder: Path) -> None:
                for _ in range(2)]
     path, torn = folder / "same.npz", 0
     while any(process.poll() is None for process in running):
-        torn += path.exists() and cache._load(path) is None
+        torn += path.exists() and cache._load(path, accel.Bvh) is None
     assert [process.returncode for process in running] == [0, 0]
     assert torn == 0 and files(folder) == ["same.npz"]
 

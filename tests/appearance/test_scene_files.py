@@ -132,8 +132,16 @@ def test_the_example_in_the_documentation_is_one(folder: Path) -> None:
 
 
 def test_missing_textures_of_mesh_files_are_errors(folder: Path) -> None:
-    (folder / "two.mtl").write_text("newmtl green\nKd 0 1 0\nmap_Kd -s 1 1 1 gone.png\n")
-    with pytest.raises(rt.SceneError, match="two.mtl: no such texture gone.png"):
+    for words, message in (("gone.png", "two.mtl: no such texture gone.png"),
+                           ("-s 1 1 1 my wood.png", "wood.png .options before it are not read"),
+                           ("noise.png", "two.mtl: noise.png is no image")):
+        (folder / "noise.png").write_bytes(b"noise")
+        Image.new("RGB", (2, 2)).save(folder / "my wood.png")
+        (folder / "two.mtl").write_text(f"newmtl green\nKd 0 1 0\nmap_Kd {words}\n")
+        with pytest.raises(rt.SceneError, match=message):
+            rt.load_scene(folder / "two.obj")
+    (folder / "two.mtl").write_text("newmtl green\nKd 1 1 1\nmap_Kd my wood.png\n")
+    with pytest.raises(rt.SceneError, match="green has a texture, but the mesh no"):   # it is read
         rt.load_scene(folder / "two.obj")
 
 

@@ -125,6 +125,8 @@ BROKEN = {
     "taken": ("sweep.py", 'name="sweep"', 'name="grid"', "in the table already"),
     "state": ("sweep.py", "phase:int ", "", "no phase"),
     "kernels": ("sweep.py", '("pass_run", "intersect")', "()", "has 0 kernels"),
+    "driver": ("sweep.py", 'name="sweep"', 'name="sweep", drivers={"loop": "sweeps.Sweep"}',
+               "no driver 'sweeps.Sweep'"),
     "glsl": ("sweep.py", 'with_name("sweep.glsl")', 'with_name("swep.glsl")', "no GLSL file"),
     "prepare": ("sweep.py", "len(order), length", "len(ordr), length",
                 r"sweep.py:\d+: NameError in prepare"),

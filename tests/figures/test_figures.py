@@ -17,7 +17,7 @@ from gpgpu_rt.figures import (
     fig05, fig12, fig13, fig14, fig16, fig17, fig20, fig22, measure, published_numbers, results,
     tree_sizes
 )
-from gpgpu_rt.figures.__main__ import main
+from gpgpu_rt.figures.__main__ import FIGURES, _figure, main
 from gpgpu_rt.figures.cell import Cell
 from gpgpu_rt.figures.comparison import Panel
 from gpgpu_rt.figures.kendall import tau_b
@@ -80,6 +80,12 @@ def _fake(cell: Cell, folder: Path, ns: float, nodes: float = 3, stand_in: str |
         "median_ms": ns * cell.size ** 2 / 1e6, "wall_ms": 1, "statistics": {"passes": 1},
         "counters": {"steps": 5, "nodes_visited": nodes, "triangles_tested": 2},
         "scene": {"triangles": 9, "stand_in": stand_in}, **more}))
+
+
+@pytest.mark.parametrize("full", [False, True], ids=["quick", "full"])
+def test_no_two_cells_share_a_file(full: bool) -> None:
+    cells = {cell for name in FIGURES for cell in _figure(name).cells(full)}
+    assert len({cell.name for cell in cells}) == len(cells)
 
 
 @pytest.mark.parametrize("figure", COMPARISONS, ids=lambda f: f.name)

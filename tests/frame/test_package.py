@@ -189,6 +189,14 @@ def test_trace_command(capsys, tmp_path) -> None:
     (["render", "cornell"], "-o/--output"),
     (["trace", "cornell", "{}/gone.npz", "-o", "{}/h.npz"], "cannot read rays"),
     (["trace", "cornell", "{}/bad.npz", "-o", "{}/h.npz"], "cannot read rays"),
+    (["trace", "cornell", "{}/one.npy", "-o", "{}/h.npz"], "cannot read rays"),
+    (["trace", "cornell", "{}/torn.npz", "-o", "{}/h.npz"], "cannot read rays"),
+    (["render", "{}/torn.npz", "--frames", "1", "-o", "{}"], "cannot read an animation"),
+    (["render", "{}/torn.npz", "-o", "{}/x.png"], "cannot read a geometry image"),
+    (["bench", "cornell", "--size", "8", "-m", "kd-stack", "--schedule", "step"], "loop only"),
+    (["accuracy", "cornell", "-m", "kd-short-stack", "--stack-size", "16"], "none of 1, 2, 3, 4"),
+    (["render", "cornell", "-o", "{}/x.png", "-m", "kd-stack", "--build", "zhou", "--split",
+      "exact"], "split means something with build sah or hybrid alone"),
     (["trace", "cornell", "{}/empty.npz", "-o", "{}/h.npz"], "holds no directions"),
     (["trace", "cornell", "{}/nan.npz", "-o", "{}/h.npz"], "ray 1 is invalid"),
     (["fly"], "invalid choice"),
@@ -196,6 +204,11 @@ def test_trace_command(capsys, tmp_path) -> None:
 def test_mistakes_are_one_line(capsys, tmp_path, arguments: list[str], message: str) -> None:
     (tmp_path / "bad.npz").write_bytes(b"PK not an archive")
     np.savez(tmp_path / "empty.npz", stuff=np.zeros(3))
+    np.save(tmp_path / "one.npy", np.zeros(3))
+    np.savez_compressed(tmp_path / "torn.npz", origins=np.random.default_rng(1).random((99, 3)))
+    whole = bytearray((tmp_path / "torn.npz").read_bytes())
+    whole[99:120] = bytes(21)                 # in the stream: zlib finds it, not the archive
+    (tmp_path / "torn.npz").write_bytes(whole)
     np.savez(tmp_path / "nan.npz", origins=[[0, 0, 0], [np.nan, 0, 0]], directions=np.ones((2, 3)))
     before = sorted(tmp_path.iterdir())
     status, out, err = run(capsys, *(a.replace("{}", str(tmp_path)) for a in arguments))

@@ -175,7 +175,7 @@ def test_lights_are_chosen_as_often_as_they_shine(seed: int, count: int) -> None
     scene = rt.Scene.from_arrays(rng.normal(size=(3 * count, 3)),
                                  np.arange(3 * count).reshape(-1, 3), materials=materials,
                                  material_of=np.arange(count),
-                                 light=rt.scene.Light((0, 9, 0), (0.1, 0.2, 0.3)))
+                                 light=rt.PointLight((0, 9, 0), (0.1, 0.2, 0.3)))
     lights = LightChoice.of(scene)
     names = np.r_[np.arange(count), -1]
     assert sorted(lights.triangle) == sorted(names)

@@ -177,7 +177,7 @@ def test_a_shadow_ray_ends_before_a_surface_at_the_light() -> None:
     vertices = np.concatenate((corners, corners + (0, 3.3, 0)))
     faces = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]]
     camera = rt.Camera((0.3, 1.7, 0.2), (0.1, 0, 0.1), (0, 0, 1), 100)
-    light = rt.scene.Light((0.7, float(np.float32(3.3)), 1.1))
+    light = rt.PointLight((0.7, float(np.float32(3.3)), 1.1))
     room = rt.Scene.from_arrays(vertices, faces, light=light, camera=camera)
     with rt.Tracer(room) as tracer:
         hits, start, end = shadow_rays(tracer, (64, 64))

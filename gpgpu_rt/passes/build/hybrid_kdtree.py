@@ -8,8 +8,9 @@ every side of every piece, as the CPU's exact search does.
 
 Departures from the CPU's form, where passes do other operations: a triangle is cut by plane after
 plane on its way down and not listed in cells, and not at all below a node of `FEW`, so the boxes
-of its parts are larger. Trees cost up to 5 % more, and give the same hits. With Zhou's limit of 64
-for small nodes they cost up to 9 % more, the bunny's with twice the references.
+of its parts are larger. Trees cost a few percent more (docs/kd-trees.md), and give the same hits.
+With Zhou's limit of 64 for small nodes they cost up to 9 % more, the bunny's with twice the
+references.
 """
 from __future__ import annotations
 
