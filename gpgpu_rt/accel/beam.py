@@ -58,16 +58,21 @@ class Beams:
 
     def meet_triangles(self, beam: np.ndarray, corners: np.ndarray,
                        triangle: np.ndarray) -> np.ndarray:
-        """The same of triangles, (n, 3, 3) corners in the frame."""
-        found = corners[triangle]
-        depth = found[:, :, 2]
-        kept = depth.max(axis=1) >= self.behind[beam]
+        """The same of triangles: their corners in the frame, (3, 3, n), axis by axis and corner by
+        corner, as numpy is slow along short axes."""
+        depth = corners[2][:, triangle]
+        kept = _largest(depth) >= self.behind[beam]
         for a in (0, 1):
             (low, high), (least, most) = self.slopes[a], self.limits[a]
-            across = found[:, :, a]
-            kept &= (across - low[beam, None] * depth).max(axis=1) >= least[beam]
-            kept &= (across - high[beam, None] * depth).min(axis=1) <= most[beam]
+            across = corners[a][:, triangle]
+            kept &= _largest(across - low[beam] * depth) >= least[beam]
+            kept &= -_largest(high[beam] * depth - across) <= most[beam]
         return kept
+
+
+def _largest(values: np.ndarray) -> np.ndarray:
+    """(n,) of (3, n)."""
+    return np.maximum(np.maximum(values[0], values[1]), values[2])
 
 
 class Candidates:
@@ -75,6 +80,7 @@ class Candidates:
 
     Attributes
     ----------
+    corners : (3, 3, n), axis by axis of the frame, corner by corner
     near : (n,) float32, where each triangle begins along the axis, counted against it for
         ``negative``: exact
     order : (n,) int64, triangles by that
@@ -82,7 +88,7 @@ class Candidates:
 
     def __init__(self, triangles: np.ndarray, tree: Bvh, axis: int, negative: bool) -> None:
         self.tree = tree
-        self.corners = in_frame(triangles, axis, negative)
+        self.corners = in_frame(triangles, axis, negative).transpose(2, 1, 0).copy()
         lo, hi = in_frame(tree.lo, axis, negative), in_frame(tree.hi, axis, negative)
         self.lo, self.hi = np.minimum(lo, hi), np.maximum(lo, hi)
         along = triangles[:, :, axis]

@@ -116,8 +116,13 @@ class _Frame:
         reach = wide * np.abs(depth) + 3 * self.space.pad
         edge = self.half[:2] + (np.abs(middle) + 1 / directions) * self.half[2]
         first, last = (np.clip(np.floor((at / edge + 1) * (tiles / 2)), 0, tiles - 1).astype(int)
-                       for at in ((crossing - reach).min(axis=1), (crossing + reach).max(axis=1)))
+                       for at in (-_largest(reach - crossing), _largest(crossing + reach)))
         return first, last - first + 1
+
+
+def _largest(values: np.ndarray) -> np.ndarray:
+    """(n, 2) of (n, 3, 2): numpy is slow along short axes."""
+    return np.maximum(np.maximum(values[:, 0], values[:, 1]), values[:, 2])
 
 
 def half_size(space: RaySpace) -> np.ndarray:

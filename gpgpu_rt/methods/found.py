@@ -100,7 +100,8 @@ def _check(row: Method, path: Path) -> None:
     unknown = (set(row.schedules) | set(row.drivers)) - set(SCHEDULES)
     if unknown or not row.schedules:
         raise MethodError(f"{where}: schedules are some of {', '.join(SCHEDULES)}")
-    from ..passes.driver import driver_class    # passes know methods, not methods passes
+    # Passes know methods, not methods passes.
+    from ..passes.driver import driver_class
     for named in row.drivers.values():
         try:
             driver_class(named)
