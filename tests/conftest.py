@@ -63,14 +63,17 @@ def schedules_of(row: rt.Method, names: Iterable[str] = SCHEDULES,
             and not ((row.stack_entry or row.single) and "steps_per_pass" in SCHEDULES[name])}
 
 
-# What these test in full is built by numpy, or counted, or how the renderer rounds.
-IN_FULL_ONCE = ("accel", "extremes", "figures", "frame", "hardware", "reference")
+# What these test in full is built by numpy, or counted, or how the renderer rounds; but for hits.
+IN_FULL_ONCE = ("accel", "extremes", "figures", "frame", "hardware", "paths", "rasterised",
+                "reference", "traversal")
+HITS = "test_hits"
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
-        if item.path.parent.name in IN_FULL_ONCE and item.get_closest_marker("full"):
+        mine = item.path.parent.name in IN_FULL_ONCE and item.path.stem != HITS
+        if mine and item.get_closest_marker("full"):
             item.add_marker(pytest.mark.once)
 
 

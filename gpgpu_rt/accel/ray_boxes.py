@@ -133,8 +133,10 @@ class RayBoxes:
             return False                # the same rays again, or others like them
         before = self.directory[chosen]
         old = self.used
-        wanted = self._affordable(chosen, rays)
-        if not self._make(chosen, rays, wanted) and old > FACES * (len(self.faces[0].order) + 1):
+        wanted, expected = self._affordable(chosen, rays)
+        earlier = old > FACES * (len(self.faces[0].order) + 1)
+        full = earlier and old + expected * self._missing(chosen, wanted) > self.most
+        if (full or not self._make(chosen, rays, wanted)) and earlier:
             self.forget()               # the lists of earlier calls leave no room for this one's
             self._make(chosen, rays, wanted)
             before = np.full(len(chosen), -1)
@@ -146,16 +148,24 @@ class RayBoxes:
         self.grow_seconds += time.perf_counter() - began
         return bool((self.directory[chosen] != before).any())
 
-    def _affordable(self, cells: np.ndarray, rays: np.ndarray) -> np.ndarray:
+    def _affordable(self, cells: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, float]:
         """The level of each cell's box: the finest at which it holds ``min_rays`` rays, or as many
-        times that as bring all lists within the budget, going by a few of them."""
+        times that as bring all lists within the budget, going by a few of them; and how many
+        candidates these expect."""
         room = FILLED * (self.most - FACES * (len(self.faces[0].order) + 1))
         least = self.min_rays
         while True:
             wanted = self._wanted(cells, rays, least)
-            if least > rays.sum() or self._estimate(cells, wanted) <= room:
-                return wanted
+            expected = self._estimate(cells, wanted)
+            if least > rays.sum() or expected <= room:
+                return wanted, expected
             least *= RAISED
+
+    def _missing(self, cells: np.ndarray, wanted: np.ndarray) -> float:
+        """The share of the cells whose box has no list yet."""
+        missing = sum(int((self.first[level][self._box(cells[wanted == level], level)] < 0).sum())
+                      for level in range(1, self.levels))
+        return missing / max(len(cells), 1)
 
     def _wanted(self, cells: np.ndarray, rays: np.ndarray, least: int) -> np.ndarray:
         """The finest level at which each cell's box holds so many rays."""
