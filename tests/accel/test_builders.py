@@ -1,6 +1,8 @@
 """Builders: every triangle is where a ray will look for it, and the records hold together."""
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 import trimesh
@@ -130,10 +132,10 @@ def test_cache(build, tmp_path, monkeypatch) -> None:
     triangles = random_soup(80, 12)
     calls = []
 
+    @functools.wraps(build)
     def counting(given, **options):
         calls.append(1)
         return build(given, **options)
-    counting.__qualname__ = build.__qualname__
     first = accel.cached(counting, triangles)
     again = accel.cached(counting, triangles)
     assert len(calls) == 1

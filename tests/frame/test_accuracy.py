@@ -206,11 +206,35 @@ def test_accuracy_command(capsys, tmp_path) -> None:
     assert "0.012" in out and "wrong" in out     # none of 256 wrong: at most 0.012
     path.unlink()
     for more, message in ((["--precisions", "fp12"], "no precision"), (["--rays", "0"], "rays"),
-                          (["-m", "gird"], "did you mean grid"),
-                          (["-m", "grid"], "has an option 'octants'")):
+                          (["-m", "gird"], "did you mean grid")):
         assert cli.main([*arguments, *more]) == 1
         error = capsys.readouterr().err
         assert message in error.splitlines()[-1] and not path.exists()
+
+
+def test_several_methods_are_named_together_or_one_by_one(capsys) -> None:
+    arguments = ["accuracy", "cornell", "--precisions", "fp32", "--rays", "16", "--size", "8"]
+    found = []
+    for words in (["-m", "bih,grid"], ["-m", "bih", "--methods", "grid"]):
+        assert cli.main([*arguments, *words, "--json"]) == 0
+        found.append([row["method"] for row in json.loads(capsys.readouterr().out)["rows"]])
+    assert found == [["bih", "grid"]] * 2
+    assert cli.main([*arguments, "-m", "grid", "--octants"]) == 1
+    assert "has an option 'octants'" in capsys.readouterr().err
+    words = ["-m", "kd-stack", "-m", "bih", "--stack-size", "4"]
+    assert cli.main([*arguments, *words, "--json"]) == 0
+    assert {row["options"]["stack_size"] for row in json.loads(
+        capsys.readouterr().out)["rows"]} == {4}
+
+
+def test_of_all_methods_those_are_left_out_that_refuse_an_option(ball) -> None:
+    told: list[str] = []
+    rows = accuracy(ball, formats=["fp32"], options={"build": "zhou", "schedule": "kernels"},
+                    rays=4, size=(4, 4), report=told.append)
+    names = {row["method"] for row in rows}
+    assert "kd-restart" in names and not names & {"kd-stack", "bvh-threaded", "bih-stack"}
+    assert any("without kd-stack" in line for line in told)
+    assert any("without bvh-threaded" in line for line in told)
 
 
 def test_options_no_method_has(ball) -> None:
