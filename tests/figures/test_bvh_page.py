@@ -77,3 +77,19 @@ def test_streams_are_as_the_page_says(size: int, row: int) -> None:
     assert (len(lengths), statistics.draw_calls) == (streams, draws)
     if size == 1 << 22:
         assert ", ".join(f"{length:,}" for length in lengths) in " ".join(text.split())
+
+
+def test_the_table_of_streams_agrees_with_that_of_nodes() -> None:
+    """Eye rays are in both."""
+    text, nodes = PAGE.read_text(), tables()["nodes"]
+    rows = text[text.index("| a ray |"):].split("\n\n")[0].splitlines()
+    heads, *rows = [[cell.strip() for cell in row.strip("|").split("|")]
+                    for row in rows if "---" not in row]
+    words = {"a stack a ray": "bvh-stack", "packets of 2x2": "bvh-packet",
+             "packets of 4x2": "bvh-packet --packet 4x2", "streams": "bvh-packet --streams"}
+    assert [row[0] for row in rows] == list(words)
+    for name, *cells in rows:
+        for head, cell in zip(heads[1:], cells):
+            scene, kind = head.split(", ")
+            if kind == "eye":
+                assert float(cell.split(",")[0]) == nodes[words[name]][scene], (name, head)
