@@ -139,12 +139,12 @@ def _exponents(size: np.ndarray) -> np.ndarray | None:
 
 def hits_of(fields: Mapping[str, np.ndarray]) -> Hits:
     """Hits from the fields of HIT, in the units they are in."""
-    missed = fields["triangle"] == EXACT_INTEGER
-    zero = np.float32(0)
-    return Hits(np.where(missed, np.float32(np.inf), fields["t"]),
-                np.where(missed, zero, fields["u"]), np.where(missed, zero, fields["v"]),
-                np.where(missed, np.int32(-1), fields["triangle"]),
-                np.zeros(len(missed), np.uint8))
+    missed = np.flatnonzero(fields["triangle"] == EXACT_INTEGER)
+    found = {}
+    for name, on_miss in (("t", np.inf), ("u", 0), ("v", 0), ("triangle", -1)):
+        found[name] = fields[name].copy()      # together, not a column of what was read
+        found[name][missed] = on_miss
+    return Hits(**found, status=np.zeros(len(found["t"]), np.uint8))
 
 
 def _rays_array(values: np.ndarray, name: str) -> np.ndarray:
