@@ -47,11 +47,13 @@ class PacketRoom:
     def read_hits(self) -> np.ndarray:
         """(rays, 4) float32, the texels of HIT row by row; only where a target holds one ray."""
         (width, height), across = self.packet, self.rays[0]
-        texels = np.empty((self.size[1], height, self.size[0], width, 4), np.float32)
+        # Channel by channel, as they will be asked for.
+        planes = np.empty((4, self.size[1], height, self.size[0], width), np.float32)
         for r, texture in enumerate(self.hits):
-            texels[:, r // width, :, r % width] = read_texture(texture)
-        image = texels.reshape(self.size[1] * height, self.size[0] * width, 4)
-        return image[:self.rays[1], :across].reshape(-1, 4)
+            for plane, values in zip(planes, np.moveaxis(read_texture(texture), -1, 0)):
+                plane[:, r // width, :, r % width] = values
+        image = planes.reshape(4, self.size[1] * height, self.size[0] * width)
+        return image[:, :self.rays[1], :across].reshape(4, -1).T
 
     def bytes(self) -> int:
         return texture_bytes((*self.hits, *self.counters))
