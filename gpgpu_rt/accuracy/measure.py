@@ -137,6 +137,9 @@ def accuracy(scene: Scene, names: Sequence[str] | None = None,
     """
     candidates = []
     unused = set(options or {})
+    if "precision" in unused:
+        raise OptionError("what is measured in which precision say formats (--precisions); leave "
+                          "precision out")
     for name in [row.name for row in methods()] if names is None else names:
         table, known = option_table(name), precisions(name)
         unused -= set(table)

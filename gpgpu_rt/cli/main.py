@@ -6,6 +6,7 @@ import importlib.metadata
 import os
 import sys
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -133,7 +134,9 @@ def _check_picture(chosen: argparse.Namespace) -> None:
 
 
 def _trace(chosen: argparse.Namespace) -> None:
-    check_writable(chosen.output)
+    if check_writable(chosen.output).resolve() == Path(chosen.rays).resolve():
+        raise OptionError(f"the hits would take the place of the rays in {chosen.rays}; give "
+                          "--output another name")
     rays = _read_rays(chosen.rays)
     if chosen.scheduler is not None:
         return trace_shared(chosen, rays)

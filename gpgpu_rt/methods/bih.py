@@ -48,7 +48,7 @@ ROWS = (Method(
     prepare=_prepare,
     options=(
         Option("max_leaf", 4, "triangles up to which a node is a leaf", int, minimum=1),
-        Option("stack_size", 0, "entries of a stack in a local array, which lives a pass; none: "
+        Option("stack_size", 0, "entries of a stack in a local array, which lives a pass; 0: "
                "up the parents alone", int, choices=(0, 4, 16), define="STACK_SIZE"),
     ),
     own_array=lambda options: options["stack_size"] > 0,

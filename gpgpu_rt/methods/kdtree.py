@@ -166,7 +166,7 @@ ROWS = (
                 prepare=lambda triangles, options: _for_packets(_prepare(triangles, options),
                                                                 options),
                 options=(*BUILD_OPTIONS, PACKET, VERTEX_CULLING, _PUSH_DOWN, Option(
-                    "stack_size", 3, "entries of the stack; none: restarts alone", int,
+                    "stack_size", 3, "entries of the stack; 0: restarts alone", int,
                     choices=(0, 1, 2, 3, 4), define="STACK_SIZE")), stack=True),
     _packet_row("kd-ropes-packet", "several rays a fragment, along ropes that meet at siblings",
                 "Popov et al. 2007", "kd-ropes", tables=(*_TABLES, KD_LEAF),

@@ -189,6 +189,8 @@ def test_trace_command(capsys, tmp_path) -> None:
     (["render", "cornell"], "-o/--output"),
     (["trace", "cornell", "{}/gone.npz", "-o", "{}/h.npz"], "cannot read rays"),
     (["trace", "cornell", "{}/bad.npz", "-o", "{}/h.npz"], "cannot read rays"),
+    (["trace", "cornell", "{}/nan.npz", "-o", "{}/nan.npz"], "place of the rays"),
+    (["accuracy", "cornell", "--precision", "fp16"], "--precisions"),
     (["trace", "cornell", "{}/one.npy", "-o", "{}/h.npz"], "cannot read rays"),
     (["trace", "cornell", "{}/torn.npz", "-o", "{}/h.npz"], "cannot read rays"),
     (["render", "{}/torn.npz", "--frames", "1", "-o", "{}"], "cannot read an animation"),
