@@ -63,17 +63,14 @@ def schedules_of(row: rt.Method, names: Iterable[str] = SCHEDULES,
             and not ((row.stack_entry or row.single) and "steps_per_pass" in SCHEDULES[name])}
 
 
-# What these test in full is built by numpy, or counted, or how the renderer rounds; but for hits.
-IN_FULL_ONCE = ("accel", "extremes", "figures", "frame", "hardware", "paths", "rasterised",
-                "reference", "traversal")
-HITS = "test_hits"
+# What these test in full is built by numpy, or counted: the same on every backend.
+ON_ANY_BACKEND = ("accel", "figures", "reference")
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
-        mine = item.path.parent.name in IN_FULL_ONCE and item.path.stem != HITS
-        if mine and item.get_closest_marker("full"):
+        if item.path.parent.name in ON_ANY_BACKEND and item.get_closest_marker("full"):
             item.add_marker(pytest.mark.once)
 
 

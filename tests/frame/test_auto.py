@@ -100,8 +100,7 @@ def test_rays_that_are_none_say_nothing() -> None:
     assert share_of(origins[0, :1], directions[0, :1], invalid="miss") is None
 
 
-@pytest.mark.parametrize("name", [
-    "cornell", pytest.param("kitchen", marks=pytest.mark.full)])
+@pytest.mark.parametrize("name", ["cornell", "kitchen"])
 def test_the_rays_of_the_bench_are_told_apart(name: str) -> None:
     scene = rt.load_scene(name)
     diagonal = float(np.linalg.norm(np.subtract(*scene.bounds)))

@@ -122,8 +122,7 @@ def test_any_hit_agrees_with_closest(method: str, options: dict, schedule: dict)
 
 
 @pytest.mark.parametrize("name", [
-    name if name in ("cornell", "bunny") else pytest.param(name, marks=pytest.mark.full)
-    for name in FOLEY])
+    name if name != "robots" else pytest.param(name, marks=pytest.mark.full) for name in FOLEY])
 def test_real_scene_matches_oracle(name: str) -> None:
     """Quick: every method on 4,096 rays of each kind, against the float64 oracle."""
     scene = real_scene(name)
