@@ -67,6 +67,10 @@ class Option:
             raise OptionError(f"option {self.name}={value!r} must be at least {self.minimum:g}")
         return converted
 
+    def fits(self, values: Mapping[str, Any]) -> bool:
+        """Whether it means something beside the others' values."""
+        return self.goes_with is None or values[self.goes_with[0]] in self.goes_with[1]
+
     def runs_under(self, value: Any, schedule: str) -> bool:
         """Whether the value goes together with a schedule."""
         return value == self.default or not self.schedules or schedule in self.schedules
@@ -166,8 +170,8 @@ def clashing(values: Mapping[str, Any], known: Iterable[Option]) -> str | None:
             if other.name in option.excludes:
                 return (f"{option.name} and {other.name} exclude each other; leave one of them at "
                         "its default")
-        name, fit = option.goes_with or (option.name, (given[option.name],))
-        if given[name] not in fit:
+        if option.goes_with and not option.fits(given):
+            name, fit = option.goes_with
             return (f"{option.name} means something with {name} "
                     f"{' or '.join(spell(value).lower() for value in fit)} alone; leave it out "
                     f"with {spell(given[name]).lower()}")

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .bounds import largest
 from .bvh import Bvh
 from .ray_space import RaySpace, in_frame
 from .runs import expand
@@ -59,20 +60,15 @@ class Beams:
     def meet_triangles(self, beam: np.ndarray, corners: np.ndarray,
                        triangle: np.ndarray) -> np.ndarray:
         """The same of triangles: their corners in the frame, (3, 3, n), axis by axis and corner by
-        corner, as numpy is slow along short axes."""
+        corner."""
         depth = corners[2][:, triangle]
-        kept = _largest(depth) >= self.behind[beam]
+        kept = largest(depth) >= self.behind[beam]
         for a in (0, 1):
             (low, high), (least, most) = self.slopes[a], self.limits[a]
             across = corners[a][:, triangle]
-            kept &= _largest(across - low[beam] * depth) >= least[beam]
-            kept &= -_largest(high[beam] * depth - across) <= most[beam]
+            kept &= largest(across - low[beam] * depth) >= least[beam]
+            kept &= -largest(high[beam] * depth - across) <= most[beam]
         return kept
-
-
-def _largest(values: np.ndarray) -> np.ndarray:
-    """(n,) of (3, n)."""
-    return np.maximum(np.maximum(values[0], values[1]), values[2])
 
 
 class Candidates:

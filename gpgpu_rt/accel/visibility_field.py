@@ -19,7 +19,7 @@ import numpy as np
 
 from ..errors import LimitError
 from ..record import EXACT_INTEGER
-from .bounds import as_triangles
+from .bounds import as_triangles, largest
 from .ray_space import RaySpace, in_frame, ray_space
 from .runs import chunks, expand, owners
 
@@ -93,7 +93,7 @@ class _Frame:
 
     def __init__(self, triangles: np.ndarray, space: RaySpace, axis: int) -> None:
         self.space = space
-        self.corners = in_frame(triangles.astype(np.float64) - space.centre, axis)
+        self.corners = in_frame(triangles.astype(np.float64) - space.centre, axis).swapaxes(0, 1)
         self.half = in_frame(half_size(space), axis)
         self.near = triangles[:, :, axis].min(axis=1)
         self.far = triangles[:, :, axis].max(axis=1)
@@ -106,7 +106,7 @@ class _Frame:
               ) -> tuple[np.ndarray, np.ndarray]:
         """First tile, (n, 2), and number of tiles, (n, 2), along both axes of the plane that
         every ``step``th triangle may be met through by lines of a cell of directions."""
-        corners = self.corners[::step]
+        corners = self.corners[:, ::step]
         wide = 1 / directions + self.space.direction_pad
         middle = (2 * np.array(cell) + 1) / directions - 1
         depth = corners[:, :, 2:]
@@ -116,13 +116,8 @@ class _Frame:
         reach = wide * np.abs(depth) + 3 * self.space.pad
         edge = self.half[:2] + (np.abs(middle) + 1 / directions) * self.half[2]
         first, last = (np.clip(np.floor((at / edge + 1) * (tiles / 2)), 0, tiles - 1).astype(int)
-                       for at in (-_largest(reach - crossing), _largest(crossing + reach)))
+                       for at in (-largest(reach - crossing), largest(crossing + reach)))
         return first, last - first + 1
-
-
-def _largest(values: np.ndarray) -> np.ndarray:
-    """(n, 2) of (n, 3, 2): numpy is slow along short axes."""
-    return np.maximum(np.maximum(values[:, 0], values[:, 1]), values[:, 2])
 
 
 def half_size(space: RaySpace) -> np.ndarray:

@@ -129,7 +129,7 @@ def accuracy(scene: Scene, names: Sequence[str] | None = None,
 
     Parameters
     ----------
-    names : methods; None: all of the table that take these options
+    names : methods; None: all of the table but those that refuse an option's value
     formats : precisions; None: all that there are
     options : more options of the tracer and the methods; a method goes without those it has not
     rays : of each kind; `brute-force` takes fewer where its pairs would pass 2^25

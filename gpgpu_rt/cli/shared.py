@@ -126,7 +126,7 @@ def parsed(chosen: argparse.Namespace, prefix: str, asked: Iterable[str],
     Raises
     ------
     OptionError
-        for one that is not ``known``, and so not ``whose``
+        for one that is not ``known``, and so not ``whose``, or a value that it does not take
     """
     table = {option.name: option for option in known}
     given = {}
@@ -136,7 +136,10 @@ def parsed(chosen: argparse.Namespace, prefix: str, asked: Iterable[str],
             continue
         if name not in table:
             raise OptionError(f"{whose} has no option {word_of(name)}")
-        given[name] = table[name].parse(text)
+        try:
+            given[name] = table[name].parse(text)
+        except OptionError as failure:
+            raise OptionError(f"{whose}: {failure}") from failure
     return given
 
 

@@ -27,7 +27,8 @@ def add_commands(command: Command) -> None:
     sub = command("accuracy", _accuracy, "errors of methods and precisions against the float64 "
                   "reference")
     sub.add_argument("scene", help="a scene's name or a mesh file")
-    add_methods(sub, "all that take the options")
+    add_methods(sub, "all but those that refuse an option's value; one goes without options "
+                "that it has not")
     sub.add_argument("--precisions", type=names, metavar="NAME,NAME,...",
                      help="of fp32, fp24, fp16")
     sub.add_argument("--rays", type=int, default=1 << 14, help=f"of each kind ({', '.join(KINDS)})"

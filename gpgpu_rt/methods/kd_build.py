@@ -44,8 +44,7 @@ def built_kdtree(triangles: np.ndarray, options: Mapping[str, Any]) -> accel.KdT
     """
     build = options["build"]
     chosen = {option.name: options[option.name] for option in BUILD_OPTIONS
-              if build in (option.goes_with or ("build", (build,)))[1]
-              and options[option.name] is not None}
+              if option.fits(options) and options[option.name] is not None}
     device = chosen.pop("build_device")
     if device == "gpu":
         if build not in GPU_KD_BUILDS:

@@ -4,6 +4,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
+from importlib.util import find_spec
 from typing import Any, Protocol
 
 import moderngl
@@ -88,8 +89,10 @@ def driver_class(named: str) -> Callable[[Setup], Driver]:
         where there is none so called
     """
     module, _, name = named.partition(".")
-    try:
-        return getattr(import_module(f"{__package__}.{module}"), name)
-    except (ImportError, AttributeError) as failure:
+    place = f"{__package__}.{module}"
+    there = module.isidentifier() and find_spec(place)
+    found = getattr(import_module(place), name, None) if there else None
+    if found is None:
         raise MethodError(f"no driver {named!r} in gpgpu_rt/passes; name one as module.Class, as "
-                          "traverse.Traversal") from failure
+                          "traverse.Traversal")
+    return found

@@ -74,7 +74,7 @@ class Pyramid:
             for word in ("CELLS", "", "COPY"))
         spans = [span(int(first), int(end - first))
                  for first, end in zip(self.levels, self.levels[1:])]
-        self._rectangles = [_kept(gpu, span) for span in spans]
+        self._rectangles = [_kept(gpu, corners) for corners in spans]
         self._odd = _kept(gpu, np.concatenate([np.zeros((0, 4)), *spans[1::2]]))
 
     def bounds(self, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

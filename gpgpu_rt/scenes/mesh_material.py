@@ -102,8 +102,9 @@ def _check(path: Path, image: Path) -> None:
 def _named(path: Path, word: str) -> list[str]:
     """What follows a word at the beginning of a text file's lines."""
     text = path.read_text(encoding="utf-8", errors="replace")
-    return [line.strip()[len(word):].strip() for line in text.splitlines()
-            if line.strip().lower().startswith(word.lower() + " ")]
+    lines = [line.split(None, 1) for line in text.splitlines()]
+    return [line[1].strip() for line in lines
+            if len(line) == 2 and line[0].lower() == word.lower()]
 
 
 def _texture(image: Any, name: str, textures: Textures) -> Texture | None:

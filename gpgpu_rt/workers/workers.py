@@ -84,6 +84,8 @@ class Workers:
                     silence_logs=logging.CRITICAL + 1,     # who interrupts is told by us
                     env={} if threads is None else {"LP_NUM_THREADS": str(threads)})
         try:
+            if scheduler != LOCAL:      # a Client that cannot read it would hang as it is deleted
+                distributed.comm.resolve_address(scheduler)
             self.client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
         except (OSError, ValueError) as failure:
             if self._cluster is not None:

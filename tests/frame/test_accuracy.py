@@ -232,7 +232,7 @@ def test_of_all_methods_those_are_left_out_that_refuse_an_option(ball) -> None:
     rows = accuracy(ball, formats=["fp32"], options={"build": "zhou", "schedule": "kernels"},
                     rays=4, size=(4, 4), report=told.append)
     names = {row["method"] for row in rows}
-    assert "kd-restart" in names and not names & {"kd-stack", "bvh-threaded", "bih-stack"}
+    assert "kd-restart" in names and not names & {"kd-stack", "bvh-threaded", "bvh-stack"}
     assert any("without kd-stack" in line for line in told)
     assert any("without bvh-threaded" in line for line in told)
 

@@ -40,6 +40,17 @@ def test_pack_and_unpack(record: Record, seed: int) -> None:
         assert (unpacked[name].reshape(values.shape) == values).all()
 
 
+@pytest.mark.parametrize("record", RECORDS, ids=lambda r: r.name)
+def test_what_is_not_given_is_zero_wherever_it_is_packed(record: Record) -> None:
+    fields = fields_of(record, 3, 1)
+    some = dict(list(fields.items())[::2])
+    out = np.full((3, record.texels, 4), np.nan, np.float32)
+    assert record.pack(out, **some) is out
+    assert np.array_equal(out, record.pack(**some))
+    rest = {name: values for name, values in record.unpack(out).items() if name not in some}
+    assert all((values == 0).all() for values in rest.values()) and not np.isnan(out).any()
+
+
 @pytest.mark.parametrize("storage", PRECISIONS)
 @pytest.mark.parametrize("record", RECORDS, ids=lambda r: r.name)
 def test_glsl_reads_what_python_packed(record: Record, storage: str, tmp_path) -> None:

@@ -197,6 +197,8 @@ def test_trace_command(capsys, tmp_path) -> None:
     (["render", "{}/torn.npz", "-o", "{}/x.png"], "cannot read a geometry image"),
     (["bench", "cornell", "--size", "8", "-m", "kd-stack", "--schedule", "step"], "loop only"),
     (["accuracy", "cornell", "-m", "kd-short-stack", "--stack-size", "16"], "none of 1, 2, 3, 4"),
+    (["bench", "cornell", "--size", "8", "-m", "kd-stack,bvh-stack", "--build", "zhou"],
+     "method bvh-stack: option build='zhou' is none of"),
     (["render", "cornell", "-o", "{}/x.png", "-m", "kd-stack", "--build", "zhou", "--split",
       "exact"], "split means something with build sah or hybrid alone"),
     (["trace", "cornell", "{}/empty.npz", "-o", "{}/h.npz"], "holds no directions"),

@@ -123,6 +123,7 @@ def test_structures_travel_as_files_of_the_cache(tmp_path, monkeypatch) -> None:
 
 @pytest.mark.parametrize("arguments, message", [
     (dict(scheduler="tcp://127.0.0.1:1"), "no Dask scheduler answers"),
+    (dict(scheduler="nonsense"), "no Dask scheduler answers at nonsense .missing port"),
     (dict(count=0), "give 1 or more")])
 def test_mistakes_are_one_line(arguments: dict, message: str, monkeypatch) -> None:
     monkeypatch.setattr(module, "PATIENCE", "0.5s")
