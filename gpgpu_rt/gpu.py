@@ -259,6 +259,8 @@ def open_gpu(context: str | moderngl.Context | Gpu | None = None) -> Gpu:
         try:
             return _shared(backend)
         except ContextError as failure:
+            if backend == "egl" and "GPGPU_RT_EGL_DEVICE" in os.environ:
+                raise      # who names a device means no other
             failures.append(f"{backend}: {failure}".split(";")[0])
     raise ContextError(f"no OpenGL context ({'; '.join(failures)}); {HINT}")
 

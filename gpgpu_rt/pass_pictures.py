@@ -2,7 +2,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -43,7 +44,12 @@ def write_passes(tracer: Tracer, folder: Path, size: tuple[int, int], every: int
     -------
     What the JSON holds.
     """
-    folder = _made(folder)
+    with _room(folder):
+        return _write(tracer, folder, size, every, states, camera)
+
+
+def _write(tracer: Tracer, folder: Path, size: tuple[int, int], every: int, states: bool,
+           camera: Camera | None) -> dict[str, Any]:
     before = _listed(folder)
     origins, directions = (camera or tracer.scene.camera).rays(size)
     first = tracer.trace(origins, directions)    # also compiles: the JSON's seconds are of tracing
@@ -98,13 +104,21 @@ def _listed(folder: Path) -> set[str]:
         return set()
 
 
-def _made(folder: Path) -> Path:
+@contextmanager
+def _room(folder: Path) -> Iterator[None]:
+    """A folder to write into, made where it is missing; gone again if nothing came of it."""
+    is_new = not folder.exists()
     try:
         folder.mkdir(exist_ok=True)
     except OSError as failure:
         raise Error(f"cannot make the folder {folder}: {failure.strerror}; give another one, in a "
                     "folder that is there") from failure
-    return folder
+    try:
+        yield
+    except BaseException:
+        if is_new and not any(folder.iterdir()):
+            folder.rmdir()
+        raise
 
 
 def _write_gif(folder: Path, pictures: list[str]) -> None:

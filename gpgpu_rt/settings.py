@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import warnings
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -135,8 +136,9 @@ def automatic(scene: Scene, renderer: str, options: Mapping[str, Any]
     if found is not None:
         try:
             return found.choices.with_options(options, "settings"), found
-        except OptionError:
-            pass
+        except OptionError as failure:
+            warnings.warn(f"auto takes a safe default, not what `tune` kept: {failure}",
+                          stacklevel=3)
     coherent, incoherent = (Choice(SAFE_DEFAULT[rays][0], {**SAFE_DEFAULT[rays][1], **options})
                             for rays in RAYS)
     try:

@@ -4,11 +4,17 @@
 uniform ivec2 tile_size;
 uniform int tiles_a_row;
 
-ivec2 tile_corner(int tile) {
-    return tile_size * ivec2(tile % tiles_a_row, tile / tiles_a_row);
+// Integers are divided in float32, as the hardware of the time would and software renderers do
+// faster: a half keeps quotients, below 2^22, farther from whole numbers than their error.
+ivec2 tile_of(ivec2 texel) {
+    return ivec2((vec2(texel) + 0.5) / vec2(tile_size));
 }
 
-int tile_at(ivec2 texel) {
-    ivec2 tile = texel / tile_size;
+int tile_number(ivec2 tile) {
     return tile.x + tiles_a_row * tile.y;
+}
+
+ivec2 tile_corner(int number) {
+    int row = int((float(number) + 0.5) / float(tiles_a_row));
+    return tile_size * ivec2(number - row * tiles_a_row, row);
 }

@@ -8,9 +8,9 @@
 
 void main() {
     ivec2 texel = ivec2(gl_FragCoord.xy);
-    int tile = tile_at(texel);
-    State state = state_load(texel - tile_corner(tile));
-    if (state.phase != PUSH || state.stacked != tile) {
+    ivec2 tile = tile_of(texel);
+    State state = state_load(texel - tile_size * tile);
+    if (state.phase != PUSH || state.stacked != tile_number(tile)) {
         discard;
     }
     stack_entry_store(Stack_entry(state.far_t_max, state.far));

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import OptionError, nearest_names
-from ..methods import find_method, methods
+from ..methods import find_method, methods, taking
 from ..reference.picture import reference_picture
 from ..scene import Scene
 from ..tracer import Tracer
@@ -129,35 +129,30 @@ def accuracy(scene: Scene, names: Sequence[str] | None = None,
 
     Parameters
     ----------
-    names : methods; None: all of the table but those that refuse an option's value
+    names : methods; None: all of the table that take the options
     formats : precisions; None: all that there are
-    options : more options of the tracer and the methods; a method goes without those it has not
+    options : more options of the tracer and the methods
     rays : of each kind; `brute-force` takes fewer where its pairs would pass 2^25
     report : told of the progress, a line at a time
     """
-    candidates = []
-    unused = set(options or {})
-    if "precision" in unused:
+    candidates, given = [], dict(options or {})
+    if "precision" in given:
         raise OptionError("what is measured in which precision say formats (--precisions); leave "
                           "precision out")
-    for name in [row.name for row in methods()] if names is None else names:
+    if names is None:
+        names = [row.name for row in taking(given)]
+        left = [row.name for row in methods() if row.name not in names]
+        if left:
+            report(f"without {', '.join(left)}: they do not take these options")
+    for name in names:
+        find_method(name).resolved(given)
         table, known = option_table(name), precisions(name)
-        unused -= set(table)
-        own = {k: v for k, v in (options or {}).items() if k in table}
-        try:
-            find_method(name).resolved(own)
-        except OptionError as failure:
-            if names is not None:
-                raise
-            report(f"without {name}: {failure}")
-            continue
         for word in known if formats is None else formats:
             if word not in known:
                 raise OptionError(f"method {name} has no precision {word!r}"
                                   + nearest_names(word, known))
-            candidates.append((name, {**own, "precision": word} if "precision" in table else own))
-    if unused:
-        raise OptionError(f"none of the methods has an option {sorted(unused)[0]!r}")
+            candidates.append((name, {**given, "precision": word} if "precision" in table
+                               else given))
     report(f"{scene.name}: {rays:,} rays of each kind, and the reference's answers")
     yardstick = Yardstick(scene, rays, seed, size)
     rows = []

@@ -8,15 +8,18 @@ from ..bench import ENGINES, RAY_SETS, Entry, Peaks, peaks, race, too_noisy
 from ..errors import Error, OptionError, nearest_names
 from ..files import check_writable
 from ..gpu import open_gpu
-from ..methods import Method, find_method, methods
+from ..methods import Method, find_method, methods, taking
 from ..scene import load_scene
 from .shared import (
-    Command, add_methods, add_options, given_options, options_for, print_json, print_table, say
+    Command, add_methods, add_options, given_options, names, options_for, print_json, print_table,
+    say, side_word
 )
 
 SIZE = 1024
-FASTEST = ("bvh-packet", {"packet": (4, 2), "octants": True, "interval_test": True,
-                          "quantise_nodes": 16})
+# Those that were fastest, by options that are not their defaults.
+BEST = (("bvh-packet", {"packet": (4, 2), "octants": True, "interval_test": True,
+                        "quantise_nodes": 16}),
+        ("bvh-threaded", {"octants": True}))
 
 
 def add_command(command: Command) -> None:
@@ -24,9 +27,9 @@ def add_command(command: Command) -> None:
     sub.add_argument("scenes", nargs="+", metavar="scene", help="a scene's name or a mesh file")
     add_methods(sub, "all but " + " and ".join(row.name for row in methods()
                                                if not _is_quick(row)))
-    sub.add_argument("--rays", default="eye", metavar="KIND,KIND,...",
-                     help=f"of {', '.join(RAY_SETS)}, or all; default %(default)s")
-    sub.add_argument("--size", type=int, default=SIZE, metavar="PIXELS",
+    sub.add_argument("--rays", type=names, default=["eye"], metavar="KIND,KIND,...",
+                     help=f"of {', '.join(RAY_SETS)}, or all; default eye")
+    sub.add_argument("--size", type=side_word, default=SIZE, metavar="PIXELS",
                      help="a side of the image that the rays belong to; default %(default)s")
     sub.add_argument("--runs", type=int, default=5, help="timed runs of each after a warm-up, "
                      "taking turns; default %(default)s")
@@ -35,7 +38,7 @@ def add_command(command: Command) -> None:
 
 
 def _bench(chosen: argparse.Namespace) -> None:
-    kinds = list(RAY_SETS) if chosen.rays == "all" else chosen.rays.split(",")
+    kinds = list(RAY_SETS) if chosen.rays == ["all"] else chosen.rays
     for kind in kinds:
         if kind not in RAY_SETS:
             raise OptionError(f"--rays {kind!r}{nearest_names(kind, RAY_SETS)}")
@@ -75,17 +78,14 @@ def _candidates(chosen: argparse.Namespace) -> list[tuple[str, dict[str, Any]]]:
         for name, options in named:
             find_method(name).resolved(options)
         return named
-    given, found = given_options(chosen), []
-    for name, own in (FASTEST, ("bvh-threaded", {"octants": True}),
-                      *((row.name, {}) for row in methods() if _is_quick(row))):
-        try:
-            find_method(name).resolved({**own, **given})
-        except OptionError:
-            continue
-        found.append((name, {**own, **given}))
-    if not found:
-        raise OptionError("no method takes all of these options; name some by --methods")
-    return found
+    given, quick = given_options(chosen), [row for row in methods() if _is_quick(row)]
+    found = taking(given, quick)
+    if len(found) < len(quick):
+        left = ", ".join(row.name for row in quick if row not in found)
+        say(f"without {left}: they do not take these options")
+    best = [(name, {**own, **given}) for name, own in BEST
+            if find_method(name).takes({**own, **given})]
+    return best + [(row.name, given) for row in found]
 
 
 def _shares(entry: Entry, peak: Peaks) -> dict[str, float | None]:

@@ -15,7 +15,7 @@ from ..tracer import Tracer
 from .camera import add_camera, camera_of
 from .frames import IMAGES
 from .shared import (
-    Command, add_methods, add_options, options_for, print_json, print_table, size_word
+    Command, add_method, add_methods, add_options, options_for, print_json, print_table, size_word
 )
 
 
@@ -24,7 +24,7 @@ def add_commands(command: Command) -> None:
     sub = command("passes", _passes, "the state of every ray after every pass, as pictures, a GIF "
                   "and JSON")
     sub.add_argument("scene", help="a scene's name or a mesh file")
-    sub.add_argument("-m", "--method", required=True, help="a method's name")
+    add_method(sub, "a method's name", required=True)
     sub.add_argument("-o", "--output", required=True, metavar="FOLDER", help="made where missing")
     sub.add_argument("--size", type=size_word, default=(256, 256), metavar="WIDTHxHEIGHT",
                      help="eye rays; default 256x256")

@@ -5,6 +5,7 @@ import argparse
 import importlib.metadata
 import os
 import sys
+import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ import numpy as np
 
 from ..errors import Error, OptionError
 from ..files import check_writable, read_npz, replacing
-from ..gpu import probe
+from ..gpu import open_gpu, probe
 from ..integrators.plan import Plan
 from ..methods import load_methods, methods
 from ..rasterised.first_hits import FIRST_HITS
@@ -25,8 +26,8 @@ from .camera import add_camera
 from .frames import IMAGES, add_frames, render_frames
 from .picture import add_picture, drawing_of, explain, light_options, progress_shown
 from .shared import (
-    add_options, all_options, given_options, options_for, print_json, print_stand_in, print_table,
-    scene_facts, size_word, spelled_out
+    add_method, add_options, all_options, given_options, options_for, print_json, print_stand_in,
+    print_table, say, scene_facts, size_word, spelled_out
 )
 from .sharing import add_scheduler, render_shared, trace_shared
 
@@ -38,7 +39,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments = _take_methods(sys.argv[1:] if arguments is None else arguments)
         options = {**all_options(), **light_options()}
         chosen = _parser().parse_args(spelled_out(arguments, options))
-        chosen.run(chosen)
+        with warnings.catch_warnings():
+            warnings.showwarning = _show
+            chosen.run(chosen)
         sys.stdout.flush()
         return 0
     except BrokenPipeError:   # `gpgpu-rt methods | head`
@@ -53,6 +56,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         message = " ".join(str(failure).split()) or type(failure).__name__
         print(f"gpgpu-rt: {message}", file=sys.stderr)
         return 1
+
+
+def _show(message: Warning | str, *where: Any, **more: Any) -> None:
+    """What was found odd and gone on with: a line, not the place in the code that says so."""
+    say(f"gpgpu-rt: note: {message}")
 
 
 # Commands ------------------------------------------------------------------------------------
@@ -75,6 +83,7 @@ def _info(chosen: argparse.Namespace) -> None:
     if all("missing" in row for row in rows):
         raise Error("no OpenGL context here; install libegl1 libgl1 libgl1-mesa-dri "
                     "(Debian, Ubuntu) or a graphics driver")
+    print(f"without --context, {open_gpu().backend} is taken")
 
 
 def _methods(chosen: argparse.Namespace) -> None:
@@ -271,9 +280,9 @@ def _parser() -> argparse.ArgumentParser:
         sub.add_argument("--json", action="store_true", help="print JSON")
         return sub
 
-    def add_method(sub: argparse.ArgumentParser) -> None:
-        sub.add_argument("-m", "--method", help="a method's name, or auto: as `tune` found for "
-                         f"the scene where it was run; default {DEFAULT_METHOD}")
+    def add_choice(sub: argparse.ArgumentParser) -> None:
+        add_method(sub, "a method's name, or auto: as `tune` found for the scene where it was "
+                   f"run; default {DEFAULT_METHOD}")
         sub.add_argument("--settings", metavar="FILE", help="method and options of a file that "
                          "`tune` wrote")
         sub.add_argument("--force", action="store_true", help="take the settings for another "
@@ -284,7 +293,7 @@ def _parser() -> argparse.ArgumentParser:
     command("scenes", _scenes, "named scenes, and where each was found")
     sub = command("render", _render, "render a scene to an image file")
     sub.add_argument("scene", help="a scene's name, a mesh file or a scene file (.json)")
-    add_method(sub)
+    add_choice(sub)
     sub.add_argument("-o", "--output", required=True, metavar="IMAGE.png")
     sub.add_argument("--size", type=size_word, default=(512, 512), metavar="WIDTHxHEIGHT",
                      help="pixels; default 512x512")
@@ -301,7 +310,7 @@ def _parser() -> argparse.ArgumentParser:
     sub.add_argument("scene", help="a scene's name or a mesh file")
     sub.add_argument("rays", metavar="RAYS.npz", help="arrays origins and directions, (n, 3) "
                      "each, and optionally t_min and t_max")
-    add_method(sub)
+    add_choice(sub)
     sub.add_argument("-o", "--output", required=True, metavar="HITS.npz")
     sub.add_argument("--invalid", choices=("raise", "miss"), default="raise",
                      help="what becomes of a ray with NaN, infinity or no direction")

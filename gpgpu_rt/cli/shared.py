@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
@@ -15,6 +16,9 @@ from ..scene import Scene
 # Declares a command: its name, what runs it and its help.
 Command = Callable[[str, Callable[[argparse.Namespace], None], str], argparse.ArgumentParser]
 
+
+_WORD = re.compile(r"--[a-z-]+")
+_PLACE = re.compile(r"-[\d.][^,]*,.*")     # numbers of which the first is below 0
 
 # Options of one name, each with whose it is.
 Variants = dict[str, dict[Option, list[str]]]
@@ -43,13 +47,42 @@ def add_options(sub: argparse.ArgumentParser) -> None:
 
 def names(text: str) -> list[str]:
     """Those of a word such as grid,kd-restart."""
-    return text.split(",")
+    found = [name.strip() for name in text.split(",")]
+    if not all(found):
+        raise argparse.ArgumentTypeError(f"{text!r} has an empty name; give NAME,NAME,...")
+    return found
+
+
+class _Collect(argparse.Action):
+    """Adds names to those of an earlier word, each once."""
+
+    def __call__(self, parser: argparse.ArgumentParser, chosen: argparse.Namespace, values: Any,
+                 word: str | None = None) -> None:
+        before = getattr(chosen, self.dest) or []
+        setattr(chosen, self.dest, list(dict.fromkeys([*before, *values])))
+
+
+class _Single(argparse.Action):
+    """Refuses a second word where one says it all."""
+
+    def __call__(self, parser: argparse.ArgumentParser, chosen: argparse.Namespace, value: Any,
+                 word: str | None = None) -> None:
+        before = getattr(chosen, self.dest)
+        if before is not None:
+            parser.error(f"{word} is given twice, {before} and {value}; this command takes one")
+        setattr(chosen, self.dest, value)
+
+
+def add_method(sub: argparse.ArgumentParser, text: str, required: bool = False) -> None:
+    """``-m`` for one method."""
+    sub.add_argument("-m", "--method", required=required, action=_Single, metavar="NAME",
+                     help=text)
 
 
 def add_methods(sub: argparse.ArgumentParser, default: str | None = None) -> None:
     """``-m`` for several methods: ``chosen.methods`` is a list; None, where that is allowed (what
     it means stands in ``default``), without one."""
-    sub.add_argument("-m", "--method", "--methods", required=default is None, action="extend",
+    sub.add_argument("-m", "--method", "--methods", required=default is None, action=_Collect,
                      dest="methods", metavar="NAME,NAME,...", type=names,
                      help="by these methods, together or one -m each"
                      + (f"; default: {default}" if default else ""))
@@ -88,11 +121,17 @@ def _listed(owners: Sequence[str]) -> str:
 
 
 def spelled_out(arguments: Sequence[str], options: Variants) -> list[str]:
-    """A bare switch as ``--word=true``: what follows it, such as a scene, is not its value."""
+    """A bare switch as ``--word=true``: what follows it, such as a scene, is not its value; and
+    -1,0,2, which does not begin another word, is one."""
     switches = {word_of(name) for name, kinds in options.items() if _is_switch(kinds)}
-    following = [*arguments[1:], ""]
-    return [word + "=true" if word in switches and after.lower() not in TRUTH else word
-            for word, after in zip(arguments, following)]
+    found: list[str] = []
+    for word, after in zip(arguments, [*arguments[1:], ""]):
+        if found and _PLACE.fullmatch(word) and _WORD.fullmatch(found[-1]):
+            found[-1] += "=" + word
+        else:
+            bare = word in switches and after.lower() not in TRUTH
+            found.append(word + "=true" if bare else word)
+    return found
 
 
 def given_options(chosen: argparse.Namespace) -> dict[str, Any]:
@@ -153,6 +192,14 @@ def size_word(text: str) -> tuple[int, int]:
     if min(size) < 1:
         raise argparse.ArgumentTypeError(f"{text!r} is no size; give WIDTHxHEIGHT, as in 512x512")
     return size
+
+
+def side_word(text: str) -> int:
+    """Pixels a side of a word such as 512 or 512x512."""
+    width, height = size_word(text)
+    if width != height:
+        raise argparse.ArgumentTypeError(f"{text!r} is no square; give one side, as in 512")
+    return width
 
 
 def say(line: str) -> None:

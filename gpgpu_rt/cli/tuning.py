@@ -27,8 +27,7 @@ def add_commands(command: Command) -> None:
     sub = command("accuracy", _accuracy, "errors of methods and precisions against the float64 "
                   "reference")
     sub.add_argument("scene", help="a scene's name or a mesh file")
-    add_methods(sub, "all but those that refuse an option's value; one goes without options "
-                "that it has not")
+    add_methods(sub, "all that take the options")
     sub.add_argument("--precisions", type=names, metavar="NAME,NAME,...",
                      help="of fp32, fp24, fp16")
     sub.add_argument("--rays", type=int, default=1 << 14, help=f"of each kind ({', '.join(KINDS)})"
@@ -52,8 +51,8 @@ def add_commands(command: Command) -> None:
                      "all rays, for two would be held at once")
     sub.add_argument("--rays", type=int, metavar="N", help="to prove the bounds with, and as many "
                      "to confirm them; raised to what they take, which is the default")
-    sub.add_argument("--kinds", default=",".join(KINDS), metavar="NAME,NAME,...",
-                     help="rays the promise is for, in equal shares; default %(default)s")
+    sub.add_argument("--kinds", type=names, default=list(KINDS), metavar="NAME,NAME,...",
+                     help=f"rays the promise is for, in equal shares; default {','.join(KINDS)}")
     sub.add_argument("--seed", type=int, default=0, help="of the rays")
     sub.add_argument("--budget", type=float, default=300.0, metavar="SECONDS",
                      help="time for trying candidates, half of it for coherent rays; default "
@@ -119,7 +118,7 @@ def _tune(chosen: argparse.Namespace) -> None:
     if chosen.output:
         check_writable(chosen.output)
     promise = Promise(chosen.max_wrong, chosen.max_t_error, chosen.max_bytes, chosen.t_quantile,
-                      tuple(chosen.kinds.split(",")))
+                      tuple(chosen.kinds))
     scene = load_scene(chosen.scene)
     found = tune(scene, promise, chosen.rays, chosen.seed, chosen.budget, chosen.methods,
                  say)
@@ -135,6 +134,10 @@ def _tune(chosen: argparse.Namespace) -> None:
             _print_search(search)
         if kept is not None:
             print(f"kept for method auto: {kept}")
+        elif found.settings is not None:
+            say("not kept for method auto, as there is no cache folder that can be written; "
+                + (f"give --settings {chosen.output}" if chosen.output else
+                   "write the settings to a file by -o"))
         if chosen.output and found.settings is not None:
             print(f"wrote {chosen.output}")
     if found.settings is None:

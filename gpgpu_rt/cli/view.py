@@ -11,7 +11,7 @@ from ..methods import find_method
 from ..tracer import AUTO, DEFAULT_METHOD
 from .camera import add_camera, camera_of
 from .picture import add_picture, picture_options
-from .shared import add_options, options_for, print_json, size_word
+from .shared import add_method, add_options, options_for, print_json, size_word
 
 
 def add_command(command: Callable[..., argparse.ArgumentParser]) -> None:
@@ -19,8 +19,7 @@ def add_command(command: Callable[..., argparse.ArgumentParser]) -> None:
                   "pass and what rays cost")
     sub.add_argument("scene", nargs="?", default="bunny", help="a scene's name, a mesh file or a "
                      "scene file (.json); default %(default)s")
-    sub.add_argument("-m", "--method", default=DEFAULT_METHOD, help="a method's name; default "
-                     "%(default)s")
+    add_method(sub, f"a method's name; default {DEFAULT_METHOD}")
     sub.add_argument("--size", type=size_word, default=(1000, 700), metavar="WIDTHxHEIGHT",
                      help="of the window, pixels; default 1000x700")
     sub.add_argument("--folder", default=".", help="where pictures are saved; default: here")
@@ -36,7 +35,7 @@ def _view(chosen: argparse.Namespace) -> None:
                           "method's name")
     if not os.path.isdir(chosen.folder):
         raise OptionError(f"--folder {chosen.folder}: there is no such folder; make it first")
-    method = find_method(chosen.method)
+    method = find_method(chosen.method or DEFAULT_METHOD)
     choices = Choices(chosen.scene, method.name)
     for name, value in options_for(chosen, method.name).items():
         if name in DECIDED:

@@ -2,9 +2,12 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 from ..errors import OptionError, nearest_names
+from ..options import TRACER_OPTIONS
 from . import (
     bih, brute_force, bvh, found, geometry_image, grid, kdtree, ray_engine, ray_hierarchy,
     ray_space, ray_tiles
@@ -62,6 +65,25 @@ def find_method(name: str) -> Method:
     if name not in _TABLE:
         raise OptionError(f"no method {name!r}" + nearest_names(str(name), _TABLE))
     return _TABLE[name]
+
+
+def taking(options: Mapping[str, Any], some: Iterable[Method] | None = None) -> list[Method]:
+    """Those of the table, or of ``some`` rows, that take all of these options.
+
+    Raises
+    ------
+    OptionError
+        where none does
+    """
+    rows = methods() if some is None else list(some)
+    found = [row for row in rows if row.takes(options)]
+    if not found and rows:
+        known = {option.name for row in methods() for option in (*TRACER_OPTIONS, *row.options)}
+        for name in set(options) - known:
+            raise OptionError(f"no method has an option {name!r}" + nearest_names(name, known))
+        raise OptionError("no method takes all of these options: "
+                          + ", ".join(f"{k}={v}" for k, v in options.items()))
+    return found
 
 
 def _take_named() -> None:

@@ -39,7 +39,8 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any], proximity: bool)
 
 
 _GRID_OPTIONS = (
-    Option("resolution", None, "cells an axis: a number or x,y,z; none: by density", object),
+    Option("resolution", None, "cells an axis: a number or x,y,z; none: by density", object,
+           excludes=("density",)),
     Option("density", 5.0, "cells aimed at per triangle, where no resolution is given", float,
            minimum=1e-6),
 )

@@ -51,7 +51,7 @@ ROWS = (Method(
         Option("leaf_size", 8, "triangles above which an octree's cell is split", int, minimum=1,
                goes_with=("cells", ("octree",))),
         Option("resolution", None, "cells an axis: a number or x,y,z; none: by density", object,
-               goes_with=("cells", ("grid",))),
+               excludes=("density",), goes_with=("cells", ("grid",))),
         Option("density", 2.0, "cells aimed at per triangle, where no resolution is given", float,
                minimum=1e-6),
         Option("nearest", "blend", "how the nearest hit of a ray is kept: MIN blending in float, "

@@ -174,6 +174,14 @@ class Method:
         self.check_schedule(options, "schedule" in given)
         return options
 
+    def takes(self, given: Mapping[str, Any]) -> bool:
+        """Whether ``resolved`` would take the options ``given``."""
+        try:
+            self.resolved(given)
+        except OptionError:
+            return False
+        return True
+
     def check_schedule(self, options: dict[str, Any], asked: bool) -> None:
         """Put its own best schedule into ``options`` where none was ``asked``; refuse, by
         OptionError, one it has not."""

@@ -4,13 +4,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import moderngl
+import numpy as np
 
 from ..gpu import Gpu
 from ..precision import Precision
 from ..ray_state import stream_samplers
 from ..record import Record
 from ..textures import release, stream_textures, texture_bytes
-from .full_screen import FullScreenPass
+from .full_screen import MOST_RECTANGLES, FullScreenPass, Rectangles
 
 
 class StackAtlas:
@@ -42,12 +43,31 @@ class StackAtlas:
             {"streams": state.stream_glsl(False) + "\n" + stored.stream_glsl(True)})
         self.uniforms = {"tile_size": size, "tiles_a_row": a_row}
         self._program.set(**self.uniforms)
+        level = np.arange(levels)
+        self._corners = np.stack([level % a_row, level // a_row], 1) * size
+        self._where = Rectangles(gpu)
+        self._live: np.ndarray | None = None    # the corners that ``_where`` was made of
 
-    def push(self, state: Mapping[str, moderngl.Texture]) -> None:
-        """Take up the entries of all rays in phase PUSH."""
+    def push(self, state: Mapping[str, moderngl.Texture], live: Rectangles | None = None) -> None:
+        """Take up the entries of all rays in phase PUSH.
+
+        Parameters
+        ----------
+        live : where in the state textures such rays can be; None is everywhere
+        """
         self.gpu.context.enable_only(moderngl.NOTHING)
-        self._program.draw(self._target, state)
+        self._program.draw(self._target, state, rectangles=self._on_every_level(live))
         self.gpu.context.enable_only(moderngl.DEPTH_TEST)
+
+    def _on_every_level(self, live: Rectangles | None) -> Rectangles | None:
+        """The same rectangles in each tile; everywhere, where they are too many."""
+        if live is None or live.count * len(self._corners) > MOST_RECTANGLES:
+            return None
+        if live.corners is not self._live:
+            within = np.minimum(live.corners.reshape(-1, 2, 2), self.size)
+            self._where.write((self._corners[:, None, None] + within).reshape(-1, 4))
+            self._live = live.corners
+        return self._where
 
     def samplers(self) -> dict[str, moderngl.Texture]:
         return stream_samplers(self.entry.name, self.textures)
@@ -56,4 +76,4 @@ class StackAtlas:
         return texture_bytes(self.textures)
 
     def release(self) -> None:
-        release(self._program, self._target, self.textures)
+        release(self._program, self._target, self._where, self.textures)

@@ -132,7 +132,7 @@ class Traversal:
             for _ in range(interval):
                 before, now = now, before
                 self._draw(program, rays, before, now, statistics, DRAWN, tiles)
-                self._push(now, statistics)
+                self._push(now, tiles, statistics)
             live -= mask.count(buffers.mask, before.samplers(), statistics, MASKED,
                                tiles.rectangles)
             statistics.live.append(live)
@@ -162,10 +162,10 @@ class Traversal:
             name = self.method.kernels[kernel - 1]
             program = self._traverse(rays, any_hit, 1, kernel=kernel)
             pairs = max(1, interval // 2)
-            if name == "push":
-                self._push(now, statistics)
-            context.depth_func = "=="
             tiles.choose(kernel)
+            if name == "push":
+                self._push(now, tiles, statistics)
+            context.depth_func = "=="
             for _ in range(pairs):
                 for source, target in ((now, scratch), (scratch, now)):
                     self._draw(program, rays, source, target, statistics, kernel_depth(kernel),
@@ -202,10 +202,10 @@ class Traversal:
         return next(one for key, one in self._programs.items()
                     if isinstance(key, ProgramKey) and self.kernel_of(one) == kernel)
 
-    def _push(self, now: StateBuffer, statistics: Statistics) -> None:
+    def _push(self, now: StateBuffer, tiles: Tiles, statistics: Statistics) -> None:
         """Take up in the atlas, where the method has one, what rays in phase PUSH leave there."""
         if self._atlas is not None:
-            self._atlas.push(now.samplers())
+            self._atlas.push(now.samplers(), tiles.rectangles)
             statistics.draw_calls += 1
 
     def _classify(self, now: StateBuffer, buffers: StateBuffers, tiles: Tiles,

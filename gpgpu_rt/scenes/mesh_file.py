@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -67,11 +68,12 @@ def read(path: Path, groups: bool = False) -> Mesh:
     try:
         _check_whole(path)
         check_textures(path)
-        if path.suffix.lower() == ".obj":
-            return _read_obj(path, groups)
-        mesh = flatten(trimesh.load_scene(str(path), process=False))
+        mesh = (_read_obj(path, groups) if path.suffix.lower() == ".obj"
+                else flatten(trimesh.load_scene(str(path), process=False)))
         if path.suffix.lower() == ".ply" and len(mesh.faces) < (declared := _declared(path)):
             raise ValueError(f"{declared} faces declared, {len(mesh.faces)} found")
+        if not len(mesh.faces):
+            warnings.warn(f"{path}: no triangles in it, every ray will miss", stacklevel=3)
         return mesh
     except SceneError:
         raise

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -73,10 +74,14 @@ def _of_gltf(name: str, said: Mapping[str, Any], base: np.ndarray,
 
 def check_textures(path: Path) -> None:
     """Raise SceneError where a texture that a mesh file names cannot be read: trimesh goes on
-    without it. It takes the rest of a line of MTL for the name, as files with spaces need."""
+    without it. It takes the rest of a line of MTL for the name, as files with spaces need. A file
+    of materials that is missing, as many are, is warned of."""
     if path.suffix.lower() == ".obj":
         for library in _named(path, "mtllib"):
-            if (path.parent / library).is_file():
+            if not (path.parent / library).is_file():
+                warnings.warn(f"{path}: no such file of materials {library}; its surfaces are "
+                              "grey", stacklevel=4)
+            else:
                 for image in _named(path.parent / library, "map_Kd"):
                     _check(path.parent / library, path.parent / image)
     if path.suffix.lower() == ".gltf":

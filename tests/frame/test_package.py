@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import configparser
 import json
+import os
 import re
 import subprocess
 import sys
@@ -141,6 +142,46 @@ def test_a_bare_switch_takes_no_scene_for_its_value(capsys, tmp_path, words: lis
     assert status == 0 and json.loads(out)["options"]["octants"] is True
 
 
+def test_a_place_may_begin_below_zero(capsys, tmp_path) -> None:
+    pictures = []
+    for words in (["--eye", "-1,0.5,2"], ["--eye=-1,0.5,2"], []):
+        path = tmp_path / f"{len(words)}.png"
+        status, _, _ = run(capsys, "render", "cornell", *words, "--size", "8", "-o", str(path))
+        assert status == 0
+        pictures.append(path.read_bytes())
+    assert pictures[0] == pictures[1] != pictures[2]
+
+
+def test_info_says_which_backend_is_taken(capsys, monkeypatch) -> None:
+    _, out, _ = run(capsys, "info")
+    assert out.splitlines()[-1] == f"without --context, {open_gpu().backend} is taken"
+    monkeypatch.setenv("GPGPU_RT_CONTEXT", "osmessa")
+    status, _, err = run(capsys, "info")
+    assert status == 1 and "did you mean osmesa" in err
+
+
+def test_a_device_that_is_named_is_not_replaced() -> None:
+    """Auto goes on to OSMesa where EGL gives nothing, but not where its device was asked for."""
+    answer = subprocess.run([sys.executable, "-m", "gpgpu_rt", "render", "cornell", "-o", "x.png"],
+                            capture_output=True, text=True,
+                            env={**os.environ, "GPGPU_RT_CONTEXT": "auto",
+                                 "GPGPU_RT_EGL_DEVICE": "99"})
+    assert answer.returncode == 1 and "another index" in answer.stderr
+
+
+@pytest.mark.parametrize("text, note", [
+    ("mtllib gone.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "no such file of materials gone"),
+    ("v 0 0 0\nv 1 0 0\nv 0 1 0\n", "no triangles in it")])
+def test_what_is_odd_in_a_mesh_is_noted_in_a_line(capsys, tmp_path, text: str, note: str) -> None:
+    (tmp_path / "one.obj").write_text(text)
+    status, out, err = run(capsys, "render", str(tmp_path / "one.obj"), "--size", "8", "-o",
+                           str(tmp_path / "x.png"))
+    assert status == 0 and "wrote" in out
+    assert note in err and err.startswith("gpgpu-rt: note: ") and err.count("\n") == 1
+    with pytest.warns(UserWarning, match=note):
+        rt.load_scene(str(tmp_path / "one.obj"))
+
+
 def test_a_size_that_is_no_pair_is_named() -> None:
     with rt.Tracer("cornell") as tracer, pytest.raises(rt.OptionError, match="size is 5"):
         tracer.render(size=5)
@@ -204,6 +245,14 @@ def test_trace_command(capsys, tmp_path) -> None:
     (["trace", "cornell", "{}/empty.npz", "-o", "{}/h.npz"], "holds no directions"),
     (["trace", "cornell", "{}/nan.npz", "-o", "{}/h.npz"], "ray 1 is invalid"),
     (["fly"], "invalid choice"),
+    (["render", "cornell", "-m", "grid", "-m", "bih", "-o", "{}/x.png"], "twice, grid and bih"),
+    (["render", "cornell", "-m", "grid", "--density", "3", "--resolution", "4", "-o", "{}/x.png"],
+     "exclude each other"),
+    (["bench", "cornell", "-m", "grid,"], "empty name"),
+    (["bench", "cornell", "--size", "8x4"], "no square"),
+    (["bench", "cornell", "--size", "8", "--stack-size", "4", "--cells", "grid"],
+     "no method takes all of these options: cells=grid, stack_size=4"),
+    (["passes", "cornell", "-m", "kd-stack", "-o", "{}/new"], "loop"),
 ])
 def test_mistakes_are_one_line(capsys, tmp_path, arguments: list[str], message: str) -> None:
     (tmp_path / "bad.npz").write_bytes(b"PK not an archive")

@@ -237,6 +237,9 @@ def test_tune_command(few_rays, capsys, tmp_path, monkeypatch) -> None:
     with rt.Tracer.from_settings("cornell", path) as tracer, rt.Tracer("cornell", "auto") as auto:
         assert tracer.settings == auto.settings == settings.load(path)
     path.unlink()
+    monkeypatch.setenv("GPGPU_RT_CACHE", "")
+    assert cli.main([*arguments[:-2], "--max-t-error", "1e-2"]) == 0
+    assert "write the settings to a file by -o" in capsys.readouterr().err
     # Beyond float32: nothing is written, and the closest candidate is named.
     assert cli.main([*arguments, "--max-t-error", "1e-12", "--json"]) == 1
     out, error = capsys.readouterr()

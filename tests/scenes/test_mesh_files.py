@@ -57,7 +57,8 @@ def test_instances_are_placed_one_after_another(tmp_path: Path) -> None:
 
 def test_meshes_without_faces_are_empty_scenes(tmp_path: Path) -> None:
     (tmp_path / "points.obj").write_text("v 0 0 0\nv 1 0 0\n")
-    assert len(rt.load_scene(tmp_path / "points.obj")) == 0
+    with pytest.warns(UserWarning, match="no triangles"):
+        assert len(rt.load_scene(tmp_path / "points.obj")) == 0
 
 
 @pytest.mark.parametrize("text, message", [
