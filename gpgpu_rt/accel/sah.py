@@ -11,20 +11,19 @@ off empty space is always among the choices.
 """
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from .runs import chunks, expand, owners, run_starts
+from .threads import Run
 
 FEW = 16                              # up to here each candidate is counted against each box
 FEW_SIZES = (1, 2, 3, 4, 6, 8, 12, FEW)
 WORTH_CUTTING = 0.2                   # share of a node; thinner slices of empty space win no bonus
 NODE_CHUNK = 1 << 12                  # small nodes at a time, so that they stay in the cache
-
-Run = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]    # `map`, or a pool's
 
 
 @dataclass
@@ -115,17 +114,23 @@ class SplitCost:
 def best_splits(level: Level, costs: Costs, split: str, bins: int, run: Run = map) -> Splits:
     """The best split of every node of the level; nodes without references get none.
 
-    run : what goes over the three axes of many references
+    run : what goes over small nodes by parts, and over the three axes of many references
     """
     splits = Splits.none(len(level.count))
     starts = run_starts(level.count)
+    parts: list[tuple[np.ndarray, int]] = []
     lowest = 0
     for size in FEW_SIZES:
         nodes = np.flatnonzero((level.count > lowest) & (level.count <= size))
-        for begin in range(0, len(nodes), NODE_CHUNK):
-            part = nodes[begin:begin + NODE_CHUNK]
-            _few(level, part, starts[part], size, costs, splits)
+        parts += [(nodes[begin:begin + NODE_CHUNK], size)
+                  for begin in range(0, len(nodes), NODE_CHUNK)]
         lowest = size
+
+    def search(part: tuple[np.ndarray, int]) -> None:    # no two parts have a node in common
+        nodes, size = part
+        _few(level, nodes, starts[nodes], size, costs, splits)
+
+    deque(run(search, parts), maxlen=0)
     many = np.flatnonzero(level.count > FEW)
     if len(many):
         for nodes, index in _parts(many, starts, level.count):

@@ -15,6 +15,7 @@ from .bounds import half_area
 from .bvh import LooseTree
 from .options import in_range, refuse_unknown
 from .runs import chunks, expand, owners, run_starts
+from .threads import Run, threads
 from .top_down import TriangleLevel
 
 FEW = 12                        # up to here every place between two triangles is tried
@@ -34,15 +35,19 @@ def build(triangles: np.ndarray, *, bins: int = 32, max_leaf: int = 4,
         ceil(log2 n), if that is more)
     """
     refuse_unknown(build, unknown)
-    return top_down.build(triangles, splitter(
-        bins=bins, max_leaf=max_leaf, traversal_cost=traversal_cost,
-        intersection_cost=intersection_cost, max_depth=max_depth))
+    with threads(len(triangles)) as run:
+        return top_down.build(triangles, splitter(
+            bins=bins, max_leaf=max_leaf, traversal_cost=traversal_cost,
+            intersection_cost=intersection_cost, max_depth=max_depth, run=run))
 
 
 def splitter(*, bins: int = 32, max_leaf: int = 4, traversal_cost: float = 1.0,
-             intersection_cost: float = 1.0, max_depth: int = 64,
+             intersection_cost: float = 1.0, max_depth: int = 64, run: Run = map,
              **unknown: object) -> top_down.Splitter:
-    """What splits a level, for builders that begin with clusters; options as above."""
+    """What splits a level, for builders that begin with clusters; options as above.
+
+    run : what goes over parts of a level
+    """
     refuse_unknown(splitter, unknown)
     bins = in_range("bins", bins, 2, 1024, int)
     max_leaf = in_range("max_leaf", max_leaf, 1, 1 << 20, int)
@@ -51,7 +56,7 @@ def splitter(*, bins: int = 32, max_leaf: int = 4, traversal_cost: float = 1.0,
     max_depth = in_range("max_depth", max_depth, 0, 1024, int)
 
     def split(level: TriangleLevel) -> tuple[np.ndarray, np.ndarray]:
-        cost, axis, taken = _best(level, bins)
+        cost, axis, taken = _best(level, bins, run)
         count = level.count
         halved = (taken == 0) | (level.depth + np.ceil(np.log2(count)) >= max_depth)
         axis = np.where(halved, level.extents().argmax(axis=0), axis)
@@ -63,7 +68,7 @@ def splitter(*, bins: int = 32, max_leaf: int = 4, traversal_cost: float = 1.0,
     return split
 
 
-def _best(level: TriangleLevel, bins: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _best(level: TriangleLevel, bins: int, run: Run) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The cheapest split of each node: sum of area times count over the node's area, axis,
     triangles on the left (0: none found)."""
     nodes = len(level.count)
@@ -76,20 +81,25 @@ def _best(level: TriangleLevel, bins: int) -> tuple[np.ndarray, np.ndarray, np.n
         better = np.flatnonzero(new < cost[some])
         cost[some[better]], axis[some[better]], taken[some[better]] = new[better], a, left[better]
 
+    parts: list[tuple[np.ndarray, int]] = []     # nodes, and up to how many triangles; 0: many
     lowest = 1
     for size in FEW_SIZES:
         small = np.flatnonzero((level.count > lowest) & (level.count <= size))
-        for begin in range(0, len(small), NODE_CHUNK):
-            some = small[begin:begin + NODE_CHUNK]
-            for a in range(3):
-                offer(some, a, *_swept(level, a, starts[some], level.count[some], size))
+        parts += [(small[begin:begin + NODE_CHUNK], size)
+                  for begin in range(0, len(small), NODE_CHUNK)]
         lowest = size
     large = np.flatnonzero(level.count > FEW)
-    for part in chunks(level.count[large], ITEM_CHUNK):
-        some = large[part]
-        index = expand(starts[some], level.count[some])
-        for a in range(3):
-            offer(some, a, *_binned(level, a, index, level.count[some], bins))
+    parts += [(large[part], 0) for part in chunks(level.count[large], ITEM_CHUNK)]
+
+    def along(task: tuple[np.ndarray, int, int]) -> tuple[np.ndarray, np.ndarray]:
+        some, size, a = task
+        if size:
+            return _swept(level, a, starts[some], level.count[some], size)
+        return _binned(level, a, expand(starts[some], level.count[some]), level.count[some], bins)
+
+    tasks = [(some, size, a) for some, size in parts for a in range(3)]
+    for (some, _, a), found in zip(tasks, run(along, tasks)):
+        offer(some, a, *found)
     return cost, axis, taken
 
 

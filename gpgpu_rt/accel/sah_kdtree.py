@@ -17,7 +17,8 @@ from .clip import clip_bounds
 from .kdtree import LEAF, MOST_REFERENCES, LooseKdTree, depth_cap
 from .options import choose, in_range, refuse_unknown
 from .runs import expand, owners, run_starts
-from .sah import Costs, Level, Run, best_splits
+from .sah import Costs, Level, best_splits
+from .threads import Run, threads
 
 
 def build(triangles: np.ndarray, *, split: str = "binned", bins: int = 32,
@@ -49,7 +50,8 @@ def build(triangles: np.ndarray, *, split: str = "binned", bins: int = 32,
     if workers > 1:
         from . import shevtsov  # it imports this file's growth
         return shevtsov.grow_on_processes(level, vertices, rules, workers)
-    return grow(level, 0, vertices, rules)[0].loose()
+    with threads(len(triangles)) as run:
+        return grow(level, 0, vertices, rules, run=run)[0].loose()
 
 
 def sah_costs(traversal_cost: float, intersection_cost: float, empty_bonus: float) -> Costs:

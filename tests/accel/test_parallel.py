@@ -7,6 +7,9 @@ import multiprocessing
 import os
 import subprocess
 import sys
+import time
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
 from multiprocessing.shared_memory import SharedMemory
 
 import numpy as np
@@ -15,7 +18,7 @@ from conftest import assert_same_bits, random_soup, soup_scene
 
 import gpgpu_rt as rt
 from gpgpu_rt import accel
-from gpgpu_rt.accel import shared, shevtsov
+from gpgpu_rt.accel import shared, shevtsov, threads
 from gpgpu_rt.accel.bounds import padding
 from gpgpu_rt.accel.sah import Costs
 from gpgpu_rt.accel.sah_kdtree import Rules, root_level
@@ -143,3 +146,37 @@ def test_scripts(tmp_path, guard: str, right: bool) -> None:
 def test_numbers_of_workers_that_are_none(workers) -> None:
     with pytest.raises(rt.OptionError, match="workers"):
         accel.build_kdtree(random_soup(3, 50), workers=workers)
+
+
+@pytest.mark.parametrize("seed", [3, 4], ids="seed{}".format)
+@pytest.mark.parametrize("build, options", [
+    (accel.build_kdtree, {}), (accel.build_kdtree, {"split": "exact"}), (accel.build_bvh, {})])
+def test_threads_build_the_same(build: Callable, options: dict, seed: int, monkeypatch) -> None:
+    """Whoever is done first. A scene that looks the same along all axes has no cheapest one: the
+    first must still win."""
+    random = np.random.default_rng(seed)
+    some = (random.random((1000, 1, 3)) + 0.1 * random.random((1000, 3, 3))).astype(np.float32)
+    triangles = np.concatenate([some, some[..., [1, 2, 0]], some[..., [2, 0, 1]]])
+    used: list[object] = []
+
+    class Pool(ThreadPoolExecutor):
+        def map(self, function: Callable, parts: Iterable) -> list:
+            used.append(function)
+            waiting = [self.submit(late, random.random() / 2000, function, part)
+                       for part in parts]
+            return [one.result() for one in waiting]
+
+    def late(seconds: float, function: Callable, part: object) -> object:
+        time.sleep(seconds)
+        return function(part)
+
+    monkeypatch.setattr(threads, "ThreadPoolExecutor", Pool)
+    monkeypatch.setattr(threads, "WORTH", 4000)
+    alone = build(triangles, **options)
+    assert not used
+    monkeypatch.setattr(threads, "WORTH", 3000)
+    monkeypatch.setattr(os, "sched_getaffinity", lambda process: {0, 1, 2}, raising=False)
+    shared_out = build(triangles, **options)
+    assert used
+    for name, values in vars(alone).items():
+        assert np.array_equal(values, getattr(shared_out, name)), name
