@@ -161,7 +161,8 @@ def test_real_scene_bars(exact_renderer, name: str, rays: str) -> None:
             assert_same_hits(best, part_of(expected, some), scene.extent, 1e-4)
             if not options:
                 for schedule in schedules_of(row, ("step16", "step1", "kernels")).values():
-                    assert_same_bits(trace(scene, row.name, chosen, **schedule), best)
+                    if row.resolved(schedule) != row.resolved({}):     # which was traced above
+                        assert_same_bits(trace(scene, row.name, chosen, **schedule), best)
 
 
 @pytest.mark.parametrize("method", [row.name for row in rt.methods() if row.name != "brute-force"])
