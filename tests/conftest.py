@@ -21,7 +21,7 @@ from gpgpu_rt.options import clashing
 from gpgpu_rt.passes.build import GPU_BUILDS, GPU_KD_BUILDS
 from gpgpu_rt.passes.own_arrays import MIXED_UP
 from gpgpu_rt.scenes import catalogue
-from gpgpu_rt.viewer import Choices, Viewer
+from gpgpu_rt.viewer import Selection, Viewer
 from gpgpu_rt.workers import Workers
 
 # Tests build what they test, but each structure once.
@@ -264,6 +264,6 @@ def clock() -> Clock:
 
 @pytest.fixture
 def viewer(soup: str, clock: Clock) -> Iterator[Viewer]:
-    one = Viewer(Choices(soup), VIEW, clock=clock)
+    one = Viewer(Selection(soup), VIEW, clock=clock)
     yield one
     one.release()

@@ -29,26 +29,26 @@ def add_command(command: Callable[..., argparse.ArgumentParser]) -> None:
 
 
 def _view(chosen: argparse.Namespace) -> None:
-    from ..viewer.choices import DECIDED, Choices
+    from ..viewer.selection import DECIDED, Selection
     if chosen.method == AUTO:
         raise OptionError("the viewer changes settings and so takes none from tune; give a "
                           "method's name")
     if not os.path.isdir(chosen.folder):
         raise OptionError(f"--folder {chosen.folder}: there is no such folder; make it first")
     method = find_method(chosen.method or DEFAULT_METHOD)
-    choices = Choices(chosen.scene, method.name)
+    selection = Selection(chosen.scene, method.name)
     for name, value in options_for(chosen, method.name).items():
         if name in DECIDED:
             raise OptionError(f"the viewer decides about {name} itself; leave it out")
-        choices = choices.with_option(name, value)
+        selection = selection.with_option(name, value)
     light = picture_options(chosen)
-    choices = choices.with_integrator(find_integrator(light.pop("integrator")).name)
+    selection = selection.with_integrator(find_integrator(light.pop("integrator")).name)
     for name, value in light.items():
-        choices = choices.with_light(name, value)
+        selection = selection.with_light(name, value)
     try:
         from ..viewer.window import run
     except ImportError as failure:
         raise Error(f"the viewer needs {failure.name}; pip install 'gpgpu_rt[view]'") from failure
-    found = run(choices, chosen.size, chosen.folder, lambda own: camera_of(chosen, own))
+    found = run(selection, chosen.size, chosen.folder, lambda own: camera_of(chosen, own))
     if chosen.json:
         print_json(found)

@@ -1,7 +1,7 @@
 """The viewer: a model of what is looked at, which knows nothing of windows, and a window on it."""
 from __future__ import annotations
 
-from .choices import Choices
 from .model import MODES, Viewer
+from .selection import Selection
 
-__all__ = ["Choices", "MODES", "Viewer"]
+__all__ = ["MODES", "Selection", "Viewer"]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..methods import find_method
 from ..options import TRACER_OPTIONS
-from .choices import DECIDED, camera_words, option_words
+from .selection import DECIDED, camera_words, option_words
 
 if TYPE_CHECKING:
     from .model import Viewer
@@ -15,13 +15,13 @@ if TYPE_CHECKING:
 def line_of(viewer: Viewer) -> tuple[str, str]:
     """The command, or "" where there is none; and in how far it makes what is shown."""
     if viewer.mode == "picture":
-        return (viewer.choices.line(viewer.camera, viewer.size, f"{viewer.scene.name}.png"),
+        return (viewer.selection.line(viewer.camera, viewer.size, f"{viewer.scene.name}.png"),
                 "draws the same picture, to the bit")
     return _heat(viewer) if viewer.mode == "heat" else _passes(viewer)
 
 
 def _heat(viewer: Viewer) -> tuple[str, str]:
-    view, chosen = viewer.heat, viewer.choices
+    view, chosen = viewer.heat, viewer.selection
     rows = view.traced(chosen.method, chosen.options)
     if rows[-1][1] != rows[0][1]:
         return "", ("no command makes this: gpgpu-rt heat gives all methods the same options, "
@@ -36,7 +36,7 @@ def _heat(viewer: Viewer) -> tuple[str, str]:
 
 
 def _passes(viewer: Viewer) -> tuple[str, str]:
-    chosen = viewer.choices
+    chosen = viewer.selection
     width, height = viewer.journey_size
     words = ["passes", chosen.scene, f"--method={chosen.method}",
              *_option_words(chosen.method, _in_passes(viewer)),
@@ -47,7 +47,7 @@ def _passes(viewer: Viewer) -> tuple[str, str]:
 
 
 def _in_passes(viewer: Viewer) -> dict[str, Any]:
-    return find_method(viewer.choices.method).in_passes(viewer.choices.options)
+    return find_method(viewer.selection.method).in_passes(viewer.selection.options)
 
 
 def _option_words(method: str, options: dict[str, Any]) -> list[str]:
@@ -57,7 +57,7 @@ def _option_words(method: str, options: dict[str, Any]) -> list[str]:
 
 def settings_of(viewer: Viewer) -> dict[str, Any]:
     """All that what is shown follows from; ``command`` is None where no line makes it."""
-    chosen = viewer.choices
+    chosen = viewer.selection
     command, note = line_of(viewer)
     found = {"scene": chosen.scene, "triangles": len(viewer.scene), "method": chosen.method,
              "options": {k: v for k, v in viewer.tracer.options.items() if k != "context"},

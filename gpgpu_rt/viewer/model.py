@@ -1,8 +1,8 @@
 """The viewer's model: settings, camera, how fine to draw, and what was found. It has no window.
 
-A window calls `step` again and again and shows ``image``; between two calls it changes choices,
-camera and mode. Each call does one piece of work at most and raises nothing: what a user's mistake
-or a broken file leads to is said in ``message``, and what was shown before stays.
+A window calls `step` again and again and shows ``image``; between two calls it changes the
+selection, camera and mode. Each call does one piece of work at most and raises nothing: what a
+user's mistake or a broken file leads to is said in ``message``, and what was shown before stays.
 """
 from __future__ import annotations
 
@@ -24,7 +24,6 @@ from ..errors import Error
 from ..gpu import Gpu, open_gpu
 from ..scene import load_scene
 from ..tracer import Tracer
-from .choices import Choices
 from .drawn import Drawn
 from .heat_view import HeatView
 from .journey import Journey
@@ -32,6 +31,7 @@ from .line import line_of, settings_of
 from .pace import PATIENCE, Pace
 from .ray_path import RayPath, follow
 from .saving import free_name, write
+from .selection import Selection
 from .tracers import Tracers
 
 MODES = ("picture", "heat", "passes")
@@ -45,7 +45,7 @@ class Viewer:
 
     Parameters
     ----------
-    choices : what to begin with
+    selection : what to begin with
     size : (width, height) pixels of the finest picture
     context : as for `Tracer`: a window's, say
     camera : where to look from, by default the scene's own
@@ -62,7 +62,7 @@ class Viewer:
     message : the last error or news, one line
     """
 
-    def __init__(self, choices: Choices = Choices(), size: tuple[int, int] = (640, 480),
+    def __init__(self, selection: Selection = Selection(), size: tuple[int, int] = (640, 480),
                  context: str | moderngl.Context | Gpu | None = None,
                  camera: Camera | None = None,
                  clock: Callable[[], float] = time.perf_counter) -> None:
@@ -79,19 +79,20 @@ class Viewer:
         self.history: deque[Drawn] = deque(maxlen=HISTORY)
         self.settled_after: float | None = None     # seconds from the last move to full quality
         self.pace = Pace(clock)
-        self._wanted: Choices | None = None
+        self._wanted: Selection | None = None
         self._asked: tuple[int, ...] | None = None      # the pixel whose ray to follow
         self._announced = ""        # what was said in time to be about to happen
         self._insist = self._failed = self._moved = False
         self._moved_at = clock()
-        self.choices = choices
-        self.scene = load_scene(choices.scene)
+        self.selection = selection
+        self.scene = load_scene(selection.scene)
         self.tracers = Tracers(self.gpu, self.scene)
         self._camera = self._home = camera or self.scene.camera
-        self.tracer = self.tracers.pinned = self._make(self.tracers, choices)
+        self.tracer = self.tracers.pinned = self._make(self.tracers, selection)
 
-    def _make(self, tracers: Tracers, choices: Choices) -> Tracer:
-        return tracers.get(choices.method, choices.options, choices.integrator, choices.light)
+    def _make(self, tracers: Tracers, selection: Selection) -> Tracer:
+        return tracers.get(selection.method, selection.options, selection.integrator,
+                           selection.light)
 
     # What a user changes --------------------------------------------------------------------
 
@@ -111,15 +112,15 @@ class Viewer:
         """Back to where it was at first."""
         self.camera = self._home
 
-    def choose(self, choices: Choices) -> None:
+    def choose(self, selection: Selection) -> None:
         """Look at something else, from the next but one `step` on: the one before gives a window
         time to say what is going on."""
-        if choices != self.choices:
-            self._wanted, self.message = choices, ""
+        if selection != self.selection:
+            self._wanted, self.message = selection, ""
 
     def open(self, source: str | os.PathLike[str]) -> None:
         """Look at another scene: a name, or a file that was dropped."""
-        self.choose(replace(self.choices, scene=os.fspath(source)))
+        self.choose(replace(self.selection, scene=os.fspath(source)))
 
     def resize(self, size: tuple[int, int]) -> None:
         """Draw pictures of (width, height) pixels; a window that is minimised has none."""
@@ -170,7 +171,7 @@ class Viewer:
         """What the next steps are going to do, where it may take a while; else empty."""
         wanted = self._wanted
         if wanted is not None:
-            return (f"loading {wanted.scene} ..." if wanted.scene != self.choices.scene
+            return (f"loading {wanted.scene} ..." if wanted.scene != self.selection.scene
                     else f"building {wanted.method} ...")
         if self._asked is not None:
             return "following a ray ..."
@@ -231,10 +232,10 @@ class Viewer:
         estimate = self.pace.estimate(1)
         return estimate if estimate is not None and estimate > PATIENCE else None
 
-    def _take(self, wanted: Choices) -> None:
+    def _take(self, wanted: Selection) -> None:
         """Make what was chosen, prove it, and only then let go of what was there."""
         with self._guarded():
-            if wanted.scene == self.choices.scene:
+            if wanted.scene == self.selection.scene:
                 self.tracer = self._make(self.tracers, wanted)
             else:
                 scene = load_scene(wanted.scene)
@@ -251,7 +252,7 @@ class Viewer:
                 self._camera = self._home = scene.camera
                 self._moved_at = self.clock()
             self.tracers.pinned = self.tracer
-            self.choices, self.path = wanted, None
+            self.selection, self.path = wanted, None
             self.pace.forget()
             self._outdated()
 
@@ -262,12 +263,12 @@ class Viewer:
         if journeying:
             self._travel()
         elif self.mode == "heat":
-            costs = self.heat.measure(self.tracers, self.choices.method, self.choices.options,
+            costs = self.heat.measure(self.tracers, self.selection.method, self.selection.options,
                                       self.camera, size)
             pixels = self.heat.pixels()
         else:
-            picture = self.tracer.render(self.camera, size, self.choices.integrator,
-                                         **self.choices.light)
+            picture = self.tracer.render(self.camera, size, self.selection.integrator,
+                                         **self.selection.light)
             pixels, costs = np.asarray(picture), [self.tracer.statistics]
         seconds = self.clock() - began
         if journeying:
@@ -292,7 +293,7 @@ class Viewer:
 
     def _travel(self) -> None:
         """Keep the states of all passes, of as many rays as can be kept."""
-        tracer = self.tracers.in_passes(self.choices.method, self.choices.options)
+        tracer = self.tracers.in_passes(self.selection.method, self.selection.options)
         self.journey = Journey(tracer, self.camera, self.journey_size)
         self.message = self.journey.note
         self.divisor = 1
@@ -301,7 +302,8 @@ class Viewer:
     def _follow(self, pixel: tuple[int, ...]) -> None:
         with self._guarded():
             x, y = (int(np.clip(p, 0, s - 1)) for p, s in zip(pixel, self.size))
-            tracer = self.tracers.in_passes(self.choices.method, self.choices.options, single=True)
+            tracer = self.tracers.in_passes(self.selection.method, self.selection.options,
+                                            single=True)
             self.path = follow(tracer, self.camera, self.size, (x, y))
 
     def _outdated(self) -> None:
@@ -363,7 +365,7 @@ class Viewer:
         """Write the picture with all its pixels, as a PNG that holds its settings, and these as
         JSON beside it; None where that failed, which ``message`` then says."""
         with self._guarded():
-            path = free_name(Path(folder), f"{self.scene.name}-{self.choices.method}"
+            path = free_name(Path(folder), f"{self.scene.name}-{self.selection.method}"
                              + (f"-{self.mode}" if self.mode != MODES[0] else ""))
             if self.mode == "passes":
                 if self.journey is None:

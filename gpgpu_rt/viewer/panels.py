@@ -17,11 +17,11 @@ from ..integrators import INTEGRATORS
 from ..methods import methods
 from ..options import Option, spell
 from ..scene import scene_names
-from .choices import Choices
 from .heat_view import LAYOUTS
 from .line import line_of
 from .link import Link
 from .model import MODES, Viewer
+from .selection import Selection
 
 WIDTH, LOW = 292, 58        # of the panel at the left; height of the line below
 GRAPH = imgui.ImVec2(132, 40)
@@ -70,19 +70,19 @@ class Panels:
             self._helping(width)
         self._notice(width)
 
-    # Left: choices, graphs, modes -----------------------------------------------------------
+    # Left: selection, graphs, modes ---------------------------------------------------------
 
     def _left(self, height: int, mouse: tuple[int, int]) -> None:
         _place("gpgpu-rt", 0, 0, WIDTH, height)
         imgui.push_item_width(150)
         viewer = self.viewer
-        choices = viewer.choices
-        self._scene(choices)
+        selection = viewer.selection
+        self._scene(selection)
         names = [row.name for row in methods()]
-        changed, at = imgui.combo("method", names.index(choices.method), names, 20)
-        imgui.set_item_tooltip(f"{choices.row.citation}: {choices.row.summary}")
+        changed, at = imgui.combo("method", names.index(selection.method), names, 20)
+        imgui.set_item_tooltip(f"{selection.row.citation}: {selection.row.summary}")
         if changed:
-            viewer.choose(choices.with_method(names[at]))
+            viewer.choose(selection.with_method(names[at]))
         changed, at = imgui.combo("show", MODES.index(viewer.mode), list(MODES))
         if changed:
             viewer.look_at(MODES[at])
@@ -93,24 +93,24 @@ class Panels:
         if imgui.collapsing_header("what it takes", imgui.TreeNodeFlags_.default_open.value):
             self._graphs()
         if imgui.collapsing_header("options", imgui.TreeNodeFlags_.default_open.value):
-            self._options(choices.known(), viewer.tracer.options, choices.with_option)
+            self._options(selection.known(), viewer.tracer.options, selection.with_option)
         if imgui.collapsing_header("light"):
             kinds = list(INTEGRATORS)
-            changed, at = imgui.combo("integrator", kinds.index(choices.integrator), kinds)
+            changed, at = imgui.combo("integrator", kinds.index(selection.integrator), kinds)
             if changed:
-                viewer.choose(choices.with_integrator(kinds[at]))
-            known = choices.light_options()
-            values = {**{o.name: o.default for o in known}, **choices.light}
-            self._options(known, values, choices.with_light)
+                viewer.choose(selection.with_integrator(kinds[at]))
+            known = selection.light_options()
+            values = {**{o.name: o.default for o in known}, **selection.light}
+            self._options(known, values, selection.with_light)
         imgui.pop_item_width()
         imgui.end()
 
-    def _scene(self, choices: Choices) -> None:
+    def _scene(self, selection: Selection) -> None:
         names = scene_names()
-        if choices.scene not in names:
-            names.append(choices.scene)
+        if selection.scene not in names:
+            names.append(selection.scene)
         shown = [name if len(name) < 40 else "..." + name[-37:] for name in names]
-        changed, at = imgui.combo("scene", names.index(choices.scene), shown, 20)
+        changed, at = imgui.combo("scene", names.index(selection.scene), shown, 20)
         scene = self.viewer.scene
         imgui.set_item_tooltip(f"{len(scene):,} triangles, {scene.source}"
                                + (f"; stand-in for {scene.stand_in}" if scene.stand_in else ""))
@@ -122,7 +122,7 @@ class Panels:
             self.viewer.open(self._source.strip())
 
     def _options(self, known: Sequence[Option], values: Any,
-                 change: Callable[[str, Any], Choices]) -> None:
+                 change: Callable[[str, Any], Selection]) -> None:
         for option in known:
             changed, value = _chooser(option, values[option.name])
             imgui.set_item_tooltip(option.help)

@@ -19,11 +19,11 @@ from ..errors import ContextError, Error
 from ..methods import methods
 from ..scene import load_scene
 from . import moves
-from .choices import Choices
 from .link import Link
 from .model import MODES, Viewer
 from .overlay import projected
 from .panels import Panels
+from .selection import Selection
 
 TURN = 0.008            # radians a pixel of dragging
 FLY = 0.35              # of the scene's extent a second
@@ -35,7 +35,7 @@ RAY_COLOUR, BOX_COLOUR, LAST_COLOUR = (imgui.IM_COL32(*rgba) for rgba in (
     (255, 60, 60, 255), (90, 200, 255, 110), (255, 230, 80, 255)))
 
 
-def run(choices: Choices, size: tuple[int, int], folder: str = ".",
+def run(selection: Selection, size: tuple[int, int], folder: str = ".",
         place: Callable[[Camera], Camera] = lambda own: own) -> dict[str, Any]:
     """Open the window and stay until it is closed.
 
@@ -50,11 +50,11 @@ def run(choices: Choices, size: tuple[int, int], folder: str = ".",
     what was measured meanwhile: pictures while the camera moved, updates a second, seconds from
     the last move to full quality
     """
-    load_scene(choices.scene)       # before a window opens for nothing
+    load_scene(selection.scene)       # before a window opens for nothing
 
     class Configured(Window):
         window_size = size
-        given = choices, folder, place
+        given = selection, folder, place
 
     logging.getLogger("moderngl_window").setLevel(logging.ERROR)
     try:
@@ -124,13 +124,13 @@ class Window(moderngl_window.WindowConfig):
     resizable = True
     clear_color = None
     log_level = logging.ERROR
-    given: tuple[Choices, str, Callable[[Camera], Camera]]
+    given: tuple[Selection, str, Callable[[Camera], Camera]]
 
     def __init__(self, **given: Any) -> None:
         super().__init__(**given)
-        choices, self.folder, place = self.given
+        selection, self.folder, place = self.given
         self.wnd.exit_key = None        # Escape closes what is open, not the program
-        self.viewer = Viewer(choices, self.wnd.buffer_size, self.ctx)
+        self.viewer = Viewer(selection, self.wnd.buffer_size, self.ctx)
         self.viewer.camera = place(self.viewer.camera)
         self.link = Link(self.viewer.gpu, self.wnd)
         self.panels = Panels(self.viewer, self.link, self._save)
@@ -174,7 +174,7 @@ class Window(moderngl_window.WindowConfig):
         viewer = self.viewer
         state = (" ..." if viewer.busy or not viewer.finished
                  else " (coarse)" if viewer.held_back is not None else "")
-        title = f"gpgpu-rt: {viewer.scene.name}, {viewer.choices.method}{state}"
+        title = f"gpgpu-rt: {viewer.scene.name}, {viewer.selection.method}{state}"
         if title != self._title:
             self.wnd.title = self._title = title
 
@@ -379,7 +379,7 @@ class Window(moderngl_window.WindowConfig):
 
     def _next_method(self, by: int) -> None:
         names = [row.name for row in methods()]
-        chosen = self.viewer.choices
+        chosen = self.viewer.selection
         self.viewer.choose(chosen.with_method(
             names[(names.index(chosen.method) + by) % len(names)]))
 

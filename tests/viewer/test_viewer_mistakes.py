@@ -28,7 +28,7 @@ def user_method(tmp_path: Path) -> Iterator[str]:
 def test_errors_are_said_and_the_picture_stays(viewer: Viewer, user_method: str,
                                                tmp_path: Path) -> None:
     settle(viewer)
-    before, image = viewer.choices, viewer.image
+    before, image = viewer.selection, viewer.image
     torn = tmp_path / "torn.obj"
     torn.write_text("v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n")
     empty = tmp_path / "empty.obj"
@@ -37,15 +37,15 @@ def test_errors_are_said_and_the_picture_stays(viewer: Viewer, user_method: str,
     noise.write_bytes(bytes(range(256)))
     tries = [lambda: viewer.open(tmp_path / "missing.ply"), lambda: viewer.open(torn),
              lambda: viewer.open(empty), lambda: viewer.open(noise),
-             lambda: viewer.choose(viewer.choices.with_method(user_method)),
-             lambda: viewer.choose(replace(viewer.choices, method="geometry-image",
+             lambda: viewer.choose(viewer.selection.with_method(user_method)),
+             lambda: viewer.choose(replace(viewer.selection, method="geometry-image",
                                            options={"level": 10 ** 6}))]
     for number, attempt in enumerate(tries):
         attempt()
         assert viewer.busy and not viewer.step(), "a window says first what comes"
         viewer.step()
         assert viewer.message and "\n" not in viewer.message, number
-        assert viewer.choices == before and viewer.image is image, viewer.message
+        assert viewer.selection == before and viewer.image is image, viewer.message
         viewer.camera = moves.orbit(viewer.camera, 0.2, 0.0)
         assert viewer.step(), "it goes on"
         viewer.reset_camera()
@@ -74,9 +74,9 @@ def test_a_row_alone_makes_a_method_appear(viewer: Viewer) -> None:
     settle(viewer)
     register(replace(find_method("grid"), name="users-grid"))
     try:
-        viewer.choose(viewer.choices.with_method("users-grid"))
+        viewer.choose(viewer.selection.with_method("users-grid"))
         settle(viewer)
-        assert viewer.choices.method == "users-grid" == viewer.tracer.method.name
+        assert viewer.selection.method == "users-grid" == viewer.tracer.method.name
         assert "--method=users-grid" in viewer.command and not viewer.message
     finally:
         del _TABLE["users-grid"]

@@ -1,4 +1,4 @@
-"""The viewer without a window: choices, paces, cameras."""
+"""The viewer without a window: selections, paces, cameras."""
 from __future__ import annotations
 
 import shlex
@@ -13,37 +13,37 @@ from windowless import METHODS, full, settle
 from gpgpu_rt.camera import Camera
 from gpgpu_rt.cli import main
 from gpgpu_rt.methods import find_method
-from gpgpu_rt.viewer import Choices, Viewer, moves
-from gpgpu_rt.viewer.choices import camera_words, option_words
+from gpgpu_rt.viewer import Selection, Viewer, moves
 from gpgpu_rt.viewer.overlay import projected
 from gpgpu_rt.viewer.pace import DIVISORS, MOVING, PATIENCE, Pace
+from gpgpu_rt.viewer.selection import camera_words, option_words
 
-# Choices ----------------------------------------------------------------------------------------
+# Selection --------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_every_option_of_the_table_can_be_chosen_and_written(method: str) -> None:
-    choices = Choices("cornell").with_method(method)
-    names = {option.name for option in choices.known()}
+    selection = Selection("cornell").with_method(method)
+    names = {option.name for option in selection.known()}
     assert names >= {option.name for option in find_method(method).options}
     assert names >= {"schedule", "steps_per_pass", "precision", "intersection"}
-    for option in choices.known():
+    for option in selection.known():
         for value in [*(option.choices or ()), *(() if option.choices else (option.default,))]:
             word, = option_words({option.name: value}, (option,))
             assert option.parse(word.partition("=")[2]) == value
-    schedules = next(o.choices for o in choices.known() if o.name == "schedule")
+    schedules = next(o.choices for o in selection.known() if o.name == "schedule")
     assert schedules == find_method(method).schedules_for({})
 
 
 def test_options_are_carried_over_where_the_other_method_has_them() -> None:
-    choices = Choices("cornell", "kd-restart").with_option("schedule", "step")
-    choices = choices.with_option("interval", "strict").with_option("steps_per_pass", 4)
-    assert choices.with_method("kd-backtrack").options == choices.options
-    assert choices.with_method("kd-texture-stack").options["schedule"] == "step"
-    assert "steps_per_pass" not in choices.with_method("kd-texture-stack").options
-    assert choices.with_method("kd-stack").options.get("schedule") is None
-    assert "interval" not in choices.with_method("grid").options
-    assert choices.with_option("interval", "exact").options.get("interval") is None
+    selection = Selection("cornell", "kd-restart").with_option("schedule", "step")
+    selection = selection.with_option("interval", "strict").with_option("steps_per_pass", 4)
+    assert selection.with_method("kd-backtrack").options == selection.options
+    assert selection.with_method("kd-texture-stack").options["schedule"] == "step"
+    assert "steps_per_pass" not in selection.with_method("kd-texture-stack").options
+    assert selection.with_method("kd-stack").options.get("schedule") is None
+    assert "interval" not in selection.with_method("grid").options
+    assert selection.with_option("interval", "exact").options.get("interval") is None
 
 
 @pytest.mark.parametrize("method, options, integrator, light", [
@@ -54,7 +54,7 @@ def test_options_are_carried_over_where_the_other_method_has_them() -> None:
 ])
 def test_the_line_draws_the_same_pixels(soup: str, clock: Clock, tmp_path: Path, method: str,
                                         options: dict, integrator: str, light: dict) -> None:
-    viewer = Viewer(Choices(soup, method, options, integrator, light), VIEW, clock=clock)
+    viewer = Viewer(Selection(soup, method, options, integrator, light), VIEW, clock=clock)
     viewer.camera = moves.fly(moves.orbit(viewer.camera, 0.37, -0.21), 0.01, -0.02, 0.1)
     settle(viewer)
     assert viewer.divisor == 1 and not viewer.message

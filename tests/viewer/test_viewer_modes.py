@@ -104,7 +104,7 @@ def test_scrubbing_shows_each_pass(viewer: Viewer) -> None:
     viewer.go_to(10 ** 9)
     assert viewer.index == len(viewer.journey.kept) - 1
     assert dict(viewer.ray_of((5, 5)))["phase"].endswith("(done)")
-    viewer.choose(viewer.choices.with_method("kd-stack"))    # all of it in one pass
+    viewer.choose(viewer.selection.with_method("kd-stack"))    # all of it in one pass
     for _ in range(4):
         viewer.step()
     assert "one pass" in viewer.message and viewer.journey is None
@@ -159,7 +159,7 @@ def test_a_click_is_followed_and_survives_a_move(viewer: Viewer) -> None:
     viewer.camera = moves.orbit(viewer.camera, 0.3, 0.0)
     settle(viewer)
     assert viewer.path is not None, "to be seen from elsewhere"
-    viewer.choose(viewer.choices.with_option("octants", True))
+    viewer.choose(viewer.selection.with_option("octants", True))
     settle(viewer)
     assert viewer.path is None
 

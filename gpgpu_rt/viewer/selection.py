@@ -1,4 +1,4 @@
-"""Choices: scene, method and options of what is looked at, and the command that shows the same.
+"""Selection: scene, method and options of what is looked at, and the command that shows the same.
 
 What there is to choose comes from the method table and the tables of options: a row that is new
 there appears here by itself.
@@ -46,7 +46,7 @@ def camera_words(camera: Camera) -> list[str]:
 
 
 @dataclass(frozen=True)
-class Choices:
+class Selection:
     """What is looked at, but for the camera.
 
     Attributes
@@ -83,7 +83,7 @@ class Choices:
         """The options of the integrator."""
         return find_integrator(self.integrator).options
 
-    def with_method(self, name: str) -> Choices:
+    def with_method(self, name: str) -> Selection:
         """Another method; options that it has too are kept, as far as it takes their values."""
         other = replace(self, method=find_method(name).name, options={})
         known = {option.name: option for option in other.known()}
@@ -95,18 +95,18 @@ class Choices:
             kept.pop("steps_per_pass", None)
         return replace(other, options=kept)
 
-    def with_option(self, name: str, value: Any) -> Choices:
+    def with_option(self, name: str, value: Any) -> Selection:
         """One option changed; OptionError for a value that it does not take."""
         return replace(self, options=_set(self.options, self.known(), name, value))
 
-    def with_integrator(self, name: str) -> Choices:
+    def with_integrator(self, name: str) -> Selection:
         """Another integrator, with what options of the last one it has too."""
         known = {option.name: option for option in find_integrator(name).options}
         light = {option: value for option, value in self.light.items()
                  if option in known and known[option].accepts(value)}
         return replace(self, integrator=name, light=light)
 
-    def with_light(self, name: str, value: Any) -> Choices:
+    def with_light(self, name: str, value: Any) -> Selection:
         """One option of the integrator changed."""
         return replace(self, light=_set(self.light, self.light_options(), name, value))
 
