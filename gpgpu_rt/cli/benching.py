@@ -83,9 +83,10 @@ def _candidates(chosen: argparse.Namespace) -> list[tuple[str, dict[str, Any]]]:
     if len(found) < len(quick):
         left = ", ".join(row.name for row in quick if row not in found)
         say(f"without {left}: they do not take these options")
+    plain = [(row.name, given) for row in found]
     best = [(name, {**own, **given}) for name, own in BEST
             if find_method(name).takes({**own, **given})]
-    return best + [(row.name, given) for row in found]
+    return [one for one in best if one not in plain] + plain
 
 
 def _shares(entry: Entry, peak: Peaks) -> dict[str, float | None]:

@@ -67,12 +67,14 @@ def _show(message: Warning | str, *where: Any, **more: Any) -> None:
 
 
 def _info(chosen: argparse.Namespace) -> None:
-    rows = []
+    rows: list[dict[str, Any]] = []
     for backend, found in probe():
         rows.append({"backend": backend, "missing": str(found)} if isinstance(found, Error)
                     else found.info())
+    some = not all("missing" in row for row in rows)
     if chosen.json:
-        return print_json(rows)
+        taken = open_gpu().backend if some else None
+        return print_json([{**row, "taken": row["backend"] == taken} for row in rows])
     for row in rows:
         if "missing" in row:
             print(f"{row['backend']}: not here ({row['missing']})")
@@ -80,9 +82,10 @@ def _info(chosen: argparse.Namespace) -> None:
             print(f"{row['backend']}: {row['renderer']}\n    OpenGL {row['version']}\n"
                   f"    largest texture {row['max_texture_size']}, "
                   f"{row['max_draw_buffers']} render targets")
-    if all("missing" in row for row in rows):
+    if not some:
         raise Error("no OpenGL context here; install libegl1 libgl1 libgl1-mesa-dri "
                     "(Debian, Ubuntu) or a graphics driver")
+    sys.stdout.flush()      # before what may be wrong in the environment
     print(f"without --context, {open_gpu().backend} is taken")
 
 

@@ -127,6 +127,10 @@ def _tune(chosen: argparse.Namespace) -> None:
         kept = settings.store(found.settings)
         if chosen.output:
             found.settings.save(chosen.output)
+    if found.settings is not None and kept is None:
+        say("not kept for method auto, as there is no cache folder that can be written; "
+            + (f"give --settings {chosen.output}" if chosen.output else
+               "write the settings to a file by -o"))
     if chosen.json:
         print_json({"scene": settings.describe(scene), **found.to_dict()})
     else:
@@ -134,10 +138,6 @@ def _tune(chosen: argparse.Namespace) -> None:
             _print_search(search)
         if kept is not None:
             print(f"kept for method auto: {kept}")
-        elif found.settings is not None:
-            say("not kept for method auto, as there is no cache folder that can be written; "
-                + (f"give --settings {chosen.output}" if chosen.output else
-                   "write the settings to a file by -o"))
         if chosen.output and found.settings is not None:
             print(f"wrote {chosen.output}")
     if found.settings is None:

@@ -162,6 +162,11 @@ def test_mistakes_are_one_line(capsys, words: list[str], message: str) -> None:
     assert message in capsys.readouterr().err
 
 
+def test_a_race_refuses_an_image_that_is_none() -> None:
+    with pytest.raises(rt.Error, match="no image"):
+        race("cornell", RAY_SETS["eye"], [("grid", {})], -3, 1, ())
+
+
 def test_options_go_to_the_default_methods_that_have_them(capsys) -> None:
     parser = importlib.import_module("gpgpu_rt.cli.main")._parser()
     chosen = parser.parse_args(["bench", "cornell", "--packet", "2x2"])
@@ -170,6 +175,8 @@ def test_options_go_to_the_default_methods_that_have_them(capsys) -> None:
     assert found["kd-packet"] == {"packet": (2, 2)}
     left = capsys.readouterr().err
     assert "bvh-threaded" in left and "kd-packet" not in left
+    found = benching._candidates(parser.parse_args(["bench", "cornell", "--octants", "true"]))
+    assert [name for name, _ in found].count("bvh-threaded") == 1
 
 
 def test_a_race_frees_its_tracers(monkeypatch) -> None:

@@ -155,9 +155,12 @@ def test_a_place_may_begin_below_zero(capsys, tmp_path) -> None:
 def test_info_says_which_backend_is_taken(capsys, monkeypatch) -> None:
     _, out, _ = run(capsys, "info")
     assert out.splitlines()[-1] == f"without --context, {open_gpu().backend} is taken"
+    _, out, _ = run(capsys, "info", "--json")
+    assert [row["backend"] for row in json.loads(out) if row["taken"]] == [open_gpu().backend]
     monkeypatch.setenv("GPGPU_RT_CONTEXT", "osmessa")
-    status, _, err = run(capsys, "info")
-    assert status == 1 and "did you mean osmesa" in err
+    for words in (["info"], ["info", "--json"]):
+        status, out, err = run(capsys, *words)
+        assert status == 1 and "did you mean osmesa" in err and bool(out) == (len(words) == 1)
 
 
 def test_a_device_that_is_named_is_not_replaced() -> None:
@@ -250,6 +253,7 @@ def test_trace_command(capsys, tmp_path) -> None:
      "exclude each other"),
     (["bench", "cornell", "-m", "grid,"], "empty name"),
     (["bench", "cornell", "--size", "8x4"], "no square"),
+    (["bench", "cornell", "--size", "-3"], "no size"),
     (["bench", "cornell", "--size", "8", "--stack-size", "4", "--cells", "grid"],
      "no method takes all of these options: cells=grid, stack_size=4"),
     (["passes", "cornell", "-m", "kd-stack", "-o", "{}/new"], "loop"),
