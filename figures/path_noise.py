@@ -22,7 +22,7 @@ HEADS = ("sampler", "samples", "Cornell box, mean relative error", "furnace, pix
 
 def cells(full: bool) -> list[Cell]:
     return [Cell(SCENE, METHOD, (("roulette", ROULETTE), ("sampler", sampler),
-                                 ("samples", 4096 if full else 256)), SIZE, "path errors", 1)
+                                 ("samples", 4096 if full else 128)), SIZE, "path errors", 1)
             for sampler in SAMPLERS]
 
 

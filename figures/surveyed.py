@@ -24,7 +24,7 @@ SCENE = "tenk"            # 10,000 triangles, as Table 1 is of
 BASE = "Carr et al. 2002"    # the Ray Engine, that all others are relative to
 PREDICTED_SIZE = 1024     # tiles of such an image are emulated: neighbouring rays as published
 SLOW = {"brute-force": 64, "kd-texture-stack": 64, "ray-tiles": 128,   # pixels a side, quick size
-        "ray-hierarchy": 128, "visibility-field": 128}
+        "ray-hierarchy": 64, "visibility-field": 128}
 Options = tuple[tuple[str, Any], ...]
 
 # Source, in the survey's words -> the method and options that stand for it.
@@ -67,13 +67,15 @@ class Entry:
 
     def measured(self, full: bool) -> Cell:
         """Eye rays of the scene, timed here."""
-        size = 512 if full else SLOW.get(self.method, 256)
-        return Cell(SCENE, self.method, self.options, size, EYE, runs=5 if full else 3)
+        return Cell(SCENE, self.method, self.options, self._size(full), EYE, runs=5 if full else 3)
+
+    def _size(self, full: bool, quick: int = 256) -> int:
+        return 512 if full else min(quick, SLOW.get(self.method, quick))
 
     def counted(self, full: bool) -> Cell:
         """The work of the same rays: emulated where one program does all, else pass by pass."""
         if "loop" not in self.row.schedules:
-            return Cell(SCENE, self.method, self.options, 512 if full else 128, PASSES + EYE,
+            return Cell(SCENE, self.method, self.options, self._size(full, 128), PASSES + EYE,
                         runs=1)
         options = (*self.options, TEST, *((("packet", WARP_PACKET),) if self.packed else ()))
         return Cell(SCENE, self.method, options, PREDICTED_SIZE, WORK + EYE, runs=1)

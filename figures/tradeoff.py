@@ -16,7 +16,8 @@ from .works import picture_size
 
 SCENES = ("bunny", "cornell")
 DETAIL = ("kd-restart", "bvh-threaded")     # all options of these, precision alone of the others
-# Where it must be quick these are timed once, in full precision alone: minutes in any other.
+# Where it must be quick these are timed once, in full precision alone and with a quarter of the
+# rays: minutes in any other.
 SLOW = ("ray-classification", "visibility-field")
 MARKERS = {"fp32": "o", "fp24": "s", "fp16": "^"}
 
@@ -45,10 +46,11 @@ def _options(row: rt.Method, full: bool) -> list[dict[str, Any]]:
 def cells_of(scene: str, full: bool) -> list[Cell]:
     """The cells of one scene. ``brute-force`` would take minutes and hits what the grid hits; so
     would, where it must be quick, a method that runs in passes alone."""
-    return [Cell(scene, row.name, tuple(options.items()), 192 if full else 64, "accuracy",
-                 3 if full or row.name not in SLOW else 1)
+    quick, slow = (64, 3), (32, 1)    # size and runs
+    return [Cell(scene, row.name, tuple(options.items()), size, "accuracy", runs)
             for row in rt.methods()
             if row.name != "brute-force" and (full or "loop" in row.schedules)
+            for size, runs in [(192, 3) if full else slow if row.name in SLOW else quick]
             for options in _options(row, full)]
 
 

@@ -88,17 +88,45 @@ def emulate(program: Program, samplers: Mapping[str, np.ndarray], uniforms: Mapp
     arrays = {name: np.zeros((length, count), np.int32 if kind == "int" else np.float32)
               for name, (kind, length) in program.arrays.items()}
     counts = {width: np.zeros(len(program.work), np.int64) for width in widths}
+    groups = [_Groups(count, width) for width in widths]
 
     def region(number: int, mask: np.ndarray) -> None:
-        for width in widths:
-            counts[width][number] += (np.count_nonzero(mask) if width == 1 else np.count_nonzero(
-                np.add.reduceat(mask, np.arange(0, count, width))))
-    scope: dict[str, Any] = {"np": np, "ONE": np.float32(1), "HALF": np.float32(0.5)}
+        for one in groups:
+            counts[one.width][number] += one.wanted(mask)
+    scope: dict[str, Any] = {"np": np, "ONE": np.float32(1), "HALF": np.float32(0.5),
+                             "clip": _clip, "wide": _wide}
     exec(compile(translate(program), "<fragment program>", "exec"), scope)   # our own text
     with np.errstate(all="ignore"):
         scope["run"](flat, values, texels[:, 0], texels[:, 1], out, arrays, region, look)
     return Run(program, count, {name: np.ascontiguousarray(v.T) for name, v in out.items()},
                counts)
+
+
+class _Groups:
+    """So many of ``count`` fragments bound together, told apart by words of as many bytes."""
+
+    def __init__(self, count: int, width: int) -> None:
+        self.width = width
+        bytes_ = next(b for b in (8, 4, 2, 1) if width % b == 0 and count % b == 0)
+        self._word = np.dtype(f"u{bytes_}")
+        self._starts = np.arange(0, count // bytes_, width // bytes_)
+        self._whole = width == bytes_
+
+    def wanted(self, mask: np.ndarray) -> int:
+        """Groups with a fragment in the mask, (count,) bool."""
+        words = mask.view(self._word)
+        return int(np.count_nonzero(words if self._whole
+                                    else np.bitwise_or.reduceat(words, self._starts)))
+
+
+def _clip(places: Any, highest: int) -> Any:
+    """From 0 to ``highest``; numpy's own asks each time what integers there are."""
+    return np.minimum(np.maximum(places, 0), highest)
+
+
+def _wide(value: Any, count: int) -> np.ndarray:
+    """One for each fragment, where all have the same too."""
+    return value if value.shape else np.broadcast_to(value, count)
 
 
 def morton_order(width: int, height: int) -> np.ndarray:

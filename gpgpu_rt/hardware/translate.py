@@ -270,10 +270,10 @@ class _Translator:
         elif one.op == "txf":
             x, y = (self._read(*one.sources[0], c, _INT) for c in (0, 1))
             self._emit(depth, f"texels, width = S[{one.name!r}]")
-            self._emit(depth, f"at = np.clip({y} * width + {x}, 0, len(texels) - 1)")
+            self._emit(depth, f"at = clip({y} * width + {x}, len(texels) - 1)")
             self._emit(depth, f"look({one.name!r}, at, {mask})")
             for c in components:
-                self._assign(f"v{one.to}_{c}", f"np.broadcast_to(texels[at, {c}], n)", mask, depth)
+                self._assign(f"v{one.to}_{c}", f"wide(texels[at, {c}], n)", mask, depth)
         elif one.op == "load_ubo":
             for c in components:
                 kind = _DTYPES[self.types[one.to]]
