@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-CHUNK = 1 << 14     # triangles at a time, so that the temporaries stay in the cache
+CHUNK = 1 << 13     # triangles at a time, so that the temporaries stay in the cache
 EDGE_EPSILON = 1e-300
 
 
@@ -47,8 +47,13 @@ def _clip(v: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> tuple[np.ndarray, np
     out_hi = np.full_like(hi, -np.inf)
     for i in range(3):
         _add_edge(v[i], edges[i], lo, hi, out_lo, out_hi)
+    touched = np.zeros((2, *lo.shape), bool)     # the faces of the box: low and high, by axis
     for axis in range(3):
-        _add_box_edges(v, edges, axis, lo, hi, out_lo, out_hi)
+        _add_box_edges(v, edges, axis, lo, hi, out_lo, out_hi, touched)
+    for box, faces in zip((lo, hi), touched):
+        face = np.where(faces, box, np.nan)
+        np.fmin(out_lo, face, out=out_lo)
+        np.fmax(out_hi, face, out=out_hi)
     return out_lo, out_hi
 
 
@@ -61,30 +66,32 @@ def _add_edge(start: np.ndarray, edge: np.ndarray, lo: np.ndarray, hi: np.ndarra
     leave = np.minimum(np.maximum(t_lo, t_hi).min(axis=0), 1)
     outside = enter > leave
     for t in (enter, leave):
-        point = np.clip(start + t * edge, lo, hi)
-        point[:, outside] = np.nan
+        at = np.where(outside, np.nan, t)
+        point = np.minimum(np.maximum(start + at * edge, lo), hi)
         np.fmin(out_lo, point, out=out_lo)
         np.fmax(out_hi, point, out=out_hi)
 
 
 def _add_box_edges(v: np.ndarray, edges: np.ndarray, a: int, lo: np.ndarray, hi: np.ndarray,
-                   out_lo: np.ndarray, out_hi: np.ndarray) -> None:
-    """Widen the bounds by the points where the box's four edges along axis `a` pierce."""
+                   out_lo: np.ndarray, out_hi: np.ndarray, touched: np.ndarray) -> None:
+    """Widen the bounds along axis `a` by the points where the box's four edges along it pierce;
+    those lie in faces of the other two axes, which are marked."""
     b, c = (a + 1) % 3, (a + 2) % 3
     normal_a = edges[0, b] * edges[1, c] - edges[0, c] * edges[1, b]
     slope_b = (edges[0, c] * edges[1, a] - edges[0, a] * edges[1, c]) / normal_a
     slope_c = (edges[0, a] * edges[1, b] - edges[0, b] * edges[1, a]) / normal_a
     side_b = [edges[:, c] * (box[b] - v[:, b]) for box in (lo, hi)]
     side_c = [edges[:, b] * (box[c] - v[:, c]) for box in (lo, hi)]
-    rise_b = [slope_b * (box[b] - v[0, b]) for box in (lo, hi)]
+    rise_b = [v[0, a] - slope_b * (box[b] - v[0, b]) for box in (lo, hi)]
     rise_c = [slope_c * (box[c] - v[0, c]) for box in (lo, hi)]
-    for j, box_b in enumerate((lo, hi)):
-        for k, box_c in enumerate((lo, hi)):
-            side = side_c[k] - side_b[j]
-            x = v[0, a] - rise_b[j] - rise_c[k]
-            pierced = (side.min(axis=0) >= 0) | (side.max(axis=0) <= 0)
+    for j in range(2):
+        for k in range(2):
+            x = rise_b[j] - rise_c[k]
+            # All three edges turn about the box's edge in one sense, or it passes the triangle.
+            pierced = (side_c[k] >= side_b[j]).all(axis=0) | (side_c[k] <= side_b[j]).all(axis=0)
             pierced &= (x >= lo[a]) & (x <= hi[a])      # false where normal_a is 0: x is NaN
-            for axis, value in ((a, x), (b, box_b[b]), (c, box_c[c])):
-                value = np.where(pierced, value, np.nan)
-                np.fmin(out_lo[axis], value, out=out_lo[axis])
-                np.fmax(out_hi[axis], value, out=out_hi[axis])
+            x = np.where(pierced, x, np.nan)
+            np.fmin(out_lo[a], x, out=out_lo[a])
+            np.fmax(out_hi[a], x, out=out_hi[a])
+            touched[j, b] |= pierced
+            touched[k, c] |= pierced
