@@ -83,10 +83,13 @@ def test_soup_matches_oracle(method: str, options: dict, rays: str) -> None:
     assert_same_hits(hits, expected, scene.extent, 0.4 if rays in ("vertices", "edges") else 0.002)
 
 
+# The quick suite aims all kinds of rays at methods as they are, the most telling at their options.
 @pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.full)
                                        for seed in (2, 3))])
-@pytest.mark.parametrize("rays", RAY_SETS)
-@pytest.mark.parametrize("method, options", CASES)
+@pytest.mark.parametrize("method, options, rays", [
+    pytest.param(*case.values, rays, id=f"{case.id}-{rays}",
+                 marks=pytest.mark.full if case.values[1] and rays not in ("random", "edges")
+                 else ()) for case in CASES for rays in RAY_SETS])
 def test_soup_matches_brute_force(exact_renderer, method: str, options: dict, rays: str,
                                   seed: int) -> None:
     scene, chosen, expected = brute(400, seed, rays, rays_for(method, 4096))
