@@ -24,7 +24,7 @@ def chain(count: int) -> rt.Scene:
 
 @pytest.mark.parametrize("statistics", [False, True], ids=["plain", "counted"])
 @pytest.mark.parametrize("seed", [3], ids="seed{}".format)
-@pytest.mark.parametrize("rays", ["eye", "surface"])
+@pytest.mark.parametrize("rays", ["eye", pytest.param("surface", marks=pytest.mark.full)])
 def test_any_size_finds_the_same(exact_renderer, rays: str, seed: int, statistics: bool) -> None:
     scene = soup_scene(300, seed)
     chosen = RAY_SETS[rays](scene, 676, seed)
