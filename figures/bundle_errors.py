@@ -12,6 +12,7 @@ from gpgpu_rt.rasterised.patches import LIFT, areas_and_normals
 from gpgpu_rt.rasterised.ray_bundles import RayBundles, half_sphere
 from gpgpu_rt.rasterised.visible import Visible
 from gpgpu_rt.scenes import cornell
+from gpgpu_rt.workers.machine import alone
 
 HUNG = "cornell, lamp hung"
 MADE = (HUNG,)
@@ -69,32 +70,35 @@ def measure(name: str, method: str, options: dict[str, Any], size: int, runs: in
     scene = scene_of(name)
     result: dict[str, Any] = {"triangles": len(scene), "by_resolution": []}
     with rt.Tracer(scene, method, **options) as tracer:
-        began, halves = time.perf_counter(), []
-        for seed in (0, 1):
-            tracer.render(size=(size, size), integrator="path", samples=mine["samples"] // 2,
-                          seed=seed)
-            halves.append(tracer.radiance.astype(np.float64))
+        with alone():
+            began, halves = time.perf_counter(), []
+            for seed in (0, 1):
+                tracer.render(size=(size, size), integrator="path", samples=mine["samples"] // 2,
+                              seed=seed)
+                halves.append(tracer.radiance.astype(np.float64))
+            result["path_seconds"] = time.perf_counter() - began
         path = sum(halves) / 2
-        result["path_seconds"] = time.perf_counter() - began
         seen = Visible.of(tracer, None, (FINER * size, FINER * size))
         for resolution in mine["resolutions"]:
             bundles = RayBundles(tracer, mine["patch"], resolution)
-            began = time.perf_counter()
-            bundles.solve(mine["between"], BOUNCES)
-            row = {"resolution": resolution, "solve_seconds": time.perf_counter() - began,
+            with alone():
+                began = time.perf_counter()
+                bundles.solve(mine["between"], BOUNCES)
+                took = time.perf_counter() - began
+            row = {"resolution": resolution, "solve_seconds": took,
                    "patches": len(bundles.triangles), "layers": bundles.layers,
                    "unmet": float((bundles.weights == 0).mean()), "gather": [], "traced": []}
             faces = np.arange(3 * len(bundles.triangles)).reshape(-1, 3)
             cut = rt.Tracer(rt.Scene.from_arrays(bundles.triangles.reshape(-1, 3), faces), method,
                             **options)
-            for turn in range(runs + 1):
-                began = time.perf_counter()
-                found = bundles.gather(seen.places, seen.normals, mine["directions"])
-                took = time.perf_counter() - began
-                right, traced = traced_gather(bundles, cut, seen, mine["directions"])
-                if turn:
-                    row["gather"].append(took)
-                    row["traced"].append(traced)
+            found = bundles.gather(seen.places, seen.normals, mine["directions"])
+            right, _ = traced_gather(bundles, cut, seen, mine["directions"])
+            with alone():
+                for _ in range(runs):
+                    began = time.perf_counter()
+                    bundles.gather(seen.places, seen.normals, mine["directions"])
+                    row["gather"].append(time.perf_counter() - began)
+                    row["traced"].append(traced_gather(bundles, cut, seen, mine["directions"])[1])
             row["off"] = float(np.sqrt(((found - right) ** 2).mean() / (right ** 2).mean()))
             apart = np.abs(found - right).max(2) > 0.05 * right.mean()
             row["apart"] = float(apart[seen.hits.hit.reshape(apart.shape)].mean())

@@ -8,8 +8,7 @@ import numpy as np
 
 import gpgpu_rt as rt
 from gpgpu_rt.rasterised.first_hits import FIRST_HITS
-
-WARM_UPS = 1
+from gpgpu_rt.workers.machine import alone
 
 
 def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int,
@@ -19,14 +18,15 @@ def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int,
     with rt.Tracer(scene, method, **options) as tracer:
         truth = tracer.eye_hits(size=(size, size))
         found: dict[str, dict[str, Any]] = {kind: {"seconds": []} for kind in FIRST_HITS}
-        for turn in range(WARM_UPS + runs):
-            for kind, row in found.items():
-                hits = tracer.eye_hits(size=(size, size), first_hits=kind)
-                if turn >= WARM_UPS:
+        for kind, row in found.items():      # warms up too
+            hits = tracer.eye_hits(size=(size, size), first_hits=kind)
+            wrong = np.flatnonzero((hits.triangle != truth.triangle) | (hits.t != truth.t))
+            row.update(tracer.statistics.first_hits, wrong=wrong.tolist())
+        with alone():
+            for _ in range(runs):
+                for kind, row in found.items():
+                    tracer.eye_hits(size=(size, size), first_hits=kind)
                     row["seconds"].append(tracer.statistics.trace_seconds)
-                    continue
-                wrong = np.flatnonzero((hits.triangle != truth.triangle) | (hits.t != truth.t))
-                row.update(tracer.statistics.first_hits, wrong=wrong.tolist())
     return found
 
 

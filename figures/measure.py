@@ -6,10 +6,8 @@ from __future__ import annotations
 
 import datetime
 import json
-import os
 import time
-from collections.abc import Iterable
-from contextlib import nullcontext
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -30,30 +28,29 @@ from .works import work_of
 def measure(cells: Iterable[Cell], data: Path, again: bool = False,
             workers: Workers | None = None) -> None:
     """Measure every cell that is not finished, each written when it is done: interrupting loses
-    those that run. By ``workers``; or without, what is timed in this process, the rest by workers
-    of its own, a process a core."""
+    those that run. By ``workers``, or without in this process."""
     data.mkdir(parents=True, exist_ok=True)
-    todo = [cell for cell in dict.fromkeys(cells) if again or read(cell, data) is None]
-    timed = [cell for cell in todo if work_of(cell).timed]
-    here = todo if len(todo) - len(timed) < 2 else timed    # one cell is not worth a process
-    if workers is not None:
-        here = []
+    todo = unfinished(cells, data, again)
     with tqdm(total=len(todo), unit="cell", dynamic_ncols=True) as progress:
-        for cell in here:
+        found = _here(todo, progress) if workers is None or not todo else sweep.results(
+            todo, workers, measured)
+        for cell, result in found:
             progress.set_description(_words(cell))
-            with taken(alone=work_of(cell).timed):
-                result = measured(cell)
             _write(cell, result, data)
             progress.update()
-        others = [cell for cell in todo if cell not in here]
-        if not others:
-            return
-        count = min(len(others), os.cpu_count() or 1)
-        with nullcontext(workers) if workers is not None else Workers(count=count) as them:
-            for cell, result in sweep.results(others, them, measured):
-                progress.set_description(_words(cell))
-                _write(cell, result, data)
-                progress.update()
+
+
+def unfinished(cells: Iterable[Cell], data: Path, again: bool = False) -> list[Cell]:
+    """The cells that are to be measured, each once; all of them ``again``."""
+    return [cell for cell in dict.fromkeys(cells) if again or read(cell, data) is None]
+
+
+def _here(cells: list[Cell], progress: tqdm) -> Iterator[tuple[Cell, dict[str, Any]]]:
+    for cell in cells:
+        progress.set_description(_words(cell))
+        with taken():
+            result = measured(cell)
+        yield cell, result
 
 
 def measured(cell: Cell) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 import gpgpu_rt as rt
+from gpgpu_rt.workers.machine import alone
 
 from .growing import scenes
 
@@ -36,7 +37,8 @@ def measure(step: int, method: str, size: int, runs: int, name: str = "bunny") -
     tracers = {kind: rt.Tracer(scene, method) for kind in kinds}
     seconds: dict[str, list[float]] = {kind: [] for kind in kinds}
     pictures = {}
-    for turn in range(1 + runs):
+
+    def once(turn: int) -> None:
         for kind in kinds if turn % 2 else reversed(kinds):
             began = time.perf_counter()
             pictures[kind] = np.asarray(tracers[kind].render(
@@ -44,6 +46,10 @@ def measure(step: int, method: str, size: int, runs: int, name: str = "bunny") -
                 bounces=BOUNCES))
             if turn:
                 seconds[kind].append(time.perf_counter() - began)
+    once(0)
+    with alone():
+        for turn in range(1, 1 + runs):
+            once(turn)
     costs = {kind: tracer.statistics.to_dict() for kind, tracer in tracers.items()}
     plan = tracers["derived"].plan((size, size), light_samples=LIGHT_SAMPLES, bounces=BOUNCES)
     for tracer in tracers.values():

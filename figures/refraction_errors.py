@@ -10,6 +10,7 @@ import gpgpu_rt as rt
 from gpgpu_rt.rasterised.refraction import LEFT, Refraction
 from gpgpu_rt.reference.refraction import refract, through_two_borders
 from gpgpu_rt.scenes.shapes import ball
+from gpgpu_rt.workers.machine import alone
 
 IOR = 1.5
 
@@ -31,20 +32,24 @@ def measure(name: str, method: str, options: dict[str, Any], size: int,
     seconds: dict[str, list[float]] = {"rasterised": [], "traced": []}
     with rt.Tracer(scene, method, **options) as tracer:
         refraction = Refraction(tracer, IOR)
-        for turn in range(runs + 1):
-            began = time.perf_counter()
-            found, kind = refraction.draw(size=(size, size))
-            took = time.perf_counter() - began
+
+        def traced() -> float:
             hits = tracer.eye_hits(size=(size, size))
-            traced = tracer.statistics.trace_seconds
+            took = tracer.statistics.trace_seconds
             hit = hits.hit
             normals = refraction.normals[hits.triangle[hit]].mean(axis=1)
             inside = refract(directions[hit], normals, 1 / IOR)[0]
             place = origins[hit] + hits.t[hit, None] * directions[hit]
             tracer.trace(place, inside, t_min=1e-4 * float(hits.t[hit].mean()))
-            if turn:
-                seconds["rasterised"].append(took)
-                seconds["traced"].append(traced + tracer.statistics.trace_seconds)
+            return took + tracer.statistics.trace_seconds
+        found, kind = refraction.draw(size=(size, size))
+        traced()
+        with alone():
+            for _ in range(runs):
+                began = time.perf_counter()
+                refraction.draw(size=(size, size))
+                seconds["rasterised"].append(time.perf_counter() - began)
+                seconds["traced"].append(traced())
         refraction.release()
     truth, right = through_two_borders(refraction.triangles, refraction.normals, origins,
                                        directions, IOR)

@@ -1,10 +1,11 @@
 """Sweep: cells measured by workers, of one machine or of several.
 
-What is timed has its machine to itself, one cell at a time; all else runs side by side once that
-is done. Results come as they are there.
+Cells run side by side, those first of which nothing is timed: they build what the others trace.
+What is timed has its machine to itself meanwhile. Results come as they are there.
 """
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -37,12 +38,20 @@ def results(cells: list[Cell], workers: Workers,
               for scene in {cell.scene for cell in ordered}}
     # Before anything is timed: scenes are loaded for it.
     asked = {cell: as_kept(settings(cell)) for cell in ordered}
-    for timed in (True, False):
-        some = [cell for cell in ordered if work_of(cell).timed is timed]
-        parts = [(cell, timed, meshes[cell.scene], measured) for cell in some]
+    for timed in (False, True):
+        some = _dealt([cell for cell in ordered if work_of(cell).timed is timed])
+        parts = [(cell, meshes[cell.scene], measured) for cell in some]
         for at, result in workers.map(_measured, parts):
             _check(some[at], asked[some[at]], result)
             yield some[at], result
+
+
+def _dealt(cells: list[Cell]) -> list[Cell]:
+    """The first half and the second in turns, so that two neighbours in this order, which run at
+    once, are not about to build the same tree."""
+    half = -(-len(cells) // 2)
+    pairs = itertools.zip_longest(cells[:half], cells[half:])
+    return [cell for pair in pairs for cell in pair if cell is not None]
 
 
 def _check(cell: Cell, asked: dict[str, Any], result: Result) -> None:
@@ -55,9 +64,8 @@ def _check(cell: Cell, asked: dict[str, Any], result: Result) -> None:
                     "so ask from a machine that has what the workers have")
 
 
-def _measured(cell: Cell, timed: bool, files: Files,
-              measured: Callable[[Cell], Result]) -> Result:
-    """In a worker: measure a cell once the machine is free for it."""
+def _measured(cell: Cell, files: Files, measured: Callable[[Cell], Result]) -> Result:
+    """In a worker: measure a cell while nothing is timed on its machine."""
     take_mesh(cell.scene, files)
-    with taken(alone=timed):
+    with taken():
         return measured(cell)

@@ -8,6 +8,7 @@ from typing import Any
 import gpgpu_rt as rt
 from gpgpu_rt.bench.engines import EMBREE, ENGINES, Engine
 from gpgpu_rt.bench.workloads import EYE, Workload, load, workload
+from gpgpu_rt.workers.machine import alone
 
 from . import cpu_peak
 from .cell import ON_CPU, Cell
@@ -24,16 +25,19 @@ def measure(cell: Cell) -> dict[str, Any]:
     rays = workload(cell.scene, EYE if cell.work == PICTURE else cell.work, cell.size)
     samples, walls, sorts = [], [], []
     with rt.Tracer(scene, cell.method, **dict(cell.options)) as tracer:
-        for turn in range(WARM_UPS + cell.runs):
-            began = time.perf_counter()
+        def once() -> None:
             if cell.work == PICTURE:
                 tracer.render(size=(cell.size, cell.size))
             else:
                 _trace(rays, tracer)
-            wall = time.perf_counter() - began
-            if turn >= WARM_UPS:
+        for _ in range(WARM_UPS):
+            once()
+        with alone():
+            for _ in range(cell.runs):
+                began = time.perf_counter()
+                once()
+                walls.append(time.perf_counter() - began)
                 samples.append(tracer.statistics.trace_seconds)
-                walls.append(wall)
                 sorts.append(tracer.statistics.sort_seconds)
         cost = tracer.statistics.to_dict()
         structure = type(tracer.accelerator.structure).__name__
@@ -82,10 +86,13 @@ def _embree(cell: Cell) -> dict[str, Any]:
     if engine.missing:
         raise rt.Error(f"{engine.missing} is not installed; run `make setup`")
     run, samples = engine.prepare(load(cell.scene), rays.compact()), []
-    for turn in range(WARM_UPS + cell.runs):
-        began = time.perf_counter()
+    for _ in range(WARM_UPS):
         run()
-        if turn >= WARM_UPS:
+    with alone():
+        for _ in range(cell.runs):
+            began = time.perf_counter()
+            run()
             samples.append(time.perf_counter() - began)
+        peak = cpu_peak.peak(threads)
     return {**_timing(samples, samples, rays.live), "statistics": {}, "counters": {},
-            "peak": cpu_peak.peak(threads)}
+            "peak": peak}

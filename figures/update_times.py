@@ -10,6 +10,7 @@ import numpy as np
 
 import gpgpu_rt as rt
 from gpgpu_rt.accel import uncached
+from gpgpu_rt.workers.machine import alone
 
 SWAY = 0.01    # how far a corner goes at most, over the scene's diagonal
 
@@ -27,7 +28,7 @@ def measure(scene: rt.Scene, method: str, options: Mapping[str, Any], runs: int)
     still = scene.triangles
     diagonal = float(np.linalg.norm(np.ptp(still.reshape(-1, 3), axis=0)))
     seconds = []
-    with uncached(), rt.Tracer(scene, method, **options) as tracer:
+    with alone(), uncached(), rt.Tracer(scene, method, **options) as tracer:
         build = tracer.statistics.build_seconds
         for turn in range(1, runs + 1):
             # A wave through space: corners that coincide move alike.

@@ -14,6 +14,7 @@ from typing import Any
 import gpgpu_rt as rt
 from gpgpu_rt.accuracy.measure import Yardstick
 from gpgpu_rt.bench.workloads import Workload, load, workload
+from gpgpu_rt.workers.machine import alone
 
 from . import (
     bundle_errors, caustic_errors, coherence, extreme_runs, first_hit_times, frame_times, gap_work,
@@ -51,7 +52,7 @@ class Work:
 
     name: str
     measure: Callable[[Cell, str], dict[str, Any]]    # of a cell, and of what follows the name
-    timed: bool = True          # False: cells may be measured side by side
+    timed: bool = True          # something of it is: that it does within `machine.alone`
     catalogued: bool = True     # whether the cell's scene is one that `load_scene` knows
     digest: Callable[[Cell], str] = _of_catalogue   # tells a stand-in from the mesh in its place
 
@@ -73,7 +74,8 @@ def _yardstick(name: str, size: int) -> Yardstick:
 
 def _accuracy(cell: Cell, _: str) -> dict[str, Any]:
     """Errors against the float64 reference, and the time on the same rays."""
-    row = _yardstick(cell.scene, cell.size).measure(cell.method, dict(cell.options), cell.runs)
+    row = _yardstick(cell.scene, cell.size).measure(cell.method, dict(cell.options), cell.runs,
+                                                    alone)
     return {"rays": row["all"]["rays"], "warm_ups": trace_times.WARM_UPS,
             "median_ms": 1e3 * row["all"]["seconds"],
             "ns_per_ray": 1e9 / row["all"]["rays_per_second"], "accuracy": row}
@@ -122,7 +124,7 @@ WORKS = (
         load(cell.scene), cell.method, dict(cell.options), cell.size, cell.runs)}),
     # By samples up to those of the options.
     Work("path errors", lambda cell, _: {"errors": path_errors.measure(
-        load(cell.scene), cell.method, dict(cell.options), cell.size)}),
+        load(cell.scene), cell.method, dict(cell.options), cell.size)}, timed=False),
     # Pictures of the step of `growing` that the options name.
     Work("needs", lambda cell, _: {"needs": needs_times.measure(
         dict(cell.options)["step"], cell.method, cell.size, cell.runs, cell.scene)},

@@ -2,6 +2,9 @@
 rasteriser, which prints them after its own optimisation."""
 from __future__ import annotations
 
+import atexit
+import contextlib
+import functools
 import json
 import os
 import subprocess
@@ -9,7 +12,7 @@ import sys
 
 from ..errors import ShaderError
 
-_MARK = "### program"
+_MARK, _END = "### program", "### end"
 _DEFINE = "#define TEXEL_FETCH"    # texels are fetched, not sampled: see common/texel.glsl
 
 
@@ -21,31 +24,67 @@ def compiled(texts: list[tuple[str, str]]) -> list[str]:
     ShaderError
         where this machine has no Mesa that prints them.
     """
-    where = {**os.environ, "GALLIUM_DRIVER": "softpipe", "SOFTPIPE_DEBUG": "fs",
-             "LIBGL_ALWAYS_SOFTWARE": "1", "MESA_SHADER_CACHE_DISABLE": "true"}
     defined = [(vertex, fragment.replace("\n", f"\n{_DEFINE}\n", 1))   # behind #version
                for vertex, fragment in texts]
-    done = subprocess.run([sys.executable, "-m", __name__], input=json.dumps(defined), text=True,
-                          capture_output=True, env=where, check=False)
-    parts = done.stderr.split(_MARK)[1:]
+    said, done = _ask(json.dumps(defined))
     found = []
-    for part in parts:
+    for part in said.split(_MARK)[1:]:
         _, _, text = part.partition("shader: MESA_SHADER_FRAGMENT")
         found.append(text.split("\nshader: ")[0].split("\nFRAG")[0].split("\nVERT")[0])
-    if done.returncode or len(found) != len(texts) or not all(found):
-        last = (done.stderr.strip().splitlines() or ["nothing was said"])[-1]
+    if not done or len(found) != len(texts) or not all(found):
+        last = (said.strip().splitlines() or ["nothing was said"])[-1]
         raise ShaderError("no instruction counts: they are Mesa's own, printed by its softpipe "
                           f"(Debian, Ubuntu: libgl1-mesa-dri), which said: {last[:200]}")
     return found
 
 
+@functools.cache
+def _compiler() -> subprocess.Popen[str]:
+    """A process with another Mesa, kept as its start takes longer than what it compiles."""
+    where = {**os.environ, "GALLIUM_DRIVER": "softpipe", "SOFTPIPE_DEBUG": "fs",
+             "LIBGL_ALWAYS_SOFTWARE": "1", "MESA_SHADER_CACHE_DISABLE": "true"}
+    started = subprocess.Popen([sys.executable, "-m", __name__], text=True, env=where,
+                               stdin=subprocess.PIPE, stdout=subprocess.DEVNULL,
+                               stderr=subprocess.PIPE)
+    atexit.register(_stop, started)
+    return started
+
+
+def _stop(process: subprocess.Popen[str]) -> None:
+    with contextlib.suppress(BrokenPipeError), process:    # closes its pipes and waits
+        process.kill()
+
+
+def _ask(line: str) -> tuple[str, bool]:
+    """What the compiler says to a line, and whether it came to the end of it."""
+    process = _compiler()
+    assert process.stdin is not None and process.stderr is not None
+    said = []
+    try:
+        process.stdin.write(line + "\n")
+        process.stdin.flush()
+        for answer in process.stderr:
+            if answer.strip() == _END:
+                return "".join(said), True
+            said.append(answer)
+    except BrokenPipeError:
+        said += process.stderr
+    _compiler.cache_clear()     # the next one is asked of another process
+    atexit.unregister(_stop)
+    _stop(process)
+    return "".join(said), False
+
+
 def _main() -> None:
     from ..gpu import open_gpu
     with open_gpu() as gpu:
-        for vertex, fragment in json.load(sys.stdin):
-            sys.stderr.write(_MARK + "\n")
+        for line in sys.stdin:
+            for vertex, fragment in json.loads(line):
+                sys.stderr.write(_MARK + "\n")
+                sys.stderr.flush()
+                gpu.context.program(vertex_shader=vertex, fragment_shader=fragment).release()
+            sys.stderr.write(f"\n{_END}\n")
             sys.stderr.flush()
-            gpu.context.program(vertex_shader=vertex, fragment_shader=fragment)
 
 
 if __name__ == "__main__":

@@ -310,7 +310,7 @@ def test_a_small_comparison_traces_back_to_its_cells(tmp_path: Path, monkeypatch
     assert of_page("fig12")[0] in page and "Where the survey contradicts itself" in page
 
 
-def test_what_is_not_timed_is_counted_side_by_side(tmp_path: Path) -> None:
+def test_seconds_spent_are_those_of_all_cells(tmp_path: Path) -> None:
     cells = [Cell("shirley6", "kd-ropes", (("max_depth", depth),), 0, "tree") for depth in (2, 3)]
     measure.measure(cells, tmp_path)
     found = [json.loads((tmp_path / cell.name).read_text()) for cell in cells]

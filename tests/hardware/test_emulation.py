@@ -184,3 +184,14 @@ def test_an_instruction_that_is_not_emulated_is_named() -> None:
                        "void main() { colour = vec4(sin(a.x)); }")])
     with pytest.raises(ShaderError, match="^fsin is not among .*hardware/translate.py$"):
         translate(parse(text))
+
+
+def test_the_compiler_outlives_a_text_that_it_refuses() -> None:
+    vertex = "#version 330\nin vec2 corner;\nvoid main() { gl_Position = vec4(corner, 0, 1); }\n"
+    fragment = "#version 330\nout vec4 colour;\nvoid main() { colour = vec4(%s); }\n"
+    whole = vertex, fragment % "1"
+    work = parse(*compiled([whole])).work
+    with pytest.raises(ShaderError, match="no instruction counts.*Mesa") as refused:
+        compiled([whole, (vertex, fragment % "no_such_name")])
+    assert "\n" not in str(refused.value)
+    assert [parse(text).work for text in compiled([whole, whole])] == [work, work]

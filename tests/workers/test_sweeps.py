@@ -77,9 +77,17 @@ def test_an_interrupted_sweep_keeps_what_came_in(workers: Workers, tmp_path, mon
 
 
 def _when(folder: Path, cell: Cell) -> dict[str, Any]:
-    """Settings as they are, and when it ran. What is not timed waits for another process that
-    measures such cells: one that was started anew takes a while."""
+    """Settings as they are, and when it ran, or was timed. What is not timed waits for another
+    process that measures such cells: one that was started anew takes a while."""
     began = time.monotonic()
+    if cell in TIMED:
+        time.sleep(0.2)
+        before = began, time.monotonic()
+        with machine.alone():
+            began = time.monotonic()
+            time.sleep(0.3)
+            return {"settings": results.settings(cell), "before": before,
+                    "when": (began, time.monotonic())}
     if cell in TREES:
         (folder / str(os.getpid())).touch()
         while len(list(folder.iterdir())) < 2 and time.monotonic() < began + 60:
@@ -94,11 +102,12 @@ def test_what_is_timed_has_the_machine_to_itself(workers: Workers, tmp_path) -> 
     when = {cell: result["when"] for cell, result in found.items()}
     assert len(when) == 8
 
-    def meet(a: Cell, b: Cell) -> bool:
+    def meet(a: Any, b: Any) -> bool:
         return a != b and when[a][0] < when[b][1] and when[b][0] < when[a][1]
+    when.update({("before", cell): found[cell]["before"] for cell in TIMED})
     for timed in TIMED:
         assert not [cell for cell in when if meet(timed, cell)]
-        assert all(when[timed][1] <= when[cell][0] for cell in TREES), "timed ones come first"
+        assert all(when[timed][0] >= when[cell][1] for cell in TREES), "timed ones come last"
     assert any(meet(a, b) for a in TREES for b in TREES), "the others run side by side"
 
 
@@ -133,14 +142,13 @@ def test_meshes_come_along(tmp_path, monkeypatch) -> None:
 
 def test_the_machines_lock_goes_with_its_process(tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(machine.tempfile, "gettempdir", lambda: str(tmp_path))
-    for alone in (False, True):
-        with machine.taken(alone):
-            pass
+    with machine.taken(), machine.alone():
+        pass
     killed = subprocess.run([sys.executable, "-c", (
-        "import os\nfrom gpgpu_rt.workers.machine import taken\n"
-        "with taken(True): os.kill(os.getpid(), 9)")], env={**os.environ, "TMPDIR": str(tmp_path)})
+        "import os\nfrom gpgpu_rt.workers.machine import alone\n"
+        "with alone(): os.kill(os.getpid(), 9)")], env={**os.environ, "TMPDIR": str(tmp_path)})
     assert killed.returncode == -9
-    with machine.taken(True):
+    with machine.alone():
         assert len(list(tmp_path.iterdir())) == 1
 
 
