@@ -3,9 +3,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import os
 import sys
-from contextlib import AbstractContextManager
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -21,14 +19,13 @@ try:
     from . import provenance, verdicts
     from .contradictions import of_page
     from .index_page import Line, write_index
-    from .measure import measure, spent, unfinished
+    from .measure import measure, spent
     from .output import number, write_text
 except ModuleNotFoundError as missing:
     if missing.name not in NEEDED:
         raise
     sys.exit(f"figures: {missing.name} is not installed; pip install 'gpgpu_rt[figures]'")
 
-WORTH_WORKERS = 8      # unfinished cells: for fewer, starting processes takes longer than it saves
 # A module of this folder -> its title.
 FIGURES = {
     "fig01": "Figure 1: reflections, soft shadows, refraction",
@@ -88,8 +85,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--only", nargs="+", choices=FIGURES, default=list(FIGURES))
     parser.add_argument("--again", action="store_true", help="measure finished cells again")
     parser.add_argument("--scheduler", metavar="local|ADDRESS", help="measure by a process a "
-                        "core (many cells are anyway), or by the workers of a Dask scheduler; "
-                        "what is timed has its machine to itself")
+                        "core, or by the workers of a Dask scheduler; what is timed has its "
+                        "machine to itself")
     parser.add_argument("--data", type=Path, default=Path("figures/data"))
     parser.add_argument("--out", type=Path, default=Path("figures/out"))
     chosen = parser.parse_args(arguments)
@@ -97,9 +94,10 @@ def main(arguments: list[str] | None = None) -> int:
         for folder in (chosen.data, chosen.out):
             _make(folder)
         figures = [_figure(name) for name in chosen.only]
-        cells = [cell for figure in figures for cell in figure.cells(chosen.full)]
-        with _workers(chosen.scheduler, len(unfinished(cells, chosen.data, chosen.again))) as many:
-            measure(cells, chosen.data, chosen.again, many)
+        with contextlib.nullcontext() if chosen.scheduler is None else Workers(
+                chosen.scheduler) as workers:
+            measure([cell for figure in figures for cell in figure.cells(chosen.full)],
+                    chosen.data, chosen.again, workers)
         for name, figure in zip(chosen.only, figures):
             figure.draw(chosen.data, chosen.out, chosen.full)
             _add_notes(name, chosen.out)
@@ -112,16 +110,6 @@ def main(arguments: list[str] | None = None) -> int:
         return 1
     print(f"wrote {chosen.out / 'index.md'}")
     return 0
-
-
-def _workers(scheduler: str | None, cells: int) -> AbstractContextManager[Workers | None]:
-    """Those that were asked for; without, a process a core where there are cells enough to be
-    worth that."""
-    if scheduler is not None:
-        return Workers(scheduler)
-    count = min(cells, os.cpu_count() or 1)
-    return (Workers(count=count) if cells >= WORTH_WORKERS and count > 1
-            else contextlib.nullcontext())
 
 
 def _add_notes(name: str, out: Path) -> None:

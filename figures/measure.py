@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import datetime
 import json
+import os
 import time
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -24,29 +25,35 @@ from .cell import Cell
 from .results import commit, finished, read, settings
 from .works import work_of
 
+WORTH_WORKERS = 8     # cells: for fewer, starting processes takes longer than it saves
+
 
 def measure(cells: Iterable[Cell], data: Path, again: bool = False,
             workers: Workers | None = None) -> None:
     """Measure every cell that is not finished, each written when it is done: interrupting loses
-    those that run. By ``workers``, or without in this process."""
+    those that run. By ``workers``; or without, what is timed in this process, and before it the
+    rest by a process a core, where there is enough of it."""
     data.mkdir(parents=True, exist_ok=True)
-    todo = unfinished(cells, data, again)
+    todo = [cell for cell in dict.fromkeys(cells) if again or read(cell, data) is None]
     with tqdm(total=len(todo), unit="cell", dynamic_ncols=True) as progress:
-        found = _here(todo, progress) if workers is None or not todo else sweep.results(
-            todo, workers, measured)
-        for cell, result in found:
+        for cell, result in _results(todo, workers, progress):
             progress.set_description(_words(cell))
             _write(cell, result, data)
             progress.update()
 
 
-def unfinished(cells: Iterable[Cell], data: Path, again: bool = False) -> list[Cell]:
-    """The cells that are to be measured, each once; all of them ``again``."""
-    return [cell for cell in dict.fromkeys(cells) if again or read(cell, data) is None]
-
-
-def _here(cells: list[Cell], progress: tqdm) -> Iterator[tuple[Cell, dict[str, Any]]]:
-    for cell in cells:
+def _results(todo: list[Cell], workers: Workers | None,
+             progress: tqdm) -> Iterator[tuple[Cell, dict[str, Any]]]:
+    here = todo if workers is None else []
+    aside = [cell for cell in here if not work_of(cell).timed]
+    cores = os.cpu_count() or 1
+    if workers is not None and todo:
+        yield from sweep.results(todo, workers, measured)
+    elif len(aside) >= WORTH_WORKERS and cores > 1:
+        here = [cell for cell in here if work_of(cell).timed]
+        with Workers(count=min(cores, len(aside))) as them:
+            yield from sweep.results(aside, them, measured)
+    for cell in here:
         progress.set_description(_words(cell))
         with taken():
             result = measured(cell)

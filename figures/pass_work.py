@@ -28,11 +28,10 @@ def measure(scene: rt.Scene, rays: Workload, method: str, options: Mapping[str, 
     """The passes of a trace with what their fragments do, and what crossed the bus."""
     with rt.Tracer(scene, method, **options) as tracer:
         passes, _ = counters.counted(tracer, lambda: rays.trace(tracer))
-        split = tracer.statistics.split
-    pairs = 0.0
-    if any(one["name"] in PAIRS for one in passes):
-        with rt.Tracer(scene, method, **options, statistics=True) as tracer:
-            rays.trace(tracer)
+        split, pairs = tracer.statistics.split, 0.0
+        if any(one["name"] in PAIRS for one in passes):
+            with tracer.counting():
+                rays.trace(tracer)
             pairs = tracer.statistics.counters["triangles_tested"] * tracer.statistics.rays
     for one in passes:
         one["ran"] = PAIRS.get(one["name"], 0) * pairs or one["fragments"]

@@ -37,6 +37,7 @@ def measure(scene: rt.Scene, rays: Workload, method: str, options: dict[str, Any
     with rt.Tracer(some, method, **options) as tracer:
         run, watch = emulated(tracer, origins, directions, rays.any_hit, t_max, tile, WIDTHS,
                               flat=square)
+        whole = _whole(tracer, rays, pixels) if method != "brute-force" else {}
     program = run.program
     inner = _inside(program, program.loops[-1]) if more > 1 else set()
     regions = [{"vector": w.vector, "scalar": w.scalar, "fetches": dict(w.fetches),
@@ -45,16 +46,14 @@ def measure(scene: rt.Scene, rays: Workload, method: str, options: dict[str, Any
                          for width in WIDTHS}} for at, w in enumerate(program.work)]
     found = {"rays": int(np.isfinite(origins).all(axis=2).sum()), "pixels": int(pixels.size),
              "fragments": run.fragments, "texel_bytes": watch.texel_bytes,
-             "written_bytes": watch.written_bytes, "regions": regions}
-    if method != "brute-force":
-        found |= _whole(scene, rays, pixels, method, options)
+             "written_bytes": watch.written_bytes, "regions": regions, **whole}
     if manner == KERNELS:
         found["kernels"] = _kernels(some, method, options, program, regions)
     return found
 
 
-def _whole(scene: rt.Scene, rays: Workload, pixels: np.ndarray, method: str,
-           options: dict[str, Any]) -> dict[str, dict[str, float]]:
+def _whole(tracer: rt.Tracer, rays: Workload,
+           pixels: np.ndarray) -> dict[str, dict[str, float]]:
     """Of the whole ``image`` and of the ``tiles``, by the shaders' own counters: steps a pixel,
     and rays. Tiles stand in the middle of their shares of the image, where there is more to hit
     than at its edges, or less."""
@@ -62,7 +61,7 @@ def _whole(scene: rt.Scene, rays: Workload, pixels: np.ndarray, method: str,
     some = np.arange(rays.size) // BLOCK % apart == apart // 2
     image = np.arange(rays.size ** 2).reshape(rays.size, rays.size)[some][:, some]
     found = {}
-    with rt.Tracer(scene, method, **options, statistics=True) as tracer:
+    with tracer.counting():
         for name, chosen in (("image", image), ("tiles", pixels)):
             t_max: Any = np.inf if rays.t_max is None else rays.t_max[chosen].ravel()
             origins = rays.origins[chosen]

@@ -41,8 +41,8 @@ def measure(cell: Cell) -> dict[str, Any]:
                 sorts.append(tracer.statistics.sort_seconds)
         cost = tracer.statistics.to_dict()
         structure = type(tracer.accelerator.structure).__name__
-    with rt.Tracer(scene, cell.method, **dict(cell.options), statistics=True) as tracer:
-        _trace(rays, tracer)
+        with tracer.counting():
+            _trace(rays, tracer)
         driver = tracer.statistics.driver
         # Pixels without a ray count nothing by themselves, and each of a packet what all do.
         width, height = tracer.options.get("packet", (1, 1))

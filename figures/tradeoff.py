@@ -15,7 +15,8 @@ from .results import finished
 from .works import picture_size
 
 SCENES = ("bunny", "cornell")
-DETAIL = ("kd-restart", "bvh-threaded")     # all options of these, precision alone of the others
+# All options of these; of the others precision alone, half floats where it must be quick.
+DETAIL = ("kd-restart", "bvh-threaded")
 # Where it must be quick these are timed once, in full precision alone and with a quarter of the
 # rays: minutes in any other.
 SLOW = ("ray-classification", "visibility-field")
@@ -29,13 +30,16 @@ def scenes(full: bool) -> tuple[str, ...]:
 
 def _options(row: rt.Method, full: bool) -> list[dict[str, Any]]:
     """What is measured of a method: every precision, and every other value of what may lose hits,
-    in full precision. Where it must be quick, the slowest have full precision alone."""
+    in full precision. Where it must be quick, the slowest have full precision alone, and most of
+    the others that and half floats."""
     table = option_table(row.name)
     found: list[dict[str, Any]] = [{}]
     if not full and row.name in SLOW:
         return found
-    found += [{"precision": word} for word in precisions(row.name) if word != "fp32"]
-    if not full and row.name not in DETAIL:
+    brief = not full and row.name not in DETAIL
+    found += [{"precision": word} for word in precisions(row.name)
+              if word == "fp16" or word != "fp32" and not brief]
+    if brief:
         return found
     for name, option in table.items():
         values = option.choices if name == "intersection" else option.relaxed
@@ -165,8 +169,9 @@ def _page(rows: list[dict[str, Any]], renderer: str, stand_ins: list[str],
              "edge-aimed rays in equal shares, against the float64 reference; RMSE and FLIP are "
              f"of a picture, {picture} pixels a side. A share of zero is "
              "drawn hollow, at its upper 95 % confidence bound. Rays that a step cap stopped "
-             "count as unfinished." + ("" if full else " Low precision takes " + " and ".join(SLOW)
-                                       + " minutes: FULL=1 measures it."),
+             "count as unfinished." + ("" if full else " FULL=1 measures low precision of "
+                                       + " and ".join(SLOW) + " too, which takes minutes, and "
+                                       "fp24 and the options of every method."),
              *stand_ins, "", markdown_table(heads, table),
              "Not beaten in both rate and the bound on the wrong share:\n",
              "\n".join(f"* {line}" for line in on_front), ""]

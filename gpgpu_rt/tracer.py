@@ -16,7 +16,7 @@ from .all_hits import AllHits, check_exact, collect
 from .builder import Builder
 from .choices import COHERENT, RAYS, Choice, Choices
 from .choosing import Choosing
-from .errors import Error
+from .errors import Error, OptionError
 from .gpu import open_gpu
 from .hits import STACK_OVERFLOW, UNFINISHED, Hits
 from .integrators import Integrator
@@ -274,6 +274,33 @@ class Tracer(Choosing, Moving, Pictures):
         statistics.trace_seconds = traced - uploaded
         statistics.readback_seconds = time.perf_counter() - traced
         return hits
+
+    @contextmanager
+    def counting(self) -> Iterator[None]:
+        """Within, rays are counted as with ``statistics=True``, by programs of their own over the
+        structure that is there: what is traced before and after is as fast as ever. The scene does
+        not move meanwhile.
+
+        Raises
+        ------
+        OptionError
+            for a tracer that takes between two choices
+        """
+        if self.choices.differ:
+            raise OptionError("counting is of one choice, and this tracer takes between two; "
+                              "give it statistics=True, or one method")
+        with self.gpu:
+            before = self._held()
+            self._release_room()
+            self.options = {**self.options, "statistics": True}
+            self._traversal = self._make_traversal()
+            self._eye_drivers = EyeDrivers(self.gpu, self.method, self.options)
+            try:
+                yield
+            finally:
+                self._release_room()
+                release(self._eye_drivers, self._traversal)
+                self._restore(before)
 
     @contextmanager
     def _logged(self) -> Iterator[None]:

@@ -41,7 +41,7 @@ class RayClasses(Traversal):
         """Trace every ray; where the hits are, and how many rays the step cap stopped."""
         boxes: RayBoxes = self.accelerator.structure
         cells = self._box_of_each(rays, statistics)
-        if boxes.ask(cells):
+        if boxes.ask(cells) or not self._own[RAY_BOX]:    # others may have made lists before
             self._upload(boxes)
         for record, samplers in self._own.items():
             if samplers:

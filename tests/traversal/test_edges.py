@@ -202,3 +202,34 @@ def test_shapes_agree(exact_renderer) -> None:
             tracer.trace(origins, directions[:5])
         with pytest.raises(ValueError, match=r"\(n, 3\)"):
             tracer.trace(np.zeros(3), np.ones(3))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_counting_counts_as_statistics_do(method: str) -> None:
+    """Over the structure that is there, by programs of their own, which are gone afterwards."""
+    scene = rt.load_scene("cornell")
+    rays = scene.camera.rays((16, 16))
+    with rt.Tracer(scene, method, statistics=True) as tracer:
+        tracer.trace(*rays)     # lists that are made on demand are there then
+        whole = tracer.trace(*rays)
+        counters = tracer.statistics.counters
+    with rt.Tracer(scene, method) as tracer:
+        before = tracer.trace(*rays)
+        tables, passes = dict(tracer.statistics.table_bytes), tracer.statistics.passes
+        with tracer.counting():
+            counted = tracer.trace(*rays)
+            assert tracer.statistics.counters == counters and counters["nodes_visited"] >= 0
+        after = tracer.trace(*rays)
+        assert tracer.statistics.passes == passes and tracer.statistics.counters == {}
+        assert tracer.statistics.table_bytes == tables
+    assert before.steps is None and after.steps is None
+    for name, values in whole.to_dict().items():
+        assert np.array_equal(getattr(counted, name), values, equal_nan=True)
+    assert np.array_equal(before.t, after.t) and np.array_equal(before.t, whole.t)
+
+
+def test_counting_is_of_one_choice() -> None:
+    pair = rt.Choices(rt.Choice("kd-packet", {}), rt.Choice("kd-restart", {}))
+    with rt.Tracer("cornell", pair) as tracer, pytest.raises(rt.OptionError, match="one choice"):
+        with tracer.counting():
+            pass
