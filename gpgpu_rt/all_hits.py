@@ -17,7 +17,7 @@ import numpy as np
 from .errors import Error, OptionError
 from .hits import TRACED
 from .methods.row import Method
-from .ray_state import ROW, RayBatch
+from .ray_batch import ROW, RayBatch
 from .record import EXACT_INTEGER
 from .texel_layout import NO_RAY, RAY_AFTER_HIT, RAY_TEXELS
 

@@ -30,8 +30,8 @@ def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
     None where none was
     """
     centre, radius = sphere(lo, hi)
-    # The cheap test first, of the box around all origins: nearly all calls end here.
-    if radius == 0 or _square_of_farthest(origins, centre) <= (FAR * radius) ** 2:
+    # The cheap test first: nearly all calls end here.
+    if not len(origins) or near(origins.min(axis=0), origins.max(axis=0), lo, hi):
         return origins, None
     offset = centre - origins.astype(np.float64)
     far = np.flatnonzero((offset ** 2).sum(axis=1) > (FAR * radius) ** 2)
@@ -48,12 +48,13 @@ def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
     return moved, shift
 
 
-def _square_of_farthest(origins: np.ndarray, centre: np.ndarray) -> float:
-    """What no origin's squared distance from the centre exceeds; NaN where one holds a NaN."""
-    if not len(origins):
-        return 0.0
-    ends = np.array([(along.min(), along.max()) for along in origins.T], np.float64)
-    return float((np.abs(ends - centre[:, None]).max(axis=1) ** 2).sum())
+def near(least: np.ndarray, most: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> bool:
+    """Whether no origin is far off, by the box (least, most), (3,) each, around all of them; not
+    where one holds a NaN."""
+    centre, radius = sphere(lo, hi)
+    ends = np.array([least, most], np.float64)
+    return radius == 0 or bool(
+        (np.abs(ends - centre).max(axis=0) ** 2).sum() <= (FAR * radius) ** 2)
 
 
 def sphere(lo: np.ndarray, hi: np.ndarray) -> tuple[np.ndarray, float]:

@@ -13,7 +13,7 @@ from .coherence import coherence
 from .gpu import Gpu
 from .integrators import Integrator
 from .methods import Accelerator
-from .ray_state import RayBatch
+from .ray_batch import RayBatch
 from .scene import Scene
 from .statistics import Statistics
 

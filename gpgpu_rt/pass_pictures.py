@@ -15,7 +15,7 @@ from .camera import Camera
 from .errors import Error
 from .files import replacing
 from .hits import Hits
-from .ray_state import RayBatch
+from .ray_batch import RayBatch
 from .time_travel import Pass, decode, phase_names, travel
 from .tracer import Tracer
 

@@ -25,7 +25,8 @@ from .passes.driver import Driver
 from .passes.eye_rays import EyeRays
 from .precision import Precision
 from .rasterised.eye_drivers import EyeDrivers
-from .ray_state import RayTextures, StateBuffers, hits_of
+from .ray_batch import hits_of
+from .ray_state import RayTextures, StateBuffers
 from .region import Region
 from .scene import Scene
 from .statistics import Statistics

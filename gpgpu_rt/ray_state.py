@@ -1,163 +1,19 @@
-"""Rays on their way in, the state passes ping-pong, and hits on their way out."""
+"""Rays in textures, and the state that passes ping-pong."""
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import moderngl
 import numpy as np
 
-from .approach import approach
 from .camera import Camera
 from .gpu import Gpu
-from .hits import INVALID, Hits
 from .precision import Precision
-from .record import EXACT_INTEGER, Record
-from .texel_layout import COUNTERS, HIT, NO_RAY, RAY_AFTER_HIT, RAY_TEXELS
+from .ray_batch import RayBatch
+from .record import Record
+from .texel_layout import COUNTERS, HIT, RAY_AFTER_HIT, RAY_TEXELS
 from .textures import read_texture, release, stream_textures, texture_bytes, write_texture
-
-ROW = 1024   # rays in a row of the texture where the caller gave no shape
-
-
-class RayBatch:
-    """Rays as arrays, checked, rounded to float32 and laid out as texels.
-
-    A direction is scaled by the power of two that brings its largest component into [0.5, 1), and
-    t with it: exact, so that kernels meet directions of one size whatever length the caller's
-    have. An origin far outside ``bounds`` is advanced along its ray (see ``approach``). ``Hits``
-    come back in the caller's units.
-
-    Parameters
-    ----------
-    origins, directions : (n, 3) or (h, w, 3) float, world units
-    t_min, t_max : scalars, or one a ray; both ends count
-    shape : (h, w) of the tile the rays form, or None: the shape of the arrays, else rows of 1024
-    invalid : "raise" or "miss": what becomes of a ray with a NaN, an infinity or a zero direction
-    bounds : the scene's (lo, hi), or None to leave every origin as it is
-
-    Raises
-    ------
-    ValueError
-        for arrays that do not fit, and under "raise" for the first invalid ray.
-    """
-
-    def __init__(self, origins: np.ndarray, directions: np.ndarray,
-                 t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf,
-                 shape: tuple[int, int] | None = None, invalid: str = "raise",
-                 bounds: tuple[np.ndarray, np.ndarray] | None = None) -> None:
-        if invalid not in ("raise", "miss"):
-            raise ValueError(f'invalid is "raise" or "miss", not {invalid!r}')
-        origins, directions = _rays_array(
-            origins, "origins"), _rays_array(directions, "directions")
-        if origins.shape != directions.shape:
-            raise ValueError(f"origins {origins.shape} and directions {directions.shape} differ")
-        if shape is None and origins.ndim == 3:
-            shape = origins.shape[:2]
-        origins, directions = origins.reshape(-1, 3), directions.reshape(-1, 3)
-        self.count = len(origins)
-        if shape is not None and shape[0] * shape[1] != self.count:
-            raise ValueError(f"shape {tuple(shape)} does not hold {self.count} rays")
-        t_min, t_max = (self._one_a_ray(t, name) for t, name in ((t_min, "t_min"),
-                                                                 (t_max, "t_max")))
-        # By columns, and all rays at once where all are well: this is what tracing waits for.
-        size = np.abs(directions[:, 0])
-        for axis in (1, 2):
-            np.maximum(size, np.abs(directions[:, axis]), out=size)
-        bad = ~(np.isfinite(size) & (size > 0) & ~np.isnan(t_min) & ~np.isnan(t_max))
-        if not np.isfinite(origins).all():
-            bad |= ~np.isfinite(origins).all(1)
-        if invalid == "raise" and bad.any():
-            first = int(bad.argmax())
-            raise ValueError(f"ray {first} is invalid: origin {origins[first]}, direction "
-                             f"{directions[first]}, t_min {t_min[first]}, t_max {t_max[first]}; "
-                             'entries must be finite and a direction not zero (invalid="miss", '
-                             "or --invalid miss, makes such rays misses)")
-        self.invalid = np.flatnonzero(bad)
-        size[self.invalid] = 0.5
-        self._exponents = _exponents(size)
-        width = shape[1] if shape is not None else max(1, min(self.count, ROW))
-        height = shape[0] if shape is not None else -(-self.count // width)
-        self.size = (max(1, width), max(1, height))
-        # A texture behind the other, as they are uploaded, though seen ray by ray.
-        planes = np.empty((RAY_TEXELS.texels, self.size[0] * self.size[1], 4), np.float32)
-        texels = planes.swapaxes(0, 1)
-        self._shift: np.ndarray | None = None
-        with np.errstate(over="ignore", invalid="ignore"):
-            if self._exponents is not None:
-                directions = np.ldexp(directions, -self._exponents[:, None])
-                t_min, t_max = np.ldexp(t_min, self._exponents), np.ldexp(t_max, self._exponents)
-            if bounds is not None:
-                origins, self._shift = approach(origins, directions, *bounds)
-                if self._shift is not None:
-                    t_min, t_max = t_min - self._shift, t_max - self._shift
-            RAY_TEXELS.pack(texels[:self.count], origin=origins, direction=directions,
-                            t_min=t_min, t_max=t_max)
-        texels[self.count:] = texels[self.invalid] = NO_RAY[:RAY_TEXELS.texels]
-        self.texels = planes.reshape(-1, *self.size[::-1], 4).transpose(1, 2, 0, 3)
-
-    def _one_a_ray(self, t: float | np.ndarray, name: str) -> np.ndarray:
-        t = np.asarray(t, np.float32).reshape(-1)
-        if len(t) not in (1, self.count):
-            raise ValueError(
-                f"{name} holds {len(t)} values for {self.count} rays: one, or one each")
-        return np.broadcast_to(t, self.count)
-
-    def given_units(self, t: np.ndarray, rays: slice | np.ndarray) -> np.ndarray:
-        """(k,) float32 t of the programs, of the rays chosen, in the caller's units."""
-        with np.errstate(over="ignore"):
-            if self._shift is not None:
-                t = (t + self._shift[rays]).astype(np.float32)
-            return t if self._exponents is None else np.ldexp(t, -self._exponents[rays])
-
-    def shared_start(self) -> np.ndarray | None:
-        """Origin and t_min, (4,) float32, where all valid rays have the same."""
-        starts = self.texels.reshape(-1, 2, 4)[:self.count, 0]
-        if not self.count or len(self.invalid) or (starts[0] != starts[self.count // 2]).any():
-            return None
-        return starts[0] if (starts == starts[0]).all() else None
-
-    def hits(self, fields: Mapping[str, np.ndarray]) -> Hits:
-        """Hits in the caller's units from the fields of HIT, one or more a ray."""
-        fields = {name: values[:self.count] for name, values in fields.items()}
-        hits = hits_of({**fields, "t": self.given_units(fields["t"], slice(None))})
-        hits.status = self.status()
-        return hits
-
-    def status(self) -> np.ndarray:
-        """(n,) uint8, what is known before anything is traced: which rays are invalid."""
-        status = np.zeros(self.count, np.uint8)
-        status[self.invalid] = INVALID
-        return status
-
-
-def _exponents(size: np.ndarray) -> np.ndarray | None:
-    """(n,) int, of the power of two times [0.5, 1) that each of (n,) is; None where all are 0."""
-    if not len(size) or (size.min() >= 0.5 and size.max() < 1):
-        return None
-    return np.frexp(size)[1]
-
-
-def hits_of(fields: Mapping[str, np.ndarray]) -> Hits:
-    """Hits from the fields of HIT, in the units they are in."""
-    missed = np.flatnonzero(fields["triangle"] == EXACT_INTEGER)
-    found = {}
-    for name, on_miss in (("t", np.inf), ("u", 0), ("v", 0), ("triangle", -1)):
-        found[name] = fields[name].copy()      # together, not a column of what was read
-        found[name][missed] = on_miss
-    return Hits(**found, status=np.zeros(len(found["t"]), np.uint8))
-
-
-def _rays_array(values: np.ndarray, name: str) -> np.ndarray:
-    try:
-        array = np.asarray(values)
-        if array.dtype != np.float32:
-            with np.errstate(over="ignore"):
-                array = array.astype(np.float32)
-    except (TypeError, ValueError) as failure:
-        raise ValueError(f"{name} must be an array of numbers ({failure})") from failure
-    if array.ndim not in (2, 3) or array.shape[-1] != 3:
-        raise ValueError(f"{name} must be (n, 3) or (h, w, 3), not {array.shape}")
-    return array
 
 
 class RayTextures:

@@ -18,7 +18,8 @@ from .hits import Hits
 from .passes.driver import Watch
 from .passes.packet_steps import PacketSteps
 from .passes.traverse import DONE, OVERFLOWN, UNFINISHED
-from .ray_state import RayBatch, StateBuffer
+from .ray_batch import RayBatch
+from .ray_state import StateBuffer
 from .texel_layout import HIT
 from .tracer import Tracer
 

@@ -30,7 +30,8 @@ from .passes.traverse import mark_stopped
 from .pictures import Pictures
 from .precision import Precision
 from .rasterised.eye_drivers import EyeDrivers
-from .ray_state import RayBatch, RayTextures, StateBuffer, StateBuffers
+from .ray_batch import RayBatch
+from .ray_state import RayTextures, StateBuffer, StateBuffers
 from .record import EXACT_INTEGER
 from .scene import Scene, load_scene
 from .scene_tables import SceneTables

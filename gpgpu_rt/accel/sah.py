@@ -17,8 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..threads import Run
 from .runs import chunks, expand, owners, run_starts
-from .threads import Run
 
 FEW = 16                              # up to here each candidate is counted against each box
 FEW_SIZES = (1, 2, 3, 4, 6, 8, 12, FEW)

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..threads import Run, threads
 from . import top_down
 from .bounds import half_area
 from .bvh import LooseTree
 from .options import in_range, refuse_unknown
 from .runs import chunks, expand, owners, run_starts
-from .threads import Run, threads
 from .top_down import TriangleLevel
 
 FEW = 12                        # up to here every place between two triangles is tried

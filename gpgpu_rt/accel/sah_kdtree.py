@@ -12,13 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..threads import Run, threads
 from .bounds import padding, scene_box, triangle_boxes
 from .clip import clip_bounds
 from .kdtree import LEAF, MOST_REFERENCES, LooseKdTree, depth_cap
 from .options import choose, in_range, refuse_unknown
 from .runs import expand, owners, run_starts
 from .sah import Costs, Level, best_splits
-from .threads import Run, threads
 
 
 def build(triangles: np.ndarray, *, split: str = "binned", bins: int = 32,

@@ -10,6 +10,7 @@ from ..gpu import Gpu
 from ..ray_state import StateBuffer
 from ..texel_layout import HIT
 from ..textures import make_texture, read_texture, release, texture_bytes
+from ..threads import threads
 
 
 class PacketRoom:
@@ -49,9 +50,12 @@ class PacketRoom:
         (width, height), across = self.packet, self.rays[0]
         # Channel by channel, as they will be asked for.
         planes = np.empty((4, self.size[1], height, self.size[0], width), np.float32)
-        for r, texture in enumerate(self.hits):
-            for plane, values in zip(planes, np.moveaxis(read_texture(texture), -1, 0)):
+
+        def spread(r: int, texels: np.ndarray) -> None:
+            for plane, values in zip(planes, np.moveaxis(texels, -1, 0)):
                 plane[:, r // width, :, r % width] = values
+        with threads(planes[0].size) as run:
+            list(run(spread, range(len(self.hits)), map(read_texture, self.hits)))
         image = planes.reshape(4, self.size[1] * height, self.size[0] * width)
         return image[:, :self.rays[1], :across].reshape(4, -1).T
 

@@ -10,7 +10,7 @@ from .. import false_colours as colours
 from ..camera import Camera
 from ..errors import Error
 from ..pass_pictures import PLACES, distance_pixels, phase_pixels
-from ..ray_state import RayBatch
+from ..ray_batch import RayBatch
 from ..time_travel import Pass, decode, phase_names, travel
 from ..tracer import Tracer
 

@@ -18,7 +18,7 @@ from ..content import digest
 from ..errors import Error, OptionError
 from ..hits import Hits, joined
 from ..methods import find_method
-from ..ray_state import RayBatch
+from ..ray_batch import RayBatch
 from ..region import Region
 from ..scene import Scene, load_scene
 from . import interrupts, tasks

@@ -17,8 +17,8 @@ import pytest
 from conftest import assert_same_bits, random_soup, soup_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt import accel
-from gpgpu_rt.accel import shared, shevtsov, threads
+from gpgpu_rt import accel, threads
+from gpgpu_rt.accel import shared, shevtsov
 from gpgpu_rt.accel.bounds import padding
 from gpgpu_rt.accel.sah import Costs
 from gpgpu_rt.accel.sah_kdtree import Rules, root_level

@@ -15,7 +15,7 @@ from gpgpu_rt.builder import Builder
 from gpgpu_rt.choices import COHERENT, INCOHERENT, Choice, Choices
 from gpgpu_rt.choosing import SHARE
 from gpgpu_rt.coherence import coherence
-from gpgpu_rt.ray_state import RayBatch
+from gpgpu_rt.ray_batch import RayBatch
 
 SIDE = 16
 PAIR = Choices(Choice("bvh-packet", {"packet": (2, 2)}), Choice("kd-restart"))

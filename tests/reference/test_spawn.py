@@ -10,7 +10,7 @@ import gpgpu_rt as rt
 from gpgpu_rt import rays as ray_sets
 from gpgpu_rt.hits import Hits
 from gpgpu_rt.integrators.lights import light_uniforms
-from gpgpu_rt.ray_state import RayBatch
+from gpgpu_rt.ray_batch import RayBatch
 from gpgpu_rt.reference.watertight import intersect_pairs
 from gpgpu_rt.texel_layout import HIT
 from gpgpu_rt.textures import read_texture

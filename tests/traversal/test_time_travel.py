@@ -13,7 +13,7 @@ from gpgpu_rt.cli import main
 from gpgpu_rt.heat import KINDS, draw_heat, heat
 from gpgpu_rt.pass_pictures import write_passes
 from gpgpu_rt.passes.traverse import LOOP_STEPS, Traversal
-from gpgpu_rt.ray_state import RayBatch
+from gpgpu_rt.ray_batch import RayBatch
 from gpgpu_rt.texel_layout import HIT
 from gpgpu_rt.time_travel import Pass, decode, phase_names, travel
 

@@ -14,7 +14,7 @@ from windowless import full, settle
 import gpgpu_rt as rt
 from gpgpu_rt import false_colours as colours
 from gpgpu_rt.cli import main
-from gpgpu_rt.ray_state import RayBatch
+from gpgpu_rt.ray_batch import RayBatch
 from gpgpu_rt.time_travel import decode
 from gpgpu_rt.viewer import Viewer, moves
 from gpgpu_rt.viewer.journey import Journey

@@ -1,0 +1,84 @@
+"""Rays on their way in: laid out a block at a time, as all at once."""
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gpgpu_rt import ray_batch
+from gpgpu_rt.ray_batch import RayBatch
+
+BOUNDS = np.float32([-1, -1, -1]), np.float32([1, 1, 1])
+BLOCK = 256
+
+
+def _rays(count: int, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Origins in the box, directions whose largest component is in [0.5, 1), and ends."""
+    rng = np.random.default_rng(seed)
+    directions = rng.normal(size=(count, 3))
+    directions *= rng.uniform(0.5, 0.999, (count, 1)) / np.abs(directions).max(1, keepdims=True)
+    return (rng.uniform(-1, 1, (count, 3)).astype(np.float32), directions.astype(np.float32),
+            rng.random(count).astype(np.float32))
+
+
+@pytest.fixture(params=[1, 10 ** 9], ids=["threads", "alone"])
+def blocks(request, monkeypatch) -> None:
+    monkeypatch.setattr(ray_batch, "BLOCK", BLOCK)
+    monkeypatch.setattr("gpgpu_rt.threads.WORTH", request.param)
+
+
+def _all_at_once(monkeypatch, *rays: np.ndarray, **more: object) -> RayBatch:
+    with monkeypatch.context() as patch:
+        patch.setattr(ray_batch, "_lay_out", lambda *_: False)
+        return RayBatch(*rays, bounds=BOUNDS, **more)
+
+
+@pytest.mark.parametrize("ends", [False, True], ids=["open", "ends"])
+@pytest.mark.parametrize("count", [0, 1, 127, 255, 256, 257, 1000])
+def test_blocks_are_laid_out_as_all_at_once(blocks, monkeypatch, count: int, ends: bool) -> None:
+    origins, directions, t_max = _rays(count, seed=3)
+    more = {"t_min": t_max / 2, "t_max": t_max} if ends else {}
+    whole = _all_at_once(monkeypatch, origins, directions, **more)
+    monkeypatch.setattr(RayBatch, "_lay_out_any", lambda *_: pytest.fail("all rays are well"))
+    found = RayBatch(origins, directions, bounds=BOUNDS, **more)
+    assert found.texels.tobytes() == whole.texels.tobytes() and found.size == whole.size
+    assert not len(found.invalid) and (found.shared_start() is None) == (count != 1)
+
+
+@pytest.mark.parametrize("at", [5, 255, 256, 700, 999])
+@pytest.mark.parametrize("what", [
+    "origin NaN", "origin inf", "origin far", "direction 0", "direction NaN", "direction inf",
+    "direction long", "direction short", "t_min NaN", "t_max NaN"])
+def test_one_ray_that_is_not_well_is_seen_in_any_block(blocks, monkeypatch, what: str,
+                                                       at: int) -> None:
+    name, fault = what.split()
+    origins, directions, t_max = _rays(1000, seed=4)
+    given = {"origin": origins, "direction": directions, "t_min": np.zeros(1000, np.float32),
+             "t_max": t_max}
+    given[name][at] = {"far": 100, "long": 2, "short": 0.25, "0": 0, "NaN": np.nan,
+                       "inf": np.inf}[fault]
+    if fault == "far":
+        directions[at] = -0.75      # back to the box
+    rays = tuple(given.values())
+    whole = _all_at_once(monkeypatch, *rays, invalid="miss")
+    found = RayBatch(*rays, bounds=BOUNDS, invalid="miss")
+    assert found.texels.tobytes() == whole.texels.tobytes()
+    assert found.invalid.tolist() == whole.invalid.tolist() == (
+        [] if fault in ("far", "long", "short") else [at])
+    assert RayBatch(*rays, invalid="miss").invalid.tolist() == found.invalid.tolist()
+    t = np.ones(1000, np.float32)
+    mine, theirs = (batch.given_units(t, slice(None)) for batch in (found, whole))
+    assert np.array_equal(mine, theirs, equal_nan=True)
+    assert len(found.invalid) or mine[at] != 1
+
+
+@pytest.mark.parametrize("count", [1, 128, 257, 1000])
+@pytest.mark.parametrize("other", [None, 0, -1, 130])
+def test_a_shared_start_is_that_of_all(blocks, count: int, other: int | None) -> None:
+    origins, directions, _ = _rays(count, seed=5)
+    origins[:] = origins[0]
+    if other is not None and -count <= other < count and count > 1:
+        origins[other] += np.float32(0.125)
+        assert RayBatch(origins, directions, bounds=BOUNDS).shared_start() is None
+    else:
+        start = RayBatch(origins, directions, 0.25, bounds=BOUNDS).shared_start()
+        assert start.tolist() == [*origins[0].tolist(), 0.25]
