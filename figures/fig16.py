@@ -12,6 +12,9 @@ from .published_numbers import published
 WORK = {"primary": EYE, "primary+secondary": "picture"}
 SINGLE, PACKET = "kd-ropes", "kd-ropes-packet"
 SCENES = ("shirley6", "bunny", "fairyforest", "conference")
+STAND_IN = ("fairyforest",)
+LEFT_OUT = ("The fairy forest is a procedural stand-in of the same triangle count, and is "
+            "measured at full size only.")
 
 
 def _cell(panel: Panel, column: Column, full: bool) -> Cell:
@@ -68,5 +71,5 @@ FIGURE = Comparison(
      "Which secondary rays the paper traced the survey does not say. Counters are of the eye "
      "rays, times a pixel; a packet's are shared out among its rays.",
      "Packets are 2x2, the paper's as wide as a warp. At the quick size neighbouring rays are "
-     "twice as far apart as at 1024x1024, and packets share less."),
-    _remarks)
+     "twice as far apart as at 1024x1024, and packets share less.", LEFT_OUT),
+    _remarks, full_only=STAND_IN)

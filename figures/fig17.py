@@ -5,12 +5,12 @@ from pathlib import Path
 
 from . import verdicts
 from .cell import Cell
+from .fig16 import LEFT_OUT, SCENES, STAND_IN
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
 from .published_numbers import published, published_triangles
 from .results import read
 from .tree_sizes import NODE_BYTES, REFERENCE_BYTES
 
-SCENES = ("shirley6", "bunny", "fairyforest", "conference")
 # Ours, what the published numbers call it, and the scale and name of the table's column.
 QUANTITIES = (("leaves", "leaves", 1, "leaves"),
               ("empty_leaves", "empty leaves", 1, "empty leaves"),
@@ -28,20 +28,20 @@ def cell(scene: str, **options: int) -> Cell:
     return Cell(scene, "kd-ropes", tuple(options.items()), work="tree", size=0)
 
 
-def _trees() -> list[tuple[str, dict[str, int]]]:
+def _trees(full: bool) -> list[tuple[str, dict[str, int]]]:
     """Scenes and build options: the defaults, and for some scenes a depth besides."""
-    return [(scene, options) for scene in SCENES
+    return [(scene, options) for scene in SCENES if full or scene not in STAND_IN
             for options in ({}, *([{"max_depth": DEPTH[scene]}] if scene in DEPTH else ()))]
 
 
 def cells(full: bool) -> list[Cell]:
-    return [cell(scene, **options) for scene, options in _trees()]
+    return [cell(scene, **options) for scene, options in _trees(full)]
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
     """Whether ropes make real scenes' trees as much larger as published."""
     claims = {}
-    for scene, options in _trees():
+    for scene, options in _trees(full):
         result = read(cell(scene, **options), data)
         if result is None or result["scene"]["stand_in"] or scene in DEPTH and not options:
             continue    # at the depth where leaves are as many as the paper's, if there is one
@@ -58,7 +58,7 @@ def _within(overhead: float) -> bool:
 def draw(data: Path, out: Path, full: bool) -> None:
     """Write out/fig17.csv, .md and .png."""
     results, rows, lines = {}, [], []
-    for scene, options in _trees():
+    for scene, options in _trees(full):
         result = read(cell(scene, **options), data)
         if result is None:
             continue
@@ -76,6 +76,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
         rows.append([scene, words, about["triangles"],
                      *(tree[key] / scale for key, _, scale, _ in QUANTITIES)])
         lines.append(_verdict(scene, words, tree))
+    if not full:
+        lines.append(LEFT_OUT)
     heads = ("scene", "tree", "triangles", *(head for *_, head in QUANTITIES))
     write_csv(out / "fig17.csv", heads, rows)
     table = [[*row[:2], *(f"{value:,}" if isinstance(value, int) else f"{value:,.0f}"

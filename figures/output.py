@@ -21,7 +21,10 @@ COLOURS = {"brute-force": "#8c8c8c", "grid": "#c98a1b", "grid-proximity": "#e3b6
            "packets": "#7fb2e5", "+ push-down": "#7a4fa3", "+ short stack": "#4b2a70",
            EMBREE: "#8c8c8c", "bvh-threaded": "#3d8b57",
            "bvh-threaded kay-kajiya": "#3d8b57", "bvh-threaded goldsmith-salmon": "#8cc79d",
-           "bvh-threaded octants": "#1d5c37", "geometry-image": "#2a9d8f"}
+           "bvh-threaded octants": "#1d5c37", "bvh-stack": "#8cc79d", "bvh-packet": "#1d5c37",
+           "bih": "#7a6a3a", "geometry-image": "#2a9d8f", "ray-engine": "#5a5a5a",
+           "ray-tiles": "#3a4a5a", "ray-hierarchy": "#9aa7b5", "ray-classification": "#e0518a",
+           "visibility-field": "#a8d05a"}
 
 
 def write_csv(path: Path, heads: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:

@@ -48,8 +48,9 @@ class Experiment:
 
     def pairs(self) -> Iterator[tuple[Panel, Column]]:
         """Panels and columns that have a published number of a card."""
-        for panel, column in self.figure.pairs(full=False):
-            if (column.method != ON_CPU and column.label not in self.left_out
+        for panel, column in self.figure.pairs(full=True):
+            if (panel.scene not in fig22.HUGE and column.method != ON_CPU
+                    and column.label not in self.left_out
                     and self.published(panel, column) is not None):
                 yield panel, column
 

@@ -104,7 +104,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
                            label="none wrong: 95 % bound")]
     handles += [plt.Line2D([], [], marker="o", linestyle="", label=row.name,
                            color=COLOURS.get(row.name, "#555555"))
-                for row in rt.methods() if row.name != "brute-force"]
+                for row in rt.methods() if row.name in {one["method"] for one in rows}]
     columns = 5 if full else 4
     figure.legend(handles=handles, frameon=False, fontsize=8, ncols=columns, loc="lower center",
                   bbox_to_anchor=(0.5, 0.02))
