@@ -5,15 +5,16 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from .approach import approach, near
+from .approach import approach
 from .hits import INVALID, Hits
 from .record import EXACT_INTEGER
 from .texel_layout import NO_RAY, RAY_TEXELS
 from .threads import threads
 
 ROW = 1024   # rays in a row of the texture where the caller gave no shape
+MANY = 5     # a share of 1 in so many: more is written by columns, less ray by ray
+ABREAST = 128       # texels that are compared at a time
 BLOCK = 1 << 16     # rays laid out at a time: what is made of them stays in a core's cache
-ABREAST = 128       # points in a row of what is reduced by axis
 
 
 class RayBatch:
@@ -63,41 +64,23 @@ class RayBatch:
         planes = np.empty((RAY_TEXELS.texels, self.size[0] * self.size[1], 4), np.float32)
         texels = planes.swapaxes(0, 1)
         self.texels = planes.reshape(-1, *self.size[::-1], 4).transpose(1, 2, 0, 3)
-        self.invalid = np.empty(0, np.intp)
-        self._exponents: np.ndarray | None = None
-        self._shift: np.ndarray | None = None
-        if not _lay_out(texels[:self.count], origins, directions, t_min, t_max, bounds):
-            self._lay_out_any(texels[:self.count], origins, directions, t_min, t_max, invalid,
-                              bounds)
-        texels[self.count:] = texels[self.invalid] = NO_RAY[:RAY_TEXELS.texels]
-
-    def _lay_out_any(self, texels: np.ndarray, origins: np.ndarray, directions: np.ndarray,
-                     t_min: np.ndarray, t_max: np.ndarray, invalid: str,
-                     bounds: tuple[np.ndarray, np.ndarray] | None) -> None:
-        """Rays of which some are invalid, of other sizes or far off, into (n, texels, 4)."""
-        size = _size(directions)
-        bad = ~(np.isfinite(size) & (size > 0) & ~np.isnan(t_min) & ~np.isnan(t_max))
-        if not np.isfinite(origins).all():
-            bad |= ~np.isfinite(origins).all(1)
-        if invalid == "raise" and bad.any():
-            first = int(bad.argmax())
+        blocks = [slice(first, min(first + BLOCK, self.count))
+                  for first in range(0, self.count, BLOCK)]
+        with threads(self.count) as run:
+            laid = list(run(lambda part: _lay_out(
+                texels[part], origins[part], directions[part], t_min[part], t_max[part], bounds),
+                blocks))
+        self.invalid = np.concatenate([np.empty(0, np.intp), *(
+            part.start + bad for part, (bad, _, _) in zip(blocks, laid))])
+        if invalid == "raise" and len(self.invalid):
+            first = int(self.invalid[0])
             raise ValueError(f"ray {first} is invalid: origin {origins[first]}, direction "
                              f"{directions[first]}, t_min {t_min[first]}, t_max {t_max[first]}; "
                              'entries must be finite and a direction not zero (invalid="miss", '
                              "or --invalid miss, makes such rays misses)")
-        self.invalid = np.flatnonzero(bad)
-        size[self.invalid] = 0.5
-        self._exponents = _exponents(size)
-        with np.errstate(over="ignore", invalid="ignore"):
-            if self._exponents is not None:
-                directions = np.ldexp(directions, -self._exponents[:, None])
-                t_min, t_max = np.ldexp(t_min, self._exponents), np.ldexp(t_max, self._exponents)
-            if bounds is not None:
-                origins, self._shift = approach(origins, directions, *bounds)
-                if self._shift is not None:
-                    t_min, t_max = t_min - self._shift, t_max - self._shift
-            RAY_TEXELS.pack(texels, origin=origins, direction=directions, t_min=t_min,
-                            t_max=t_max)
+        self._exponents = _joined(blocks, [exponents for _, exponents, _ in laid])
+        self._shift = _joined(blocks, [shift for *_, shift in laid])
+        texels[self.count:] = NO_RAY[:RAY_TEXELS.texels]
 
     def _one_a_ray(self, t: float | np.ndarray, name: str) -> np.ndarray:
         t = np.asarray(t, np.float32).reshape(-1)
@@ -118,7 +101,7 @@ class RayBatch:
         starts = self.texels[:, :, 0].reshape(-1, 4)[:self.count]
         if not self.count or len(self.invalid) or (starts[0] != starts[self.count // 2]).any():
             return None
-        rows = self.count // ABREAST * ABREAST
+        rows = self.count // ABREAST * ABREAST      # numpy is slow along short axes
         abreast = starts[:rows].reshape(-1, ABREAST * 4) == np.tile(starts[0], ABREAST)
         return starts[0] if abreast.all() and (starts[rows:] == starts[0]).all() else None
 
@@ -137,40 +120,53 @@ class RayBatch:
 
 
 def _lay_out(texels: np.ndarray, origins: np.ndarray, directions: np.ndarray, t_min: np.ndarray,
-             t_max: np.ndarray, bounds: tuple[np.ndarray, np.ndarray] | None) -> bool:
-    """Rays into (n, texels, 4), a block at a time, where all are well: this is what tracing waits
-    for. False where some are invalid, of other sizes or far off."""
-    def block(first: int) -> tuple[np.ndarray, np.ndarray] | None:
-        """The box around a block's origins; None where a ray is not well."""
-        part = slice(first, first + BLOCK)
-        start, along, lo, hi = origins[part], directions[part], t_min[part], t_max[part]
-        size = _size(along)
-        if not (size.min() >= 0.5 and size.max() < 1 and _numbers(lo) and _numbers(hi)):
-            return None
-        RAY_TEXELS.pack(texels[part], origin=start, direction=along, t_min=lo, t_max=hi)
-        return _by_axis(np.minimum, start), _by_axis(np.maximum, start)
-    with threads(len(texels)) as run:
-        ends = list(run(block, range(0, len(texels), BLOCK)))
-    if not ends:
-        return True
-    found = [one for one in ends if one is not None]
-    if len(found) < len(ends) or not np.isfinite(found).all():
-        return False
-    least, most = np.min([one for one, _ in found], 0), np.max([other for _, other in found], 0)
-    return bounds is None or near(least, most, *bounds)
+             t_max: np.ndarray, bounds: tuple[np.ndarray, np.ndarray] | None
+             ) -> tuple[np.ndarray, np.ndarray | None, np.ndarray | None]:
+    """A block of rays into (n, texels, 4); which are invalid, as indices; the exponents and the
+    shifts of all, None where none has one."""
+    size, bad = _size(directions), np.zeros(len(texels), bool)
+    if not (size.min() > 0 and size.max() < np.inf and np.isfinite(origins).all()
+            and _numbers(t_min) and _numbers(t_max)):
+        well = np.isfinite(size) & (size > 0) & ~np.isnan(t_min) & ~np.isnan(t_max)
+        for along in origins.T:
+            well &= np.isfinite(along)
+        bad = ~well
+        np.copyto(size, 0.5, where=bad)
+        middle = np.zeros(3) if bounds is None else (bounds[0] + bounds[1]) / 2    # not far off
+        origins = origins.copy()
+        for along, value in zip(origins.T, middle):
+            np.copyto(along, value, where=bad, casting="same_kind")
+    exponents, shift = _exponents(size), None
+    with np.errstate(over="ignore", invalid="ignore"):
+        if exponents is not None:
+            directions = np.ldexp(directions, -exponents[:, None])
+            t_min, t_max = np.ldexp(t_min, exponents), np.ldexp(t_max, exponents)
+        if bounds is not None:
+            origins, shift = approach(origins, directions, *bounds)
+            if shift is not None:
+                t_min, t_max = t_min - shift, t_max - shift
+        RAY_TEXELS.pack(texels, origin=origins, direction=directions, t_min=t_min, t_max=t_max)
+    ill = np.flatnonzero(bad)
+    if MANY * len(ill) < len(bad):
+        texels[ill] = NO_RAY[:RAY_TEXELS.texels]
+    else:
+        for at, value in np.ndenumerate(NO_RAY[:RAY_TEXELS.texels]):
+            np.copyto(texels[(slice(None), *at)], value, where=bad)
+    return ill, exponents, shift
+
+
+def _joined(blocks: list[slice], parts: list[np.ndarray | None]) -> np.ndarray | None:
+    """One a ray from one a ray of each block, 0 where a block has none; None where all have."""
+    some = [part for part in parts if part is not None]
+    if not some:
+        return None
+    return np.concatenate([np.zeros(block.stop - block.start, some[0].dtype) if part is None
+                           else part for block, part in zip(blocks, parts)])
 
 
 def _numbers(values: np.ndarray) -> bool:
     """Whether none of (n,) is NaN; one that stands for all is looked at once."""
     return not np.isnan(values if values.strides[0] else values[:1]).any()
-
-
-def _by_axis(extreme: np.ufunc, points: np.ndarray) -> np.ndarray:
-    """(3,) the extreme of (n, 3) by axis: in rows of many points, as numpy is fast along those."""
-    rows = len(points) // ABREAST * ABREAST
-    wide = points[:rows].reshape(-1, ABREAST * 3)
-    parts = [extreme.reduce(wide, axis=0).reshape(-1, 3)] if rows else []
-    return extreme.reduce(np.concatenate([*parts, points[rows:]]), axis=0)
 
 
 def _size(directions: np.ndarray) -> np.ndarray:

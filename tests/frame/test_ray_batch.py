@@ -6,6 +6,7 @@ import pytest
 
 from gpgpu_rt import ray_batch
 from gpgpu_rt.ray_batch import RayBatch
+from gpgpu_rt.texel_layout import NO_RAY
 
 BOUNDS = np.float32([-1, -1, -1]), np.float32([1, 1, 1])
 BLOCK = 256
@@ -28,7 +29,7 @@ def blocks(request, monkeypatch) -> None:
 
 def _all_at_once(monkeypatch, *rays: np.ndarray, **more: object) -> RayBatch:
     with monkeypatch.context() as patch:
-        patch.setattr(ray_batch, "_lay_out", lambda *_: False)
+        patch.setattr(ray_batch, "BLOCK", 10 ** 9)
         return RayBatch(*rays, bounds=BOUNDS, **more)
 
 
@@ -38,7 +39,6 @@ def test_blocks_are_laid_out_as_all_at_once(blocks, monkeypatch, count: int, end
     origins, directions, t_max = _rays(count, seed=3)
     more = {"t_min": t_max / 2, "t_max": t_max} if ends else {}
     whole = _all_at_once(monkeypatch, origins, directions, **more)
-    monkeypatch.setattr(RayBatch, "_lay_out_any", lambda *_: pytest.fail("all rays are well"))
     found = RayBatch(origins, directions, bounds=BOUNDS, **more)
     assert found.texels.tobytes() == whole.texels.tobytes() and found.size == whole.size
     assert not len(found.invalid) and (found.shared_start() is None) == (count != 1)
@@ -82,3 +82,27 @@ def test_a_shared_start_is_that_of_all(blocks, count: int, other: int | None) ->
     else:
         start = RayBatch(origins, directions, 0.25, bounds=BOUNDS).shared_start()
         assert start.tolist() == [*origins[0].tolist(), 0.25]
+
+
+@pytest.mark.parametrize("share", [0.01, 0.5, 1.0])
+@pytest.mark.parametrize("seed", [6, 7], ids="seed{}".format)
+def test_invalid_rays_leave_the_others_alone(blocks, share: float, seed: int) -> None:
+    """Few or many, beside rays that are far off and of other sizes."""
+    rng = np.random.default_rng(seed)
+    origins, directions, t_max = _rays(1000, seed)
+    origins[::7] *= 50
+    directions[::3] *= rng.choice(np.float32([1e-20, 3, 1e20]), (334, 1))
+    bad = rng.random(1000) < share
+    names = rng.integers(3, size=1000)
+    ill = origins.copy(), directions.copy(), t_max.copy()
+    for kind, array in enumerate(ill):
+        array[bad & (names == kind)] = np.nan
+    found = RayBatch(ill[0], ill[1], 0.0, ill[2], bounds=BOUNDS, invalid="miss")
+    well = RayBatch(origins, directions, 0.0, t_max, bounds=BOUNDS)
+    assert found.invalid.tolist() == np.flatnonzero(bad).tolist()
+    texels, expected = (batch.texels.reshape(-1, 2, 4)[:1000] for batch in (found, well))
+    assert (texels[bad] == NO_RAY[:2]).all()
+    assert texels[~bad].tobytes() == expected[~bad].tobytes()
+    t = rng.random(1000).astype(np.float32)
+    rays = np.flatnonzero(~bad)
+    assert (found.given_units(t[rays], rays) == well.given_units(t[rays], rays)).all()
