@@ -13,6 +13,7 @@ from .threads import threads
 
 ROW = 1024   # rays in a row of the texture where the caller gave no shape
 MANY = 5     # a share of 1 in so many: more is written by columns, less ray by ray
+_ON_MISS = {"t": np.inf, "u": 0, "v": 0, "triangle": -1}
 ABREAST = 128       # texels that are compared at a time
 BLOCK = 1 << 16     # rays laid out at a time: what is made of them stays in a core's cache
 
@@ -187,12 +188,14 @@ def _exponents(size: np.ndarray) -> np.ndarray | None:
 def hits_of(fields: Mapping[str, np.ndarray]) -> Hits:
     """Hits from the fields of HIT, in the units they are in."""
     missed = fields["triangle"] == EXACT_INTEGER
-    found = {}
-    for name, on_miss in (("t", np.inf), ("u", 0), ("v", 0), ("triangle", -1)):
-        # Together, not a column of what was read.
-        found[name] = np.ascontiguousarray(fields[name])
-        np.copyto(found[name], on_miss, where=missed, casting="unsafe")
-    return Hits(**found, status=np.zeros(len(found["t"]), np.uint8))
+
+    def column(name: str) -> np.ndarray:
+        found = np.ascontiguousarray(fields[name])      # together, not a column of what was read
+        np.copyto(found, _ON_MISS[name], where=missed, casting="unsafe")
+        return found
+    with threads(len(missed)) as run:
+        found = dict(zip(_ON_MISS, run(column, _ON_MISS)))
+    return Hits(**found, status=np.zeros(len(missed), np.uint8))
 
 
 def _rays_array(values: np.ndarray, name: str) -> np.ndarray:
