@@ -13,8 +13,8 @@ WORK = {"primary": EYE, "primary+secondary": "picture"}
 SINGLE, PACKET = "kd-ropes", "kd-ropes-packet"
 SCENES = ("shirley6", "bunny", "fairyforest", "conference")
 STAND_IN = ("fairyforest",)
-LEFT_OUT = ("The fairy forest is a procedural stand-in of the same triangle count, and is "
-            "measured at full size only.")
+LEFT_OUT = ("The fairy forest, a procedural stand-in of the same triangle count where its mesh is "
+            "not at hand, is measured at full size only.")
 
 
 def _cell(panel: Panel, column: Column, full: bool) -> Cell:

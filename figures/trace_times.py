@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import statistics
 import time
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import gpgpu_rt as rt
@@ -23,22 +24,15 @@ def measure(cell: Cell) -> dict[str, Any]:
         return _embree(cell)
     scene = load(cell.scene)
     rays = workload(cell.scene, EYE if cell.work == PICTURE else cell.work, cell.size)
-    samples, walls, sorts = [], [], []
     with rt.Tracer(scene, cell.method, **dict(cell.options)) as tracer:
-        def once() -> None:
+        def once() -> tuple[float, float]:
             if cell.work == PICTURE:
                 tracer.render(size=(cell.size, cell.size))
             else:
                 _trace(rays, tracer)
-        for _ in range(WARM_UPS):
-            once()
-        with alone():
-            for _ in range(cell.runs):
-                began = time.perf_counter()
-                once()
-                walls.append(time.perf_counter() - began)
-                samples.append(tracer.statistics.trace_seconds)
-                sorts.append(tracer.statistics.sort_seconds)
+            return tracer.statistics.trace_seconds, tracer.statistics.sort_seconds
+        walls, parts = _runs(once, cell.runs)
+        samples, sorts = zip(*parts)
         cost = tracer.statistics.to_dict()
         structure = type(tracer.accelerator.structure).__name__
         with tracer.counting():
@@ -53,6 +47,20 @@ def measure(cell: Cell) -> dict[str, Any]:
             "driver": driver, "structure": structure}
 
 
+def _runs(once: Callable[[], Any], count: int) -> tuple[list[float], list[Any]]:
+    """Seconds of each of ``count`` runs, after warm-ups and alone on the machine; and what each
+    came to."""
+    for _ in range(WARM_UPS):
+        once()
+    walls, found = [], []
+    with alone():
+        for _ in range(count):
+            began = time.perf_counter()
+            found.append(once())
+            walls.append(time.perf_counter() - began)
+    return walls, found
+
+
 def _trace(rays: Workload, tracer: rt.Tracer) -> None:
     """Trace a workload; eye rays that bounds are asked for, by the camera they come from."""
     if tracer.options["rasterised_bounds"]:
@@ -61,7 +69,7 @@ def _trace(rays: Workload, tracer: rt.Tracer) -> None:
         rays.trace(tracer)
 
 
-def _timing(samples: list[float], walls: list[float], rays: int) -> dict[str, Any]:
+def _timing(samples: Sequence[float], walls: Sequence[float], rays: int) -> dict[str, Any]:
     median = statistics.median(samples)
     return {"rays": rays, "warm_ups": WARM_UPS, "samples_ms": [1e3 * s for s in samples],
             "median_ms": 1e3 * median, "wall_ms": 1e3 * statistics.median(walls),
@@ -85,14 +93,8 @@ def _embree(cell: Cell) -> dict[str, Any]:
     engine = embree(threads)
     if engine.missing:
         raise rt.Error(f"{engine.missing} is not installed; run `make setup`")
-    run, samples = engine.prepare(load(cell.scene), rays.compact()), []
-    for _ in range(WARM_UPS):
-        run()
+    samples, _ = _runs(engine.prepare(load(cell.scene), rays.compact()), cell.runs)
     with alone():
-        for _ in range(cell.runs):
-            began = time.perf_counter()
-            run()
-            samples.append(time.perf_counter() - began)
         peak = cpu_peak.peak(threads)
     return {**_timing(samples, samples, rays.live), "statistics": {}, "counters": {},
             "peak": peak}

@@ -51,16 +51,16 @@ def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
 
 def _near(origins: np.ndarray, centre: np.ndarray, radius: float) -> bool:
     """Whether no origin is far off, by the box around all; not where one holds a NaN."""
-    ends = np.array([_by_axis(end, origins) for end in (np.minimum, np.maximum)], np.float64)
+    ends = np.array([by_axis(end, origins) for end in (np.minimum, np.maximum)], np.float64)
     return radius == 0 or bool(
         (np.abs(ends - centre).max(axis=0) ** 2).sum() <= (FAR * radius) ** 2)
 
 
-def _by_axis(extreme: np.ufunc, points: np.ndarray) -> np.ndarray:
-    """(3,) the extreme of (n, 3) by axis: in rows of many points, as numpy is fast along those."""
-    rows = len(points) // ABREAST * ABREAST
-    wide = points[:rows].reshape(-1, ABREAST * 3)
-    parts = [extreme.reduce(wide, axis=0).reshape(-1, 3)] if rows else []
+def by_axis(extreme: np.ufunc, points: np.ndarray) -> np.ndarray:
+    """(k,) the extreme of (n, k) by axis: in rows of many points, as numpy is fast along those."""
+    rows, axes = len(points) // ABREAST * ABREAST, points.shape[1]
+    wide = points[:rows].reshape(-1, ABREAST * axes)
+    parts = [extreme.reduce(wide, axis=0).reshape(-1, axes)] if rows else []
     return extreme.reduce(np.concatenate([*parts, points[rows:]]), axis=0)
 
 

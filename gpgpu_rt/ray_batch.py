@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from .approach import approach
+from .approach import approach, by_axis
 from .hits import INVALID, Hits
 from .record import EXACT_INTEGER
 from .texel_layout import NO_RAY, RAY_TEXELS
@@ -14,7 +14,6 @@ from .threads import threads
 ROW = 1024   # rays in a row of the texture where the caller gave no shape
 MANY = 5     # a share of 1 in so many: more is written by columns, less ray by ray
 _ON_MISS = {"t": np.inf, "u": 0, "v": 0, "triangle": -1}
-ABREAST = 128       # texels that are compared at a time
 BLOCK = 1 << 16     # rays laid out at a time: what is made of them stays in a core's cache
 
 
@@ -102,9 +101,8 @@ class RayBatch:
         starts = self.texels[:, :, 0].reshape(-1, 4)[:self.count]
         if not self.count or len(self.invalid) or (starts[0] != starts[self.count // 2]).any():
             return None
-        rows = self.count // ABREAST * ABREAST      # numpy is slow along short axes
-        abreast = starts[:rows].reshape(-1, ABREAST * 4) == np.tile(starts[0], ABREAST)
-        return starts[0] if abreast.all() and (starts[rows:] == starts[0]).all() else None
+        least, most = (by_axis(extreme, starts) for extreme in (np.minimum, np.maximum))
+        return starts[0] if (least == most).all() else None
 
     def hits(self, fields: Mapping[str, np.ndarray]) -> Hits:
         """Hits in the caller's units from the fields of HIT, one or more a ray."""

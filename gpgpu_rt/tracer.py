@@ -293,14 +293,16 @@ class Tracer(Choosing, Moving, Pictures):
         with self.gpu:
             before = self._held()
             self._release_room()
-            self.options = {**self.options, "statistics": True}
-            self._traversal = self._make_traversal()
-            self._eye_drivers = EyeDrivers(self.gpu, self.method, self.options)
             try:
+                self.options = {**self.options, "statistics": True}
+                self._traversal = self._make_traversal()
+                self._eye_drivers = EyeDrivers(self.gpu, self.method, self.options)
                 yield
             finally:
                 self._release_room()
-                release(self._eye_drivers, self._traversal)
+                release(*(mine for mine, old in (
+                    (self._eye_drivers, before["_eye_drivers"]),
+                    (self._traversal, before["_traversal"])) if mine is not old))
                 self._restore(before)
 
     @contextmanager

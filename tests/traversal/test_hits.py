@@ -16,6 +16,7 @@ from gpgpu_rt.methods import find_method
 
 # options of builders: they change the tree and no program
 BUILDS = {"split", "build", "build_device"}
+QUICK_SCENES = ("cornell", "bunny")      # of the real ones
 
 
 def cases(in_full: Callable[[dict[str, object]], bool]) -> list:
@@ -125,18 +126,19 @@ def test_any_hit_agrees_with_closest(method: str, options: dict, schedule: dict)
 
 
 @pytest.mark.parametrize("name", [
-    name if name in ("cornell", "bunny") else pytest.param(name, marks=pytest.mark.full)
+    name if name in QUICK_SCENES else pytest.param(name, marks=pytest.mark.full)
     for name in FOLEY])
 def test_real_scene_matches_oracle(name: str) -> None:
-    """Quick: every method on 4,096 rays of each kind, against the float64 oracle; 64 where each
-    may meet all triangles."""
+    """Every method on 4,096 rays of each kind, against the float64 oracle; in the quick suite 64
+    where each may meet all triangles."""
     scene = real_scene(name)
     sets = [RAY_SETS[rays](scene, 4096, 23) for rays in ("eye", "random", "surface")]
     truths = [rt.reference.trace(scene, *chosen, accelerated=True) for chosen in sets]
     for row in rt.methods():
         if row.name == "brute-force":
             continue
-        few = 64 if row.name in UNSTRUCTURED else rays_for(row.name, 4096)
+        brief = row.name in UNSTRUCTURED and name in QUICK_SCENES
+        few = 64 if brief else rays_for(row.name, 4096)
         some = slice(None, None, 4096 // few)
         with rt.Tracer(scene, row.name) as tracer:
             for (origins, directions), expected in zip(sets, truths):
