@@ -16,7 +16,7 @@ from .bvh_build import BUILD_OPTIONS, built_bvh
 from .bvh_tables import Layout, Options, Pairs, Threads, last_of_leaves, scene_box
 from .row import (
     ENTRY_POINTS, PACKET, VERTEX_CULLING, Accelerator, Method, Stepwise, check_culling,
-    with_entries
+    stack_defines, with_entries
 )
 
 LayoutOf = Callable[[Options], type[Layout]]
@@ -52,7 +52,8 @@ def _accelerator(bvh: accel.Bvh, kept: _Kept, triangles: np.ndarray,
         {"scene_lo": tuple(lo), "scene_hi": tuple(hi), **layout.uniforms, **uniforms},
         # A packet takes at most the steps that its rays would take one after another.
         step_bound=(len(bvh.escape) + len(bvh.order) + ends) * width * height, structure=bvh,
-        defines=layout.defines, kept=kept, boxes=lambda: layout.boxes(bvh))
+        defines=stack_defines(layout.stack_levels) if layout.stack_levels else {},
+        stack_levels=layout.stack_levels, kept=kept, boxes=lambda: layout.boxes(bvh))
 
 
 def _family(layout_of: LayoutOf) -> dict[str, Any]:

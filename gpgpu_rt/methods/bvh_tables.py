@@ -23,10 +23,10 @@ Fields = dict[str, np.ndarray | Column]
 
 
 class Layout(Protocol):
-    """How a tree's nodes lie in a table; ``uniforms`` and ``defines`` do not depend on boxes."""
+    """How a tree's nodes lie in a table; what it holds does not depend on boxes."""
 
     uniforms: dict[str, Any]
-    defines: dict[str, object]
+    stack_levels: int
 
     def __init__(self, bvh: accel.Bvh, options: Options) -> None: ...
 
@@ -46,7 +46,7 @@ class Threads:
 
     def __init__(self, bvh: accel.Bvh, options: Options) -> None:
         nodes = len(bvh.escape)
-        self.uniforms, self.defines = {"node_count": nodes}, {}
+        self.uniforms, self.stack_levels = {"node_count": nodes}, 0
         # Which node each record stands for, and which bounds, (k, 3), its rays meet in reverse.
         self.source, self.reversed = np.arange(nodes, dtype=np.int32), None
         self.links = _links(bvh.escape, bvh.first, bvh.count, 0)
@@ -104,7 +104,7 @@ class Pairs:
         self.children = {"left": left[inner], "right": right[inner]}
         self.links = {side: link[child] for side, child in self.children.items()}
         self.uniforms = {"node_count": len(link), "root": int(link[0]) if len(link) else 0}
-        self.defines = {"STACK_SIZE": max(1, bvh.depth)}
+        self.stack_levels = max(1, bvh.depth)
 
     @staticmethod
     def record(options: Options) -> Record | PackedRecord:

@@ -14,7 +14,7 @@ from .brute_force import triangle_table
 from .kd_build import BUILD_OPTIONS, built_kdtree
 from .row import (
     ENTRY_POINTS, PACKET, SCHEDULES, VERTEX_CULLING, Accelerator, Method, check_culling,
-    with_entries
+    stack_defines, with_entries
 )
 
 _OPEN = np.float32(3e38)
@@ -85,8 +85,9 @@ def _with_boxes(prepare: Callable[..., Accelerator]) -> Callable[..., Accelerato
 
 def _prepare_stack(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     prepared = _prepare(triangles, options)
-    prepared.stack_levels = options["stack_size"] or max(1, prepared.structure.depth)
-    prepared.defines = {"STACK_SIZE": prepared.stack_levels}
+    asked, depth = options["stack_size"], max(1, prepared.structure.depth)
+    prepared.stack_levels = asked or depth
+    prepared.defines = {"STACK_SIZE": asked} if asked else stack_defines(depth)
     # Each node below the root is pushed and popped at most once.
     prepared.step_bound += 2 * len(prepared.structure.axis)
     return prepared

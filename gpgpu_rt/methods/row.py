@@ -29,6 +29,15 @@ ENTRY_POINTS = Option(
     choices=(16, 4), optional=True)
 
 
+STACK_STEP = 8
+
+
+def stack_defines(levels: int) -> dict[str, object]:
+    """Of a stack that takes so many levels at most: its array is longer by what makes trees of
+    like depth share their programs."""
+    return {"STACK_SIZE": -(-levels // STACK_STEP) * STACK_STEP}
+
+
 class Finisher(Protocol):
     """Passes that complete tables on the GPU."""
 
@@ -50,7 +59,7 @@ class Accelerator:
     step_bound : kernel runs no ray can need more of: a function of the structure's size
     structure : what the builder made, or None
     defines : GLSL defines that follow from the structure
-    stack_levels : tiles of the stack's atlas, for a method that has one
+    stack_levels : what a ray's stack, or a packet's, takes at most, for a method that has one
     finisher : passes that complete the tables once they are textures
     shown : (n, 3, 3) float32, what hits lie on where it is not the scene (a coarser level of it)
     kept : what the row's ``refit`` wants to find again

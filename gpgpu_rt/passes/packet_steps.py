@@ -175,7 +175,7 @@ class _Room:
         self.atlas: StackAtlas | None = None
         if owner.entry is not None:
             self.atlas = StackAtlas(owner.gpu, owner.entry, state,
-                                    int(owner.accelerator.defines["STACK_SIZE"]), size,
+                                    owner.accelerator.stack_levels, size,
                                     owner.precision, owner.phases)
 
     def bytes(self) -> int:

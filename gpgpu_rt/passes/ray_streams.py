@@ -225,7 +225,7 @@ class RayStreams:
 
     def _stream_size(self, rays: int) -> int:
         """Elements that go through a pass at most."""
-        levels = int(self.accelerator.defines["STACK_SIZE"]) + 3
+        levels = self.accelerator.stack_levels + 3
         nodes = int(self.accelerator.uniforms["node_count"]) + 1
         return min(self.options["stream_size"], EXACT_INTEGER // levels, rays * nodes)
 
@@ -237,7 +237,7 @@ class RayStreams:
         self._release_room()
         self._size = size
         length = self._stream_size(size[0] * size[1])
-        levels = int(self.accelerator.defines["STACK_SIZE"]) + 3
+        levels = self.accelerator.stack_levels + 3
         nodes = int(self.accelerator.uniforms["node_count"]) + 1
         waiting = min(length * levels, size[0] * size[1] * nodes)
         for name, record, elements in (

@@ -54,6 +54,26 @@ def test_an_updated_tracer_hits_what_a_new_one_does(exact_renderer, method: str,
             assert tracer.statistics.rebuilt or row.refit is not None
 
 
+@pytest.mark.parametrize("method", [row.name for row in rt.methods()
+                                    if row.stack or row.stack_entry is not None])
+def test_trees_of_like_depth_share_programs(gpu, method: str) -> None:
+    """A stack is as deep as the tree, its array a little longer: nothing is compiled for a tree
+    that is a level deeper."""
+    depths, made = set(), set()
+    for seed, count in enumerate((20, 30, 45)):
+        scene = scene_of(random_soup(count, seed))
+        with rt.Tracer(scene, method) as tracer:
+            tracer.trace(*RAY_SETS["random"](scene, 64, 1))
+            depths.add(tracer.accelerator.structure.depth)
+            size = tracer.accelerator.defines.get("STACK_SIZE")
+            assert size is None or size >= tracer.accelerator.stack_levels
+            made |= set(gpu.programs)
+        if seed == 0:
+            first = set(made)
+    assert len(depths) > 1 and len({-(-depth // 8) for depth in depths}) == 1
+    assert made == first
+
+
 @pytest.mark.parametrize("octants", [False, True])
 def test_pictures_move_too(exact_renderer, octants: bool) -> None:
     """Shading reads the new triangles, and no program or texture was made for them."""
