@@ -21,10 +21,15 @@ def sah_cost(structure: Structure, *, traversal_cost: float = 1.0,
     A node (or cell) costs `traversal_cost` and each of its triangles `intersection_cost`,
     times its surface area over the scene's: a line that meets the scene meets it that often.
     """
-    area, references, root = _areas(structure)
+    return _cost(_areas(structure), traversal_cost, intersection_cost)
+
+
+def _cost(areas: tuple[np.ndarray, np.ndarray, float], traversal: float,
+          intersection: float) -> float:
+    area, references, root = areas
     if root <= 0:
-        return float(traversal_cost)
-    return float(np.sum(area * (traversal_cost + intersection_cost * references)) / root)
+        return float(traversal)
+    return float(np.sum(area * (traversal + intersection * references)) / root)
 
 
 def quality(structure: Structure, *, traversal_cost: float = 1.0,
@@ -34,15 +39,14 @@ def quality(structure: Structure, *, traversal_cost: float = 1.0,
     `references_per_leaf` counts the leaves (or cells) that are not empty;
     `references_per_triangle` counts the triangles that are referenced.
     """
-    counts = _leaf_counts(structure)
+    areas, counts = _areas(structure), _leaf_counts(structure)
     filled = int(np.count_nonzero(counts))
     references = int(counts.sum())
     triangles = len(np.unique(_references(structure)))
     return {
-        "sah_cost": sah_cost(structure, traversal_cost=traversal_cost,
-                             intersection_cost=intersection_cost),
+        "sah_cost": _cost(areas, traversal_cost, intersection_cost),
         "depth": 0 if isinstance(structure, Grid) else structure.depth,
-        "nodes": len(_areas(structure)[0]),
+        "nodes": len(areas[0]),
         "leaves": len(counts),
         "empty_leaves": len(counts) - filled,
         "references": references,
