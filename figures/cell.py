@@ -26,3 +26,8 @@ class Cell:
         words = [self.scene, self.method, *(f"{k}={v}" for k, v in self.options),
                  f"{self.size}x{self.size}", self.work, f"{self.runs}"]
         return "".join(c if c.isalnum() or c in "=.-" else "_" for c in "-".join(words)) + ".json"
+
+
+def timed_runs(full: bool) -> int:
+    """Of which the median counts."""
+    return 5 if full else 3

@@ -8,7 +8,7 @@ from typing import Any
 
 from gpgpu_rt.bench.engines import CORES, EMBREE
 
-from .cell import ON_CPU, Cell
+from .cell import ON_CPU, Cell, timed_runs
 from .fig22 import FAST
 from .fig22 import FIGURE as PACKETS
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
@@ -43,7 +43,8 @@ def columns() -> list[Column]:
 
 
 def cell(scene: str, column: Column, full: bool) -> Cell:
-    return Cell(scene, column.method, column.options, 1024 if full else 512)
+    return Cell(scene, column.method, column.options, 1024 if full else 512,
+                runs=timed_runs(full))
 
 
 def scenes(full: bool) -> list[str]:

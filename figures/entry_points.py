@@ -8,7 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from .cell import Cell
+from .cell import Cell, timed_runs
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
 from .results import read
 
@@ -25,7 +25,7 @@ BOUND_HEADS = ("scene", "method", "nodes a ray", "with", "fewer by", "ms", "with
 
 
 def cell(scene: str, method: str, options: tuple[tuple[str, Any], ...], full: bool) -> Cell:
-    return Cell(scene, method, options, 512 if full else 128, runs=5 if full else 3)
+    return Cell(scene, method, options, 512 if full else 128, runs=timed_runs(full))
 
 
 def cells(full: bool) -> list[Cell]:

@@ -8,7 +8,7 @@ import gpgpu_rt as rt
 from gpgpu_rt.files import replacing
 
 from . import verdicts
-from .cell import Cell
+from .cell import Cell, timed_runs
 from .output import COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
 from .results import finished, read
 
@@ -18,7 +18,7 @@ METHODS = (("grid", (("resolution", 50),)), ("kd-restart", ()), ("kd-backtrack",
 
 
 def cell(ratio: float, method: str, options: tuple, full: bool) -> Cell:
-    return Cell(f"stadium:{ratio:g}", method, options, 512 if full else 192)
+    return Cell(f"stadium:{ratio:g}", method, options, 512 if full else 192, runs=timed_runs(full))
 
 
 def cells(full: bool) -> list[Cell]:

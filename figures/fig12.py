@@ -1,7 +1,7 @@
 """Figure 12: primary rays by brute force, grid, kd-restart and kd-backtrack (Foley 2005)."""
 from __future__ import annotations
 
-from .cell import Cell
+from .cell import Cell, timed_runs
 from .comparison import Column, Comparison, Panel, Results
 from .output import number
 from .published_numbers import published
@@ -13,7 +13,7 @@ def _cell(panel: Panel, column: Column, full: bool) -> Cell:
     options = (("resolution", GRID.get(panel.scene, 50)),) if column.method == "grid" else ()
     slow = column.method == "brute-force" and panel.scene != "cornell"
     size = 512 if full else (32 if slow else 256)
-    return Cell(panel.scene, column.method, options, size, runs=3 if slow else 5)
+    return Cell(panel.scene, column.method, options, size, runs=3 if slow else timed_runs(full))
 
 
 def _remarks(results: Results) -> list[str]:

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from gpgpu_rt.bench.workloads import EYE, SHADOW
 
-from .cell import Cell
+from .cell import Cell, timed_runs
 from .comparison import Column, Comparison, Panel, Results
 from .output import number
 
@@ -22,7 +22,7 @@ def size(scene: str, full: bool) -> int:
 def _cell(panel: Panel, column: Column, full: bool) -> Cell:
     assert panel.rays is not None
     return Cell(panel.scene, column.method, column.options, size(panel.scene, full),
-                WORK[panel.rays])
+                WORK[panel.rays], timed_runs(full))
 
 
 def _published(settings: tuple[tuple[str, object], ...]) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 from gpgpu_rt.bench.workloads import mirror
 
 from . import verdicts
-from .cell import Cell
+from .cell import Cell, timed_runs
 from .fig13 import size
 from .output import COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
 from .results import read
@@ -19,7 +19,7 @@ BOUNCES = range(6)
 
 
 def cell(scene: str, method: str, bounces: int, full: bool) -> Cell:
-    return Cell(scene, method, (), size(scene, full), mirror(bounces))
+    return Cell(scene, method, (), size(scene, full), mirror(bounces), timed_runs(full))
 
 
 def cells(full: bool) -> list[Cell]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 from gpgpu_rt.bench.engines import EMBREE as CPU
 from gpgpu_rt.bench.workloads import EYE
 
-from .cell import ON_CPU, Cell
+from .cell import ON_CPU, Cell, timed_runs
 from .comparison import Column, Comparison, Panel, Results
 from .output import number
 from .published_numbers import published
@@ -19,7 +19,8 @@ LEFT_OUT = ("The fairy forest, a procedural stand-in of the same triangle count 
 
 def _cell(panel: Panel, column: Column, full: bool) -> Cell:
     assert panel.rays is not None
-    return Cell(panel.scene, column.method, (), 1024 if full else 512, WORK[panel.rays])
+    return Cell(panel.scene, column.method, (), 1024 if full else 512, WORK[panel.rays],
+                timed_runs(full))
 
 
 def _remarks(results: Results) -> list[str]:

@@ -1,7 +1,7 @@
 """Figure 20: whole images by grid, kd-tree and threaded BVH (Thrane and Simonsen 2005)."""
 from __future__ import annotations
 
-from .cell import Cell
+from .cell import Cell, timed_runs
 from .comparison import Column, Comparison, Panel, Results
 from .fig12 import GRID
 from .output import number
@@ -12,7 +12,8 @@ def _cell(panel: Panel, column: Column, full: bool) -> Cell:
     options = column.options
     if column.method == "grid":
         options = (("resolution", GRID.get(panel.scene, 50)),)
-    return Cell(panel.scene, column.method, options, 512 if full else 256, "picture")
+    return Cell(panel.scene, column.method, options, 512 if full else 256, "picture",
+                timed_runs(full))
 
 
 def _bvh(build: str) -> Column:

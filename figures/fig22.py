@@ -4,7 +4,7 @@ from __future__ import annotations
 from gpgpu_rt.bench.engines import EMBREE as CPU
 from gpgpu_rt.bench.workloads import EYE
 
-from .cell import ON_CPU, Cell
+from .cell import ON_CPU, Cell, timed_runs
 from .comparison import Column, Comparison, Panel, Results
 from .output import number
 
@@ -16,7 +16,7 @@ HUGE = ("sodahall", "powerplant")   # built in minutes: at full size only
 
 def _cell(panel: Panel, column: Column, full: bool) -> Cell:
     assert panel.rays is not None
-    runs = 3 if panel.scene in HUGE else 5
+    runs = 3 if panel.scene in HUGE else timed_runs(full)
     return Cell(panel.scene, column.method, column.options, 1024 if full else 512,
                 WORK[panel.rays], runs)
 

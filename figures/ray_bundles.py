@@ -18,8 +18,8 @@ HEADS = ("scene", "pixels a projection", "layers", "gathered, ms", "by traced bu
 
 
 def cells(full: bool) -> list[Cell]:
-    options = {"patch": 0.1, "directions": 128 if full else 32, "between": 48 if full else 32,
-               "resolutions": (64, 256) if full else (32, 64, 128),
+    options = {"patch": 0.1, "directions": 128 if full else 32, "between": 48 if full else 16,
+               "resolutions": (64, 256) if full else (32, 128),
                "samples": 512 if full else 128, "packet": (4, 4), "octants": True}
     return [Cell(name, "bvh-packet", tuple(options.items()), 48 if full else 32, "ray bundles", 1)
             for name in SCENES]

@@ -4,7 +4,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from .cell import Cell
+from .cell import Cell, timed_runs
 from .output import COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
 from .results import read
 
@@ -13,7 +13,8 @@ METHODS = ("bvh-threaded", "kd-restart")
 
 
 def _cell(method: str, full: bool, **options: Any) -> Cell:
-    return Cell("bunny", method, tuple(options.items()), 512 if full else 256)
+    return Cell("bunny", method, tuple(options.items()), 512 if full else 256,
+                runs=timed_runs(full))
 
 
 def _cells_of(method: str, full: bool) -> dict[str, Cell]:

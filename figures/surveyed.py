@@ -15,7 +15,7 @@ from typing import Any
 import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import EYE
 
-from .cell import Cell
+from .cell import Cell, timed_runs
 from .pass_work import PASSES
 from .period import TEST, WARP_PACKET
 from .period_work import WORK
@@ -67,7 +67,7 @@ class Entry:
 
     def measured(self, full: bool) -> Cell:
         """Eye rays of the scene, timed here."""
-        return Cell(SCENE, self.method, self.options, self._size(full), EYE, runs=5 if full else 3)
+        return Cell(SCENE, self.method, self.options, self._size(full), EYE, runs=timed_runs(full))
 
     def _size(self, full: bool, quick: int = 256) -> int:
         return 512 if full else min(quick, SLOW.get(self.method, quick))

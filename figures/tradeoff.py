@@ -15,7 +15,8 @@ from .results import finished
 from .works import picture_size
 
 SCENES = ("bunny", "cornell")
-# All options of these; of the others precision alone, half floats where it must be quick.
+# All options of these; of the others precision alone, half floats where it must be quick (packets
+# compute as their rays would alone, and take seconds to compile).
 DETAIL = ("kd-restart", "bvh-threaded")
 # Where it must be quick these are timed once, in full precision alone and with a quarter of the
 # rays: minutes in any other.
@@ -30,15 +31,15 @@ def scenes(full: bool) -> tuple[str, ...]:
 
 def _options(row: rt.Method, full: bool) -> list[dict[str, Any]]:
     """What is measured of a method: every precision, and every other value of what may lose hits,
-    in full precision. Where it must be quick, the slowest have full precision alone, and most of
-    the others that and half floats."""
+    in full precision. Where it must be quick, the slowest and packets have full precision alone,
+    and most of the others that and half floats."""
     table = option_table(row.name)
     found: list[dict[str, Any]] = [{}]
     if not full and row.name in SLOW:
         return found
     brief = not full and row.name not in DETAIL
     found += [{"precision": word} for word in precisions(row.name)
-              if word == "fp16" or word != "fp32" and not brief]
+              if word != "fp32" and (not brief or word == "fp16" and not row.packet)]
     if brief:
         return found
     for name, option in table.items():
@@ -50,12 +51,14 @@ def _options(row: rt.Method, full: bool) -> list[dict[str, Any]]:
 def cells_of(scene: str, full: bool) -> list[Cell]:
     """The cells of one scene. ``brute-force`` would take minutes and hits what the grid hits; so
     would, where it must be quick, a method that runs in passes alone."""
-    quick, slow = (64, 3), (32, 1)    # size and runs
-    return [Cell(scene, row.name, tuple(options.items()), size, "accuracy", runs)
-            for row in rt.methods()
-            if row.name != "brute-force" and (full or "loop" in row.schedules)
-            for size, runs in [(192, 3) if full else slow if row.name in SLOW else quick]
-            for options in _options(row, full)]
+    found = []
+    for row in rt.methods():
+        if row.name == "brute-force" or not (full or "loop" in row.schedules):
+            continue
+        size, runs = (192, 3) if full else (32, 1) if row.name in SLOW else (64, 3)
+        found += [Cell(scene, row.name, tuple(options.items()), size, "accuracy", runs)
+                  for options in _options(row, full)]
+    return found
 
 
 def cells(full: bool) -> list[Cell]:
@@ -170,8 +173,8 @@ def _page(rows: list[dict[str, Any]], renderer: str, stand_ins: list[str],
              f"of a picture, {picture} pixels a side. A share of zero is "
              "drawn hollow, at its upper 95 % confidence bound. Rays that a step cap stopped "
              "count as unfinished." + ("" if full else " FULL=1 measures low precision of "
-                                       + " and ".join(SLOW) + " too, which takes minutes, and "
-                                       "fp24 and the options of every method."),
+                                       + ", ".join(SLOW) + " and packets too, which takes "
+                                       "minutes, and fp24 and the options of every method."),
              *stand_ins, "", markdown_table(heads, table),
              "Not beaten in both rate and the bound on the wrong share:\n",
              "\n".join(f"* {line}" for line in on_front), ""]

@@ -16,7 +16,7 @@ import pytest
 from gpgpu_rt.bench.engines import CORES, EMBREE
 from gpgpu_rt.bench.workloads import EYE, load, workload
 from gpgpu_rt.figures import (
-    __main__, cpu, cpu_peak, fig02, fig08, fig10, fig12, fig14, fig26, measure, pass_work,
+    __main__, cpu, cpu_peak, fig02, fig08, fig10, fig12, fig14, fig26, measure, pages, pass_work,
     provenance, results, scaled, surveyed, table1, verdicts
 )
 from gpgpu_rt.figures.cell import ON_CPU, Cell
@@ -293,7 +293,7 @@ def test_a_small_comparison_traces_back_to_its_cells(tmp_path: Path, monkeypatch
     small = replace(
         fig12.FIGURE, panels=(Panel("cornell"),), remarks=lambda results: [],
         cell=lambda panel, column, full: Cell(panel.scene, column.method, (), 8, runs=1))
-    monkeypatch.setattr(__main__, "_figure", lambda name: small)
+    monkeypatch.setattr(pages, "figure_of", lambda name: small)
     data, out = tmp_path / "data", tmp_path / "out"
     assert __main__.main(["--only", "fig12", "--data", str(data), "--out", str(out)]) == 0
     held = json.loads((out / "fig12.json").read_text())
@@ -330,4 +330,4 @@ def test_contradictions_stand_on_pages() -> None:
     assert len(CONTRADICTIONS) == 16
     of_survey = {name for one in CONTRADICTIONS for name in one.pages
                  if name.startswith(("fig", "table"))}
-    assert of_survey <= set(__main__.FIGURES)
+    assert of_survey <= set(pages.FIGURES)

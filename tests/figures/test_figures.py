@@ -17,10 +17,11 @@ from gpgpu_rt.figures import (
     fig05, fig12, fig13, fig14, fig16, fig17, fig20, fig22, measure, published_numbers, results,
     tree_sizes
 )
-from gpgpu_rt.figures.__main__ import FIGURES, _figure, main
+from gpgpu_rt.figures.__main__ import main
 from gpgpu_rt.figures.cell import Cell
 from gpgpu_rt.figures.comparison import Panel
 from gpgpu_rt.figures.kendall import tau_b
+from gpgpu_rt.figures.pages import FIGURES, figure_of
 from gpgpu_rt.figures.published_numbers import nanoseconds, published, published_row
 
 NOT_PUBLISHED = {("fig22", fig22.FAST), ("fig22", fig22.CPU)}   # rows of ours
@@ -84,7 +85,7 @@ def _fake(cell: Cell, folder: Path, ns: float, nodes: float = 3, stand_in: str |
 
 @pytest.mark.parametrize("full", [False, True], ids=["quick", "full"])
 def test_no_two_cells_share_a_file(full: bool) -> None:
-    cells = {cell for name in FIGURES for cell in _figure(name).cells(full)}
+    cells = {cell for name in FIGURES for cell in figure_of(name).cells(full)}
     assert len({cell.name for cell in cells}) == len(cells)
 
 
