@@ -74,7 +74,7 @@ def _index(data: Path, out: Path, full: bool) -> None:
     seconds = spent(cells, data)
     write_index(out, lines, sum(map(pages.of_survey, pages.FIGURES)), [
         f"Size: {'the papers' if full else 'quick'}. Measuring all cells took "
-        f"{number(seconds / 60)} minutes of machine time."
+        f"{number(seconds / 60)} minutes of processor time."
         + ("" if full else " The quick size traces fewer rays than the papers did, fewest with "
            "the methods that take longest (brute force, those of many passes, tables over rays): "
            "compare times a ray. `FULL=1` takes the papers' sizes and goes on where it was "

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from gpgpu_rt.bench.engines import CORES, EMBREE
+from gpgpu_rt.gpu import is_software
 
 from .cell import ON_CPU, Cell, timed_runs
 from .fig22 import FAST
@@ -18,7 +19,6 @@ from .trace_times import embree
 
 SCENES = ("cornell", "shirley6", "bunny", "robots", "kitchen", "conference", "sodahall")
 HUGE = ("sodahall",)     # its stand-in is built in minutes: at full size only
-SOFTWARE = ("llvmpipe", "softpipe", "swrast")    # renderers that run on the CPU
 COLOURS = ("#c9c9c9", "#8c8c8c", "#3d8b57", "#4b2a70", "#2f6db3")
 
 
@@ -82,7 +82,7 @@ def rows(data: Path, full: bool) -> list[dict[str, Any]]:
             peak = result.get("peak")
             if column.threads is None and peaks:
                 # Of a card it is not known: what its fragment programs were seen to reach.
-                peak = peaks[0] if _software(result["gpu"]["renderer"]) else {
+                peak = peaks[0] if is_software(result["gpu"]["renderer"]) else {
                     "nominal": peaks[0]["fragments"]}
             nominal = peak["nominal"] if peak else None
             rate = 1e9 / result["ns_per_ray"]
@@ -94,10 +94,6 @@ def rows(data: Path, full: bool) -> list[dict[str, Any]]:
                 "peak_flops": nominal, "rays_per_gflop": 1e9 * rate / nominal if nominal else None,
                 "file": cell(scene, column, full).name})
     return found
-
-
-def _software(renderer: str) -> bool:
-    return any(word in renderer.lower() for word in SOFTWARE)
 
 
 def findings(found: list[dict[str, Any]]) -> list[str]:

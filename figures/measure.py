@@ -16,11 +16,12 @@ from tqdm import tqdm
 
 from gpgpu_rt.bench.workloads import load
 from gpgpu_rt.files import replacing
-from gpgpu_rt.gpu import open_gpu
+from gpgpu_rt.gpu import is_software, open_gpu
 from gpgpu_rt.workers import Workers
-from gpgpu_rt.workers.machine import taken
+from gpgpu_rt.workers.machine import helped, taken
 
 from . import sweep
+from .aside import Aside, Result
 from .cell import Cell
 from .results import commit, finished, read, settings
 from .works import work_of
@@ -31,8 +32,8 @@ WORTH_WORKERS = 8     # cells: for fewer, starting processes takes longer than i
 def measure(cells: Iterable[Cell], data: Path, again: bool = False,
             workers: Workers | None = None) -> None:
     """Measure every cell that is not finished, each written when it is done: interrupting loses
-    those that run. By ``workers``; or without, what is timed in this process, and before it the
-    rest by a process a core, where there is enough of it."""
+    those that run. By ``workers``; or without, what is timed in this process, and beside it the
+    rest by a process for each other core, where there is enough of it."""
     data.mkdir(parents=True, exist_ok=True)
     todo = [cell for cell in dict.fromkeys(cells) if again or read(cell, data) is None]
     with tqdm(total=len(todo), unit="cell", dynamic_ncols=True) as progress:
@@ -43,28 +44,46 @@ def measure(cells: Iterable[Cell], data: Path, again: bool = False,
 
 
 def _results(todo: list[Cell], workers: Workers | None,
-             progress: tqdm) -> Iterator[tuple[Cell, dict[str, Any]]]:
-    here = todo if workers is None else []
-    aside = [cell for cell in here if not work_of(cell).timed]
+             progress: tqdm) -> Iterator[tuple[Cell, Result]]:
     cores = os.cpu_count() or 1
-    if workers is not None and todo:
-        yield from sweep.results(todo, workers, measured)
-    elif len(aside) >= WORTH_WORKERS and cores > 1:
-        here = [cell for cell in here if work_of(cell).timed]
-        with Workers(count=min(cores, len(aside))) as them:
-            yield from sweep.results(aside, them, measured)
-    for cell in here:
-        progress.set_description(_words(cell))
+    rest = [cell for cell in todo if not work_of(cell).timed]
+    if workers is not None:
+        if todo:
+            yield from sweep.results(todo, workers, measured)
+    elif len(rest) < WORTH_WORKERS or cores == 1:
         with taken():
-            result = measured(cell)
-        yield cell, result
+            yield from _here(todo, progress)
+    else:
+        os.environ.setdefault("MESA_DISK_CACHE_MULTI_FILE", "1")     # `helped` says why
+        timed = [cell for cell in todo if work_of(cell).timed]
+        with Workers(count=min(cores - 1, len(rest))) as them, helped(them.processes), taken():
+            yield from _beside(Aside(sweep.by_scene(rest), them, measured), timed, progress)
 
 
-def measured(cell: Cell) -> dict[str, Any]:
-    """What `run` finds, and the seconds that all of it took."""
-    began = time.perf_counter()
+def _beside(aside: Aside, timed: list[Cell],
+            progress: tqdm) -> Iterator[tuple[Cell, Result]]:
+    """Cells that are timed here, and the others, which are measured meanwhile."""
+    others = iter(aside.take, None)
+    order = (timed, others) if is_software(open_gpu().renderer) else (others, timed)
+    for cells in order:
+        for found in _here(cells, progress):
+            yield found
+            yield from aside.done()
+        if cells is others:
+            yield from aside.done(wait=True)
+
+
+def _here(cells: Iterable[Cell], progress: tqdm) -> Iterator[tuple[Cell, Result]]:
+    for cell in cells:
+        progress.set_description(_words(cell))
+        yield cell, measured(cell)
+
+
+def measured(cell: Cell) -> Result:
+    """What `run` finds, and the processor's seconds that all of it took."""
+    began = time.process_time()
     result = run(cell)
-    result["seconds_spent"] = time.perf_counter() - began
+    result["seconds_spent"] = time.process_time() - began
     return result
 
 
@@ -78,7 +97,7 @@ def _words(cell: Cell) -> str:
 
 
 def spent(cells: Iterable[Cell], data: Path) -> float:
-    """Seconds that measuring the finished ones of these cells took, all together."""
+    """Processor seconds of measuring the finished ones of these cells, all together."""
     return sum(result.get("seconds_spent", 0.0) for _, result in finished(cells, data))
 
 

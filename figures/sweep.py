@@ -14,11 +14,10 @@ from gpgpu_rt.workers import LOCAL, Workers
 from gpgpu_rt.workers.machine import taken
 from gpgpu_rt.workers.meshes import Files, mesh_files, take_mesh
 
+from .aside import Result
 from .cell import Cell
 from .results import as_kept, settings
 from .works import work_of
-
-Result = dict[str, Any]
 
 
 def results(cells: list[Cell], workers: Workers,
@@ -31,8 +30,7 @@ def results(cells: list[Cell], workers: Workers,
         where a worker has another renderer or version than this process, so that its numbers would
         stand for something else
     """
-    # Cells of a scene one after another, so that a process makes its tree and its rays once.
-    ordered = sorted(cells, key=lambda cell: (cell.scene, cell.size))
+    ordered = by_scene(cells)
     here = workers.scheduler == LOCAL    # its processes find what this one finds
     meshes = {scene: workers.sent({} if here else mesh_files(scene))
               for scene in {cell.scene for cell in ordered}}
@@ -44,6 +42,11 @@ def results(cells: list[Cell], workers: Workers,
         for at, result in workers.map(_measured, parts):
             _check(some[at], asked[some[at]], result)
             yield some[at], result
+
+
+def by_scene(cells: list[Cell]) -> list[Cell]:
+    """Those of a scene one after another, so that a process makes its tree and its rays once."""
+    return sorted(cells, key=lambda cell: (cell.scene, cell.size))
 
 
 def _dealt(cells: list[Cell]) -> list[Cell]:

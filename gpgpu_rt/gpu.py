@@ -82,6 +82,14 @@ class OsMesaLoader:
             self.handle = None
 
 
+SOFTWARE = ("llvmpipe", "softpipe", "swrast")
+
+
+def is_software(renderer: str) -> bool:
+    """Whether it runs on the processor, not on a graphics card."""
+    return any(word in renderer.lower() for word in SOFTWARE)
+
+
 class Gpu:
     """A moderngl context and what this package must know of it.
 

@@ -5,12 +5,16 @@ import contextlib
 import fcntl
 import os
 import platform
+import signal
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import IO
 
+Processes = Callable[[], Iterable[int]]     # their numbers, now
+
 _held: list[IO[bytes]] = []    # the file that this process holds the machine by, while it does
+_helpers: list[Processes] = []     # of this process: they stand still while it is alone
 
 
 @contextlib.contextmanager
@@ -37,13 +41,48 @@ def taken() -> Iterator[None]:
 @contextlib.contextmanager
 def alone() -> Iterator[None]:
     """Wait until nobody else holds this machine, and keep everybody out meanwhile: for what is
-    timed. Within `taken`, others may come first: the machine is let go while it is waited for."""
-    with taken():
+    timed. Within `taken`, others may come first: the machine is let go while it is waited for.
+    Helpers of this process stand still."""
+    with taken(), _helpers_stopped():
         fcntl.flock(_held[0], fcntl.LOCK_EX)
         try:
             yield
         finally:
             fcntl.flock(_held[0], fcntl.LOCK_SH)
+
+
+@contextlib.contextmanager
+def helped(by: Processes) -> Iterator[None]:
+    """Within it, processes of this machine work for this one, and are stopped in the midst of what
+    they do while it holds the machine `alone`: they need not hold it themselves.
+
+    Notes
+    -----
+    For work on the processor: a graphics card would go on with what it was given. A helper that
+    holds a lock which the timed work waits for would stop it for ever: Mesa's cache in one file
+    has such a lock, so its helpers are to have another (``MESA_DISK_CACHE_MULTI_FILE=1``).
+    """
+    _helpers.append(by)
+    try:
+        yield
+    finally:
+        _helpers.remove(by)
+
+
+@contextlib.contextmanager
+def _helpers_stopped() -> Iterator[None]:
+    stopped = [process for by in _helpers for process in by()]
+    _signal(stopped, signal.SIGSTOP)
+    try:
+        yield
+    finally:
+        _signal(stopped, signal.SIGCONT)
+
+
+def _signal(processes: Iterable[int], what: signal.Signals) -> None:
+    for process in processes:
+        with contextlib.suppress(ProcessLookupError):    # it has ended
+            os.kill(process, what)
 
 
 def _file() -> Path:

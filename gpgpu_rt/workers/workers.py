@@ -68,7 +68,7 @@ class Workers:
             raise Error("workers are Dask's: pip install 'gpgpu_rt[workers]'") from failure
         if count is not None and count < 1:
             raise OptionError(f"{count} workers do nothing; give 1 or more")
-        self._cluster = None
+        self._cluster: Any = None
         self.scheduler = address = scheduler
         if scheduler == LOCAL:
             if distributed.utils.get_mp_context().get_start_method() == "fork":
@@ -99,6 +99,11 @@ class Workers:
             raise Error(f"the Dask scheduler at {scheduler} has no workers; start some with "
                         f"`dask worker {scheduler}`") from failure
         self._futures: OrderedDict[tuple[Any, ...], Any] = OrderedDict()   # the last ones
+
+    def processes(self) -> list[int]:
+        """Numbers of the local ones, now: one that was killed comes back as another."""
+        nannies = self._cluster.workers.values() if self._cluster is not None else ()
+        return [nanny.pid for nanny in nannies if nanny.pid]
 
     def __len__(self) -> int:
         return len(self.client.scheduler_info(n_workers=-1)["workers"])

@@ -1,0 +1,115 @@
+"""Cells aside: found by helpers that stand still while something is timed, and none is lost."""
+from __future__ import annotations
+
+import functools
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import gpgpu_rt as rt
+from gpgpu_rt.figures import aside, measure
+from gpgpu_rt.figures.cell import Cell
+from gpgpu_rt.figures.results import read
+from gpgpu_rt.gpu import is_software, open_gpu
+from gpgpu_rt.workers import Workers, machine
+
+pytest.importorskip("distributed")
+
+TREES = [Cell("cornell", "kd-restart", (("max_depth", depth),), work="tree")
+         for depth in range(4, 10)]
+TIMED = [Cell("cornell", method, size=16, runs=1) for method in ("grid", "kd-restart")]
+
+
+def _where(cell: Cell) -> dict[str, Any]:
+    time.sleep(0.05)
+    return {"pid": os.getpid()}
+
+
+def _killed_once(flag: Path, cell: Cell) -> dict[str, Any]:
+    if cell == TREES[2] and not flag.exists():
+        flag.touch()
+        os.kill(os.getpid(), 9)
+    return _where(cell)
+
+
+def _wrong(cell: Cell) -> dict[str, Any]:
+    raise rt.Error(f"nothing of {cell.method}")
+
+
+def test_each_cell_comes_once(workers: Workers) -> None:
+    beside = aside.Aside(TREES, workers, _where)
+    mine = [cell for cell in iter(beside.take, None)]
+    found = [*beside.done(), *beside.done(wait=True)]
+    assert sorted(TREES, key=str) == sorted([*mine, *(cell for cell, _ in found)], key=str)
+    assert os.getpid() not in {result["pid"] for _, result in found}
+    assert not list(beside.done(wait=True)), "asked again, it waits for nobody"
+
+
+def test_a_killed_helper_loses_nothing(workers: Workers, tmp_path) -> None:
+    before = set(workers.processes())
+    found = dict(aside.Aside(TREES, workers, functools.partial(
+        _killed_once, tmp_path / "killed")).done(wait=True))
+    assert (tmp_path / "killed").exists() and set(found) == set(TREES)
+    workers.client.wait_for_workers(2, timeout=300)
+    assert len(before) == 2 and len(set(workers.processes()) - before) == 1
+
+
+def test_what_a_helper_raises_is_raised(workers: Workers) -> None:
+    with pytest.raises(rt.Error, match="nothing of kd-restart"):
+        list(aside.Aside(TREES, workers, _wrong).done(wait=True))
+
+
+def test_helpers_stand_still_while_one_is_alone(tmp_path) -> None:
+    """And go on afterwards, also where an error ends what is timed."""
+    with subprocess.Popen([sys.executable, "-uc", (
+            "import time\nwhile True: print(time.monotonic()); time.sleep(0.005)")],
+            stdout=subprocess.PIPE, text=True) as helper:
+        assert helper.stdout is not None
+        try:
+            helper.stdout.readline()       # it has started
+            spans = []
+            with machine.helped(lambda: [helper.pid]):
+                for _ in range(2):
+                    with pytest.raises(KeyError), machine.alone():
+                        began = time.monotonic()
+                        time.sleep(0.4)
+                        spans.append((began, time.monotonic()))
+                        raise KeyError
+                    time.sleep(0.2)
+            with machine.alone():       # no helper any more
+                last = time.monotonic()
+                time.sleep(0.1)
+        finally:
+            helper.kill()
+        ticks = [float(line) for line in helper.stdout.read().split()]
+    for began, ended in spans:
+        assert not [t for t in ticks if began + 0.02 < t < ended]
+    assert [t for t in ticks if spans[0][1] < t < spans[1][0]]
+    assert [t for t in ticks if t > last]
+
+
+def test_figures_measure_untimed_cells_aside(tmp_path, monkeypatch) -> None:
+    """What is found is what one process finds, and timed is only what this process measures."""
+    monkeypatch.setattr(measure, "WORTH_WORKERS", 2)
+    monkeypatch.setattr(measure.os, "cpu_count", lambda: 2)
+    asked: list[Cell] = []
+    real = measure.measured
+    monkeypatch.setattr(measure, "_here", lambda cells, _: (
+        (asked.append(cell), (cell, real(cell)))[1] for cell in cells))
+    stopped: list[int] = []
+    signal = machine._signal
+    monkeypatch.setattr(machine, "_signal", lambda processes, what: (
+        stopped.extend(processes), signal(processes, what))[1])
+    measure.measure([*TREES, *TIMED], tmp_path)
+    assert len(list(tmp_path.iterdir())) == len(TREES) + len(TIMED)
+    assert set(asked) >= set(TIMED)
+    if is_software(open_gpu().renderer):
+        assert stopped and os.getpid() not in stopped
+    for cell in TREES:
+        result = read(cell, tmp_path)
+        assert result is not None and result["tree"] == real(cell)["tree"]
