@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import signal
 import sys
 from importlib import import_module
 from pathlib import Path
@@ -91,4 +92,6 @@ def _make(folder: Path) -> None:
 
 
 if __name__ == "__main__":
+    # Told to end, it ends as by Ctrl-C: helpers that stand still would stay.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     sys.exit(main())
