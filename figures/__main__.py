@@ -8,7 +8,8 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
-from gpgpu_rt.errors import Error
+from gpgpu_rt.cli.parser import Parser
+from gpgpu_rt.errors import Error, nearest_names
 from gpgpu_rt.files import check_writable
 from gpgpu_rt.workers import Workers
 
@@ -17,6 +18,7 @@ try:
     for name in NEEDED:
         import_module(name)
     from . import pages, provenance, verdicts
+    from .catalogue import FIGURES, figure_of, of_survey
     from .index_page import Line, write_index
     from .measure import measure, spent
     from .output import number
@@ -28,20 +30,23 @@ except ModuleNotFoundError as missing:
 
 def main(arguments: list[str] | None = None) -> int:
     """Exit status: 0, 1 for a user's mistake (one line on stderr), 130 when interrupted."""
-    parser = argparse.ArgumentParser(prog="python -m gpgpu_rt.figures", description=__doc__)
+    parser = _Parser(prog="python -m gpgpu_rt.figures", description=__doc__)
     parser.add_argument("--full", action="store_true", help="the papers' resolutions")
-    parser.add_argument("--only", nargs="+", choices=pages.FIGURES, default=list(pages.FIGURES))
+    parser.add_argument("--only", nargs="+", type=_figure, default=list(FIGURES), metavar="NAME",
+                        help=f"these figures alone, of {', '.join(FIGURES)}")
     parser.add_argument("--again", action="store_true", help="measure finished cells again")
     parser.add_argument("--scheduler", metavar="local|ADDRESS", help="measure by a process a "
                         "core, or by the workers of a Dask scheduler; what is timed has its "
                         "machine to itself")
-    parser.add_argument("--data", type=Path, default=Path("figures/data"))
-    parser.add_argument("--out", type=Path, default=Path("figures/out"))
+    parser.add_argument("--data", type=Path, default=Path("figures/data"), metavar="FOLDER",
+                        help="what was measured; default %(default)s")
+    parser.add_argument("--out", type=Path, default=Path("figures/out"), metavar="FOLDER",
+                        help="the pages that are drawn from it; default %(default)s")
     chosen = parser.parse_args(arguments)
     try:
         for folder in (chosen.data, chosen.out):
             _make(folder)
-        figures = [pages.figure_of(name) for name in chosen.only]
+        figures = [figure_of(name) for name in chosen.only]
         with contextlib.nullcontext() if chosen.scheduler is None else Workers(
                 chosen.scheduler) as workers:
             measure([cell for figure in figures for cell in figure.cells(chosen.full)],
@@ -58,24 +63,35 @@ def main(arguments: list[str] | None = None) -> int:
     return 0
 
 
+class _Parser(Parser):
+    speaker = "figures"
+
+
+def _figure(name: str) -> str:
+    if name not in FIGURES:
+        raise argparse.ArgumentTypeError(f"no figure {name!r}{nearest_names(name, FIGURES)}")
+    return name
+
+
 def _index(data: Path, out: Path, full: bool) -> None:
     """Record where each page's numbers come from, and write the index of all that there are."""
     lines, cells = [], []
-    for name, title in pages.FIGURES.items():
+    for name, title in FIGURES.items():
         if not (out / f"{name}.md").exists():
             continue
-        figure = pages.figure_of(name)
+        figure = figure_of(name)
         mine = figure.cells(full)
         cells += mine
         held = provenance.record(name, mine, data, out, full)
         judged = None
-        if pages.of_survey(name):
+        if of_survey(name):
             judged = figure.judge(data, full) if hasattr(figure, "judge") else verdicts.DIAGRAM
         lines.append(Line(name, title, judged, provenance.summary(held)))
-    seconds = spent(cells, data)
-    write_index(out, lines, sum(map(pages.of_survey, pages.FIGURES)), [
+    seconds, unknown = spent(cells, data)
+    write_index(out, lines, sum(map(of_survey, FIGURES)), [
         f"Size: {'the papers' if full else 'quick'}. Measuring all cells took "
-        f"{number(seconds / 60)} minutes of processor time."
+        f"{number(seconds / 60)} minutes of processor time"
+        + (f", not counting {unknown} that an older version measured." if unknown else ".")
         + ("" if full else " The quick size traces fewer rays than the papers did, fewest with "
            "the methods that take longest (brute force, those of many passes, tables over rays): "
            "compare times a ray. `FULL=1` takes the papers' sizes and goes on where it was "

@@ -11,11 +11,19 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from gpgpu_rt.threads import cores
 from gpgpu_rt.workers import Workers
 
 from .cell import Cell
 
 Result = dict[str, Any]
+
+WORTH = 8     # cells or pages: for fewer, starting processes takes longer than it saves
+
+
+def worth_workers(parts: int) -> bool:
+    """Whether so many parts are done sooner by several processes of this machine."""
+    return parts >= WORTH and cores() > 1
 
 
 class Aside:

@@ -17,16 +17,15 @@ from tqdm import tqdm
 from gpgpu_rt.bench.workloads import load
 from gpgpu_rt.files import replacing
 from gpgpu_rt.gpu import is_software, open_gpu
+from gpgpu_rt.threads import cores
 from gpgpu_rt.workers import Workers
 from gpgpu_rt.workers.machine import helped, taken
 
 from . import sweep
-from .aside import Aside, Result
+from .aside import Aside, Result, worth_workers
 from .cell import Cell
 from .results import commit, finished, read, settings
 from .works import work_of
-
-WORTH_WORKERS = 8     # cells: for fewer, starting processes takes longer than it saves
 
 
 def measure(cells: Iterable[Cell], data: Path, again: bool = False,
@@ -45,18 +44,18 @@ def measure(cells: Iterable[Cell], data: Path, again: bool = False,
 
 def _results(todo: list[Cell], workers: Workers | None,
              progress: tqdm) -> Iterator[tuple[Cell, Result]]:
-    cores = os.cpu_count() or 1
     rest = [cell for cell in todo if not work_of(cell).timed]
     if workers is not None:
         if todo:
             yield from sweep.results(todo, workers, measured)
-    elif len(rest) < WORTH_WORKERS or cores == 1:
-        with taken():
+    elif not worth_workers(len(rest)):
+        with taken(lambda: _say_waiting(progress)):
             yield from _here(todo, progress)
     else:
         os.environ.setdefault("MESA_DISK_CACHE_MULTI_FILE", "1")     # `helped` says why
         timed = [cell for cell in todo if work_of(cell).timed]
-        with Workers(count=min(cores - 1, len(rest))) as them, helped(them.processes), taken():
+        with Workers(count=min(cores() - 1, len(rest))) as them, helped(
+                them.processes), taken(lambda: _say_waiting(progress)):
             yield from _beside(Aside(sweep.by_scene(rest), them, measured), timed, progress)
 
 
@@ -73,6 +72,10 @@ def _beside(aside: Aside, timed: list[Cell],
             yield from aside.done(wait=True)
 
 
+def _say_waiting(progress: tqdm) -> None:
+    progress.set_description("waiting: another process times something on this machine")
+
+
 def _here(cells: Iterable[Cell], progress: tqdm) -> Iterator[tuple[Cell, Result]]:
     for cell in cells:
         progress.set_description(_words(cell))
@@ -80,10 +83,10 @@ def _here(cells: Iterable[Cell], progress: tqdm) -> Iterator[tuple[Cell, Result]
 
 
 def measured(cell: Cell) -> Result:
-    """What `run` finds, and the processor's seconds that all of it took."""
+    """What `run` finds, and the seconds of processor time that this process spent on it."""
     began = time.process_time()
     result = run(cell)
-    result["seconds_spent"] = time.process_time() - began
+    result["processor_seconds"] = time.process_time() - began
     return result
 
 
@@ -96,9 +99,11 @@ def _words(cell: Cell) -> str:
     return " ".join((cell.scene, cell.method, *(f"{k}={v}" for k, v in cell.options)))
 
 
-def spent(cells: Iterable[Cell], data: Path) -> float:
-    """Processor seconds of measuring the finished ones of these cells, all together."""
-    return sum(result.get("seconds_spent", 0.0) for _, result in finished(cells, data))
+def spent(cells: Iterable[Cell], data: Path) -> tuple[float, int]:
+    """Processor seconds of measuring the finished ones of these cells, all together; and of how
+    many nothing is known: they were measured by a version that did not say."""
+    said = [result.get("processor_seconds") for _, result in finished(cells, data)]
+    return sum(seconds for seconds in said if seconds is not None), said.count(None)
 
 
 def run(cell: Cell) -> dict[str, Any]:

@@ -13,6 +13,7 @@ import matplotlib.pyplot as plt  # noqa: E402  (the backend must be chosen first
 
 from gpgpu_rt.bench.engines import EMBREE  # noqa: E402
 from gpgpu_rt.files import replacing  # noqa: E402
+from gpgpu_rt.words import number  # noqa: E402
 
 COLOURS = {"brute-force": "#8c8c8c", "grid": "#c98a1b", "grid-proximity": "#e3b65b",
            "kd-restart": "#2f6db3", "kd-backtrack": "#7fb2e5", "kd-push-down": "#1b3f73",
@@ -28,7 +29,7 @@ COLOURS = {"brute-force": "#8c8c8c", "grid": "#c98a1b", "grid-proximity": "#e3b6
 
 
 def write_csv(path: Path, heads: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
-    with replacing(path) as temporary, temporary.open("w", newline="") as file:
+    with replacing(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(heads)
         writer.writerows(rows)
@@ -36,7 +37,7 @@ def write_csv(path: Path, heads: Sequence[str], rows: Sequence[Sequence[Any]]) -
 
 def write_text(path: Path, text: str) -> None:
     with replacing(path) as temporary:
-        temporary.write_text(text)
+        temporary.write_text(text, encoding="utf-8")
 
 
 def markdown_table(heads: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
@@ -50,11 +51,6 @@ def save_chart(figure: Any, path: Path, footnote: str) -> None:
     with replacing(path) as temporary:
         figure.savefig(temporary, dpi=130, format="png")
     plt.close(figure)
-
-
-def number(value: float | None, digits: int = 3) -> str:
-    """A number to ``digits`` significant figures, or a dash."""
-    return "-" if value is None or value != value else f"{float(f'{value:.{digits}g}'):g}"
 
 
 __all__ = ["COLOURS", "markdown_table", "number", "plt", "save_chart", "write_csv", "write_text"]

@@ -26,7 +26,8 @@ def sources(cells: Iterable[Cell], data: Path) -> list[dict[str, Any]]:
     return [{"file": cell.name, "settings": result["settings"],
              "renderer": result.get("gpu", {}).get("renderer"),
              "commit": result.get("commit"), "date": result.get("date"),
-             "seconds": result.get("seconds_spent")} for cell, result in finished(cells, data)]
+             "processor_seconds": result.get("processor_seconds")}
+            for cell, result in finished(cells, data)]
 
 
 def record(name: str, cells: Iterable[Cell], data: Path, out: Path, full: bool) -> dict[str, Any]:
@@ -34,7 +35,7 @@ def record(name: str, cells: Iterable[Cell], data: Path, out: Path, full: bool) 
     table = out / f"{name}.csv"
     rows: list[dict[str, str]] = []
     if table.exists():
-        with table.open(newline="") as file:
+        with table.open(newline="", encoding="utf-8") as file:
             rows = list(csv.DictReader(file))
     held = {"figure": name, "size": "full" if full else "quick",
             "drawn": {"renderer": open_gpu().renderer, "commit": commit(),

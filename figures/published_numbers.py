@@ -10,7 +10,7 @@ import math
 @functools.cache
 def _rows() -> tuple[dict[str, str], ...]:
     file = importlib.resources.files("gpgpu_rt.figures") / "published" / "published.csv"
-    with file.open(newline="") as lines:
+    with file.open(newline="", encoding="utf-8") as lines:
         return tuple(csv.DictReader(lines))
 
 

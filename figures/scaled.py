@@ -25,7 +25,7 @@ PRINTED = {
     "Thrane and Simonsen 2005": ("fig20", "bvh-threaded", "build=goldsmith-salmon", None),
     "Horn et al. 2007": ("fig13", "kd-packet", "push_down=True stack_size=3", "primary"),
     "Popov et al. 2007": ("fig16", "kd-ropes-packet", "", "primary"),
-    "Guenther et al. 2007": ("fig22", "bvh-packet", "", "primary"),
+    "Günther et al. 2007": ("fig22", "bvh-packet", "", "primary"),
 }
 ENGINE = ("ray-engine", "figure 5", 34_000, "NV25")   # its rate is in the text
 

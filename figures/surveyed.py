@@ -36,7 +36,7 @@ STANDS_FOR: dict[str, tuple[str, Options]] = {
     "Carr et al. 2006": ("geometry-image", ()),
     "Szecsi 2006": ("ray-tiles", ()),
     "Roger et al. 2007": ("ray-hierarchy", ()),
-    "Guenther et al. 2007": ("bvh-packet", ()),
+    "Günther et al. 2007": ("bvh-packet", ()),
     "Horn et al. 2007": ("kd-packet", ()),
     "Popov et al. 2007": ("kd-ropes-packet", ()),
     "Budge et al. 2008": ("kd-stack", ()),
@@ -93,7 +93,7 @@ def entries() -> list[Entry]:
 def table1() -> dict[str, dict[str, str]]:
     """The survey's Table 1 as it is printed, source -> column -> text."""
     file = importlib.resources.files("gpgpu_rt.figures") / "published" / "table1.csv"
-    with file.open(newline="") as lines:
+    with file.open(newline="", encoding="utf-8") as lines:
         return {row["source"]: row for row in csv.DictReader(lines)}
 
 

@@ -18,8 +18,7 @@ from .errors import Error, OptionError
 from .hits import TRACED
 from .methods.row import Method
 from .ray_batch import ROW, RayBatch
-from .record import EXACT_INTEGER
-from .texel_layout import NO_RAY, RAY_AFTER_HIT, RAY_TEXELS
+from .texel_layout import NO_RAY, NO_TRIANGLE, RAY_AFTER_HIT, RAY_TEXELS
 
 
 @dataclass
@@ -81,7 +80,7 @@ def collect(batch: RayBatch, trace: Round, max_hits: int | None = None) -> AllHi
         ended = ended[:len(rays)]
         # A ray that was stopped may have a nearer hit than the one it had found by then.
         status[rays[ended != TRACED]] = ended[ended != TRACED]
-        some = np.flatnonzero((hits["triangle"][:len(rays)] != EXACT_INTEGER) & (ended == TRACED))
+        some = np.flatnonzero((hits["triangle"][:len(rays)] != NO_TRIANGLE) & (ended == TRACED))
         rays = rays[some]
         one = {"ray": rays, **{name: values[some] for name, values in hits.items()}}
         t, triangle = fields["t_min"][rays], fields["after"][rays]

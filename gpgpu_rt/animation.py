@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .errors import SceneError, nearest_names
+from .errors import SceneError, did_you_mean
 from .files import read_npz
 from .scene import Scene, load_scene
 from .scenes.animation import MOTIONS
@@ -54,7 +54,7 @@ def load_animation(source: str | os.PathLike[str]) -> Animation:
         return _read(Path(name))
     if name not in MOTIONS:
         load_scene(name)    # says what is wrong where it is no scene either
-        raise SceneError(f"scene {name!r} does not move{nearest_names(name, MOTIONS)}; give one "
+        raise SceneError(f"scene {name!r} does not move{did_you_mean(name, MOTIONS)}; give one "
                          f"of {', '.join(MOTIONS)}, or an .npz of vertices and faces")
     motion, scene = MOTIONS[name], load_scene(name)
     if motion.faces is not None:

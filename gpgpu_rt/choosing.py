@@ -10,6 +10,7 @@ import numpy as np
 
 from .choices import COHERENT, INCOHERENT, Choices
 from .coherence import coherence
+from .errors import Error
 from .gpu import Gpu
 from .integrators import Integrator
 from .methods import Accelerator
@@ -43,22 +44,34 @@ class Choosing:
     _open: Callable[[], None]
     _move: Callable[[Scene], None]
     _shown: Callable[[], Scene]
+    _released: bool
     _release_room: Callable[[], None]
 
-    def _take_for(self, batch: RayBatch) -> None:
-        """Take the choice for these rays; the one at hand where they do not tell."""
+    @contextmanager
+    def _in_turn(self) -> Iterator[None]:
+        """Within, no other thread has this tracer. Error where it was released."""
+        with self.gpu:
+            if self._released:
+                raise Error("this tracer was released, as its `with` block does at its end; "
+                            "make another")
+            yield
+
+    @contextmanager
+    def _taking(self, rays: str | RayBatch) -> Iterator[None]:
+        """Within, the choice for such rays is at hand, the one before where they do not tell; and
+        no other thread takes another."""
+        with self._in_turn():
+            self._take(rays if isinstance(rays, str) else self._kind_of(rays))
+            yield
+
+    def _kind_of(self, batch: RayBatch) -> str:
+        share = None
         if self.choices.differ:
             lo, hi = self._bounds
             share = coherence(batch.texels, float(np.linalg.norm(hi - lo)))
-            if share is not None:
-                self._take(COHERENT if share >= SHARE else INCOHERENT)
-
-    @contextmanager
-    def _taking(self, rays: str) -> Iterator[None]:
-        """Within, the choice for such rays is at hand, and no other thread takes another."""
-        with self.gpu:
-            self._take(rays)
-            yield
+        if share is None:
+            return self.taken
+        return COHERENT if share >= SHARE else INCOHERENT
 
     def _take(self, rays: str) -> None:
         if rays == self.taken or not self.choices.differ:

@@ -45,5 +45,5 @@ def nearest_names(name: str, known: Iterable[str]) -> str:
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """The same, empty where no name is near: for messages that list the known ones anyway."""
-    near = difflib.get_close_matches(name, sorted(known), n=3, cutoff=0.4)
+    near = difflib.get_close_matches(name, sorted(known), n=3, cutoff=0.6)
     return f"; did you mean {' or '.join(near)}?" if near else ""

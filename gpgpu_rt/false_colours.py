@@ -17,7 +17,7 @@ STOPPED = (255, 30, 30)     # one that was stopped by the step cap
 FULL = (255, 0, 200)        # one whose stack was full
 NOTHING = (176, 176, 184)   # no number to show
 PAPER, INK = (250, 250, 248), (24, 24, 28)
-MARGIN, LINE = 8, 16
+MARGIN, LINE, TEXT = 8, 16, 12     # pixels: around things, of a line, of its letters
 
 
 def ramp(values: np.ndarray) -> np.ndarray:
@@ -123,9 +123,9 @@ def stacked(images: Sequence[Image.Image]) -> Image.Image:
 
 def text_width(text: str) -> int:
     """Pixels that a line takes."""
-    return int(np.ceil(ImageFont.load_default().getlength(text)))
+    return int(np.ceil(ImageFont.load_default(TEXT).getlength(text)))
 
 
 def write(pen: ImageDraw.ImageDraw, at: tuple[int, int], text: str) -> None:
     """A line of text from its upper left corner."""
-    pen.text(at, text, fill=INK, font=ImageFont.load_default())
+    pen.text(at, text, fill=INK, font=ImageFont.load_default(TEXT))

@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Any
 
 import moderngl
 
-from .errors import ContextError, LimitError, OptionError, nearest_names
+from .errors import ContextError, LimitError, OptionError, did_you_mean
 
 if TYPE_CHECKING:
     from .passes.pass_log import PassLog
 
 BACKENDS = ("egl", "osmesa")
 GL_VERSION = 330
+SOFTWARE = ("llvmpipe", "softpipe", "swrast")     # renderers that run on the processor
 
 HINT = ("install the Mesa libraries (Debian, Ubuntu: apt-get install libegl1 libgl1 "
         "libgl1-mesa-dri, or libosmesa6 for OSMesa), then try `gpgpu-rt info`")
@@ -82,11 +83,8 @@ class OsMesaLoader:
             self.handle = None
 
 
-SOFTWARE = ("llvmpipe", "softpipe", "swrast")
-
-
 def is_software(renderer: str) -> bool:
-    """Whether it runs on the processor, not on a graphics card."""
+    """Whether it is one that runs on the processor, not on a graphics card."""
     return any(word in renderer.lower() for word in SOFTWARE)
 
 
@@ -261,7 +259,7 @@ def open_gpu(context: str | moderngl.Context | Gpu | None = None) -> Gpu:
         return _shared(choice)
     if choice != "auto":
         raise OptionError(f"context {choice!r} is none of auto, egl, osmesa"
-                          + nearest_names(choice, ("auto", *BACKENDS)))
+                          + did_you_mean(choice, ("auto", *BACKENDS)))
     failures = []
     for backend in BACKENDS:
         try:

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 
 from .accel import uncached
 from .builder import Builder
+from .errors import OptionError
 from .gpu import Gpu
 from .integrators import Integrator
 from .methods import Accelerator, Method
@@ -37,6 +39,8 @@ class Moving:
     _traversal: Driver
     _integrator: Integrator | None
     _eye_drivers: EyeDrivers
+    _counting: bool
+    _in_turn: Callable[[], AbstractContextManager[None]]
     _write_tables: Callable[..., None]
     _make_traversal: Callable[[], Driver]
     _hit_triangles: Callable[[], np.ndarray]
@@ -57,8 +61,13 @@ class Moving:
         Raises
         ------
         SceneError, LimitError
+        OptionError
+            within ``counting``
         """
-        with self.gpu:
+        with self._in_turn():
+            if self._counting:
+                raise OptionError("update within counting would move the scene for the programs "
+                                  "that count alone; update before or after")
             self._move(self.scene.moved(vertices))
 
     def _move(self, scene: Scene) -> None:

@@ -2,7 +2,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+import os
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -13,24 +15,29 @@ from PIL import Image
 from . import false_colours as colours
 from .camera import Camera
 from .errors import Error
-from .files import replacing
+from .files import WRITING, replacing
 from .hits import Hits
 from .ray_batch import RayBatch
 from .time_travel import Pass, decode, phase_names, travel
 from .tracer import Tracer
 
 PLACES = ("node", "cell", "cursor", "first")    # the field that says where a ray is
+MOST_PICTURES = 200     # about, unless more are asked for
 MOST_FRAMES = 150       # of the GIF; the first and the last pass are always among them
 FRAME_MS, LAST_MS = 80, 1500
 
 
-def write_passes(tracer: Tracer, folder: Path, size: tuple[int, int], every: int = 1,
-                 states: bool = False, camera: Camera | None = None) -> dict[str, Any]:
+def write_passes(tracer: Tracer, folder: Path, size: tuple[int, int], every: int | None = None,
+                 states: bool = False, camera: Camera | None = None,
+                 most: int = MOST_PICTURES,
+                 progress: Callable[[int, int], object] = lambda done, of: None
+                 ) -> dict[str, Any]:
     """Trace a picture's eye rays and write what stands in the textures after each pass.
 
     ``pass_0000.png`` and on, ``passes.gif`` of up to MOST_FRAMES of them, and ``passes.json``;
     with ``states`` also ``pass_0000.npz``: the fields of each ray's state and hit. What the
-    ``passes.json`` of an earlier run lists there is removed.
+    ``passes.json`` of an earlier run lists there is removed. All take their places when the last
+    one is done: interrupted, it leaves the folder as it was.
 
     Parameters
     ----------
@@ -39,44 +46,53 @@ def write_passes(tracer: Tracer, folder: Path, size: tuple[int, int], every: int
     every : pictures of each so many passes; those of the first and the last are always written
     states : write them too
     camera : by default the scene's own
+    most : pictures, about, where ``every`` is None
+    progress : is told passes done, and of how many
 
     Returns
     -------
     What the JSON holds.
     """
-    with _room(folder):
-        return _write(tracer, folder, size, every, states, camera)
+    with _room(folder), tempfile.TemporaryDirectory(prefix=WRITING, dir=folder) as made:
+        found = _write(tracer, Path(made), size, every, states, camera, most, progress)
+        before, written = _listed(folder), [path.name for path in Path(made).iterdir()]
+        for name in written:
+            os.replace(Path(made) / name, folder / name)
+        with replacing(folder / "passes.json") as path:
+            path.write_text(json.dumps(found, indent=1, default=str) + "\n", encoding="utf-8")
+        for old in before.difference(written):
+            (folder / old).unlink(missing_ok=True)
+    return found
 
 
-def _write(tracer: Tracer, folder: Path, size: tuple[int, int], every: int, states: bool,
-           camera: Camera | None) -> dict[str, Any]:
-    before = _listed(folder)
+def _write(tracer: Tracer, folder: Path, size: tuple[int, int], every: int | None, states: bool,
+           camera: Camera | None, most: int,
+           progress: Callable[[int, int], object]) -> dict[str, Any]:
     origins, directions = (camera or tracer.scene.camera).rays(size)
     first = tracer.trace(origins, directions)    # also compiles: the JSON's seconds are of tracing
+    expected = tracer.statistics.passes
+    step = every or -(-expected // most)
     painter = _Painter(tracer, RayBatch(origins, directions, bounds=tracer.scene.bounds), first)
     passes: list[dict[str, Any]] = []
-    written: set[str] = set()
     held: list[Pass] = []
 
     def keep(one: Pass) -> None:
         name = f"pass_{one.number:04d}"
-        with replacing(folder / f"{name}.png") as path:
-            painter.picture(one).save(path)
+        painter.picture(one).save(folder / f"{name}.png")
         passes[-1]["picture"] = f"{name}.png"
-        written.add(f"{name}.png")
         if states:
-            with replacing(folder / f"{name}.npz") as path, path.open("wb") as file:
-                np.savez_compressed(file, **{f"state_{k}": v for k, v in one.state.items()},
-                                    **{f"hit_{k}": v for k, v in one.hit.items()})
+            np.savez_compressed(folder / f"{name}.npz",
+                                **{f"state_{k}": v for k, v in one.state.items()},
+                                **{f"hit_{k}": v for k, v in one.hit.items()})
             passes[-1]["states"] = f"{name}.npz"
-            written.add(f"{name}.npz")
 
     def look(one: Pass) -> None:
         passes.append(one.to_dict())
         held[:] = [one]
-        if one.number % every == 0:
+        if one.number % step == 0:
             keep(one)
             held.clear()
+        progress(len(passes), max(len(passes), expected))
 
     hits = travel(tracer, origins, directions, look)
     if held:
@@ -87,10 +103,6 @@ def _write(tracer: Tracer, folder: Path, size: tuple[int, int], every: int, stat
              "phases": {str(k): v for k, v in phase_names(tracer).items()},
              "rays_hit": int(hits.hit.sum()), "rays": len(hits), "passes": passes}
     _write_gif(folder, [one["picture"] for one in passes if "picture" in one])
-    with replacing(folder / "passes.json") as path:
-        path.write_text(json.dumps(found, indent=1, default=str) + "\n", encoding="utf-8")
-    for old in before - written:
-        (folder / old).unlink(missing_ok=True)
     return found
 
 
@@ -127,9 +139,8 @@ def _write_gif(folder: Path, pictures: list[str]) -> None:
     for k in chosen.astype(int):
         with Image.open(folder / pictures[k]) as picture:
             frames.append(picture.convert("P", palette=Image.Palette.ADAPTIVE, colors=128))
-    with replacing(folder / "passes.gif") as path:
-        frames[0].save(path, save_all=True, append_images=frames[1:], loop=0, optimize=False,
-                       duration=[FRAME_MS] * (len(frames) - 1) + [LAST_MS])
+    frames[0].save(folder / "passes.gif", save_all=True, append_images=frames[1:], loop=0,
+                   optimize=False, duration=[FRAME_MS] * (len(frames) - 1) + [LAST_MS])
 
 
 def phase_pixels(phases: np.ndarray, names: Mapping[int, str]) -> np.ndarray:

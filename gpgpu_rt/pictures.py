@@ -25,7 +25,7 @@ from .passes.driver import Driver
 from .passes.eye_rays import EyeRays
 from .precision import Precision
 from .rasterised.eye_drivers import EyeDrivers
-from .ray_batch import hits_of
+from .ray_batch import RayBatch, hits_of
 from .ray_state import RayTextures, StateBuffers
 from .region import Region
 from .scene import Scene
@@ -47,7 +47,7 @@ class Pictures:
     _triangles: np.ndarray
     _integrator: Integrator | None
     _eye_drivers: EyeDrivers
-    _taking: Callable[[str], AbstractContextManager[None]]
+    _taking: Callable[[str | RayBatch], AbstractContextManager[None]]
     _room: Callable[[tuple[int, int]], tuple[RayTextures, StateBuffers]]
     _shown: Callable[[], Scene]
     _builder: Builder

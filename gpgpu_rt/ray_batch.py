@@ -7,8 +7,7 @@ import numpy as np
 
 from .approach import approach, by_axis
 from .hits import INVALID, Hits
-from .record import EXACT_INTEGER
-from .texel_layout import NO_RAY, RAY_TEXELS
+from .texel_layout import NO_RAY, NO_TRIANGLE, RAY_TEXELS
 from .threads import threads
 
 ROW = 1024   # rays in a row of the texture where the caller gave no shape
@@ -105,7 +104,12 @@ class RayBatch:
         return starts[0] if (least == most).all() else None
 
     def hits(self, fields: Mapping[str, np.ndarray]) -> Hits:
-        """Hits in the caller's units from the fields of HIT, one or more a ray."""
+        """Hits in the caller's units from the fields of HIT, one or more a ray.
+
+        Parameters
+        ----------
+        fields : as for `hits_of`; entries behind the last ray's do not count
+        """
         fields = {name: values[:self.count] for name, values in fields.items()}
         hits = hits_of({**fields, "t": self.given_units(fields["t"], slice(None))})
         hits.status = self.status()
@@ -184,8 +188,13 @@ def _exponents(size: np.ndarray) -> np.ndarray | None:
 
 
 def hits_of(fields: Mapping[str, np.ndarray]) -> Hits:
-    """Hits from the fields of HIT, in the units they are in."""
-    missed = fields["triangle"] == EXACT_INTEGER
+    """Hits from the fields of HIT, in the units they are in.
+
+    Parameters
+    ----------
+    fields : (n,) each of HIT's, just read: they are taken over, and changed where rays missed
+    """
+    missed = fields["triangle"] == NO_TRIANGLE
 
     def column(name: str) -> np.ndarray:
         found = np.ascontiguousarray(fields[name])      # together, not a column of what was read

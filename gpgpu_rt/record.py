@@ -79,7 +79,8 @@ class Record:
     are the same for all its records: a program reads them from uniforms, not from textures.
     GLSL may ask: RAYS_TEXEL_0_UNIFORM is then defined.
     ``define`` is a GLSL define that comes with a stream's accessors, for a program that does
-    something else with fields which only some records of that name have.
+    something else with fields which only some records of that name have. ``constants`` are names
+    and integers that its fields may hold in the place of others, known to GLSL by those names.
     """
 
     name: str
@@ -88,6 +89,7 @@ class Record:
     half_texels: int = 0
     uniform_texels: tuple[int, ...] = ()
     define: str = ""
+    constants: tuple[tuple[str, int], ...] = ()
 
     @lru_cache(maxsize=None)
     def stored(self, storage: str) -> Record:
@@ -98,6 +100,10 @@ class Record:
                   for integer in (False, True)]
         return replace(self, layout=" | ".join(groups[0] + groups[1]), storage=storage,
                        half_texels=len(groups[0]))
+
+    def extended(self, more: str) -> Record:
+        """This record with more texels behind its own."""
+        return replace(self, layout=f"{self.layout} | {more}")
 
     @cached_property
     def fields(self) -> tuple[Field, ...]:
@@ -200,6 +206,8 @@ class Record:
         lines = ['#include "common/texel.glsl"']
         lines += [f"#define {self.define}"] if self.define else []
         lines += [f"#define {name.upper()}_TEXEL_{k}_UNIFORM" for k in self.uniform_texels]
+        for constant, value in self.constants:     # of two such records one declares it
+            lines += [f"#ifndef {constant}", f"#define {constant} {value}", "#endif"]
         lines += [f"struct {struct} {{"]
         lines += [f"    {f.type} {f.name};" for f in self.fields] + ["};"]
         kinds = ["vec4" if k in self.uniform_texels else "sampler2D" for k in range(self.texels)]

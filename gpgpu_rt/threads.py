@@ -13,13 +13,19 @@ MOST = 8            # threads: there are few parts
 Run = Callable[..., Iterable[Any]]    # `map`, or a pool's
 
 
+def cores() -> int:
+    """Those that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 @contextmanager
 def threads(count: int) -> Iterator[Run]:
     """What goes over parts of work on ``count`` triangles or rays: results come in the parts'
     order, whoever made them, and so what is made of them is the same."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    if count < WORTH or (cores or 1) < 2:
+    if count < WORTH or cores() < 2:
         yield map
         return
-    with ThreadPoolExecutor(min(cores or 1, MOST)) as pool:
+    with ThreadPoolExecutor(min(cores(), MOST)) as pool:
         yield pool.map

@@ -88,6 +88,7 @@ class Tracer(Choosing, Moving, Pictures):
         self._buffers: StateBuffers | None = None
         self._integrator: Integrator | None = None
         self.pass_log: PassLog | None = None    # of the last call, with statistics=True
+        self._counting = self._released = False
         self._open()
 
     def _open(self) -> None:
@@ -175,10 +176,11 @@ class Tracer(Choosing, Moving, Pictures):
         ------
         ValueError
             for arrays that do not fit, or naming the first invalid ray.
+        Error
+            after ``release``
         """
         batch = RayBatch(origins, directions, t_min, t_max, shape, invalid, self._bounds)
-        with self.gpu:
-            self._take_for(batch)
+        with self._taking(batch):
             return self._trace(batch, False)
 
     def occluded(self, origins: np.ndarray, directions: np.ndarray,
@@ -195,11 +197,10 @@ class Tracer(Choosing, Moving, Pictures):
         ValueError
             as for ``trace``
         Error
-            where the step cap, or a full stack, leaves it open for some ray
+            as for ``trace``, and where the step cap, or a full stack, leaves it open for some ray
         """
         batch = RayBatch(origins, directions, t_min, t_max, shape, invalid, self._bounds)
-        with self.gpu:
-            self._take_for(batch)
+        with self._taking(batch):
             hits, cap = self._trace(batch, True), self.step_cap
         for status, advice in ((UNFINISHED, f"reached the step cap of {cap} undecided; "
                                             "raise step_cap"),
@@ -233,8 +234,7 @@ class Tracer(Choosing, Moving, Pictures):
         for method, own in self._rows.values():
             check_exact(method, own)
         batch = RayBatch(origins, directions, t_min, t_max, shape, invalid, self._bounds)
-        with self.gpu:
-            self._take_for(batch)
+        with self._taking(batch):
             with self._logged():
                 self.statistics.start_call(batch.count)
                 began = time.perf_counter()
@@ -279,20 +279,21 @@ class Tracer(Choosing, Moving, Pictures):
     @contextmanager
     def counting(self) -> Iterator[None]:
         """Within, rays are counted as with ``statistics=True``, by programs of their own over the
-        structure that is there: what is traced before and after is as fast as ever. The scene does
-        not move meanwhile.
+        structure that is there: what is traced before and after is as fast as ever.
 
         Raises
         ------
         OptionError
-            for a tracer that takes between two choices
+            for a tracer that takes between two choices; within, from `update`: the scene stays
+            where it is meanwhile
         """
         if self.choices.differ:
             raise OptionError("counting is of one choice, and this tracer takes between two; "
                               "give it statistics=True, or one method")
-        with self.gpu:
-            before = self._held()
+        with self._in_turn():
+            before, counted = self._held(), self._counting
             self._release_room()
+            self._counting = True
             try:
                 self.options = {**self.options, "statistics": True}
                 self._traversal = self._make_traversal()
@@ -304,6 +305,7 @@ class Tracer(Choosing, Moving, Pictures):
                     (self._eye_drivers, before["_eye_drivers"]),
                     (self._traversal, before["_traversal"])) if mine is not old))
                 self._restore(before)
+                self._counting = counted
 
     @contextmanager
     def _logged(self) -> Iterator[None]:
@@ -362,8 +364,12 @@ class Tracer(Choosing, Moving, Pictures):
     def release(self) -> None:
         """Free textures and programs; the tracer is of no use afterwards."""
         with self.gpu:
+            if self._released:
+                return
+            self._released = True
             self._release_room()
             release(self._integrator)
+            self._integrator = None
             for held in filter(None, (self._held(), self._aside)):
                 release(held["_eye_drivers"], held["_traversal"], held["accelerator"].finisher)
                 held["_tables"].keep(())

@@ -1,8 +1,6 @@
 // The nearest hit so far. Until there is one, hit.t holds the end of the ray: t is always how far
 // it still pays to search. Of triangles at exactly the same t the lowest index wins.
 
-const int NO_TRIANGLE = 1 << 24;   // above every index
-
 Hit no_hit(float t_max) {
     return Hit(t_max, 0.0, 0.0, NO_TRIANGLE);
 }

@@ -1,4 +1,4 @@
-// bvh-packet: Guenther, Popov, Seidel, Slusallek, "Realtime Ray Tracing on GPU with BVH-based Packet
+// bvh-packet: Günther, Popov, Seidel, Slusallek, "Realtime Ray Tracing on GPU with BVH-based Packet
 // Traversal", RT 2007 (survey, section 3.5, Figure 22). The rays of a packet share one node pointer
 // and one stack. Each ray tests both children's boxes; a child is entered if any ray is in it, and
 // where both are, the one that more rays meet first comes first, the other goes on the stack.

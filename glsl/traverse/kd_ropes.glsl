@@ -1,4 +1,4 @@
-// kd-ropes: Popov, Guenther, Seidel, Slusallek, "Stackless KD-Tree Traversal for High Performance
+// kd-ropes: Popov, Günther, Seidel, Slusallek, "Stackless KD-Tree Traversal for High Performance
 // GPU Ray Tracing", Eurographics 2007 (survey, section 3.4, Figures 15 to 17). A leaf holds its
 // box and, for each face, a rope: the node behind that face, pushed down to the smallest one that
 // the face lies against. A ray leaves through the face it meets first and descends from the rope.

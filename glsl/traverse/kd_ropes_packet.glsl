@@ -1,4 +1,4 @@
-// kd-ropes-packet: Popov, Guenther, Seidel, Slusallek, "Stackless KD-Tree Traversal for High
+// kd-ropes-packet: Popov, Günther, Seidel, Slusallek, "Stackless KD-Tree Traversal for High
 // Performance GPU Ray Tracing", Eurographics 2007 (survey, section 3.4, Figure 16). The rays of a
 // packet share the node that is fetched; each has a node and a t of its own, and those that are
 // elsewhere wait. Ropes are not pushed down: a leaf's rope names the root of the sibling subtree,

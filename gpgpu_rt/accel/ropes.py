@@ -1,6 +1,6 @@
 """Ropes: for each face of a kd-tree's leaf, the node behind it.
 
-After S. Popov, J. Guenther, H.-P. Seidel, P. Slusallek, "Stackless KD-Tree Traversal for High
+After S. Popov, J. Günther, H.-P. Seidel, P. Slusallek, "Stackless KD-Tree Traversal for High
 Performance GPU Ray Tracing", Eurographics 2007. Ropes go down from the root, whose own are nil:
 across a split the children get each other, everywhere else their parent's.
 """

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -15,10 +14,11 @@ import numpy as np
 import trimesh
 
 from ..scene import Scene
+from ..threads import cores
 from .workloads import Workload
 
 Run = Callable[[], np.ndarray]   # (n,) int, the triangle each ray hits or -1; (n,) bool, any hit
-CORES = os.cpu_count() or 1
+CORES = cores()
 
 
 @dataclass(frozen=True)

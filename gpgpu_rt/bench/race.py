@@ -110,7 +110,11 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
             calls.append(_ours(tracer, rays))
             opened.append(tracer)
         for engine in engines:
-            if not engine.missing and (engine.ends or rays.t_max is None):
+            if engine.missing:
+                continue
+            if rays.t_max is not None and not engine.ends:
+                report(f"{scene}, {kind}: without {engine.name}, whose rays have no end")
+            else:
                 given = rays.compact(engine.most)
                 entries.append(Entry(engine.name, {}, given.live))
                 calls.append(_theirs(engine.prepare(load(scene), given)))

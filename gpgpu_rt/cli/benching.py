@@ -10,6 +10,7 @@ from ..files import check_writable
 from ..gpu import open_gpu
 from ..methods import Method, find_method, methods, taking
 from ..scene import load_scene
+from ..words import number
 from .shared import (
     Command, add_methods, add_options, given_options, names, options_for, print_json, print_table,
     say, side_word
@@ -105,10 +106,10 @@ def _print(scene: str, kind: str, entries: list[Entry], size: int, peak: Peaks) 
     for entry in sorted(entries, key=lambda e: -e.rays_per_second):
         told, shares = entry.to_dict(), _shares(entry, peak)
         rows.append([
-            entry.name, _words(entry.options), f"{entry.rays_per_second / 1e6:.2f}",
-            *(f"{told[name]:.2f}" if name in told else "-"
+            entry.name, _words(entry.options), number(entry.rays_per_second / 1e6),
+            *(number(told.get(name))
               for name in ("over_embree", "over_embree_wall")),
-            f"{entry.spread:.2f}",
+            number(entry.spread),
             "-" if entry.bytes_a_triangle is None else f"{entry.bytes_a_triangle:.0f}",
             *("-" if shares.get(name) is None else f"{shares[name]:.1%}"
               for name in ("fetch_share", "arithmetic_share")),

@@ -9,11 +9,13 @@ from ..errors import OptionError
 from ..files import check_writable, replacing
 from ..heat import KINDS, draw_heat, heat
 from ..methods import find_method
-from ..pass_pictures import write_passes
+from ..pass_pictures import MOST_PICTURES, write_passes
 from ..scene import load_scene
 from ..tracer import Tracer
+from ..words import counted
 from .camera import add_camera, camera_of
 from .frames import IMAGES
+from .progress import tenths, told
 from .shared import (
     Command, add_method, add_methods, add_options, options_for, print_json, print_table, size_word
 )
@@ -28,8 +30,8 @@ def add_commands(command: Command) -> None:
     sub.add_argument("-o", "--output", required=True, metavar="FOLDER", help="made where missing")
     sub.add_argument("--size", type=size_word, default=(256, 256), metavar="WIDTHxHEIGHT",
                      help="eye rays; default 256x256")
-    sub.add_argument("--every", type=int, default=1, metavar="N", help="a picture of each so many "
-                     "passes; default %(default)s")
+    sub.add_argument("--every", type=int, metavar="N", help="a picture of each so many passes; "
+                     f"default: so that there are {MOST_PICTURES} of them at most")
     sub.add_argument("--states", action="store_true", help="write states and hits as .npz too")
     add_camera(sub)
     add_options(sub)
@@ -49,21 +51,24 @@ def add_commands(command: Command) -> None:
 
 
 def _passes(chosen: argparse.Namespace) -> None:
-    if chosen.every < 1:
+    if chosen.every is not None and chosen.every < 1:
         raise OptionError(f"--every {chosen.every} must be at least 1")
     options = options_for(chosen, chosen.method)
     with Tracer(load_scene(chosen.scene), chosen.method,
-                **_in_passes(chosen.method, options)) as tracer:
+                **_in_passes(chosen.method, options)) as tracer, told(
+                    "pass", tenths("pass")) as progress:
         found = write_passes(tracer, Path(chosen.output), chosen.size, chosen.every,
-                             chosen.states, camera_of(chosen, tracer.scene.camera))
+                             chosen.states, camera_of(chosen, tracer.scene.camera),
+                             progress=progress)
     if chosen.json:
         return print_json(found)
     rows = found["passes"]
-    print(f"wrote {sum('picture' in row for row in rows):,} pictures, passes.gif and passes.json "
-          f"to {chosen.output}")
-    print(f"{found['method']}, {found['options']['schedule']}: {len(rows):,} passes, "
-          f"{sum(sum(row['served'].values()) for row in rows):,} kernel runs for "
-          f"{found['rays']:,} rays, of which {found['rays_hit']:,} hit")
+    pictures = sum("picture" in row for row in rows)
+    print(f"wrote {counted(pictures, 'picture')}, passes.gif and passes.json to {chosen.output}")
+    served = sum(sum(row["served"].values()) for row in rows)
+    print(f"{found['method']}, {found['options']['schedule']}: {counted(len(rows), 'pass')}, "
+          f"{counted(served, 'kernel run')} for {counted(found['rays'], 'ray')}, of "
+          f"which {found['rays_hit']:,} hit")
 
 
 def _heat(chosen: argparse.Namespace) -> None:

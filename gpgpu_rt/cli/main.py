@@ -21,9 +21,11 @@ from ..rasterised.first_hits import FIRST_HITS
 from ..scene import Scene, list_scenes, load_scene
 from ..surfaces.parametrise import CUTS, remesh
 from ..tracer import AUTO, DEFAULT_METHOD, Tracer
+from ..words import counted
 from . import benching, hardware, looking, teaching, tuning, view
 from .camera import add_camera
 from .frames import IMAGES, add_frames, render_frames
+from .parser import Parser
 from .picture import add_picture, drawing_of, explain, light_options, progress_shown
 from .shared import (
     add_method, add_options, all_options, given_options, options_for, print_json, print_stand_in,
@@ -38,7 +40,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # First what says which methods there are: the other words' options are theirs.
         arguments = _take_methods(sys.argv[1:] if arguments is None else arguments)
         options = {**all_options(), **light_options()}
-        chosen = _parser().parse_args(spelled_out(arguments, options))
+        chosen, unknown = _parser().parse_known_args(spelled_out(arguments, options))
+        if unknown:
+            chosen.parser.refuse(unknown[0])
         with warnings.catch_warnings():
             warnings.showwarning = _show
             chosen.run(chosen)
@@ -203,8 +207,9 @@ def _report(chosen: argparse.Namespace, tracer: Tracer, line: str,
                     **({} if plan is None else {"plan": plan.to_dict()})})
         return
     print_stand_in(tracer.scene)
-    print(f"{line}\n{tracer.method.name} on {tracer.gpu.renderer}: {statistics.passes} passes, "
-          f"{statistics.trace_seconds * 1e3:.0f} ms for {statistics.rays:,} rays, built in "
+    print(f"{line}\n{tracer.method.name} on {tracer.gpu.renderer}: "
+          f"{counted(statistics.passes, 'pass')}, {statistics.trace_seconds * 1e3:.0f} ms for "
+          f"{counted(statistics.rays, 'ray')}, built in "
           f"{statistics.build_seconds:.2f} s")
     rays = f" for {statistics.choice} rays" if statistics.choice else ""
     if chosen.method == AUTO:
@@ -214,7 +219,7 @@ def _report(chosen: argparse.Namespace, tracer: Tracer, line: str,
     elif rays:
         print(f"{chosen.settings} says so{rays}")
     if statistics.samples:
-        print(f"{statistics.samples:,} samples a pixel" + (
+        print(f"{counted(statistics.samples, 'sample')} a pixel" + (
             f", noise {statistics.noise:.2%} of the luminance" if statistics.noise else ""))
     if statistics.stopped:
         print(f"{statistics.stopped:,} rays were stopped before their end was known, by the step "
@@ -245,13 +250,6 @@ def _read_rays(path: str) -> dict[str, np.ndarray]:
 # The parser ----------------------------------------------------------------------------------
 
 
-class _Parser(argparse.ArgumentParser):
-    """Says what is wrong in one line."""
-
-    def error(self, message: str) -> Any:
-        self.exit(2, f"gpgpu-rt: {message} (see `{self.prog} --help`)\n")
-
-
 def _add_methods_from(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--methods-from", metavar="FOLDER", action="append", default=[],
                         help="take the methods of a folder too (see CONTRIBUTING.md), as the "
@@ -260,7 +258,7 @@ def _add_methods_from(parser: argparse.ArgumentParser) -> None:
 
 def _take_methods(arguments: Sequence[str]) -> list[str]:
     """Load what --methods-from names, wherever it stands; the other arguments."""
-    first = _Parser(prog="gpgpu-rt", add_help=False, allow_abbrev=False)
+    first = Parser(prog="gpgpu-rt", add_help=False, allow_abbrev=False)
     _add_methods_from(first)
     chosen, others = first.parse_known_args(list(arguments))
     for folder in chosen.methods_from:
@@ -269,8 +267,8 @@ def _take_methods(arguments: Sequence[str]) -> list[str]:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(prog="gpgpu-rt", description="Ray tracing by fragment programs, as on the "
-                     "graphics hardware of 2002-2007.")
+    parser = Parser(prog="gpgpu-rt", description="Ray tracing by fragment programs, as on the "
+                    "graphics hardware of 2002-2007.")
     _add_methods_from(parser)
     parser.add_argument("--version", action="version",
                         version=f"gpgpu-rt {importlib.metadata.version('gpgpu_rt')}")
@@ -279,7 +277,7 @@ def _parser() -> argparse.ArgumentParser:
     def command(name: str, run: Callable[[argparse.Namespace], None],
                 text: str) -> argparse.ArgumentParser:
         sub = commands.add_parser(name, help=text, description=text)
-        sub.set_defaults(run=run)
+        sub.set_defaults(run=run, parser=sub)
         sub.add_argument("--json", action="store_true", help="print JSON")
         return sub
 

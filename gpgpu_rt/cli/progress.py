@@ -5,6 +5,7 @@ import contextlib
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from ..words import counted
 from .shared import say
 
 Lines = Callable[[int, int, str], None]     # done, of how many, and a note
@@ -36,7 +37,7 @@ def tenths(unit: str) -> Lines:
     """A line for each tenth."""
     def tell(done: int, of: int, note: str) -> None:
         if 10 * done // of > 10 * (done - 1) // of:
-            say(f"{done} of {of} {unit}s")
+            say(f"{done} of {counted(of, unit)}")
 
     return tell
 
@@ -49,7 +50,7 @@ def doublings(unit: str) -> Lines:
         nonlocal told_of
         if done >= 2 * told_of or done == of:
             told_of = done
-            say(f"{done:,} of {of:,} {unit}s a pixel" + (f", {note}" if note else ""))
+            say(f"{done:,} of {counted(of, unit)} a pixel" + (f", {note}" if note else ""))
 
     return tell
 

@@ -16,6 +16,7 @@ from ..errors import Error
 from ..files import check_writable, replacing
 from ..gpu import open_gpu
 from ..scene import load_scene
+from ..words import number
 from .shared import (
     Command, add_methods, add_options, given_options, names, print_json, print_table, say,
     size_word
@@ -97,18 +98,14 @@ def _accuracy_line(row: dict[str, Any]) -> list[str]:
     score, image = row["all"], row["image"] or {}
     ulps = score["t_ulps"] or {}
     counts = score["counts"]
-    return [row["method"], row["precision"], f"{score['rays']:,}", _number(score["wrong_share"]),
-            _number(score["upper_95"]), *(str(counts[name]) for name in WRONG),
+    return [row["method"], row["precision"], f"{score['rays']:,}", number(score["wrong_share"], 2),
+            number(score["upper_95"], 2), *(str(counts[name]) for name in WRONG),
             str(counts[WITHIN_BOUND]), str(counts["wrong distance"]),
-            *(_number(ulps.get(name)) for name in ("median", "99.9 %", "max")),
-            _number((score["barycentric"] or {}).get("max")), _number(image.get("rmse")),
-            _number(image.get("flip")), f"{score['rays_per_second'] / 1e6:.2f}",
+            *(number(ulps.get(name), 2) for name in ("median", "99.9 %", "max")),
+            number((score["barycentric"] or {}).get("max"), 2), number(image.get("rmse"), 2),
+            number(image.get("flip"), 2), number(score["rays_per_second"] / 1e6),
             f"{score['seconds'] * 1e3:.0f}", f"{row['texture_bytes'] / 1e6:.1f}",
             str(score["passes"])]
-
-
-def _number(value: float | None) -> str:
-    return "-" if value is None else f"{value:.2g}"
 
 
 # tune ----------------------------------------------------------------------------------------
@@ -161,15 +158,15 @@ def _print_search(found: Search) -> None:
     if found.chosen is not None:
         trial = found.chosen
         print(f"chosen{_for(found)}: {trial.candidate}, "
-              f"{trial.rays_per_second / 1e6:.2f} Mrays/s, {trial.note}")
+              f"{number(trial.rays_per_second / 1e6)} Mrays/s, {trial.note}")
 
 
 def _trial_line(trial: Trial) -> list[str]:
     finding, timed = trial.finding, [size for size in trial.rates if size <= SCREEN]
-    rate = [f"{trial.rates[max(timed)] / 1e6:.2f}", f"{max(timed):,}"] if timed else ["-"] * 2
+    rate = [number(trial.rates[max(timed)] / 1e6), f"{max(timed):,}"] if timed else ["-"] * 2
     judged = ["-"] * 4 if finding is None else [
-        f"{finding.score.rays:,}", _number(finding.score.wrong_share),
-        _number(finding.score.upper_95), _number(finding.t_error)]
+        f"{finding.score.rays:,}", number(finding.score.wrong_share, 2),
+        number(finding.score.upper_95, 2), number(finding.t_error, 2)]
     return [str(trial.candidate), *rate, *judged, f"{trial.texture_bytes / 1e6:.1f}",
             f"{trial.outcome}: {trial.note}".rstrip(": ")]
 

@@ -9,10 +9,12 @@ import json
 import os
 import subprocess
 import sys
+import threading
 
 from ..errors import ShaderError
 
 _MARK, _END = "### program", "### end"
+_turn = threading.Lock()    # the compiler answers one after another
 _DEFINE = "#define TEXEL_FETCH"    # texels are fetched, not sampled: see common/texel.glsl
 
 
@@ -56,23 +58,28 @@ def _stop(process: subprocess.Popen[str]) -> None:
 
 
 def _ask(line: str) -> tuple[str, bool]:
-    """What the compiler says to a line, and whether it came to the end of it."""
-    process = _compiler()
-    assert process.stdin is not None and process.stderr is not None
-    said = []
-    try:
-        process.stdin.write(line + "\n")
-        process.stdin.flush()
-        for answer in process.stderr:
-            if answer.strip() == _END:
-                return "".join(said), True
-            said.append(answer)
-    except BrokenPipeError:
-        said += process.stderr
-    _compiler.cache_clear()     # the next one is asked of another process
-    atexit.unregister(_stop)
-    _stop(process)
-    return "".join(said), False
+    """What the compiler says to a line, and whether it came to the end of it. One that did not,
+    for whatever reason, is left: it would go on with this line when asked for another."""
+    said: list[str] = []
+    with _turn:
+        process, whole = _compiler(), False
+        assert process.stdin is not None and process.stderr is not None
+        try:
+            process.stdin.write(line + "\n")
+            process.stdin.flush()
+            for answer in process.stderr:
+                if answer.strip() == _END:
+                    whole = True
+                    break
+                said.append(answer)
+        except BrokenPipeError:
+            said += process.stderr
+        finally:
+            if not whole:
+                _compiler.cache_clear()
+                atexit.unregister(_stop)
+                _stop(process)
+    return "".join(said), whole
 
 
 def _main() -> None:

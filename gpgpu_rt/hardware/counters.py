@@ -32,7 +32,8 @@ def counted(tracer: Tracer, call: Callable[[], Any]) -> tuple[list[dict[str, Any
         readbacks
     """
     if tracer.options["statistics"]:
-        raise OptionError("counting with statistics=True counts the counters too; leave it out")
+        raise OptionError("with statistics=True, or within counting, the counters' own work would "
+                          "be counted too; leave that out")
     turns = Turns()
     with tracer.gpu, logged(tracer.gpu, Statistics()) as log, tracer.gpu.watched(turns):
         call()

@@ -9,8 +9,7 @@ import numpy as np
 from .. import accel
 from ..accel.bih import LEAF
 from ..options import Option
-from ..record import Record
-from ..texel_layout import BIH_BOUNDS, BIH_NODE, TRIANGLE
+from ..texel_layout import BIH_BOUNDS, BIH_NODE, BIH_STATE, TRIANGLE
 from .brute_force import triangle_table
 from .bvh_tables import last_of_leaves
 from .row import Accelerator, Method
@@ -43,7 +42,7 @@ ROWS = (Method(
     citation="Waechter and Keller 2006",
     glsl="traverse/bih.glsl",
     kernels=("down", "intersect", "climb"),
-    state=Record("state", "t_min t_max node:int cursor:int | phase:int steps:int"),
+    state=BIH_STATE,
     tables=(TRIANGLE, BIH_NODE, BIH_BOUNDS),
     prepare=_prepare,
     options=(

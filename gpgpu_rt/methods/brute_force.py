@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..column import Column
-from ..record import Record
-from ..texel_layout import TRIANGLE
+from ..texel_layout import LIST_STATE, TRIANGLE
 from .row import Accelerator, Method
 
 
@@ -45,7 +44,7 @@ ROWS = (Method(
     citation="Foley and Sugerman 2005",
     glsl="traverse/brute_force.glsl",
     kernels=("intersect",),
-    state=Record("state", "cursor:int phase:int steps:int"),
+    state=LIST_STATE,
     tables=(TRIANGLE,),
     prepare=_prepare,
 ),)

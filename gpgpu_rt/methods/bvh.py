@@ -9,8 +9,10 @@ import numpy as np
 
 from .. import accel
 from ..options import Option
-from ..record import Record
-from ..texel_layout import BVH_NODE, BVH_PAIR, STACK_ENTRY, TRIANGLE
+from ..texel_layout import (
+    BVH_ENTERING, BVH_NODE, BVH_PAIR, PACKET_STACK_STATE, PACKET_STATE, STACK_ENTRY, STATE,
+    TREE_STATE, TRIANGLE
+)
 from .brute_force import triangle_table
 from .bvh_build import BUILD_OPTIONS, built_bvh
 from .bvh_tables import Layout, Options, Pairs, Threads, last_of_leaves, scene_box
@@ -96,15 +98,11 @@ _REBUILD = Option("rebuild_ratio", accel.REBUILD_RATIO, "a tree refitted to tria
                   "always", float, minimum=0)
 
 
-_PACKET_STATE = "node:int cursor:int phase:int steps:int | turn:int turns:int"
-
-
 def _stepwise(options: Options) -> Stepwise:
     """Two texels or three a packet, and what a push takes up where there is a stack."""
     if options.get("octants"):
-        return Stepwise(Record("state", _PACKET_STATE), ("traverse", "intersect"))
-    return Stepwise(Record("state", _PACKET_STATE + " far:int stacked:int | far_t_max"),
-                    ("traverse", "intersect", "push", "pop"), STACK_ENTRY)
+        return Stepwise(PACKET_STATE, ("traverse", "intersect"))
+    return Stepwise(PACKET_STACK_STATE, ("traverse", "intersect", "push", "pop"), STACK_ENTRY)
 
 
 def _own_array(options: Options) -> bool:
@@ -114,11 +112,11 @@ def _own_array(options: Options) -> bool:
 
 
 def _stack_row(name: str, summary: str, **more: Any) -> Method:
-    """A row of Guenther's method: its state is what single rays are left with."""
+    """A row of Günther's method: its state is what single rays are left with."""
     return Method(
-        name=name, summary=summary, citation="Guenther et al. 2007",
+        name=name, summary=summary, citation="Günther et al. 2007",
         glsl="traverse/bvh_packet.glsl", kernels=("step_packet",),
-        state=Record("state", "phase:int steps:int"), tables=(TRIANGLE, BVH_PAIR),
+        state=STATE, tables=(TRIANGLE, BVH_PAIR),
         schedules=("step", "loop"), drivers={
             "step": "packet_steps.PacketSteps", "loop": "packets.PacketTraversal"},
         packet_state=_stepwise, single="bvh-threaded", stack=True, own_array=_own_array,
@@ -138,13 +136,13 @@ ROWS = (
         citation="Thrane and Simonsen 2005",
         glsl="traverse/bvh_threaded.glsl",
         kernels=("traverse", "intersect"),
-        state=Record("state", "node:int cursor:int phase:int steps:int"),
+        state=TREE_STATE,
         tables=(TRIANGLE, BVH_NODE),
         options=(*BUILD_OPTIONS, _OCTANTS, _QUANTISE, ENTRY_POINTS, _REBUILD),
-        entry_walk="traverse/entry_bvh.glsl", form=with_entries("entry:int end:int"),
+        entry_walk="traverse/entry_bvh.glsl", form=with_entries(BVH_ENTERING),
         **_family(lambda options: Threads)),
     _stack_row(
-        "bvh-stack", "BVH with a stack a ray, in a local array, the nearer child first",
+        "bvh-stack", "BVH with a stack a ray, the nearer child first",
         options=(*BUILD_OPTIONS, _QUANTISE, _REBUILD), **_family(lambda options: Pairs)),
     _stack_row(
         "bvh-packet", "several rays a fragment with one stack, the child first that most meet",

@@ -14,9 +14,8 @@ from ..errors import OptionError
 from ..options import Option
 from ..passes.pyramid import Pyramid
 from ..precision import Precision
-from ..record import Record
 from ..texel_layout import (
-    IMAGE_CELL, MAX_PYRAMID, MIN_PYRAMID, POSITION, PYRAMID_LINK, PYRAMID_SOURCE
+    IMAGE_CELL, MAX_PYRAMID, MIN_PYRAMID, POSITION, PYRAMID_LINK, PYRAMID_SOURCE, TREE_STATE
 )
 from .row import Accelerator, Method
 
@@ -82,7 +81,7 @@ ROWS = (Method(
     citation="Carr et al. 2006",
     glsl="traverse/geometry_image.glsl",
     kernels=("traverse", "intersect"),
-    state=Record("state", "node:int cursor:int phase:int steps:int"),
+    state=TREE_STATE,
     tables=_TABLES,
     prepare=_prepare,
     refit=_refit,

@@ -10,8 +10,7 @@ import numpy as np
 
 from .. import accel
 from ..options import Option
-from ..record import Record
-from ..texel_layout import GRID_CELL, REFERENCE, TRIANGLE
+from ..texel_layout import GRID_CELL, GRID_STATE, REFERENCE, STATE, TRIANGLE
 from .brute_force import triangle_table
 from .row import PACKET, Accelerator, Method
 
@@ -64,8 +63,7 @@ def _row(name: str, summary: str, citation: str, proximity: bool, **more: Any) -
         name=name, summary=summary, citation=citation,
         glsl="traverse/grid.glsl",
         kernels=("traverse", "intersect"),
-        state=Record("state", "cell:ivec3 t_enter | t_next:vec3 t_exit "
-                              "| cursor:int phase:int steps:int"),
+        state=GRID_STATE,
         tables=(TRIANGLE, GRID_CELL, REFERENCE),
         prepare=lambda triangles, options: _prepare(triangles, options, proximity),
         fixed_defines={"PROXIMITY": proximity}, **more)
@@ -77,7 +75,7 @@ def _form(single: Method, options: Mapping[str, Any]) -> Method:
         return single
     return replace(
         single, glsl="traverse/coherent_grid.glsl", kernels=("step_packet",),
-        state=Record("state", "phase:int steps:int"), prepare=_prepare_packets,
+        state=STATE, prepare=_prepare_packets,
         schedules=("loop",), drivers={"loop": "packets.PacketTraversal"}, packet=True,
         single="grid")
 

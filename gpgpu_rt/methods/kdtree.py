@@ -9,7 +9,10 @@ import numpy as np
 from .. import accel
 from ..options import Option
 from ..record import Record
-from ..texel_layout import ENTRIES, KD_BOUNDS, KD_LEAF, KD_NODE, REFERENCE, STACK_ENTRY, TRIANGLE
+from ..texel_layout import (
+    ENTRIES, KD_BOUNDS, KD_ENTERING, KD_LEAF, KD_NODE, KD_PUSH_DOWN_STATE, KD_SHORT_STACK_STATE,
+    KD_STATE, KD_TEXTURE_STACK_STATE, REFERENCE, STACK_ENTRY, STATE, TRIANGLE
+)
 from .brute_force import triangle_table
 from .kd_build import BUILD_OPTIONS, built_kdtree
 from .row import (
@@ -19,7 +22,6 @@ from .row import (
 
 _OPEN = np.float32(3e38)
 _TABLES = (TRIANGLE, KD_NODE, REFERENCE)
-_STATE = "t_min t_max t_exit node:int | cursor:int end:int phase:int steps:int"
 
 _NOT_EXACT = ("strict", "nudge-relative", "nudge-absolute")
 _OPTIONS = (*BUILD_OPTIONS, Option(
@@ -115,28 +117,29 @@ def _packet_row(name: str, summary: str, citation: str, single: str, **more: Any
     return Method(
         name=name, summary=summary, citation=citation,
         glsl=f"traverse/{name.replace('-', '_')}.glsl", kernels=("step_packet",),
-        state=Record("state", "phase:int steps:int"), schedules=("loop",),
+        state=STATE, schedules=("loop",),
         drivers={"loop": "packets.PacketTraversal"}, packet=True, single=single, **more)
 
 
 def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
-         state: str = "", tables: tuple[Record, ...] = (), options: tuple[Option, ...] = (),
+         state: Record = KD_STATE, tables: tuple[Record, ...] = (),
+         options: tuple[Option, ...] = (),
          prepare: Callable[..., Accelerator] = _prepare, **more: Any) -> Method:
     """A row from what a method adds to the family's kernels, state, tables and options."""
     return Method(
         name=name, summary=summary, citation=citation,
         glsl=f"traverse/{name.replace('-', '_')}.glsl", kernels=("down", "intersect", *kernels),
-        state=Record("state", _STATE + state), tables=(*_TABLES, *tables), prepare=prepare,
+        state=state, tables=(*_TABLES, *tables), prepare=prepare,
         options=(*_OPTIONS, *options), **more)
 
 
-def _entering_row(name: str, summary: str, citation: str, state: str = "",
+def _entering_row(name: str, summary: str, citation: str, state: Record = KD_STATE,
                   options: tuple[Option, ...] = (),
                   prepare: Callable[..., Accelerator] = _prepare, **more: Any) -> Method:
     """The row of a method whose rays may begin at listed nodes."""
     return _row(name, summary, citation, state=state, options=(*options, ENTRY_POINTS),
                 prepare=_with_boxes(prepare), entry_walk="traverse/entry_kd.glsl",
-                form=with_entries("entry:int root:int"), choose_tables=lambda options: (
+                form=with_entries(KD_ENTERING), choose_tables=lambda options: (
                     (*_TABLES, KD_BOUNDS) if options["entry_points"] else _TABLES), **more)
 
 
@@ -147,17 +150,17 @@ ROWS = (
          ("climb",), tables=(KD_BOUNDS,), prepare=_prepare_bounds),
     _entering_row("kd-push-down",
                   "kd-restart, from the last node that holds the rest of the interval",
-                  "Horn et al. 2007", state=" | pushed:int pushing:int"),
+                  "Horn et al. 2007", state=KD_PUSH_DOWN_STATE),
     _entering_row(
         "kd-short-stack", "kd-push-down with a stack of a few far children", "Horn et al. 2007",
-        state=" | pushed:int pushing:int stacked:int | stack_t_max:vec4 | stack_node:ivec4",
+        state=KD_SHORT_STACK_STATE,
         options=(Option("stack_size", 3, "entries of the stack", int, choices=(1, 2, 3, 4),
                         define="STACK_SIZE"), _PUSH_DOWN), stack=True),
     _entering_row("kd-stack", "kd-tree with a full stack a ray, in a local array",
                   "Budge et al. 2008", options=(_FULL_STACK,), prepare=_prepare_stack,
                   schedules=("loop",), stack=True, own_array=lambda options: True),
     _row("kd-texture-stack", "kd-tree with a full stack a ray, in the tiles of a texture",
-         "Ernst et al. 2004", ("push", "pop"), state=" | far_t_max far:int stacked:int",
+         "Ernst et al. 2004", ("push", "pop"), state=KD_TEXTURE_STACK_STATE,
          options=(_FULL_STACK,), prepare=_prepare_stack, stack_entry=STACK_ENTRY,
          schedules=tuple(s for s in SCHEDULES if s != "loop"), stack=True),
     _row("kd-ropes", "kd-tree, from leaf to leaf along ropes", "Popov et al. 2007",

@@ -9,8 +9,7 @@ import numpy as np
 from .. import accel
 from ..errors import OptionError
 from ..options import Option
-from ..record import Record
-from ..texel_layout import TRIANGLE
+from ..texel_layout import STATE, TRIANGLE
 from .brute_force import triangle_table
 from .row import Accelerator, Method
 
@@ -43,7 +42,7 @@ ROWS = (Method(
     citation="Carr et al. 2002",
     glsl="traverse/ray_engine.glsl",
     kernels=("intersect",),
-    state=Record("state", "phase:int steps:int"),
+    state=STATE,
     tables=(TRIANGLE,),
     prepare=_prepare,
     options=(

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..options import Option
-from ..record import Record
-from ..texel_layout import TRIANGLE
+from ..texel_layout import STATE, TRIANGLE
 from .brute_force import box_uniforms, triangle_table
 from .row import Accelerator, Method
 
@@ -43,7 +42,7 @@ ROWS = (Method(
     citation="Roger, Assarsson and Holzschuch 2007",
     glsl="traverse/ray_hierarchy.glsl",
     kernels=("intersect",),
-    state=Record("state", "phase:int steps:int"),
+    state=STATE,
     tables=(TRIANGLE,),
     prepare=_prepare,
     refit=_refit,

@@ -12,8 +12,7 @@ from ..accel.ray_boxes import RayBoxes
 from ..accel.ray_space import ray_space
 from ..accel.visibility_field import AXES, half_size
 from ..options import Option
-from ..record import Record
-from ..texel_layout import BEAM, BEAM_ENTRY, CANDIDATE, RAY_BOX, TRIANGLE
+from ..texel_layout import BEAM, BEAM_ENTRY, BEAM_STATE, CANDIDATE, LIST_STATE, RAY_BOX, TRIANGLE
 from .brute_force import triangle_table
 from .row import SCHEDULES, Accelerator, Method
 
@@ -61,7 +60,7 @@ ROWS = (
         citation="Arvo and Kirk 1987",
         glsl="traverse/ray_classification.glsl",
         kernels=("intersect",),
-        state=Record("state", "cursor:int phase:int steps:int"),
+        state=LIST_STATE,
         tables=(TRIANGLE, RAY_BOX, CANDIDATE),
         prepare=_prepare_boxes,
         options=(
@@ -81,7 +80,7 @@ ROWS = (
         citation="Mortensen et al. 2007",
         glsl="traverse/visibility_field.glsl",
         kernels=("search", "intersect"),
-        state=Record("state", "first:int end:int low:int high:int | phase:int steps:int"),
+        state=BEAM_STATE,
         tables=(TRIANGLE, BEAM, BEAM_ENTRY),
         prepare=_prepare_field,
         options=(

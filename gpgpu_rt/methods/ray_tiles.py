@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..options import Option
-from ..record import Record
-from ..texel_layout import TRIANGLE
+from ..texel_layout import STATE, TRIANGLE
 from .brute_force import box_uniforms, triangle_table
 from .row import Accelerator, Method
 
@@ -40,7 +39,7 @@ ROWS = (Method(
     citation="Szécsi 2006",
     glsl="common/cone.glsl",
     kernels=("draw",),
-    state=Record("state", "phase:int steps:int"),
+    state=STATE,
     tables=(TRIANGLE,),
     prepare=_prepare,
     options=(

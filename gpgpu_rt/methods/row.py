@@ -29,6 +29,8 @@ ENTRY_POINTS = Option(
     choices=(16, 4), optional=True)
 
 
+# Levels by which a stack's array grows: by single ones each depth of tree would have programs of
+# its own. Longer arrays were as fast on llvmpipe.
 STACK_STEP = 8
 
 
@@ -234,13 +236,11 @@ def check_culling(options: Mapping[str, Any]) -> None:
                           "intersection woop-watertight with it")
 
 
-def with_entries(state: str) -> Callable[[Method, Mapping[str, Any]], Method]:
+def with_entries(more: str) -> Callable[[Method, Mapping[str, Any]], Method]:
     """How a row changes for rays that go through a list of subtrees: a kernel takes up the next
-    one, and ``state`` is what each then knows besides, in a texel of its own."""
+    one, and ``more`` is what its state then holds besides."""
     def formed(row: Method, options: Mapping[str, Any]) -> Method:
         if not options["entry_points"]:
             return row
-        layout = f"{row.state.layout} | {state}"
-        return replace(row, kernels=("enter", *row.kernels),
-                       state=replace(row.state, layout=layout))
+        return replace(row, kernels=("enter", *row.kernels), state=row.state.extended(more))
     return formed

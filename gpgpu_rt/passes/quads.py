@@ -10,8 +10,8 @@ import numpy as np
 from ..methods.row import Accelerator
 from ..precision import Precision
 from ..ray_state import StateBuffer, stream_samplers
-from ..record import EXACT_INTEGER, TABLE_WIDTH_LOG2, Record
-from ..texel_layout import FOUND, HIT, NEAREST, NO_RAY, TRIANGLE
+from ..record import TABLE_WIDTH_LOG2, Record
+from ..texel_layout import FOUND, HIT, NEAREST, NO_RAY, NO_TRIANGLE, TRIANGLE
 from ..textures import note_moved, release, stream_textures, texture_bytes, write_texture
 from .driver import Samplers, Setup
 from .full_screen import FullScreenPass, Rectangles
@@ -117,7 +117,7 @@ class BatchRoom:
         context = self.gpu.context
         target = self.targets[keep]
         target.depth_mask = True     # depth is kept by clearing and by the test alone
-        target.clear(red=NO_T if keep == "KEEP_NEAREST" else EXACT_INTEGER, depth=1.0)
+        target.clear(red=NO_T if keep == "KEEP_NEAREST" else NO_TRIANGLE, depth=1.0)
         if keep == "KEEP_DEPTH":
             context.enable_only(moderngl.DEPTH_TEST)
             context.depth_func = "<"

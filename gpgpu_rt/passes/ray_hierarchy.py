@@ -9,9 +9,11 @@ import moderngl
 from ..methods.row import Accelerator
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
-from ..record import EXACT_INTEGER, Record
+from ..record import Record
 from ..statistics import Statistics
-from ..texel_layout import CHILDREN, COUNTERS, HIT, LEAST, LOWEST, PAIR, TESTED, VALUES, VISITS
+from ..texel_layout import (
+    CHILDREN, COUNTERS, HIT, LEAST, LOWEST, NO_TRIANGLE, PAIR, TESTED, VALUES, VISITS
+)
 from ..textures import release, texture_bytes
 from .blocks import reduce_children
 from .driver import Samplers, Setup
@@ -138,7 +140,7 @@ class RayHierarchy:
             **self.samplers, **rays.samplers(), **before.samplers(), **self._pairs[0].samplers()},
             rectangles=self._rectangles)
         nearest.target.clear(math.inf)
-        lowest.target.clear(EXACT_INTEGER)
+        lowest.target.clear(NO_TRIANGLE)
         self.blend((moderngl.MIN, moderngl.FUNC_ADD))
         self.room.scatter("passes/nearest", nearest, [candidates], pairs, size=nearest.size)
         self.blend(moderngl.MIN)

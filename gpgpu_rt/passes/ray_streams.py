@@ -13,7 +13,7 @@ from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..record import EXACT_INTEGER, Record, streams_glsl
 from ..statistics import Statistics
 from ..texel_layout import (
-    COUNTERS, HIT, LEAST, LOWEST, MET, QUEUED, TALLY, TESTED, VALUES, VISITED
+    COUNTERS, HIT, LEAST, LOWEST, MET, NO_TRIANGLE, QUEUED, TALLY, TESTED, VALUES, VISITED
 )
 from ..textures import release, texture_bytes
 from .driver import Samplers, Setup
@@ -142,7 +142,7 @@ class RayStreams:
         tested, met = self._streams["tested"], self._streams["met"]
         least, lowest = self._images["least"], self._images["lowest"]
         least.target.clear(math.inf)
-        lowest.target.clear(EXACT_INTEGER)
+        lowest.target.clear(NO_TRIANGLE)
         self._blend((moderngl.MIN, moderngl.FUNC_ADD))
         self._scatter("nearest", least, [tested], count)
         self._blend(moderngl.MIN)

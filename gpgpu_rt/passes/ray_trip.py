@@ -11,9 +11,9 @@ from ..accel.runs import chunks, expand
 from ..methods.row import Accelerator
 from ..precision import FORMATS, Precision
 from ..ray_state import StateBuffer
-from ..record import EXACT_INTEGER, Record
+from ..record import Record
 from ..reference.watertight import intersect_pairs
-from ..texel_layout import COUNTERS, HIT, TRIANGLE
+from ..texel_layout import COUNTERS, HIT, NO_TRIANGLE, TRIANGLE
 from .quads import Runs
 from .traverse import DONE, UNFINISHED
 
@@ -42,7 +42,7 @@ class RayTrip:
         count = len(rays["t_max"])
         self.hit = {"t": rays["t_max"].copy(), "u": np.zeros(count, np.float32),
                     "v": np.zeros(count, np.float32),
-                    "triangle": np.full(count, EXACT_INTEGER, np.int32)}
+                    "triangle": np.full(count, NO_TRIANGLE, np.int32)}
         self.tested, self.leaves, self.phase = np.zeros((3, count), np.int32)
 
     def enter(self, rays: np.ndarray) -> np.ndarray:
@@ -74,7 +74,7 @@ class RayTrip:
     def take(self, rays: np.ndarray, found: dict[str, np.ndarray]) -> None:
         """Keep the hits found that are nearer than those known, or as near and lower."""
         t, known = found["t"], self.hit["t"][rays]
-        better = (found["triangle"] != EXACT_INTEGER) & (
+        better = (found["triangle"] != NO_TRIANGLE) & (
             (t < known) | ((t == known) & (found["triangle"] < self.hit["triangle"][rays])))
         for name, values in self.hit.items():
             values[rays[better]] = found[name][better]
@@ -108,7 +108,7 @@ class RayTrip:
         self.leaves[rays] += 1
         self.tested[rays] += self.walk.listed[self.walk.key[rays]]
         if self.any_hit:
-            rays = rays[self.hit["triangle"][rays] == EXACT_INTEGER]
+            rays = rays[self.hit["triangle"][rays] == NO_TRIANGLE]
         return self.enter(self.walk.onward(rays, self.hit["t"]))
 
     def write(self, final: StateBuffer, state: str) -> None:

@@ -11,6 +11,7 @@ from ..heat import draw_heat, heat
 from ..pass_pictures import write_passes
 from ..scene import Scene
 from ..tracer import Tracer
+from ..words import counted
 from .images import data_uri, image_tag, png_uri
 
 FRAMES = 60      # of a film, about
@@ -18,14 +19,12 @@ FRAMES = 60      # of a film, about
 
 def film(scene: Scene, method: str, size: tuple[int, int]) -> str:
     """HTML: the passes of a method over eye rays as an animated GIF."""
-    with Tracer(scene, method, schedule="step", statistics=True) as tracer:
-        longest = int(tracer.trace(*scene.camera.rays(size)).steps.max())
     with tempfile.TemporaryDirectory() as made, Tracer(scene, method, schedule="step") as tracer:
-        found = write_passes(tracer, Path(made), size, every=max(1, longest // FRAMES))
+        found = write_passes(tracer, Path(made), size, most=FRAMES)
         uri = data_uri((Path(made) / "passes.gif").read_bytes(), "gif")
     count = len(found["passes"])
-    said = (f"{method} on {_named(scene)}: {size[0]} x {size[1]} rays, {count:,} passes, "
-            f"{found['rays_hit']:,} rays hit")
+    said = (f"{method} on {_named(scene)}: {size[0]} x {size[1]} rays, {counted(count, 'pass')}, "
+            f"{counted(found['rays_hit'], 'ray')} hit")
     return _shown(image_tag(uri, said), said)
 
 

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -119,8 +120,12 @@ def find(text: str) -> tuple[Row, float | None] | None:
 
 def folders() -> list[Path]:
     """Where meshes are looked for: the folders of GPGPU_RT_SCENES, then ./scenes."""
-    given = os.environ.get("GPGPU_RT_SCENES", "").split(os.pathsep)
-    return [Path(folder) for folder in given if folder] + [Path("scenes")]
+    words = os.environ.get("GPGPU_RT_SCENES", "").split(os.pathsep)
+    given = [Path(word) for word in words if word]
+    for folder in given:
+        if not folder.is_dir():
+            warnings.warn(f"GPGPU_RT_SCENES: there is no folder {folder}", stacklevel=2)
+    return [*given, Path("scenes")]
 
 
 def mesh_path(name: str) -> Path | None:

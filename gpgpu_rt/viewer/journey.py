@@ -13,6 +13,7 @@ from ..pass_pictures import PLACES, distance_pixels, phase_pixels
 from ..ray_batch import RayBatch
 from ..time_travel import Pass, decode, phase_names, travel
 from ..tracer import Tracer
+from ..words import counted
 
 MOST_BYTES = 256 << 20      # of states; beyond, every second pass is forgotten
 MOST_SECONDS = 20.0
@@ -57,7 +58,7 @@ class Journey:
         try:
             travel(tracer, origins, directions, look)
         except _Enough:
-            self.note = f"stopped after {len(self._live):,} passes, {seconds:g} s"
+            self.note = f"stopped after {counted(len(self._live), 'pass')}, {seconds:g} s"
         if not self.kept:
             raise Error("there was no pass to look at")
         self._scale()

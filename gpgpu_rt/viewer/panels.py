@@ -17,6 +17,7 @@ from ..integrators import INTEGRATORS
 from ..methods import methods
 from ..options import Option, spell
 from ..scene import scene_names
+from ..words import counted
 from .heat_view import LAYOUTS
 from .line import line_of
 from .link import Link
@@ -144,7 +145,7 @@ class Panels:
                 ("ms", f"{last.seconds * 1e3:.0f} ms", [one.seconds for one in history]),
                 ("rays", f"{last.rays_per_second / 1e6:.2f} Mrays/s",
                  [one.rays_per_second for one in history]),
-                ("passes", f"{last.passes:,} passes", [one.passes for one in history]),
+                ("passes", counted(last.passes, "pass"), [one.passes for one in history]),
                 ("live", "live rays" if len(live) else "live: not by loop", live))):
             if k % 2:
                 imgui.same_line()
@@ -276,7 +277,7 @@ class Panels:
                                    imgui.Cond_.first_use_ever.value)
         found = f"triangle {path.hit}" if path.hit >= 0 else "nothing"
         _, is_open = imgui.begin(f"the ray of pixel {path.pixel[0]}, {path.pixel[1]}: "
-                                 f"{len(path.rows)} passes, {found}###path", True)
+                                 f"{counted(len(path.rows), 'pass')}, {found}###path", True)
         if not is_open:
             self.viewer.path = None
         flags = imgui.TableFlags_

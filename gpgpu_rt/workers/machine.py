@@ -7,47 +7,62 @@ import os
 import platform
 import signal
 import tempfile
+import threading
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import IO
 
 Processes = Callable[[], Iterable[int]]     # their numbers, now
 
+_turn = threading.RLock()      # of this process's threads, which hold the machine in turns
 _held: list[IO[bytes]] = []    # the file that this process holds the machine by, while it does
+_alone: list[IO[bytes]] = []   # the same, while it keeps everybody out
 _helpers: list[Processes] = []     # of this process: they stand still while it is alone
 
 
 @contextlib.contextmanager
-def taken() -> Iterator[None]:
-    """Hold this machine side by side with others that do; wait while one holds it alone.
+def taken(waiting: Callable[[], object] = lambda: None) -> Iterator[None]:
+    """Hold this machine side by side with other processes that do; while one holds it alone, call
+    ``waiting`` and wait. Threads of a process take turns.
 
     Notes
     -----
     A lock of the operating system's on a file of this user's: it goes with the process that holds
-    it, however that ends. It is a process's, not a thread's.
+    it, however that ends.
     """
-    if _held:
-        yield
-        return
-    with _file().open("ab") as file:
-        fcntl.flock(file, fcntl.LOCK_SH)
-        _held.append(file)
-        try:
+    with _turn:
+        if _held:
             yield
-        finally:
-            _held.pop()
+            return
+        with _file().open("ab") as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            except BlockingIOError:
+                waiting()
+                fcntl.flock(file, fcntl.LOCK_SH)
+            _held.append(file)
+            try:
+                yield
+            finally:
+                _held.pop()
 
 
 @contextlib.contextmanager
 def alone() -> Iterator[None]:
     """Wait until nobody else holds this machine, and keep everybody out meanwhile: for what is
     timed. Within `taken`, others may come first: the machine is let go while it is waited for.
-    Helpers of this process stand still."""
-    with taken(), _helpers_stopped():
-        fcntl.flock(_held[0], fcntl.LOCK_EX)
-        try:
+    Helpers of this process, and what they started, stand still."""
+    with taken():
+        if _alone:
             yield
+            return
+        fcntl.flock(_held[0], fcntl.LOCK_EX)
+        _alone.extend(_held)
+        try:
+            with _helpers_stopped():
+                yield
         finally:
+            _alone.clear()
             fcntl.flock(_held[0], fcntl.LOCK_SH)
 
 
@@ -71,12 +86,26 @@ def helped(by: Processes) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _helpers_stopped() -> Iterator[None]:
-    stopped = [process for by in _helpers for process in by()]
-    _signal(stopped, signal.SIGSTOP)
+    stopped: list[int] = []
     try:
+        for by in _helpers:
+            for process in by():    # itself first: then it starts no more
+                stopped.append(process)
+                _signal([process], signal.SIGSTOP)
+                begun = _started_by(process)
+                stopped += begun
+                _signal(begun, signal.SIGSTOP)
         yield
     finally:
         _signal(stopped, signal.SIGCONT)
+
+
+def _started_by(process: int) -> list[int]:
+    import psutil  # Dask's, as the helpers are
+    try:
+        return [child.pid for child in psutil.Process(process).children(recursive=True)]
+    except psutil.NoSuchProcess:
+        return []
 
 
 def _signal(processes: Iterable[int], what: signal.Signals) -> None:

@@ -8,7 +8,7 @@ from watching import Fields, watching
 
 import gpgpu_rt as rt
 from gpgpu_rt.figures.extreme_cases import make_case
-from gpgpu_rt.record import EXACT_INTEGER
+from gpgpu_rt.texel_layout import NO_TRIANGLE
 from gpgpu_rt.textures import read_texture
 
 METHODS = {row.name: row for row in rt.methods()}
@@ -23,7 +23,7 @@ def scan(state: Fields, hit: Fields) -> None:
         assert name in NO_END or np.isfinite(values).all(), f"infinity in {name}"
     if not hit:   # a pass over packets
         return
-    nothing = hit["triangle"] == EXACT_INTEGER
+    nothing = hit["triangle"] == NO_TRIANGLE
     for name in ("t", "u", "v"):
         assert not np.isnan(hit[name]).any(), f"NaN in hit.{name}"
     assert np.isfinite(hit["t"][~nothing]).all(), "a hit at infinity"

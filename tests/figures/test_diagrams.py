@@ -10,7 +10,7 @@ import pytest
 import gpgpu_rt as rt
 from gpgpu_rt.accel import build_kdtree
 from gpgpu_rt.figures import fig03, fig04, fig09, fig10, fig11, fig15, fig18, fig19, fig21
-from gpgpu_rt.figures.pages import FIGURES
+from gpgpu_rt.figures.catalogue import FIGURES
 from gpgpu_rt.figures.small_bvh import Hierarchy, hierarchy
 from gpgpu_rt.figures.small_world import MAX_DEPTH, Walk, World, walk, world
 from gpgpu_rt.methods import find_method

@@ -18,10 +18,10 @@ from gpgpu_rt.figures import (
     tree_sizes
 )
 from gpgpu_rt.figures.__main__ import main
+from gpgpu_rt.figures.catalogue import FIGURES, figure_of
 from gpgpu_rt.figures.cell import Cell
 from gpgpu_rt.figures.comparison import Panel
 from gpgpu_rt.figures.kendall import tau_b
-from gpgpu_rt.figures.pages import FIGURES, figure_of
 from gpgpu_rt.figures.published_numbers import nanoseconds, published, published_row
 
 NOT_PUBLISHED = {("fig22", fig22.FAST), ("fig22", fig22.CPU)}   # rows of ours

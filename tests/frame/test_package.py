@@ -257,6 +257,10 @@ def test_trace_command(capsys, tmp_path) -> None:
     (["bench", "cornell", "--size", "8", "--stack-size", "4", "--cells", "grid"],
      "no method takes all of these options: cells=grid, stack_size=4"),
     (["passes", "cornell", "-m", "kd-stack", "-o", "{}/new"], "loop"),
+    (["render", "cornell", "-o", "{}/x.png", "--octnats"],
+     "render takes no --octnats; did you mean --octants or"),
+    (["render", "cornell", "-o", "{}/x.png", "--qqqq=3"], "render takes no --qqqq (see"),
+    (["trace", "cornell", "{}/nan.npz", "more", "-o", "{}/h.npz"], "trace takes no more (see"),
 ])
 def test_mistakes_are_one_line(capsys, tmp_path, arguments: list[str], message: str) -> None:
     (tmp_path / "bad.npz").write_bytes(b"PK not an archive")
@@ -272,6 +276,14 @@ def test_mistakes_are_one_line(capsys, tmp_path, arguments: list[str], message: 
     assert status in (1, 2) and message in err
     assert err.count("\n") == 1 and "Traceback" not in err
     assert sorted(tmp_path.iterdir()) == before    # nothing half written
+
+
+def test_a_folder_of_scenes_that_is_not_there_is_told_of(capsys, tmp_path, monkeypatch) -> None:
+    monkeypatch.setenv("GPGPU_RT_SCENES", os.pathsep.join([str(tmp_path), str(tmp_path / "gone")]))
+    status, out, err = run(capsys, "render", "cornell", "-o", str(tmp_path / "x.png"), "--size",
+                           "8")
+    assert status == 0 and (tmp_path / "x.png").exists()
+    assert err.count("\n") == 1 and f"there is no folder {tmp_path / 'gone'}" in err
 
 
 def test_every_folder_is_installed() -> None:

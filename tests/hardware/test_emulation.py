@@ -1,12 +1,15 @@
 """The emulated fragment processor: the renderer's bits, and the counts of the shaders' own."""
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 from traces import kernel_traces, modelled
 
 import gpgpu_rt as rt
 from gpgpu_rt.errors import ShaderError
+from gpgpu_rt.hardware import compiler
 from gpgpu_rt.hardware.compiler import compiled
 from gpgpu_rt.hardware.counters import counted, pass_counts
 from gpgpu_rt.hardware.emulate import morton_order
@@ -166,7 +169,7 @@ def test_every_pass_of_every_method_is_counted(method: str, schedule: str) -> No
 
 def test_counting_the_counters_is_refused() -> None:
     with rt.Tracer(rt.load_scene("cornell"), "kd-restart", statistics=True) as tracer:
-        with pytest.raises(rt.Error, match="counts the counters"):
+        with pytest.raises(rt.Error, match="counted too"):
             counted(tracer, lambda: None)
 
 
@@ -195,3 +198,32 @@ def test_the_compiler_outlives_a_text_that_it_refuses() -> None:
         compiled([whole, (vertex, fragment % "no_such_name")])
     assert "\n" not in str(refused.value)
     assert [parse(text).work for text in compiled([whole, whole])] == [work, work]
+
+
+def test_the_compiler_outlives_an_interrupt(monkeypatch) -> None:
+    """It would go on with the text that nobody waits for when asked for another."""
+    vertex = "#version 330\nin vec2 corner;\nvoid main() { gl_Position = vec4(corner, 0, 1); }\n"
+    one, other = ((vertex, "#version 330\nuniform vec4 a; out vec4 colour;\n"
+                   f"void main() {{ colour = {what}; }}\n") for what in ("a", "a * a + a"))
+    expected = [parse(*compiled([text])).work for text in (one, other)]
+    assert expected[0] != expected[1]
+
+    class Interrupting(str):
+        def __eq__(self, line: object) -> bool:
+            raise KeyboardInterrupt
+    monkeypatch.setattr(compiler, "_END", Interrupting(compiler._END))
+    with pytest.raises(KeyboardInterrupt):
+        compiled([one])
+    monkeypatch.undo()
+    assert [parse(*compiled([text])).work for text in (other, one)] == expected[::-1]
+
+
+def test_threads_ask_the_compiler_in_turns() -> None:
+    vertex = "#version 330\nin vec2 corner;\nvoid main() { gl_Position = vec4(corner, 0, 1); }\n"
+    texts = [(vertex, "#version 330\nuniform vec4 a; out vec4 colour;\n"
+              f"void main() {{ colour = {' + '.join(['a * a'] * k)}; }}\n") for k in range(1, 7)]
+    alone = [parse(*compiled([text])).work for text in texts]
+    assert alone[0] != alone[-1]
+    with ThreadPoolExecutor(3) as pool:
+        found = [parse(text).work for [text] in pool.map(lambda text: compiled([text]), texts)]
+    assert found == alone

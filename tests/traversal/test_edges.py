@@ -233,3 +233,34 @@ def test_counting_is_of_one_choice() -> None:
     with rt.Tracer("cornell", pair) as tracer, pytest.raises(rt.OptionError, match="one choice"):
         with tracer.counting():
             pass
+
+
+@pytest.mark.parametrize("method", ["kd-restart", "bvh-packet"])
+def test_the_scene_stays_where_it_is_while_counting(method: str) -> None:
+    scene = rt.load_scene("cornell")
+    rays = scene.camera.rays((8, 8))
+    with rt.Tracer(scene, method) as tracer:
+        before = tracer.trace(*rays)
+        with pytest.raises(rt.OptionError, match="counting"), tracer.counting():
+            tracer.update(scene.triangles + np.float32(1))
+        assert np.array_equal(tracer.trace(*rays).t, before.t) and tracer.scene is scene
+        tracer.update(scene.triangles + np.float32(1))
+        assert not np.array_equal(tracer.trace(*rays).t, before.t)
+
+
+@pytest.mark.parametrize("method", ["kd-restart", "bvh-packet", "ray-engine"])
+def test_a_tracer_that_was_released_says_so(method: str) -> None:
+    scene = rt.load_scene("cornell")
+    rays = scene.camera.rays((4, 4))
+    with rt.Tracer(scene, method) as tracer:
+        tracer.render(size=(8, 8))
+    tracer.release()     # once more does no harm
+    for call in (lambda: tracer.trace(*rays), lambda: tracer.occluded(*rays),
+                 lambda: tracer.trace_all(*rays), lambda: tracer.render(size=(8, 8)),
+                 lambda: tracer.eye_hits(size=(8, 8)), lambda: tracer.plan(),
+                 lambda: tracer.update(scene.triangles), lambda: tracer.counting().__enter__()):
+        with pytest.raises(rt.Error, match="this tracer was released.*make another"):
+            call()
+    assert tracer.gpu.context.error == "GL_NO_ERROR"
+    with rt.Tracer(scene, method) as another:
+        assert another.trace(*rays).hit.any()

@@ -142,6 +142,26 @@ def test_passes_are_written(tmp_path, method: str, schedule: str) -> None:
     assert found["rays_hit"] == expected.hit.sum() and rows[-1]["live"] == 0
 
 
+def test_interrupted_passes_leave_the_folder_as_it_was(tmp_path) -> None:
+    folder = tmp_path / "passes"
+    with rt.Tracer("cornell", "kd-restart", schedule="step") as tracer:
+        found = write_passes(tracer, folder, (18, 12), most=7)
+        pictures = sum("picture" in row for row in found["passes"])
+        assert 3 <= pictures <= 8
+        before = {path.name: path.read_bytes() for path in folder.iterdir()}
+        assert len(before) == pictures + 2
+
+        def interrupt(done: int, of: int) -> None:
+            assert of >= len(found["passes"])
+            if done == 5:
+                raise KeyboardInterrupt
+        for where in (folder, tmp_path / "new"):
+            with pytest.raises(KeyboardInterrupt):
+                write_passes(tracer, where, (18, 12), every=1, progress=interrupt)
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+    assert not (tmp_path / "new").exists()
+
+
 def test_the_commands(tmp_path, capsys) -> None:
     folder, image = tmp_path / "out", tmp_path / "heat.png"
     assert main(["passes", "cornell", "-m", "bvh-threaded", "-o", str(folder), "--size", "12x8",

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from gpgpu_rt.gpu import is_software, open_gpu
 from gpgpu_rt.workers import Workers, machine
 
 pytest.importorskip("distributed")
+import psutil  # noqa: E402  (distributed brings it)
 
 TREES = [Cell("cornell", "kd-restart", (("max_depth", depth),), work="tree")
          for depth in range(4, 10)]
@@ -93,10 +95,65 @@ def test_helpers_stand_still_while_one_is_alone(tmp_path) -> None:
     assert [t for t in ticks if t > last]
 
 
+def test_what_a_helper_started_stands_still_too() -> None:
+    with subprocess.Popen([sys.executable, "-uc", (
+            "import subprocess, sys\n"
+            "one = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(99)'])\n"
+            "print(one.pid)\ntry:\n    sys.stdin.read()\nfinally:\n    one.kill()")],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as helper:
+        assert helper.stdout is not None
+        started = int(helper.stdout.readline())
+
+        def stand_still(those: int) -> bool:
+            """Whether so many of the two do, soon: a signal takes a moment."""
+            until = time.monotonic() + 10
+            while time.monotonic() < until:
+                states = [psutil.Process(pid).status() for pid in (helper.pid, started)]
+                if states.count(psutil.STATUS_STOPPED) == those:
+                    return True
+                time.sleep(0.01)
+            return False
+        with machine.helped(lambda: [helper.pid]), machine.alone():
+            assert stand_still(2)
+        assert stand_still(0)
+
+
+def test_threads_of_a_process_hold_the_machine_in_turns() -> None:
+    """As those of a Dask worker with several, which would time two cells at once."""
+    spans: list[tuple[float, float]] = []
+
+    def time_something(k: int) -> None:
+        with machine.taken(), machine.alone(), machine.alone():
+            began = time.monotonic()
+            time.sleep(0.02)
+            spans.append((began, time.monotonic()))
+            assert machine._held and machine._alone
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(time_something, range(8)))
+    spans.sort()
+    assert len(spans) == 8 and all(a[1] <= b[0] for a, b in zip(spans, spans[1:]))
+    assert not machine._held and not machine._alone
+
+
+def test_who_waits_for_the_machine_says_so(tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(machine.tempfile, "gettempdir", lambda: str(tmp_path))
+    said: list[str] = []
+    with machine.taken(lambda: said.append("nobody is alone")):
+        pass
+    with subprocess.Popen([sys.executable, "-uc", (
+            "import time\nfrom gpgpu_rt.workers.machine import alone\n"
+            "with alone(): print('alone'); time.sleep(0.5)")], stdout=subprocess.PIPE, text=True,
+            env={**os.environ, "TMPDIR": str(tmp_path)}) as other:
+        assert other.stdout is not None and other.stdout.readline() == "alone\n"
+        with machine.taken(lambda: said.append("waits")):
+            assert other.wait() == 0
+    assert said == ["waits"]
+
+
 def test_figures_measure_untimed_cells_aside(tmp_path, monkeypatch) -> None:
     """What is found is what one process finds, and timed is only what this process measures."""
-    monkeypatch.setattr(measure, "WORTH_WORKERS", 2)
-    monkeypatch.setattr(measure.os, "cpu_count", lambda: 2)
+    monkeypatch.setattr(aside, "WORTH", 2)
+    monkeypatch.setattr(os, "sched_getaffinity", lambda process: {0, 1}, raising=False)
     asked: list[Cell] = []
     real = measure.measured
     monkeypatch.setattr(measure, "_here", lambda cells, _: (

@@ -1,0 +1,22 @@
+"""Parser: words of a command line, and what is wrong with them in one line."""
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from ..errors import did_you_mean
+
+
+class Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line, and which words are near."""
+
+    speaker = "gpgpu-rt"
+
+    def error(self, message: str) -> Any:
+        self.exit(2, f"{self.speaker}: {message} (see `{self.prog} --help`)\n")
+
+    def refuse(self, word: str) -> None:
+        """One that nothing stands for here."""
+        name = word.partition("=")[0]
+        near = did_you_mean(name, self._option_string_actions) if name.startswith("-") else ""
+        self.error(f"{self.prog.split()[-1]} takes no {name}{near}")

@@ -1,0 +1,13 @@
+"""Words: how numbers, and numbers of things, are told."""
+from __future__ import annotations
+
+
+def counted(number: int, thing: str) -> str:
+    """``1 pass``, ``1,281 passes``, ``2 rays``."""
+    plural = thing + ("es" if thing.endswith(("s", "x", "ch", "sh")) else "s")
+    return f"{number:,} {thing if number == 1 else plural}"
+
+
+def number(value: float | None, digits: int = 3) -> str:
+    """To ``digits`` significant figures; a dash for None and NaN."""
+    return "-" if value is None or value != value else f"{float(f'{value:.{digits}g}'):g}"
