@@ -23,8 +23,9 @@ ORDER = "reproduced in order, not in ratio"
 MOSTLY = "mostly reproduced"   # of claims
 CONTRADICTED = "contradicted"
 REDRAWN = "redrawn"            # a diagram or a picture: the survey prints nothing to score
+UNSCORED = "not scored"        # measured, but what the survey prints ties: there is no order
 UNMEASURED = "not measured"
-WORDS = (REPRODUCED, ORDER, MOSTLY, CONTRADICTED, REDRAWN, UNMEASURED)
+WORDS = (REPRODUCED, ORDER, MOSTLY, CONTRADICTED, REDRAWN, UNSCORED, UNMEASURED)
 HIGH, FACTOR = 0.8, 2.0        # what tau-b must reach; what ratios may be off by
 
 
@@ -54,9 +55,14 @@ def of_groups(groups: Mapping[str, tuple[Sequence[float], Sequence[float]]],
     stand_ins : groups that are shown and not scored, their scenes being other ones
     """
     left_out = set(stand_ins)
-    scored = {name: (tau_b(*pair), off_by(*pair)) for name, pair in groups.items()
-              if name not in left_out and len(pair[0]) > 1}
-    scored = {name: pair for name, pair in scored.items() if pair[0] == pair[0]}
+    real = {name: (tau_b(*pair), off_by(*pair)) for name, pair in groups.items()
+            if name not in left_out and len(pair[0]) > 1}
+    scored = {name: pair for name, pair in real.items() if pair[0] == pair[0]}
+    if real and not scored:
+        factor = statistics.median(off for _, off in real.values())
+        return Verdict(UNSCORED, "of the scenes that are no stand-ins, the published times of "
+                       f"{', '.join(real)} tie: there is no order that ours could have; ratios "
+                       f"are off by a factor of {number(factor)} in the median.")
     if not scored:
         return Verdict(UNMEASURED, "no scene of it is measured that is not a stand-in"
                        if groups else "no cell of it is measured")

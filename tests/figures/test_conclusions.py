@@ -60,6 +60,16 @@ def test_verdicts_follow_from_order_and_ratio(ours: tuple, word: str) -> None:
     assert verdicts.of_groups(faster).word == word      # how fast the machine is does not count
 
 
+def test_published_times_that_tie_are_not_scored() -> None:
+    """They have no order, though they are measured; those of stand-ins do not count either."""
+    groups = {"conference": ((344, 179), (16.0, 16.7)), "cows": ((3, 2, 1), (1, 2, 3))}
+    said = verdicts.of_groups(groups, ["cows"])
+    assert said.word == verdicts.UNSCORED and "conference tie" in said.why
+    assert f"factor of {verdicts.number(344 / 179 * 16.7 / 16)}" in said.why
+    assert verdicts.of_groups({"cows": groups["cows"]}, ["cows"]).word == verdicts.UNMEASURED
+    assert verdicts.of_groups({}).word == verdicts.UNMEASURED
+
+
 def test_ratios_are_off_by_the_median_over_pairs() -> None:
     # Against 1, 1, 1 the pairs of 1, 2, 8 are off by 2, 4 and 8.
     assert verdicts.off_by((1, 2, 8), (1, 1, 1)) == pytest.approx(4)
