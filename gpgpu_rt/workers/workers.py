@@ -97,7 +97,7 @@ class Workers:
         except TimeoutError as failure:
             self.close()
             raise Error(f"the Dask scheduler at {scheduler} has no workers; start some with "
-                        f"`dask worker {scheduler}`") from failure
+                        f"`dask worker --nthreads 1 {scheduler}`") from failure
         self._futures: OrderedDict[tuple[Any, ...], Any] = OrderedDict()   # the last ones
 
     def processes(self) -> list[int]:
