@@ -37,7 +37,7 @@ def tenths(unit: str) -> Lines:
     """A line for each tenth."""
     def tell(done: int, of: int, note: str) -> None:
         if 10 * done // of > 10 * (done - 1) // of:
-            say(f"{done} of {counted(of, unit)}")
+            say(f"{done:,} of {counted(of, unit)}")
 
     return tell
 
