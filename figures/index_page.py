@@ -22,8 +22,8 @@ RULES = (
     "papers' were; the figure's page shows what lies behind it",
     "**redrawn**: a diagram or a picture, made from what this program did; the survey prints "
     "nothing in it that could be scored",
-    f"**{verdicts.UNSCORED}**: what the survey prints of the scenes that were there ties, so there "
-    "is no order",
+    f"**{verdicts.UNSCORED}**: what the survey prints of the scenes that were there ties, so "
+    "there is no order",
     f"**{verdicts.UNMEASURED}**: cells are missing, or only stand-ins for the scenes were there")
 COLOURS = {verdicts.REPRODUCED: "#cfe8d5", verdicts.ORDER: "#f5e6b8",
            verdicts.MOSTLY: "#e6e9b8",
