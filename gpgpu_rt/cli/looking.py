@@ -31,7 +31,7 @@ def add_commands(command: Command) -> None:
     sub.add_argument("--size", type=size_word, default=(256, 256), metavar="WIDTHxHEIGHT",
                      help="eye rays; default 256x256")
     sub.add_argument("--every", type=int, metavar="N", help="a picture of each so many passes; "
-                     f"default: so that there are {MOST_PICTURES} of them at most")
+                     f"default: so that there are about {MOST_PICTURES}")
     sub.add_argument("--states", action="store_true", help="write states and hits as .npz too")
     add_camera(sub)
     add_options(sub)

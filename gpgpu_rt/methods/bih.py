@@ -9,7 +9,8 @@ import numpy as np
 from .. import accel
 from ..accel.bih import LEAF
 from ..options import Option
-from ..texel_layout import BIH_BOUNDS, BIH_NODE, BIH_STATE, TRIANGLE
+from ..state_layout import BIH_STATE
+from ..texel_layout import BIH_BOUNDS, BIH_NODE, TRIANGLE
 from .brute_force import triangle_table
 from .bvh_tables import last_of_leaves
 from .row import Accelerator, Method

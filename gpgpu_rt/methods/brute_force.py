@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from ..column import Column
-from ..texel_layout import LIST_STATE, TRIANGLE
+from ..state_layout import LIST_STATE
+from ..texel_layout import TRIANGLE
 from .row import Accelerator, Method
 
 

@@ -9,10 +9,8 @@ import numpy as np
 
 from .. import accel
 from ..options import Option
-from ..texel_layout import (
-    BVH_ENTERING, BVH_NODE, BVH_PAIR, PACKET_STACK_STATE, PACKET_STATE, STACK_ENTRY, STATE,
-    TREE_STATE, TRIANGLE
-)
+from ..state_layout import BVH_ENTERING, PACKET_STACK_STATE, PACKET_STATE, STATE, TREE_STATE
+from ..texel_layout import BVH_NODE, BVH_PAIR, STACK_ENTRY, TRIANGLE
 from .brute_force import triangle_table
 from .bvh_build import BUILD_OPTIONS, built_bvh
 from .bvh_tables import Layout, Options, Pairs, Threads, last_of_leaves, scene_box

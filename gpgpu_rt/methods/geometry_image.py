@@ -14,8 +14,9 @@ from ..errors import OptionError
 from ..options import Option
 from ..passes.pyramid import Pyramid
 from ..precision import Precision
+from ..state_layout import TREE_STATE
 from ..texel_layout import (
-    IMAGE_CELL, MAX_PYRAMID, MIN_PYRAMID, POSITION, PYRAMID_LINK, PYRAMID_SOURCE, TREE_STATE
+    IMAGE_CELL, MAX_PYRAMID, MIN_PYRAMID, POSITION, PYRAMID_LINK, PYRAMID_SOURCE
 )
 from .row import Accelerator, Method
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from .. import accel
 from ..options import Option
-from ..texel_layout import GRID_CELL, GRID_STATE, REFERENCE, STATE, TRIANGLE
+from ..state_layout import GRID_STATE, STATE
+from ..texel_layout import GRID_CELL, REFERENCE, TRIANGLE
 from .brute_force import triangle_table
 from .row import PACKET, Accelerator, Method
 

@@ -9,10 +9,10 @@ import numpy as np
 from .. import accel
 from ..options import Option
 from ..record import Record
-from ..texel_layout import (
-    ENTRIES, KD_BOUNDS, KD_ENTERING, KD_LEAF, KD_NODE, KD_PUSH_DOWN_STATE, KD_SHORT_STACK_STATE,
-    KD_STATE, KD_TEXTURE_STACK_STATE, REFERENCE, STACK_ENTRY, STATE, TRIANGLE
+from ..state_layout import (
+    KD_ENTERING, KD_PUSH_DOWN_STATE, KD_SHORT_STACK_STATE, KD_STATE, KD_TEXTURE_STACK_STATE, STATE
 )
+from ..texel_layout import ENTRIES, KD_BOUNDS, KD_LEAF, KD_NODE, REFERENCE, STACK_ENTRY, TRIANGLE
 from .brute_force import triangle_table
 from .kd_build import BUILD_OPTIONS, built_kdtree
 from .row import (

@@ -9,7 +9,8 @@ import numpy as np
 from .. import accel
 from ..errors import OptionError
 from ..options import Option
-from ..texel_layout import STATE, TRIANGLE
+from ..state_layout import STATE
+from ..texel_layout import TRIANGLE
 from .brute_force import triangle_table
 from .row import Accelerator, Method
 

@@ -12,7 +12,8 @@ from ..accel.ray_boxes import RayBoxes
 from ..accel.ray_space import ray_space
 from ..accel.visibility_field import AXES, half_size
 from ..options import Option
-from ..texel_layout import BEAM, BEAM_ENTRY, BEAM_STATE, CANDIDATE, LIST_STATE, RAY_BOX, TRIANGLE
+from ..state_layout import BEAM_STATE, LIST_STATE
+from ..texel_layout import BEAM, BEAM_ENTRY, CANDIDATE, RAY_BOX, TRIANGLE
 from .brute_force import triangle_table
 from .row import SCHEDULES, Accelerator, Method
 

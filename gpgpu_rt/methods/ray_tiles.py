@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from ..options import Option
-from ..texel_layout import STATE, TRIANGLE
+from ..state_layout import STATE
+from ..texel_layout import TRIANGLE
 from .brute_force import box_uniforms, triangle_table
 from .row import Accelerator, Method
 

@@ -8,14 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gpgpu_rt as rt
-from gpgpu_rt import texel_layout
+from gpgpu_rt import state_layout, texel_layout
 from gpgpu_rt.gpu import open_gpu
 from gpgpu_rt.passes.full_screen import FullScreenPass
 from gpgpu_rt.precision import PRECISIONS, Precision
 from gpgpu_rt.record import EXACT_INTEGER, Record
 from gpgpu_rt.textures import make_texture, read_texture, table_textures
 
-RECORDS = [r for r in vars(texel_layout).values() if isinstance(r, Record)]
+RECORDS = [r for layout in (texel_layout, state_layout) for r in vars(layout).values()
+           if isinstance(r, Record)]
 pytestmark = pytest.mark.small
 
 
@@ -29,7 +30,7 @@ def test_records_have_names_of_their_own() -> None:
     """GLSL knows a record by its name; one with a define is another form of one so called, and of
     states a program has one, its method's."""
     names = [record.name for record in RECORDS if not getattr(record, "define", "")
-             and record.name != texel_layout.STATE.name]
+             and record.name != state_layout.STATE.name]
     assert len(names) == len(set(names))
 
 
