@@ -117,6 +117,8 @@ TRACER_OPTIONS: tuple[Option, ...] = (
            "bound that follows from the accelerator's size", int, minimum=1),
     Option("statistics", False, "count nodes, leaves and triangles a ray", bool),
     Option("sort_rays", False, "sort rays by where they begin and end before tracing them", bool),
+    Option("presort", False, "put rays that come as arrays in order on the host, by direction and "
+           "origin, before they are uploaded; those of pictures stay as they are", bool),
     Option("rasterised_bounds", None, "pixels a side of tiles that triangles are drawn to first, "
            "so that eye rays search only where hits can lie", int, choices=(4, 8, 16),
            optional=True),

@@ -1,12 +1,14 @@
 """Rays on their way in, as texels, and hits on their way out."""
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 
 import numpy as np
 
 from .approach import approach, by_axis
 from .hits import INVALID, Hits
+from .ray_order import RayOrder
 from .texel_layout import NO_RAY, NO_TRIANGLE, RAY_TEXELS
 from .threads import threads
 
@@ -31,6 +33,12 @@ class RayBatch:
     shape : (h, w) of the tile the rays form, or None: the shape of the arrays, else rows of 1024
     invalid : "raise" or "miss": what becomes of a ray with a NaN, an infinity or a zero direction
     bounds : the scene's (lo, hi), or None to leave every origin as it is
+
+    Attributes
+    ----------
+    count : rays
+    size, texels : (width, height) of their textures, and what these hold
+    sort_seconds : what putting them in order took so far, and hits back into theirs
 
     Raises
     ------
@@ -61,6 +69,7 @@ class RayBatch:
         self.size = (max(1, width), max(1, height))
         # A texture behind the other, as they are uploaded, though seen ray by ray.
         planes = np.empty((RAY_TEXELS.texels, self.size[0] * self.size[1], 4), np.float32)
+        self._planes, self._order, self.sort_seconds = planes, None, 0.0
         texels = planes.swapaxes(0, 1)
         self.texels = planes.reshape(-1, *self.size[::-1], 4).transpose(1, 2, 0, 3)
         blocks = [slice(first, min(first + BLOCK, self.count))
@@ -95,9 +104,26 @@ class RayBatch:
                 t = (t + self._shift[rays]).astype(np.float32)
             return t if self._exponents is None else np.ldexp(t, -self._exponents[rays])
 
+    def put_in_order(self, bounds: tuple[np.ndarray, np.ndarray]) -> None:
+        """Lay rays that are alike side by side; see ``RayOrder``."""
+        began = time.perf_counter()
+        self._order = RayOrder(self._planes[:, :self.count], bounds)
+        self.size, self.texels = self._order.size, self._order.texels(self._planes[:, :self.count])
+        self.sort_seconds += time.perf_counter() - began
+
+    def by_ray(self, fields: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """What textures of ``size`` hold, one entry a texel, as arrays of one entry a ray."""
+        if self._order is None:
+            return {name: values[:self.count] for name, values in fields.items()}
+        began, places = time.perf_counter(), self._order.places
+        with threads(self.count) as run:
+            found = dict(zip(fields, run(lambda values: values[places], fields.values())))
+        self.sort_seconds += time.perf_counter() - began
+        return found
+
     def shared_start(self) -> np.ndarray | None:
         """Origin and t_min, (4,) float32, where all valid rays have the same."""
-        starts = self.texels[:, :, 0].reshape(-1, 4)[:self.count]
+        starts = self._planes[0, :self.count]
         if not self.count or len(self.invalid) or (starts[0] != starts[self.count // 2]).any():
             return None
         least, most = (by_axis(extreme, starts) for extreme in (np.minimum, np.maximum))
@@ -110,7 +136,7 @@ class RayBatch:
         ----------
         fields : as for `hits_of`; entries behind the last ray's do not count
         """
-        fields = {name: values[:self.count] for name, values in fields.items()}
+        fields = self.by_ray(fields)
         hits = hits_of({**fields, "t": self.given_units(fields["t"], slice(None))})
         hits.status = self.status()
         return hits

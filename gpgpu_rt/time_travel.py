@@ -65,6 +65,9 @@ def watching(tracer: Tracer, watch: Watch) -> Iterator[None]:
         for a driver that keeps no states in textures from pass to pass
     """
     driver: Any = tracer._traversal
+    if tracer.options["presort"]:
+        raise OptionError("option presort puts rays into other texels than their own; leave it "
+                          "out to look at these")
     if not hasattr(driver, "watch"):
         about = next((name for name in ("sort_rays", "entry_points")
                       if tracer.options.get(name)), None)

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
@@ -39,6 +39,7 @@ from .statistics import Statistics
 from .texel_layout import COUNTERS, HIT
 from .textures import release, texture_bytes
 
+Fields = dict[str, np.ndarray]
 DEFAULT_METHOD = "bvh-threaded"
 AUTO = "auto"
 
@@ -260,6 +261,8 @@ class Tracer(Choosing, Moving, Pictures):
         statistics = self.statistics
         with self.gpu, self._logged():
             statistics.start_call(batch.count)
+            if self.options["presort"]:
+                batch.put_in_order(self._bounds)
             rays, buffers = self._room(batch.size)
             began = time.perf_counter()
             rays.upload(batch)
@@ -269,10 +272,12 @@ class Tracer(Choosing, Moving, Pictures):
             self.gpu.finish()
             traced = time.perf_counter()
             statistics.stopped = stopped
-            hits = self._finish(batch.hits(side.fields(HIT.name)), side, stopped)
+            hits = batch.hits(side.fields(HIT.name))
+            hits = self._finish(hits, side, stopped, batch.by_ray)
             self.gpu.check_error(f"tracing {batch.count} rays")
+        statistics.sort_seconds += batch.sort_seconds
         statistics.upload_seconds = uploaded - began
-        statistics.trace_seconds = traced - uploaded
+        statistics.trace_seconds = traced - uploaded + batch.sort_seconds
         statistics.readback_seconds = time.perf_counter() - traced
         return hits
 
@@ -327,23 +332,22 @@ class Tracer(Choosing, Moving, Pictures):
                                          self.options["statistics"], self.precision)
         return self._rays, self._buffers
 
-    def _finish(self, hits: Hits, side: StateBuffer | PacketHits, stopped: int) -> Hits:
-        """The hits with what became of their rays."""
+    def _finish(self, hits: Hits, side: StateBuffer | PacketHits, stopped: int,
+                by_ray: Callable[[Fields], Fields] = dict) -> Hits:
+        """The hits with what became of their rays; ``by_ray`` takes what texels hold to rays."""
         if stopped:
-            phases = side.fields(self.method.state.name)["phase"][:len(hits)]
-            mark_stopped(hits.status, phases)
+            mark_stopped(hits.status, by_ray(side.fields(self.method.state.name))["phase"])
         if self.options["statistics"]:
-            for name, values in self._count(side, len(hits)).items():
+            for name, values in self._count(side, by_ray).items():
                 setattr(hits, name, values)
         self._add_texture_bytes()
         return hits
 
-    def _count(self, side: StateBuffer | PacketHits, rays: int) -> dict[str, np.ndarray]:
-        """Counters of the first ``rays`` rays by name; their means go to the statistics."""
-        counters = {**side.fields(COUNTERS.name),
-                    "steps": side.fields(self.method.state.name)["steps"]}
-        counters = {name: values[:rays] for name, values in counters.items()}
-        self.statistics.counters = {name: float(values.mean()) if rays else 0.0
+    def _count(self, side: StateBuffer | PacketHits, by_ray: Callable[[Fields], Fields]) -> Fields:
+        """Counters of the rays by name; their means go to the statistics."""
+        counters = by_ray({**side.fields(COUNTERS.name),
+                           "steps": side.fields(self.method.state.name)["steps"]})
+        self.statistics.counters = {name: float(values.mean()) if len(values) else 0.0
                                     for name, values in counters.items()}
         return counters
 

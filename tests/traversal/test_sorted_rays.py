@@ -6,12 +6,16 @@ import pytest
 from conftest import RAY_SETS, assert_same_bits, real_scene, schedules_of, soup_scene
 
 import gpgpu_rt as rt
+from gpgpu_rt import hits
 from gpgpu_rt.bench import workloads
 from gpgpu_rt.figures import coherence
 from gpgpu_rt.methods import find_method
+from gpgpu_rt.ray_batch import RayBatch
+from gpgpu_rt.time_travel import travel
 
 SCENE = soup_scene(80, 7)
 OF_NEIGHBOURS = ("ray-tiles", "ray-hierarchy")   # what a ray costs depends on those beside it
+WAYS = ("sort_rays", "presort")
 QUICK = ("bvh-threaded-loop", "kd-packet-loop", "ray-tiles-kernels", "kd-texture-stack-step1")
 
 
@@ -31,21 +35,23 @@ def mixed_rays(seed: int) -> tuple[np.ndarray, np.ndarray]:
                  marks=() if f"{row.name}-{name}" in QUICK else pytest.mark.full)
     for row in rt.methods() for name, settings in schedules_of(
         row, ("loop", "step1", "kernels")).items()])
-def test_hits_are_the_same(exact_renderer, method: str, settings: dict, seed: int) -> None:
+@pytest.mark.parametrize("way", WAYS)
+def test_hits_are_the_same(exact_renderer, way: str, method: str, settings: dict, seed: int
+                           ) -> None:
     origins, directions = mixed_rays(seed)
     with rt.Tracer(SCENE, method, statistics=True, **settings) as tracer:
         plain = tracer.trace(origins, directions, invalid="miss")
         shadowed = tracer.occluded(origins, directions, 0.7, invalid="miss")
-    with rt.Tracer(SCENE, method, statistics=True, sort_rays=True, **settings) as tracer:
+    with rt.Tracer(SCENE, method, statistics=True, **{way: True}, **settings) as tracer:
         for _ in range(2):     # the second time in textures that are there
-            hits = tracer.trace(origins, directions, invalid="miss")
-            assert_same_bits(hits, plain)
-            assert (hits.status == plain.status).all()
+            got = tracer.trace(origins, directions, invalid="miss")
+            assert_same_bits(got, plain)
+            assert (got.status == plain.status).all()
         assert 0 < tracer.statistics.sort_seconds < tracer.statistics.trace_seconds
         assert (tracer.occluded(origins, directions, 0.7, invalid="miss") == shadowed).all()
     if not (find_method(method).packet or method in OF_NEIGHBOURS):   # each ray's own affair
         for name in ("steps", "nodes_visited", "leaves_visited", "triangles_tested"):
-            assert (getattr(hits, name) == getattr(plain, name)).all(), name
+            assert (getattr(got, name) == getattr(plain, name)).all(), name
 
 
 def test_pictures_are_the_same(exact_renderer) -> None:
@@ -58,20 +64,55 @@ def test_pictures_are_the_same(exact_renderer) -> None:
 
 
 @pytest.mark.parametrize("precision", ["fp24", "fp16"])
-def test_in_lower_precision(exact_renderer, precision: str) -> None:
+@pytest.mark.parametrize("way", WAYS)
+def test_in_lower_precision(exact_renderer, way: str, precision: str) -> None:
     origins, directions = mixed_rays(2)
     with rt.Tracer(SCENE, "bvh-threaded", precision=precision) as tracer:
         plain = tracer.trace(origins, directions, invalid="miss")
-    with rt.Tracer(SCENE, "bvh-threaded", precision=precision, sort_rays=True) as tracer:
+    with rt.Tracer(SCENE, "bvh-threaded", precision=precision, **{way: True}) as tracer:
         assert_same_bits(tracer.trace(origins, directions, invalid="miss"), plain)
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_each_ray_keeps_its_own(exact_renderer, way: str) -> None:
+    """Ends, lengths of directions, origins far away, and what becomes of a ray at the step cap."""
+    origins, directions = (rays.reshape(-1, 3) for rays in mixed_rays(4))
+    rng = np.random.default_rng(4)
+    directions = directions * np.exp2(rng.integers(-9, 9, (len(directions), 1))).astype(np.float32)
+    origins[::7] -= 1e5 * directions[::7]
+    ends = (rng.random(len(origins)) * 0.3, 0.5 + rng.random(len(origins)).astype(np.float32))
+    found = []
+    for options in ({}, {way: True}):
+        with rt.Tracer(SCENE, "bvh-threaded", statistics=True, step_cap=9, **options) as tracer:
+            found.append(tracer.trace(origins, directions, *ends, invalid="miss"))
+            stopped = tracer.statistics.stopped
+        assert 0 < stopped == (found[-1].status == hits.UNFINISHED).sum()
+    assert_same_bits(*found)
+    for name in ("status", "steps", "nodes_visited"):
+        assert (getattr(found[0], name) == getattr(found[1], name)).all(), name
+
+
+def test_few_rays_or_none(exact_renderer) -> None:
+    with rt.Tracer(SCENE, "bvh-threaded", presort=True) as tracer:
+        for count in (0, 1, 63, 65):
+            origins, directions = RAY_SETS["random"](SCENE, 1089, 5)
+            got = tracer.trace(origins[:count], directions[:count])
+            with rt.Tracer(SCENE, "bvh-threaded") as plain:
+                assert_same_bits(got, plain.trace(origins[:count], directions[:count]))
+
+
+def test_states_are_not_watched_in_another_order() -> None:
+    with rt.Tracer(SCENE, "grid", schedule="step", presort=True) as tracer, \
+            pytest.raises(rt.OptionError, match="presort"):
+        travel(tracer, *mixed_rays(6), lambda one: None, invalid="miss")
 
 
 @pytest.mark.parametrize("seed", [3], ids="seed{}".format)
 def test_rays_that_are_alike_come_together(seed: int) -> None:
     """64 bundles of 64 rays, shuffled: each square of the order is one bundle again."""
     rng = np.random.default_rng(seed)
-    cells = np.stack(np.meshgrid([0.2, 0.45, 0.7, 0.95], [
-                     0.2, 0.7], [0.2, 0.7]), -1).reshape(-1, 3)
+    cells = np.stack(np.meshgrid([0.2, 0.45, 0.7, 0.95], [0.2, 0.6], [0.2, 0.7]), -1)
+    cells = cells.reshape(-1, 3)
     ways = np.float32([[1, 0.1, 0.2], [-1, 0.1, 0.2], [0.1, 0.2, 1], [0.2, -1, 0.1]])
     bundle = np.repeat(np.arange(64), 64)
     origins = cells[bundle // 4] + 0.01 * rng.random((4096, 3))
@@ -80,20 +121,28 @@ def test_rays_that_are_alike_come_together(seed: int) -> None:
     with rt.Tracer(SCENE, "bvh-threaded", sort_rays=True) as tracer:
         tracer.trace(origins[mixed], directions[mixed])
         order = tracer._traversal.order(tracer._rays)
-    assert (np.sort(order) == np.arange(4096)).all()
-    squares = bundle[mixed[order]].reshape(64, 64)
-    assert (squares == squares[:, :1]).all()
+    batch = RayBatch(origins[mixed], directions[mixed])
+    batch.put_in_order(SCENE.bounds)
+    width, height = batch.size
+    lies = np.empty(width * height, int)
+    lies[batch._order.places] = np.arange(4096)
+    on_host = lies.reshape(height // 8, 8, width // 8, 8).swapaxes(1, 2).reshape(-1)
+    for found in (order, on_host):
+        assert (np.sort(found) == np.arange(4096)).all()
+        squares = bundle[mixed[found]].reshape(64, 64)
+        assert (squares == squares[:, :1]).all()
 
 
-def test_origins_on_a_plane_or_at_a_point() -> None:
+@pytest.mark.parametrize("way", WAYS)
+def test_origins_on_a_plane_or_at_a_point(way: str) -> None:
     """An extent of nothing, and one whose inverse overflows, are one cell and no error."""
     for spread in (0.0, 1e-40):
         origins = np.float32([0.5, 0.5, 3]) + np.float32(spread) * np.ones((100, 3), np.float32)
         origins[::2, 0] += np.float32(spread)
         directions = np.tile(np.float32([0, 0, -1]), (100, 1))
-        with rt.Tracer(SCENE, "bvh-threaded", sort_rays=True) as tracer:
-            hits = tracer.trace(origins, directions)
-        assert (hits.triangle == hits.triangle[0]).all()
+        with rt.Tracer(SCENE, "bvh-threaded", **{way: True}) as tracer:
+            found = tracer.trace(origins, directions)
+        assert (found.triangle == found.triangle[0]).all()
 
 
 @pytest.mark.full
