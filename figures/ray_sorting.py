@@ -7,7 +7,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from gpgpu_rt.bench.workloads import EYE, SHADOW, diffuse, mirror
+from gpgpu_rt.bench.workloads import EYE, RANDOM, SHADOW, diffuse, mirror
 
 from .cell import Cell
 from .output import COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
@@ -16,10 +16,11 @@ from .works import COHERENCE
 
 SCENE = "kitchen"
 METHODS = ("bvh-threaded", "bvh-packet")
-WORK = (EYE, SHADOW, mirror(1), diffuse(1), diffuse(2))
-SORTED = (("sort_rays", True),)
-HEADS = ("rays", "method", "unsorted ms", "sorted ms", "of it the sort", "trace alone, times",
-         "sort and trace, times")
+ALIKE_WORK = (EYE, SHADOW, mirror(1), diffuse(1), diffuse(2))
+WORK = (*ALIKE_WORK, RANDOM)
+SORTERS = {"passes": "sort_rays", "host": "presort"}    # who sorts, and the option for it
+HEADS = ("rays", "method", "sorted by", "unsorted ms", "sorted ms", "of it the sort",
+         "trace alone, times", "sort and trace, times")
 ALIKE = ("rays", "nodes a ray", "nodes a tile", "sorted", "fewer by", "waiting", "sorted",
          "idle share less by")
 
@@ -39,8 +40,9 @@ def _alike(work: str, full: bool) -> Cell:
 
 def cells(full: bool) -> list[Cell]:
     return [cell for work in WORK for cell in (
-        *(_timed(method, work, options, full) for method in METHODS for options in ((), SORTED)),
-        _alike(work, full))]
+        *(_timed(method, work, options, full) for method in METHODS
+          for options in ((), *(((option, True),) for option in SORTERS.values()))),
+        *([_alike(work, full)] if work in ALIKE_WORK else []))]
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
@@ -48,24 +50,26 @@ def draw(data: Path, out: Path, full: bool) -> None:
     times, alike, heading = [], [], None
     for work in WORK:
         for method in METHODS:
-            plain, ordered = (read(_timed(method, work, options, full), data)
-                              for options in ((), SORTED))
-            if plain and ordered:
-                times.append((work, method, plain["median_ms"], ordered["median_ms"],
-                              ordered["sort_ms"]))
-                heading = plain
-        found = read(_alike(work, full), data)
+            plain = read(_timed(method, work, (), full), data)
+            for sorter, option in SORTERS.items():
+                ordered = read(_timed(method, work, ((option, True),), full), data)
+                if plain and ordered:
+                    times.append((work, method, sorter, plain["median_ms"],
+                                  ordered["median_ms"], ordered["sort_ms"]))
+                    heading = plain
+        found = read(_alike(work, full), data) if work in ALIKE_WORK else None
         if found:
             alike.append((work, found["coherence"]))
     if heading is None:
         return
-    write_csv(out / "ray_sorting.csv", ("rays", "method", "unsorted_ms", "sorted_ms", "sort_ms"),
+    write_csv(out / "ray_sorting.csv", ("rays", "method", "sorted_by", "unsorted_ms", "sorted_ms",
+                                        "sort_ms"),
               times)
     note = (f"{heading['gpu']['renderer']}, {SCENE}, {size(full)} x {size(full)} rays of a kind."
             + (f" A procedural stand-in for {heading['scene']['stand_in']}."
                if heading["scene"]["stand_in"] else ""))
     write_text(out / "ray_sorting.md", _page(times, alike, note))
-    figure, (left, right) = plt.subplots(1, 2, figsize=(12, 4.8))
+    figure, (left, right) = plt.subplots(1, 2, figsize=(12, 7.5))
     _draw_times(left, times)
     _draw_nodes(right, alike)
     figure.suptitle("Ray sorting before a traversal", fontsize=11)
@@ -74,9 +78,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 
 def _page(times: list[tuple], alike: list[tuple[str, dict[str, float]]], note: str) -> str:
-    rows = [[work, method, number(plain), number(ordered), number(sort),
+    rows = [[work, method, sorter, number(plain), number(ordered), number(sort),
              number(plain / max(ordered - sort, 1e-9)), number(plain / ordered)]
-            for work, method, plain, ordered, sort in times]
+            for work, method, sorter, plain, ordered, sort in times]
     tiles = [[work, number(c["nodes_a_ray"]), number(c["distinct_as_they_come"]),
               number(c["distinct_sorted"]),
               number(c["distinct_as_they_come"] / max(c["distinct_sorted"], 1e-9)),
@@ -84,7 +88,9 @@ def _page(times: list[tuple], alike: list[tuple[str, dict[str, float]]], note: s
               number((c["waiting_as_they_come"] - 1) / max(c["waiting_sorted"] - 1, 1e-9))]
              for work, c in alike]
     return ("# Ray sorting\n\n" + note + " Hits are the same bits, and a ray's own steps the same "
-            "number, in any order.\n\n" + markdown_table(HEADS, rows)
+            "number, in any order. Fragment passes sort rays that are in textures "
+            "(`--sort-rays`); the host puts arrays of rays in order before it uploads them "
+            "(`--presort`).\n\n" + markdown_table(HEADS, rows)
             + "\nHow alike rays are: different nodes of the tree behind `bvh-threaded` that the "
             "64 rays of a tile need (boxes met before the hit), in tiles of 8x8 pixels and in "
             "squares of the sorted order; and the steps of a tile that waits for its longest ray, "
@@ -93,13 +99,15 @@ def _page(times: list[tuple], alike: list[tuple[str, dict[str, float]]], note: s
 
 
 def _draw_times(axis: Any, times: list[tuple]) -> None:
-    for at, (work, method, plain, ordered, sort) in enumerate(times):
-        colour = COLOURS.get(method, "#7a4fa3")
-        axis.barh(at - 0.2, plain, 0.38, color="#c8c8c8")
-        axis.barh(at + 0.2, ordered - sort, 0.38, color=colour)
-        axis.barh(at + 0.2, sort, 0.38, left=ordered - sort, color=colour, alpha=0.35)
-    axis.set_yticks(range(len(times)), [f"{work}, {method}" for work, method, *_ in times],
-                    fontsize=8)
+    bars: list[tuple[str, float, float, str]] = []     # label, trace, sort, colour
+    for work, method, sorter, plain, ordered, sort in times:
+        if (label := f"{work}, {method}") not in [bar[0] for bar in bars]:
+            bars.append((label, plain, 0.0, "#c8c8c8"))
+        bars.append((f"by {sorter}", ordered - sort, sort, COLOURS.get(method, "#7a4fa3")))
+    for at, (_, trace, sort, colour) in enumerate(bars):
+        axis.barh(at, trace, 0.8, color=colour)
+        axis.barh(at, sort, 0.8, left=trace, color=colour, alpha=0.35)
+    axis.set_yticks(range(len(bars)), [label for label, *_ in bars], fontsize=7)
     axis.invert_yaxis()
     axis.set_xlabel("ms: grey unsorted; full colour trace of sorted rays, pale the sort")
     axis.spines[["top", "right"]].set_visible(False)
