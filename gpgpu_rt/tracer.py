@@ -270,7 +270,7 @@ class Tracer(Choosing, Moving, Pictures):
             uploaded = time.perf_counter()
             side, stopped = self._traversal.run(rays, buffers, statistics, any_hit)
             self.gpu.finish()
-            traced = time.perf_counter()
+            traced, sorting = time.perf_counter(), batch.sort_seconds
             statistics.stopped = stopped
             hits = batch.hits(side.fields(HIT.name))
             hits = self._finish(hits, side, stopped, batch.by_ray)
@@ -278,7 +278,8 @@ class Tracer(Choosing, Moving, Pictures):
         statistics.sort_seconds += batch.sort_seconds
         statistics.upload_seconds = uploaded - began
         statistics.trace_seconds = traced - uploaded + batch.sort_seconds
-        statistics.readback_seconds = time.perf_counter() - traced
+        back = time.perf_counter() - traced
+        statistics.readback_seconds = back - (batch.sort_seconds - sorting)
         return hits
 
     @contextmanager
