@@ -65,10 +65,11 @@ def collect(batch: RayBatch, trace: Round, max_hits: int | None = None) -> AllHi
     """
     if max_hits is not None and max_hits < 0:
         raise OptionError(f"max_hits is {max_hits}; give 0 or more, or None for all")
-    given = batch.texels.reshape(-1, RAY_TEXELS.texels, 4)[:batch.count].copy()
+    given = batch.given_texels()
     fields = {**RAY_TEXELS.unpack(given), "after": np.full(len(given), -1)}
     status = batch.status()
-    rays = np.arange(len(given))    # all in the first round, so that packets find their tiles
+    # All in the first round, so that packets find their tiles.
+    rays = np.arange(len(given)) if batch.order is None else batch.order.rays
     found: list[dict[str, np.ndarray]] = []
     height, width = batch.size[::-1]
     while len(rays) and (max_hits is None or len(found) < max_hits):

@@ -2,8 +2,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -64,11 +64,17 @@ class Moving:
         OptionError
             within ``counting``
         """
+        with self._moving_turn():
+            self._move(self.scene.moved(vertices))
+
+    @contextmanager
+    def _moving_turn(self) -> Iterator[None]:
+        """Within, the scene may move. OptionError within ``counting``, Error after ``release``."""
         with self._in_turn():
             if self._counting:
                 raise OptionError("update within counting would move the scene for the programs "
                                   "that count alone; update before or after")
-            self._move(self.scene.moved(vertices))
+            yield
 
     def _move(self, scene: Scene) -> None:
         """Trace this scene from now on: of as many triangles, elsewhere."""
@@ -81,9 +87,10 @@ class Moving:
             statistics.rebuilt = accelerator is None
             if accelerator is None:
                 accelerator = self._builder.build(triangles)
+            own = self.method.tables_for(self.options)
+            self._tables.check(own, accelerator)    # before anything is given up for them
             before, self.accelerator, self._triangles = self.accelerator, accelerator, triangles
             self.scene, self._bounds = scene, scene.bounds
-            own = self.method.tables_for(self.options)
             self._tables.keep(own)    # those of the method for single rays are made again
             self._write_tables(own, accelerator)
             if (before.defines, before.stack_levels) == (accelerator.defines,

@@ -110,13 +110,16 @@ TRUTH = {"1": True, "true": True, "yes": True, "on": True,
 
 TRACER_OPTIONS: tuple[Option, ...] = (
     Option("schedule", "loop", "how kernels are issued", choices=("kernels", "step", "loop")),
-    Option("steps_per_pass", 1, "kernel runs a pass under the step schedule", int, minimum=1),
-    Option("mask_interval", None, "passes between two counts of the rays still alive", int,
-           minimum=1),
+    Option("steps_per_pass", 1, "kernel runs a pass under the step schedule", int, minimum=1,
+           schedules=("step",)),
+    Option("mask_interval", None, "passes between two counts of the rays still alive; under "
+           "kernels an even number, so one less than an odd one, and 2 at least", int, minimum=1,
+           schedules=("kernels", "step")),
     Option("step_cap", None, "kernel runs after which a ray is stopped and flagged; none: the "
            "bound that follows from the accelerator's size", int, minimum=1),
     Option("statistics", False, "count nodes, leaves and triangles a ray", bool),
-    Option("sort_rays", False, "sort rays by where they begin and end before tracing them", bool),
+    Option("sort_rays", False, "sort rays by where they begin and end before tracing them, in "
+           "fragment passes", bool, excludes=("presort",)),
     Option("presort", False, "put rays that come as arrays in order on the host, by direction and "
            "origin, before they are uploaded; those of pictures stay as they are", bool),
     Option("rasterised_bounds", None, "pixels a side of tiles that triangles are drawn to first, "

@@ -8,14 +8,13 @@ import numpy as np
 
 from .approach import approach, by_axis
 from .hits import INVALID, Hits
-from .ray_order import RayOrder
+from .ray_order import AT_ONCE, RayOrder
 from .texel_layout import NO_RAY, NO_TRIANGLE, RAY_TEXELS
 from .threads import threads
 
 ROW = 1024   # rays in a row of the texture where the caller gave no shape
 MANY = 5     # a share of 1 in so many: more is written by columns, less ray by ray
 _ON_MISS = {"t": np.inf, "u": 0, "v": 0, "triangle": -1}
-BLOCK = 1 << 16     # rays laid out at a time: what is made of them stays in a core's cache
 
 
 class RayBatch:
@@ -38,7 +37,8 @@ class RayBatch:
     ----------
     count : rays
     size, texels : (width, height) of their textures, and what these hold
-    sort_seconds : what putting them in order took so far, and hits back into theirs
+    order : in which they lie there, once they were put in one
+    sort_seconds : what that took so far, and hits back into the rays' own
 
     Raises
     ------
@@ -69,11 +69,12 @@ class RayBatch:
         self.size = (max(1, width), max(1, height))
         # A texture behind the other, as they are uploaded, though seen ray by ray.
         planes = np.empty((RAY_TEXELS.texels, self.size[0] * self.size[1], 4), np.float32)
-        self._planes, self._order, self.sort_seconds = planes, None, 0.0
+        self._planes, self.sort_seconds = planes, 0.0
+        self.order: RayOrder | None = None
         texels = planes.swapaxes(0, 1)
         self.texels = planes.reshape(-1, *self.size[::-1], 4).transpose(1, 2, 0, 3)
-        blocks = [slice(first, min(first + BLOCK, self.count))
-                  for first in range(0, self.count, BLOCK)]
+        blocks = [slice(first, min(first + AT_ONCE, self.count))
+                  for first in range(0, self.count, AT_ONCE)]
         with threads(self.count) as run:
             laid = list(run(lambda part: _lay_out(
                 texels[part], origins[part], directions[part], t_min[part], t_max[part], bounds),
@@ -107,17 +108,21 @@ class RayBatch:
     def put_in_order(self, bounds: tuple[np.ndarray, np.ndarray]) -> None:
         """Lay rays that are alike side by side; see ``RayOrder``."""
         began = time.perf_counter()
-        self._order = RayOrder(self._planes[:, :self.count], bounds)
-        self.size, self.texels = self._order.size, self._order.texels(self._planes[:, :self.count])
+        planes = self._planes[:, :self.count]
+        self.order = RayOrder(planes, bounds)
+        self.size, self.texels = self.order.size, self.order.texels(planes)
         self.sort_seconds += time.perf_counter() - began
 
-    def by_ray(self, fields: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """What textures of ``size`` hold, one entry a texel, as arrays of one entry a ray."""
-        if self._order is None:
-            return {name: values[:self.count] for name, values in fields.items()}
-        began, places = time.perf_counter(), self._order.places
-        with threads(self.count) as run:
-            found = dict(zip(fields, run(lambda values: values[places], fields.values())))
+    def given_texels(self) -> np.ndarray:
+        """(n, textures, 4) float32, a copy: the rays as they were given, in no other order."""
+        return self._planes[:, :self.count].swapaxes(0, 1).copy()
+
+    def by_ray(self, texels: np.ndarray) -> np.ndarray:
+        """What a texture of ``size`` holds, (k, 4) row by row, ray by ray: (n, 4)."""
+        if self.order is None:
+            return texels[:self.count]
+        began = time.perf_counter()
+        found = self.order.back(texels)
         self.sort_seconds += time.perf_counter() - began
         return found
 
@@ -130,13 +135,13 @@ class RayBatch:
         return starts[0] if (least == most).all() else None
 
     def hits(self, fields: Mapping[str, np.ndarray]) -> Hits:
-        """Hits in the caller's units from the fields of HIT, one or more a ray.
+        """Hits in the caller's units from the fields of HIT, (n,) each.
 
         Parameters
         ----------
         fields : as for `hits_of`; entries behind the last ray's do not count
         """
-        fields = self.by_ray(fields)
+        fields = {name: values[:self.count] for name, values in fields.items()}
         hits = hits_of({**fields, "t": self.given_units(fields["t"], slice(None))})
         hits.status = self.status()
         return hits

@@ -11,14 +11,16 @@ from functools import lru_cache
 
 import numpy as np
 
-from .texel_layout import NO_RAY
+from .accel.morton import morton_2d, morton_3d
+from .texel_layout import NO_RAY, RAY_TEXELS
 from .threads import threads
 
-BLOCK = 8          # rays a side of a square, along whose Morton curve neighbours in the order lie
-ROW = 1024         # rays in a row of the texture
-CELL_BITS = 3      # an axis, of the scene's box: where a ray begins
-WAY_BITS = 2       # an axis, of its direction, which comes first
-AT_ONCE = 1 << 16  # rays whose keys are made at a time: they stay in a core's cache
+# Rays a side of a square, along whose Morton curve neighbours in order lie: 2^SQUARE_LOG2 of
+# common/sorted_place.glsl.
+SQUARE = 8
+ORIGIN_BITS = 3     # an axis, of the scene's box: the cell in which a ray begins
+DIRECTION_BITS = 2  # an axis, of the cube of directions; they come first
+AT_ONCE = 1 << 16   # rays that are worked on at a time: they stay in a core's cache
 
 
 class RayOrder:
@@ -31,90 +33,121 @@ class RayOrder:
 
     Attributes
     ----------
+    rays : (n,) int, the rays in their order
     size : (width, height) of the textures that they lie in
-    places : (n,) int, the texel of each ray, row by row
     """
 
     def __init__(self, planes: np.ndarray, bounds: tuple[np.ndarray, np.ndarray]) -> None:
         count = planes.shape[1]
-        across = max(1, min(ROW // BLOCK, -(-count // BLOCK ** 2)))
-        self.size = (BLOCK * across, BLOCK * max(1, -(-count // (BLOCK ** 2 * across))))
+        across, down = squares(count)
+        self.size = (SQUARE * across, SQUARE * down)
         # A key and its ray as one number: numpy sorts these faster than it finds an order.
         keys = _keys(planes, bounds).astype(np.uint64) << np.uint64(32)
         keys |= np.arange(count, dtype=np.uint64)
         keys.sort()
-        self._rays = (keys & np.uint64(0xffffffff)).astype(np.intp)
-        self.places = np.empty(count, np.intp)
-        self.places[self._rays] = _curve(self.size)[0][:count]
+        self.rays = (keys & np.uint64(0xffffffff)).astype(np.intp)
 
     def texels(self, planes: np.ndarray) -> np.ndarray:
         """(height, width, textures, 4) float32, the rays where they lie; empty ones elsewhere."""
-        (width, height), count = self.size, len(self._rays)
+        (width, height), count = self.size, len(self.rays)
         curve, rank = _curve(self.size)
-        lies = self._rays[np.minimum(rank, count - 1)] if count else rank[:0]
         laid = np.empty((len(planes), width * height, 4), np.float32)
 
-        def lay(texel: int) -> None:
-            # A texel as one number of 16 bytes, which numpy moves faster than four of four.
-            into, values = (part[texel].view(np.complex128)[:, 0] for part in (laid, planes))
-            np.take(values, lies, out=into[:len(lies)])
-            laid[texel, curve[count:]] = NO_RAY[texel]
-        with threads(count) as run:
-            list(run(lay, range(len(planes))))
+        def lay(first: int) -> None:
+            part = slice(first, first + AT_ONCE)
+            lies = self.rays[np.minimum(rank[part], count - 1)]
+            for values, into in zip(planes, laid):
+                np.take(_whole(values), lies, out=_whole(into)[part])
+        if count:
+            with threads(count) as run:
+                list(run(lay, range(0, width * height, AT_ONCE)))
+        for into, empty in zip(laid, NO_RAY):
+            into[curve[count:]] = empty
         return laid.reshape(-1, height, width, 4).transpose(1, 2, 0, 3)
+
+    def back(self, values: np.ndarray) -> np.ndarray:
+        """What each ray came to, from what lies in a texture.
+
+        Parameters
+        ----------
+        values : (texels, ...), row by row
+
+        Returns
+        -------
+        (n, ...), ray by ray
+        """
+        curve, _ = _curve(self.size)
+        found = np.empty((len(self.rays), *values.shape[1:]), values.dtype)
+        one, other = values, found
+        if values.dtype == np.float32 and values.shape[1:] == (4,):
+            one, other = _whole(np.ascontiguousarray(values)), _whole(found)
+
+        def bring(first: int) -> None:
+            part = slice(first, first + AT_ONCE)
+            other[self.rays[part]] = one[curve[:len(found)][part]]
+        with threads(len(found)) as run:
+            list(run(bring, range(0, len(found), AT_ONCE)))
+        return found
+
+
+def squares(rays: int) -> tuple[int, int]:
+    """Squares across and down: about as wide as high, and no more than hold all rays."""
+    count = -(-rays // SQUARE ** 2)
+    across = max(1, round(count ** 0.5))
+    return across, max(1, -(-count // across))
 
 
 def _keys(planes: np.ndarray, bounds: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
     """(n,) uint16: the cell of a ray's direction, then that of its origin, along Morton curves."""
-    (at, way), count = planes, planes.shape[1]
+    fields = RAY_TEXELS.unpack(planes.swapaxes(0, 1))
     lo, hi = (np.asarray(corner, np.float32) for corner in bounds)
-    cells, ways = (1 << CELL_BITS), (1 << WAY_BITS)
-    with np.errstate(all="ignore"):
-        scale = np.float32(cells) / (hi - lo)
-    keys = np.empty(count, np.uint16)
+    cells, bits = (1 << ORIGIN_BITS, 1 << DIRECTION_BITS), (ORIGIN_BITS, DIRECTION_BITS)
+    with np.errstate(all="ignore"):     # a box without extent is some cell or other
+        scales = (np.float32(cells[0]) / (hi - lo), np.full(3, cells[1] / 2, np.float32))
+    starts = (lo, np.full(3, -1, np.float32))
+    keys = np.empty(planes.shape[1], np.uint16)
 
     def fill(first: int) -> None:
-        part = slice(first, first + AT_ONCE)
+        part, shift = slice(first, first + AT_ONCE), 0
         lattice = np.zeros(len(keys[part]), np.int32)
-        for axis in range(3):
-            with np.errstate(all="ignore"):    # a box without extent is some cell or other
-                cell = (at[part, axis] - lo[axis]) * scale[axis]
-                lattice |= _whole(cell, cells) << (CELL_BITS * axis)
-                along = (way[part, axis] + np.float32(1)) * np.float32(ways / 2)
-                lattice |= _whole(along, ways) << (3 * CELL_BITS + WAY_BITS * axis)
+        for values, start, scale, count, width in zip(
+                (fields["origin"], fields["direction"]), starts, scales, cells, bits):
+            for axis in range(3):
+                with np.errstate(all="ignore"):
+                    cell = (values[part, axis] - start[axis]) * scale[axis]
+                    # One outside is taken for another: that costs order, and no hit.
+                    lattice |= (cell.astype(np.int32) & (count - 1)) << shift
+                shift += width
         np.take(_morton(), lattice, out=keys[part])
-    with threads(count) as run:
-        list(run(fill, range(0, count, AT_ONCE)))
+    with threads(len(keys)) as run:
+        list(run(fill, range(0, len(keys), AT_ONCE)))
     return keys
 
 
-def _whole(values: np.ndarray, cells: int) -> np.ndarray:
-    """(n,) int32, the cell that each lies in, the nearest one where it lies in none."""
-    np.minimum(values, cells - 1, out=values)
-    np.maximum(values, 0, out=values)
-    return values.astype(np.int32) & (cells - 1)     # of what is no number too
+def _whole(texels: np.ndarray) -> np.ndarray:
+    """(n,) of (n, 4) float32: a texel as one number, which numpy moves faster than its four."""
+    return texels.view(np.complex128)[:, 0]
 
 
 @lru_cache(maxsize=None)
 def _morton() -> np.ndarray:
-    """(2^15,) uint16, the key of a place in both lattices, each x first."""
-    lattice, key, low = np.arange(1 << 3 * (CELL_BITS + WAY_BITS)), 0, 0
-    for bits in (CELL_BITS, WAY_BITS):
-        for axis in range(3):
-            for bit in range(bits):
-                key |= (lattice >> (low + bits * axis + bit) & 1) << (low + 3 * bit + axis)
+    """(2^15,) uint16, the key of each place in the two lattices, the origin's in the low bits."""
+    place, key, low = np.arange(1 << 3 * (ORIGIN_BITS + DIRECTION_BITS)), 0, 0
+    for bits in (ORIGIN_BITS, DIRECTION_BITS):
+        axes = (place >> (low + bits * axis) & (1 << bits) - 1 for axis in range(3))
+        key |= morton_3d(*axes) << low
         low += 3 * bits
     return np.asarray(key, np.uint16)
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=1)
 def _curve(size: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
     """Texels of a texture in order, square by square and along each one's curve; and the number
-    that each has in it. (width * height,) int both."""
+    that each has in it. (width * height,) int32 both."""
     width, height = size
     y, x = np.divmod(np.arange(width * height), width)
-    inside = sum((x >> bit & 1) << 2 * bit | (y >> bit & 1) << 2 * bit + 1 for bit in range(3))
-    rank = (y // BLOCK * (width // BLOCK) + x // BLOCK) * BLOCK ** 2 + inside
+    rank = ((y // SQUARE * (width // SQUARE) + x // SQUARE) * SQUARE ** 2
+            + morton_2d(y % SQUARE, x % SQUARE)).astype(np.int32)
     texels = np.empty_like(rank)
-    texels[rank] = np.arange(width * height)
+    texels[rank] = np.arange(width * height, dtype=np.int32)
     return texels, rank

@@ -1,7 +1,7 @@
 """Rays in textures, and the state that passes ping-pong."""
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 
 import moderngl
@@ -14,6 +14,13 @@ from .ray_batch import RayBatch
 from .record import Record
 from .texel_layout import COUNTERS, HIT, RAY_AFTER_HIT, RAY_TEXELS
 from .textures import read_texture, release, stream_textures, texture_bytes, write_texture
+
+ByRay = Callable[[np.ndarray], np.ndarray]    # what a texture holds, (k, 4) -> (n, 4), ray by ray
+
+
+def whole(texels: np.ndarray) -> np.ndarray:
+    """Texels as they lie."""
+    return texels
 
 
 class RayTextures:
@@ -104,9 +111,9 @@ class StateBuffer:
         return {sampler: texture for name, textures in self.streams.items()
                 for sampler, texture in stream_samplers(name, textures).items()}
 
-    def fields(self, name: str) -> dict[str, np.ndarray]:
-        """Fields of the record ``name``, one entry a texel, row by row."""
-        texels = [read_texture(texture).reshape(-1, 4) for texture in self.streams[name]]
+    def fields(self, name: str, by_ray: ByRay = whole) -> dict[str, np.ndarray]:
+        """Fields of the record ``name``, one entry a texel, row by row, or as ``by_ray`` says."""
+        texels = [by_ray(read_texture(texture).reshape(-1, 4)) for texture in self.streams[name]]
         return self.records[name].unpack(
             texels[0][:, None] if len(texels) == 1 else np.stack(texels, axis=1))
 

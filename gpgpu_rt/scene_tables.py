@@ -8,7 +8,7 @@ import moderngl
 from .gpu import Gpu
 from .methods.row import Accelerator, Tables
 from .precision import Precision
-from .textures import release, table_textures, texture_bytes
+from .textures import check_table, release, table_textures, texture_bytes
 
 
 class SceneTables(dict[str, dict[str, moderngl.Texture]]):
@@ -37,6 +37,11 @@ class SceneTables(dict[str, dict[str, moderngl.Texture]]):
         if accelerator.finisher is not None:
             accelerator.finisher.run(self.gpu, self.samplers())
             self.gpu.finish()
+
+    def check(self, records: Tables, accelerator: Accelerator) -> None:
+        """Raise LimitError where one of an accelerator's tables is past what textures hold."""
+        for record in records:
+            check_table(self.gpu, self.precision.layout(record), accelerator.tables[record.name])
 
     def samplers(self) -> dict[str, moderngl.Texture]:
         """Sampler name -> texture, of all tables."""

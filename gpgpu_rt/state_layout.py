@@ -39,7 +39,8 @@ KD_PUSH_DOWN_STATE = KD_STATE.extended("pushed:int pushing:int")
 
 KD_SHORT_STACK_STATE = KD_STATE.extended(
     "pushed:int pushing:int stacked:int | stack_t_max:vec4 | stack_node:ivec4")
-"""And a ring of far children: how many, where their intervals end, and which they are."""
+"""And the last far children put away, newest first: how many, where their intervals end, and which
+they are."""
 
 KD_TEXTURE_STACK_STATE = KD_STATE.extended("far_t_max far:int stacked:int")
 """And the far child that a push puts away, where its interval ends; the stack's pointer."""

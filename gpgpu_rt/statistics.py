@@ -39,7 +39,7 @@ class Statistics:
     refit_seconds : refitting and packing it, at the last update; where it was built anew, what a
         try at refitting took before
     rebuilt : whether the last update built it anew
-    trace_seconds : first draw to last, finished
+    trace_seconds : first draw to last, finished; with ``presort``, what that took the host too
     sort_seconds : of those, what sorting rays and bringing hits back took
     upload_seconds, readback_seconds : arrays to textures, and back
     driver : what the method's own driver counts, by name

@@ -67,8 +67,7 @@ def table_textures(gpu: Gpu, record: Record | PackedRecord,
     LimitError
         past 2^24 records or past the renderer's texture size.
     """
-    count = len(next(iter(arrays.values())))
-    check_count(record.name, count)
+    count = check_table(gpu, record, arrays)
     textures = {f"{record.name}{plane.suffix}_table": _room(gpu, record.name, count, plane,
                                                             into or {})
                 for plane in record.planes}
@@ -83,16 +82,30 @@ def table_textures(gpu: Gpu, record: Record | PackedRecord,
     return textures
 
 
+def check_table(gpu: Gpu, record: Record | PackedRecord,
+                arrays: Mapping[str, np.ndarray | Column]) -> int:
+    """How many records a table's arrays hold. LimitError as of `table_textures`."""
+    count = len(next(iter(arrays.values())))
+    check_count(record.name, count)
+    for plane in record.planes:
+        gpu.check_size(TABLE_WIDTH, _rows(count, plane),
+                       f"a {record.name} table of {count * plane.texels} texels")
+    return count
+
+
+def _rows(count: int, plane: Plane) -> int:
+    return max(1, -(-count * plane.texels // TABLE_WIDTH))
+
+
 def _room(gpu: Gpu, name: str, count: int, plane: Plane,
           old: Mapping[str, moderngl.Texture]) -> moderngl.Texture:
     """A texture for ``count`` records; the old one if it has the size."""
-    rows = max(1, -(-count * plane.texels // TABLE_WIDTH))
+    rows = _rows(count, plane)
     texture = old.get(f"{name}{plane.suffix}_table")
     if texture is not None:
         if texture.size == (TABLE_WIDTH, rows):
             return texture
         texture.release()
-    gpu.check_size(TABLE_WIDTH, rows, f"a {name} table of {count * plane.texels} texels")
     texture = make_texture(gpu, (TABLE_WIDTH, rows), plane.components, name, dtype=plane.dtype)
     # Nobody samples outside; llvmpipe then spends less on a place than where it might be repeated.
     texture.repeat_x = texture.repeat_y = False

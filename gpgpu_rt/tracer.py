@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
@@ -31,7 +31,7 @@ from .pictures import Pictures
 from .precision import Precision
 from .rasterised.eye_drivers import EyeDrivers
 from .ray_batch import RayBatch
-from .ray_state import RayTextures, StateBuffer, StateBuffers
+from .ray_state import ByRay, RayTextures, StateBuffer, StateBuffers, whole
 from .record import EXACT_INTEGER
 from .scene import Scene, load_scene
 from .scene_tables import SceneTables
@@ -39,7 +39,6 @@ from .statistics import Statistics
 from .texel_layout import COUNTERS, HIT
 from .textures import release, texture_bytes
 
-Fields = dict[str, np.ndarray]
 DEFAULT_METHOD = "bvh-threaded"
 AUTO = "auto"
 
@@ -238,10 +237,13 @@ class Tracer(Choosing, Moving, Pictures):
         with self._taking(batch):
             with self._logged():
                 self.statistics.start_call(batch.count)
+                self._put_in_order(batch)
                 began = time.perf_counter()
                 hits = collect(batch, self._trace_on, max_hits)
                 self.gpu.check_error(f"tracing all hits of {batch.count} rays")
-                self.statistics.trace_seconds = time.perf_counter() - began
+                self.statistics.trace_seconds = (time.perf_counter() - began
+                                                 + batch.sort_seconds)
+                self.statistics.sort_seconds += batch.sort_seconds
             if self._rays is not None:
                 self._add_texture_bytes()
         return hits
@@ -261,8 +263,7 @@ class Tracer(Choosing, Moving, Pictures):
         statistics = self.statistics
         with self.gpu, self._logged():
             statistics.start_call(batch.count)
-            if self.options["presort"]:
-                batch.put_in_order(self._bounds)
+            self._put_in_order(batch)
             rays, buffers = self._room(batch.size)
             began = time.perf_counter()
             rays.upload(batch)
@@ -272,7 +273,7 @@ class Tracer(Choosing, Moving, Pictures):
             self.gpu.finish()
             traced, sorting = time.perf_counter(), batch.sort_seconds
             statistics.stopped = stopped
-            hits = batch.hits(side.fields(HIT.name))
+            hits = batch.hits(side.fields(HIT.name, batch.by_ray))
             hits = self._finish(hits, side, stopped, batch.by_ray)
             self.gpu.check_error(f"tracing {batch.count} rays")
         statistics.sort_seconds += batch.sort_seconds
@@ -281,6 +282,10 @@ class Tracer(Choosing, Moving, Pictures):
         back = time.perf_counter() - traced
         statistics.readback_seconds = back - (batch.sort_seconds - sorting)
         return hits
+
+    def _put_in_order(self, batch: RayBatch) -> None:
+        if self.options["presort"]:
+            batch.put_in_order(self._bounds)
 
     @contextmanager
     def counting(self) -> Iterator[None]:
@@ -334,20 +339,22 @@ class Tracer(Choosing, Moving, Pictures):
         return self._rays, self._buffers
 
     def _finish(self, hits: Hits, side: StateBuffer | PacketHits, stopped: int,
-                by_ray: Callable[[Fields], Fields] = dict) -> Hits:
-        """The hits with what became of their rays; ``by_ray`` takes what texels hold to rays."""
+                by_ray: ByRay = whole) -> Hits:
+        """The hits with what became of their rays."""
         if stopped:
-            mark_stopped(hits.status, by_ray(side.fields(self.method.state.name))["phase"])
+            mark_stopped(hits.status, side.fields(
+                self.method.state.name, by_ray)["phase"])
         if self.options["statistics"]:
             for name, values in self._count(side, by_ray).items():
                 setattr(hits, name, values)
         self._add_texture_bytes()
         return hits
 
-    def _count(self, side: StateBuffer | PacketHits, by_ray: Callable[[Fields], Fields]) -> Fields:
+    def _count(self, side: StateBuffer | PacketHits,
+               by_ray: ByRay = whole) -> dict[str, np.ndarray]:
         """Counters of the rays by name; their means go to the statistics."""
-        counters = by_ray({**side.fields(COUNTERS.name),
-                           "steps": side.fields(self.method.state.name)["steps"]})
+        counters = {**side.fields(COUNTERS.name, by_ray),
+                    "steps": side.fields(self.method.state.name, by_ray)["steps"]}
         self.statistics.counters = {name: float(values.mean()) if len(values) else 0.0
                                     for name, values in counters.items()}
         return counters

@@ -3,7 +3,8 @@
 // the triangle that its rays have just tested (passes/packet_intersect.frag, one fragment a ray), or
 // takes up what its stack holds. The kernels are bvh_packet.glsl's own.
 //
-// `turns` has a bit for each octant whose rays are still to come.
+// `turns` has a bit for each octant whose rays are still to come. Departure: with INTERVAL_TEST a whole
+// octant is awake at once, as which of its rays begin near one another would be more state.
 
 #include "common/precision.glsl"
 #include "common/fetch.glsl"

@@ -7,14 +7,14 @@
 #include "common/fetch.glsl"
 #include "common/sorted_place.glsl"
 
-uniform int blocks_a_row;       // squares of the textures drawn into
-uniform int from_blocks_a_row;  // and of those that paths come from
+uniform int squares_a_row;       // squares of the textures drawn into
+uniform int from_squares_a_row;  // and of those that paths come from
 uniform int kept;
 
 void main() {
-    int place = sorted_place(ivec2(gl_FragCoord.xy), blocks_a_row);
+    int place = sorted_place(ivec2(gl_FragCoord.xy), squares_a_row);
     int source = source_load(table_texel(min(place, kept - 1))).index;
-    ivec2 texel = sorted_pixel(source, from_blocks_a_row);
+    ivec2 texel = sorted_pixel(source, from_squares_a_row);
     Rays ray = rays_load(texel);
     Walk walk = walk_load(texel);
     if (place >= kept) {

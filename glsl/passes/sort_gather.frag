@@ -7,11 +7,11 @@
 #include "common/sorted_place.glsl"
 
 uniform ivec2 ray_texture_size;   // of the rays as they came
-uniform int blocks_a_row;
+uniform int squares_a_row;
 uniform int elements;
 
 void main() {
-    int place = sorted_place(ivec2(gl_FragCoord.xy), blocks_a_row);
+    int place = sorted_place(ivec2(gl_FragCoord.xy), squares_a_row);
     int i = sort_key_load(table_texel(min(place, elements - 1))).index;
     Rays ray = rays_load(ivec2(i % ray_texture_size.x, i / ray_texture_size.x));
     if (place >= elements) {

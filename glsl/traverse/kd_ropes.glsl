@@ -36,6 +36,6 @@ void follow_rope(Ray ray, inout State state, inout Hit hit) {
         state.phase = DONE;
     }
     state.node = max(rope, 0);
-    state.t_min = max(state.t_min, t_leave);
+    state.t_min = max(state.t_min, resumed(t_leave));
     state.t_max = state.t_exit;
 }

@@ -16,9 +16,10 @@ from .bounds import padding, scene_box
 from .clip import clip_bounds
 from .grid import build_grid
 from .kdtree import LEAF, LooseKdTree, depth_cap, join
+from .morton import morton_3d
 from .options import choose, in_range, refuse_unknown
 from .runs import expand, owners
-from .sah import Level
+from .sah import Costs, Level
 from .sah_kdtree import Rules, grow, root_level, sah_costs
 
 MORTON_BITS = 2     # an axis: 64 cells, six levels
@@ -26,8 +27,9 @@ MOST_BITS = 7       # 2 million cells
 
 
 def build(triangles: np.ndarray, *, morton_bits: int = MORTON_BITS, split: str = "binned",
-          bins: int = 32, traversal_cost: float = 1.0, intersection_cost: float = 2.0,
-          empty_bonus: float = 0.2, max_depth: int | None = None,
+          bins: int = 32, traversal_cost: float = Costs.traversal,
+          intersection_cost: float = Costs.intersection,
+          empty_bonus: float = Costs.empty_bonus, max_depth: int | None = None,
           **unknown: object) -> LooseKdTree:
     """Build by codes, then by the surface area heuristic.
 
@@ -72,7 +74,7 @@ def cells_in_order(triangles: np.ndarray, vertices: np.ndarray, planes: np.ndarr
     count = np.diff(grid.cell_start)
     cell = np.flatnonzero(count)
     coordinates = cell[:, None] >> bits * np.arange(3) & (1 << bits) - 1
-    codes = interleave(coordinates, bits)
+    codes = morton_3d(*coordinates.T)
     order = np.argsort(codes)
     cell, coordinates, codes = cell[order], coordinates[order], codes[order]
     along = np.arange(3)
@@ -88,15 +90,6 @@ def cells_in_order(triangles: np.ndarray, vertices: np.ndarray, planes: np.ndarr
     kept = np.flatnonzero(held)         # a cell may be touched by its widening alone
     return (Level(np.ascontiguousarray(lo[:, kept]), np.ascontiguousarray(hi[:, kept]),
                   held[kept], triangle, box), codes[kept])
-
-
-def interleave(coordinates: np.ndarray, bits: int) -> np.ndarray:
-    """(n,) int64 Morton codes of (n, 3) cells, x first."""
-    code = np.zeros(len(coordinates), np.int64)
-    for bit in reversed(range(bits)):
-        for axis in range(3):
-            code = code << 1 | coordinates[:, axis] >> bit & 1
-    return code
 
 
 def upper_levels(codes: np.ndarray, bits: int, planes: np.ndarray) -> LooseKdTree:

@@ -70,9 +70,9 @@ class Costs:
     cap: at 0.4, a bunny of 5,000 leaves.
     """
 
-    traversal: float
-    intersection: float
-    empty_bonus: float
+    traversal: float = 1.0
+    intersection: float = 2.0
+    empty_bonus: float = 0.2
 
     def split(self, level: Level, nodes: np.ndarray, axis: int) -> SplitCost:
         return SplitCost(self, level.lo[:, nodes], level.hi[:, nodes], axis)

@@ -22,7 +22,8 @@ from .sah import Costs, Level, best_splits
 
 
 def build(triangles: np.ndarray, *, split: str = "binned", bins: int = 32,
-          traversal_cost: float = 1.0, intersection_cost: float = 2.0, empty_bonus: float = 0.2,
+          traversal_cost: float = Costs.traversal, intersection_cost: float = Costs.intersection,
+          empty_bonus: float = Costs.empty_bonus,
           max_depth: int | None = None, clip: bool = True, workers: int = 1,
           **unknown: object) -> LooseKdTree:
     """Build by the surface area heuristic.

@@ -67,8 +67,8 @@ class ZhouRules:
         return np.float32(SLACK) * self.pad
 
 
-def rules_of(triangles: np.ndarray, *, traversal_cost: float = 1.0,
-             intersection_cost: float = 2.0, empty_bonus: float = 0.2,
+def rules_of(triangles: np.ndarray, *, traversal_cost: float = Costs.traversal,
+             intersection_cost: float = Costs.intersection, empty_bonus: float = Costs.empty_bonus,
              max_depth: int | None = None, small: int = MASK_BITS,
              empty_cut: float = EMPTY_CUT, **unknown: object) -> ZhouRules:
     """The options of `build`, checked."""

@@ -21,9 +21,9 @@ from ..gpu import Gpu
 from ..options import Option
 from ..passes.compact import kept_sources
 from ..passes.scan import scan
-from ..passes.sorted_rays import BLOCK, squares
 from ..passes.streams import StreamRoom
 from ..precision import Precision
+from ..ray_order import SQUARE, squares
 from ..ray_state import RayTextures
 from ..record import EXACT_INTEGER
 from ..texel_layout import CAME_FROM, RADIANCE, RAY_TEXELS, SOURCE, VALUES, WALK
@@ -156,13 +156,13 @@ class PackedPaths:
         with StreamRoom(drawer.gpu) as room:
             flags = room.stream(VALUES, _elements(level.size))
             drawer.run("path flags", flags.target, level.samplers(), size=level.size,
-                       blocks_a_row=across, last_element=flags.length - 1)
+                       squares_a_row=across, last_element=flags.length - 1)
             sources = kept_sources(room, scan(room, flags))
             target = smaller.room.target("rays", "walk 0", "radiance", "came from")
             drawer.run("pack paths again" if level.packed else "pack paths", target,
                        {**level.now.samplers(), **level.samplers(), **sources.samplers(),
                         **level.room.samplers("radiance", "radiance")},
-                       blocks_a_row=_across(smaller.size), from_blocks_a_row=across,
+                       squares_a_row=_across(smaller.size), from_squares_a_row=across,
                        kept=sources.length)
             self._kept = sources.length
         smaller.start(smaller.room.rays["rays"])
@@ -174,7 +174,7 @@ class PackedPaths:
         if level.packed:
             self._drawer.run("bring back", self._drawer.room.target("radiance"), {
                 **level.room.samplers("radiance", "radiance"), **level.samplers()},
-                points=self._kept, size=self.wave, blocks_a_row=_across(level.size))
+                points=self._kept, size=self.wave, squares_a_row=_across(level.size))
 
     def bytes(self) -> dict[str, int]:
         """Bytes by stream and size."""
@@ -204,15 +204,15 @@ def packed_sizes(size: tuple[int, int], share: float) -> list[tuple[int, int]]:
     while LEAST <= texels and _elements(size) < EXACT_INTEGER:
         sizes.append(squares(int(np.ceil(texels))))
         texels *= share
-    return [(BLOCK * across, BLOCK * down) for across, down in sizes
-            if BLOCK ** 2 * across * down < size[0] * size[1]]
+    return [(SQUARE * across, SQUARE * down) for across, down in sizes
+            if SQUARE ** 2 * across * down < size[0] * size[1]]
 
 
 def _across(size: tuple[int, int]) -> int:
     """Squares in a row, the last one of which may be cut off."""
-    return -(-size[0] // BLOCK)
+    return -(-size[0] // SQUARE)
 
 
 def _elements(size: tuple[int, int]) -> int:
     """Texels of all squares."""
-    return BLOCK ** 2 * _across(size) * -(-size[1] // BLOCK)
+    return SQUARE ** 2 * _across(size) * -(-size[1] // SQUARE)

@@ -17,11 +17,11 @@ class Waves:
 
     Parameters
     ----------
-    count_rays : takes the hits of the first wave, the eye rays, and how many they are
+    count_rays : takes the hits of the first wave, the eye rays
     """
 
     def __init__(self, driver: Driver, buffers: StateBuffers, statistics: Statistics,
-                 count_rays: Callable[[Hits, int], object]) -> None:
+                 count_rays: Callable[[Hits], object]) -> None:
         self._driver, self._buffers, self._statistics = driver, buffers, statistics
         self._count_rays = count_rays
         self.count = 0
@@ -42,6 +42,6 @@ class Waves:
         hits, stopped = self._driver.run(rays, buffers, self._statistics, any_hit)
         self._statistics.stopped += stopped
         if not self.count and self._buffers.counts:
-            self._count_rays(hits, rays.size[0] * rays.size[1])
+            self._count_rays(hits)
         self.count += 1
         return hits

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from .. import accel
+from ..accel.sah import Costs
 from ..errors import OptionError
 from ..gpu import open_gpu
 from ..options import Option
@@ -25,11 +26,13 @@ BUILD_OPTIONS = (
            minimum=1, goes_with=("build", ("hybrid",))),
     Option("workers", 1, "processes of the build sah", int, minimum=1,
            goes_with=("build", ("sah",))),
-    Option("traversal_cost", 1.0, "cost of a node, for the surface area heuristic", float,
+    Option("traversal_cost", Costs.traversal, "cost of a node, for the surface area "
+           "heuristic", float,
            minimum=0),
-    Option("intersection_cost", 2.0, "cost of a triangle, in the same unit", float, minimum=1e-6),
-    Option("empty_bonus", 0.2, "share of its cost that a split is spared when it cuts off a fifth "
-           "or more as empty", float, minimum=0),
+    Option("intersection_cost", Costs.intersection, "cost of a triangle, in the same unit",
+           float, minimum=1e-6),
+    Option("empty_bonus", Costs.empty_bonus, "share of its cost that a split is spared when it "
+           "cuts off a fifth or more as empty", float, minimum=0),
     Option("max_depth", None, "deepest leaf; none: 8 + 1.3 log2 of the triangles", int, minimum=0),
 )
 

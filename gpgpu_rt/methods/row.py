@@ -169,7 +169,7 @@ class Method:
         """What it runs under with these options; one left out is at its default."""
         return tuple(schedule for schedule in self.formed(options).schedules
                      if all(o.runs_under(options.get(o.name, o.default), schedule)
-                            for o in self.options))
+                            for o in TRACER_OPTIONS + self.options))
 
     def defines(self, options: Mapping[str, Any]) -> dict[str, object]:
         """GLSL defines that follow from the method and its options."""
@@ -182,6 +182,10 @@ class Method:
         options = resolve_options(given, TRACER_OPTIONS + self.options, f"method {self.name}")
         for part in ("storage", "arithmetic"):
             options[part] = options[part] or options["precision"] or "fp32"
+        formats = {options["storage"], options["arithmetic"]}
+        if options["rounding"] != "nearest" and formats == {"fp32"}:
+            raise OptionError(f"rounding={options['rounding']} says how fp24 and fp16 round, and "
+                              "all is fp32 here; give a precision too, or leave it out")
         self.check_schedule(options, "schedule" in given)
         return options
 
@@ -201,8 +205,8 @@ class Method:
             options["schedule"] = schedules[-1]
         if options["schedule"] not in schedules:
             given = "" if schedules == self.schedules else " with " + ", ".join(
-                f"{o.name}={spell(options[o.name])}" for o in self.options
-                if options[o.name] != o.default)
+                f"{o.name}={spell(options[o.name])}" for o in TRACER_OPTIONS + self.options
+                if options[o.name] != o.default and (o in self.options or o.schedules))
             raise OptionError(f"method {self.name}{given} runs under {', '.join(schedules)} only, "
                               f"not {options['schedule']}")
         in_atlas = self.stack_entry or (self.single and options["schedule"] == "step")

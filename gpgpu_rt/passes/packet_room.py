@@ -7,7 +7,7 @@ import moderngl
 import numpy as np
 
 from ..gpu import Gpu
-from ..ray_state import StateBuffer
+from ..ray_state import ByRay, StateBuffer, whole
 from ..texel_layout import HIT
 from ..textures import make_texture, read_texture, release, texture_bytes
 from ..threads import threads
@@ -76,8 +76,8 @@ class PacketHits:
     def samplers(self) -> dict[str, moderngl.Texture]:
         return self._hand_back().samplers()
 
-    def fields(self, name: str) -> dict[str, np.ndarray]:
-        """Fields of the record ``name``, one entry a texel, row by row."""
+    def fields(self, name: str, by_ray: ByRay = whole) -> dict[str, np.ndarray]:
+        """As of a ``StateBuffer``."""
         if name != HIT.name:
-            return self._hand_back().fields(name)
-        return HIT.unpack(self._room.read_hits()[:, None])
+            return self._hand_back().fields(name, by_ray)
+        return HIT.unpack(by_ray(self._room.read_hits())[:, None])

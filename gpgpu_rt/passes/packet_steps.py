@@ -59,7 +59,7 @@ class PacketSteps:
         self._visit(rays, room, None, None, room.sides[now], any_hit, statistics)
         self._intersect(rays, room.sides[now], None, buffers.side(now), any_hit, statistics)
         while self._live(room, room.sides[now], statistics):
-            for _ in range(QUERY_INTERVAL):
+            for _ in range(self.options["mask_interval"] or QUERY_INTERVAL):
                 hits = buffers.side(then)
                 self._intersect(rays, room.sides[now], buffers.side(now), hits, any_hit,
                                 statistics)

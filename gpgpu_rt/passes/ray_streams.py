@@ -235,7 +235,6 @@ class RayStreams:
                 self._images["tally"].target.clear()
             return
         self._release_room()
-        self._size = size
         length = self._stream_size(size[0] * size[1])
         levels = self.accelerator.stack_levels + 3
         nodes = int(self.accelerator.uniforms["node_count"]) + 1
@@ -247,6 +246,7 @@ class RayStreams:
             self._streams[name] = self.room.stream(record, elements)
         images = [LEAST, LOWEST, *([TALLY] if self.tallied else [])]
         self._images = {record.name: RayImage(self.gpu, record, size) for record in images}
+        self._size = size       # now that all of it is there
         if self.tallied:
             self._images["tally"].target.clear()
 

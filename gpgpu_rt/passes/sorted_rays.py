@@ -13,6 +13,7 @@ import numpy as np
 
 from ..methods.row import Accelerator
 from ..precision import Precision
+from ..ray_order import SQUARE, squares
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..record import TABLE_WIDTH_LOG2, Record, streams_glsl
 from ..statistics import Statistics
@@ -25,7 +26,6 @@ from .reduce import reduce_stream
 from .sort import sort
 from .streams import Stream, StreamRoom
 
-BLOCK = 8    # rays a side of a square, as in common/sorted_place.glsl
 KEY = {"LEVELS": 8, "FREE_LEVELS": 2}   # bits an axis; those after which the ray's end comes in
 
 
@@ -100,7 +100,7 @@ class SortedRays:
 
     def _gather(self, keys: Stream, rays: RayTextures, there: RayTextures) -> None:
         program = self._program("sort_gather", None, [SORT_KEY], rays.record, {})
-        program.set(ray_texture_size=rays.size, blocks_a_row=there.size[0] // BLOCK,
+        program.set(ray_texture_size=rays.size, squares_a_row=there.size[0] // SQUARE,
                     elements=keys.length, **rays.uniforms())
         program.draw(there.target, {**rays.samplers(), **keys.samplers()})
 
@@ -113,7 +113,7 @@ class SortedRays:
                 self.gpu, "passes/sort_scatter.frag", "passes/sort_scatter.vert",
                 {**self.precision.defines(), "STATISTICS": self.statistics_on},
                 {"streams": streams_glsl((), writes), "sources": _with_width(SORT_KEY)})
-        self._scatter.set(ray_texture_size=rays.size, blocks_a_row=squares(
+        self._scatter.set(ray_texture_size=rays.size, squares_a_row=squares(
             rays.size[0] * rays.size[1])[0])
         self.gpu.context.enable_only(moderngl.NOTHING)
         self._scatter.draw(final.target, {**samplers, **keys.samplers()}, moderngl.POINTS,
@@ -134,7 +134,7 @@ class SortedRays:
 
     def _room_for(self, rays: RayTextures) -> tuple[RayTextures, StateBuffers]:
         across, down = squares(rays.size[0] * rays.size[1])
-        size = (BLOCK * across, BLOCK * down)
+        size = (SQUARE * across, SQUARE * down)
         if self._rays is None or self._buffers is None or not self._rays.fits(rays, size):
             self._release_room()
             self._rays = rays.like(size)
@@ -157,13 +157,6 @@ class SortedRays:
     def release(self) -> None:
         self._release_room()
         release(self._programs, self._scatter, self.driver)
-
-
-def squares(rays: int) -> tuple[int, int]:
-    """Squares across and down: about as wide as high, and no more than hold all rays."""
-    blocks = -(-rays // BLOCK ** 2)
-    across = max(1, round(blocks ** 0.5))
-    return across, max(1, -(-blocks // across))
 
 
 def _with_width(record: Record) -> str:

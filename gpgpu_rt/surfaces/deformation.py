@@ -72,9 +72,16 @@ class Deformation:
         read_back : also fetch the positions, so that `tracer.scene` and the surfaces of pictures
             are those of now. Without, rays alone meet the moved triangles, and which of them have
             no area is not asked anew
+
+        Raises
+        ------
+        OptionError
+            within ``counting``
+        Error
+            after the tracer's ``release``
         """
         tracer = self.tracer
-        with tracer.gpu:
+        with tracer._moving_turn():
             tracer.gpu.context.enable_only(moderngl.NOTHING)
             self._pass.set(time=float(time))
             self._pass.draw(self._target, self._rest)

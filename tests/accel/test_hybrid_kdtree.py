@@ -7,8 +7,8 @@ from conftest import random_soup
 
 import gpgpu_rt as rt
 from gpgpu_rt import accel
-from gpgpu_rt.accel.hybrid_kdtree import interleave
 from gpgpu_rt.accel.kdtree import LEAF
+from gpgpu_rt.accel.morton import morton_3d
 
 
 @pytest.mark.parametrize("bits", [1, 2, 3])
@@ -48,7 +48,7 @@ def test_codes_interleave_bits_x_first() -> None:
     cells = np.random.default_rng(53).integers(0, 32, (100, 3))
     expected = [int("".join(f"{x >> b & 1}{y >> b & 1}{z >> b & 1}" for b in range(4, -1, -1)), 2)
                 for x, y, z in cells.tolist()]
-    assert interleave(cells, 5).tolist() == expected
+    assert morton_3d(*cells.T).tolist() == expected
 
 
 @pytest.mark.parametrize("options, message", [

@@ -23,13 +23,13 @@ def _rays(count: int, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 @pytest.fixture(params=[1, 10 ** 9], ids=["threads", "alone"])
 def blocks(request, monkeypatch) -> None:
-    monkeypatch.setattr(ray_batch, "BLOCK", BLOCK)
+    monkeypatch.setattr(ray_batch, "AT_ONCE", BLOCK)
     monkeypatch.setattr("gpgpu_rt.threads.WORTH", request.param)
 
 
 def _all_at_once(monkeypatch, *rays: np.ndarray, **more: object) -> RayBatch:
     with monkeypatch.context() as patch:
-        patch.setattr(ray_batch, "BLOCK", 10 ** 9)
+        patch.setattr(ray_batch, "AT_ONCE", 10 ** 9)
         return RayBatch(*rays, bounds=BOUNDS, **more)
 
 

@@ -123,11 +123,11 @@ def test_rays_that_are_alike_come_together(seed: int) -> None:
         order = tracer._traversal.order(tracer._rays)
     batch = RayBatch(origins[mixed], directions[mixed])
     batch.put_in_order(SCENE.bounds)
-    width, height = batch.size
-    lies = np.empty(width * height, int)
-    lies[batch._order.places] = np.arange(4096)
-    on_host = lies.reshape(height // 8, 8, width // 8, 8).swapaxes(1, 2).reshape(-1)
-    for found in (order, on_host):
+    height, width = batch.texels.shape[:2]
+    lies = batch.texels.reshape(height // 8, 8, width // 8, 8, 2, 4).swapaxes(1, 2)
+    assert (np.sort(lies.reshape(64, 64, 2, 4)[..., 0, 0]) == np.sort(
+        batch.given_texels()[batch.order.rays].reshape(64, 64, 2, 4)[..., 0, 0])).all()
+    for found in (order, batch.order.rays):
         assert (np.sort(found) == np.arange(4096)).all()
         squares = bundle[mixed[found]].reshape(64, 64)
         assert (squares == squares[:, :1]).all()

@@ -20,7 +20,7 @@ from ...accel import hybrid_kdtree as cpu
 from ...accel.bounds import padding
 from ...accel.kdtree import KdTree, depth_cap
 from ...accel.options import choose, in_range, refuse_unknown
-from ...accel.sah import FEW, WORTH_CUTTING
+from ...accel.sah import FEW, WORTH_CUTTING, Costs
 from ...accel.sah_kdtree import sah_costs
 from ...accel.zhou import ZhouRules
 from ...texel_layout import BOX, DECISION, OFFER, TALLIES, VALUES
@@ -31,8 +31,9 @@ MOST_BINS = 63
 
 
 def build(room: StreamRoom, triangles: np.ndarray, *, morton_bits: int = cpu.MORTON_BITS,
-          split: str = "binned", bins: int = 32, traversal_cost: float = 1.0,
-          intersection_cost: float = 2.0, empty_bonus: float = 0.2, max_depth: int | None = None,
+          split: str = "binned", bins: int = 32, traversal_cost: float = Costs.traversal,
+          intersection_cost: float = Costs.intersection, empty_bonus: float = Costs.empty_bonus,
+          max_depth: int | None = None,
           **unknown: object) -> KdTree:
     """Options as in `accel.hybrid_kdtree.build`; ``split`` is "binned"."""
     refuse_unknown(build, unknown)
