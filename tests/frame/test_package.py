@@ -44,10 +44,21 @@ def test_table_rows_are_complete() -> None:
     (dict(context="elg"), "none of auto, egl, osmesa"),
     (dict(statistics="yes"), "must be bool"),
     (dict(method="grid", resolution=-1), "resolution"),
+    (dict(schedule="loop", steps_per_pass=4), "steps_per_pass=4 runs under step only"),
+    (dict(schedule="kernels", steps_per_pass=4), "steps_per_pass=4 runs under step only"),
+    (dict(schedule="loop", mask_interval=4), "mask_interval=4 runs under kernels, step only"),
+    (dict(rounding="up"), "all is fp32 here"),
+    (dict(rounding="up", precision="fp32"), "all is fp32 here"),
+    (dict(presort=True, sort_rays=True), "exclude each other"),
 ])
 def test_bad_options(arguments: dict, message: str) -> None:
     with pytest.raises(rt.OptionError, match=message):
         rt.Tracer("cornell", **arguments)
+
+
+def test_steps_a_pass_ask_for_the_schedule_that_has_them() -> None:
+    with rt.Tracer("cornell", steps_per_pass=4) as tracer:
+        assert tracer.options["schedule"] == "step"
 
 
 def test_no_context_is_one_clear_line() -> None:

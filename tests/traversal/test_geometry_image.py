@@ -339,6 +339,18 @@ def test_deformations_that_do_not_work(tmp_path) -> None:
             rt.Deformation(tracer, "wave")
 
 
+def test_a_deformation_waits_for_the_count_to_end() -> None:
+    with rt.Tracer("boulder", ROW.name) as tracer, rt.Deformation(tracer, "twist") as deformation:
+        with tracer.counting(), pytest.raises(rt.OptionError, match="within counting"):
+            deformation.to(0.5)
+        before = tracer.eye_hits(size=(16, 16))
+        deformation.to(0.0)
+        assert_same_bits(tracer.eye_hits(size=(16, 16)), before)
+        tracer.release()
+        with pytest.raises(rt.Error, match="released"):
+            deformation.to(0.5)
+
+
 def test_the_rasteriser_follows_a_deformation(exact_renderer) -> None:
     with rt.Tracer("boulder", ROW.name) as tracer, rt.Deformation(tracer, "twist") as deformation:
         for time in (0.0, 0.5):

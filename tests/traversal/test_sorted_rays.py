@@ -1,6 +1,8 @@
 """Sorted rays: hits come back to where their rays came from, to the bit, whatever the order."""
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
 from conftest import RAY_SETS, assert_same_bits, real_scene, schedules_of, soup_scene
@@ -101,6 +103,18 @@ def test_few_rays_or_none(exact_renderer) -> None:
                 assert_same_bits(got, plain.trace(origins[:count], directions[:count]))
 
 
+def test_all_hits_and_a_pickled_tracer(exact_renderer) -> None:
+    origins, directions = mixed_rays(8)
+    with rt.Tracer(SCENE, "kd-packet") as tracer:
+        plain = tracer.trace_all(origins, directions, invalid="miss")
+    with rt.Tracer(SCENE, "kd-packet", presort=True) as made, \
+            pickle.loads(pickle.dumps(made)) as tracer:
+        got = tracer.trace_all(origins, directions, invalid="miss")
+        assert 0 < tracer.statistics.sort_seconds < tracer.statistics.trace_seconds
+    for name in ("ray", "t", "triangle", "status"):
+        assert (getattr(got, name) == getattr(plain, name)).all(), name
+
+
 def test_states_are_not_watched_in_another_order() -> None:
     with rt.Tracer(SCENE, "grid", schedule="step", presort=True) as tracer, \
             pytest.raises(rt.OptionError, match="presort"):
@@ -142,7 +156,7 @@ def test_origins_on_a_plane_or_at_a_point(way: str) -> None:
         directions = np.tile(np.float32([0, 0, -1]), (100, 1))
         with rt.Tracer(SCENE, "bvh-threaded", **{way: True}) as tracer:
             found = tracer.trace(origins, directions)
-        assert (found.triangle == found.triangle[0]).all()
+        assert (found.triangle == found.triangle[0]).all() and found.hit.all()
 
 
 @pytest.mark.full

@@ -6,7 +6,7 @@ import pytest
 from conftest import RAY_SETS, assert_same_bits, random_soup, variants
 
 import gpgpu_rt as rt
-from gpgpu_rt import accel
+from gpgpu_rt import accel, textures
 from gpgpu_rt.accel.bounds import half_area
 from gpgpu_rt.methods import find_method
 from gpgpu_rt.passes import packets
@@ -165,6 +165,27 @@ def test_what_does_not_fit_is_refused_and_changes_nothing(vertices, message: str
         assert "\n" not in str(caught.value)
         assert tracer.scene is scene
         assert_same_bits(tracer.trace(*rays), before)
+
+
+def test_tables_that_do_not_fit_leave_those_that_are_there(monkeypatch) -> None:
+    """A tree past a limit for triangles that moved: both stay as they were."""
+    triangles = random_soup(COUNT, 10)
+    scene = scene_of(triangles)
+    rays = RAY_SETS["random"](scene, 500, 3)
+    with rt.Tracer(scene, "kd-restart") as tracer:
+        before, check = tracer.trace(*rays), textures.check_count
+
+        def limit(name: str, count: int) -> None:
+            if name == "kd_node":
+                raise rt.LimitError("too many")
+            check(name, count)
+        monkeypatch.setattr(textures, "check_count", limit)
+        with pytest.raises(rt.LimitError, match="too many"):
+            tracer.update(moved(triangles, 0.1, 10))
+        monkeypatch.undo()
+        assert_same_bits(tracer.trace(*rays), before)
+        tracer.update(moved(triangles, 0.1, 10))
+        assert (tracer.trace(*rays).t != before.t).any()
 
 
 def test_the_scene_that_was_given_stays() -> None:
