@@ -13,7 +13,8 @@ from trimesh.ray.ray_triangle import RayMeshIntersector as Native
 import gpgpu_rt as rt
 from gpgpu_rt.trimesh_ray import RayMeshIntersector
 
-OURS = {"bvh-threaded": {}, "kd-short-stack": {}, "bvh-packet": {"packet": (2, 2), "presort": True},
+OURS = {"bvh-threaded": {}, "kd-short-stack": {},
+        "bvh-packet": {"packet": (2, 2), "presort": True},
         "grid": {"schedule": "step", "steps_per_pass": 8}}
 ENGINES = {"native": Native, "embree": Embree,
            **{name: lambda mesh, name=name, options=options: RayMeshIntersector(
