@@ -91,9 +91,12 @@ def _markdown(rows: list[dict[str, Any]], notes: list[str]) -> str:
             [[row["method"], number(row["update_ms"]), number(row["trace_ms"]),
               number(row["frames_a_second"]), f"{row['rebuilt']} of {row['frames']}",
               row["differing"]] for row in some]))
+    left = [f"{scene} ({SCENES[scene]})" for scene in SCENES
+            if all(row["scene"] != scene for row in rows)]
     notes = [*notes, "Update: from new vertices to tables in textures, refitting or building, on "
              "the CPU unless a build says gpu; median over frames, as is trace. Frames a second "
              "count all frames, those among them that a refitted tree was built anew for.",
+             *([f"Left to FULL=1: {', '.join(left)}."] if left else []),
              "Wrong distances: rays over all frames whose t is not, to the bit, that of a tree "
              "built for the frame."]
     return "\n".join([*parts, *(f"* {note}" for note in notes), ""])

@@ -25,7 +25,8 @@ class Entry:
     ----------
     name, options : of the method; of an engine, its name and nothing
     rays : how many it traced a turn
-    seconds : of each turn, passes alone; of an engine, its call
+    seconds : of each turn, passes alone, and what the host took to put rays in order; of an
+        engine, its call
     wall_seconds : of each turn, numpy arrays in to numpy arrays out
     over : by turn, its rate over the yardstick's in that turn
     over_wall : the same from arrays to arrays

@@ -113,6 +113,9 @@ def _scenes(chosen: argparse.Namespace) -> None:
 
 
 def _render(chosen: argparse.Namespace) -> None:
+    if given_options(chosen).get("presort"):
+        raise OptionError("--presort puts arrays of rays in order, and a picture's rays are made "
+                          "on the GPU; leave it out, or take --sort-rays")
     if chosen.frames is None:
         _check_picture(chosen)
     if chosen.scheduler is not None:

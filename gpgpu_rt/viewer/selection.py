@@ -16,7 +16,8 @@ from ..methods import Method, find_method
 from ..options import TRACER_OPTIONS, Option, spell
 from ..tracer import DEFAULT_METHOD
 
-DECIDED = ("context", "statistics")     # by the viewer itself
+# By the viewer itself; the rays of its pictures are never arrays.
+DECIDED = ("context", "statistics", "presort")
 
 
 def word(value: Any) -> str:
