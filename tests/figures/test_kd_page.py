@@ -1,4 +1,4 @@
-"""docs/kd-trees.md: its tables hold what is measured."""
+"""docs/kd-trees.md: its tables of counters hold what is measured."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -14,11 +14,11 @@ SLOW = ("kd-texture-stack",)   # seconds a scene
 
 
 def _rows() -> dict[str, dict[str, float]]:
-    """First cell of a row -> scene -> number, of all tables."""
+    """First cell of a row -> scene -> number, of all tables of counters, which have all scenes."""
     lines = [line.strip("|").split("|") for line in PAGE.read_text().splitlines()
              if line.startswith("|") and "---" not in line]
-    return {name.strip(" `"): dict(zip(SCENES, map(float, values)))
-            for name, *values in lines if values[0].strip() != SCENES[0]}
+    return {name.strip(" `"): dict(zip(SCENES, map(float, values))) for name, *values in lines
+            if len(values) == len(SCENES) and values[0].strip() != SCENES[0]}
 
 
 def _cases() -> list:
