@@ -25,14 +25,15 @@ def measure(cell: Cell) -> dict[str, Any]:
     scene = load(cell.scene)
     rays = workload(cell.scene, EYE if cell.work == PICTURE else cell.work, cell.size)
     with rt.Tracer(scene, cell.method, **dict(cell.options)) as tracer:
-        def once() -> tuple[float, float]:
+        def once() -> tuple[float, float, float]:
             if cell.work == PICTURE:
                 tracer.render(size=(cell.size, cell.size))
             else:
                 _trace(rays, tracer)
-            return tracer.statistics.trace_seconds, tracer.statistics.sort_seconds
+            took = tracer.statistics
+            return took.trace_seconds, took.sort_seconds, took.driver.get("entry_seconds", 0.0)
         walls, parts = _runs(once, cell.runs)
-        samples, sorts = zip(*parts)
+        samples, sorts, beams = zip(*parts)
         cost = tracer.statistics.to_dict()
         structure = type(tracer.accelerator.structure).__name__
         with tracer.counting():
@@ -43,8 +44,14 @@ def measure(cell: Cell) -> dict[str, Any]:
         share = cell.size ** 2 / (max(rays.live, 1) * width * height)
         counters = {name: share * mean for name, mean in tracer.statistics.counters.items()}
     return {**_timing(samples, walls, rays.live),
-            "sort_ms": 1e3 * statistics.median(sorts), "statistics": cost, "counters": counters,
-            "driver": driver, "structure": structure}
+            "sort_ms": _share_ms(samples, sorts), "beams_ms": _share_ms(samples, beams),
+            "statistics": cost, "counters": counters, "driver": driver, "structure": structure}
+
+
+def _share_ms(samples: Sequence[float], parts: Sequence[float]) -> float:
+    """Of the median time, the share that a part has of a run's."""
+    share = statistics.median(part / whole for part, whole in zip(parts, samples))
+    return 1e3 * statistics.median(samples) * share
 
 
 def _runs(once: Callable[[], Any], count: int) -> tuple[list[float], list[Any]]:

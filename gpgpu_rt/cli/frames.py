@@ -16,6 +16,7 @@ from ..errors import Error, OptionError
 from ..files import check_writable, replacing
 from ..scenes.animation import FRAMES_A_SECOND
 from ..tracer import Tracer
+from ..words import counted
 from .picture import drawing_of
 from .unfinished import Unfinished, follows_from
 
@@ -61,7 +62,7 @@ def render_frames(chosen: argparse.Namespace,
         tracer.release()
         raise
     there = kept.count - len(kept.missing)
-    return tracer, (f"wrote {len(kept.missing)} frames to {chosen.output}"
+    return tracer, (f"wrote {counted(len(kept.missing), 'frame')} to {chosen.output}"
                     + (f"; {there} were there" if there else "") + f"\n{_summary(spent)}")
 
 
@@ -92,7 +93,7 @@ def _summary(spent: list[dict[str, Any]]) -> str:
         return "nothing moved"
     builds = [s["build_seconds"] for s in spent if s["rebuilt"]]
     refits = [s["refit_seconds"] for s in spent if not s["rebuilt"]]
-    parts = [f"{len(times)} times {word} in {statistics.median(times) * 1e3:.0f} ms"
+    parts = [f"{word} {counted(len(times), 'time')} in {statistics.median(times) * 1e3:.0f} ms"
              for word, times in (("refitted", refits), ("rebuilt", builds)) if times]
     whole = [s["trace_seconds"] + s["refit_seconds"] + (s["build_seconds"] if s["rebuilt"] else 0)
              for s in spent]

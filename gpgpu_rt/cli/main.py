@@ -153,6 +153,8 @@ def _check_picture(chosen: argparse.Namespace) -> None:
 
 
 def _trace(chosen: argparse.Namespace) -> None:
+    if Path(chosen.output).suffix.lower() != ".npz":
+        raise OptionError(f"{chosen.output}: hits are written as .npz; end it in that")
     if check_writable(chosen.output).resolve() == Path(chosen.rays).resolve():
         raise OptionError(f"the hits would take the place of the rays in {chosen.rays}; give "
                           "--output another name")

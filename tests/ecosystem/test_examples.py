@@ -1,6 +1,7 @@
 """The examples run as a user would run them."""
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
@@ -10,6 +11,7 @@ import pytest
 from PIL import Image
 
 import gpgpu_rt as rt
+from gpgpu_rt import cli
 
 EXAMPLES = Path(rt.__file__).parents[1] / "examples"
 RUNS = {
@@ -33,3 +35,13 @@ def test_example(exact_renderer, tmp_path: Path, name: str) -> None:
     if name == "render":
         with Image.open(tmp_path / "box.png") as image:
             assert image.size == (24, 24)
+
+
+def test_the_scene_file_is_the_one_of_its_page(tmp_path: Path) -> None:
+    page = (EXAMPLES.parent / "docs" / "scene-files.md").read_text()
+    shown = page.partition("```json\n")[2].partition("```")[0]
+    assert json.loads((EXAMPLES / "still.json").read_text()) == json.loads(shown)
+    assert cli.main(["render", str(EXAMPLES / "still.json"), "--size", "24x18", "-o",
+                     str(tmp_path / "still.png")]) == 0
+    with Image.open(tmp_path / "still.png") as image:
+        assert len(image.getcolors()) > 50

@@ -232,6 +232,7 @@ def test_trace_command(capsys, tmp_path) -> None:
     (["render", "cornell", "--presort", "-o", "{}/x.png"], "take --sort-rays"),
     (["render", "cornell", "--schedule", "loop", "--steps-per-pass", "4", "-o", "{}/x.png"],
      "runs under step only"),
+    (["trace", "cornell", "{}/rays.npz", "-o", "{}/hits.txt"], "end it in that"),
     (["render", "gone.ply", "-o", "{}/x.png"], "gone.ply: no such file"),
     (["render", "stadium:7", "-o", "{}/x.png"], "ratio"),
     (["render", "cornell", "-m", "bvh-thread", "-o", "{}/x.png"], "did you mean bvh-threaded"),

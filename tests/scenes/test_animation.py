@@ -56,7 +56,7 @@ def test_numbered_files(tmp_path, capsys) -> None:
     small_animation(tmp_path / "soup.npz")
     assert main(["render", str(tmp_path / "soup.npz"), "--frames", "3", *SMALL, "-o",
                  str(tmp_path / "out_%03d.png")]) == 0
-    assert "2 times refitted" in capsys.readouterr().out
+    assert "refitted 2 times" in capsys.readouterr().out
     images = [np.asarray(Image.open(tmp_path / f"out_{k:03d}.png")) for k in range(3)]
     animation = rt.load_animation(tmp_path / "soup.npz")
     with rt.Tracer(animation.scene) as tracer:
