@@ -94,8 +94,9 @@ def _markdown(rows: list[dict[str, Any]], notes: list[str]) -> str:
     left = [f"{scene} ({SCENES[scene]})" for scene in SCENES
             if all(row["scene"] != scene for row in rows)]
     notes = [*notes, "Update: from new vertices to tables in textures, refitting or building, on "
-             "the CPU unless a build says gpu; median over frames, as is trace. Frames a second "
-             "count all frames, those among them that a refitted tree was built anew for.",
+             "the CPU unless a build says gpu (ray-tiles and ray-hierarchy keep nothing over "
+             "triangles: these alone are written); median over frames, as is trace. Frames a "
+             "second count all frames, those among them that a refitted tree was built anew for.",
              *([f"Left to FULL=1: {', '.join(left)}."] if left else []),
              "Wrong distances: rays over all frames whose t is not, to the bit, that of a tree "
              "built for the frame."]

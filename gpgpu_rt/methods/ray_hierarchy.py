@@ -10,7 +10,7 @@ from ..options import Option
 from ..state_layout import STATE
 from ..texel_layout import TRIANGLE
 from .brute_force import box_uniforms, triangle_table
-from .row import Accelerator, Method
+from .row import Accelerator, Method, nothing_kept
 
 MOST_BITS = 100     # of the scale: a float's exponent has room for it and for what is scaled
 
@@ -19,12 +19,6 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     return Accelerator(triangle_table(triangles),
                        {"unit": unit_of(triangles), **box_uniforms(triangles)},
                        step_bound=len(triangles))
-
-
-def _refit(accelerator: Accelerator, triangles: np.ndarray,
-           options: Mapping[str, Any]) -> Accelerator:
-    """There is nothing to keep, and nothing to build."""
-    return _prepare(triangles, options)
 
 
 def unit_of(triangles: np.ndarray) -> float:
@@ -46,7 +40,7 @@ ROWS = (Method(
     state=STATE,
     tables=(TRIANGLE,),
     prepare=_prepare,
-    refit=_refit,
+    refit=nothing_kept(_prepare),
     options=(
         Option("stream_size", 1 << 16, "pairs of a triangle and a node tested at a time", int,
                minimum=1),

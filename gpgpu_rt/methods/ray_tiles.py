@@ -10,7 +10,7 @@ from ..options import Option
 from ..state_layout import STATE
 from ..texel_layout import TRIANGLE
 from .brute_force import box_uniforms, triangle_table
-from .row import Accelerator, Method
+from .row import Accelerator, Method, nothing_kept
 
 FIRST_BATCH = 64    # triangles; each batch is twice the last one
 
@@ -43,6 +43,7 @@ ROWS = (Method(
     state=STATE,
     tables=(TRIANGLE,),
     prepare=_prepare,
+    refit=nothing_kept(_prepare),
     options=(
         Option("tile", 8, "rays a side of a tile", int, choices=(8, 4, 16)),
         Option("pairs", "points", "what a triangle is drawn over a tile as: a point of its size, "

@@ -233,6 +233,12 @@ class Method:
                 "packet": self.packet, "dynamic": self.dynamic, "refit": self.refit is not None}
 
 
+def nothing_kept(prepare: Callable[[np.ndarray, Mapping[str, Any]], Accelerator]
+                 ) -> Callable[[Accelerator, np.ndarray, Mapping[str, Any]], Accelerator]:
+    """The ``refit`` of a method without a structure over triangles: nothing is built anew."""
+    return lambda accelerator, triangles, options: prepare(triangles, options)
+
+
 def check_culling(options: Mapping[str, Any]) -> None:
     """Refuse vertex culling for a triangle test whose rounding it does not bound."""
     if options.get("vertex_culling") and options["intersection"] != "woop-watertight":
