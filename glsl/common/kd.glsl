@@ -8,30 +8,20 @@ float plane_t(Ray ray, int axis, float plane) {
     return R(R(plane - along(axis, ray.origin)) * along(axis, ray.inv_dir));
 }
 
-// Where it leaves a box, axis by axis.
-vec3 box_exits(Ray ray, vec3 lo, vec3 hi) {
-    vec3 last = vec3(ray.inv_dir.x < 0.0 ? lo.x : hi.x,
-                     ray.inv_dir.y < 0.0 ? lo.y : hi.y,
-                     ray.inv_dir.z < 0.0 ? lo.z : hi.z);
-    return R(R(last - ray.origin) * ray.inv_dir);
+// Where it crosses one of each axis.
+vec3 planes_t(Ray ray, vec3 planes) {
+    return R(R(planes - ray.origin) * ray.inv_dir);
 }
 
-// Where it enters one.
+bvec3 goes_down(Ray ray) {
+    return lessThan(ray.inv_dir, vec3(0.0));
+}
+
+// Where it enters a box.
 float box_entry(Ray ray, vec3 lo, vec3 hi) {
-    vec3 first = vec3(ray.inv_dir.x < 0.0 ? hi.x : lo.x,
-                      ray.inv_dir.y < 0.0 ? hi.y : lo.y,
-                      ray.inv_dir.z < 0.0 ? hi.z : lo.z);
-    return max_component(R(R(first - ray.origin) * ray.inv_dir));
+    return max_component(planes_t(ray, mix(lo, hi, goes_down(ray))));
 }
 
 float box_exit(Ray ray, vec3 lo, vec3 hi) {
-    return min_component(box_exits(ray, lo, hi));
-}
-
-// The rope of the face that a ray leaves a leaf by, from where it crosses each (box_exits).
-int rope_behind(Ray ray, vec3 exits, ivec3 ropes_lo, ivec3 ropes_hi) {
-    float t_leave = min_component(exits);
-    return exits.x == t_leave ? (ray.inv_dir.x < 0.0 ? ropes_lo.x : ropes_hi.x)
-         : exits.y == t_leave ? (ray.inv_dir.y < 0.0 ? ropes_lo.y : ropes_hi.y)
-         : (ray.inv_dir.z < 0.0 ? ropes_lo.z : ropes_hi.z);
+    return min_component(planes_t(ray, mix(hi, lo, goes_down(ray))));
 }

@@ -9,6 +9,7 @@
 // and fro.
 
 #include "traverse/kd_common.glsl"
+#include "common/ropes.glsl"
 
 void start_search(inout State state) {
 }
@@ -25,12 +26,9 @@ void leave_leaf(inout State state, Hit hit) {
 
 void follow_rope(Ray ray, inout State state, inout Hit hit) {
     int leaf = kd_node_axis(state.node) - LEAF;
-    vec3 exits = box_exits(ray, kd_leaf_lo(leaf), kd_leaf_hi(leaf));
+    vec3 exits = planes_t(ray, faces_ahead(leaf, goes_down(ray)));
     float t_leave = min_component(exits);
-    int rope = rope_behind(
-        ray, exits,
-        ivec3(kd_leaf_rope_lo_x(leaf), kd_leaf_rope_lo_y(leaf), kd_leaf_rope_lo_z(leaf)),
-        ivec3(kd_leaf_rope_hi_x(leaf), kd_leaf_rope_hi_y(leaf), kd_leaf_rope_hi_z(leaf)));
+    int rope = rope_taken(exits, t_leave, ropes_ahead(leaf, goes_down(ray)));
     state.phase = DOWN;
     if (hit.t < t_leave || t_leave >= state.t_exit || rope < 0) {
         state.phase = DONE;

@@ -4,18 +4,18 @@
 // elsewhere wait. Ropes are not pushed down: a leaf's rope names the root of the sibling subtree,
 // where rays that left by different leaves meet again.
 //
-// The next node is the smallest that any ray is at: nodes are numbered level by level, so the rays
-// that are highest in the tree come down first and join the others.
+// The next node is where the ray is that is furthest behind: those ahead of it wait, so that a leaf
+// which several meet is fetched and tested for all of them at once.
 //
-// Departure: rays with another dominant axis take turns where rays share the triangle's axes
-// (packet_axes.glsl), and only those that are at a leaf are tested there.
+// Departure: rays of another octant or, where rays share the triangle's axes (packet_axes.glsl), of
+// another dominant axis take turns, so that those of a turn leave a box by the same three planes.
 
 #define PRESENT(r) (ray_node[r] == node)
 #ifdef INTERSECTION_WOOP_WATERTIGHT
 #define SHARED_AXES
 #endif
 
-#include "common/kd.glsl"
+#include "common/ropes.glsl"
 #include "common/packet_turns.glsl"
 
 const int SETTLED = 1 << 24;   // a node above every index
@@ -37,7 +37,7 @@ void start_ray(int r) {
     t_min[r] = max(interval.x, ray.t_min);
     t_exit[r] = min(max(box_exit(ray, scene_lo, scene_hi), t_min[r]), ray.t_max);
     bool enters = t_min[r] <= min(interval.y, ray.t_max) && ray.t_min <= ray.t_max;
-    octant[r] = shared_axis(ray);
+    octant[r] = direction_octant(ray.inv_dir) + shared_axis(ray);
     t_turn[r] = enters ? t_min[r] : NEVER;
     ray_node[r] = SETTLED;
 }
@@ -48,12 +48,22 @@ void take_turn(int r) {
     t_turn[r] = comes ? NEVER : t_turn[r];
 }
 
+const float INFINITE = uintBitsToFloat(0x7f800000u);
+
+float t_front;   // where the ray is that is furthest behind
+
+void find_front(int r) {
+    t_front = ray_node[r] == SETTLED ? t_front : min(t_front, t_min[r]);
+}
+
 void choose_node(int r) {
-    node = min(node, ray_node[r]);
+    node = t_min[r] == t_front ? min(node, ray_node[r]) : node;
 }
 
 bool next_node() {
     node = SETTLED;
+    t_front = INFINITE;
+    EACH(find_front)
     EACH(choose_node)
     return node != SETTLED;
 }
@@ -70,30 +80,32 @@ bool next_turn() {
 #ifdef SHARED_AXES
     EACH(find_start)
 #endif
-    node = 0;
+    next_node();
     return turn >= 0;
 }
 
 float plane;
 int axis;
 int left;
+int next;
+int near;
+int far;
 
 void split_ray(int r) {
     bool takes_far = plane_t(rays[r], axis, plane) <= t_min[r];
-    bool negative = along(axis, rays[r].inv_dir) < 0.0;
-    int child = left + int(takes_far != negative);
-    ray_node[r] = ray_node[r] == node ? child : ray_node[r];
+    int child = takes_far ? far : near;
+    bool here = ray_node[r] == node;
+    ray_node[r] = here ? child : ray_node[r];
+    next = here && t_min[r] == t_front ? min(next, child) : next;
 }
 
-vec3 leaf_lo;
-vec3 leaf_hi;
-ivec3 ropes_lo;
-ivec3 ropes_hi;
+vec3 faces;
+ivec3 ropes;
 
 void follow_rope(int r) {
-    vec3 exits = box_exits(rays[r], leaf_lo, leaf_hi);
+    vec3 exits = planes_t(rays[r], faces);
     float t_leave = min_component(exits);
-    int rope = rope_behind(rays[r], exits, ropes_lo, ropes_hi);
+    int rope = rope_taken(exits, t_leave, ropes);
     bool settled = hits[r].t < t_leave || t_leave >= t_exit[r] || rope < 0
                 || search_over(hits[r]);
     bool here = ray_node[r] == node;
@@ -110,8 +122,11 @@ bool step_packet() {
             COUNT(nodes_visited);
             ++steps;
             plane = kd_node_split(node);
+            next = SETTLED;
+            near = left + (turn >> axis & 1);
+            far = left + (~turn >> axis & 1);
             EACH(split_ray)
-            next_node();
+            node = next;
             axis = kd_node_axis(node);
             left = kd_node_left(node);
         } while (axis < LEAF && steps < step_limit);
@@ -135,10 +150,9 @@ bool step_packet() {
         return false;
     }
     int leaf = axis - LEAF;
-    leaf_lo = kd_leaf_lo(leaf);
-    leaf_hi = kd_leaf_hi(leaf);
-    ropes_lo = ivec3(kd_leaf_rope_lo_x(leaf), kd_leaf_rope_lo_y(leaf), kd_leaf_rope_lo_z(leaf));
-    ropes_hi = ivec3(kd_leaf_rope_hi_x(leaf), kd_leaf_rope_hi_y(leaf), kd_leaf_rope_hi_z(leaf));
+    bvec3 down = notEqual(ivec3(turn) & ivec3(1, 2, 4), ivec3(0));
+    faces = faces_ahead(leaf, down);
+    ropes = ropes_ahead(leaf, down);
     EACH(follow_rope)
     return next_node();
 }
