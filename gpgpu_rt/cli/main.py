@@ -45,6 +45,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             chosen.parser.refuse(unknown[0])
         with warnings.catch_warnings():
             warnings.showwarning = _show
+            for developers in (DeprecationWarning, PendingDeprecationWarning):
+                warnings.simplefilter("ignore", developers)
             chosen.run(chosen)
         sys.stdout.flush()
         return 0
