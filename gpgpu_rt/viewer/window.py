@@ -225,7 +225,7 @@ class Window(moderngl_window.WindowConfig):
         return {"frames": self._frames, "message": self.viewer.message,
                 "pictures_while_moving": len(self._updates),
                 "updates_per_second": 1 / median(self._updates) if self._updates else None,
-                "seconds_to_full_quality": self._settled[1:], "settings": self.viewer.settings()}
+                "seconds_to_full_quality": self._settled, "settings": self.viewer.settings()}
 
     # Events ---------------------------------------------------------------------------------
 

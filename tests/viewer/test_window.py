@@ -172,6 +172,7 @@ def test_looking_around_and_the_line_that_shows_the_same(person, tmp_path: Path)
     shown = one.settled()
     found = one.quit()
     assert found["settings"]["method"] == "kd-backtrack" and found["pictures_while_moving"] > 0
+    assert found["seconds_to_full_quality"], "it came to rest after the drag"
     again = tmp_path / "again.png"
     words = shlex.split(found["settings"]["command"])
     assert main([*words[1:-1], f"--output={again}"]) == 0
@@ -201,6 +202,7 @@ def test_passes_heat_and_the_path_of_a_ray(person) -> None:
             assert (a != b).any(axis=2).mean() > 0.01
     found = one.quit()
     assert not found["message"] and found["settings"]["mode"] == "picture"
+    assert not found["seconds_to_full_quality"], "the camera never moved"
 
 
 def test_the_lists_of_the_panel(person) -> None:
