@@ -253,6 +253,8 @@ def load_scene(source: str | os.PathLike | trimesh.Trimesh | trimesh.Scene | Sce
     if not isinstance(source, (str, os.PathLike)):
         raise SceneError(f"cannot load a scene from {type(source).__name__}; give a name, a mesh "
                          "file, a trimesh object or a Scene")
+    if not os.fspath(source):
+        raise SceneError("no scene is named; give a name of `gpgpu-rt scenes`, or a mesh file")
     named = catalogue.find(os.fspath(source))
     if named is None:
         return _read(Path(source))
@@ -276,12 +278,12 @@ def _read(path: Path, row: catalogue.Row | None = None) -> Scene:
         return GeometryImage.load(path).scene(name=path.stem, source=str(path),
                                               camera=catalogue.camera_beside(path))
     mesh = mesh_file.read(path)
+    _check_vertices(mesh.vertices, str(path))
     camera = catalogue.camera_beside(path)
     light: PointLight | None = None
     if row is not None:
         light = PointLight(row.light) if row.light else None
         if mesh.colours is None and row.paint and len(mesh.faces):
-            _check_vertices(mesh.vertices, str(path))
             mesh.colours = row.paint(mesh.vertices, mesh.faces)
     return Scene.from_arrays(mesh.vertices, mesh.faces, name=row.name if row else path.stem,
                              colours=mesh.colours, camera=camera, light=light, source=str(path),

@@ -31,8 +31,8 @@ def add_frames(sub: argparse.ArgumentParser) -> None:
                      "--scheduler: take what a run with the same settings left in "
                      "OUTPUT.unfinished when it was interrupted, and draw the rest")
     sub.add_argument("--frames", type=_whole, metavar="N", help="the first N frames of a scene "
-                     "that moves: to numbered files where --output is a folder or holds %%04d, "
-                     "else to one GIF or APNG")
+                     "that moves: to numbered files where --output is a folder (a new one: "
+                     "with a / at its end) or holds %%04d, else to one GIF or APNG")
 
 
 def render_frames(chosen: argparse.Namespace,

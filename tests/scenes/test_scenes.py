@@ -98,8 +98,9 @@ def test_broken_files(tmp_path) -> None:
     whole = (tmp_path / "cut.ply").read_bytes()
     (tmp_path / "cut.ply").write_bytes(whole[:-20])
     (tmp_path / "noise.glb").write_bytes(bytes(range(256)))
+    (tmp_path / "nan.obj").write_text("v 0 0 0\nv 1 0 0\nv nan 1 0\nf 1 2 3\n")
     for name, message in (("cut.ply", "cannot read"), ("noise.glb", "cannot read"),
-                          ("gone.obj", "no such file")):
+                          ("gone.obj", "no such file"), ("nan.obj", r"nan\.obj: vertex 2")):
         with pytest.raises(rt.SceneError, match=message) as caught:
             rt.load_scene(tmp_path / name)
         assert "\n" not in str(caught.value)
@@ -108,6 +109,8 @@ def test_broken_files(tmp_path) -> None:
 def test_unknown_names() -> None:
     with pytest.raises(rt.SceneError, match="did you mean kitchen"):
         rt.load_scene("kichen")
+    with pytest.raises(rt.SceneError, match="no scene is named"):
+        rt.load_scene("")
     with pytest.raises(rt.SceneError, match="int"):
         rt.load_scene(7)
 
