@@ -21,7 +21,6 @@
 const int SETTLED = 1 << 24;   // a node above every index
 
 float t_min[RAYS];
-float t_exit[RAYS];
 int ray_node[RAYS];
 int node;
 
@@ -35,7 +34,6 @@ void start_ray(int r) {
     Ray ray = rays[r];
     vec2 interval = box_interval(ray, scene_lo, scene_hi);
     t_min[r] = max(interval.x, ray.t_min);
-    t_exit[r] = min(max(box_exit(ray, scene_lo, scene_hi), t_min[r]), ray.t_max);
     bool enters = t_min[r] <= min(interval.y, ray.t_max) && ray.t_min <= ray.t_max;
     octant[r] = direction_octant(ray.inv_dir) + shared_axis(ray);
     t_turn[r] = enters ? t_min[r] : NEVER;
@@ -106,8 +104,8 @@ void follow_rope(int r) {
     vec3 exits = planes_t(rays[r], faces);
     float t_leave = min_component(exits);
     int rope = rope_taken(exits, t_leave, ropes);
-    bool settled = hits[r].t < t_leave || t_leave >= t_exit[r] || rope < 0
-                || search_over(hits[r]);
+    // Without a hit, hit.t is the ray's own end.
+    bool settled = hits[r].t < t_leave || rope < 0 || search_over(hits[r]);
     bool here = ray_node[r] == node;
     ray_node[r] = here ? (settled ? SETTLED : rope) : ray_node[r];
     t_min[r] = here ? max(t_min[r], t_leave) : t_min[r];
