@@ -135,10 +135,13 @@ def _room(folder: Path) -> Iterator[None]:
 
 def _write_gif(folder: Path, pictures: list[str]) -> None:
     chosen = np.unique(np.linspace(0, len(pictures) - 1, min(len(pictures), MOST_FRAMES)).round())
+    with Image.open(folder / pictures[len(pictures) // 2]) as picture:
+        palette = colours.palette(picture.convert("RGB"))
     frames = []
     for k in chosen.astype(int):
         with Image.open(folder / pictures[k]) as picture:
-            frames.append(picture.convert("P", palette=Image.Palette.ADAPTIVE, colors=128))
+            frames.append(picture.convert("RGB").quantize(palette=palette,
+                                                          dither=Image.Dither.NONE))
     frames[0].save(folder / "passes.gif", save_all=True, append_images=frames[1:], loop=0,
                    optimize=False, duration=[FRAME_MS] * (len(frames) - 1) + [LAST_MS])
 

@@ -97,16 +97,17 @@ def travel(tracer: Tracer, origins: np.ndarray, directions: np.ndarray,
     -------
     The hits, as ``Tracer.trace`` returns them.
     """
-    if tracer.options["schedule"] == "loop":
-        raise OptionError(f"method {tracer.method.name} under schedule loop has one pass to look "
-                          "at; take a method with the schedule kernels or step")
     batch = RayBatch(origins, directions, bounds=tracer.scene.bounds, **more)
-    record = _Record(tracer, batch, look)
-    with tracer.gpu, watching(tracer, record.take):
-        _, buffers = tracer._room(batch.size)
-        for side in (0, 1):     # a state of an earlier call may have more steps
-            buffers.side(side).target.clear()
-        return tracer.trace(origins, directions, **more)
+    with tracer._taking(batch):     # of two choices the one that `trace` will take
+        if tracer.options["schedule"] == "loop":
+            raise OptionError(f"method {tracer.method.name} under schedule loop has one pass to "
+                              "look at; take a method with the schedule kernels or step")
+        record = _Record(tracer, batch, look)
+        with watching(tracer, record.take):
+            _, buffers = tracer._room(batch.size)
+            for side in (0, 1):     # a state of an earlier call may have more steps
+                buffers.side(side).target.clear()
+            return tracer.trace(origins, directions, **more)
 
 
 def decode(batch: RayBatch, one: Pass) -> Hits:
@@ -146,9 +147,9 @@ class _Record:
             return
         hit = self._rays(target.fields(HIT.name))
         if self.packets:    # whose states stay as their last visit left them
-            waiting = self.state["phase"] == 2
+            waiting = int((self.state["phase"] == 2).sum())
             self.hit = hit
-            self._show(kernel, {"intersect": int(waiting.sum())} if kernel != "init" else {})
+            self._show(kernel, {"intersect": waiting} if waiting and kernel != "init" else {})
             return
         state, served = self._rays(target.fields(self.state_name)), {}
         if kernel != "init":

@@ -69,7 +69,7 @@ class RayMeshIntersector:
         ray_origins, ray_directions : (n, 3) float
         return_locations : say where, too
         multiple_hits : all hits of a ray, or its first one alone
-        max_hits : of a ray, the nearest ones; None for all
+        max_hits : of a ray, the nearest ones (places, with ``coincident=False``); None for all
 
         Returns
         -------
@@ -77,8 +77,9 @@ class RayMeshIntersector:
         index_ray : (m,) int64, ascending
         locations : (m, 3) float64, only with ``return_locations``
         """
-        hits, places, locations = self._hits(ray_origins, ray_directions, multiple_hits, max_hits,
-                                             return_locations or not self.coincident)
+        rays, most = (ray_origins, ray_directions), max_hits if multiple_hits else 1
+        hits, places, locations = (self._hits(*rays, most, return_locations) if self.coincident
+                                   else self._places(*rays, most))
         chosen = slice(None) if self.coincident else places
         found = hits.triangle[chosen].astype(np.int64), hits.ray[chosen]
         return (*found, locations[chosen]) if return_locations else found
@@ -95,7 +96,8 @@ class RayMeshIntersector:
 
         Parameters
         ----------
-        ray_origins, ray_directions, multiple_hits, max_hits : as for ``intersects_id``
+        ray_origins, ray_directions, multiple_hits : as for ``intersects_id``
+        max_hits : of a ray, the nearest places; None for all
 
         Returns
         -------
@@ -103,8 +105,8 @@ class RayMeshIntersector:
         index_ray : (m,) int64, ascending
         index_tri : (m,) int64, of each place the first in the order of (t, triangle)
         """
-        hits, kept, locations = self._hits(ray_origins, ray_directions, multiple_hits, max_hits,
-                                           True)
+        hits, kept, locations = self._places(ray_origins, ray_directions,
+                                             max_hits if multiple_hits else 1)
         return locations[kept], hits.ray[kept], hits.triangle[kept].astype(np.int64)
 
     def intersects_first(self, ray_origins: np.ndarray, ray_directions: np.ndarray) -> np.ndarray:
@@ -140,14 +142,28 @@ class RayMeshIntersector:
 
     # What they are made of ------------------------------------------------------------------
 
-    def _hits(self, origins: np.ndarray, directions: np.ndarray, multiple_hits: bool,
-              max_hits: int | None, locate: bool) -> tuple[AllHits, np.ndarray, np.ndarray]:
-        """Hits; where that is asked, the rows that begin a place, (k,), and where all hits lie,
-        (m, 3)."""
+    def _places(self, origins: np.ndarray, directions: np.ndarray, most: int | None
+                ) -> tuple[AllHits, np.ndarray, np.ndarray]:
+        """As ``_hits`` gives it, of each ray the nearest ``most`` places."""
+        asked = most
+        while True:
+            hits, places, locations = self._hits(origins, directions, asked, True)
+            if most is None or asked is None:
+                return hits, places, locations
+            found, cut = (np.bincount(rays, minlength=len(origins))
+                          for rays in (hits.ray[places], hits.ray))
+            if not ((found < most) & (cut >= asked)).any():
+                rank = np.arange(len(places)) - (np.cumsum(found) - found)[hits.ray[places]]
+                return hits, places[rank < most], locations
+            asked *= 2      # what is left of some ray's hits are too few places
+
+    def _hits(self, origins: np.ndarray, directions: np.ndarray, most: int | None, locate: bool
+              ) -> tuple[AllHits, np.ndarray, np.ndarray]:
+        """Of each ray the nearest ``most`` hits; where that is asked, the rows that begin a place,
+        (k,), and where all hits lie, (m, 3)."""
         with self._lock:
             origins, directions, tracer = self._prepared(origins, directions)
-            hits = tracer.trace_all(origins, directions, invalid="miss",
-                                    max_hits=max_hits if multiple_hits else 1)
+            hits = tracer.trace_all(origins, directions, invalid="miss", max_hits=most)
             triangles, moved = tracer.scene.triangles[hits.triangle], self._moved
         _check_status(hits.status)
         if not locate:
@@ -168,7 +184,8 @@ class RayMeshIntersector:
     def _prepared(self, origins: np.ndarray, directions: np.ndarray
                   ) -> tuple[np.ndarray, np.ndarray, Tracer]:
         """Rays, (n, 3) float64 each, seen from where the mesh was moved; and its tracer."""
-        origins, directions = (np.asanyarray(a, np.float64) for a in (origins, directions))
+        origins, directions = (_rays_array(*given) for given in (
+            (origins, "ray_origins"), (directions, "ray_directions")))
         if origins.shape != directions.shape:
             raise ValueError(f"ray_origins {origins.shape} and ray_directions "
                              f"{directions.shape} differ")
@@ -225,11 +242,25 @@ class RayMeshIntersector:
         self._forget()
 
     def __deepcopy__(self, memo: Any) -> RayMeshIntersector:
-        """A mesh's copy copies its engine: of the same mesh, as trimesh's own do."""
+        """Of the same mesh, as trimesh's own do. (``mesh.copy()`` gives the copy an engine of
+        trimesh's: set its ``ray`` again.)"""
         return self.__copy__()
 
     def __copy__(self) -> RayMeshIntersector:
         return type(self)(self.mesh, self.method, coincident=self.coincident, **self.options)
+
+
+def _rays_array(given: Any, name: str) -> np.ndarray:
+    """(n, 3) float64; an empty list is none."""
+    try:
+        rays = np.asanyarray(given, np.float64)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} are no array of numbers; give (n, 3)") from None
+    if rays.shape == (0,):
+        return rays.reshape(0, 3)
+    if rays.ndim != 2 or rays.shape[1] != 3:
+        raise ValueError(f"{name} have shape {rays.shape}; give (n, 3)")
+    return rays
 
 
 def _far_centre(vertices: np.ndarray) -> np.ndarray:

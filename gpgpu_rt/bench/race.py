@@ -10,6 +10,7 @@ from typing import Any
 
 from ..errors import OptionError
 from ..tracer import Tracer
+from ..words import counted
 from .engines import EMBREE, ENGINES, Engine
 from .work import Work, work_of
 from .workloads import Workload, load, workload
@@ -164,7 +165,7 @@ def too_noisy(entries: Sequence[Entry]) -> str:
     for entry in entries:
         if entry.name == EMBREE:
             if len(entry.seconds) < 3:
-                return f"{len(entry.seconds)} runs are too few for a verdict; give 3 or more"
+                return f"{counted(len(entry.seconds), 'run')} cannot tell; give 3 or more"
             if entry.spread > NOISY:
                 return (f"the slowest run of {EMBREE} took {entry.spread:.2f} times the fastest: "
                         "this machine is too busy for a verdict; try again when it is idle")

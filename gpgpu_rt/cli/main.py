@@ -60,6 +60,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if os.environ.get("GPGPU_RT_TRACEBACK"):
             raise
         message = " ".join(str(failure).split()) or type(failure).__name__
+        if isinstance(failure, MemoryError):
+            message += "; take a smaller picture, fewer samples or a smaller scene"
         print(f"gpgpu-rt: {message}", file=sys.stderr)
         return 1
 

@@ -100,9 +100,15 @@ def add_variants(group: argparse._ArgumentGroup, table: Variants, prefix: str) -
         told = [_told(option) for option in kinds]
         if len(kinds) > 1:
             told = [f"{_listed(owners)}: {one}" for owners, one in zip(kinds.values(), told)]
-        group.add_argument(word_of(name), dest=prefix + name,
-                           metavar="true|false" if bare else "VALUE",
-                           help=". ".join(told).replace("%", "%%"), **bare)
+        try:
+            group.add_argument(word_of(name), dest=prefix + name,
+                               metavar="true|false" if bare else "VALUE",
+                               help=". ".join(told).replace("%", "%%"), **bare)
+        except argparse.ArgumentError:      # of a method of the user's own
+            owner = [owner for owners in kinds.values() for owner in owners][-1]
+            raise OptionError(f"{find_method(owner).glsl}: method {owner} has an option {name}, "
+                              f"but {word_of(name)} is a word of the commands themselves; give it "
+                              "another name") from None
 
 
 def _is_switch(kinds: Iterable[Option]) -> bool:

@@ -165,6 +165,13 @@ def _guarded(row: Method, path: Path) -> Callable[..., Accelerator]:
         if missing:
             raise MethodError(f"{where}: prepare makes no table {' and none '.join(missing)}; "
                               "add its fields, or take it out of tables")
+        for record, fields in made.tables.items():
+            rows = {name: len(values) for name, values in fields.items()
+                    if isinstance(values, np.ndarray)}
+            if len(set(rows.values())) > 1:
+                told = ", ".join(f"{name} {count}" for name, count in rows.items())
+                raise MethodError(f"{where}: the fields of table {record} have different numbers "
+                                  f"of rows: {told}; give each as many")
         return made
     return prepare
 

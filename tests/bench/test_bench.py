@@ -76,7 +76,7 @@ def test_verdicts_need_every_turn(over: list[float], verdict: str) -> None:
 
 
 @pytest.mark.parametrize("seconds, why", [([1, 1.2, 1.1], ""), ([1, 1.6, 1.1], "too busy"),
-                                          ([1, 1], "too few")])
+                                          ([1, 1], "2 runs cannot tell")])
 def test_a_noisy_machine_gives_none(seconds: list[float], why: str) -> None:
     assert why in too_noisy([_entry(EMBREE, seconds, seconds)])
     assert bool(too_noisy([_entry(EMBREE, seconds, seconds)])) == bool(why)

@@ -135,6 +135,9 @@ def test_triangles_that_coincide_are_all_found_in_order(name: str) -> None:
     assert tri.tolist() == [0] and np.abs(at - [[0.7, 0.2, 0]]).max() < 1e-12
     at, _, tri = ray.intersects_location([[0.7, 0.2, -1]], [[0, 0, 1]])
     assert tri.tolist() == [0, 4, 6] and np.allclose(at[:, 2], layers[1:4], atol=1e-12)
+    for most in (1, 2, 3, 4):   # places are counted, not the triangles that meet there
+        at, _, tri = ray.intersects_location([[0.7, 0.2, -1]], [[0, 0, 1]], max_hits=most)
+        assert tri.tolist() == [0, 4, 6][:most]
 
 
 @pytest.mark.parametrize("name", OURS)
@@ -228,6 +231,17 @@ def test_rays_that_are_none_and_those_that_do_not_fit(exact) -> None:
                                     ).tolist() == [-1, -1]
     missing = ray.intersects_location([[9, 9, 9], [8, 8, 8]], [[1, 0, 0], [0, 1, 0]])
     assert [len(a) for a in missing] == [0, 0, 0]
+
+
+@pytest.mark.parametrize("rays", [np.ones((2, 2, 3)), np.ones((2, 2)), np.ones(3), None, "ab"])
+def test_arrays_of_other_shapes_are_refused(rays) -> None:
+    with RayMeshIntersector(trimesh.creation.box()) as ray:
+        for ask in (ray.intersects_location, ray.intersects_id, ray.intersects_first,
+                    ray.intersects_any):
+            with pytest.raises(ValueError, match="ray_origins .*give .n, 3."):
+                ask(rays, rays)
+            assert len(ask([], [])[0] if ask in (
+                ray.intersects_location, ray.intersects_id) else ask([], [])) == 0
 
 
 def test_a_ray_that_is_stopped_is_no_miss() -> None:

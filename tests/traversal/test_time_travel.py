@@ -9,6 +9,8 @@ from conftest import soup_scene
 from PIL import Image
 
 import gpgpu_rt as rt
+from gpgpu_rt import false_colours as colours
+from gpgpu_rt.choices import Choice, Choices
 from gpgpu_rt.cli import main
 from gpgpu_rt.heat import KINDS, draw_heat, heat
 from gpgpu_rt.pass_pictures import write_passes
@@ -60,6 +62,19 @@ def test_the_last_state_is_what_a_trace_finds(method: str, schedule: str) -> Non
         assert runs == expected.steps.sum()
         assert all(sum(after.served.values()) <= before.live
                    for before, after in zip(passes, passes[1:]))
+
+
+def test_a_tracer_of_two_choices_is_watched_by_the_one_it_takes() -> None:
+    scene, *rays = few_rays(150, 4)
+    both = Choices(*(Choice(name, {"schedule": "step"}) for name in ("kd-restart", "grid")))
+    with rt.Tracer(scene, both) as tracer:
+        expected = tracer.trace(*rays)
+        tracer.trace(np.zeros((64, 3)), np.tile([0, 0, 1.0], (64, 1)))     # leaves the other one
+        passes, hits = passes_of(tracer, *rays)
+        assert tracer.method.name == "grid"
+    assert len(passes) > 2 and passes[-1].live == 0
+    assert (hits.triangle == expected.triangle).all()
+    assert (passes[-1].hit["triangle"][hits.hit] == hits.triangle[hits.hit]).all()
 
 
 @pytest.mark.parametrize("method, schedule", [
@@ -131,6 +146,9 @@ def test_passes_are_written(tmp_path, method: str, schedule: str) -> None:
         "passes.json", "passes.gif", "pass_7.png", *(row["picture"] for row in shown),
         *(row["states"] for row in shown)}
     with Image.open(folder / "passes.gif") as film:
+        film.seek(film.n_frames // 2)
+        shown_now = {tuple(c) for c in np.asarray(film.convert("RGB")).reshape(-1, 3).tolist()}
+        assert {colours.PAPER, colours.INK, colours.category(1)} <= shown_now
         assert film.n_frames == len(shown)
     sizes = {Image.open(folder / row["picture"]).size for row in shown}
     assert len(sizes) == 1
