@@ -28,12 +28,13 @@ def ramp(values: np.ndarray) -> np.ndarray:
     return (_RAMP[low] * (1 - part) + _RAMP[low + 1] * part).round().astype(np.uint8)
 
 
-def palette(picture: Image.Image) -> Image.Image:
+def palette(pictures: Sequence[np.ndarray]) -> Image.Image:
     """Of 256 colours, as ``Image.quantize`` takes it: all that legends name as they are, and what
-    an RGB picture has besides."""
+    (h, w, 3) uint8 pictures of one size have besides."""
     exact = np.concatenate([_CATEGORIES, [OVER, STOPPED, FULL, NOTHING, PAPER, INK],
                             ramp(np.linspace(0, 1, 42))])
-    found = np.reshape(picture.quantize(256 - len(exact)).getpalette(), (-1, 3)).astype(int)
+    all_of_them = Image.fromarray(np.concatenate(pictures)).quantize(256 - len(exact))
+    found = np.reshape(all_of_them.getpalette(), (-1, 3)).astype(int)
     # Pillow looks colours up in cells: one beside an exact one could take its place.
     apart = np.abs(found[:, None] - exact[None].astype(int)).max(2).min(1) > 8
     made = Image.new("P", (1, 1))
