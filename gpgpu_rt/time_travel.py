@@ -24,6 +24,7 @@ from .texel_layout import HIT
 from .tracer import Tracer
 
 Fields = dict[str, np.ndarray]
+INTERSECT = 2    # the phase of packets at a leaf, whose rays are tested by a pass of their own
 ENDS = {DONE: "done", UNFINISHED: "stopped by the step cap", OVERFLOWN: "stack full"}
 
 
@@ -147,7 +148,7 @@ class _Record:
             return
         hit = self._rays(target.fields(HIT.name))
         if self.packets:    # whose states stay as their last visit left them
-            waiting = int((self.state["phase"] == 2).sum())
+            waiting = int((self.state["phase"] == INTERSECT).sum())
             self.hit = hit
             self._show(kernel, {"intersect": waiting} if waiting and kernel != "init" else {})
             return
@@ -167,7 +168,12 @@ class _Record:
         of_ray = (x + across * y[:, None]).reshape(-1)
         state = {name: values[of_ray][:self.count]
                  for name, values in target.fields(self.state_name).items()}
-        served = {} if kernel == "init" else self._served(state["steps"] > self.state["steps"])
+        served = {}
+        if kernel != "init":
+            # Pushing and popping are no steps of a packet, but change what it waits for.
+            before = self.state["phase"]
+            on = (state["phase"] != before) & (before > INTERSECT)
+            served = self._served(on | (state["steps"] > self.state["steps"]))
         self.state = state
         if kernel != "init":    # its rays follow
             self._show(kernel, served)

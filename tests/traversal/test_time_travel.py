@@ -64,6 +64,16 @@ def test_the_last_state_is_what_a_trace_finds(method: str, schedule: str) -> Non
                    for before, after in zip(passes, passes[1:]))
 
 
+@pytest.mark.parametrize("method", ["bvh-stack", "bvh-packet"])
+def test_what_is_pushed_is_popped(method: str) -> None:
+    scene, *rays = few_rays(150, 3)
+    with rt.Tracer(scene, method, schedule="step") as tracer:
+        passes, _ = passes_of(tracer, *rays)
+    counts = [sum(one.served.get(kernel, 0) for one in passes) for kernel in ("push", "pop")]
+    assert counts[0] == counts[1] > 0
+    assert all(all(one.served.values()) for one in passes), "none is served by nothing"
+
+
 def test_a_tracer_of_two_choices_is_watched_by_the_one_it_takes() -> None:
     scene, *rays = few_rays(150, 4)
     both = Choices(*(Choice(name, {"schedule": "step"}) for name in ("kd-restart", "grid")))
