@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import os
+import re
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
@@ -92,10 +93,13 @@ def _read_obj(path: Path, groups: bool) -> Mesh:
         return _join([(mesh, None, name)
                       for name, mesh in reversed(list(loaded.geometry.items()))])
 
-    mesh = load(True)
-    if mesh.uv is not None or mesh.normals is not None:
+    with warnings.catch_warnings():     # of corners' values that are taken from elsewhere below
+        warnings.simplefilter("ignore", RuntimeWarning)
+        mesh = load(True)
+    if re.search(rb"^v[tn]\s", path.read_bytes(), re.MULTILINE):
         # Vertices as the file has them have one normal and one texture coordinate each, whatever
-        # its faces say: those are taken from vertices that trimesh splits.
+        # its faces say, or none at all where one is no face's first three corners: those are
+        # taken from vertices that trimesh splits.
         split = load(False)
         if len(split.faces) == len(mesh.faces):
             mesh.normals, mesh.uv = split.normals, split.uv

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from PIL import Image
 
 import gpgpu_rt as rt
 
@@ -78,3 +79,37 @@ def test_vertices_are_not_dropped_on_the_way(tmp_path: Path) -> None:
     mesh.export(tmp_path / "m.ply")
     with pytest.raises(rt.SceneError, match="vertex 3 "):
         rt.load_scene(tmp_path / "m.ply")
+
+
+SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+PLACES = "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+QUAD = "f 1/1 2/2 3/3 4/4\n"
+TEXTURED = {
+    "a quad": PLACES + "usemtl a\n" + QUAD,
+    "a vertex that no face has": PLACES + "usemtl a\nf 1/1 2/2 4/4\n",
+    "an untextured part first": "usemtl b\nf 1 2 3\n" + PLACES + "usemtl a\nf 4/4 1/1 2/2\n",
+    "several materials": PLACES + "".join(f"usemtl {name}\n{QUAD}" for name in "abc"),
+    "normals too": PLACES + "vn 0 0 1\nusemtl a\nf 1/1/1 2/2/1 3/3/1 4/4/1\n",
+}
+
+
+@pytest.fixture
+def textured(tmp_path: Path) -> Path:
+    Image.new("RGB", (2, 2), (255, 0, 0)).save(tmp_path / "a.png")
+    (tmp_path / "m.mtl").write_text(
+        "newmtl a\nmap_Kd a.png\nnewmtl b\nKd 0 1 0\nnewmtl c\nKd 0 0 1\n")
+    return tmp_path / "m.obj"
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("name", TEXTURED)
+def test_corners_of_textured_obj_files_keep_their_places(name: str, textured: Path) -> None:
+    textured.write_text("mtllib m.mtl\n" + SQUARE + TEXTURED[name])
+    scene = rt.load_scene(textured)
+    places = scene.triangles[..., :2].copy()
+    if "first" in name:
+        assert scene.material_of.tolist() == [0, 1]
+        places[0] = 0
+    assert np.array_equal(scene.uv, places)     # as the square's corners have them
+    assert scene.normals is None or (scene.normals == (0, 0, 1)).all()
+    assert (scene.normals is not None) == (name == "normals too")
