@@ -91,7 +91,7 @@ def _read_obj(path: Path, groups: bool) -> Mesh:
                                     group_material=False, split_groups=groups)
         # trimesh takes the runs of one material from the last to the first.
         return _join([(mesh, None, name)
-                      for name, mesh in reversed(list(loaded.geometry.items()))])
+                      for name, mesh in reversed(list(loaded.geometry.items()))], path.parent)
 
     with warnings.catch_warnings():     # of corners' values that are taken from elsewhere below
         warnings.simplefilter("ignore", RuntimeWarning)
@@ -144,12 +144,13 @@ def flatten(mesh: trimesh.Trimesh | trimesh.Scene) -> Mesh:
     return _join([(mesh.geometry[name], transform, node) for node, transform, name in placed])
 
 
-def _join(placed: list[tuple[Any, np.ndarray | None, str]]) -> Mesh:
+def _join(placed: list[tuple[Any, np.ndarray | None, str]], folder: Path | None = None) -> Mesh:
+    """One mesh of several, each with its transform and name; ``folder`` is that of their file."""
     vertices, faces, count = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], 0
     colours: list[np.ndarray | None] = []
     corners: dict[str, list[np.ndarray | None]] = {"normals": [], "uv": []}
     materials: list[Material | None] = []
-    names, textures = [], Textures()
+    names, textures = [], Textures(folder)
     for mesh, transform, name in placed:
         if not isinstance(mesh, trimesh.Trimesh):
             continue  # point clouds and curves have no surface
@@ -161,8 +162,8 @@ def _join(placed: list[tuple[Any, np.ndarray | None, str]]) -> Mesh:
         vertices.append(points)
         faces.append(triangles + count)
         names.append(name)
-        colours.append(_colours(mesh))
         materials.append(material_of(mesh.visual, textures))
+        colours.append(_colours(mesh, materials[-1]))
         whole = _whole(mesh)
         normals = mesh.vertex_normals if "vertex_normals" in mesh._cache.cache and whole else None
         uv = getattr(mesh.visual, "uv", None) if whole else None
@@ -208,7 +209,7 @@ def _whole(mesh: trimesh.Trimesh) -> bool:
     return not len(mesh.faces) or 0 <= mesh.faces.min() <= mesh.faces.max() < len(mesh.vertices)
 
 
-def _colours(mesh: trimesh.Trimesh) -> np.ndarray | None:
+def _colours(mesh: trimesh.Trimesh, material: Material | None) -> np.ndarray | None:
     """(n, 3) in [0, 1], the colours of a mesh's faces, vertices or material, or None."""
     visual = mesh.visual
     if not _whole(mesh):
@@ -217,5 +218,4 @@ def _colours(mesh: trimesh.Trimesh) -> np.ndarray | None:
         return visual.face_colors[:, :3] / 255.0
     if visual.kind == "vertex":
         return visual.vertex_colors[mesh.faces, :3].mean(axis=1) / 255.0
-    material = material_of(visual, {})
     return None if material is None else np.broadcast_to(material.diffuse, (len(mesh.faces), 3))

@@ -198,3 +198,56 @@ def test_what_is_too_deep_or_marked_as_utf8(folder: Path) -> None:
     path = written(folder, GOOD)
     path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
     assert rt.load_scene(path).name == "still"
+
+
+def gltf(folder: Path, material: dict[str, Any], **images: tuple[int, int, int]) -> Path:
+    """A textured square whose material is as given; images by name, of one colour."""
+    box = trimesh.Trimesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)], process=False)
+    box.visual = trimesh.visual.TextureVisuals(uv=[(0, 0), (1, 0), (0, 1)])
+    box.export(folder / "m.gltf")
+    path = folder / "m.gltf"
+    said = json.loads(path.read_text())
+    said["materials"] = [material]
+    said["images"] = [{"uri": f"{name}.png"} for name in images]
+    said["textures"] = [{"source": k} for k in range(len(images))]
+    for name, colour in images.items():
+        Image.new("RGB", (2, 2), colour).save(folder / f"{name}.png")
+    path.write_text(json.dumps(said))
+    return path
+
+
+def test_textures_without_a_factor_are_taken_as_they_are(folder: Path) -> None:
+    texture = {"baseColorTexture": {"index": 0}}
+    for said, share in ((texture, 1), ({**texture, "baseColorFactor": [0.2, 0.2, 0.2, 1]}, 0.2),
+                        ({}, 1)):
+        scene = rt.load_scene(gltf(folder, {"pbrMetallicRoughness": said}, t=(9, 9, 9)))
+        assert np.allclose(scene.materials[0].diffuse, share) and np.allclose(scene.colours, share)
+    (folder / "n.obj").write_text("mtllib two.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\n"
+                                  "vt 0 1\nusemtl a\nf 1/1 2/2 3/3\n")
+    for words, share in (("", 1), ("Kd 0.123456 0.4 0.4\n", (0.123456, 0.4, 0.4))):
+        (folder / "two.mtl").write_text(f"newmtl a\n{words}map_Kd wood.png\n")
+        assert np.allclose(rt.load_scene(folder / "n.obj").materials[0].diffuse, share, atol=1e-7)
+
+
+def test_a_lamp_is_its_factor_times_the_mean_of_its_texture(folder: Path) -> None:
+    said = {"emissiveFactor": [1, 0.5, 1], "emissiveTexture": {"index": 0}}
+    for colour, radiance in (((0, 0, 0), (0, 0, 0)), ((255, 255, 0), (1, 0.5, 0))):
+        scene = rt.load_scene(gltf(folder, said, glow=colour))
+        assert scene.materials[0].emission == radiance
+        (folder / "two.mtl").write_text("newmtl green\nKe 1 0.5 1\nmap_Ke glow.png\n")
+        assert rt.load_scene(folder / "two.obj").materials[0].emission == radiance
+    assert len(scene.emitters) == 1
+    (folder / "two.mtl").write_text("newmtl green\nKe 1 0.5 1\nmap_Ke gone.png\n")
+    with pytest.raises(rt.SceneError, match="two.mtl: no such texture gone.png"):
+        rt.load_scene(folder / "two.obj")
+
+
+def test_a_textured_metal_is_tinted_by_its_mean(folder: Path) -> None:
+    said = {"baseColorTexture": {"index": 0}, "metallicFactor": 1.0, "roughnessFactor": 0.0}
+    (material,) = rt.load_scene(
+        gltf(folder, {"pbrMetallicRoughness": said}, gold=(255, 0, 255))).materials
+    assert material.mirror == (1, 0, 1) and material.texture is None
+    (material,) = rt.load_scene(gltf(folder, {
+        "pbrMetallicRoughness": {**said, "metallicFactor": 0.5}}, gold=(255, 0, 255))).materials
+    assert material.mirror == (0.5, 0, 0.5) and material.diffuse == (0.5,) * 3
+    assert material.texture is not None
