@@ -14,7 +14,7 @@ import trimesh
 from ..appearance.material import Material
 from ..errors import SceneError
 from ..rays import unit_normals
-from .mesh_material import Textures, check_textures, material_of
+from .mesh_material import Textures, UriResolver, check_textures, material_of
 
 SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".gltf")
 
@@ -63,14 +63,15 @@ def read(path: Path, groups: bool = False) -> Mesh:
     SceneError
         no such file, trimesh cannot read it, or a texture that it names is missing
     """
-    if not path.is_file():
-        what = "a folder, no mesh file" if path.is_dir() else "no such file"
+    if not os.path.isfile(path):    # unlike Path's, False for a name too long
+        what = "a folder, no mesh file" if os.path.isdir(path) else "no such file"
         raise SceneError(f"{path}: {what}; check the path")
     try:
         _check_whole(path)
         check_textures(path)
+        resolver = UriResolver(str(path)) if path.suffix.lower() == ".gltf" else None
         mesh = (_read_obj(path, groups) if path.suffix.lower() == ".obj"
-                else flatten(trimesh.load_scene(str(path), process=False)))
+                else flatten(trimesh.load_scene(str(path), process=False, resolver=resolver)))
         if path.suffix.lower() == ".ply" and len(mesh.faces) < (declared := _declared(path)):
             raise ValueError(f"{declared} faces declared, {len(mesh.faces)} found")
         if not len(mesh.faces):
@@ -178,7 +179,7 @@ def _join(placed: list[tuple[Any, np.ndarray | None, str]], folder: Path | None 
     points, triangles = np.concatenate(vertices), np.concatenate(faces)
     part_of = np.repeat(np.arange(len(sizes)), sizes)
     shared, rows = _unlike(materials)
-    normals, uv = _filled(corners["normals"], sizes, 3), _filled(corners["uv"], sizes, 2)
+    normals, uv = filled(corners["normals"], sizes, 3), filled(corners["uv"], sizes, 2)
     if normals is not None:
         missing = ~(np.linalg.norm(normals, axis=2) > 0).all(axis=1)    # or not a number
         normals[missing] = unit_normals(points[triangles[missing]])[:, None]
@@ -196,7 +197,7 @@ def _unlike(materials: list[Material | None]) -> tuple[tuple[Material, ...], np.
     return tuple(known), np.array([known.index(m or Material()) for m in materials])
 
 
-def _filled(parts: list[np.ndarray | None], sizes: list[int], width: int) -> np.ndarray | None:
+def filled(parts: list[np.ndarray | None], sizes: list[int], width: int) -> np.ndarray | None:
     """Values of all corners, zeros where a part has none; None where no part has any."""
     if all(part is None for part in parts):
         return None

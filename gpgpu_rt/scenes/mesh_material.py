@@ -2,10 +2,12 @@
 from __future__ import annotations
 
 import json
+import os
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 import numpy as np
 import trimesh
@@ -116,13 +118,24 @@ def _of_gltf(name: str, said: Mapping[str, Any], textures: Textures) -> Material
                     texture=textures.of(image, name) if metal < 1 else None)
 
 
+class UriResolver(trimesh.resolvers.FilePathResolver):
+    """Finds what a glTF file names, whose names are URIs: a space may stand as %20."""
+
+    def get(self, name: str) -> bytes:
+        """What is in the file of a name."""
+        try:
+            return super().get(unquote(name))
+        except OSError:
+            return super().get(name)
+
+
 def check_textures(path: Path) -> None:
     """Raise SceneError where a texture that a mesh file names cannot be read: trimesh goes on
     without it. It takes the rest of a line of MTL for the name, as files with spaces need. A file
     of materials that is missing, as many are, is warned of."""
     if path.suffix.lower() == ".obj":
         for library in _named(path, "mtllib"):
-            if not (path.parent / library).is_file():
+            if not os.path.isfile(path.parent / library):
                 warnings.warn(f"{path}: no such file of materials {library}; its surfaces are "
                               "grey", stacklevel=4)
             else:
@@ -133,11 +146,12 @@ def check_textures(path: Path) -> None:
         images = json.loads(path.read_text(encoding="utf-8")).get("images", [])
         for uri in (image.get("uri", "") for image in images):
             if uri and not uri.startswith("data:"):
-                _check(path, path.parent / uri)
+                plain = path.parent / unquote(uri)
+                _check(path, plain if os.path.isfile(plain) else path.parent / uri)
 
 
 def _check(path: Path, image: Path) -> None:
-    if not image.is_file():
+    if not os.path.isfile(image):
         known = "" if not image.name.startswith("-") else " (options before it are not read)"
         raise SceneError(f"{path}: no such texture {image.name}{known}; put it there, or leave it "
                          "out of the file")

@@ -94,6 +94,22 @@ BAD = {
     "dark sky": (lambda s: s.update(environment={"colour": [0, 0, 0]}), "environment is black"),
     "two skies": (lambda s: s["environment"].update(colour=[1, 1, 1]), "give either colour"),
     "camera": (lambda s: s["camera"].update(target=[0, 1, 5]), "camera: .*both"),
+    "a huge whole number": (lambda s: s["camera"].update(eye=[10 ** 400, 0, 0]),
+                            r"camera.eye is \[1000.*\.\.\.; give three finite numbers"),
+    "a huge radius": (lambda s: s["meshes"][1]["sphere"].update(radius=10 ** 400),
+                      r"sphere.radius is 1000.*\.\.\.; give a finite number"),
+    "past float32": (lambda s: s["materials"]["lamp"].update(emission=[1e300, 0, 0]),
+                     r"lamp.emission is \[1e\+300, 0.0, 0.0\]; give numbers up to 1e\+30"),
+    "far eye": (lambda s: s["camera"].update(eye=[0, 1e39, 0]), "camera.eye is .* up to 1e.30"),
+    "large fov": (lambda s: s["camera"].update(fov_degrees=-1e39), "fov_degrees is -1e.39; give"),
+    "long texture": (lambda s: s["materials"]["wood"].update(texture="n" * 5000),
+                     "materials.wood.texture: .*no such texture"),
+    "long image": (lambda s: s.update(environment={"image": "n" * 5000 + ".png"}),
+                   "environment.image: .*no such texture"),
+    "long file": (lambda s: s["meshes"][3].update(file="n" * 5000 + ".obj"),
+                  r"meshes\[3\].file: .*no such file"),
+    "long scene": (lambda s: s["meshes"][3].update(file="n" * 5000),
+                   r"meshes\[3\].file: cannot be read .File name too long"),
     "no meshes": (lambda s: s.update(meshes=[]), "meshes is empty"),
     "no light": (lambda s: [s.pop("lights"), s.pop("environment"), s["meshes"].pop(2)],
                  "nothing sends out light"),
@@ -251,3 +267,37 @@ def test_a_textured_metal_is_tinted_by_its_mean(folder: Path) -> None:
         "pbrMetallicRoughness": {**said, "metallicFactor": 0.5}}, gold=(255, 0, 255))).materials
     assert material.mirror == (0.5, 0, 0.5) and material.diffuse == (0.5,) * 3
     assert material.texture is not None
+
+
+def test_names_in_gltf_files_are_uris(folder: Path) -> None:
+    path = gltf(folder, {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}, a=(9, 0, 0))
+    path.write_text(path.read_text().replace("a.png", "my%20tex.png"))
+    for name in ("my tex.png", "my%20tex.png"):     # and, as some write them, as they are
+        (folder / "a.png").rename(folder / name)
+        texture = rt.load_scene(path).materials[0].texture
+        assert texture is not None and texture.texels[0, 0, 0] > 0
+        (folder / name).rename(folder / "a.png")
+    with pytest.raises(rt.SceneError, match="no such texture my%20tex.png"):
+        rt.load_scene(path)
+
+
+def test_corners_that_share_one_place_have_one(folder: Path) -> None:
+    (folder / "n.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n")
+    said = {**GOOD, "meshes": [{"file": "n.obj", "material": "wood"}]}
+    scene = rt.load_scene(written(folder, said))
+    assert scene.uv is not None and not scene.uv.any()
+    scene = rt.load_scene(written(folder, {**said, "meshes": GOOD["meshes"][2:3]}))
+    assert scene.uv is None and scene.normals is None
+
+
+def test_arrays_that_are_no_textures_are_refused(folder: Path) -> None:
+    np.savez(folder / "z.npz", np.ones((2, 2, 3)))
+    np.save(folder / "c.npy", np.ones((2, 2, 3), complex))
+    whole = (folder / "c.npy").read_bytes()
+    for data, message in ((b"", "no single array"), (whole, "complex128"),
+                          ((folder / "z.npz").read_bytes(), "no single array"),
+                          (whole[:40], "cannot read this texture")):
+        (folder / "t.npy").write_bytes(data)
+        said = {**GOOD, "materials": {**GOOD["materials"], "wood": {"texture": "t.npy"}}}
+        with pytest.raises(rt.SceneError, match=f"materials.wood.texture: .*{message}"):
+            rt.load_scene(written(folder, said))
