@@ -1,6 +1,8 @@
 """Mesh file: what trimesh reads, flattened to arrays and materials as they were given."""
 from __future__ import annotations
 
+import io
+import itertools
 import os
 import re
 import warnings
@@ -87,9 +89,15 @@ def read(path: Path, groups: bool = False) -> Mesh:
 
 def _read_obj(path: Path, groups: bool) -> Mesh:
     """An OBJ file's mesh: by default trimesh would collect its faces by material."""
+    text = path.read_bytes()
+    corners = re.search(rb"^v[tn]\s", text, re.MULTILINE)
+    if corners or groups:
+        text = _in_runs(text, path.name.encode() if groups else None)
+
     def load(maintain_order: bool) -> Mesh:
-        loaded = trimesh.load_scene(str(path), process=False, maintain_order=maintain_order,
-                                    group_material=False, split_groups=groups)
+        loaded = trimesh.load_scene(
+            io.BytesIO(text), "obj", trimesh.resolvers.FilePathResolver(str(path)), process=False,
+            maintain_order=maintain_order, group_material=False, split_groups=groups)
         # trimesh takes the runs of one material from the last to the first.
         return _join([(mesh, None, name)
                       for name, mesh in reversed(list(loaded.geometry.items()))], path.parent)
@@ -97,7 +105,7 @@ def _read_obj(path: Path, groups: bool) -> Mesh:
     with warnings.catch_warnings():     # of corners' values that are taken from elsewhere below
         warnings.simplefilter("ignore", RuntimeWarning)
         mesh = load(True)
-    if re.search(rb"^v[tn]\s", path.read_bytes(), re.MULTILINE):
+    if corners:
         # Vertices as the file has them have one normal and one texture coordinate each, whatever
         # its faces say, or none at all where one is no face's first three corners: those are
         # taken from vertices that trimesh splits.
@@ -105,6 +113,54 @@ def _read_obj(path: Path, groups: bool) -> Mesh:
         if len(split.faces) == len(mesh.faces):
             mesh.normals, mesh.uv = split.normals, split.uv
     return mesh
+
+
+def _in_runs(text: bytes, whole: bytes | None) -> bytes:
+    """The text of an OBJ file whose faces stand in runs of one material and one kind of corners.
+
+    trimesh gives a run the corners' values that all its faces have, and a group its last material.
+
+    Parameters
+    ----------
+    whole : the group of faces outside groups, which are objects where there are none. A group of
+        several runs is numbered. None: keep no groups
+    """
+    divides = b"g" if re.search(rb"^g\s", text, re.MULTILINE) else b"o"
+    group, material, run = whole, b"", None
+    names: dict[Any, bytes] = {}
+    used: set[bytes] = set()
+    lines = []
+    for line in text.replace(b"\r\n", b"\n").replace(b"\\\n", b"").split(b"\n"):
+        word, *rest = line.split(None, 1) or [b""]
+        if word == b"usemtl":
+            material, run = b"".join(rest).strip(), None
+        elif word in (b"g", b"o"):
+            if whole is not None and word == divides:
+                group = b"".join(rest).strip() or whole
+        else:
+            if word == b"f" and rest:
+                corner = rest[0].split(None, 1)[0].strip(b"/")
+                kind = group, material, corner.count(b"/"), b"//" in corner
+                if kind != run:
+                    run = kind
+                    lines.append(b"usemtl " + material)
+                    if group is not None:
+                        if run not in names:
+                            names[run] = _unused(group, used)
+                            used.add(names[run])
+                        lines.append(b"g " + names[run])
+            lines.append(line)
+    return b"\n".join(lines)
+
+
+def _unused(name: bytes, used: set[bytes]) -> bytes:
+    """A name, numbered where it is taken."""
+    found = name
+    for k in itertools.count(1):
+        if found not in used:
+            break
+        found = b"%s_%d" % (name, k)
+    return found
 
 
 def _check_whole(path: Path) -> None:

@@ -9,6 +9,7 @@ import trimesh
 from PIL import Image
 
 import gpgpu_rt as rt
+from gpgpu_rt.scenes.mesh_file import read
 
 KINDS = {"ply": {}, "ascii ply": {"encoding": "ascii"}, "stl": {}, "stl_ascii": {}, "glb": {}}
 
@@ -99,6 +100,26 @@ def textured(tmp_path: Path) -> Path:
     (tmp_path / "m.mtl").write_text(
         "newmtl a\nmap_Kd a.png\nnewmtl b\nKd 0 1 0\nnewmtl c\nKd 0 0 1\n")
     return tmp_path / "m.obj"
+
+
+def test_faces_without_places_do_not_take_them_from_others(textured: Path) -> None:
+    textured.write_text(f"mtllib m.mtl\n{SQUARE}{PLACES}usemtl a\no x\nf 1 2 3\no y\n{QUAD}")
+    scene = rt.load_scene(textured)
+    assert not scene.uv[0].any() and np.array_equal(scene.uv[1:], scene.triangles[1:, :, :2])
+
+
+def test_groups_keep_their_materials(textured: Path) -> None:
+    for words, parts in (("", ["m.obj", "m.obj_1"]), ("g x\n", ["x", "x_1"]),
+                         ("o x\n", ["x", "x_1"])):
+        textured.write_text(f"mtllib m.mtl\n{SQUARE}{PLACES}{words}usemtl a\n{QUAD}usemtl b\n"
+                            f"{QUAD}{words.replace('x', 'y')}usemtl a\nf 1 2 3\n")
+        mesh = read(textured, groups=True)
+        names = [mesh.parts[k] for k in mesh.part_of]
+        assert names[:4] == [parts[0]] * 2 + [parts[1]] * 2
+        assert names[4] == ("y" if words else "m.obj_2")
+        assert [mesh.materials[k].name for k in mesh.material_of] == list("aabba")
+        places = mesh.vertices[mesh.faces][..., :2]
+        assert np.array_equal(mesh.uv[:4], places[:4]) and not mesh.uv[4].any()
 
 
 @pytest.mark.filterwarnings("error")
