@@ -12,7 +12,9 @@ import trimesh
 from PIL import Image
 
 import gpgpu_rt as rt
+from gpgpu_rt.appearance import images
 from gpgpu_rt.appearance.scene_keys import OBJECTS, schema
+from gpgpu_rt.appearance.texture import Texture
 
 DOCS = Path(__file__).parents[2] / "docs"
 GOOD: dict[str, Any] = {
@@ -301,3 +303,25 @@ def test_arrays_that_are_no_textures_are_refused(folder: Path) -> None:
         said = {**GOOD, "materials": {**GOOD["materials"], "wood": {"texture": "t.npy"}}}
         with pytest.raises(rt.SceneError, match=f"materials.wood.texture: .*{message}"):
             rt.load_scene(written(folder, said))
+
+
+def textured_scene(*sizes: tuple[int, int]) -> rt.Scene:
+    """A triangle for each size (height, width) of a texture."""
+    textures = [Texture(f"t{k}", np.full((*size, 3), k + 1.0)) for k, size in enumerate(sizes)]
+    count = len(sizes)
+    return rt.Scene.from_arrays(
+        [(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)] * count, uv=np.zeros((count, 3, 2)),
+        materials=[rt.Material(t.name, texture=t) for t in textures], material_of=range(count))
+
+
+def test_textures_lie_side_by_side_and_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(images, "WIDTH", 8)
+    monkeypatch.setattr(images, "HEIGHT", 15)
+    scene = textured_scene((3, 4), (9, 2), (9, 2), (5, 4), (7, 4), (1, 9))
+    texels, at = images.atlas(scene), images.places(scene)
+    assert texels.shape[:2] == (15, 9)      # one above the other they would have 34 rows
+    for k, material in enumerate(scene.materials):
+        x, y, width, height = (at[name][k] for name in ("x", "y", "width", "height"))
+        assert np.array_equal(texels[y:y + height, x:x + width, :3], material.texture.texels)
+    with pytest.raises(rt.LimitError, match="add up to 19 rows of 5 .* make them smaller"):
+        images.atlas(textured_scene((10, 5), (9, 5)))
