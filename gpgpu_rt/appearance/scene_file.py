@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -70,16 +71,17 @@ class _SceneFile:
                 (corners.min((0, 1)), corners.max((0, 1)))),
             source=str(self.path), materials=tuple(self.materials) or (Material(),),
             material_of=np.concatenate(rows), environment=environment,
-            normals=np.concatenate(normals) if any(n.any() for n in normals) else None,
-            uv=np.concatenate(uv) if any(c.any() for c in uv) else None,
+            normals=mesh_file.filled(normals, [len(part) for part in triangles], 3),
+            uv=mesh_file.filled(uv, [len(part) for part in triangles], 2),
             faces=np.arange(3 * len(corners), dtype=np.int32).reshape(-1, 3)))
         if not lights and environment is None and not len(scene.emitters):
             raise SceneError(f"{self.path}: nothing sends out light; add lights, an environment, "
                              "or a mesh of a material with emission")
         return scene
 
-    def _mesh(self, entry: Mapping[str, Any], where: str) -> tuple[np.ndarray, ...]:
-        """Triangles (n, 3, 3), colours, materials, normals of corners and uv of a mesh."""
+    def _mesh(self, entry: Mapping[str, Any], where: str) -> tuple[Any, ...]:
+        """Triangles (n, 3, 3), colours, materials, normals of corners and uv of a mesh, the last
+        two None where it has none: it is flat in a scene where others may be smooth."""
         shapes = [shape for shape in _SHAPES if shape in entry]
         if len(shapes) != 1:
             raise SceneError(f"{self.path}: {where} has {' and '.join(shapes) or 'no shape'}; "
@@ -108,14 +110,11 @@ class _SceneFile:
             normals = normals / np.where(length > 0, length, 1)
         if entry.get("smooth"):
             normals = smooth_normals(triangles)
-        if normals is None:     # flat, in a scene where others may be smooth
-            normals = np.zeros((len(triangles), 3, 3))
-        return (triangles, colours, rows, normals,
-                np.zeros((len(triangles), 3, 2)) if uv is None else uv)
+        return triangles, colours, rows, normals, uv
 
     def _from_file(self, entry: Mapping[str, Any], where: str) -> tuple[Any, ...]:
         path = self.path.parent / entry["file"]
-        if path.suffix.lower() == ".json" or not (path.is_file() or path.suffix):
+        if path.suffix.lower() == ".json" or not (os.path.isfile(path) or path.suffix):
             if path.suffix:
                 raise SceneError(f"{self.path}: {where}.file is a scene file; give a mesh")
             scene = self._said(lambda: load_scene(entry["file"]), f"{where}.file")
@@ -220,6 +219,9 @@ class _SceneFile:
             return make()
         except SceneError as error:
             raise SceneError(f"{self.path}: {where + ': ' if where else ''}{error}") from None
+        except OSError as failure:      # of a name too long, for one
+            raise SceneError(f"{self.path}: {where}: cannot be read ({failure.strerror}); check "
+                             "it") from None
 
 
 def _named(mesh: mesh_file.Mesh, word: str) -> np.ndarray:

@@ -45,11 +45,11 @@ class Texture:
             no such file, or no image in it
         """
         path = Path(path)
-        if not path.is_file():
+        if not os.path.isfile(path):    # unlike Path's, False for a name too long
             raise SceneError(f"{path}: no such texture; check the path")
         try:
             if path.suffix.lower() == ".npy":
-                return cls(path.name, np.load(path, allow_pickle=False))
+                return cls(path.name, _numbers(path))
             with Image.open(path) as image:
                 return cls.from_image(image, path.name)
         except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as failure:
@@ -76,6 +76,17 @@ class Texture:
         upper = texels[y0, x0] * (1 - part[:, :1]) + texels[y0, x1] * part[:, :1]
         lower = texels[y1, x0] * (1 - part[:, :1]) + texels[y1, x1] * part[:, :1]
         return upper * (1 - part[:, 1:]) + lower * part[:, 1:]
+
+
+def _numbers(path: Path) -> np.ndarray:
+    """The array of a .npy file; ValueError where it holds something else."""
+    with open(path, "rb") as file:
+        if file.read(6) != b"\x93NUMPY":
+            raise ValueError("no single array of NumPy's, as numpy.save writes it")
+    array: np.ndarray = np.load(path, allow_pickle=False)
+    if array.dtype.kind not in "fiu":
+        raise ValueError(f"its numbers are of type {array.dtype}; give real ones")
+    return array
 
 
 def linear(srgb: np.ndarray) -> np.ndarray:

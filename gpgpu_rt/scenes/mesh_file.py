@@ -1,7 +1,10 @@
 """Mesh file: what trimesh reads, flattened to arrays and materials as they were given."""
 from __future__ import annotations
 
+import io
+import itertools
 import os
+import re
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +16,7 @@ import trimesh
 from ..appearance.material import Material
 from ..errors import SceneError
 from ..rays import unit_normals
-from .mesh_material import Textures, check_textures, material_of
+from .mesh_material import Textures, UriResolver, check_textures, material_of
 
 SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".gltf")
 
@@ -62,14 +65,15 @@ def read(path: Path, groups: bool = False) -> Mesh:
     SceneError
         no such file, trimesh cannot read it, or a texture that it names is missing
     """
-    if not path.is_file():
-        what = "a folder, no mesh file" if path.is_dir() else "no such file"
+    if not os.path.isfile(path):    # unlike Path's, False for a name too long
+        what = "a folder, no mesh file" if os.path.isdir(path) else "no such file"
         raise SceneError(f"{path}: {what}; check the path")
     try:
         _check_whole(path)
         check_textures(path)
+        resolver = UriResolver(str(path)) if path.suffix.lower() == ".gltf" else None
         mesh = (_read_obj(path, groups) if path.suffix.lower() == ".obj"
-                else flatten(trimesh.load_scene(str(path), process=False)))
+                else flatten(trimesh.load_scene(str(path), process=False, resolver=resolver)))
         if path.suffix.lower() == ".ply" and len(mesh.faces) < (declared := _declared(path)):
             raise ValueError(f"{declared} faces declared, {len(mesh.faces)} found")
         if not len(mesh.faces):
@@ -85,21 +89,78 @@ def read(path: Path, groups: bool = False) -> Mesh:
 
 def _read_obj(path: Path, groups: bool) -> Mesh:
     """An OBJ file's mesh: by default trimesh would collect its faces by material."""
+    text = path.read_bytes()
+    corners = re.search(rb"^v[tn]\s", text, re.MULTILINE)
+    if corners or groups:
+        text = _in_runs(text, path.name.encode() if groups else None)
+
     def load(maintain_order: bool) -> Mesh:
-        loaded = trimesh.load_scene(str(path), process=False, maintain_order=maintain_order,
-                                    group_material=False, split_groups=groups)
+        loaded = trimesh.load_scene(
+            io.BytesIO(text), "obj", trimesh.resolvers.FilePathResolver(str(path)), process=False,
+            maintain_order=maintain_order, group_material=False, split_groups=groups)
         # trimesh takes the runs of one material from the last to the first.
         return _join([(mesh, None, name)
-                      for name, mesh in reversed(list(loaded.geometry.items()))])
+                      for name, mesh in reversed(list(loaded.geometry.items()))], path.parent)
 
-    mesh = load(True)
-    if mesh.uv is not None or mesh.normals is not None:
+    with warnings.catch_warnings():     # of corners' values that are taken from elsewhere below
+        warnings.simplefilter("ignore", RuntimeWarning)
+        mesh = load(True)
+    if corners:
         # Vertices as the file has them have one normal and one texture coordinate each, whatever
-        # its faces say: those are taken from vertices that trimesh splits.
+        # its faces say, or none at all where one is no face's first three corners: those are
+        # taken from vertices that trimesh splits.
         split = load(False)
         if len(split.faces) == len(mesh.faces):
             mesh.normals, mesh.uv = split.normals, split.uv
     return mesh
+
+
+def _in_runs(text: bytes, whole: bytes | None) -> bytes:
+    """The text of an OBJ file whose faces stand in runs of one material and one kind of corners.
+
+    trimesh gives a run the corners' values that all its faces have, and a group its last material.
+
+    Parameters
+    ----------
+    whole : the group of faces outside groups, which are objects where there are none. A group of
+        several runs is numbered. None: keep no groups
+    """
+    divides = b"g" if re.search(rb"^g\s", text, re.MULTILINE) else b"o"
+    group, material, run = whole, b"", None
+    names: dict[Any, bytes] = {}
+    used: set[bytes] = set()
+    lines = []
+    for line in text.replace(b"\r\n", b"\n").replace(b"\\\n", b"").split(b"\n"):
+        word, *rest = line.split(None, 1) or [b""]
+        if word == b"usemtl":
+            material, run = b"".join(rest).strip(), None
+        elif word in (b"g", b"o"):
+            if whole is not None and word == divides:
+                group = b"".join(rest).strip() or whole
+        else:
+            if word == b"f" and rest:
+                corner = rest[0].split(None, 1)[0].strip(b"/")
+                kind = group, material, corner.count(b"/"), b"//" in corner
+                if kind != run:
+                    run = kind
+                    lines.append(b"usemtl " + material)
+                    if group is not None:
+                        if run not in names:
+                            names[run] = _unused(group, used)
+                            used.add(names[run])
+                        lines.append(b"g " + names[run])
+            lines.append(line)
+    return b"\n".join(lines)
+
+
+def _unused(name: bytes, used: set[bytes]) -> bytes:
+    """A name, numbered where it is taken."""
+    found = name
+    for k in itertools.count(1):
+        if found not in used:
+            break
+        found = b"%s_%d" % (name, k)
+    return found
 
 
 def _check_whole(path: Path) -> None:
@@ -140,12 +201,13 @@ def flatten(mesh: trimesh.Trimesh | trimesh.Scene) -> Mesh:
     return _join([(mesh.geometry[name], transform, node) for node, transform, name in placed])
 
 
-def _join(placed: list[tuple[Any, np.ndarray | None, str]]) -> Mesh:
+def _join(placed: list[tuple[Any, np.ndarray | None, str]], folder: Path | None = None) -> Mesh:
+    """One mesh of several, each with its transform and name; ``folder`` is that of their file."""
     vertices, faces, count = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], 0
     colours: list[np.ndarray | None] = []
     corners: dict[str, list[np.ndarray | None]] = {"normals": [], "uv": []}
     materials: list[Material | None] = []
-    names, textures = [], Textures()
+    names, textures = [], Textures(folder)
     for mesh, transform, name in placed:
         if not isinstance(mesh, trimesh.Trimesh):
             continue  # point clouds and curves have no surface
@@ -157,8 +219,8 @@ def _join(placed: list[tuple[Any, np.ndarray | None, str]]) -> Mesh:
         vertices.append(points)
         faces.append(triangles + count)
         names.append(name)
-        colours.append(_colours(mesh))
         materials.append(material_of(mesh.visual, textures))
+        colours.append(_colours(mesh, materials[-1]))
         whole = _whole(mesh)
         normals = mesh.vertex_normals if "vertex_normals" in mesh._cache.cache and whole else None
         uv = getattr(mesh.visual, "uv", None) if whole else None
@@ -173,7 +235,7 @@ def _join(placed: list[tuple[Any, np.ndarray | None, str]]) -> Mesh:
     points, triangles = np.concatenate(vertices), np.concatenate(faces)
     part_of = np.repeat(np.arange(len(sizes)), sizes)
     shared, rows = _unlike(materials)
-    normals, uv = _filled(corners["normals"], sizes, 3), _filled(corners["uv"], sizes, 2)
+    normals, uv = filled(corners["normals"], sizes, 3), filled(corners["uv"], sizes, 2)
     if normals is not None:
         missing = ~(np.linalg.norm(normals, axis=2) > 0).all(axis=1)    # or not a number
         normals[missing] = unit_normals(points[triangles[missing]])[:, None]
@@ -191,7 +253,7 @@ def _unlike(materials: list[Material | None]) -> tuple[tuple[Material, ...], np.
     return tuple(known), np.array([known.index(m or Material()) for m in materials])
 
 
-def _filled(parts: list[np.ndarray | None], sizes: list[int], width: int) -> np.ndarray | None:
+def filled(parts: list[np.ndarray | None], sizes: list[int], width: int) -> np.ndarray | None:
     """Values of all corners, zeros where a part has none; None where no part has any."""
     if all(part is None for part in parts):
         return None
@@ -204,7 +266,7 @@ def _whole(mesh: trimesh.Trimesh) -> bool:
     return not len(mesh.faces) or 0 <= mesh.faces.min() <= mesh.faces.max() < len(mesh.vertices)
 
 
-def _colours(mesh: trimesh.Trimesh) -> np.ndarray | None:
+def _colours(mesh: trimesh.Trimesh, material: Material | None) -> np.ndarray | None:
     """(n, 3) in [0, 1], the colours of a mesh's faces, vertices or material, or None."""
     visual = mesh.visual
     if not _whole(mesh):
@@ -213,5 +275,4 @@ def _colours(mesh: trimesh.Trimesh) -> np.ndarray | None:
         return visual.face_colors[:, :3] / 255.0
     if visual.kind == "vertex":
         return visual.vertex_colors[mesh.faces, :3].mean(axis=1) / 255.0
-    material = material_of(visual, {})
     return None if material is None else np.broadcast_to(material.diffuse, (len(mesh.faces), 3))

@@ -12,7 +12,9 @@ import trimesh
 from PIL import Image
 
 import gpgpu_rt as rt
+from gpgpu_rt.appearance import images
 from gpgpu_rt.appearance.scene_keys import OBJECTS, schema
+from gpgpu_rt.appearance.texture import Texture
 
 DOCS = Path(__file__).parents[2] / "docs"
 GOOD: dict[str, Any] = {
@@ -94,6 +96,22 @@ BAD = {
     "dark sky": (lambda s: s.update(environment={"colour": [0, 0, 0]}), "environment is black"),
     "two skies": (lambda s: s["environment"].update(colour=[1, 1, 1]), "give either colour"),
     "camera": (lambda s: s["camera"].update(target=[0, 1, 5]), "camera: .*both"),
+    "a huge whole number": (lambda s: s["camera"].update(eye=[10 ** 400, 0, 0]),
+                            r"camera.eye is \[1000.*\.\.\.; give three finite numbers"),
+    "a huge radius": (lambda s: s["meshes"][1]["sphere"].update(radius=10 ** 400),
+                      r"sphere.radius is 1000.*\.\.\.; give a finite number"),
+    "past float32": (lambda s: s["materials"]["lamp"].update(emission=[1e300, 0, 0]),
+                     r"lamp.emission is \[1e\+300, 0.0, 0.0\]; give numbers up to 1e\+30"),
+    "far eye": (lambda s: s["camera"].update(eye=[0, 1e39, 0]), "camera.eye is .* up to 1e.30"),
+    "large fov": (lambda s: s["camera"].update(fov_degrees=-1e39), "fov_degrees is -1e.39; give"),
+    "long texture": (lambda s: s["materials"]["wood"].update(texture="n" * 5000),
+                     "materials.wood.texture: .*no such texture"),
+    "long image": (lambda s: s.update(environment={"image": "n" * 5000 + ".png"}),
+                   "environment.image: .*no such texture"),
+    "long file": (lambda s: s["meshes"][3].update(file="n" * 5000 + ".obj"),
+                  r"meshes\[3\].file: .*no such file"),
+    "long scene": (lambda s: s["meshes"][3].update(file="n" * 5000),
+                   r"meshes\[3\].file: cannot be read .File name too long"),
     "no meshes": (lambda s: s.update(meshes=[]), "meshes is empty"),
     "no light": (lambda s: [s.pop("lights"), s.pop("environment"), s["meshes"].pop(2)],
                  "nothing sends out light"),
@@ -198,3 +216,112 @@ def test_what_is_too_deep_or_marked_as_utf8(folder: Path) -> None:
     path = written(folder, GOOD)
     path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
     assert rt.load_scene(path).name == "still"
+
+
+def gltf(folder: Path, material: dict[str, Any], **images: tuple[int, int, int]) -> Path:
+    """A textured square whose material is as given; images by name, of one colour."""
+    box = trimesh.Trimesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)], process=False)
+    box.visual = trimesh.visual.TextureVisuals(uv=[(0, 0), (1, 0), (0, 1)])
+    box.export(folder / "m.gltf")
+    path = folder / "m.gltf"
+    said = json.loads(path.read_text())
+    said["materials"] = [material]
+    said["images"] = [{"uri": f"{name}.png"} for name in images]
+    said["textures"] = [{"source": k} for k in range(len(images))]
+    for name, colour in images.items():
+        Image.new("RGB", (2, 2), colour).save(folder / f"{name}.png")
+    path.write_text(json.dumps(said))
+    return path
+
+
+def test_textures_without_a_factor_are_taken_as_they_are(folder: Path) -> None:
+    texture = {"baseColorTexture": {"index": 0}}
+    for said, share in ((texture, 1), ({**texture, "baseColorFactor": [0.2, 0.2, 0.2, 1]}, 0.2),
+                        ({}, 1)):
+        scene = rt.load_scene(gltf(folder, {"pbrMetallicRoughness": said}, t=(9, 9, 9)))
+        assert np.allclose(scene.materials[0].diffuse, share) and np.allclose(scene.colours, share)
+    (folder / "n.obj").write_text("mtllib two.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\n"
+                                  "vt 0 1\nusemtl a\nf 1/1 2/2 3/3\n")
+    for words, share in (("", 1), ("Kd 0.123456 0.4 0.4\n", (0.123456, 0.4, 0.4))):
+        (folder / "two.mtl").write_text(f"newmtl a\n{words}map_Kd wood.png\n")
+        assert np.allclose(rt.load_scene(folder / "n.obj").materials[0].diffuse, share, atol=1e-7)
+
+
+def test_a_lamp_is_its_factor_times_the_mean_of_its_texture(folder: Path) -> None:
+    said = {"emissiveFactor": [1, 0.5, 1], "emissiveTexture": {"index": 0}}
+    for colour, radiance in (((0, 0, 0), (0, 0, 0)), ((255, 255, 0), (1, 0.5, 0))):
+        scene = rt.load_scene(gltf(folder, said, glow=colour))
+        assert scene.materials[0].emission == radiance
+        (folder / "two.mtl").write_text("newmtl green\nKe 1 0.5 1\nmap_Ke glow.png\n")
+        assert rt.load_scene(folder / "two.obj").materials[0].emission == radiance
+    assert len(scene.emitters) == 1
+    (folder / "two.mtl").write_text("newmtl green\nKe 1 0.5 1\nmap_Ke gone.png\n")
+    with pytest.raises(rt.SceneError, match="two.mtl: no such texture gone.png"):
+        rt.load_scene(folder / "two.obj")
+
+
+def test_a_textured_metal_is_tinted_by_its_mean(folder: Path) -> None:
+    said = {"baseColorTexture": {"index": 0}, "metallicFactor": 1.0, "roughnessFactor": 0.0}
+    (material,) = rt.load_scene(
+        gltf(folder, {"pbrMetallicRoughness": said}, gold=(255, 0, 255))).materials
+    assert material.mirror == (1, 0, 1) and material.texture is None
+    (material,) = rt.load_scene(gltf(folder, {
+        "pbrMetallicRoughness": {**said, "metallicFactor": 0.5}}, gold=(255, 0, 255))).materials
+    assert material.mirror == (0.5, 0, 0.5) and material.diffuse == (0.5,) * 3
+    assert material.texture is not None
+
+
+def test_names_in_gltf_files_are_uris(folder: Path) -> None:
+    path = gltf(folder, {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}, a=(9, 0, 0))
+    path.write_text(path.read_text().replace("a.png", "my%20tex.png"))
+    for name in ("my tex.png", "my%20tex.png"):     # and, as some write them, as they are
+        (folder / "a.png").rename(folder / name)
+        texture = rt.load_scene(path).materials[0].texture
+        assert texture is not None and texture.texels[0, 0, 0] > 0
+        (folder / name).rename(folder / "a.png")
+    with pytest.raises(rt.SceneError, match="no such texture my%20tex.png"):
+        rt.load_scene(path)
+
+
+def test_corners_that_share_one_place_have_one(folder: Path) -> None:
+    (folder / "n.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n")
+    said = {**GOOD, "meshes": [{"file": "n.obj", "material": "wood"}]}
+    scene = rt.load_scene(written(folder, said))
+    assert scene.uv is not None and not scene.uv.any()
+    scene = rt.load_scene(written(folder, {**said, "meshes": GOOD["meshes"][2:3]}))
+    assert scene.uv is None and scene.normals is None
+
+
+def test_arrays_that_are_no_textures_are_refused(folder: Path) -> None:
+    np.savez(folder / "z.npz", np.ones((2, 2, 3)))
+    np.save(folder / "c.npy", np.ones((2, 2, 3), complex))
+    whole = (folder / "c.npy").read_bytes()
+    for data, message in ((b"", "no single array"), (whole, "complex128"),
+                          ((folder / "z.npz").read_bytes(), "no single array"),
+                          (whole[:40], "cannot read this texture")):
+        (folder / "t.npy").write_bytes(data)
+        said = {**GOOD, "materials": {**GOOD["materials"], "wood": {"texture": "t.npy"}}}
+        with pytest.raises(rt.SceneError, match=f"materials.wood.texture: .*{message}"):
+            rt.load_scene(written(folder, said))
+
+
+def textured_scene(*sizes: tuple[int, int]) -> rt.Scene:
+    """A triangle for each size (height, width) of a texture."""
+    textures = [Texture(f"t{k}", np.full((*size, 3), k + 1.0)) for k, size in enumerate(sizes)]
+    count = len(sizes)
+    return rt.Scene.from_arrays(
+        [(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)] * count, uv=np.zeros((count, 3, 2)),
+        materials=[rt.Material(t.name, texture=t) for t in textures], material_of=range(count))
+
+
+def test_textures_lie_side_by_side_and_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(images, "WIDTH", 8)
+    monkeypatch.setattr(images, "HEIGHT", 15)
+    scene = textured_scene((3, 4), (9, 2), (9, 2), (5, 4), (7, 4), (1, 9))
+    texels, at = images.atlas(scene), images.places(scene)
+    assert texels.shape[:2] == (15, 9)      # one above the other they would have 34 rows
+    for k, material in enumerate(scene.materials):
+        x, y, width, height = (at[name][k] for name in ("x", "y", "width", "height"))
+        assert np.array_equal(texels[y:y + height, x:x + width, :3], material.texture.texels)
+    with pytest.raises(rt.LimitError, match="add up to 19 rows of 5 .* make them smaller"):
+        images.atlas(textured_scene((10, 5), (9, 5)))

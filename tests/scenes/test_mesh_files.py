@@ -6,8 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from PIL import Image
 
 import gpgpu_rt as rt
+from gpgpu_rt.scenes.mesh_file import read
 
 KINDS = {"ply": {}, "ascii ply": {"encoding": "ascii"}, "stl": {}, "stl_ascii": {}, "glb": {}}
 
@@ -78,3 +80,57 @@ def test_vertices_are_not_dropped_on_the_way(tmp_path: Path) -> None:
     mesh.export(tmp_path / "m.ply")
     with pytest.raises(rt.SceneError, match="vertex 3 "):
         rt.load_scene(tmp_path / "m.ply")
+
+
+SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+PLACES = "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+QUAD = "f 1/1 2/2 3/3 4/4\n"
+TEXTURED = {
+    "a quad": PLACES + "usemtl a\n" + QUAD,
+    "a vertex that no face has": PLACES + "usemtl a\nf 1/1 2/2 4/4\n",
+    "an untextured part first": "usemtl b\nf 1 2 3\n" + PLACES + "usemtl a\nf 4/4 1/1 2/2\n",
+    "several materials": PLACES + "".join(f"usemtl {name}\n{QUAD}" for name in "abc"),
+    "normals too": PLACES + "vn 0 0 1\nusemtl a\nf 1/1/1 2/2/1 3/3/1 4/4/1\n",
+}
+
+
+@pytest.fixture
+def textured(tmp_path: Path) -> Path:
+    Image.new("RGB", (2, 2), (255, 0, 0)).save(tmp_path / "a.png")
+    (tmp_path / "m.mtl").write_text(
+        "newmtl a\nmap_Kd a.png\nnewmtl b\nKd 0 1 0\nnewmtl c\nKd 0 0 1\n")
+    return tmp_path / "m.obj"
+
+
+def test_faces_without_places_do_not_take_them_from_others(textured: Path) -> None:
+    textured.write_text(f"mtllib m.mtl\n{SQUARE}{PLACES}usemtl a\no x\nf 1 2 3\no y\n{QUAD}")
+    scene = rt.load_scene(textured)
+    assert not scene.uv[0].any() and np.array_equal(scene.uv[1:], scene.triangles[1:, :, :2])
+
+
+def test_groups_keep_their_materials(textured: Path) -> None:
+    for words, parts in (("", ["m.obj", "m.obj_1"]), ("g x\n", ["x", "x_1"]),
+                         ("o x\n", ["x", "x_1"])):
+        textured.write_text(f"mtllib m.mtl\n{SQUARE}{PLACES}{words}usemtl a\n{QUAD}usemtl b\n"
+                            f"{QUAD}{words.replace('x', 'y')}usemtl a\nf 1 2 3\n")
+        mesh = read(textured, groups=True)
+        names = [mesh.parts[k] for k in mesh.part_of]
+        assert names[:4] == [parts[0]] * 2 + [parts[1]] * 2
+        assert names[4] == ("y" if words else "m.obj_2")
+        assert [mesh.materials[k].name for k in mesh.material_of] == list("aabba")
+        places = mesh.vertices[mesh.faces][..., :2]
+        assert np.array_equal(mesh.uv[:4], places[:4]) and not mesh.uv[4].any()
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("name", TEXTURED)
+def test_corners_of_textured_obj_files_keep_their_places(name: str, textured: Path) -> None:
+    textured.write_text("mtllib m.mtl\n" + SQUARE + TEXTURED[name])
+    scene = rt.load_scene(textured)
+    places = scene.triangles[..., :2].copy()
+    if "first" in name:
+        assert scene.material_of.tolist() == [0, 1]
+        places[0] = 0
+    assert np.array_equal(scene.uv, places)     # as the square's corners have them
+    assert scene.normals is None or (scene.normals == (0, 0, 1)).all()
+    assert (scene.normals is not None) == (name == "normals too")
