@@ -115,6 +115,13 @@ def _read_obj(path: Path, groups: bool) -> Mesh:
     return mesh
 
 
+# Of an OBJ file: a word that divides it, or faces one after another with one kind of corners.
+_PIECES = re.compile(rb"^[ \t]*(?:(?P<word>usemtl|g|o)\b(?P<name>[^\n]*)|" + b"|".join(
+    rb"(?P<%s>(?:[ \t]*f[ \t]+-?\d+%s[ \t][^\n]*(?:\n|\Z))+)" % (name, corner) for name, corner in (
+        (b"bare", rb"/*"), (b"uv", rb"/-?\d+/?"), (b"normal", rb"//-?\d+"),
+        (b"both", rb"/-?\d+/-?\d+"))) + b")", re.MULTILINE)
+
+
 def _in_runs(text: bytes, whole: bytes | None) -> bytes:
     """The text of an OBJ file whose faces stand in runs of one material and one kind of corners.
 
@@ -128,29 +135,26 @@ def _in_runs(text: bytes, whole: bytes | None) -> bytes:
     divides = b"g" if re.search(rb"^g\s", text, re.MULTILINE) else b"o"
     group, material, run = whole, b"", None
     names: dict[Any, bytes] = {}
-    used: set[bytes] = set()
-    lines = []
-    for line in text.replace(b"\r\n", b"\n").replace(b"\\\n", b"").split(b"\n"):
-        word, *rest = line.split(None, 1) or [b""]
+
+    def divided(found: re.Match[bytes]) -> bytes:
+        nonlocal group, material, run
+        word, named = found["word"], (found["name"] or b"").strip()
         if word == b"usemtl":
-            material, run = b"".join(rest).strip(), None
-        elif word in (b"g", b"o"):
-            if whole is not None and word == divides:
-                group = b"".join(rest).strip() or whole
-        else:
-            if word == b"f" and rest:
-                corner = rest[0].split(None, 1)[0].strip(b"/")
-                kind = group, material, corner.count(b"/"), b"//" in corner
-                if kind != run:
-                    run = kind
-                    lines.append(b"usemtl " + material)
-                    if group is not None:
-                        if run not in names:
-                            names[run] = _unused(group, used)
-                            used.add(names[run])
-                        lines.append(b"g " + names[run])
-            lines.append(line)
-    return b"\n".join(lines)
+            material, run = named, None
+            return b""
+        if word is not None:
+            group = named or whole if whole is not None and word == divides else group
+            return b""
+        kind = group, material, found.lastgroup
+        if kind == run:
+            return found[0]
+        run = kind
+        if group is not None and kind not in names:
+            names[kind] = _unused(group, set(names.values()))
+        return (b"usemtl %s\n" % material + (b"g %s\n" % names[kind] if group is not None else b"")
+                + found[0])
+
+    return _PIECES.sub(divided, text.replace(b"\r\n", b"\n").replace(b"\\\n", b""))
 
 
 def _unused(name: bytes, used: set[bytes]) -> bytes:
