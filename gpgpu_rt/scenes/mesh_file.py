@@ -117,7 +117,7 @@ def _read_obj(path: Path, groups: bool) -> Mesh:
 
 # Of an OBJ file: a word that divides it, or faces one after another with one kind of corners.
 _PIECES = re.compile(rb"^[ \t]*(?:(?P<word>usemtl|g|o)\b(?P<name>[^\n]*)|" + b"|".join(
-    rb"(?P<%s>(?:[ \t]*f[ \t]+-?\d+%s[ \t][^\n]*(?:\n|\Z))+)" % (name, corner) for name, corner in (
+    rb"(?P<%s>(?:[ \t]*f[ \t]+-?\d+%s[ \t][^\n]*(?:\n|\Z))+)" % kind for kind in (
         (b"bare", rb"/*"), (b"uv", rb"/-?\d+/?"), (b"normal", rb"//-?\d+"),
         (b"both", rb"/-?\d+/-?\d+"))) + b")", re.MULTILINE)
 
