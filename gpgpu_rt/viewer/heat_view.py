@@ -1,7 +1,7 @@
 """The heat view: what each pixel's ray costs, of one method or of two on one scale."""
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any
@@ -15,6 +15,7 @@ from ..heat import KINDS, Heat, heat, scale_of
 from ..methods import find_method
 from ..options import TRACER_OPTIONS
 from ..statistics import Statistics
+from ..tracer import Tracer
 from .tracers import Tracers
 
 LAYOUTS = ("wipe", "side by side")
@@ -40,12 +41,15 @@ class HeatView:
     maps: tuple[Heat, ...] = ()
     top: float = 1.0
 
-    def measure(self, tracers: Tracers, method: str, options: Mapping[str, Any], camera: Camera,
+    def tracers(self, tracers: Tracers, method: str, options: Mapping[str, Any]) -> list[Tracer]:
+        """What counts, a tracer for each map."""
+        return [tracers.get(name, chosen) for name, chosen in self.traced(method, options)]
+
+    def measure(self, tracers: Sequence[Tracer], camera: Camera,
                 size: tuple[int, int]) -> list[Statistics]:
         """Count for the picture of a camera; what each method's traversal cost."""
         found, costs = [], []
-        for name, chosen in self.traced(method, options):
-            tracer = tracers.get(name, chosen)
+        for tracer in tracers:
             found.append(heat(tracer, self.what, self.size_of_one(size), camera))
             costs.append(deepcopy(tracer.statistics))   # the other may be the same tracer
         self.maps = tuple(found)

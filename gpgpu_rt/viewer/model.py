@@ -258,13 +258,14 @@ class Viewer:
 
     def _draw(self, divisor: int) -> None:
         size = tuple(max(1, -(-side // divisor)) for side in self.size)
+        journeying, made = self.mode == "passes" and self.at_rest, self.tracers.made
+        counting = self.heat.tracers(self.tracers, self.selection.method, self.selection.options
+                                     ) if self.mode == "heat" else []
         began = self.clock()
-        journeying = self.mode == "passes" and self.at_rest
         if journeying:
             self._travel()
         elif self.mode == "heat":
-            costs = self.heat.measure(self.tracers, self.selection.method, self.selection.options,
-                                      self.camera, size)
+            costs = self.heat.measure(counting, self.camera, size)
             pixels = self.heat.pixels()
         else:
             picture = self.tracer.render(self.camera, size, self.selection.integrator,
@@ -277,7 +278,8 @@ class Viewer:
                    for one in costs)
         self.history.append(Drawn(divisor, seconds, rays, sum(one.passes for one in costs),
                                   tuple(n for one in costs for n in one.live)))
-        self.pace.measured(divisor, seconds)
+        if self.tracers.made == made:   # else its first programs were compiled along with it
+            self.pace.measured(divisor, seconds)
         self.divisor = divisor
         if divisor == 1:
             self._insist = False

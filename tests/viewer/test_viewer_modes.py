@@ -16,7 +16,7 @@ from gpgpu_rt import false_colours as colours
 from gpgpu_rt.cli import main
 from gpgpu_rt.ray_batch import RayBatch
 from gpgpu_rt.time_travel import decode
-from gpgpu_rt.viewer import Viewer, moves
+from gpgpu_rt.viewer import Viewer, heat_view, moves
 from gpgpu_rt.viewer.journey import Journey
 from gpgpu_rt.viewer.ray_path import follow
 from gpgpu_rt.viewer.tracers import KEPT
@@ -48,6 +48,26 @@ def test_graphs_show_what_heat_maps_cost(viewer: Viewer) -> None:
     most = [int(one.values.max()) for one in viewer.heat.maps]
     assert viewer.last.passes >= sum(most) and max(viewer.last.live) <= VIEW[0] * VIEW[1]
     assert len(viewer.last.live) > 2
+
+
+def test_what_making_a_tracer_takes_holds_no_heat_map_back(viewer: Viewer, monkeypatch) -> None:
+    make, count = viewer.tracers.get, heat_view.heat
+
+    def slow(*given, **options):
+        before = viewer.tracers.made
+        tracer = make(*given, **options)
+        viewer.clock.now += 100.0 * (viewer.tracers.made - before)
+        return tracer
+
+    def slow_at_first(*given):      # its programs over arrays of rays are compiled then
+        viewer.clock.now += 0.0 if viewer.heat.maps else 100.0
+        return count(*given)
+
+    monkeypatch.setattr(viewer.tracers, "get", slow)
+    monkeypatch.setattr(heat_view, "heat", slow_at_first)
+    viewer.look_at("heat")
+    settle(viewer)
+    assert viewer.divisor == 1 and viewer.held_back is None
 
 
 def test_heat_of_two_methods_has_one_scale(viewer: Viewer) -> None:
