@@ -11,7 +11,7 @@ from PIL import Image
 
 from .. import false_colours as colours
 from ..camera import Camera
-from ..heat import KINDS, Heat, heat, scale_of
+from ..heat import Heat, heat, scale_bar, scale_of
 from ..methods import find_method
 from ..options import TRACER_OPTIONS
 from ..statistics import Statistics
@@ -86,8 +86,11 @@ class HeatView:
 
     def with_scale(self, image: Image.Image) -> Image.Image:
         """A picture of the maps over the scale that holds for them."""
-        return colours.stacked([image, colours.colour_bar(
-            self.top, f"{KINDS[self.what]} a ray", max(image.width, 200))])
+        return colours.stacked([image, self.scale(max(image.width, 200))])
+
+    def scale(self, width: int) -> Image.Image:
+        """The scale that holds for the maps."""
+        return scale_bar(self.maps, self.what, self.top, width)
 
     def titles(self) -> list[str]:
         """A line for each map."""

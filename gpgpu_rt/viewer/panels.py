@@ -25,7 +25,7 @@ from .model import MODES, Viewer
 from .selection import Selection
 
 WIDTH, LOW = 292, 58        # of the panel at the left; height of the line below
-GRAPH = imgui.ImVec2(132, 40)
+GRAPH = 40      # height
 HELP = (
     ("drag", "turn around the scene; in flight, look around"),
     ("right drag", "shift"),
@@ -41,6 +41,7 @@ HELP = (
     ("P", "save the picture with its settings"),
     ("Tab", "hide the panels"),
     ("H", "this help"),
+    ("Esc", "close the list, the path or what is said"),
     ("Ctrl+Q", "quit"),
 )
 _ENTER = imgui.InputTextFlags_.enter_returns_true.value
@@ -136,20 +137,27 @@ class Panels:
                     self.viewer.message = str(failure)
 
     def _graphs(self) -> None:
-        history = list(self.viewer.history)
-        if not history:
+        """Of the last pictures; of a journey, which keeps all states, only what rays did."""
+        history, journey = list(self.viewer.history), self.viewer.journey
+        wide = _room()
+        half = (wide - imgui.get_style().item_spacing.x) / 2
+        if self.viewer.mode == "passes":
+            if journey is None:
+                return
+            _graph("live", "live rays", journey.live, wide)
+        elif history:
+            last = history[-1]
+            for k, (name, now, values) in enumerate((
+                    ("ms", f"{last.seconds * 1e3:.0f} ms", [one.seconds for one in history]),
+                    ("rays", f"{last.rays_per_second / 1e6:.2f} Mrays/s",
+                     [one.rays_per_second for one in history]),
+                    ("passes", counted(last.passes, "pass"), [one.passes for one in history]),
+                    ("live", "live rays" if last.live else "live: not by loop", last.live))):
+                if k % 2:
+                    imgui.same_line()
+                _graph(name, now, values, half)
+        else:
             return
-        last, journey = history[-1], self.viewer.journey
-        live = last.live if journey is None else journey.live
-        for k, (name, now, values) in enumerate((
-                ("ms", f"{last.seconds * 1e3:.0f} ms", [one.seconds for one in history]),
-                ("rays", f"{last.rays_per_second / 1e6:.2f} Mrays/s",
-                 [one.rays_per_second for one in history]),
-                ("passes", counted(last.passes, "pass"), [one.passes for one in history]),
-                ("live", "live rays" if len(live) else "live: not by loop", live))):
-            if k % 2:
-                imgui.same_line()
-            _graph(name, now, values)
         imgui.set_item_tooltip("rays that are not over, pass by pass: counted under the schedules "
                                "step and kernels")
 
@@ -176,8 +184,7 @@ class Panels:
         for title in view.titles():
             imgui.text_wrapped(title)
         if view.maps:
-            self._picture("bar", np.asarray(colours.colour_bar(
-                view.top, f"{KINDS[view.what]} a ray", WIDTH - 20, beyond=True)))
+            self._picture("bar", np.asarray(view.scale(_room())))
 
     def _passes(self, mouse: tuple[int, int]) -> None:
         viewer, journey = self.viewer, self.viewer.journey
@@ -196,7 +203,7 @@ class Panels:
         if viewer.field == "phase":
             self._picture("phases", np.asarray(colours.swatches(
                 [(name, colours.category(phase)) for phase, name in journey.names.items()],
-                WIDTH - 20)))
+                _room())))
         if imgui.collapsing_header("the ray under the mouse",
                                    imgui.TreeNodeFlags_.default_open.value):
             for name, text in viewer.ray_of(mouse):
@@ -304,6 +311,11 @@ _FIXED = (imgui.WindowFlags_.no_move.value | imgui.WindowFlags_.no_resize.value
           | imgui.WindowFlags_.no_collapse.value | imgui.WindowFlags_.no_saved_settings.value)
 
 
+def _room() -> int:
+    """Pixels there are beside a scrollbar, if there is one."""
+    return max(int(imgui.get_content_region_avail().x), 64)
+
+
 def _place(name: str, x: int, y: int, width: int, height: int) -> None:
     imgui.set_next_window_pos(imgui.ImVec2(x, y))
     imgui.set_next_window_size(imgui.ImVec2(width, max(height, 32)))
@@ -312,11 +324,11 @@ def _place(name: str, x: int, y: int, width: int, height: int) -> None:
                 | imgui.WindowFlags_.no_bring_to_front_on_focus.value)
 
 
-def _graph(name: str, now: str, values: Sequence[float] | np.ndarray) -> None:
+def _graph(name: str, now: str, values: Sequence[float] | np.ndarray, width: float) -> None:
     numbers = np.asarray(values if len(values) else [0.0], np.float32)
     top = float(numbers.max())
     imgui.plot_lines(f"##{name}", numbers, overlay_text=now, scale_min=0.0,
-                     scale_max=1.1 * top or 1.0, graph_size=GRAPH)
+                     scale_max=1.1 * top or 1.0, graph_size=imgui.ImVec2(width, GRAPH))
 
 
 def _chooser(option: Option, value: Any) -> tuple[bool, Any]:

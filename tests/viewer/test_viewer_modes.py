@@ -14,6 +14,7 @@ from windowless import full, settle
 import gpgpu_rt as rt
 from gpgpu_rt import false_colours as colours
 from gpgpu_rt.cli import main
+from gpgpu_rt.heat import KINDS, Heat, draw_heat
 from gpgpu_rt.ray_batch import RayBatch
 from gpgpu_rt.time_travel import decode
 from gpgpu_rt.viewer import Viewer, heat_view, moves
@@ -86,6 +87,28 @@ def test_heat_of_two_methods_has_one_scale(viewer: Viewer) -> None:
     settle(viewer)
     assert viewer.image.shape[:2] == VIEW[::-1]
     assert viewer.heat.maps[0].values.shape == (VIEW[1], VIEW[0] // 2)
+
+
+@pytest.mark.parametrize("what", KINDS)
+def test_a_scale_says_where_rays_lie_beyond(monkeypatch, what: str) -> None:
+    """The panel's, a saved map's and the command's are one."""
+    bars, draw = [], colours.colour_bar
+
+    def noted(highest, unit, width, lowest=0.0, beyond=False):
+        bars.append((highest, unit, beyond))
+        return draw(highest, unit, width, lowest, beyond)
+
+    monkeypatch.setattr(colours, "colour_bar", noted)
+    values = np.ones((20, 30), int)
+    for most, beyond in ((1, False), (248, True)):
+        values[3, 4] = most
+        view = heat_view.HeatView(what, maps=(Heat("grid", values),), top=1.0)
+        view.with_scale(Image.fromarray(view.pixels()))
+        view.scale(250)
+        draw_heat(view.maps, what, "soup")
+        assert bars == 3 * [(1.0, KINDS[what], beyond)]
+        bars.clear()
+    assert KINDS[what].count(" ray") == 1
 
 
 @pytest.mark.parametrize("method", ["bvh-threaded", *map(full, ("kd-restart", "grid",
