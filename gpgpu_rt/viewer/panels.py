@@ -282,9 +282,7 @@ class Panels:
                                   imgui.Cond_.first_use_ever.value)
         imgui.set_next_window_size(imgui.ImVec2(width - left, 190),
                                    imgui.Cond_.first_use_ever.value)
-        found = f"triangle {path.hit}" if path.hit >= 0 else "nothing"
-        _, is_open = imgui.begin(f"the ray of pixel {path.pixel[0]}, {path.pixel[1]}: "
-                                 f"{counted(len(path.rows), 'pass')}, {found}###path", True)
+        _, is_open = imgui.begin(f"{path.title()}###path", True)
         if not is_open:
             self.viewer.path = None
         flags = imgui.TableFlags_

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import json
 import shlex
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from gpgpu_rt.cli import main
 from gpgpu_rt.heat import KINDS, Heat, draw_heat
 from gpgpu_rt.ray_batch import RayBatch
 from gpgpu_rt.time_travel import decode
-from gpgpu_rt.viewer import Viewer, heat_view, moves
+from gpgpu_rt.viewer import Viewer, heat_view, moves, ray_path
 from gpgpu_rt.viewer.journey import Journey
 from gpgpu_rt.viewer.ray_path import follow
 from gpgpu_rt.viewer.tracers import KEPT
@@ -205,6 +206,34 @@ def test_a_click_is_followed_and_survives_a_move(viewer: Viewer) -> None:
     viewer.choose(viewer.selection.with_option("octants", True))
     settle(viewer)
     assert viewer.path is None
+
+
+def test_what_stands_for_none_is_a_dash(soup: str) -> None:
+    """Among packets' fields is a node that waits to be put away, where there is one."""
+    scene = rt.load_scene(soup)
+    away = replace(scene.camera, target=tuple(2 * np.array(scene.camera.eye)
+                                              - scene.camera.target))
+    for method in ("grid", "bvh-packet"):
+        with rt.Tracer(scene, method, schedule="step") as tracer:
+            journey = Journey(tracer, away, VIEW)
+            words = [dict(journey.state_of(index, 0)) for index in range(len(journey.kept))]
+            path = follow(tracer, away, VIEW, (0, 0))
+        assert words[-1]["hit t"] == words[-1]["hit triangle"] == "-"
+        assert path.rows[-1][-2:] == ("-", "-") and path.hit == -1
+        assert not {"inf", str(1 << 24)} & {text for row in words for text in row.values()}
+
+
+def test_a_path_that_is_cut_says_so(viewer: Viewer, monkeypatch) -> None:
+    viewer.follow((VIEW[0] // 2, VIEW[1] // 2))
+    settle(viewer)
+    whole = viewer.path
+    assert whole.count == len(whole.rows) > 3
+    assert f": {len(whole.rows):,} passes" in whole.title()
+    monkeypatch.setattr(ray_path, "MOST_ROWS", 3)
+    viewer.follow((VIEW[0] // 2, VIEW[1] // 2))
+    settle(viewer)
+    assert viewer.path.rows == whole.rows[:3] and viewer.path.count == whole.count
+    assert f"the first 3 of {whole.count:,} passes" in viewer.path.title()
 
 
 # Saving -----------------------------------------------------------------------------------------
