@@ -87,7 +87,7 @@ class Journey:
         last = self.kept[-1]
         return (*last.state, *(f"hit {name}" for name in last.hit))
 
-    def midst(self) -> int:
+    def halfway(self) -> int:
         """The index of the kept pass at which about half of the rays live."""
         live = np.array([one.live for one in self.kept])
         return int(np.abs(2 * live - live.max()).argmin())

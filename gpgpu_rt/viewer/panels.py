@@ -189,10 +189,12 @@ class Panels:
     def _passes(self, mouse: tuple[int, int]) -> None:
         viewer, journey = self.viewer, self.viewer.journey
         if journey is None:
-            imgui.text_disabled("the passes are drawn once the camera rests")
+            imgui.text_wrapped(viewer.failed or "the passes are drawn once the camera rests")
             return
+        # Where some passes were let go, what slides is not the number of the pass: no typing it.
         changed, at = imgui.slider_int("pass", viewer.index, 0, len(journey.kept) - 1,
-                                       f"%d x {journey.every}" if journey.every > 1 else "%d")
+                                       f"{journey.kept[viewer.index].number}",
+                                       imgui.SliderFlags_.no_input.value)
         if changed:
             viewer.go_to(at)
         fields = list(journey.fields)

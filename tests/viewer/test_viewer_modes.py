@@ -142,19 +142,52 @@ def test_a_journey_ends_at_the_hits_of_a_trace(soup: str, method: str) -> None:
 def test_scrubbing_shows_each_pass(viewer: Viewer) -> None:
     viewer.look_at("passes")
     settle(viewer)
-    first = viewer.image
-    viewer.go_to(len(viewer.journey.kept) // 2)
-    assert (viewer.image != first).any()
+    live = [one.live for one in viewer.journey.kept]
+    assert 0.25 < live[viewer.index] / live[0] < 0.75, "it opens where there is something to see"
+    opened = viewer.image
+    viewer.go_to(0)
+    assert (viewer.image != opened).any()
+    viewer.camera = moves.orbit(viewer.camera, 0.01, 0.0)
+    settle(viewer)
+    assert viewer.index == 0, "another camera moves what one has chosen"
     viewer.go_to(10 ** 9)
     assert viewer.index == len(viewer.journey.kept) - 1
     assert dict(viewer.ray_of((5, 5)))["phase"].endswith("(done)")
-    viewer.choose(viewer.selection.with_method("kd-stack"))    # all of it in one pass
-    for _ in range(4):
-        viewer.step()
-    assert "one pass" in viewer.message and viewer.journey is None
     viewer.look_at("picture")
     settle(viewer)
     assert viewer.divisor == 1
+
+
+@pytest.mark.parametrize("method, why", [("kd-stack", "one pass"), ("ray-tiles", "no state")])
+def test_no_passes_is_said_and_shows_none(viewer: Viewer, method: str, why: str) -> None:
+    """Not those of the method before."""
+    viewer.look_at("passes")
+    settle(viewer)
+    assert len(np.unique(viewer.image)) > 1
+    viewer.choose(viewer.selection.with_method(method))
+    settle(viewer)
+    assert viewer.journey is None and why in viewer.failed and why in viewer.message
+    assert len(np.unique(viewer.image.reshape(-1, 3), axis=0)) == 1
+    assert why in viewer.command and not viewer.settings()["command"]
+    viewer.choose(viewer.selection.with_method("grid"))
+    settle(viewer)
+    assert viewer.journey is not None and not viewer.failed
+    assert len(np.unique(viewer.image)) > 1 and "gpgpu-rt passes" in viewer.command
+
+
+def test_a_heat_map_that_fails_leaves_none_of_another_method(viewer: Viewer,
+                                                             monkeypatch) -> None:
+    viewer.look_at("heat")
+    settle(viewer)
+
+    def fail(*given):
+        raise RuntimeError("lost the device")
+
+    monkeypatch.setattr(heat_view, "heat", fail)
+    viewer.choose(viewer.selection.with_method("grid"))
+    settle(viewer)
+    assert "lost the device" in viewer.failed and not viewer.heat.maps
+    assert len(np.unique(viewer.image.reshape(-1, 3), axis=0)) == 1
 
 
 def followed() -> list[tuple[str, dict]]:
