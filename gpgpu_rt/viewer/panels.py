@@ -24,7 +24,8 @@ from .link import Link
 from .model import MODES, Viewer
 from .selection import Selection
 
-WIDTH, LOW = 292, 58        # of the panel at the left; height of the line below
+WIDTH, LOW = 304, 58        # of the panel at the left; height of the line below
+NAME = 124      # pixels that the longest name of an option takes
 GRAPH = 40      # height
 HELP = (
     ("drag", "turn around the scene; in flight, look around"),
@@ -76,7 +77,7 @@ class Panels:
 
     def _left(self, height: int, mouse: tuple[int, int]) -> None:
         _place("gpgpu-rt", 0, 0, WIDTH, height)
-        imgui.push_item_width(150)
+        imgui.push_item_width(_room() - NAME)
         viewer = self.viewer
         selection = viewer.selection
         self._scene(selection)
