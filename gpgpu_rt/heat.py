@@ -12,8 +12,10 @@ from .camera import Camera
 from .time_travel import Pass, travel
 from .tracer import Tracer
 
-KINDS = {"steps": "kernel runs", "nodes": "nodes visited", "leaves": "leaves visited",
-         "triangles": "triangles tested", "passes": "passes until the ray was over"}
+# What can be counted, and how that is called over a picture.
+KINDS = {"steps": "kernel runs a ray", "nodes": "nodes visited a ray",
+         "leaves": "leaves visited a ray", "triangles": "triangles tested a ray",
+         "passes": "passes until the ray was over"}
 _COUNTERS = {"steps": "steps", "nodes": "nodes_visited", "leaves": "leaves_visited",
              "triangles": "triangles_tested"}
 
@@ -66,6 +68,13 @@ def scale_of(maps: Sequence[Heat]) -> float:
     return max(1.0, *(one.summary()["quantile_99"] for one in maps))
 
 
+def scale_bar(maps: Sequence[Heat], what: str, top: float, width: int) -> Image.Image:
+    """The one scale of maps, which ends at ``top``; it says where some rays lie beyond."""
+    return colours.colour_bar(
+        top, KINDS[what] + (", one scale for all" if len(maps) > 1 else ""), width,
+        beyond=any(one.values.max() > top for one in maps))
+
+
 def draw_heat(maps: Sequence[Heat], what: str, scene: str,
               highest: float | None = None) -> Image.Image:
     """Maps side by side and the scale that holds for all of them.
@@ -74,7 +83,6 @@ def draw_heat(maps: Sequence[Heat], what: str, scene: str,
     ----------
     highest : where the scale ends; by default at what 99 % of the rays of each map keep below
     """
-    most = max(float(one.values.max()) for one in maps)
     top = highest or scale_of(maps)
     panels = []
     for one in maps:
@@ -83,6 +91,5 @@ def draw_heat(maps: Sequence[Heat], what: str, scene: str,
                        colours.enlarged(colours.ramp(one.values / top))))
     width = panels[0][1].width
     wide = len(panels) * (width + colours.MARGIN) - colours.MARGIN
-    bar = colours.colour_bar(top, KINDS[what] + ", one scale for all", max(wide, 200),
-                             beyond=most > top)
-    return colours.sheet(panels, [f"{scene}: {KINDS[what]}"], bar)
+    return colours.sheet(panels, [f"{scene}: {KINDS[what]}"],
+                         scale_bar(maps, what, top, max(wide, 200)))

@@ -91,7 +91,7 @@ def _heat(chosen: argparse.Namespace) -> None:
     if chosen.json:
         return print_json({"scene": scene.name, "what": chosen.what, "size": chosen.size,
                            "output": chosen.output, "methods": rows})
-    print(f"wrote {chosen.output}: {KINDS[chosen.what]} a ray")
+    print(f"wrote {chosen.output}: {KINDS[chosen.what]}")
     print_table(("method", "mean", "median", "99 %", "most"),
                 [(row["map"], f"{row['mean']:.2f}", f"{row['median']:g}",
                   f"{row['quantile_99']:g}", f"{row['max']:g}") for row in rows])

@@ -1,7 +1,7 @@
 """The heat view: what each pixel's ray costs, of one method or of two on one scale."""
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any
@@ -11,10 +11,11 @@ from PIL import Image
 
 from .. import false_colours as colours
 from ..camera import Camera
-from ..heat import KINDS, Heat, heat, scale_of
+from ..heat import Heat, heat, scale_bar, scale_of
 from ..methods import find_method
 from ..options import TRACER_OPTIONS
 from ..statistics import Statistics
+from ..tracer import Tracer
 from .tracers import Tracers
 
 LAYOUTS = ("wipe", "side by side")
@@ -40,12 +41,15 @@ class HeatView:
     maps: tuple[Heat, ...] = ()
     top: float = 1.0
 
-    def measure(self, tracers: Tracers, method: str, options: Mapping[str, Any], camera: Camera,
+    def tracers(self, tracers: Tracers, method: str, options: Mapping[str, Any]) -> list[Tracer]:
+        """What counts, a tracer for each map."""
+        return [tracers.get(name, chosen) for name, chosen in self.traced(method, options)]
+
+    def measure(self, tracers: Sequence[Tracer], camera: Camera,
                 size: tuple[int, int]) -> list[Statistics]:
         """Count for the picture of a camera; what each method's traversal cost."""
         found, costs = [], []
-        for name, chosen in self.traced(method, options):
-            tracer = tracers.get(name, chosen)
+        for tracer in tracers:
             found.append(heat(tracer, self.what, self.size_of_one(size), camera))
             costs.append(deepcopy(tracer.statistics))   # the other may be the same tracer
         self.maps = tuple(found)
@@ -82,8 +86,11 @@ class HeatView:
 
     def with_scale(self, image: Image.Image) -> Image.Image:
         """A picture of the maps over the scale that holds for them."""
-        return colours.stacked([image, colours.colour_bar(
-            self.top, f"{KINDS[self.what]} a ray", max(image.width, 200))])
+        return colours.stacked([image, self.scale(max(image.width, 200))])
+
+    def scale(self, width: int) -> Image.Image:
+        """The scale that holds for the maps."""
+        return scale_bar(self.maps, self.what, self.top, width)
 
     def titles(self) -> list[str]:
         """A line for each map."""

@@ -11,6 +11,7 @@ from ..camera import Camera
 from ..errors import Error
 from ..pass_pictures import PLACES, distance_pixels, phase_pixels
 from ..ray_batch import RayBatch
+from ..record import EXACT_INTEGER
 from ..time_travel import Pass, decode, phase_names, travel
 from ..tracer import Tracer
 from ..words import counted
@@ -86,6 +87,11 @@ class Journey:
         last = self.kept[-1]
         return (*last.state, *(f"hit {name}" for name in last.hit))
 
+    def halfway(self) -> int:
+        """The index of the kept pass at which about half of the rays live."""
+        live = np.array([one.live for one in self.kept])
+        return int(np.abs(2 * live - live.max()).argmin())
+
     def values(self, index: int, field: str) -> np.ndarray:
         """(n,) or (n, 3) of a field after the pass ``kept[index]``."""
         one = self.kept[index]
@@ -127,18 +133,24 @@ class Journey:
 
     def state_of(self, index: int, ray: int) -> list[tuple[str, str]]:
         """Every field of a ray after the pass ``kept[index]``, in words."""
-        found = []
-        for field in self.fields:
-            value = self.values(index, field)[ray]
-            text = word_of(value)
-            if field == "phase":
-                text = f"{text} ({self.names.get(int(value), '?')})"
-            found.append((field, text))
-        return found
+        one = self.kept[index]
+        found = {field: word_of(values[ray]) for field, values in one.state.items()}
+        found["phase"] += f" ({self.names.get(int(one.state['phase'][ray]), '?')})"
+        return [*found.items(),
+                *((f"hit {name}", text) for name, text in hit_words(one, ray).items())]
+
+
+def hit_words(one: Pass, ray: int) -> dict[str, str]:
+    """The fields of a ray's nearest hit so far; "-" while there is none."""
+    none = not np.isfinite(one.hit["t"][ray])
+    return {name: "-" if none else word_of(values[ray]) for name, values in one.hit.items()}
 
 
 def word_of(value: np.ndarray | np.generic) -> str:
-    """A field's value, in as many digits as tell floats apart."""
+    """A field's value, in as many digits as tell floats apart; "-" for what stands for none: a
+    node above every index, a distance without end."""
     if np.ndim(value):
         return " ".join(word_of(part) for part in value)
+    if value in (EXACT_INTEGER, np.inf):
+        return "-"
     return str(int(value)) if np.issubdtype(value.dtype, np.integer) else f"{float(value):.9g}"

@@ -37,6 +37,8 @@ def _heat(viewer: Viewer) -> tuple[str, str]:
 
 def _passes(viewer: Viewer) -> tuple[str, str]:
     chosen = viewer.selection
+    if viewer.failed:
+        return "", f"no command makes this: {viewer.failed}"
     width, height = viewer.journey_size
     words = ["passes", chosen.scene, f"--method={chosen.method}",
              *_option_words(chosen.method, _in_passes(viewer)),

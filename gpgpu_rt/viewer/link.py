@@ -19,8 +19,11 @@ from ..shader import compile_program
 
 BUTTONS = {1: 0, 2: 1, 3: 2}    # the window's left, right, middle as ImGui counts them
 KEYS = ("TAB", "LEFT", "RIGHT", "UP", "DOWN", "PAGE_UP", "PAGE_DOWN", "HOME", "END", "DELETE",
-        "BACKSPACE", "ENTER", "ESCAPE", "SPACE", "A", "C", "V", "X", "Y", "Z")
-NAMES = {"LEFT": "left_arrow", "RIGHT": "right_arrow", "UP": "up_arrow", "DOWN": "down_arrow"}
+        "BACKSPACE", "ENTER", "ESCAPE", "SPACE", *"ACDEHMPQRSVWXYZ",
+        "NUMBER_1", "NUMBER_2", "NUMBER_3")
+NAMES = {"LEFT": "left_arrow", "RIGHT": "right_arrow", "UP": "up_arrow", "DOWN": "down_arrow",
+         **{f"NUMBER_{k}": f"_{k}" for k in (1, 2, 3)}}
+ANY_POPUP = imgui.PopupFlags_.any_popup.value
 
 
 class Link:
@@ -175,6 +178,10 @@ class Link:
         if key in self._keys:
             self.io.add_key_event(self._keys[key], down)
 
+    def let_go(self) -> None:
+        """No key is held any more."""
+        self.io.clear_input_keys()
+
     def text(self, character: str) -> None:
         if character.isprintable():
             self.io.add_input_character(ord(character))
@@ -184,7 +191,29 @@ class Link:
         """Whether the mouse is over a panel."""
         return bool(self.io.want_capture_mouse)
 
+    # What it knows once a frame has begun: it takes clicks and keys up in their order, some of
+    # them frames after they came, so that a key counts for what an earlier click has opened.
+
     @property
     def has_keys(self) -> bool:
-        """Whether text is being typed into a panel."""
-        return bool(self.io.want_text_input)
+        """Whether keys are a panel's: text is being typed, or a list is open."""
+        return bool(self.io.want_text_input) or self.has_popup
+
+    @property
+    def has_popup(self) -> bool:
+        """Whether a list is open."""
+        return imgui.is_popup_open("", ANY_POPUP)
+
+    @staticmethod
+    def close_popup() -> None:
+        """Close it, with nothing chosen."""
+        imgui.internal.close_popup_to_level(0, True)
+
+    def pressed(self, key: int, repeat: bool = False) -> bool:
+        """Whether a key went down by this frame; ``repeat``: or is held long enough to count as
+        pressed again."""
+        return imgui.is_key_pressed(self._keys[key], repeat)
+
+    def held(self, key: int) -> bool:
+        """Whether a key is down."""
+        return imgui.is_key_down(self._keys[key])

@@ -19,6 +19,7 @@ import moderngl
 import numpy as np
 from PIL import Image
 
+from .. import false_colours as colours
 from ..camera import Camera
 from ..errors import Error
 from ..gpu import Gpu, open_gpu
@@ -60,6 +61,7 @@ class Viewer:
     image : (h, w, 3) uint8, what is to be shown, as coarse as there was time for; or None
     version : grows with every new image
     message : the last error or news, one line
+    failed : why what is looked at cannot be drawn, or ""; it is not tried again
     """
 
     def __init__(self, selection: Selection = Selection(), size: tuple[int, int] = (640, 480),
@@ -68,7 +70,8 @@ class Viewer:
                  clock: Callable[[], float] = time.perf_counter) -> None:
         self.gpu = open_gpu(context)
         self.clock, self.size = clock, size
-        self.message, self.version = "", 0
+        self.message = self.failed = ""
+        self.version = 0
         self.image: np.ndarray | None = None
         self.divisor: int | None = None         # of what is shown; None: nothing of this pose yet
         self.mode = MODES[0]
@@ -82,7 +85,7 @@ class Viewer:
         self._wanted: Selection | None = None
         self._asked: tuple[int, ...] | None = None      # the pixel whose ray to follow
         self._announced = ""        # what was said in time to be about to happen
-        self._insist = self._failed = self._moved = False
+        self._insist = self._moved = self._opening = False
         self._moved_at = clock()
         self.selection = selection
         self.scene = load_scene(selection.scene)
@@ -131,7 +134,7 @@ class Viewer:
     def look_at(self, mode: str) -> None:
         """Another mode of MODES."""
         if mode != self.mode:
-            self.mode, self.message = mode, ""
+            self.mode, self.message, self._opening = mode, "", True
             self.pace.forget()
             self._outdated()
 
@@ -157,7 +160,7 @@ class Viewer:
 
     def insist(self) -> None:
         """Draw every pixel, however long it takes."""
-        self._insist, self._failed = True, False
+        self._insist, self.failed = True, ""
 
     def follow(self, pixel: tuple[int, int]) -> None:
         """Trace the ray through a pixel of the finest picture alone, as the next but one `step`;
@@ -175,7 +178,7 @@ class Viewer:
                     else f"building {wanted.method} ...")
         if self._asked is not None:
             return "following a ray ..."
-        if self.mode == "passes" and self.journey is None and not self._failed:
+        if self.mode == "passes" and self.journey is None and not self.failed:
             return "tracing pass by pass, once the camera rests ..."
         return ""
 
@@ -209,11 +212,14 @@ class Viewer:
                 self._draw(divisor)
                 went_well.append(True)
             if not went_well:       # the same would go wrong again
-                self._failed, self._insist = True, False
+                self.failed, self._insist = self.message, False
+                if self.mode == "passes" or self.mode == "heat" and self.divisor is None:
+                    self.heat.maps = ()     # what is on the screen is of something else
+                    self._show(np.full((*self.size[::-1], 3), colours.OVER, np.uint8))
         return self.version != before
 
     def _next_divisor(self) -> int | None:
-        if self._failed:
+        if self.failed:
             return None
         if self._insist:
             return 1
@@ -252,19 +258,20 @@ class Viewer:
                 self._camera = self._home = scene.camera
                 self._moved_at = self.clock()
             self.tracers.pinned = self.tracer
-            self.selection, self.path = wanted, None
+            self.selection, self.path, self._opening = wanted, None, True
             self.pace.forget()
             self._outdated()
 
     def _draw(self, divisor: int) -> None:
         size = tuple(max(1, -(-side // divisor)) for side in self.size)
+        journeying, made = self.mode == "passes" and self.at_rest, self.tracers.made
+        counting = self.heat.tracers(self.tracers, self.selection.method, self.selection.options
+                                     ) if self.mode == "heat" else []
         began = self.clock()
-        journeying = self.mode == "passes" and self.at_rest
         if journeying:
             self._travel()
         elif self.mode == "heat":
-            costs = self.heat.measure(self.tracers, self.selection.method, self.selection.options,
-                                      self.camera, size)
+            costs = self.heat.measure(counting, self.camera, size)
             pixels = self.heat.pixels()
         else:
             picture = self.tracer.render(self.camera, size, self.selection.integrator,
@@ -277,7 +284,8 @@ class Viewer:
                    for one in costs)
         self.history.append(Drawn(divisor, seconds, rays, sum(one.passes for one in costs),
                                   tuple(n for one in costs for n in one.live)))
-        self.pace.measured(divisor, seconds)
+        if self.tracers.made == made:   # else its first programs were compiled along with it
+            self.pace.measured(divisor, seconds)
         self.divisor = divisor
         if divisor == 1:
             self._insist = False
@@ -297,7 +305,9 @@ class Viewer:
         self.journey = Journey(tracer, self.camera, self.journey_size)
         self.message = self.journey.note
         self.divisor = 1
-        self.go_to(min(self.index, len(self.journey.kept) - 1))
+        # At first no ray has done anything yet: nothing would be seen.
+        self.go_to(self.journey.halfway() if self._opening else self.index)
+        self._opening = False
 
     def _follow(self, pixel: tuple[int, ...]) -> None:
         with self._guarded():
@@ -309,7 +319,7 @@ class Viewer:
     def _outdated(self) -> None:
         """What is shown is of another pose or choice."""
         self.divisor = self.journey = None
-        self._insist = self._failed = False
+        self._insist, self.failed = False, ""
 
     def _show(self, pixels: np.ndarray) -> None:
         self.image = pixels

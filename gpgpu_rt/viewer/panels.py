@@ -24,8 +24,9 @@ from .link import Link
 from .model import MODES, Viewer
 from .selection import Selection
 
-WIDTH, LOW = 292, 58        # of the panel at the left; height of the line below
-GRAPH = imgui.ImVec2(132, 40)
+WIDTH, LOW = 304, 58        # of the panel at the left; height of the line below
+NAME = 124      # pixels that the longest name of an option takes
+GRAPH = 40      # height
 HELP = (
     ("drag", "turn around the scene; in flight, look around"),
     ("right drag", "shift"),
@@ -41,6 +42,7 @@ HELP = (
     ("P", "save the picture with its settings"),
     ("Tab", "hide the panels"),
     ("H", "this help"),
+    ("Esc", "close the list, the path or what is said"),
     ("Ctrl+Q", "quit"),
 )
 _ENTER = imgui.InputTextFlags_.enter_returns_true.value
@@ -75,7 +77,7 @@ class Panels:
 
     def _left(self, height: int, mouse: tuple[int, int]) -> None:
         _place("gpgpu-rt", 0, 0, WIDTH, height)
-        imgui.push_item_width(150)
+        imgui.push_item_width(_room() - NAME)
         viewer = self.viewer
         selection = viewer.selection
         self._scene(selection)
@@ -136,20 +138,27 @@ class Panels:
                     self.viewer.message = str(failure)
 
     def _graphs(self) -> None:
-        history = list(self.viewer.history)
-        if not history:
+        """Of the last pictures; of a journey, which keeps all states, only what rays did."""
+        history, journey = list(self.viewer.history), self.viewer.journey
+        wide = _room()
+        half = (wide - imgui.get_style().item_spacing.x) / 2
+        if self.viewer.mode == "passes":
+            if journey is None:
+                return
+            _graph("live", "live rays", journey.live, wide)
+        elif history:
+            last = history[-1]
+            for k, (name, now, values) in enumerate((
+                    ("ms", f"{last.seconds * 1e3:.0f} ms", [one.seconds for one in history]),
+                    ("rays", f"{last.rays_per_second / 1e6:.2f} Mrays/s",
+                     [one.rays_per_second for one in history]),
+                    ("passes", counted(last.passes, "pass"), [one.passes for one in history]),
+                    ("live", "live rays" if last.live else "live: not by loop", last.live))):
+                if k % 2:
+                    imgui.same_line()
+                _graph(name, now, values, half)
+        else:
             return
-        last, journey = history[-1], self.viewer.journey
-        live = last.live if journey is None else journey.live
-        for k, (name, now, values) in enumerate((
-                ("ms", f"{last.seconds * 1e3:.0f} ms", [one.seconds for one in history]),
-                ("rays", f"{last.rays_per_second / 1e6:.2f} Mrays/s",
-                 [one.rays_per_second for one in history]),
-                ("passes", counted(last.passes, "pass"), [one.passes for one in history]),
-                ("live", "live rays" if len(live) else "live: not by loop", live))):
-            if k % 2:
-                imgui.same_line()
-            _graph(name, now, values)
         imgui.set_item_tooltip("rays that are not over, pass by pass: counted under the schedules "
                                "step and kernels")
 
@@ -176,16 +185,17 @@ class Panels:
         for title in view.titles():
             imgui.text_wrapped(title)
         if view.maps:
-            self._picture("bar", np.asarray(colours.colour_bar(
-                view.top, f"{KINDS[view.what]} a ray", WIDTH - 20, beyond=True)))
+            self._picture("bar", np.asarray(view.scale(_room())))
 
     def _passes(self, mouse: tuple[int, int]) -> None:
         viewer, journey = self.viewer, self.viewer.journey
         if journey is None:
-            imgui.text_disabled("the passes are drawn once the camera rests")
+            imgui.text_wrapped(viewer.failed or "the passes are drawn once the camera rests")
             return
+        # Where some passes were let go, what slides is not the number of the pass: no typing it.
         changed, at = imgui.slider_int("pass", viewer.index, 0, len(journey.kept) - 1,
-                                       f"%d x {journey.every}" if journey.every > 1 else "%d")
+                                       f"{journey.kept[viewer.index].number}",
+                                       imgui.SliderFlags_.no_input.value)
         if changed:
             viewer.go_to(at)
         fields = list(journey.fields)
@@ -196,7 +206,7 @@ class Panels:
         if viewer.field == "phase":
             self._picture("phases", np.asarray(colours.swatches(
                 [(name, colours.category(phase)) for phase, name in journey.names.items()],
-                WIDTH - 20)))
+                _room())))
         if imgui.collapsing_header("the ray under the mouse",
                                    imgui.TreeNodeFlags_.default_open.value):
             for name, text in viewer.ray_of(mouse):
@@ -275,9 +285,7 @@ class Panels:
                                   imgui.Cond_.first_use_ever.value)
         imgui.set_next_window_size(imgui.ImVec2(width - left, 190),
                                    imgui.Cond_.first_use_ever.value)
-        found = f"triangle {path.hit}" if path.hit >= 0 else "nothing"
-        _, is_open = imgui.begin(f"the ray of pixel {path.pixel[0]}, {path.pixel[1]}: "
-                                 f"{counted(len(path.rows), 'pass')}, {found}###path", True)
+        _, is_open = imgui.begin(f"{path.title()}###path", True)
         if not is_open:
             self.viewer.path = None
         flags = imgui.TableFlags_
@@ -304,6 +312,11 @@ _FIXED = (imgui.WindowFlags_.no_move.value | imgui.WindowFlags_.no_resize.value
           | imgui.WindowFlags_.no_collapse.value | imgui.WindowFlags_.no_saved_settings.value)
 
 
+def _room() -> int:
+    """Pixels there are beside a scrollbar, if there is one."""
+    return max(int(imgui.get_content_region_avail().x), 64)
+
+
 def _place(name: str, x: int, y: int, width: int, height: int) -> None:
     imgui.set_next_window_pos(imgui.ImVec2(x, y))
     imgui.set_next_window_size(imgui.ImVec2(width, max(height, 32)))
@@ -312,11 +325,11 @@ def _place(name: str, x: int, y: int, width: int, height: int) -> None:
                 | imgui.WindowFlags_.no_bring_to_front_on_focus.value)
 
 
-def _graph(name: str, now: str, values: Sequence[float] | np.ndarray) -> None:
+def _graph(name: str, now: str, values: Sequence[float] | np.ndarray, width: float) -> None:
     numbers = np.asarray(values if len(values) else [0.0], np.float32)
     top = float(numbers.max())
     imgui.plot_lines(f"##{name}", numbers, overlay_text=now, scale_min=0.0,
-                     scale_max=1.1 * top or 1.0, graph_size=GRAPH)
+                     scale_max=1.1 * top or 1.0, graph_size=imgui.ImVec2(width, GRAPH))
 
 
 def _chooser(option: Option, value: Any) -> tuple[bool, Any]:

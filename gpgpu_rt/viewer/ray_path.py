@@ -10,7 +10,8 @@ from ..camera import Camera
 from ..pass_pictures import PLACES
 from ..time_travel import Pass, phase_names, travel
 from ..tracer import Tracer
-from .journey import word_of
+from ..words import counted
+from .journey import hit_words, word_of
 
 MOST_ROWS = 20_000
 # Corners of a box as bits of their number, and the pairs that an edge joins.
@@ -30,6 +31,7 @@ class RayPath:
     boxes : (k, 2, 3) lower and upper corners of the nodes or cells it was in, in their order;
         none where a method's structure has no boxes of its own
     hit : the triangle, or -1
+    count : passes, of which the first MOST_ROWS have rows
     """
 
     pixel: tuple[int, int]
@@ -39,6 +41,15 @@ class RayPath:
     end: np.ndarray
     boxes: np.ndarray
     hit: int
+    count: int
+
+    def title(self) -> str:
+        """Whose path it is, how long, and what the ray hits."""
+        rows = counted(self.count, "pass")
+        if self.count > len(self.rows):
+            rows = f"the first {len(self.rows):,} of {rows}"
+        return (f"the ray of pixel {self.pixel[0]}, {self.pixel[1]}: {rows}, "
+                + (f"triangle {self.hit}" if self.hit >= 0 else "nothing"))
 
     def edges(self) -> np.ndarray:
         """(k, 12, 2, 3): the edges of the boxes, for drawing."""
@@ -61,10 +72,14 @@ def follow(tracer: Tracer, camera: Camera, size: tuple[int, int],
     origins, directions = (part[y:y + 1, x:x + 1] for part in camera.rays(size))
     names = phase_names(tracer)
     passes: list[Pass] = []
+    count = 0
 
     def look(one: Pass) -> None:    # passes that served other kernels tell nothing new
-        if len(passes) < MOST_ROWS and (one.served or not passes):
-            passes.append(one)
+        nonlocal count
+        if one.served or not passes:
+            count += 1
+            if len(passes) < MOST_ROWS:
+                passes.append(one)
 
     hits = travel(tracer, origins, directions, look)
     fields = [name for name in passes[0].state if name not in ("phase", "steps")]
@@ -74,20 +89,14 @@ def follow(tracer: Tracer, camera: Camera, size: tuple[int, int],
         rows.append((str(one.number), " ".join(one.served) or one.kernel,
                      names.get(phase, str(phase)),
                      *(word_of(one.state[name][0]) for name in fields),
-                     *_hit_words(one)))
+                     *(hit_words(one, 0)[name] for name in ("t", "triangle"))))
     origin, direction = origins[0, 0].astype(np.float64), directions[0, 0].astype(np.float64)
     lo, hi = tracer.scene.bounds
     far = float(np.linalg.norm(np.maximum(np.abs(lo - origin), np.abs(hi - origin))))
     t = float(hits.t[0]) if hits.hit[0] else far
     return RayPath(pixel, ("pass", "ran", "waits for", *fields, "hit t", "hit triangle"), rows,
-                   origin, origin + t * direction, _boxes(tracer, passes), int(hits.triangle[0]))
-
-
-def _hit_words(one: Pass) -> tuple[str, str]:
-    """t and triangle of the nearest hit so far."""
-    if not np.isfinite(one.hit["t"][0]):
-        return "-", "-"
-    return word_of(one.hit["t"][0]), word_of(one.hit["triangle"][0])
+                   origin, origin + t * direction, _boxes(tracer, passes), int(hits.triangle[0]),
+                   count)
 
 
 def _boxes(tracer: Tracer, passes: list[Pass]) -> np.ndarray:

@@ -24,11 +24,13 @@ class Tracers:
     Attributes
     ----------
     pinned : one that is kept however long ago it was asked for: what pictures are drawn with
+    made : how many were made so far
     """
 
     def __init__(self, gpu: Gpu, scene: Scene) -> None:
         self.gpu, self.scene = gpu, scene
         self.pinned: Tracer | None = None
+        self.made = 0
         self._tracers: OrderedDict[str, Tracer] = OrderedDict()
 
     def get(self, method: str, options: Mapping[str, Any], integrator: str = DEFAULT,
@@ -52,6 +54,7 @@ class Tracers:
                 tracer.release()
                 raise
             self._tracers[key] = tracer
+            self.made += 1
         self._tracers.move_to_end(key)
         old = [name for name, one in self._tracers.items()
                if one is not self.pinned and name != key]

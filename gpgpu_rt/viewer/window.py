@@ -136,7 +136,7 @@ class Window(moderngl_window.WindowConfig):
         self.panels = Panels(self.viewer, self.link, self._save)
         self.panels.help = True
         self.flying = False
-        self._held: set[int] = set()
+        self._held: set[int] = set()        # of the keys to fly by
         self._mouse = (0, 0)
         self._press: Press | None = None
         # moderngl_window passes drops on from pyglet, which loses them under X11.
@@ -153,7 +153,6 @@ class Window(moderngl_window.WindowConfig):
 
     def on_render(self, time: float, frame_time: float) -> None:    # noqa: A002
         self._frames += 1
-        self._fly(min(frame_time, 0.2))
         changed = self.viewer.step()
         self._measure(changed)
         if min(self.wnd.buffer_size) < 1:
@@ -162,6 +161,8 @@ class Window(moderngl_window.WindowConfig):
         self.ctx.clear(0.06, 0.06, 0.08)
         self.link.begin(frame_time)
         self._follow_mouse()
+        self._follow_keys()
+        self._fly(min(frame_time, 0.2))
         self._draw_picture()
         self._draw_path()
         self.panels.draw(self._pixel(*self._mouse))
@@ -243,7 +244,7 @@ class Window(moderngl_window.WindowConfig):
             self.viewer.resize(self.wnd.buffer_size)
 
     def on_iconify(self, iconified: bool) -> None:
-        self._held.clear()
+        self.link.let_go()
 
     def _dropped(self, window: Any, paths: list[str]) -> None:
         self._event()
@@ -320,33 +321,37 @@ class Window(moderngl_window.WindowConfig):
 
     def on_key_event(self, key: Any, action: Any, modifiers: Any) -> None:
         self._event()
-        keys, down = self.wnd.keys, action == self.wnd.keys.ACTION_PRESS
-        self.link.key(key, down, modifiers)
-        if not down:
-            self._held.discard(key)
-            return
-        if self.link.has_keys:
-            return
-        if modifiers.ctrl:
-            if key == keys.Q:
+        self.link.key(key, action != self.wnd.keys.ACTION_RELEASE, modifiers)
+
+    def _follow_keys(self) -> None:
+        """Do what keys ask for that no panel takes, which, as with the mouse, is known only now:
+        in a slow frame a click into a field and what was typed there came together."""
+        keys, link, viewer = self.wnd.keys, self.link, self.viewer
+        self._held = set()
+        if link.io.key_ctrl:
+            if link.pressed(keys.Q):
                 self.wnd.close()
             return
-        if key in (keys.W, keys.A, keys.S, keys.D, keys.Q, keys.E):
-            self._held.add(key)
+        if link.has_keys:
+            if link.has_popup and link.pressed(keys.ESCAPE):
+                link.close_popup()
             return
-        step = 10 if modifiers.shift else 1
-        action = {
-            keys.C: self._change_flight, keys.R: self.viewer.reset_camera, keys.P: self._save,
+        self._held = {key for key in (keys.W, keys.A, keys.S, keys.D, keys.Q, keys.E)
+                      if link.held(key)}
+        shift = link.io.key_shift
+        for key, action in {
+            keys.C: self._change_flight, keys.R: viewer.reset_camera, keys.P: self._save,
             keys.H: self._change_help, keys.TAB: self._change_panels,
-            keys.ENTER: self.viewer.insist, keys.ESCAPE: self._close_what_is_open,
-            keys.M: lambda: self._next_method(-1 if modifiers.shift else 1),
-            keys.LEFT: lambda: self.viewer.go_to(self.viewer.index - step),
-            keys.RIGHT: lambda: self.viewer.go_to(self.viewer.index + step),
-            **{getattr(keys, f"NUMBER_{k + 1}"): lambda mode=mode: self.viewer.look_at(mode)
+            keys.ENTER: viewer.insist, keys.ESCAPE: self._close_what_is_open,
+            keys.M: lambda: self._next_method(-1 if shift else 1),
+            **{getattr(keys, f"NUMBER_{k + 1}"): lambda mode=mode: viewer.look_at(mode)
                for k, mode in enumerate(MODES)},
-        }.get(key)
-        if action is not None:
-            action()
+        }.items():
+            if link.pressed(key):
+                action()
+        for key, way in ((keys.LEFT, -1), (keys.RIGHT, 1)):
+            if link.pressed(key, repeat=True):
+                viewer.go_to(viewer.index + (10 if shift else 1) * way)
 
     # What keys do ---------------------------------------------------------------------------
 
@@ -356,7 +361,7 @@ class Window(moderngl_window.WindowConfig):
         way = np.array([(keys.D in held) - (keys.A in held), (keys.E in held) - (keys.Q in held),
                         (keys.W in held) - (keys.S in held)], np.float64)
         if way.any():
-            fast = 4.0 if self.wnd.modifiers.shift else 1.0
+            fast = 4.0 if self.link.io.key_shift else 1.0
             self.viewer.camera = moves.fly(self.viewer.camera,
                                            *(way * fast * FLY * self._extent() * seconds))
 

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import json
 import shlex
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +15,10 @@ from windowless import full, settle
 import gpgpu_rt as rt
 from gpgpu_rt import false_colours as colours
 from gpgpu_rt.cli import main
+from gpgpu_rt.heat import KINDS, Heat, draw_heat
 from gpgpu_rt.ray_batch import RayBatch
 from gpgpu_rt.time_travel import decode
-from gpgpu_rt.viewer import Viewer, moves
+from gpgpu_rt.viewer import Viewer, heat_view, moves, ray_path
 from gpgpu_rt.viewer.journey import Journey
 from gpgpu_rt.viewer.ray_path import follow
 from gpgpu_rt.viewer.tracers import KEPT
@@ -50,6 +52,26 @@ def test_graphs_show_what_heat_maps_cost(viewer: Viewer) -> None:
     assert len(viewer.last.live) > 2
 
 
+def test_what_making_a_tracer_takes_holds_no_heat_map_back(viewer: Viewer, monkeypatch) -> None:
+    make, count = viewer.tracers.get, heat_view.heat
+
+    def slow(*given, **options):
+        before = viewer.tracers.made
+        tracer = make(*given, **options)
+        viewer.clock.now += 100.0 * (viewer.tracers.made - before)
+        return tracer
+
+    def slow_at_first(*given):      # its programs over arrays of rays are compiled then
+        viewer.clock.now += 0.0 if viewer.heat.maps else 100.0
+        return count(*given)
+
+    monkeypatch.setattr(viewer.tracers, "get", slow)
+    monkeypatch.setattr(heat_view, "heat", slow_at_first)
+    viewer.look_at("heat")
+    settle(viewer)
+    assert viewer.divisor == 1 and viewer.held_back is None
+
+
 def test_heat_of_two_methods_has_one_scale(viewer: Viewer) -> None:
     viewer.look_at("heat")
     viewer.change_heat(what="triangles", other="brute-force")
@@ -66,6 +88,28 @@ def test_heat_of_two_methods_has_one_scale(viewer: Viewer) -> None:
     settle(viewer)
     assert viewer.image.shape[:2] == VIEW[::-1]
     assert viewer.heat.maps[0].values.shape == (VIEW[1], VIEW[0] // 2)
+
+
+@pytest.mark.parametrize("what", KINDS)
+def test_a_scale_says_where_rays_lie_beyond(monkeypatch, what: str) -> None:
+    """The panel's, a saved map's and the command's are one."""
+    bars, draw = [], colours.colour_bar
+
+    def noted(highest, unit, width, lowest=0.0, beyond=False):
+        bars.append((highest, unit, beyond))
+        return draw(highest, unit, width, lowest, beyond)
+
+    monkeypatch.setattr(colours, "colour_bar", noted)
+    values = np.ones((20, 30), int)
+    for most, beyond in ((1, False), (248, True)):
+        values[3, 4] = most
+        view = heat_view.HeatView(what, maps=(Heat("grid", values),), top=1.0)
+        view.with_scale(Image.fromarray(view.pixels()))
+        view.scale(250)
+        draw_heat(view.maps, what, "soup")
+        assert bars == 3 * [(1.0, KINDS[what], beyond)]
+        bars.clear()
+    assert KINDS[what].count(" ray") == 1
 
 
 @pytest.mark.parametrize("method", ["bvh-threaded", *map(full, ("kd-restart", "grid",
@@ -98,19 +142,52 @@ def test_a_journey_ends_at_the_hits_of_a_trace(soup: str, method: str) -> None:
 def test_scrubbing_shows_each_pass(viewer: Viewer) -> None:
     viewer.look_at("passes")
     settle(viewer)
-    first = viewer.image
-    viewer.go_to(len(viewer.journey.kept) // 2)
-    assert (viewer.image != first).any()
+    live = [one.live for one in viewer.journey.kept]
+    assert 0.25 < live[viewer.index] / live[0] < 0.75, "it opens where there is something to see"
+    opened = viewer.image
+    viewer.go_to(0)
+    assert (viewer.image != opened).any()
+    viewer.camera = moves.orbit(viewer.camera, 0.01, 0.0)
+    settle(viewer)
+    assert viewer.index == 0, "another camera moves what one has chosen"
     viewer.go_to(10 ** 9)
     assert viewer.index == len(viewer.journey.kept) - 1
     assert dict(viewer.ray_of((5, 5)))["phase"].endswith("(done)")
-    viewer.choose(viewer.selection.with_method("kd-stack"))    # all of it in one pass
-    for _ in range(4):
-        viewer.step()
-    assert "one pass" in viewer.message and viewer.journey is None
     viewer.look_at("picture")
     settle(viewer)
     assert viewer.divisor == 1
+
+
+@pytest.mark.parametrize("method, why", [("kd-stack", "one pass"), ("ray-tiles", "no state")])
+def test_no_passes_is_said_and_shows_none(viewer: Viewer, method: str, why: str) -> None:
+    """Not those of the method before."""
+    viewer.look_at("passes")
+    settle(viewer)
+    assert len(np.unique(viewer.image)) > 1
+    viewer.choose(viewer.selection.with_method(method))
+    settle(viewer)
+    assert viewer.journey is None and why in viewer.failed and why in viewer.message
+    assert len(np.unique(viewer.image.reshape(-1, 3), axis=0)) == 1
+    assert why in viewer.command and not viewer.settings()["command"]
+    viewer.choose(viewer.selection.with_method("grid"))
+    settle(viewer)
+    assert viewer.journey is not None and not viewer.failed
+    assert len(np.unique(viewer.image)) > 1 and "gpgpu-rt passes" in viewer.command
+
+
+def test_a_heat_map_that_fails_leaves_none_of_another_method(viewer: Viewer,
+                                                             monkeypatch) -> None:
+    viewer.look_at("heat")
+    settle(viewer)
+
+    def fail(*given):
+        raise RuntimeError("lost the device")
+
+    monkeypatch.setattr(heat_view, "heat", fail)
+    viewer.choose(viewer.selection.with_method("grid"))
+    settle(viewer)
+    assert "lost the device" in viewer.failed and not viewer.heat.maps
+    assert len(np.unique(viewer.image.reshape(-1, 3), axis=0)) == 1
 
 
 def followed() -> list[tuple[str, dict]]:
@@ -162,6 +239,34 @@ def test_a_click_is_followed_and_survives_a_move(viewer: Viewer) -> None:
     viewer.choose(viewer.selection.with_option("octants", True))
     settle(viewer)
     assert viewer.path is None
+
+
+def test_what_stands_for_none_is_a_dash(soup: str) -> None:
+    """Among packets' fields is a node that waits to be put away, where there is one."""
+    scene = rt.load_scene(soup)
+    away = replace(scene.camera, target=tuple(2 * np.array(scene.camera.eye)
+                                              - scene.camera.target))
+    for method in ("grid", "bvh-packet"):
+        with rt.Tracer(scene, method, schedule="step") as tracer:
+            journey = Journey(tracer, away, VIEW)
+            words = [dict(journey.state_of(index, 0)) for index in range(len(journey.kept))]
+            path = follow(tracer, away, VIEW, (0, 0))
+        assert words[-1]["hit t"] == words[-1]["hit triangle"] == "-"
+        assert path.rows[-1][-2:] == ("-", "-") and path.hit == -1
+        assert not {"inf", str(1 << 24)} & {text for row in words for text in row.values()}
+
+
+def test_a_path_that_is_cut_says_so(viewer: Viewer, monkeypatch) -> None:
+    viewer.follow((VIEW[0] // 2, VIEW[1] // 2))
+    settle(viewer)
+    whole = viewer.path
+    assert whole.count == len(whole.rows) > 3
+    assert f": {len(whole.rows):,} passes" in whole.title()
+    monkeypatch.setattr(ray_path, "MOST_ROWS", 3)
+    viewer.follow((VIEW[0] // 2, VIEW[1] // 2))
+    settle(viewer)
+    assert viewer.path.rows == whole.rows[:3] and viewer.path.count == whole.count
+    assert f"the first 3 of {whole.count:,} passes" in viewer.path.title()
 
 
 # Saving -----------------------------------------------------------------------------------------

@@ -9,6 +9,7 @@ import json
 import os
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -215,6 +216,38 @@ def test_the_lists_of_the_panel(person) -> None:
     one.settled()
     found = one.quit()
     assert found["settings"]["method"] != "bvh-threaded", "nothing was chosen"
+
+
+def test_keys_typed_into_a_busy_window_are_no_shortcuts(person, tmp_path: Path) -> None:
+    """A process that is stopped takes as long over a frame as one that builds a structure."""
+    one = person("cornell")
+    one.key("h")
+    one.settled()
+    one.process.send_signal(signal.SIGSTOP)
+    one.click(80, 40)       # the file's field
+    one.xdotool("type", "--delay", "50", "mp3")
+    one.process.send_signal(signal.SIGCONT)
+    one.settled()
+    found = one.quit()
+    assert found["settings"]["method"] == "bvh-threaded", "M was taken for the next method"
+    assert found["settings"]["mode"] == "picture" and not list(tmp_path.glob("*.png"))
+
+
+def test_keys_are_a_list_s_while_it_is_open(person) -> None:
+    one = person("cornell")
+    one.key("h")
+    one.xdotool("mousemove", "500", "300")
+    closed = one.settled()
+    one.click(80, 64)       # the list of methods
+    assert (one.settled() != closed).any()
+    one.key("m", "3", "h", "Tab")
+    one.settled()
+    one.key("Escape")
+    one.xdotool("mousemove", "500", "300")
+    assert (one.settled() == closed).mean() > 0.99, "Escape does not close the list"
+    found = one.quit()
+    assert found["settings"]["method"] == "bvh-threaded"
+    assert found["settings"]["mode"] == "picture"
 
 
 @pytest.mark.parametrize("file", ["torn.obj", "noise.ply"])
