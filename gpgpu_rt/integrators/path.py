@@ -24,11 +24,12 @@ from ..options import Option, resolve_options
 from ..passes.eye_rays import eye_uniforms, share_eye
 from ..precision import Precision
 from ..ray_state import RayTextures
+from ..record import EXACT_INTEGER
 from ..region import Region
 from ..scene import Scene
 from ..texel_layout import CAME_FROM, DIRECT, HIT, LIT, RADIANCE, RAY_TEXELS, SUMS, WALK
 from ..textures import read_texture, release
-from .integrator import ALL_FEATURES, Integrator, Pass, Samplers, Trace
+from .integrator import ALL_FEATURES, Bounded, Integrator, Pass, Samplers, Trace
 from .packed_paths import COMPACT, PACKED, PACKING, Level, PackedPaths, share_of
 from .path_settings import MOST_SURVIVE, SAMPLERS, PathSettings
 from .room import PixelStream, Room
@@ -54,7 +55,7 @@ class Path(Integrator):
         ALL_FEATURES,
         Option("bounces", _DEFAULTS.bounces, "how often a path may turn at most; "
                "whitted, 6: reflections and refractions that are followed", int, minimum=0),
-        Option("samples", 64, "paths a pixel, at most", int, minimum=1),
+        Bounded("samples", 64, "paths a pixel, at most", int, minimum=1, maximum=EXACT_INTEGER),
         Option("noise", None, "stop where the pixels' standard errors are this share of their "
                "luminance, both averaged over the picture", float, minimum=0),
         Option("roulette", _DEFAULTS.roulette, "the vertex from which paths end by chance", int,
