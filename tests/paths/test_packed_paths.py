@@ -165,7 +165,7 @@ def test_an_interrupted_picture_keeps_its_bits(exact_renderer, small, monkeypatc
             patched.setattr(PackedPaths, "bring_back", interrupted)
             with pytest.raises(KeyboardInterrupt):
                 tracer.render(size=SIZE, integrator="path", samples=4 * 3, compact="on")
-        assert told and tracer.statistics.samples == 4
+        assert told and tracer.statistics.samples == 4 and tracer.statistics.trace_seconds > 0
         part = tracer.radiance      # that of the first wave, however many were to follow
         tracer.render(size=SIZE, integrator="path", samples=4 * 3, compact="on")
         whole = tracer.radiance
