@@ -222,6 +222,12 @@ class Integrator:
         return []
 
     @property
+    def planned(self) -> SceneNeeds:
+        """The needs of a picture of this size: a program that none of its passes takes may be
+        there for the next one's."""
+        return self.needs
+
+    @property
     def defines(self) -> dict[str, object]:
         """What all its programs are compiled with."""
         return self.needs.defines

@@ -17,7 +17,7 @@ import numpy as np
 
 from ..appearance.light_choice import LightChoice
 from ..appearance.luminance import LUMINANCE
-from ..appearance.needs import Asked
+from ..appearance.needs import Asked, SceneNeeds
 from ..camera import Camera
 from ..choices import INCOHERENT
 from ..options import Option, resolve_options
@@ -86,6 +86,10 @@ class Path(Integrator):
         given = resolve_options(options, cls.options, f"integrator {cls.name}")
         return Asked(given["bounces"], 1, precision, given["all_features"], paths=True,
                      sampler=_settings(given).sampler, packs=share_of(given) > 0)
+
+    @property
+    def planned(self) -> SceneNeeds:
+        return self.needs if self.packed_sizes else self.needs.without("packed paths")
 
     @property
     def defines(self) -> dict[str, object]:
