@@ -106,9 +106,11 @@ class Pictures:
                 driver = self._driver(first_hits)
                 began = time.perf_counter()
                 waves = Waves(driver, buffers, self.statistics, self._count)
-                pixels = waves.draw(drawer, rays, camera or self.scene.camera)
-                self.gpu.check_error("rendering")
-            self.statistics.trace_seconds = time.perf_counter() - began
+                try:
+                    pixels = waves.draw(drawer, rays, camera or self.scene.camera)
+                    self.gpu.check_error("rendering")
+                finally:    # also of a picture that was interrupted
+                    self.statistics.trace_seconds = time.perf_counter() - began
             self._add_texture_bytes()
         return Image.fromarray(pixels)
 

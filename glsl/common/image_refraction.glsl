@@ -6,7 +6,7 @@ uniform float ior;
 
 const float LEFT = 1.0;          // kinds, as in rasterised/refraction.py
 const float UNSEEN = 2.0;
-const float TOTAL = 3.0;
+const float TOTAL = 3.0;         // at either border
 
 struct Through {
     vec3 exit;         // where it leaves
@@ -20,6 +20,10 @@ Through through_both(vec3 place, vec3 normal, float inward) {
     vec3 view = normalize(place - eye);
     float cosine = clamp(-dot(view, normal), 0.0, 1.0);
     vec3 inside = refract(view, normal, 1.0 / ior);
+    if (inside == vec3(0.0)) {    // what is inside is thinner: light may not even enter
+        vec3 back = reflect(view, normal);
+        return Through(place, back, back, normal, TOTAL);
+    }
     float entering = acos(cosine);
     float refracted = acos(clamp(-dot(inside, normal), 0.0, 1.0));
     float share = entering > 1e-3 ? refracted / entering : 1.0 / ior;

@@ -8,8 +8,8 @@ else decides what is compiled, allocated, fetched or drawn; a new property is a 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -86,6 +86,7 @@ class Property:
         "surroundings_sums"
     bouncing : whether it is about rays that go on, and so nothing where none are followed
     of_paths : whether it is about paths, and so nothing where none are traced
+    of_request : whether it follows from what was asked for, whatever the scene has
     """
 
     name: str
@@ -96,6 +97,7 @@ class Property:
     images: tuple[str, ...] = ()
     bouncing: bool = False
     of_paths: bool = False
+    of_request: bool = False
 
 
 def _some(has: Callable[[Any], Any]) -> Callable[[Scene, Asked], bool]:
@@ -175,7 +177,7 @@ PROPERTIES: tuple[Property, ...] = (
     Property("several lights", lambda scene, asked: light_count(scene, asked) > 1,
              "a hit asks for one light at most", ("MANY_LIGHTS", "GATHERED")),
     Property("several samples", lambda scene, asked: asked.samples > 1,
-             "the picture is drawn once", ("GATHERED",)),
+             "the picture is drawn once", ("GATHERED",), of_request=True),
     Property("mirrors", _some(lambda m: any(m.mirror)), "no material is a mirror",
              ("MIRRORS", "BOUNCES", "GATHERED"), (_MIRROR, LEFT_SURFACES), bouncing=True),
     Property("dielectrics", _some(lambda m: m.ior is not None), "no material lets light through",
@@ -186,7 +188,8 @@ PROPERTIES: tuple[Property, ...] = (
              images=("surroundings_image",)),
     Property("moving", lambda scene, asked: scene.moving, "the triangles stay where they are",
              ("MOVING",)),
-    Property("paths", lambda scene, asked: True, "", ("PATHS",), (LEFT_SURFACES,), of_paths=True),
+    Property("paths", lambda scene, asked: True, "", ("PATHS",), (LEFT_SURFACES,), of_paths=True,
+             of_request=True),
     Property("lights to ask", lambda scene, asked: light_count(scene, asked) > 0,
              "there is no light to ask", ("ASKED_LIGHTS",), (_LIGHT_CHOICE,), of_paths=True),
     Property("points to ask", lambda scene, asked: any(any(li.intensity) for li in scene.lights),
@@ -197,7 +200,7 @@ PROPERTIES: tuple[Property, ...] = (
     Property("image to ask", _kind("image"), "no image surrounds the scene", ("ASKED_IMAGE",),
              (Table(SURROUNDINGS_ROW, _surroundings_row),), ("surroundings_sums",), of_paths=True),
     Property("packed paths", lambda scene, asked: asked.packs, "paths stay in their texels",
-             ("PACKED_PATHS",), of_paths=True),
+             ("PACKED_PATHS",), of_paths=True, of_request=True),
 )
 
 
@@ -227,9 +230,19 @@ class SceneNeeds:
         present = [p.name for p in PROPERTIES
                    if (asked.all_features or p.found(scene, asked))
                    and (asked.bounces or not p.bouncing) and (asked.paths or not p.of_paths)]
-        return cls(tuple(present), tuple(p.name for p in PROPERTIES if p.name not in present),
-                   _bounces(scene, asked) if "BOUNCES" in _defines(present) else 0,
-                   light_count(scene, asked), max(len(scene) - 1, 1).bit_length(), asked)
+        defines = _defines(present)
+        if asked.paths:     # which go on from any surface, and ask one light at each
+            bounces, lights = asked.bounces, int("ASKED_LIGHTS" in defines)
+        else:
+            bounces = _bounces(scene, asked) if "BOUNCES" in defines else 0
+            lights = light_count(scene, asked)
+        return cls(tuple(present), _but(present), bounces, lights,
+                   max(len(scene) - 1, 1).bit_length(), asked)
+
+    def without(self, name: str) -> SceneNeeds:
+        """The same without a property."""
+        present = tuple(other for other in self.present if other != name)
+        return replace(self, present=present, left_out=_but(present))
 
     @property
     def defines(self) -> dict[str, object]:
@@ -270,6 +283,12 @@ class SceneNeeds:
     @staticmethod
     def _rows(names: tuple[str, ...]) -> list[Property]:
         return [p for p in PROPERTIES if p.name in names]
+
+
+def _but(names: Iterable[str]) -> tuple[str, ...]:
+    """All properties but these."""
+    kept = set(names)
+    return tuple(p.name for p in PROPERTIES if p.name not in kept)
 
 
 def every_define() -> tuple[str, ...]:

@@ -50,7 +50,9 @@ def _places(scene: Scene, count: int, sample: int) -> list[Uniforms]:
     if len(rows) <= count:
         wanted = power / power.sum() * count
         chosen = np.maximum(np.floor(wanted), 1).astype(int)
-        while chosen.sum() != count:    # at most once a triangle
+        # No more turns than triangles, though a bright one may give up several places for those
+        # that are raised to one.
+        while chosen.sum() != count:
             step = 1 if chosen.sum() < count else -1
             gap = np.where((step < 0) & (chosen == 1), -np.inf, step * (wanted - chosen))
             chosen[np.argmax(gap)] += step

@@ -17,18 +17,19 @@ import numpy as np
 
 from ..appearance.light_choice import LightChoice
 from ..appearance.luminance import LUMINANCE
-from ..appearance.needs import Asked
+from ..appearance.needs import Asked, SceneNeeds
 from ..camera import Camera
 from ..choices import INCOHERENT
 from ..options import Option, resolve_options
 from ..passes.eye_rays import eye_uniforms, share_eye
 from ..precision import Precision
 from ..ray_state import RayTextures
+from ..record import EXACT_INTEGER
 from ..region import Region
 from ..scene import Scene
 from ..texel_layout import CAME_FROM, DIRECT, HIT, LIT, RADIANCE, RAY_TEXELS, SUMS, WALK
 from ..textures import read_texture, release
-from .integrator import ALL_FEATURES, Integrator, Pass, Samplers, Trace
+from .integrator import ALL_FEATURES, Bounded, Integrator, Pass, Samplers, Trace
 from .packed_paths import COMPACT, PACKED, PACKING, Level, PackedPaths, share_of
 from .path_settings import MOST_SURVIVE, SAMPLERS, PathSettings
 from .room import PixelStream, Room
@@ -54,7 +55,7 @@ class Path(Integrator):
         ALL_FEATURES,
         Option("bounces", _DEFAULTS.bounces, "how often a path may turn at most; "
                "whitted, 6: reflections and refractions that are followed", int, minimum=0),
-        Option("samples", 64, "paths a pixel, at most", int, minimum=1),
+        Bounded("samples", 64, "paths a pixel, at most", int, minimum=1, maximum=EXACT_INTEGER),
         Option("noise", None, "stop where the pixels' standard errors are this share of their "
                "luminance, both averaged over the picture", float, minimum=0),
         Option("roulette", _DEFAULTS.roulette, "the vertex from which paths end by chance", int,
@@ -85,6 +86,10 @@ class Path(Integrator):
         given = resolve_options(options, cls.options, f"integrator {cls.name}")
         return Asked(given["bounces"], 1, precision, given["all_features"], paths=True,
                      sampler=_settings(given).sampler, packs=share_of(given) > 0)
+
+    @property
+    def planned(self) -> SceneNeeds:
+        return self.needs if self.packed_sizes else self.needs.without("packed paths")
 
     @property
     def defines(self) -> dict[str, object]:

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from ..appearance.needs import PROPERTIES, SceneNeeds, every_define
+from ..words import counted
 from .integrator import Integrator
 
 
@@ -17,7 +18,7 @@ class Plan:
     ----------
     integrator : its name
     needs : bounces that can matter, lights, bits of an index, precision
-    present : properties that the scene has
+    present : properties that the scene has, or that were asked for
     passes : in the order they are declared
     textures : bytes by texture or stream
     defines : what the programs are compiled with
@@ -36,7 +37,8 @@ class Plan:
     @classmethod
     def of(cls, drawer: Integrator, of_tracer: Mapping[str, int]) -> Plan:
         """The plan of an integrator that has room; ``of_tracer`` are bytes besides its own."""
-        needs, asked = drawer.needs, drawer.needs.asked
+        needs, asked = drawer.planned, drawer.needs.asked
+        unused = set(drawer.needs.defines) - set(needs.defines)
         streams, passes = drawer.streams(), drawer.passes
         own = drawer.bytes()
         tables = {t.record.name: t for p in PROPERTIES for t in p.tables}
@@ -55,7 +57,8 @@ class Plan:
         return cls(drawer.name, values, needs.present,
                    ("eye rays", *(p.name for p in passes if needs.want(p.wanted))),
                    {**of_tracer, **own},
-                   tuple(define for define, on in drawer.defines.items() if on), absent)
+                   tuple(define for define, on in drawer.defines.items()
+                         if on and define not in unused), absent)
 
     def to_dict(self) -> dict[str, Any]:
         return {**asdict(self), "texture_bytes": sum(self.textures.values())}
@@ -63,10 +66,15 @@ class Plan:
     def lines(self) -> list[str]:
         """The plan in words."""
         n = self.needs
+        requested = {p.name for p in PROPERTIES if p.of_request}
+        said = {of_request: [name for name in self.present if (name in requested) == of_request]
+                for of_request in (False, True)}
         lines = [f"integrator {self.integrator}: {n['bounces']} bounces can matter, "
-                 f"{n['lights']} shadow rays a hit, indices of {n['index_bits']} bits, "
+                 f"{counted(n['lights'], 'shadow ray')} a hit, "
+                 f"indices of {n['index_bits']} bits, "
                  f"{n['storage']} stored, {n['arithmetic']} computed",
-                 "the scene has: " + (", ".join(self.present) or "nothing that asks for more"),
+                 "the scene has: " + (", ".join(said[False]) or "nothing that asks for more"),
+                 *(["asked for: " + ", ".join(said[True])] if said[True] else []),
                  "passes: eye rays, traversal, " + ", ".join(self.passes[1:]),
                  "defines: " + (" ".join(self.defines) or "none"), "textures:"]
         lines += [f"  {size / 2**20:9.3f} MiB  {name}" for name, size in self.textures.items()]

@@ -10,6 +10,7 @@ depth keeps its own until its turn comes.
 """
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import moderngl
@@ -26,6 +27,7 @@ from .integrator import Hits, Integrator, Pass, Samplers, Trace
 from .lights import light_uniforms
 from .room import PixelStream
 
+_AT_ONCE = 1 << 12     # places in a pixel
 _RAYS, _HIT, _PATH = ("rays", RAY_TEXELS), ("hit", HIT), ("path", PATH)
 _LIT, _DIRECT, _RADIANCE = ("lit", LIT), ("direct", DIRECT), ("radiance", RADIANCE)
 _BRANCH = {"reads": (_RAYS, _HIT, _PATH), "writes": (("bounce", RAY_TEXELS), ("next_path", PATH))}
@@ -181,13 +183,15 @@ class Whitted(Integrator):
                 for name, texture in self.room.samplers(stream, stream).items()}
 
 
-def places_in_pixel(samples: int) -> list[tuple[float, float]]:
+def places_in_pixel(samples: int) -> Iterator[tuple[float, float]]:
     """Where in a pixel its samples are, beside the middle, in pixels: of 2^k samples one in each
     box of area 2^-k, the same in all pixels."""
     cells = 1 << (samples - 1).bit_length()
-    points = sobol_first_two(np.arange(samples, dtype=np.uint32))
-    places = [reversed_bits(bits) / 2.0 ** 32 + 0.5 / cells - 0.5 for bits in points]
-    return list(zip(*(place.tolist() for place in places)))
+    for first in range(0, samples, _AT_ONCE):    # all at once of 2^24 would take gigabytes
+        points = sobol_first_two(np.arange(first, min(first + _AT_ONCE, samples),
+                                           dtype=np.uint32))
+        places = [reversed_bits(bits) / 2.0 ** 32 + 0.5 / cells - 0.5 for bits in points]
+        yield from zip(*(place.tolist() for place in places))
 
 
 def _branch(name: str, define: str) -> tuple[PixelStream, PixelStream]:

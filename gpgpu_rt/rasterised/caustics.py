@@ -11,20 +11,19 @@ from typing import Any
 import moderngl
 import numpy as np
 
+from ..accel.options import in_range
 from ..camera import Camera
 from ..errors import OptionError, SceneError
 from ..methods.brute_force import triangle_table
 from ..passes.full_screen import FullScreenPass
 from ..passes.primitive_pass import PrimitivePass
-from ..record import TABLE_WIDTH_LOG2
+from ..record import EXACT_INTEGER, TABLE_WIDTH_LOG2
 from ..texel_layout import TRIANGLE
-from ..textures import (
-    make_texture, read_texture, release, table_textures, vector_texture, write_texture
-)
+from ..textures import make_texture, read_texture, release, table_textures, write_texture
 from ..tracer import Tracer
 from .photons import traced_photons
 from .refractor import Refractor, corner_normals, view_uniforms
-from .visible import Visible
+from .visible import Visible, placed
 
 MIRROR, SURFACE, CLOSED = range(3)    # what BORDERS says in caustic_photons.frag
 WIDEST = np.radians(80)               # half the angle of what a light may see
@@ -53,10 +52,11 @@ class Caustics:
     def __init__(self, tracer: Tracer, light: Any, photons: int = 256, resolution: int = 256,
                  spread: float = 3.0, splat: int = 3, iterations: int = 5,
                  smooth: bool = True) -> None:
-        for name, value in (("photons", photons), ("resolution", resolution), ("splat", splat),
-                            ("iterations", iterations)):
-            if not isinstance(value, (int, np.integer)) or value < 1:
-                raise OptionError(f"{name} is {value}; give a whole number, 1 or more")
+        photons, resolution, splat, iterations = (
+            in_range(name, value, 1, EXACT_INTEGER, int) for name, value in (
+                ("photons", photons), ("resolution", resolution), ("splat", splat),
+                ("iterations", iterations)))
+        spread = in_range("spread", spread, 1, np.inf)
         place = np.asarray(light, np.float64) if np.shape(light) == (3,) else np.full(3, np.nan)
         if not np.isfinite(place).all():
             raise OptionError(f"the light is at {light}; give three finite numbers")
@@ -196,18 +196,11 @@ class Caustics:
         ----------
         places, normals : (h, w, 3); unit normals on the side that is seen, or zeros
         """
-        size = places.shape[1::-1]
-        with self.gpu:
-            given = {"places": vector_texture(self.gpu, places, "places"),
-                     "normals": vector_texture(self.gpu, normals, "their normals")}
-            found = make_texture(self.gpu, size, 1, "a caustic that is looked up")
-            target = self.gpu.context.framebuffer([found])
+        with self.gpu, placed(self.gpu, places, normals, 1) as (target, given):
             self.gpu.context.enable_only(moderngl.NOTHING)
             self._look.set(**self.uniforms(True))
             self._look.draw(target, {**self._textures, **given})
-            irradiance = read_texture(found)[:, :, 0]
-            release(target, found, given)
-        return irradiance
+            return read_texture(target.color_attachments[0])[:, :, 0]
 
     def draw(self, camera: Camera | None = None, size: tuple[int, int] = (256, 256),
              landed: np.ndarray | None = None) -> np.ndarray:
@@ -262,8 +255,6 @@ def _views(light: np.ndarray, corners: np.ndarray, spread: float) -> tuple[Camer
         raise OptionError(f"the light at {light.tolist()} is too near the refractor, which takes "
                           f"up {radius:.3g} around {centre.round(3).tolist()}; put it further "
                           "away")
-    if spread < 1:
-        raise OptionError(f"spread is {spread}; give 1 or more")
     up = tuple(np.eye(3)[np.argmin(np.abs(away))])
     forward = away / distance
     along = (points - light) @ forward

@@ -14,6 +14,13 @@ SPREAD_3 = 1.2207440846057596 ** -np.arange(1.0, 4.0)
 SPREAD_2 = 1.3247179572447460 ** -np.arange(1.0, 3.0)
 
 
+def cuts_of(triangles: np.ndarray, longest: float) -> np.ndarray:
+    """(n,) into how many parts each edge of (n, 3, 3) triangles is cut, so that none is longer."""
+    corners = np.asarray(triangles, np.float64)
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1, initial=0)
+    return np.maximum(np.ceil(edges / longest), 1).astype(int)
+
+
 def divided(triangles: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarray]:
     """Triangles cut into k^2 alike, k so that no edge is longer than ``longest``.
 
@@ -25,9 +32,7 @@ def divided(triangles: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarr
     -------
     (m, 3, 3) float32, and (m,) int, which of the n each is a part of
     """
-    corners = np.asarray(triangles, np.float64)
-    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1, initial=0)
-    cuts = np.maximum(np.ceil(edges / longest), 1).astype(int)
+    corners, cuts = np.asarray(triangles, np.float64), cuts_of(triangles, longest)
     parts, parents = [], []
     for k in np.unique(cuts):            # a few numbers of cuts, not triangles
         rows = np.flatnonzero(cuts == k)

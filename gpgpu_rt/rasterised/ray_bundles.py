@@ -14,6 +14,7 @@ from dataclasses import replace
 import moderngl
 import numpy as np
 
+from ..accel.options import in_range
 from ..camera import Camera
 from ..errors import LimitError, OptionError, SceneError
 from ..methods.brute_force import triangle_table
@@ -23,16 +24,15 @@ from ..record import EXACT_INTEGER, TABLE_WIDTH_LOG2, streams_glsl
 from ..reference.sampling import frames_around
 from ..scene import Scene
 from ..texel_layout import LAYER, LEAVING, TRIANGLE
-from ..textures import (
-    TABLE_WIDTH, make_texture, read_texture, release, table_textures, vector_texture
-)
+from ..textures import TABLE_WIDTH, make_texture, read_texture, release, table_textures
 from ..tracer import Tracer
-from .patches import SPREAD_2, areas_and_normals, divided, straight_light
-from .visible import Visible
+from .patches import SPREAD_2, areas_and_normals, cuts_of, divided, straight_light
+from .visible import Visible, placed
 
 STRAIGHT = ("traced", "bundles")
 FAR = 1e30           # deeper than anything
 MOST_LAYERS = 4096
+LEAST_PATCH = 1e-6   # of the extent: a triangle as large as the scene has 10^12 of them
 LIFTED = 0.2         # of a pixel: how far off its surface a place gathers light
 NEARER = replace(LAYER, name="nearer")
 
@@ -43,7 +43,7 @@ class RayBundles:
     Parameters
     ----------
     tracer : of the scene; traces what is seen, and the way from lamps
-    patch : the longest edge of a patch, of the scene's extent
+    patch : the longest edge of a patch, of the scene's extent: from 1e-6 to 1
     resolution : pixels a side of a projection
     straight : what comes straight from lamps: "traced", by ``samples`` rays a place, or by
         "bundles" like all other light, which suits large ones alone
@@ -62,13 +62,17 @@ class RayBundles:
     def __init__(self, tracer: Tracer, patch: float = 0.1, resolution: int = 128,
                  straight: str = "traced", samples: int = 64) -> None:
         scene = tracer.scene
-        _check(scene, patch, resolution, straight, samples)
+        _check(scene, straight)
+        patch = in_range("patch", patch, LEAST_PATCH, 1)
+        resolution = in_range("resolution", resolution, 4, EXACT_INTEGER, int)
+        samples = in_range("samples", samples, 1, EXACT_INTEGER, int)
         self.tracer, self.gpu, self.scene = tracer, tracer.gpu, scene
         self.straight, self.samples, self.resolution = straight, samples, resolution
-        self.triangles, self.parent = divided(scene.triangles, patch * max(scene.extent, 1e-30))
-        if 2 * len(self.triangles) > EXACT_INTEGER:
-            raise LimitError(f"{len(self.triangles):,} patches have more sides than 2^24; raise "
-                             "patch")
+        longest = patch * max(scene.extent, 1e-30)
+        count = int((cuts_of(scene.triangles, longest) ** 2).sum())
+        if 2 * count > EXACT_INTEGER:      # asked before they are cut, which takes all memory
+            raise LimitError(f"{count:,} patches have more sides than 2^24; raise patch")
+        self.triangles, self.parent = divided(scene.triangles, longest)
         self.albedo = scene.colours[self.parent].astype(np.float64)
         emission = np.array([m.emission for m in scene.materials])
         self.emission = emission[scene.material_of[self.parent]]
@@ -124,9 +128,8 @@ class RayBundles:
         -------
         ``leaving``
         """
-        _check_counts(directions=directions)
-        if bounces < 0:
-            raise OptionError(f"bounces is {bounces}; give 0 or more")
+        directions = in_range("directions", directions, 1, EXACT_INTEGER, int)
+        bounces = in_range("bounces", bounces, 0, EXACT_INTEGER, int)
         own = np.zeros_like(self.leaving)
         lit = np.zeros_like(self.leaving)
         if self.straight == "traced":
@@ -181,21 +184,14 @@ class RayBundles:
         -------
         (h, w, 3) float32
         """
-        _check_counts(directions=directions)
-        size = places.shape[1::-1]
-        with self.gpu:
-            given = {"places": vector_texture(self.gpu, places, "places that gather light"),
-                     "normals": vector_texture(self.gpu, normals, "their normals")}
-            target = self.gpu.context.framebuffer([
-                make_texture(self.gpu, size, 4, "light that is gathered")])
+        directions = in_range("directions", directions, 1, EXACT_INTEGER, int)
+        with self.gpu, placed(self.gpu, places, normals, 4) as (target, given):
             target.clear()
             for uniforms in self._bundles(directions):
                 self._gather.set(**uniforms, lift=LIFTED * self.pixel_size)
                 for nearer, layer in self._peeled(uniforms):
                     self._gather.draw(target, {**self._read(nearer, layer), **given})
-            self.gpu.context.enable_only(moderngl.NOTHING)
             sums = read_texture(target.color_attachments[0])
-            release(target, target.color_attachments, given)
         return np.pi * sums[:, :, :3] / np.where(sums[:, :, 3:] > 0, sums[:, :, 3:], 1)
 
     def draw(self, camera: Camera | None = None, size: tuple[int, int] = (256, 256),
@@ -277,21 +273,10 @@ def half_sphere(count: int) -> np.ndarray:
     return np.stack([flat * np.cos(angle), flat * np.sin(angle), z], axis=1)
 
 
-def _check(scene: Scene, patch: float, resolution: int, straight: str, samples: int) -> None:
+def _check(scene: Scene, straight: str) -> None:
     if straight not in STRAIGHT:
         raise OptionError(f"straight={straight!r} is none of {', '.join(STRAIGHT)}")
-    if not 0 < patch <= 1:
-        raise OptionError(f"patch is {patch}; give a share of the scene's extent in (0, 1]")
-    if resolution < 4:
-        raise OptionError(f"resolution is {resolution}; give 4 pixels or more")
-    _check_counts(samples=samples)
     for material in scene.used_materials:
         if material.ior or any(material.mirror) or any(material.glossy) or material.texture:
             raise SceneError(f"{scene.name}: material {material.name} is not plainly diffuse; ray "
                              "bundles carry diffuse light alone, render with integrator=path")
-
-
-def _check_counts(**counts: int) -> None:
-    for name, count in counts.items():
-        if count < 1:
-            raise OptionError(f"{name} is {count}; give 1 or more")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..accel.options import in_range
 from ..camera import Camera
 from ..textures import make_texture, read_texture, release
 from ..tracer import Tracer
@@ -22,12 +23,13 @@ class Refraction:
     Parameters
     ----------
     tracer : of the scene; traces how thick it is against the normals
-    ior : refractive index inside over that outside
+    ior : refractive index inside over that outside, from 0.1 to 10
     smooth : blend normals between triangles; else each is flat
     """
 
     def __init__(self, tracer: Tracer, ior: float = 1.5, smooth: bool = True) -> None:
-        self.gpu, self.ior, self.scene = tracer.gpu, ior, tracer.scene
+        self.ior = in_range("ior", ior, 0.1, 10)     # as of a material
+        self.gpu, self.scene = tracer.gpu, tracer.scene
         self.mesh = Refractor(tracer, None, True, smooth)
         self.triangles, self.normals = self.mesh.triangles, self.mesh.normals
 

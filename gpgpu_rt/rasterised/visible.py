@@ -2,12 +2,18 @@
 light them."""
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
+import moderngl
 import numpy as np
 
 from ..camera import Camera
+from ..errors import OptionError
+from ..gpu import Gpu
 from ..hits import Hits
+from ..textures import make_texture, release, vector_texture
 from ..tracer import Tracer
 from .patches import areas_and_normals
 
@@ -47,3 +53,37 @@ class Visible:
         normals[away] *= -1
         return cls(places.reshape(shape).astype(np.float32),
                    normals.reshape(shape).astype(np.float32), directions, hits)
+
+
+@contextmanager
+def placed(gpu: Gpu, places: np.ndarray, normals: np.ndarray, components: int
+           ) -> Iterator[tuple[moderngl.Framebuffer, dict[str, moderngl.Texture]]]:
+    """A target of a texel a place, and textures of the places and their normals; freed behind.
+
+    Parameters
+    ----------
+    places, normals : (h, w, 3)
+    components : of the target
+
+    Raises
+    ------
+    OptionError
+        for arrays of other shapes
+    """
+    shapes = np.shape(places), np.shape(normals)
+    if len(shapes[0]) != 3 or shapes[0][2] != 3 or shapes[0] != shapes[1] or 0 in shapes[0]:
+        raise OptionError(f"places and normals have the shapes {shapes[0]} and {shapes[1]}; give "
+                          "(h, w, 3) of both")
+    made: list[object] = []
+    try:
+        given = {}
+        for name, vectors in (("places", places), ("normals", normals)):
+            given[name] = vector_texture(gpu, np.asarray(vectors), name)
+            made.append(given[name])
+        made.append(make_texture(gpu, shapes[0][1::-1], components, "light at places"))
+        target = gpu.context.framebuffer([made[-1]])
+        made.append(target)
+        yield target, given
+    finally:
+        gpu.context.enable_only(moderngl.NOTHING)     # an error may leave blending on
+        release(made)

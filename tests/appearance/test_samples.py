@@ -25,22 +25,22 @@ def test_a_pixel_shows_how_much_of_it_is_covered(integrator: str, samples: int, 
                                                  ) -> None:
     with rt.Tracer(sheet(edge)) as tracer:
         found = np.asarray(tracer.render(size=(8, 8), integrator=integrator, samples=samples))
-    at = np.arange(8)[:, None] + 0.5 + np.array(places_in_pixel(samples))[:, 0]
+    at = np.arange(8)[:, None] + 0.5 + np.array(list(places_in_pixel(samples)))[:, 0]
     covered = (at < edge).mean(axis=1)
     assert (np.abs(found.astype(int) - shown(0.5 * covered)[None, :, None]) <= 1).all()
     if samples == 64:
         assert np.abs(covered - np.clip(edge - np.arange(8), 0, 1)).max() <= 1 / 64
 
 
-@pytest.mark.parametrize("samples", [2, 8, 32])
+@pytest.mark.parametrize("samples", [2, 8, 32, 8192])
 def test_places_are_a_net_around_the_middle(samples: int) -> None:
-    places = np.array(places_in_pixel(samples))
+    places = np.array(list(places_in_pixel(samples)))
     assert np.abs(places).max() < 0.5 and np.abs(places.mean(axis=0)).max() < 1e-12
     for halved in range(samples.bit_length()):
         columns, rows = 1 << halved, samples >> halved
         cells = ((places + 0.5) * (columns, rows)).astype(int)
         assert len(np.unique(cells, axis=0)) == samples
-    assert places_in_pixel(1) == [(0.0, 0.0)]
+    assert list(places_in_pixel(1)) == [(0.0, 0.0)]
 
 
 def bits(method: str = "bvh-threaded", options: dict = {}, **asked: object) -> np.ndarray:
@@ -68,3 +68,14 @@ def test_first_hits_beside_the_middle_are_not_rasterised() -> None:
         assert told == [1, 2, 3] and tracer.statistics.samples == 3
         with pytest.raises(rt.Error, match="samples"):
             tracer.render(size=(8, 8), samples=0)
+
+
+@pytest.mark.parametrize("integrator, option, value, most", [
+    ("direct", "samples", 10 ** 12, 2 ** 24), ("path", "samples", 10 ** 11, 2 ** 24),
+    ("whitted", "light_samples", 10 ** 9, 2 ** 16), ("whitted", "bounces", 300, 64)])
+def test_numbers_past_what_textures_hold_are_refused(integrator: str, option: str, value: int,
+                                                     most: int) -> None:
+    with rt.Tracer(sheet(3.3)) as tracer:
+        with pytest.raises(rt.OptionError, match=f"^option {option}={value} must be at most "
+                                                 f"{most}$"):
+            tracer.plan((8, 8), integrator, **{option: value})

@@ -148,6 +148,30 @@ def test_what_packing_adds(small) -> None:
     assert off.left_out["pass"]["pack paths"] == "paths stay in their texels"
 
 
+def test_a_plan_says_what_runs_at_its_size() -> None:
+    """Small waves are not packed, a vertex asks one light, and what is asked for is not
+    the scene's."""
+    with rt.Tracer(path_scenes.cornell_lit(), "brute-force") as tracer:
+        plans = {samples: tracer.plan((64, 64), "path", samples=samples) for samples in (4, 16)}
+    for samples, packs in ((4, False), (16, True)):
+        plan = plans[samples]
+        assert ("pack paths" in plan.passes) == ("packed paths" in plan.present) == packs
+        assert ("PACKED_PATHS" in plan.defines) == packs
+        words = plan.lines()
+        assert "64 bounces can matter, 1 shadow ray a hit" in words[0]
+        assert words[1].startswith("the scene has: ") and "paths" not in words[1]
+        assert words[2] == "asked for: paths" + (", packed paths" if packs else "")
+    assert plans[4].left_out["pass"]["pack paths"] == "paths stay in their texels"
+
+
+@pytest.mark.parametrize("count", [0, 1, 2])
+def test_a_vertex_asks_one_light(count: int) -> None:
+    scene = rt.Scene.from_arrays(np.eye(3), [[0, 1, 2]], environment=None,
+                                 lights=(rt.PointLight((0, 0, 9)),) * count)
+    with rt.Tracer(scene, "brute-force") as tracer:
+        assert tracer.plan((8, 8), "path").needs["lights"] == min(count, 1)
+
+
 def test_an_interrupted_picture_keeps_its_bits(exact_renderer, small, monkeypatch) -> None:
     """Ctrl-C while a wave's paths are packed leaves the sums of the waves before."""
     monkeypatch.setattr(path, "WAVE", 4 * SIZE[0] * SIZE[1])
@@ -165,7 +189,7 @@ def test_an_interrupted_picture_keeps_its_bits(exact_renderer, small, monkeypatc
             patched.setattr(PackedPaths, "bring_back", interrupted)
             with pytest.raises(KeyboardInterrupt):
                 tracer.render(size=SIZE, integrator="path", samples=4 * 3, compact="on")
-        assert told and tracer.statistics.samples == 4
+        assert told and tracer.statistics.samples == 4 and tracer.statistics.trace_seconds > 0
         part = tracer.radiance      # that of the first wave, however many were to follow
         tracer.render(size=SIZE, integrator="path", samples=4 * 3, compact="on")
         whole = tracer.radiance

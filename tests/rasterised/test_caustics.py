@@ -181,6 +181,8 @@ def test_what_stands_in_the_way_keeps_light_off() -> None:
     (SPHERE[:, ::-1], glass(1.5), {}, "inside out"),
     (SPHERE, glass(1.5), {"light": (0, 1.3, 0.9)}, "too near the refractor, .* 1 around"),
     (SPHERE, glass(1.5), {"spread": 0.5}, "spread is 0.5"),
+    (SPHERE, glass(1.5), {"spread": "a"}, "spread is 'a'; give a number"),
+    (SPHERE, glass(1.5), {"iterations": None}, "iterations is None; give a whole number"),
     (SPHERE, glass(1.5), {"photons": 0}, "photons is 0"),
     (SPHERE, glass(1.5), {"photons": 2.5}, "photons is 2.5; give a whole number"),
     (SPHERE, glass(1.5), {"splat": 10 ** 6}, "splat is 1000000; give at most"),
@@ -204,6 +206,16 @@ def test_the_widest_splat_keeps_all_light_and_landings_have_a_shape() -> None:
         for wrong in (landed[:3], landed[:, :, :3], landed[0]):
             with pytest.raises(rt.OptionError, match="landed has the shape"):
                 caustics.map(wrong)
+        caustics.release()
+
+
+@pytest.mark.parametrize("places, normals", [
+    ((5, 3), (5, 3)), ((4, 5, 3), (5, 3)), ((4, 5, 2), (4, 5, 2)), ((0, 5, 3), (0, 5, 3))])
+def test_places_that_are_no_image_are_refused(places: tuple, normals: tuple) -> None:
+    with rt.Tracer(scene_of(SPHERE, glass(1.5))) as tracer:
+        caustics = Caustics(tracer, (0, 6, 0), photons=4, resolution=4)
+        with pytest.raises(rt.OptionError, match="places and normals have the shapes .* give"):
+            caustics.look(np.zeros(places), np.zeros(normals))
         caustics.release()
 
 

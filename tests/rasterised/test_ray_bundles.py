@@ -5,10 +5,12 @@ import numpy as np
 import pytest
 
 import gpgpu_rt as rt
+from gpgpu_rt.rasterised import visible
 from gpgpu_rt.rasterised.patches import LIFT, areas_and_normals, divided, straight_light
 from gpgpu_rt.rasterised.ray_bundles import RayBundles, half_sphere
 from gpgpu_rt.rasterised.visible import Visible
 from gpgpu_rt.scenes.shapes import ball, boxes, quad
+from gpgpu_rt.textures import release
 
 INSIDE = rt.Camera((0.3, 0.1, 0.5), (0.0, 0.1, -1.0), fov=90)
 
@@ -197,11 +199,36 @@ def test_light_straight_from_a_small_lamp(seed: int) -> None:
 
 @pytest.mark.parametrize("more, message", [
     ({"straight": "rays"}, "none of traced, bundles"), ({"patch": 0.0}, "patch is 0.0"),
-    ({"resolution": 2}, "resolution is 2"), ({"samples": 0}, "samples is 0")])
+    ({"resolution": 2}, "resolution is 2"), ({"samples": 0}, "samples is 0"),
+    ({"patch": "a"}, "patch is 'a'; give a number"), ({"samples": "a"}, "samples is 'a'; give"),
+    ({"resolution": 64.5}, "resolution is 64.5; give a whole number"),
+    ({"patch": 1e-4}, r"[\d,]+ patches have more sides than 2\^24; raise patch")])
 def test_mistakes(more: dict, message: str) -> None:
     with rt.Tracer("cornell") as tracer:
         with pytest.raises(rt.Error, match=message):
             RayBundles(tracer, **more)
+
+
+@pytest.mark.parametrize("more", [{"directions": 8.5}, {"directions": "a"}, {"bounces": 1.5}])
+def test_light_is_solved_by_whole_numbers_alone(more: dict) -> None:
+    with rt.Tracer("cornell") as tracer:
+        bundles = RayBundles(tracer, 0.5, 8)
+        with pytest.raises(rt.OptionError, match="is .*; give a whole number from"):
+            bundles.solve(**{"directions": 2, "bounces": 0, **more})
+        bundles.release()
+
+
+def test_an_interrupted_gathering_frees_its_textures(monkeypatch) -> None:
+    with rt.Tracer("cornell") as tracer:
+        bundles, freed = RayBundles(tracer, 0.5, 8), []
+        monkeypatch.setattr(visible, "release", freed.append)
+        monkeypatch.setattr(bundles, "_bundles", lambda directions: 1 / 0)
+        with pytest.raises(ZeroDivisionError):
+            bundles.gather(np.zeros((2, 2, 3)), np.zeros((2, 2, 3)), 2)
+        assert [len(made) for made in freed] == [4]
+        monkeypatch.undo()
+        release(freed)
+        bundles.release()
 
 
 def test_what_is_not_diffuse_is_refused() -> None:

@@ -64,6 +64,25 @@ def test_a_ball(exact_renderer, ior: float) -> None:
     assert np.median(off) < 2 and np.quantile(off, 0.9) < 10
 
 
+def test_a_bubble_reflects_where_no_light_enters(exact_renderer) -> None:
+    """What is thinner inside is a mirror past the critical angle, at its front already."""
+    camera, ior = Camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), fov=35), 0.8
+    with rt.Tracer(scene_of(ball(5000))) as tracer:
+        found, kind = Refraction(tracer, ior).draw(camera, SIZE)
+    origins, directions = (rays.reshape(-1, 3) for rays in camera.rays(SIZE))
+    apart = np.linalg.norm(np.cross(origins, directions), axis=1).reshape(kind.shape)
+    assert np.abs(np.linalg.norm(found[kind > 0], axis=1) - 1).max() < 1e-4
+    assert (kind[(apart > ior + 0.03) & (apart < 0.97)] == TOTAL).all()
+    assert (kind[apart < ior - 0.03] != TOTAL).all()
+
+
+@pytest.mark.parametrize("ior", [0, -1, float("nan"), 11, "x", None])
+def test_what_is_no_refractive_index_is_refused(ior: object) -> None:
+    with rt.Tracer(scene_of(ball(50))) as tracer:
+        with pytest.raises(rt.OptionError, match="^ior is .*; give a number from 0.1 to 10$"):
+            Refraction(tracer, ior)
+
+
 def test_kinds(exact_renderer) -> None:
     """A box seen on edge throws light back that a slab lets through."""
     box = scene_of(boxes(np.array([[-1.0, -1.0, -1.0]]), np.array([[1.0, 1.0, 1.0]])))
