@@ -28,6 +28,7 @@ class Option:
     words: tuple[str, ...] = ()     # values besides those of its kind
     choices: tuple[Any, ...] | None = None
     minimum: float | None = None
+    maximum: float | None = None    # more is past what textures or floats hold
     optional: bool = False     # takes None as well
     define: str | None = None
     relaxed: tuple[Any, ...] = ()   # choices that may lose hits: there to be measured
@@ -65,6 +66,8 @@ class Option:
                 [*self.words, self.kind.__name__])) from failure
         if self.minimum is not None and not converted >= self.minimum:
             raise OptionError(f"option {self.name}={value!r} must be at least {self.minimum:g}")
+        if self.maximum is not None and not converted <= self.maximum:
+            raise OptionError(f"option {self.name}={value!r} must be at most {self.maximum}")
         return converted
 
     def fits(self, values: Mapping[str, Any]) -> bool:

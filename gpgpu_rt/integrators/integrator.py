@@ -7,7 +7,6 @@ whether anything is in the way.
 """
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -20,7 +19,6 @@ import numpy as np
 from ..appearance.needs import CUTOFF, Asked, SceneNeeds
 from ..camera import Camera
 from ..choices import COHERENT
-from ..errors import OptionError
 from ..gpu import Gpu
 from ..options import Option, resolve_options, word_define
 from ..passes.eye_rays import EyeRays
@@ -66,31 +64,17 @@ class Pass:
     points: str = ""
 
 
-@dataclass(frozen=True)
-class Bounded(Option):
-    """An option that takes numbers up to ``maximum``: more is past what textures or floats hold.
-    """
-
-    maximum: float = math.inf
-
-    def check(self, value: Any) -> Any:
-        found = super().check(value)
-        if isinstance(found, (int, float)) and found > self.maximum:
-            raise OptionError(f"option {self.name}={value!r} must be at most {self.maximum}")
-        return found
-
-
 ALL_FEATURES = Option(
     "all_features", False, "programs, textures and passes for all that some scene may have: the "
     "same picture, to compare with", bool)
 # Each depth of what is refracted has textures of its own, and branches double with each.
-BOUNCES = Bounded("bounces", 6, "reflections and refractions that are followed, one after another",
-                  int, minimum=0, maximum=64)
-LIGHT_SAMPLES = Bounded("light_samples", 16, "shadow rays of what the eye sees towards triangles "
-                        "that emit; half as many after each bounce", int, minimum=1,
-                        maximum=1 << 16)     # a host's list of them is made for each depth
-SAMPLES = Bounded("samples", 1, "rays through places of each pixel, whose light is averaged; 1: "
-                  "through its middle", int, minimum=1, maximum=EXACT_INTEGER)
+BOUNCES = Option("bounces", 6, "reflections and refractions that are followed, one after another",
+                 int, minimum=0, maximum=64)
+LIGHT_SAMPLES = Option("light_samples", 16, "shadow rays of what the eye sees towards triangles "
+                       "that emit; half as many after each bounce", int, minimum=1,
+                       maximum=1 << 16)     # a host's list of them is made for each depth
+SAMPLES = Option("samples", 1, "rays through places of each pixel, whose light is averaged; 1: "
+                 "through its middle", int, minimum=1, maximum=EXACT_INTEGER)
 
 
 class Integrator:

@@ -29,7 +29,7 @@ from ..region import Region
 from ..scene import Scene
 from ..texel_layout import CAME_FROM, DIRECT, HIT, LIT, RADIANCE, RAY_TEXELS, SUMS, WALK
 from ..textures import read_texture, release
-from .integrator import ALL_FEATURES, Bounded, Integrator, Pass, Samplers, Trace
+from .integrator import ALL_FEATURES, Integrator, Pass, Samplers, Trace
 from .packed_paths import COMPACT, PACKED, PACKING, Level, PackedPaths, share_of
 from .path_settings import MOST_SURVIVE, SAMPLERS, PathSettings
 from .room import PixelStream, Room
@@ -55,7 +55,7 @@ class Path(Integrator):
         ALL_FEATURES,
         Option("bounces", _DEFAULTS.bounces, "how often a path may turn at most; "
                "whitted, 6: reflections and refractions that are followed", int, minimum=0),
-        Bounded("samples", 64, "paths a pixel, at most", int, minimum=1, maximum=EXACT_INTEGER),
+        Option("samples", 64, "paths a pixel, at most", int, minimum=1, maximum=EXACT_INTEGER),
         Option("noise", None, "stop where the pixels' standard errors are this share of their "
                "luminance, both averaged over the picture", float, minimum=0),
         Option("roulette", _DEFAULTS.roulette, "the vertex from which paths end by chance", int,
