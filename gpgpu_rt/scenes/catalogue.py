@@ -113,7 +113,7 @@ def find(text: str) -> tuple[Row, float | None] | None:
                              "and at most 1, as in stadium:1e-3")
         return row, value
     path = Path(text)
-    if path.suffix or path.parent != Path(".") or path.exists():
+    if path.suffix or path.parent != Path(".") or os.path.exists(text):
         return None
     raise SceneError(f"no scene {text!r}{nearest_names(text, ROWS)} (or give a mesh file's path)")
 

@@ -111,6 +111,8 @@ def test_unknown_names() -> None:
         rt.load_scene("kichen")
     with pytest.raises(rt.SceneError, match="no scene is named"):
         rt.load_scene("")
+    with pytest.raises(rt.SceneError, match="no scene"):
+        rt.load_scene("a" * 5000)
     with pytest.raises(rt.SceneError, match="int"):
         rt.load_scene(7)
 
