@@ -32,19 +32,20 @@ def through_two_borders(triangles: np.ndarray, normals: np.ndarray, origins: np.
 
     Returns
     -------
-    (n, 3) float64 unit directions, and (n,) int: 0 no hit, 1 through both, 3 reflected totally at
-    the second, 2 no second border
+    (n, 3) float64 unit directions, and (n,) int: 0 no hit, 1 through both, 3 reflected totally
+    at one, 2 no second border
     """
     size = float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
     directions = directions / np.linalg.norm(directions, axis=1, keepdims=True)
     kind = np.zeros(len(origins), int)
     first, place, normal = _meet(triangles, normals, origins, directions)
-    kind[first] = 2
-    inside, _ = refract(directions[first], normal, 1 / ior)
     found = directions.copy()
-    found[first] = inside
+    found[first], total = refract(directions[first], normal, 1 / ior)
+    kind[first] = np.where(total, 3, 2)
+    within, place = np.flatnonzero(first)[~total], place[~total]
+    inside = found[within]
     second, _, normal = _meet(triangles, normals, place + 1e-5 * size * inside, inside)
-    rays = np.flatnonzero(first)[second]
+    rays = within[second]
     found[rays], total = refract(inside[second], -normal, ior)
     kind[rays] = np.where(total, 3, 1)
     return found, kind

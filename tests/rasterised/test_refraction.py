@@ -54,6 +54,15 @@ def test_a_slab_changes_no_direction(exact_renderer) -> None:
     assert np.abs(found - directions).max() < 1e-5
 
 
+def test_light_that_a_border_keeps_out(exact_renderer) -> None:
+    """Below an index of 1 the first border reflects totally where rays come in flat enough."""
+    off, kind, right = errors(scene_of(ball(5000)), Camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0),
+                                                           fov=35), True, 0.8)
+    shown = kind != 0
+    assert ((kind == TOTAL) == (right == TOTAL))[shown].mean() > 0.97
+    assert 0.2 < (right == TOTAL)[shown].mean() < 0.6 and np.median(off) < 2
+
+
 @pytest.mark.parametrize("ior", [1.1, 1.5])
 def test_a_ball(exact_renderer, ior: float) -> None:
     scene = scene_of(ball(5000))
