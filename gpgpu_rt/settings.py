@@ -29,7 +29,7 @@ ONE_CHOICE = 1    # the format before, of one choice for all rays
 # rays, coherent by any measure of neighbours, then take twice to three times what single rays do.
 SAFE_DEFAULT = {
     COHERENT: ("bvh-packet", {"packet": (4, 2), "octants": True, "quantise_nodes": 16}),
-    INCOHERENT: ("bvh-threaded", {"octants": True})}
+    INCOHERENT: ("bvh-threaded", {"octants": True, "quantise_nodes": 16})}
 
 
 @dataclass(frozen=True)

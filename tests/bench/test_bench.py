@@ -175,7 +175,8 @@ def test_options_go_to_the_default_methods_that_have_them(capsys) -> None:
     assert found["kd-packet"] == {"packet": (2, 2)}
     left = capsys.readouterr().err
     assert "bvh-threaded" in left and "kd-packet" not in left
-    found = benching._candidates(parser.parse_args(["bench", "cornell", "--octants", "true"]))
+    found = benching._candidates(parser.parse_args(
+        ["bench", "cornell", "--octants", "true", "--quantise-nodes", "16"]))
     assert [name for name, _ in found].count("bvh-threaded") == 1
 
 
