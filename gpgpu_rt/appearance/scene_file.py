@@ -219,7 +219,7 @@ class _SceneFile:
             return make()
         except SceneError as error:
             raise SceneError(f"{self.path}: {where + ': ' if where else ''}{error}") from None
-        except OSError as failure:      # of a name too long, for one
+        except OSError as failure:      # of one that may not be read
             raise SceneError(f"{self.path}: {where}: cannot be read ({failure.strerror}); check "
                              "it") from None
 

@@ -111,7 +111,7 @@ BAD = {
     "long file": (lambda s: s["meshes"][3].update(file="n" * 5000 + ".obj"),
                   r"meshes\[3\].file: .*no such file"),
     "long scene": (lambda s: s["meshes"][3].update(file="n" * 5000),
-                   r"meshes\[3\].file: cannot be read .File name too long"),
+                   r"meshes\[3\].file: no scene 'nnn"),
     "no meshes": (lambda s: s.update(meshes=[]), "meshes is empty"),
     "no light": (lambda s: [s.pop("lights"), s.pop("environment"), s["meshes"].pop(2)],
                  "nothing sends out light"),
