@@ -135,6 +135,7 @@ def _in_runs(text: bytes, whole: bytes | None) -> bytes:
     divides = b"g" if re.search(rb"^g\s", text, re.MULTILINE) else b"o"
     group, material, run = whole, b"", None
     names: dict[Any, bytes] = {}
+    used: set[bytes] = set()
 
     def divided(found: re.Match[bytes]) -> bytes:
         nonlocal group, material, run
@@ -150,7 +151,8 @@ def _in_runs(text: bytes, whole: bytes | None) -> bytes:
             return found[0]
         run = kind
         if group is not None and kind not in names:
-            names[kind] = _unused(group, set(names.values()))
+            names[kind] = _unused(group, used)
+            used.add(names[kind])
         return (b"usemtl %s\n" % material + (b"g %s\n" % names[kind] if group is not None else b"")
                 + found[0])
 
