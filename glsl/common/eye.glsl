@@ -15,5 +15,5 @@ Rays eye_ray(vec2 place) {
     vec2 at = 2.0 * place / size - 1.0;
     vec3 direction = normalize(forward + at.x * right - at.y * up);
     float ahead = beyond > 0.0 ? max(dot(centre - eye, direction) - beyond, 0.0) : 0.0;
-    return Rays(eye + ahead * direction, 0.0, direction, uintBitsToFloat(0x7f800000u));   // without end
+    return Rays(eye + ahead * direction, 0.0, direction, INFINITE);
 }

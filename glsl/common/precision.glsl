@@ -5,6 +5,8 @@
 // A result is rounded after it was computed in float32; rounding twice differs from a unit
 // of that width in at most some tenths of a percent of products and quotients.
 
+const float INFINITE = uintBitsToFloat(0x7f800000u);   // where a ray without an end ends
+
 #if defined(STORAGE_FORMAT) || defined(ARITHMETIC_FORMAT)
 
 float rounded(float x, uint dropped, float smallest, float quantum, float largest) {

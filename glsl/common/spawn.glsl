@@ -85,7 +85,7 @@ bool spawn_further(inout Spawn spawn) {
 
 // Whether the ray, as its texture will hold it, hits the triangle that it leaves.
 bool spawn_hits_itself(Spawn spawn, Rays texels) {
-    Hit hit = no_hit(uintBitsToFloat(0x7f800000u));
+    Hit hit = no_hit(INFINITE);
     test_triangle(ray_setup(texels), spawn.triangle, hit);
     return hit_found(hit);
 }

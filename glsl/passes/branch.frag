@@ -62,7 +62,7 @@ void main() {
     Bounce bounce;
     bounce.direction = stored(normalize(direction));
     bounce.t_min = spawn_t_min();
-    bounce.t_max = uintBitsToFloat(0x7f800000u);
+    bounce.t_max = INFINITE;
     for (int tries = 0; tries < SPAWN_TRIES; ++tries) {
         bounce.origin = spawn_origin(spawn);
         if (!spawn_hits_itself(spawn, Rays(bounce.origin, bounce.t_min, bounce.direction,

@@ -38,7 +38,7 @@ uniform float most_survive;
 
 // A ray without end that leaves the hit to this side; the offset of its start may take several tries.
 Rays leave(inout Spawn spawn, vec3 direction) {
-    Rays ray = Rays(vec3(0.0), spawn_t_min(), direction, uintBitsToFloat(0x7f800000u));
+    Rays ray = Rays(vec3(0.0), spawn_t_min(), direction, INFINITE);
     for (int tries = 0; tries < SPAWN_TRIES; ++tries) {
         ray.origin = spawn_origin(spawn);
         if (!spawn_hits_itself(spawn, ray) || !spawn_further(spawn)) {

@@ -46,8 +46,6 @@ void take_turn(int r) {
     t_turn[r] = comes ? NEVER : t_turn[r];
 }
 
-const float INFINITE = uintBitsToFloat(0x7f800000u);
-
 float t_front;   // where the ray is that is furthest behind
 
 void find_front(int r) {
