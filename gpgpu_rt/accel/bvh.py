@@ -13,9 +13,13 @@ import numpy as np
 
 from ..record import EXACT_INTEGER
 from . import tree_order
-from .bounds import as_triangles, triangle_boxes
+from .bounds import as_triangles, half_area, triangle_boxes
 from .options import choose, in_range
 from .runs import expand, owners, run_starts
+
+# Of the rays that meet a box, the share from which on one inside it is not worth a test: a half
+# breaks even by count, somewhat more by what was measured (docs/bvh.md).
+MET_ANYWAY = 0.65
 
 
 @dataclass(frozen=True)
@@ -51,12 +55,16 @@ class Bvh:
         right[inner] = self.escape[left[inner]]
         return left, right
 
-    def octant_copies(self) -> OctantCopies:
+    def octant_copies(self, met_anyway: float = MET_ANYWAY) -> OctantCopies:
         """The tree in eight orders, each with the child first that a ray meets first.
 
         Copy o is for directions whose component a is negative exactly where bit a of o is
         set. Which child is nearer is judged by the distance of the children's centres along
         the axis where it is largest.
+
+        Inner nodes are left out, and a node has up to as many children as it takes, where more
+        than the share ``met_anyway`` of the rays that meet the node above meet them as well; 1
+        leaves out none.
         """
         left, right = self.children()
         inner = tree_order.inner_levels(left, right) if len(left) else []
@@ -74,12 +82,30 @@ class Bvh:
                                        np.where(swapped, left, right))
         source = np.argsort(place, axis=1)
         escape = np.arange(len(left)) + size[source]
-        return OctantCopies(source.astype(np.int32), escape.astype(np.int32), self)
+        kept = self._worth_a_test(inner, left, right, met_anyway)[source]
+        before = np.pad(np.cumsum(kept, axis=1), ((0, 0), (1, 0)))    # that many are kept
+        escape = np.take_along_axis(before, escape, axis=1)
+        return OctantCopies(*(values[kept].reshape(8, -1).astype(np.int32)
+                              for values in (source, escape)), self)
+
+    def _worth_a_test(self, inner: list[np.ndarray], left: np.ndarray, right: np.ndarray,
+                      met_anyway: float) -> np.ndarray:
+        """(n,) bool: leaves, and inner nodes that spare enough rays their children. Of the rays
+        that meet a box as large a share meets one inside as that has of its surface."""
+        area = half_area(self.lo.T.astype(np.float64), self.hi.T.astype(np.float64))
+        kept, around = np.ones(len(left), bool), area.copy()    # `around`: of the node kept above
+        for nodes in inner:
+            for child in (left[nodes], right[nodes]):
+                needless = (left[child] >= 0) & (area[child] > met_anyway * around[nodes])
+                kept[child] = ~needless
+                around[child] = np.where(needless, around[nodes], area[child])
+        return kept
 
 
 @dataclass(frozen=True)
 class OctantCopies:
-    """Eight orders of one tree; its fields have a leading axis of 8 octants.
+    """Eight orders of a tree's n nodes, or of those that are kept; its fields have a leading axis
+    of 8 octants.
 
     source : (8, n) int32, which node of the tree each node is
     escape : (8, n) int32

@@ -45,13 +45,13 @@ class Threads:
     """A record a node, as BVH_NODE declares it."""
 
     def __init__(self, bvh: accel.Bvh, options: Options) -> None:
-        nodes = len(bvh.escape)
-        self.uniforms, self.stack_levels = {"node_count": nodes}, 0
+        nodes, self.stack_levels = len(bvh.escape), 0
         # Which node each record stands for, and which bounds, (k, 3), its rays meet in reverse.
         self.source, self.reversed = np.arange(nodes, dtype=np.int32), None
         self.links = _links(bvh.escape, bvh.first, bvh.count, 0)
         if options["octants"]:
             copies = bvh.octant_copies()
+            nodes = copies.source.shape[1]
             links = [_links(copies.escape[octant], copies.first[octant], copies.count[octant],
                             octant * nodes) for octant in range(8)]
             self.links = {name: np.concatenate([part[name] for part in links])
@@ -59,6 +59,7 @@ class Threads:
             self.source = copies.source.reshape(-1)
             negative = np.arange(8)[:, None] >> np.arange(3) & 1 == 1
             self.reversed = np.repeat(negative, nodes, axis=0)
+        self.uniforms = {"node_count": nodes}
 
     @staticmethod
     def record(options: Options) -> Record | PackedRecord:
