@@ -20,7 +20,9 @@ SIZE = 1024
 # Those that were fastest, by options that are not their defaults.
 BEST = (("bvh-packet", {"packet": (4, 2), "octants": True, "interval_test": True,
                         "quantise_nodes": 16}),
-        ("bvh-threaded", {"octants": True, "quantise_nodes": 16}))
+        ("bvh-threaded", {"octants": True, "quantise_nodes": 16}),
+        ("bvh-packet", {"packet": (2, 2), "octants": True, "quantise_nodes": 16,
+                        "presort": True}))
 
 
 def add_command(command: Command) -> None:
