@@ -2,6 +2,8 @@
 // The roofline's texel fetches (gpgpu_rt/bench/roofline.py): TURNS of them and next to nothing else.
 // Neighbouring fragments fetch neighbouring texels; with SCATTERED each goes its own way.
 
+#include "common/texel.glsl"
+
 uniform sampler2D texels_table;
 
 out vec4 sum;
@@ -21,6 +23,6 @@ void main() {
 #else
         uvec2 texel = pixel + uint(turn);
 #endif
-        sum += texelFetch(texels_table, ivec2(texel & (SIDE - 1u)), 0);
+        sum += TEXEL(texels_table, 1.0 / float(SIDE), ivec2(texel & (SIDE - 1u)));
     }
 }

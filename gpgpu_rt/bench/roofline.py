@@ -23,7 +23,8 @@ SIDE = 512            # pixels
 TURNS = 64            # of each program's loop
 NEAR, FAR = 5, 11     # log2 of the textures' sides: 16 KiB, 64 MiB
 FLOPS_AN_INSTRUCTION = 2     # of a multiply-add
-FLOPS_A_TURN = 4 * 4 * FLOPS_AN_INSTRUCTION
+ROUNDS = 8            # of multiply-adds a turn, each of three vectors of four
+FLOPS_A_TURN = ROUNDS * 3 * 4 * FLOPS_AN_INSTRUCTION
 RUNS = 5
 
 
@@ -54,8 +55,8 @@ def peaks(gpu: Gpu) -> Peaks:
         try:
             near, far = (_fetches(gpu, target, side, scattered)
                          for side, scattered in ((NEAR, False), (FAR, True)))
-            arithmetic = FullScreenPass(gpu, "passes/peak_arithmetic.frag", {"TURNS": TURNS})
-            arithmetic.set(factor=0.5)
+            arithmetic = FullScreenPass(gpu, "passes/peak_arithmetic.frag",
+                                        {"TURNS": TURNS, "ROUNDS": ROUNDS})
             return Peaks(near, far, FLOPS_A_TURN * _rate(gpu, arithmetic, target, {}))
         finally:
             gpu.release(target)

@@ -59,7 +59,7 @@ def work_of(tracer: Tracer, rays: Workload) -> Work:
                     "sample says nothing")
     left = [one["name"] for one in passes if "total" not in one and one["fragments"]]
     if left:
-        return Work(unknown=f"{left[0]} cannot be emulated: it fetches integers, or masks rays")
+        return Work(unknown=f"{left[0]} cannot be emulated: it masks rays")
     texels = sum(sum(one.get("wanted", one["total"]["fetches"]).values()) for one in passes
                  if "total" in one)
     instructions = sum(one["total"]["scalar"] for one in passes if "total" in one)

@@ -69,7 +69,7 @@ def emulate(program: Program, samplers: Mapping[str, np.ndarray], uniforms: Mapp
 
     Parameters
     ----------
-    samplers : name -> (h, w, c) float32
+    samplers : name -> (h, w, c) float32, or uint32
     uniforms : name -> value, as the pass was given
     texels : (n, 2) int, x and y of the fragments; neighbours in this order are bound together
     look : is told of every fetch: the sampler, the texels' places in it, row by row (one or one a
@@ -79,6 +79,8 @@ def emulate(program: Program, samplers: Mapping[str, np.ndarray], uniforms: Mapp
     flat = {}
     for name in program.samplers:
         texture = samplers[name]
+        if texture.dtype == np.uint32:      # integers, as the words that they are
+            texture = texture.view(np.float32)
         four = np.zeros((texture.shape[0] * texture.shape[1], 4), np.float32)
         four[:, :texture.shape[2]] = texture.reshape(len(four), -1)
         flat[name] = np.asfortranarray(four), texture.shape[1]

@@ -48,8 +48,7 @@ class Turns:
         """A pass is about to be drawn."""
         program = program_of(one.gpu.text_of(one.program)) if isinstance(
             one, FullScreenPass) else None
-        if program is None or not program.loops or any(
-                textures[name].dtype == "u4" for name in program.samplers):
+        if program is None or not program.loops:
             return
         texels = one.covered(target.size)
         few = texels[::-(-len(texels) // self.most)] if len(texels) else texels

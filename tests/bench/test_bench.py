@@ -114,8 +114,17 @@ def test_brute_force_works_for_a_ray_as_its_triangles_ask(size: int) -> None:
         assert "no ray" in work_of(tracer, Workload(half * np.nan, rays.directions, size)).unknown
 
 
+def test_quantised_nodes_are_half_the_fetches() -> None:
+    """A texel of integers in place of two of floats; triangles and rays stay what they are."""
+    rays, found = workload("cornell", RAY_SETS["eye"], 64), []
+    for options in ({}, {"quantise_nodes": 16}):
+        with rt.Tracer("cornell", "bvh-threaded", **options) as tracer:
+            found.append(work_of(tracer, rays))
+    assert not any(one.unknown for one in found)
+    assert 0.5 * found[0].texels < found[1].texels < 0.9 * found[0].texels
+
+
 @pytest.mark.parametrize("method, options, why", [
-    ("bvh-threaded", {"quantise_nodes": 16}, "fetches integers"),
     ("grid", {"statistics": True}, "statistics=True"),
     ("ray-tiles", {}, "how many go together")])
 def test_why_a_share_is_not_known(method: str, options: dict, why: str) -> None:

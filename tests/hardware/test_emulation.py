@@ -20,11 +20,12 @@ from gpgpu_rt.methods.row import SCHEDULES
 
 TILE = (16, 8)
 MANY = [("kd-restart", {}), ("kd-packet", {}), ("bvh-packet", {}), ("grid", {"resolution": 2}),
-        ("kd-stack", {}), ("geometry-image", {})]
+        ("kd-stack", {}), ("geometry-image", {}), ("bvh-threaded", {"quantise_nodes": 16})]
 MORE = [("brute-force", {}), ("grid-proximity", {}), ("kd-backtrack", {}), ("kd-push-down", {}),
         ("kd-short-stack", {}), ("kd-ropes", {}), ("kd-ropes-packet", {}), ("bvh-threaded", {}),
         ("bvh-threaded", {"octants": True}), ("bih", {}), ("visibility-field", {}),
-        ("kd-restart", {"precision": "fp24"})]
+        ("kd-restart", {"precision": "fp24"}), ("bvh-stack", {"quantise_nodes": 8}),
+        ("bvh-packet", {"octants": True, "quantise_nodes": 16, "interval_test": True})]
 
 
 def _case(method: str, options: dict, marks: list) -> object:
