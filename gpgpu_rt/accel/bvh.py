@@ -157,22 +157,11 @@ class LooseTree:
         if len(self.left) <= most_nodes:
             return self
         inner = tree_order.inner_levels(self.left, self.right)
-        held = self.count.copy()
-        for nodes in reversed(inner):
-            held[nodes] = held[self.left[nodes]] + held[self.right[nodes]]
-        above = np.full(len(held), np.iinfo(np.int64).max)     # what the parent holds
-        for nodes in inner:
-            above[self.left[nodes]] = above[self.right[nodes]] = held[nodes]
-        at = len(above) - most_nodes - 1
-        largest = np.partition(above, at)[at]                  # that becomes a leaf
-        kept = above > largest
-        leaf_of = np.arange(len(kept))     # the node kept that holds a node
-        for nodes in inner:
-            for child in (self.left[nodes], self.right[nodes]):
-                leaf_of[child] = np.where(kept[child], child, leaf_of[nodes])
+        kept, leaf_of = tree_order.kept_nodes(inner, self.left, self.right, self.count, most_nodes)
         place = np.cumsum(kept) - 1
         owner = place[np.repeat(leaf_of, self.count)]
-        inside = kept & (self.left >= 0) & (held > largest)
+        inside = kept & (self.left >= 0)
+        inside[inside] = kept[self.left[inside]]
         left, right = (np.where(inside, place[child], -1)[kept]
                        for child in (self.left, self.right))
         return LooseTree(left, right, np.bincount(owner, minlength=int(kept.sum())),

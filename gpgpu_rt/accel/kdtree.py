@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..record import EXACT_INTEGER
 from . import tree_order
 from .bounds import as_triangles, scene_box
 from .options import choose, in_range
@@ -95,6 +96,32 @@ class LooseKdTree:
                       count.astype(np.int32), self.references[expand(self.start[order], count)],
                       len(inner))
 
+    def coarsened(self, most: int) -> LooseKdTree:
+        """A tree of at most so many nodes, and references: its smallest subtrees made leaves, all up
+        to the number of references that this takes. A leaf holds a triangle once."""
+        tree, nodes = self, min(most, len(self.axis))
+        while nodes and (len(tree.axis) > most or len(tree.references) > most):
+            tree = self._with_nodes(nodes)
+            nodes = nodes * 7 // 8
+        return tree
+
+    def _with_nodes(self, most: int) -> LooseKdTree:
+        inner = tree_order.inner_levels(self.first, self.second)
+        kept, leaf_of = tree_order.kept_nodes(inner, self.first, self.second, self.count, most)
+        place = np.cumsum(kept) - 1
+        inside = kept & (self.first >= 0)
+        inside[inside] = kept[self.first[inside]]
+        first, second = (np.where(inside, place[child], -1)[kept]
+                         for child in (self.first, self.second))
+        owner = place[np.repeat(leaf_of, self.count)]
+        held = self.references[expand(self.start, self.count)]
+        key = np.unique(owner << 32 | held)
+        count = np.bincount(key >> 32, minlength=int(kept.sum()))
+        return LooseKdTree(np.where(inside, self.axis, LEAF)[kept].astype(self.axis.dtype),
+                           np.where(inside, self.split, 0)[kept].astype(self.split.dtype),
+                           first, second, run_starts(count), count,
+                           (key & 0xffffffff).astype(self.references.dtype))
+
 
 def join(top: LooseKdTree, groups: list[np.ndarray], subtrees: list[LooseKdTree]) -> LooseKdTree:
     """One tree from its top levels and the subtrees of the level below them.
@@ -155,4 +182,5 @@ def build_kdtree(triangles: np.ndarray, *, build: str = "sah", **options: object
     builders = {"sah": sah_kdtree.build, "zhou": zhou.build, "hybrid": hybrid_kdtree.build}
     builder = builders[choose("build", build, builders)]
     triangles = as_triangles(triangles)
-    return builder(triangles, **options).finish(*scene_box(triangles))
+    tree = builder(triangles, **options).coarsened(EXACT_INTEGER)    # what records can point at
+    return tree.finish(*scene_box(triangles))

@@ -57,3 +57,34 @@ def depth_first_pairs(inner: list[np.ndarray], size: np.ndarray, left: np.ndarra
         below[one] = pair + 2
         below[two] = pair + 1 + size[one]
     return place
+
+
+def kept_nodes(inner: list[np.ndarray], left: np.ndarray, right: np.ndarray, count: np.ndarray,
+               most: int) -> tuple[np.ndarray, np.ndarray]:
+    """The nodes of a tree of at most so many, whose smallest subtrees have become leaves.
+
+    Parameters
+    ----------
+    inner : as `inner_levels` returns them
+    count : (n,) int, what a leaf holds
+
+    Returns
+    -------
+    (kept, leaf_of)
+        (n,) bool; (n,) int64, the node kept that a node is or lies in
+    """
+    held = count.copy()
+    for nodes in reversed(inner):
+        held[nodes] = held[left[nodes]] + held[right[nodes]]
+    above = np.full(len(held), np.iinfo(np.int64).max)     # what the parent holds
+    for nodes in inner:
+        above[left[nodes]] = above[right[nodes]] = held[nodes]
+    kept = np.ones(len(held), bool)
+    if len(held) > most:
+        at = len(above) - most - 1
+        kept = above > np.partition(above, at)[at]         # of the largest that becomes a leaf
+    leaf_of = np.arange(len(held))
+    for nodes in inner:
+        for child in (left[nodes], right[nodes]):
+            leaf_of[child] = np.where(kept[child], child, leaf_of[nodes])
+    return kept, leaf_of

@@ -13,7 +13,7 @@ from conftest import RAY_SETS, assert_same_bits, random_soup, soup_scene
 
 import gpgpu_rt as rt
 from gpgpu_rt import accel, textures
-from gpgpu_rt.accel import bounds, bvh
+from gpgpu_rt.accel import bounds, bvh, kdtree
 from gpgpu_rt.record import EXACT_INTEGER
 from gpgpu_rt.scenes import catalogue
 from gpgpu_rt.texel_layout import TRIANGLE
@@ -85,6 +85,47 @@ def test_more_nodes_than_can_be_indexed(exact_renderer, options: dict, monkeypat
         assert_same_bits(tracer.trace(*rays), expected)
         tracer.update(scene.triangles)
         assert_same_bits(tracer.trace(*rays), expected)
+
+
+@pytest.mark.parametrize("method", ["kd-restart", "kd-ropes", "kd-backtrack", "kd-packet"])
+def test_more_kd_nodes_than_can_be_indexed(exact_renderer, method: str, monkeypatch) -> None:
+    scene = soup_scene(300, 4)
+    rays = RAY_SETS["random"](scene, 800, 5)
+    with rt.Tracer(scene, "brute-force") as tracer:
+        expected = tracer.trace(*rays)
+    monkeypatch.setattr(kdtree, "EXACT_INTEGER", 2000)
+    with rt.Tracer(scene, method) as tracer:
+        tree = tracer.accelerator.structure
+        assert 300 < len(tree.axis) <= 2000 and 1000 < len(tree.references) <= 2000
+        assert_same_bits(tracer.trace(*rays), expected)
+
+
+@pytest.mark.parametrize("most", [1, 2, 3, 40, 333, 10**6])
+def test_coarsened_kd_trees(most: int) -> None:
+    """Leaves hold what their subtrees' held, each triangle once; planes above stay."""
+    triangles = random_soup(200, 3)
+    fine = accel.build_kdtree(triangles)
+    leaf, left = fine.axis == kdtree.LEAF, fine.left.astype(np.int64)
+    loose = kdtree.LooseKdTree(
+        fine.axis, fine.split, np.where(leaf, -1, left), np.where(leaf, -1, left + 1),
+        np.where(leaf, left, 0), fine.count.astype(np.int64), fine.references)
+    tree = loose.coarsened(most).finish(fine.lo, fine.hi)
+    if most == 10**6:
+        assert all(np.array_equal(getattr(tree, name), getattr(fine, name))
+                   for name in ("axis", "split", "left", "count", "references"))
+        return
+    assert len(tree.axis) <= most
+    assert len(tree.references) <= most or len(tree.axis) == 1
+    assert set(tree.references.tolist()) == set(fine.references.tolist())
+    leaves = np.flatnonzero(tree.axis == kdtree.LEAF)
+    lo, hi = tree.boxes()
+    fine_lo, fine_hi = fine.boxes()
+    ends = np.flatnonzero(fine.axis == kdtree.LEAF)
+    for leaf in leaves.tolist():
+        held = tree.references[tree.left[leaf]:tree.left[leaf] + tree.count[leaf]]
+        inside = ends[(fine_lo[ends] >= lo[leaf]).all(1) & (fine_hi[ends] <= hi[leaf]).all(1)]
+        parts = [fine.references[fine.left[k]:fine.left[k] + fine.count[k]] for k in inside]
+        assert np.array_equal(held, np.unique(np.concatenate(parts)))
 
 
 def test_the_limit_is_asked_for_only_where_it_could_be_passed() -> None:
