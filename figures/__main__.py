@@ -17,11 +17,12 @@ NEEDED = ("distributed", "flip_evaluator", "matplotlib", "tqdm")     # what the 
 try:
     for name in NEEDED:
         import_module(name)
-    from . import pages, provenance, verdicts
+    from . import pages, provenance
     from .catalogue import FIGURES, figure_of, of_survey
     from .index_page import Line, write_index
-    from .measure import measure, spent
+    from .measure import measure
     from .output import number
+    from .verdicts import Verdict
 except ModuleNotFoundError as missing:
     if missing.name not in NEEDED:
         raise
@@ -52,7 +53,7 @@ def main(arguments: list[str] | None = None) -> int:
             measure([cell for figure in figures for cell in figure.cells(chosen.full)],
                     chosen.data, chosen.again, workers)
         pages.draw(chosen.only, chosen.data, chosen.out, chosen.full)
-        _index(chosen.data, chosen.out, chosen.full)
+        _index(chosen.out)
     except KeyboardInterrupt:
         print("figures: interrupted; finished cells are kept, run again to go on", file=sys.stderr)
         return 130
@@ -73,28 +74,22 @@ def _figure(name: str) -> str:
     return name
 
 
-def _index(data: Path, out: Path, full: bool) -> None:
-    """Record where each page's numbers come from, and write the index of all that there are."""
-    lines, cells = [], []
-    for name, title in FIGURES.items():
-        if not (out / f"{name}.md").exists():
-            continue
-        figure = figure_of(name)
-        mine = figure.cells(full)
-        cells += mine
-        held = provenance.record(name, mine, data, out, full)
-        judged = None
-        if of_survey(name):
-            judged = figure.judge(data, full) if hasattr(figure, "judge") else verdicts.DIAGRAM
-        lines.append(Line(name, title, judged, provenance.summary(held)))
-    seconds, unknown = spent(cells, data)
+def _index(out: Path) -> None:
+    """Write the index of all pages that there are, drawn now or before."""
+    pages = {name: page for name in FIGURES if (page := provenance.held(name, out))}
+    lines = [Line(name, FIGURES[name], Verdict(**page["verdict"]) if page["verdict"] else None,
+                  provenance.summary(page)) for name, page in pages.items()]
+    seconds, unknown = provenance.spent(pages.values())
+    quick = [name for name, page in pages.items() if page["size"] == "quick"]
+    size = "quick" if len(quick) == len(pages) else "the papers'"
+    if 0 < len(quick) < len(pages):
+        size += f", but quick of {', '.join(quick)}"
     write_index(out, lines, sum(map(of_survey, FIGURES)), [
-        f"Size: {'the papers' if full else 'quick'}. Measuring all cells took "
-        f"{number(seconds / 60)} minutes of processor time"
+        f"Size: {size}. Measuring all cells took {number(seconds / 60)} minutes of processor time"
         + (f", not counting {unknown} that an older version measured." if unknown else ".")
-        + ("" if full else " The quick size traces fewer rays than the papers did, fewest with "
-           "the methods that take longest (brute force, those of many passes, tables over rays): "
-           "compare times a ray. `FULL=1` takes the papers' sizes and goes on where it was "
+        + ("" if not quick else " The quick size traces fewer rays than the papers did, fewest "
+           "with the methods that take longest (brute force, those of many passes, tables over "
+           "rays): compare times a ray. `FULL=1` takes the papers' sizes and goes on where it was "
            "interrupted.")])
 
 

@@ -24,7 +24,7 @@ from gpgpu_rt.workers.machine import helped, taken
 from . import sweep
 from .aside import Aside, Result, worth_workers
 from .cell import Cell
-from .results import commit, finished, read, settings
+from .results import commit, read, settings
 from .works import work_of
 
 
@@ -97,13 +97,6 @@ def _write(cell: Cell, result: dict[str, Any], data: Path) -> None:
 
 def _words(cell: Cell) -> str:
     return " ".join((cell.scene, cell.method, *(f"{k}={v}" for k, v in cell.options)))
-
-
-def spent(cells: Iterable[Cell], data: Path) -> tuple[float, int]:
-    """Processor seconds of measuring the finished ones of these cells, all together; and of how
-    many nothing is known: they were measured by a version that did not say."""
-    said = [result.get("processor_seconds") for _, result in finished(cells, data)]
-    return sum(seconds for seconds in said if seconds is not None), said.count(None)
 
 
 def run(cell: Cell) -> dict[str, Any]:

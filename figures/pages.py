@@ -9,14 +9,16 @@ from tqdm import tqdm
 from gpgpu_rt.threads import cores
 from gpgpu_rt.workers import Workers
 
+from . import provenance, verdicts
 from .aside import worth_workers
-from .catalogue import figure_of
+from .catalogue import figure_of, of_survey
 from .contradictions import of_page
 from .output import write_text
 
 
 def draw(names: Sequence[str], data: Path, out: Path, full: bool) -> None:
-    """Draw the pages of these figures from what was measured."""
+    """Draw the pages of these figures from what was measured, and record where each one's numbers
+    come from."""
     with tqdm(total=len(names), unit="page", dynamic_ncols=True) as progress:
         if not worth_workers(len(names)):
             for name in names:
@@ -32,8 +34,13 @@ def draw(names: Sequence[str], data: Path, out: Path, full: bool) -> None:
 
 
 def _draw(name: str, data: Path, out: Path, full: bool) -> None:
-    figure_of(name).draw(data, out, full)
+    figure = figure_of(name)
+    figure.draw(data, out, full)
     _add_notes(name, out)
+    judged = None
+    if of_survey(name):
+        judged = figure.judge(data, full) if hasattr(figure, "judge") else verdicts.DIAGRAM
+    provenance.record(name, figure.cells(full), data, out, full, judged)
 
 
 def _add_notes(name: str, out: Path) -> None:

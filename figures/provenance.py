@@ -1,8 +1,9 @@
 """Where a figure's numbers come from: a JSON file beside its page, with renderer and commit.
 
-``out/NAME.json`` holds the table under the figure, and the cells it was made of: file, settings,
-renderer, commit and date of each. Diagrams have no cells; what they show was read from passes that
-ran when they were drawn, and the file says on what.
+``out/NAME.json`` is written when the page is drawn. It holds the table under the figure, its
+verdict, and the cells it was made of: file, settings, renderer, commit and date of each. Diagrams
+have no cells; what they show was read from passes that ran when they were drawn, and the file says
+on what.
 """
 from __future__ import annotations
 
@@ -11,6 +12,7 @@ import datetime
 import importlib.metadata
 import json
 from collections.abc import Iterable
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +21,7 @@ from gpgpu_rt.gpu import open_gpu
 
 from .cell import Cell
 from .results import commit, finished
+from .verdicts import Verdict
 
 
 def sources(cells: Iterable[Cell], data: Path) -> list[dict[str, Any]]:
@@ -30,8 +33,9 @@ def sources(cells: Iterable[Cell], data: Path) -> list[dict[str, Any]]:
             for cell, result in finished(cells, data)]
 
 
-def record(name: str, cells: Iterable[Cell], data: Path, out: Path, full: bool) -> dict[str, Any]:
-    """Write out/NAME.json; returns what it holds."""
+def record(name: str, cells: Iterable[Cell], data: Path, out: Path, full: bool,
+           judged: Verdict | None = None) -> None:
+    """Write out/NAME.json for a page that was drawn; ``judged`` is what came of it."""
     table = out / f"{name}.csv"
     rows: list[dict[str, str]] = []
     if table.exists():
@@ -41,10 +45,26 @@ def record(name: str, cells: Iterable[Cell], data: Path, out: Path, full: bool) 
             "drawn": {"renderer": open_gpu().renderer, "commit": commit(),
                       "date": datetime.date.today().isoformat(),
                       "version": importlib.metadata.version("gpgpu_rt")},
-            "cells": sources(cells, data), "rows": rows}
+            "verdict": judged and asdict(judged), "cells": sources(cells, data), "rows": rows}
     with replacing(out / f"{name}.json") as path:
         path.write_text(json.dumps(held, indent=1))
-    return held
+
+
+def held(name: str, out: Path) -> dict[str, Any] | None:
+    """What out/NAME.json holds; None where no such page was drawn."""
+    try:
+        found = json.loads((out / f"{name}.json").read_text())
+    except (OSError, ValueError):
+        return None
+    return found if "verdict" in found and (out / f"{name}.md").exists() else None
+
+
+def spent(pages: Iterable[dict[str, Any]]) -> tuple[float, int]:
+    """Processor seconds of measuring what pages were made of, each cell once; and of how many
+    cells nothing is known: a version measured them that did not say."""
+    said = {cell["file"]: cell["processor_seconds"] for page in pages for cell in page["cells"]}
+    return (sum(seconds for seconds in said.values() if seconds is not None),
+            sum(seconds is None for seconds in said.values()))
 
 
 def summary(held: dict[str, Any]) -> str:

@@ -97,8 +97,8 @@ class LooseKdTree:
                       len(inner))
 
     def coarsened(self, most: int) -> LooseKdTree:
-        """A tree of at most so many nodes, and references: its smallest subtrees made leaves, all up
-        to the number of references that this takes. A leaf holds a triangle once."""
+        """A tree of at most so many nodes, and references: its smallest subtrees made leaves, all
+        up to the number of references that this takes. A leaf holds a triangle once."""
         tree, nodes = self, min(most, len(self.axis))
         while nodes and (len(tree.axis) > most or len(tree.references) > most):
             tree = self._with_nodes(nodes)

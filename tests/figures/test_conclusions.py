@@ -328,17 +328,49 @@ def test_seconds_spent_are_those_of_all_cells(tmp_path: Path) -> None:
     found = [json.loads((tmp_path / cell.name).read_text()) for cell in cells]
     assert [one["tree"]["leaves"] for one in found] == sorted(
         {one["tree"]["leaves"] for one in found})
-    seconds, unknown = measure.spent(cells, tmp_path)
+
+    def spent() -> tuple[float, int]:     # a cell of two pages counts once
+        for name in ("fig02", "fig03"):
+            (tmp_path / f"{name}.md").write_text(name)
+            provenance.record(name, cells, tmp_path, tmp_path, False)
+        return provenance.spent(filter(None, (
+            provenance.held(name, tmp_path) for name in ("fig02", "fig03", "fig04"))))
+    seconds, unknown = spent()
     assert seconds == pytest.approx(math.fsum(one["processor_seconds"] for one in found))
     assert unknown == 0
     old = {name: value for name, value in found[0].items() if name != "processor_seconds"}
     (tmp_path / cells[0].name).write_text(json.dumps({**old, "seconds_spent": 1e6}))
-    assert measure.spent(cells, tmp_path) == (found[1]["processor_seconds"], 1)
+    assert spent() == (found[1]["processor_seconds"], 1)
+
+
+def test_pages_drawn_before_stay_what_they_were(tmp_path: Path, monkeypatch) -> None:
+    """Another page, of another size, is drawn beside one: the index has each with its own."""
+    sizes = {False: 8, True: 12}
+    small = replace(
+        fig12.FIGURE, panels=(Panel("cornell"),), remarks=lambda results: [],
+        cell=lambda panel, column, full: Cell(panel.scene, column.method, (), sizes[full], runs=1))
+    for module in (pages, __main__):
+        monkeypatch.setattr(module, "figure_of", lambda name: replace(small, name=name))
+    out = tmp_path / "out"
+    words = ["--data", str(tmp_path / "data"), "--out", str(out), "--only"]
+    assert __main__.main([*words, "fig12", "--full"]) == 0
+    before = (out / "fig12.json").read_text()
+    assert __main__.main([*words, "fig13"]) == 0
+    assert (out / "fig12.json").read_text() == before
+    assert [json.loads((out / f"{name}.json").read_text())["cells"][0]["settings"]["size"]
+            for name in ("fig12", "fig13")] == [12, 8]
+    index = (out / "index.md").read_text()
+    assert json.loads(before)["verdict"]["why"] in index
+    assert "Size: the papers', but quick of fig13." in index
 
 
 def test_provenance_of_what_is_not_measured(tmp_path: Path) -> None:
-    held = provenance.record("fig02", [], tmp_path, tmp_path, False)
+    (tmp_path / "fig02.md").write_text("a page")
+    assert provenance.held("fig02", tmp_path) is None
+    provenance.record("fig02", [], tmp_path, tmp_path, False, verdicts.DIAGRAM)
+    held = provenance.held("fig02", tmp_path)
     assert held["cells"] == [] and held["drawn"]["renderer"]
+    assert held["verdict"]["word"] == verdicts.REDRAWN
     assert "drawn from passes" in provenance.summary(held)
 
 
