@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from gpgpu_rt.gpu import is_software
 from gpgpu_rt.hardware.cards import find_card
 from gpgpu_rt.hardware.model import loop_work, predict
 
@@ -21,6 +22,8 @@ from .results import read
 from .scaled import CHIP, scaled, speeds
 from .surveyed import BASE, Entry, entries, published_speed
 
+ON_SOFTWARE = ("Measured on a software renderer: rasterising, blending and the bus cost what "
+               "memory costs.")
 COLUMNS = (("measured", "#3d8b57"), ("predicted", "#2f6db3"), ("scaled", "#c98a1b"),
            ("published", "#8c8c8c"))
 NOTES = (
@@ -31,8 +34,7 @@ NOTES = (
     "figures of the card, as on the page of period hardware; a packet's rays are the lanes of "
     "a warp. The Ray Engine's host is left out: its passes and transfers stand for it, so that it "
     "is predicted too fast, and all others too slow beside it.",
-    "Measured, on a software renderer: rasterising, blending and the bus cost what memory costs, "
-    "and the Ray Engine's host is numpy.",
+    "Measured: the Ray Engine's host is numpy.",
     "Zhou's paper is of building kd-trees: its row is the kd-tree with a full stack, built so.")
 
 
@@ -51,7 +53,9 @@ class Row:
 
 
 def cells(full: bool) -> list[Cell]:
-    return [cell for entry in entries() for cell in (entry.measured(full), entry.counted(full))]
+    """Of the entries, and those that the card's constant is fitted to."""
+    return [*(cell for entry in entries() for cell in (entry.measured(full), entry.counted(full))),
+            *period.cells(full, CHIP)]
 
 
 def predicted_ns(entry: Entry, result: dict[str, Any], share: float) -> tuple[float, str]:
@@ -68,13 +72,18 @@ def predicted_ns(entry: Entry, result: dict[str, Any], share: float) -> tuple[fl
     return 1e9 * found.seconds / max(rays, 1), found.bound
 
 
+def fitted(data: Path) -> period.Fit | None:
+    """The card's constant; None where nothing is there that it could be fitted to."""
+    return period.fit(period.rows(data)).get(CHIP)
+
+
 def rows(data: Path, full: bool) -> list[Row]:
     """Every entry of which something is measured."""
-    share = period.fit(period.rows(data)).get(CHIP, 1.0)
-    found = []
+    card, found = fitted(data), []
     for entry in entries():
         timed, work = (read(cell, data) for cell in (entry.measured(full), entry.counted(full)))
-        ns, bound = (None, "-") if work is None else predicted_ns(entry, work, share)
+        ns, bound = (None, "-") if work is None or card is None else predicted_ns(
+            entry, work, card.share)
         if timed is not None or work is not None:
             found.append(Row(entry, timed["ns_per_ray"] if timed else None, ns, bound))
     base = next((row for row in found if row.entry.source == BASE), None)
@@ -171,7 +180,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 def _page(found: list[Row], data: Path, full: bool) -> str:
     known = next((r for e in entries() if (r := read(e.measured(full), data))), None)
-    said = judge(data, full)
+    said, card = judge(data, full), fitted(data)
     table = [[row.entry.source or "-", row.entry.label, number(row.measured_ns),
               number(row.predicted_ns), row.bound, number(row.measured), number(row.predicted),
               "-" if row.scaled is None else " to ".join(map(number, sorted(row.scaled))),
@@ -184,7 +193,9 @@ def _page(found: list[Row], data: Path, full: bool) -> str:
         "# Figure 26: every method at 10,000 triangles, relative to the Ray Engine\n",
         f"**{said.word}**: {said.why}\n",
         "" if known is None else f"Measured on: {known['gpu']['renderer']}, {known['date']}. "
-        f"Predicted and scaled to: {find_card(CHIP).name}.\n",
+        f"Predicted and scaled to: {find_card(CHIP).name}"
+        + ("" if card is None else f", of whose rates programs reach {number(card.share)}, fitted "
+           f"to {card.says()} of the page of [period hardware](period.md)") + ".\n",
         markdown_table(("source", "method here", "measured ns a ray", "predicted ns a ray",
                         "bound by", "measured", "predicted", "scaled again", "published"), table),
         "The last four columns: how many times as fast as the Ray Engine. Scaled again: what the "
@@ -202,6 +213,7 @@ def _page(found: list[Row], data: Path, full: bool) -> str:
         *(f"* {line}." for name, _ in COLUMNS for line in claims(found, name)),
         *(f"* {line}." for line in packet_pairs(found)), "",
         "## What must be known\n", *(f"* {note}" for note in NOTES),
+        *([f"* {ON_SOFTWARE}"] if known and is_software(known["gpu"]["renderer"]) else []),
         *(f"* {note}" for note in _least(data, full)), ""]
     return "\n".join(parts)
 

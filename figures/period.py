@@ -11,23 +11,24 @@ from typing import Any
 
 from gpgpu_rt.bench.workloads import EYE, SHADOW
 from gpgpu_rt.hardware.cards import Card, find_card
-from gpgpu_rt.hardware.model import Counted, Prediction, kernel_work, loop_work, predict
+from gpgpu_rt.hardware.model import Counted, Prediction, kernel_work, loop_work, predict, share_of
+from gpgpu_rt.scenes.catalogue import mesh_path
 
 from . import fig12, fig13, fig16, fig20, fig22
 from .cell import ON_CPU, Cell
 from .comparison import Column, Comparison, Panel
-from .kendall import tau_b
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
-from .period_notes import NOTES, TWICE_PRINTED, WHY
+from .period_misses import miss, missed, other_editions, reasons, tau_of, turned_round
+from .period_notes import NOTES, TWICE_PRINTED
 from .period_work import KERNELS, SQUARES, WORK, counted_rays, image_scale
 from .published_numbers import nanoseconds, published_row
 from .results import read
 
 TEST = ("intersection", "moller-trumbore")   # the papers': the watertight one is of 2013
 WARP_PACKET = (4, 4)
+# Where no mesh of them is named: then the quick size leaves them out.
 STAND_INS = ("shirley6", "fairyforest", "cows", "sodahall", "powerplant")
 TAU, HIGH_TAU, ENOUGH = 0.6, 0.8, 5   # the bars: of every scene, of those with so many methods
-TIE = 0.05     # published times this close are no order, as `tau_b` has it
 COLOURS = {"fig12": "#8c8c8c", "fig13": "#4b2a70", "fig16": "#b33a3a", "fig20": "#3d8b57",
            "fig22": "#2f6db3"}
 
@@ -101,6 +102,7 @@ class Row:
     published: float
     works: list[tuple[Counted, dict[str, Any]]]
     stand_in: bool
+    triangles: int
     ns: float = 0.0
     instructions: float = 0.0    # a ray, waiting among them
     prediction: Prediction | None = None
@@ -115,31 +117,46 @@ class Row:
     def ratio(self) -> float:
         return self.ns / self.published
 
-    def predict(self, share: float) -> None:
-        """Take a card's constant into account."""
-        card = self.experiment.card
-        total = sum((work for work, _ in self.works[1:]), self.works[0][0])
-        self.prediction = predict(card, total, share)
+    @property
+    def total(self) -> Counted:
+        return sum((work for work, _ in self.works[1:]), self.works[0][0])
+
+    @property
+    def count(self) -> float:
+        """Rays, or of a picture pixels, that the work is of."""
         of_picture = len(self.works) > 1 or self.experiment.figure.name == "fig20"
         first = self.works[0][1]
-        count = first["pixels"] if of_picture else counted_rays(first)
-        self.ns = 1e9 * self.prediction.seconds / max(count, 1)
-        self.instructions = total.instructions / max(count, 1)
+        return max(first["pixels"] if of_picture else counted_rays(first), 1)
+
+    @property
+    def share(self) -> float:
+        """The share of the card's rates at which the published time would be predicted."""
+        return share_of(self.experiment.card, self.total, 1e-9 * self.published * self.count)
+
+    def predict(self, share: float) -> None:
+        """Take a card's constant into account."""
+        self.prediction = predict(self.experiment.card, self.total, share)
+        self.ns = 1e9 * self.prediction.seconds / self.count
+        self.instructions = self.total.instructions / self.count
 
     @property
     def utilisation(self) -> float:
-        """The share of lanes that do what they wait for."""
+        """The share of lanes that do what they wait for; where a packet is part of a warp, of
+        packets, whose rays count as doing it all."""
         work = self.works[0][1]
         width = self.experiment.width(self.column)
-        alone, bound = (sum(r["vector"] * r["runs"][str(w)] * w for r in work["regions"])
+        kind = "scalar" if self.experiment.card.scalar_units else "vector"
+        alone, bound = (sum(r[kind] * r["runs"][str(w)] * w for r in work["regions"])
                         for w in (1, width))
         return alone / bound
 
 
-def cells(full: bool) -> list[Cell]:
-    """All of them; the quick size leaves out scenes of which there is a stand-in alone."""
-    return list(dict.fromkeys(cell for one in EXPERIMENTS for panel, column in one.pairs()
-                              if full or panel.scene not in STAND_INS
+def cells(full: bool, chip: str | None = None) -> list[Cell]:
+    """All of them, or those of a chip; the quick size leaves out scenes of which there is a
+    stand-in alone."""
+    return list(dict.fromkeys(cell for one in EXPERIMENTS if chip in (None, one.chip)
+                              for panel, column in one.pairs()
+                              if full or panel.scene not in STAND_INS or mesh_path(panel.scene)
                               for cell in one.cells(panel, column)))
 
 
@@ -157,7 +174,8 @@ def rows(data: Path) -> list[Row]:
             works = [(_counted(one, column, work).scaled(image_scale(work)), work)
                      for work in found_work]
             found.append(Row(one, panel, column, published, works,
-                             bool(results[0]["scene"]["stand_in"])))
+                             bool(results[0]["scene"]["stand_in"]),
+                             results[0]["scene"]["triangles"]))
     return found
 
 
@@ -167,32 +185,49 @@ def _counted(one: Experiment, column: Column, work: dict[str, Any]) -> Counted:
     return loop_work(one.card, work, one.width(column))
 
 
-def fit(found: list[Row]) -> dict[str, float]:
-    """The share of a card's rates that its scored cells reach: the one that leaves as many of
-    them predicted too fast as too slow."""
-    shares = {}
+@dataclass(frozen=True)
+class Fit:
+    """A card's constant: the share of its rates that programs reach.
+
+    Attributes
+    ----------
+    share : the one that leaves as many cells predicted too fast as too slow
+    cells : how many it is fitted to
+    stand_ins : whether those are stand-ins, or repeated, as no other is there
+    """
+
+    share: float
+    cells: int
+    stand_ins: bool
+
+    def says(self) -> str:
+        return f"{self.cells} cells" + (", none of them scored" if self.stand_ins else "")
+
+
+def fit(found: list[Row]) -> dict[str, Fit]:
+    """By chip, to its scored cells; and every cell predicted by it."""
+    fits = {}
     for chip in dict.fromkeys(row.experiment.chip for row in found):
         mine = [row for row in found if row.experiment.chip == chip]
+        scored = [row for row in mine if row.scored]
+        chosen = scored or mine
+        fits[chip] = Fit(statistics.median(row.share for row in chosen), len(chosen), not scored)
         for row in mine:
-            row.predict(1.0)
-        scored = [row.ratio for row in mine if row.scored] or [row.ratio for row in mine]
-        shares[chip] = statistics.median(scored)
-        for row in mine:
-            row.predict(shares[chip])
-    return shares
+            row.predict(fits[chip].share)
+    return fits
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
     """Write out/period.csv, .md and .png."""
     found = rows(data)
-    shares = fit(found)
+    fits = fit(found)
     heads = ("figure", "card", "scene", "rays", "method", "stand_in", "scored", "published_ns",
              "predicted_ns", "ratio", "bound", "utilisation")
     write_csv(out / "period.csv", heads, [
         (r.experiment.figure.name, r.experiment.card.name, r.panel.scene, r.panel.rays,
          r.column.label, r.stand_in, r.scored, r.published, r.ns, r.ratio, r.prediction.bound,
          r.utilisation) for r in found if r.prediction])
-    write_text(out / "period.md", _page(found, shares))
+    write_text(out / "period.md", _page(found, fits))
     if found:
         _chart(found, out)
 
@@ -203,23 +238,16 @@ def misses(found: list[Row]) -> float:
     return statistics.median(logs) if logs else math.nan
 
 
-def tau_of(found: list[Row], figure: str, panel: Panel) -> tuple[float, int]:
-    """How well predicted times order a panel's methods as published ones do, and how many."""
-    mine = [row for row in found if row.experiment.figure.name == figure and row.panel == panel]
-    return tau_b([r.ns for r in mine], [r.published for r in mine]), len(mine)
-
-
-def _page(found: list[Row], shares: dict[str, float]) -> str:
+def _page(found: list[Row], fits: dict[str, Fit]) -> str:
     parts = ["# Predicted against published: period hardware\n",
              "Work is counted by emulating the compiled fragment programs on tiles of the image, "
              "at the width that the card's pixels branch in, and taken times what the whole "
              "image's rays step more than the tiles' do, by the shaders' counters; `gpgpu-rt "
              "hardware` prints the cards' figures and their sources. One constant a card is "
              "fitted, the share of its rates that programs reach:\n",
-             markdown_table(("card", "share", "cells it is fitted to"), [
-                 (find_card(chip).name, number(share),
-                  sum(r.scored for r in found if r.experiment.chip == chip))
-                 for chip, share in shares.items()]),
+             markdown_table(("card", "share", "fitted to"), [
+                 (find_card(chip).name, number(one.share), one.says())
+                 for chip, one in fits.items()]),
              f"Median of |log2(predicted / published)| over {sum(r.scored for r in found)} scored "
              f"cells: **{number(misses(found))}** (at most 1 is asked). By figure: " + ", ".join(
                  f"{name} {number(misses([r for r in found if r.experiment.figure.name == name]))}"
@@ -228,7 +256,7 @@ def _page(found: list[Row], shares: dict[str, float]) -> str:
         name = one.figure.name
         mine = [row for row in found if row.experiment is one]
         parts.append(f"## {one.figure.title}; on the {one.card.name}\n")
-        parts += [f"{note}\n" for note in NOTES.get(name, ())]
+        parts += [f"{note}\n" for note in (*NOTES.get(name, ()), *other_editions(mine))]
         for panel in dict.fromkeys(row.panel for row in mine):
             chosen = [row for row in mine if row.panel == panel]
             tau, count = tau_of(found, name, panel)
@@ -240,12 +268,10 @@ def _page(found: list[Row], shares: dict[str, float]) -> str:
                 [(r.column.label, number(r.published), number(r.ns), number(r.ratio),
                   r.prediction.bound, f"{100 * r.utilisation:.0f} %")
                  for r in chosen if r.prediction]))
-    far = sorted((r for r in found if r.scored and not 0.5 <= r.ratio <= 2),
-                 key=lambda r: -abs(math.log2(r.ratio)))
+    far = missed(found)
     parts.append(f"## Misses: {len(far)} scored cells off by more than a factor of two\n")
-    parts.append("\n".join(f"* {line}" for line in WHY) + "\n")
-    parts.append("\n".join(f"* {_miss(row)}" for row in far) + "\n")
-    turned = _turned_round(found)
+    parts.append("\n".join(f"* {line}" for line in [*reasons(found), *map(miss, far)]) + "\n")
+    turned = turned_round(found, TAU)
     parts.append(f"## Orders missed: {len(turned)} scored scenes below tau-b {TAU}\n")
     parts.append("\n".join(f"* {line}" for line in turned) + "\n")
     return "\n".join(parts)
@@ -267,44 +293,6 @@ def _orders(found: list[Row]) -> str:
             f"are asked), and {HIGH_TAU} or more in {high} of {len(many)} with {ENOUGH} or more "
             "methods (two thirds are asked)." + (" Below: " + ", ".join(low) + "." if low else "")
             + "\n")
-
-
-def _turned_round(found: list[Row]) -> list[str]:
-    """Of each scored scene below the bar, the pairs of methods that come out in the other order,
-    with what was counted of them."""
-    lines = []
-    for name, panel in dict.fromkeys((r.experiment.figure.name, r.panel) for r in found
-                                     if r.scored):
-        mine = [r for r in found if r.experiment.figure.name == name and r.panel == panel]
-        tau, _ = tau_of(found, name, panel)
-        if tau >= TAU or tau != tau:
-            continue
-        pairs = [(one, other) for one in mine for other in mine
-                 if one.published < (1 - TIE) * other.published and one.ns > other.ns]
-        lines.append(f"{name}, {panel.label} (tau-b {number(tau, 2)}): " + "; ".join(
-            f"{one.column.label} was {number(other.published / one.published)} times as fast as "
-            f"{other.column.label} and is predicted {number(one.ns / other.ns)} times as slow: "
-            f"{_counts(one)} against {_counts(other)}" for one, other in pairs) + ".")
-    return lines
-
-
-def _counts(row: Row) -> str:
-    """What a ray (of a picture: a pixel) was counted to take."""
-    return (f"{number(row.instructions)} instructions with {100 * row.utilisation:.0f} % of the "
-            "lanes used")
-
-
-def _miss(row: Row) -> str:
-    card = row.experiment.card
-    rate = card.scalar_rate if card.scalar_units else card.vector_rate
-    scale = image_scale(row.works[0][1])
-    return (f"{row.experiment.figure.name}, {row.panel.label}, {row.column.label}: predicted "
-            f"{number(row.ratio)} times the published time, bound by "
-            f"{row.prediction.bound if row.prediction else '?'}; the published time has room for "
-            f"{number(1e-9 * row.published * rate)} instructions a ray at the card's peak, "
-            f"counted are {_counts(row)}"
-            + (f"; the image's rays step {number(scale)} times as much as those of its tiles"
-               if scale != 1 else "") + ".")
 
 
 def _chart(found: list[Row], out: Path) -> None:

@@ -15,13 +15,12 @@ that is fitted; everything else is read or stated in ``cards.json``.
 """
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from .cards import Card
-
-BRANCH = 6   # instructions that a branch costs (GPU Gems 2 on NV40: 4 to 6 cycles; from memory)
 
 
 @dataclass(frozen=True)
@@ -71,13 +70,26 @@ class Prediction:
 
 def predict(card: Card, work: Counted, share: float = 1.0) -> Prediction:
     """The time of counted work on a card."""
-    parts = {"arithmetic": work.instructions / (
+    rates, over = _parts(card, work)
+    return Prediction(max(rates.values()) / share + sum(over.values()), {**rates, **over})
+
+
+def share_of(card: Card, work: Counted, seconds: float) -> float:
+    """The share of the card's rates at which counted work takes so long; infinity where its passes
+    and transfers alone take longer."""
+    rates, over = _parts(card, work)
+    left = seconds - sum(over.values())
+    return max(rates.values()) / left if left > 0 else math.inf
+
+
+def _parts(card: Card, work: Counted) -> tuple[dict[str, float], dict[str, float]]:
+    """Seconds by what they are of: of those the slowest counts, and all of these."""
+    return ({"arithmetic": work.instructions / (
         card.scalar_rate if card.scalar_units else card.vector_rate),
         "texels": work.texels / card.texel_rate if work.texels else 0.0,
-        "bandwidth": work.streamed / card.bandwidth}
-    over = {"passes": work.passes * work.pixels / (card.pipes * card.clock),
-            "transfers": work.uploaded / card.upload + work.read_back / card.readback}
-    return Prediction(max(parts.values()) / share + sum(over.values()), {**parts, **over})
+        "bandwidth": work.streamed / card.bandwidth},
+        {"passes": work.passes * work.pixels / (card.pipes * card.clock),
+         "transfers": work.uploaded / card.upload + work.read_back / card.readback})
 
 
 def loop_work(card: Card, work: Mapping[str, Any], width: int | None = None) -> Counted:
@@ -98,7 +110,8 @@ def loop_work(card: Card, work: Mapping[str, Any], width: int | None = None) -> 
         cost, lanes = region[kind], width * region["runs"][str(width)]
         if region["parent"] >= 0 and not region["loop"]:   # a side of a branch: skipped or not
             around = width * work["regions"][region["parent"]]["runs"][str(width)]
-            instructions += min(cost * lanes + BRANCH * around, cost * around)
+            skipped = cost * lanes + card.branch_cost * around if card.branching else math.inf
+            instructions += min(skipped, cost * around)
         else:
             instructions += cost * lanes
         fetched = {name: count * region["runs"]["1"] for name, count in region["fetches"].items()}

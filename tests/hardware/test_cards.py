@@ -2,13 +2,14 @@
 from __future__ import annotations
 
 import json
+import math
 
 import pytest
 
 from gpgpu_rt.cli.main import main
 from gpgpu_rt.errors import OptionError
 from gpgpu_rt.hardware.cards import Needs, cards, find_card
-from gpgpu_rt.hardware.model import BRANCH, Counted, kernel_work, loop_work, predict
+from gpgpu_rt.hardware.model import Counted, kernel_work, loop_work, predict, share_of
 
 CHIPS = ("R200", "NV25", "R420", "NV40", "R580", "G80")
 
@@ -61,11 +62,25 @@ def test_a_side_of_a_branch_is_skipped_where_that_spares_something() -> None:
     work = {"fragments": 32, "written_bytes": 16, "texel_bytes": {}, "regions": [
         _region(10, -1, False, {1: 32, 32: 1}), _region(7, 0, True, {1: 200, 32: 10}),
         _region(40, 1, False, {1: 0, 32: 0}), _region(2, 1, False, {1: 5, 32: 3})]}
-    found = loop_work(find_card("G80"), work)
-    skipped = 32 * 10 * BRANCH              # cheaper than 80 a turn
-    taken = min(4 * 32 * 3 + 32 * 10 * BRANCH, 4 * 32 * 10)
+    card = find_card("G80")
+    found, branch = loop_work(card, work), card.branch_cost
+    skipped = 32 * 10 * branch              # cheaper than 80 a turn
+    taken = min(4 * 32 * 3 + 32 * 10 * branch, 4 * 32 * 10)
     assert found.instructions == 20 * 32 + 14 * 320 + skipped + taken
     assert found.texels == 32 + 200 + 5 and found.streamed == 32 * 16
+    # A card without branches runs both sides, and counts instructions of four.
+    both = loop_work(find_card("R420"), work, 32)
+    assert both.instructions == 10 * 32 + 7 * 320 + (40 + 2) * 320
+
+
+@pytest.mark.parametrize("chip", ["R420", "G80"])
+def test_the_share_at_which_work_takes_so_long(chip: str) -> None:
+    card = find_card(chip)
+    work = Counted(instructions=1e9, texels=1e7, streamed=1e8, passes=40, pixels=512 ** 2)
+    for share in (0.1, 0.4, 1.0):
+        assert share_of(card, work, predict(card, work, share).seconds) == pytest.approx(share)
+    over = predict(card, work).parts
+    assert share_of(card, work, over["passes"] + over["transfers"]) == math.inf
 
 
 def test_kernels_a_pass_stream_their_state() -> None:
