@@ -40,9 +40,9 @@ def main(arguments: list[str] | None = None) -> int:
                         "core, or by the workers of a Dask scheduler; what is timed has its "
                         "machine to itself")
     parser.add_argument("--data", type=Path, default=Path("figures/data"), metavar="FOLDER",
-                        help="what was measured; default %(default)s")
+                        help="what was measured; default %(default)s, of the folder you are in")
     parser.add_argument("--out", type=Path, default=Path("figures/out"), metavar="FOLDER",
-                        help="the pages that are drawn from it; default %(default)s")
+                        help="the pages that are drawn from it; default %(default)s, likewise")
     chosen = parser.parse_args(arguments)
     try:
         for folder in (chosen.data, chosen.out):

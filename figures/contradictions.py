@@ -14,15 +14,15 @@ class Contradiction:
 
 CONTRADICTIONS = (
     Contradiction(("fig13", "period"), "Figure 13 prints packets at 17.5 Mrays/s on cornell's "
-                  "primary rays, below plain restart's 38.3, while shadow rays show no dip (34.8 and "
-                  "35.3) and push-down then reaches 88.8. A "
+                  "primary rays, below plain restart's 38.3, while shadow rays show no dip (34.8 "
+                  "and 35.3) and push-down then reaches 88.8. A "
                   "penalty that push-down undoes, or a misprint."),
     Contradiction(("fig12", "fig13", "fig20"), "The tables list scenes in different orders, and "
                   "Figure 20's caption says that its scenes are Foley's, though Cows is not in "
                   "Figure 12."),
     Contradiction(("fig12", "fig20", "period"), "The grid on robots takes 8344 ms in Figure 12 "
-                  "and 4626 ms in Figure 20, on a card that is slower in every other cell that both have: the "
-                  "grids probably differed in resolution."),
+                  "and 4626 ms in Figure 20, on a card that is slower in every other cell that "
+                  "both have: the grids probably differed in resolution."),
     Contradiction(("fig08", "fig12"), "\"Up to 8 times faster than the uniform grid\" holds for "
                   "robots alone; by the same table the grid is faster on cornell and bunny."),
     Contradiction(("cpu",), "Section 4.2 scales 35.5 Mrays/s from 6.4 to 345.6 GFLOP/s and comes "

@@ -158,8 +158,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
              "threads: what differs is the code alone, not the hardware. On a card its peak is "
              "what multiply-adds in fragment programs reach there.",
              "* Embree is today's, a BVH by single rays with the vectors of the processor across "
-             "nodes; Reshetov's CPU tracer of 2005 sent packets through a kd-tree. Soda Hall is a "
-             "stand-in, and measured at full size only.", ""]
+             "nodes; Reshetov's CPU tracer of 2005 sent packets through a kd-tree. Soda Hall is "
+             "measured at full size only.", ""]
     write_text(out / "cpu.md", "\n".join(parts))
     if found:
         _chart(found, out, known)

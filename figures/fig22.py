@@ -69,6 +69,5 @@ FIGURE = Comparison(
      "shadow ray a hit. Counters are of the eye rays.",
      "bvh-packet is 2x2 rays a fragment with per-ray votes, as published but for the packet's "
      "size; the row with the interval test is ours: 4x2, quantised nodes.",
-     "Soda Hall and the Power Plant are procedural stand-ins of the same triangle counts, and are "
-     "measured at full size only."),
+     "Soda Hall and the Power Plant are measured at full size only."),
     _remarks, full_only=HUGE)

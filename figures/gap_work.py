@@ -10,7 +10,7 @@ import numpy as np
 import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import Workload
 from gpgpu_rt.hardware.counters import pass_counts
-from gpgpu_rt.hardware.emulate import morton_order
+from gpgpu_rt.hardware.emulate import texels_along_morton
 from gpgpu_rt.hardware.local_store import Fetches, transfers
 from gpgpu_rt.hardware.sample import emulated, tile_pixels
 from gpgpu_rt.methods import find_method
@@ -103,7 +103,7 @@ def _sorted_squares(scene: rt.Scene, rays: Workload) -> np.ndarray:
         order = tracer._traversal.order(tracer._rays)
     order = order[order < len(rays.origins)]
     order = order[np.isfinite(rays.origins[order]).all(axis=1)]
-    squares, inside = math.prod(SPREAD), morton_order(SIDE, SIDE)
+    squares, inside = math.prod(SPREAD), texels_along_morton(SIDE, SIDE)
     found = np.zeros((SIDE, squares * SIDE), np.int64)
     for square in range(squares):
         first = (len(order) * (2 * square + 1)) // (2 * squares) - SIDE * SIDE // 2

@@ -15,7 +15,8 @@ RULES = (
     f"**reproduced**: methods stand in the published order (tau-b {verdicts.HIGH:g} or more in "
     "every scored group of a scene and a kind of rays), and the ratios between them are off by "
     f"less than a factor of {verdicts.FACTOR:g} in the median; or all that is claimed holds",
-    f"**{verdicts.ORDER}**: the order alone",
+    f"**{verdicts.ORDER}**: the order alone. Of Table 1 also more than half of the properties "
+    "must be the survey's",
     f"**{verdicts.MOSTLY}**: of what is claimed in words more than half holds, not all",
     "**contradicted**: the order is another one, whatever the ratios are; or half of what is "
     "claimed, or more, does not hold. Machine, cameras and sometimes scenes are others than the "
@@ -64,7 +65,7 @@ def write_index(out: Path, lines: Sequence[Line], wanted: int, remarks: Sequence
              _links(line)) for line in of_survey if line.verdict]),
         "How verdicts come about, all from the numbers behind the pages:\n",
         *(f"* {rule}." for rule in RULES), "",
-        "## Beyond the survey's figures\n",
+        *(["## Beyond the survey's figures\n"] if beyond else []),
         *(f"* [{line.title}]({line.name}.md): {_links(line)}" for line in beyond), "",
         "## Where the survey contradicts itself or its sources\n",
         *(f"{at}. {says}" + (f" ({links})" if links else "")

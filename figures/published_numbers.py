@@ -37,6 +37,14 @@ def published(*names: str, **more: str | None) -> float | None:
     return None if row is None else float(row["value"])
 
 
+TIMES = ("ms", "Mrays/s", "frames/s")    # units that say how long rays take
+
+
+def rows_of(figure: str) -> list[dict[str, str]]:
+    """All published rows of a figure."""
+    return [row for row in _rows() if row["figure"] == figure]
+
+
 def nanoseconds(row: dict[str, str] | None) -> float | None:
     """What a published time or rate comes to for one ray (of whole images: for one pixel)."""
     if row is None:

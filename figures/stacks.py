@@ -15,6 +15,7 @@ from gpgpu_rt.texel_layout import HIT, RAY_TEXELS, STACK_ENTRY
 from .cell import Cell
 from .gap_work import DONE, STACKS
 from .output import markdown_table, number, plt, save_chart, write_csv, write_text
+from .published_numbers import published
 from .results import finished, read
 
 SCENE, CARD = "kitchen", "G80"
@@ -22,7 +23,9 @@ WARP, CLOCKS = 32, 4      # rays of a warp, and clocks that it takes for an inst
 MEMORIES = range(512, 128 * 1024 + 1, 512)    # bytes on chip of a multiprocessor
 TICKS = (1, 2, 4, 8, 16, 32, 64, 128)         # KiB
 CHANNEL = 4               # bytes
-SURVEYS = 256             # bytes of stack a ray, as the survey reckons
+# Bytes of stack a ray, and rays that could run, as the survey reckons.
+SURVEYS = int(published("text", "", "bvh stack", quantity="local stack per ray") or 0)
+AT_ONCE = int(published("text", "", "", quantity="processes in parallel") or 0)
 
 
 def _bytes(fields: Iterable[Field], names: Iterable[str] | None = None) -> int:
@@ -206,11 +209,12 @@ def _paragraph(found: list[list[Any]]) -> str:
     """What the survey expects, and what the rows say."""
     card, by = machines()[CARD], {row[0]: row for row in found}
     parts = [
-        "The survey reckons that a stack of 256 bytes a ray leaves 64 rays in the 16 KiB of the "
-        f"{CARD} where 128 could run, and so explains why stacks win nothing there. The 16 KiB "
-        f"are each multiprocessor's, so that {card.on_chip // SURVEYS} such stacks fit beside its "
-        f"8 lanes, {card.multiprocessors * card.on_chip // SURVEYS} on the card: lanes are not "
-        "what runs short. But fetches must be hidden."]
+        f"The survey reckons that a stack of {SURVEYS} bytes a ray leaves "
+        f"{card.on_chip // SURVEYS} rays in the {card.on_chip // 1024} KiB of the {CARD} where "
+        f"{AT_ONCE} could run, and so explains why stacks win nothing there. Those are each "
+        f"multiprocessor's, so that {card.on_chip // SURVEYS} such stacks fit beside its "
+        f"{WARP // CLOCKS} lanes, {card.multiprocessors * card.on_chip // SURVEYS} on the card: "
+        "lanes are not what runs short. But fetches must be hidden."]
     for label in ("kd-stack", "bvh-stack"):
         if label in by:
             row = by[label]

@@ -78,7 +78,8 @@ def lines(data: Path, full: bool) -> Iterator[Line]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """Properties that agree, and the relative performance by Figure 26's rule."""
+    """The worse of two: the relative performance by Figure 26's rule, and the properties, of which
+    more than half must agree, or else they contradict."""
     found = list(lines(data, full))
     if not found:
         return verdicts.of_claims({})
@@ -87,9 +88,11 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
     differ = [f"{line.entry.source}, {column.replace('_', ' ')}: {line.ours[column]}, not "
               f"{line.theirs[column]}" for column in COLUMNS[:-1] for line in found
               if line.agrees(column) is False]
+    stated = len(scores) - scores.count(None)
+    word = speed.word if 2 * scores.count(True) > stated else verdicts.CONTRADICTED
     return verdicts.Verdict(
-        speed.word, f"Relative performance: {speed.why} Properties: {scores.count(True)} of "
-        f"{len(scores) - scores.count(None)} that the survey states are the same here"
+        word, f"Relative performance: {speed.why} Properties: {scores.count(True)} of "
+        f"{stated} that the survey states are the same here"
         + (f"; differing, implementation left out: {'; '.join(differ)}" if differ else "") + ".")
 
 

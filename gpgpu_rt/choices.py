@@ -50,6 +50,12 @@ class Choices:
     coherent: Choice
     incoherent: Choice
 
+    def __post_init__(self) -> None:
+        for one in (self.coherent, self.incoherent):
+            if not isinstance(one, Choice):
+                raise OptionError(f"choices are of Choice, not {one!r}; give "
+                                  'Choice("bvh-packet", {"octants": True}), say')
+
     @classmethod
     def one(cls, choice: Choice) -> Choices:
         """One ``choice`` that serves all rays."""

@@ -142,6 +142,12 @@ def automatic(scene: Scene, renderer: str, options: Mapping[str, Any]
     coherent, incoherent = (Choice(SAFE_DEFAULT[rays][0], {**SAFE_DEFAULT[rays][1], **options})
                             for rays in RAYS)
     try:
+        incoherent.resolved()
+    except OptionError as failure:
+        raise OptionError(f"method auto takes {coherent.method} for coherent rays and "
+                          f"{incoherent.method} for others: {failure}; or name the method that "
+                          "such an option is for") from failure
+    try:
         coherent.resolved()
     except OptionError:
         coherent = incoherent

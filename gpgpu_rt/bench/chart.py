@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import statistics
 from collections.abc import Sequence
+from pathlib import Path
 
 import matplotlib
 
@@ -12,6 +13,8 @@ import matplotlib.pyplot as plt  # noqa: E402  (the backend must be chosen first
 from ..files import replacing  # noqa: E402
 from .engines import ENGINES  # noqa: E402
 from .race import Entry  # noqa: E402
+
+FORMATS = (".png", ".svg", ".pdf")
 
 _THEIRS = {engine.name for engine in ENGINES}
 
@@ -41,7 +44,7 @@ def draw(found: Sequence[tuple[str, str, list[Entry]]], path: str) -> None:
         axis.spines[["top", "right"]].set_visible(False)
     figure.tight_layout()
     with replacing(path) as temporary:
-        figure.savefig(temporary, dpi=130)
+        figure.savefig(temporary, dpi=130, format=Path(path).suffix[1:].lower())
     plt.close(figure)
 
 

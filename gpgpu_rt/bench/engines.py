@@ -131,11 +131,13 @@ def _mitsuba(threads: int) -> Callable[[Scene, Workload], Run]:
 
 EMBREE = "embreex, one thread"     # what the others are measured by
 
+_ALL = [CORES] if CORES > 1 else []     # threads, besides one
+
 ENGINES = (
     Engine(EMBREE, ("embreex",), _embree(1)),
-    Engine(f"embreex, {CORES} threads", ("embreex",), _embree(CORES), threads=CORES),
+    *(Engine(f"embreex, {n} threads", ("embreex",), _embree(n), threads=n) for n in _ALL),
     Engine("trimesh's own", ("rtree",), _trimesh, most=1024, ends=False),
     Engine("Open3D, one thread", ("open3d",), _open3d(1)),
-    Engine(f"Open3D, {CORES} threads", ("open3d",), _open3d(CORES), threads=CORES),
+    *(Engine(f"Open3D, {n} threads", ("open3d",), _open3d(n), threads=n) for n in _ALL),
     Engine(f"Mitsuba 3, {CORES} threads", ("mitsuba", "drjit"), _mitsuba(CORES), threads=CORES),
 )

@@ -64,7 +64,8 @@ class Entry:
         return "slower" if max(self.over) < 1 else "not told apart"
 
     def to_dict(self) -> dict[str, Any]:
-        found = {**asdict(self), "rays_per_second": self.rays_per_second, "spread": self.spread}
+        found = {**asdict(self), "work": self.work and self.work.to_dict(),
+                 "rays_per_second": self.rays_per_second, "spread": self.spread}
         for name, turns in (("over_embree", self.over), ("over_embree_wall", self.over_wall)):
             if turns:
                 found[name] = statistics.median(turns)

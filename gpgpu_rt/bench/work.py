@@ -1,7 +1,7 @@
 """Work: what a method does for a ray, from a small sample of a workload, to hold against peaks."""
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
@@ -30,6 +30,12 @@ class Work:
     texels: float = 0.0
     instructions: float = 0.0
     unknown: str = ""
+
+    def to_dict(self) -> dict[str, float | str | None]:
+        """Counts that are not known are none."""
+        if self.unknown:
+            return {"texels": None, "instructions": None, "unknown": self.unknown}
+        return asdict(self)
 
     def shares(self, peaks: Peaks, rays_per_second: float) -> dict[str, float | None]:
         """Of the peak rates of fetching from a cache and of calculating; None if unknown."""

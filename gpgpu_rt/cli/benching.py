@@ -2,9 +2,12 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from typing import Any
 
 from ..bench import ENGINES, RAY_SETS, Entry, Peaks, peaks, race, too_noisy
+from ..bench.roofline import FLOPS_AN_INSTRUCTION
+from ..bench.work import Work
 from ..errors import Error, OptionError, nearest_names
 from ..files import check_writable
 from ..gpu import open_gpu
@@ -15,6 +18,8 @@ from .shared import (
     Command, add_methods, add_options, given_options, names, options_for, print_json, print_table,
     say, side_word
 )
+
+Races = list[tuple[str, str, list[Entry]]]
 
 SIZE = 1024
 # Those that were fastest, by options that are not their defaults.
@@ -46,7 +51,7 @@ def _bench(chosen: argparse.Namespace) -> None:
         if kind not in RAY_SETS:
             raise OptionError(f"--rays {kind!r}{nearest_names(kind, RAY_SETS)}")
     if chosen.plot is not None:
-        check_writable(chosen.plot)
+        _chart(chosen.plot)
     candidates = _candidates(chosen)
     for scene in chosen.scenes:      # what is misspelt is found before hours are spent
         load_scene(scene)
@@ -61,8 +66,6 @@ def _bench(chosen: argparse.Namespace) -> None:
             if not chosen.json:
                 _print(scene, kind, entries, chosen.size, peak)
     assert peak is not None
-    if chosen.plot is not None:
-        _plot(found, chosen.plot)
     if chosen.json:
         print_json({"gpu": gpu.info(), "peaks": peak.to_dict(), "size": chosen.size,
                     "missing": _missing(),
@@ -70,8 +73,10 @@ def _bench(chosen: argparse.Namespace) -> None:
                                "entries": [{**entry.to_dict(), **_shares(entry, peak)}
                                            for entry in entries]}
                               for scene, kind, entries in found]})
-        return
-    _print_peaks(gpu.renderer, peak)
+    else:
+        _print_peaks(gpu.renderer, peak)
+    if chosen.plot is not None:
+        _chart(chosen.plot)(found, chosen.plot)
 
 
 def _candidates(chosen: argparse.Namespace) -> list[tuple[str, dict[str, Any]]]:
@@ -93,8 +98,8 @@ def _candidates(chosen: argparse.Namespace) -> list[tuple[str, dict[str, Any]]]:
 
 
 def _shares(entry: Entry, peak: Peaks) -> dict[str, float | None]:
-    """Of the renderer's peaks; nothing of an engine."""
-    return {} if entry.work is None else entry.work.shares(peak, entry.rays_per_second)
+    """Of the renderer's peaks; of an engine nothing is known."""
+    return (entry.work or Work(unknown="an engine")).shares(peak, entry.rays_per_second)
 
 
 def _print(scene: str, kind: str, entries: list[Entry], size: int, peak: Peaks) -> None:
@@ -129,23 +134,30 @@ def _words(options: dict[str, Any]) -> str:
 
 
 def _print_peaks(renderer: str, peak: Peaks) -> None:
+    print("over embreex: times the rate of embreex on one thread, the median over turns, our "
+          "passes alone;\narrays in to out: the same from numpy arrays to numpy arrays; spread: "
+          "slowest turn over fastest")
     print(f"peaks of {renderer}, by programs that do nothing else: "
           f"{peak.near_texels / 1e9:.2f} G texels/s fetched from a cache, "
-          f"{peak.far_texels / 1e9:.3f} from all over 64 MiB, {peak.flops / 1e9:.1f} GFLOP/s")
+          f"{peak.far_texels / 1e9:.3f} from all over 64 MiB, {peak.flops / 1e9:.1f} GFLOP/s, "
+          f"{FLOPS_AN_INSTRUCTION} of them\na multiply-add, which counts one instruction")
     if _missing():
-        print("not installed, and so not here: " + ", ".join(_missing()))
+        print("not installed, and so not here: " + "; ".join(_missing()))
 
 
 def _missing() -> list[str]:
     return [engine.name for engine in ENGINES if engine.missing]
 
 
-def _plot(found: list[tuple[str, str, list[Entry]]], path: str) -> None:
+def _chart(path: str) -> Callable[[Races, str], None]:
+    """What draws a chart into such a file; Error where nothing can."""
     try:
-        from ..bench.chart import draw
+        from ..bench.chart import FORMATS, draw
     except ImportError as failure:
         raise Error("--plot draws with matplotlib: pip install 'gpgpu_rt[figures]'") from failure
-    draw(found, path)
+    if check_writable(path).suffix.lower() not in FORMATS:
+        raise OptionError(f"--plot {path}: a chart's name ends in {', '.join(FORMATS)}")
+    return draw
 
 
 def _is_quick(row: Method) -> bool:

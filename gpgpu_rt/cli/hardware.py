@@ -23,6 +23,8 @@ def _hardware(chosen: argparse.Namespace) -> None:
     if chosen.scene and not chosen.methods:
         raise OptionError("option --scene says whose tables a card must hold, which --methods "
                           "looks at; give --methods with it")
+    if chosen.sources and chosen.methods:
+        raise OptionError("--sources and --methods are tables of their own; give one")
     found = cards()
     refused = {}
     if chosen.methods:
@@ -47,7 +49,8 @@ def _hardware(chosen: argparse.Namespace) -> None:
                                  for card in found)) for method, schedule in pairs])
         print("\nThe programs are this package's: an index is one channel here, two coordinates "
               "would reach further;\nthe ray engine of 2002 ran in fixed point, ours stands on "
-              "float textures.")
+              "float textures. How often loops turn is not held\nagainst the loop limit: that "
+              "depends on the rays.")
         return
     names = list(found[0].figures)
     print_table(("figure", *(f"{card.chip}, {card.year}" for card in found)),

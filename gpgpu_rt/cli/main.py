@@ -205,6 +205,13 @@ def _tracer(chosen: argparse.Namespace, scene: Scene | None = None) -> Tracer:
     return Tracer(load_scene(source), method, **options)
 
 
+def _bounds(tracer: Tracer) -> str:
+    """What the settings in force promise."""
+    promise = tracer.choices.of(tracer.taken).promise
+    return "" if not promise else (f": at most {promise['max_wrong']:g} of rays wrong, t within "
+                                   f"{promise['max_t_error']:g}")
+
+
 def _report(chosen: argparse.Namespace, tracer: Tracer, line: str,
             plan: Plan | None = None) -> None:
     statistics = tracer.statistics
@@ -218,12 +225,12 @@ def _report(chosen: argparse.Namespace, tracer: Tracer, line: str,
     print_stand_in(tracer.scene)
     print(f"{line}\n{tracer.method.name} on {tracer.gpu.renderer}: "
           f"{counted(statistics.passes, 'pass')}, {statistics.trace_seconds * 1e3:.0f} ms for "
-          f"{counted(statistics.rays, 'ray')}, built in "
+          f"{counted(statistics.rays, 'ray' if chosen.run is _trace else 'pixel')}, built in "
           f"{statistics.build_seconds:.2f} s")
     rays = f" for {statistics.choice} rays" if statistics.choice else ""
     if chosen.method == AUTO:
         print("auto took the settings that `tune` kept for this scene and renderer" + rays
-              if tracer.settings is not None else
+              + _bounds(tracer) if tracer.settings is not None else
               f"auto took a safe default{rays}: `tune` kept no settings that fit")
     elif rays:
         print(f"{chosen.settings} says so{rays}")

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import re
 import sys
 from collections.abc import Callable, Iterable, Sequence
@@ -202,10 +203,37 @@ def size_word(text: str) -> tuple[int, int]:
 
 def side_word(text: str) -> int:
     """Pixels a side of a word such as 512 or 512x512."""
-    width, height = size_word(text)
+    try:
+        width, height = size_word(text)
+    except argparse.ArgumentTypeError:
+        width, height = 0, -1
     if width != height:
-        raise argparse.ArgumentTypeError(f"{text!r} is no square; give one side, as in 512")
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is no side of a square; give pixels, as in 512")
     return width
+
+
+def whole_word(text: str, least: int = 0) -> int:
+    """A whole number, not below ``least``."""
+    if not text.isdecimal() or int(text) < least:
+        raise argparse.ArgumentTypeError(f"{text!r} is no whole number of {least} or more")
+    return int(text)
+
+
+def count_word(text: str) -> int:
+    """How many: one or more."""
+    return whole_word(text, 1)
+
+
+def seconds_word(text: str) -> float:
+    """A time, none at all among them."""
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not 0 <= seconds < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r} is no time; give seconds, 0 or more")
+    return seconds
 
 
 def say(line: str) -> None:

@@ -31,7 +31,7 @@ def add_scheduler(sub: argparse.ArgumentParser, what: str) -> None:
 
 
 def trace_shared(chosen: argparse.Namespace, rays: dict[str, np.ndarray]) -> None:
-    """`trace` among workers; what their tracers count is theirs, and not told."""
+    """`trace` among workers."""
     method, options = _method(chosen)
     scene = load_scene(chosen.scene)
     with Workers(chosen.scheduler) as workers, told("part", tenths("part")) as progress:
@@ -115,6 +115,10 @@ def _frames(chosen: argparse.Namespace, workers: Workers, animation: Animation,
 def _method(chosen: argparse.Namespace) -> tuple[str, dict[str, Any]]:
     """The method that was named and its options; whatever machine takes them, they are known."""
     if chosen.settings is not None or chosen.force or chosen.method == AUTO:
-        raise OptionError("--scheduler goes with a method and its options; name one by --method")
+        raise OptionError("auto and --settings choose within one process; with --scheduler name a "
+                          "method, by --method")
     method = chosen.method or DEFAULT_METHOD
-    return method, options_for(chosen, method)
+    options = options_for(chosen, method)
+    if options.get("statistics"):
+        raise OptionError("--statistics counts within one process; leave --scheduler out")
+    return method, options

@@ -18,8 +18,8 @@ from ..gpu import open_gpu
 from ..scene import load_scene
 from ..words import number
 from .shared import (
-    Command, add_methods, add_options, given_options, names, print_json, print_table, say,
-    size_word
+    Command, add_methods, add_options, count_word, given_options, names, print_json, print_table,
+    say, seconds_word, size_word, whole_word
 )
 
 
@@ -50,12 +50,12 @@ def add_commands(command: Command) -> None:
     sub.add_argument("--max-bytes", type=int, metavar="N",
                      help="texture bytes with 512 x 512 rays in flight; one choice then serves "
                      "all rays, for two would be held at once")
-    sub.add_argument("--rays", type=int, metavar="N", help="to prove the bounds with, and as many "
-                     "to confirm them; raised to what they take, which is the default")
+    sub.add_argument("--rays", type=count_word, metavar="N", help="to prove the bounds with, and "
+                     "as many to confirm them; raised to what they take, which is the default")
     sub.add_argument("--kinds", type=names, default=list(KINDS), metavar="NAME,NAME,...",
                      help=f"rays the promise is for, in equal shares; default {','.join(KINDS)}")
-    sub.add_argument("--seed", type=int, default=0, help="of the rays")
-    sub.add_argument("--budget", type=float, default=300.0, metavar="SECONDS",
+    sub.add_argument("--seed", type=whole_word, default=0, help="of the rays")
+    sub.add_argument("--budget", type=seconds_word, default=300.0, metavar="SECONDS",
                      help="time for trying candidates, half of it for coherent rays; default "
                      "%(default)s")
     add_methods(sub, "all")

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ..accel.morton import morton_2d
 from .program import Program, Work
 from .translate import translate
 
@@ -131,9 +132,7 @@ def _wide(value: Any, count: int) -> np.ndarray:
     return value if value.shape else np.broadcast_to(value, count)
 
 
-def morton_order(width: int, height: int) -> np.ndarray:
+def texels_along_morton(width: int, height: int) -> np.ndarray:
     """(width * height, 2) int: texels in an order whose runs are compact, as rasterisers go."""
     y, x = np.divmod(np.arange(width * height), width)
-    key = sum(((x >> bit) & 1) << (2 * bit) | ((y >> bit) & 1) << (2 * bit + 1)
-              for bit in range(16))
-    return np.stack([x, y], axis=1)[np.argsort(key, kind="stable")]
+    return np.stack([x, y], axis=1)[np.argsort(morton_2d(y, x), kind="stable")]

@@ -13,7 +13,7 @@ import numpy as np
 from ..passes.fragment_pass import FragmentPass
 from ..tracer import Tracer
 from .compiler import compiled
-from .emulate import WIDTHS, Look, Run, emulate, morton_order, unseen
+from .emulate import WIDTHS, Look, Run, emulate, texels_along_morton, unseen
 from .program import Program, parse
 
 TRAVERSALS = ("passes/traverse.frag", "passes/packet.frag")
@@ -103,7 +103,7 @@ def emulated(tracer: Tracer, origins: np.ndarray, directions: np.ndarray, any_hi
     program = program_of((vertex, fragment))
     packet = tracer.options.get("packet", (1, 1)) if tracer.method.packet else (1, 1)
     part = tile[0] // packet[0], tile[1] // packet[1]
-    inside = morton_order(*part)
+    inside = texels_along_morton(*part)
     tiles = origins.shape[1] // tile[0]
     texels = np.concatenate([inside + (part[0] * at, 0) for at in range(tiles)])
     with np.errstate(all="ignore"):

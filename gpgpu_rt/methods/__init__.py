@@ -62,6 +62,9 @@ def methods() -> list[Method]:
 def find_method(name: str) -> Method:
     """The row of a name; OptionError suggests the nearest ones."""
     _take_named()
+    if name == "auto":
+        raise OptionError("auto is no method but a choice that Tracer, `render` and `trace` make "
+                          f"in one process; here name a method: {', '.join(_TABLE)}")
     if name not in _TABLE:
         raise OptionError(f"no method {name!r}" + nearest_names(str(name), _TABLE))
     return _TABLE[name]

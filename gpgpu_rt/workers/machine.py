@@ -17,13 +17,15 @@ Processes = Callable[[], Iterable[int]]     # their numbers, now
 _turn = threading.RLock()      # of this process's threads, which hold the machine in turns
 _held: list[IO[bytes]] = []    # the file that this process holds the machine by, while it does
 _alone: list[IO[bytes]] = []   # the same, while it keeps everybody out
+_told: list[Callable[[], object]] = []    # by whoever holds it: what to call before waiting
 _helpers: list[Processes] = []     # of this process: they stand still while it is alone
 
 
 @contextlib.contextmanager
 def taken(waiting: Callable[[], object] = lambda: None) -> Iterator[None]:
     """Hold this machine side by side with other processes that do; while one holds it alone, call
-    ``waiting`` and wait. Threads of a process take turns.
+    ``waiting`` and wait, within it also before waiting to be `alone`. Threads of a process take
+    turns.
 
     Notes
     -----
@@ -35,16 +37,22 @@ def taken(waiting: Callable[[], object] = lambda: None) -> Iterator[None]:
             yield
             return
         with _file().open("ab") as file:
-            try:
-                fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
-            except BlockingIOError:
-                waiting()
-                fcntl.flock(file, fcntl.LOCK_SH)
+            _lock(file, fcntl.LOCK_SH, waiting)
             _held.append(file)
+            _told.append(waiting)
             try:
                 yield
             finally:
                 _held.pop()
+                _told.pop()
+
+
+def _lock(file: IO[bytes], how: int, waiting: Callable[[], object]) -> None:
+    try:
+        fcntl.flock(file, how | fcntl.LOCK_NB)
+    except BlockingIOError:
+        waiting()
+        fcntl.flock(file, how)
 
 
 @contextlib.contextmanager
@@ -56,7 +64,7 @@ def alone() -> Iterator[None]:
         if _alone:
             yield
             return
-        fcntl.flock(_held[0], fcntl.LOCK_EX)
+        _lock(_held[0], fcntl.LOCK_EX, _told[0])
         _alone.extend(_held)
         try:
             with _helpers_stopped():

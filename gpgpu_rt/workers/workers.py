@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from ..animation import Animation
+from ..animation import Animation, load_animation
 from ..camera import Camera
 from ..content import digest
 from ..errors import Error, OptionError
@@ -68,6 +68,8 @@ class Workers:
             raise Error("workers are Dask's: pip install 'gpgpu_rt[workers]'") from failure
         if count is not None and count < 1:
             raise OptionError(f"{count} workers do nothing; give 1 or more")
+        if threads is not None and threads < 1:
+            raise OptionError(f"{threads} threads draw nothing; give 1 or more")
         self._cluster: Any = None
         self.scheduler = address = scheduler
         if scheduler == LOCAL:
@@ -86,7 +88,7 @@ class Workers:
         try:
             if scheduler != LOCAL:      # a Client that cannot read it would hang as it is deleted
                 distributed.comm.resolve_address(scheduler)
-            self.client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
+            self._client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
         except (OSError, ValueError) as failure:
             if self._cluster is not None:
                 self._cluster.close()
@@ -99,6 +101,14 @@ class Workers:
             raise Error(f"the Dask scheduler at {scheduler} has no workers; start some with "
                         f"`dask worker --nthreads 1 {scheduler}`") from failure
         self._futures: OrderedDict[tuple[Any, ...], Any] = OrderedDict()   # the last ones
+
+    @property
+    def client(self) -> Any:
+        """Dask's client. Error where it was closed."""
+        if self._client.status == "closed":
+            raise Error("these workers were closed, as their `with` block does at its end; make "
+                        "others")
+        return self._client
 
     def processes(self) -> list[int]:
         """Numbers of the local ones, now: one that was killed comes back as another."""
@@ -203,17 +213,20 @@ class Workers:
         return self.map(tasks.draw, [(*shared, {**drawing, "size": region.whole}, region.box)
                                      for region in regions], progress)
 
-    def frames(self, animation: Animation, frames: Sequence[int], method: str = "bvh-threaded",
-               progress: Progress | None = None, drawing: Mapping[str, Any] = {},
+    def frames(self, animation: Animation | str, frames: Sequence[int],
+               method: str = "bvh-threaded", progress: Progress | None = None,
+               drawing: Mapping[str, Any] = {},
                **options: Any) -> Iterator[tuple[int, np.ndarray]]:
         """Frames as they are done: (frame, (height, width, 3) uint8).
 
         Parameters
         ----------
+        animation : one, or the name of a scene that moves
         frames : their numbers
         progress : is told frames done, and of how many
         drawing : what ``Tracer.render`` takes
         """
+        animation = load_animation(animation) if isinstance(animation, str) else animation
         shared = *self.shared(animation.scene, method, options), self.sent(animation.vertices)
         for at, drawn in self.map(tasks.draw_frame, [(*shared, drawing, frame)
                                                      for frame in frames], progress):
@@ -280,7 +293,7 @@ class Workers:
 
     def close(self) -> None:
         """End local processes; those of another scheduler are left to it."""
-        self.client.close()
+        self._client.close()
         if self._cluster is not None:
             self._cluster.close()
 

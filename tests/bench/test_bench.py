@@ -159,13 +159,15 @@ def test_bench_command(capsys, tmp_path) -> None:
             assert one["fetch_share"] == pytest.approx(one["work"]["texels"] * one[
                 "rays_per_second"] / found["peaks"]["near_texels"])
         else:
-            assert "fetch_share" not in one and one["work"] is None
+            assert one["fetch_share"] is None and one["work"] is None
     assert Image.open(chart).width > 100
 
 
 @pytest.mark.parametrize("words, message", [(["--runs", "0"], "give 1 or more"),
                                             (["--rays", "eyes"], "did you mean eye"),
-                                            (["--plot", "no/such/b.png"], "there is no folder")])
+                                            (["--plot", "no/such/b.png"], "there is no folder"),
+                                            (["--plot", "b.xyz"], "ends in .png, .svg, .pdf"),
+                                            (["--plot", "b"], "ends in .png")])
 def test_mistakes_are_one_line(capsys, words: list[str], message: str) -> None:
     assert cli.main(["bench", "cornell", "--size", "8", "-m", "grid", *words]) == 1
     assert message in capsys.readouterr().err

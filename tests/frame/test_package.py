@@ -227,6 +227,9 @@ def test_trace_command(capsys, tmp_path) -> None:
     assert {"t", "u", "v", "status", "nodes_visited"} <= set(hits)
 
 
+BOUNDS = ["--max-wrong", "1e-3", "--max-t-error", "1e-3"]
+
+
 @pytest.mark.parametrize("arguments, message", [
     (["render", "cornel", "-o", "{}/x.png"], "did you mean cornell"),
     (["render", "cornell", "--presort", "-o", "{}/x.png"], "take --sort-rays"),
@@ -267,8 +270,14 @@ def test_trace_command(capsys, tmp_path) -> None:
     (["render", "cornell", "-m", "grid", "--density", "3", "--resolution", "4", "-o", "{}/x.png"],
      "exclude each other"),
     (["bench", "cornell", "-m", "grid,"], "empty name"),
-    (["bench", "cornell", "--size", "8x4"], "no square"),
-    (["bench", "cornell", "--size", "-3"], "no size"),
+    (["bench", "cornell", "--size", "8x4"], "no side of a square"),
+    (["bench", "cornell", "--size", "-3"], "no side of a square"),
+    (["tune", "cornell", *BOUNDS, "--budget", "-1"], "give seconds"),
+    (["tune", "cornell", *BOUNDS, "--rays", "0"], "of 1 or more"),
+    (["tune", "cornell", *BOUNDS, "--seed", "-3"], "of 0 or more"),
+    (["render", "cornell", "-m", "auto", "--packet", "2x2", "-o", "{}/x.png"], "name the method"),
+    (["bench", "cornell", "-m", "auto"], "no method but a choice"),
+    (["hardware", "--methods", "--sources"], "give one"),
     (["bench", "cornell", "--size", "8", "--stack-size", "4", "--cells", "grid"],
      "no method takes all of these options: cells=grid, stack_size=4"),
     (["passes", "cornell", "-m", "kd-stack", "-o", "{}/new"], "loop"),

@@ -12,7 +12,7 @@ from gpgpu_rt.errors import ShaderError
 from gpgpu_rt.hardware import compiler
 from gpgpu_rt.hardware.compiler import compiled
 from gpgpu_rt.hardware.counters import counted, pass_counts
-from gpgpu_rt.hardware.emulate import morton_order
+from gpgpu_rt.hardware.emulate import texels_along_morton
 from gpgpu_rt.hardware.program import parse
 from gpgpu_rt.hardware.sample import emulated, tile_pixels
 from gpgpu_rt.hardware.translate import translate
@@ -53,7 +53,8 @@ def test_the_emulation_leaves_what_the_renderer_left(method: str, options: dict)
                  for texture in range(len(watch.results()))}
         width, height = tracer.options.get("packet", (1, 1)) if tracer.method.packet else (1, 1)
         part = TILE[0] // width, TILE[1] // height
-        places = np.concatenate([morton_order(*part) + (part[0] * at, 0) for at in range(2)])
+        places = np.concatenate([texels_along_morton(*part) + (part[0] * at, 0)
+                                for at in range(2)])
         for target, image in enumerate(watch.results()):
             left = image[places[:, 1], places[:, 0]].view(np.uint32)
             mine = [name for name in run.outputs if name == drawn[target]] or [

@@ -193,7 +193,8 @@ def test_tiles_of_an_interrupted_picture_are_kept(tmp_path, monkeypatch, capsys,
 
 
 @pytest.mark.parametrize("words, message", [
-    (["--scheduler", "ADDRESS", "-m", "auto"], "--scheduler goes with a method"),
+    (["--scheduler", "ADDRESS", "-m", "auto"], "with --scheduler name a method"),
+    (["--scheduler", "ADDRESS", "--statistics"], "leave --scheduler out"),
     (["--scheduler", "ADDRESS", "--explain"], "leave --scheduler out"),
     (["--scheduler", "ADDRESS", "--integrator", "path", "--noise", "0.1"], "give samples"),
     (["--scheduler", "ADDRESS", "--first-hits", "rasterised"], "whole pictures"),

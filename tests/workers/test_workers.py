@@ -1,6 +1,7 @@
 """Workers: hits and pictures as one process finds them, whatever happens to a worker."""
 from __future__ import annotations
 
+import fcntl
 import os
 import signal
 import subprocess
@@ -12,7 +13,7 @@ import pytest
 import gpgpu_rt as rt
 from gpgpu_rt import cli, rays
 from gpgpu_rt.accel.cache import cache_files, give_cache
-from gpgpu_rt.workers import Workers, tasks
+from gpgpu_rt.workers import Workers, machine, tasks
 
 pytest.importorskip("distributed")
 
@@ -91,7 +92,7 @@ def test_trace_command(tmp_path, capsys, address: str) -> None:
     with rt.Tracer(scene) as tracer:
         assert (np.load(written)["t"] == tracer.trace(origins, directions).t).all()
     assert cli.main([*words, "local", "-m", "auto"]) == 1
-    assert "--scheduler goes with a method" in capsys.readouterr().err
+    assert "with --scheduler name a method" in capsys.readouterr().err
 
 
 def test_arrays_that_do_not_fit_are_refused(workers: Workers) -> None:
@@ -168,3 +169,34 @@ def test_without_dask_it_says_what_to_install() -> None:
             "except Exception as failure: print(failure)")
     answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert "pip install 'gpgpu_rt[workers]'" in answer.stdout
+
+
+def test_misuse_is_an_error_with_advice(workers: Workers) -> None:
+    with pytest.raises(rt.OptionError, match="0 threads"):
+        Workers(count=1, threads=0)
+    with pytest.raises(rt.OptionError, match="no method but a choice"):
+        workers.trace("cornell", np.zeros((1, 3)), np.ones((1, 3)), "auto")
+    closed = Workers(workers.client.scheduler.address)
+    closed.close()
+    with pytest.raises(rt.Error, match="were closed"):
+        closed.trace("cornell", np.zeros((1, 3)), np.ones((1, 3)), METHOD)
+    with pytest.raises(rt.OptionError, match="not 'kd-restart'"):
+        rt.Choices(rt.Choice("grid"), "kd-restart")
+    (frame, pixels), = workers.frames("cloth", [3], METHOD, drawing={"size": (8, 6)})
+    assert frame == 3 and pixels.shape == (6, 8, 3)
+
+
+def test_who_waits_for_the_machine_says_so(tmp_path, monkeypatch) -> None:
+    """Also where it holds the machine side by side with others, and is to be alone."""
+    monkeypatch.setattr(machine, "_file", lambda: tmp_path / "lock")
+    waited: list[str] = []
+    with (tmp_path / "lock").open("ab") as other:
+        fcntl.flock(other, fcntl.LOCK_SH)
+
+        def told() -> None:
+            waited.append("told")
+            fcntl.flock(other, fcntl.LOCK_UN)
+        with machine.taken(told):
+            assert not waited
+            with machine.alone():
+                assert waited == ["told"]
