@@ -16,7 +16,8 @@ from ..errors import Error, OptionError
 from ..files import check_writable, read_npz, replacing
 from ..gpu import open_gpu, probe
 from ..integrators.plan import Plan
-from ..methods import load_methods, methods
+from ..methods import find_method, load_methods, methods
+from ..options import spell
 from ..rasterised.first_hits import FIRST_HITS
 from ..scene import Scene, list_scenes, load_scene
 from ..surfaces.parametrise import CUTS, remesh
@@ -29,7 +30,7 @@ from .parser import Parser
 from .picture import add_picture, drawing_of, explain, light_options, progress_shown
 from .shared import (
     add_method, add_options, all_options, given_options, options_for, print_json, print_stand_in,
-    print_table, say, scene_facts, size_word, spelled_out
+    print_table, say, scene_facts, size_word, spelled_out, word_of
 )
 from .sharing import add_scheduler, render_shared, trace_shared
 
@@ -98,12 +99,21 @@ def _info(chosen: argparse.Namespace) -> None:
 
 
 def _methods(chosen: argparse.Namespace) -> None:
+    rows = [find_method(name) for name in chosen.names] or list(methods())
     if chosen.json:
-        return print_json([row.to_dict() for row in methods()])
-    print_table(("method", "paper", "what it does", "own options"),
-                [(row.name, row.citation, row.summary,
-                  " ".join("--" + o.name.replace("_", "-") for o in row.options) or "-")
-                 for row in methods()])
+        return print_json([row.to_dict() for row in rows])
+    if not chosen.names:
+        print_table(("method", "paper", "what it does"),
+                    [(row.name, row.citation, row.summary) for row in rows])
+        print("\n`gpgpu-rt methods NAME` lists a method's own options.")
+    for row in rows if chosen.names else ():
+        print(f"{row.name}: {row.summary} ({row.citation})\n"
+              f"schedules: {', '.join(row.schedules)}")
+        print_table(("option", "default", "what it is"), [
+            (word_of(o.name), {None: "-", False: "no"}.get(o.default, spell(o.default)),
+             o.help + (f" ({', '.join(map(spell, o.choices))})" if o.choices else ""))
+            for o in row.options] or [("none", "-", "")])
+        print()
 
 
 def _scenes(chosen: argparse.Namespace) -> None:
@@ -306,7 +316,8 @@ def _parser() -> argparse.ArgumentParser:
                          "scene or renderer too")
 
     command("info", _info, "contexts found, renderer and limits")
-    command("methods", _methods, "the method table")
+    sub = command("methods", _methods, "the method table, or a method's own options")
+    sub.add_argument("names", nargs="*", metavar="NAME", help="methods whose options are listed")
     command("scenes", _scenes, "named scenes, and where each was found")
     sub = command("render", _render, "render a scene to an image file")
     sub.add_argument("scene", help="a scene's name, a mesh file or a scene file (.json)")

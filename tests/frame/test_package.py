@@ -135,6 +135,10 @@ def test_tables(capsys) -> None:
         assert status == 0 and len(out.splitlines()) >= 3
         status, out, _ = run(capsys, command, "--json")
         assert status == 0 and len(json.loads(out)) >= 2
+    status, out, _ = run(capsys, "methods", "bvh-packet", "brute-force")
+    assert status == 0 and "--packet          2x2" in out and "--octants         no" in out
+    assert "sah, kay-kajiya" in out and "brute-force" in out
+    assert "did you mean grid" in run(capsys, "methods", "gird")[2]
 
 
 def test_render_command(capsys, tmp_path) -> None:
