@@ -87,19 +87,6 @@ def test_more_nodes_than_can_be_indexed(exact_renderer, options: dict, monkeypat
         assert_same_bits(tracer.trace(*rays), expected)
 
 
-@pytest.mark.parametrize("method", ["kd-restart", "kd-ropes", "kd-backtrack", "kd-packet"])
-def test_more_kd_nodes_than_can_be_indexed(exact_renderer, method: str, monkeypatch) -> None:
-    scene = soup_scene(300, 4)
-    rays = RAY_SETS["random"](scene, 800, 5)
-    with rt.Tracer(scene, "brute-force") as tracer:
-        expected = tracer.trace(*rays)
-    monkeypatch.setattr(kdtree, "EXACT_INTEGER", 2000)
-    with rt.Tracer(scene, method) as tracer:
-        tree = tracer.accelerator.structure
-        assert 300 < len(tree.axis) <= 2000 and 1000 < len(tree.references) <= 2000
-        assert_same_bits(tracer.trace(*rays), expected)
-
-
 @pytest.mark.parametrize("most", [1, 2, 3, 40, 333, 10**6])
 def test_coarsened_kd_trees(most: int) -> None:
     """Leaves hold what their subtrees' held, each triangle once; planes above stay."""
