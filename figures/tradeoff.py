@@ -18,8 +18,8 @@ SCENES = ("bunny", "cornell")
 # All options of these; of the others precision alone, half floats where it must be quick (packets
 # compute as their rays would alone, and take seconds to compile).
 DETAIL = ("kd-restart", "bvh-threaded")
-# Where it must be quick these are timed once, in full precision alone and with a quarter of the
-# rays: minutes in any other.
+# These have a quarter of the rays; where it must be quick they are timed once, in full precision
+# alone: minutes in any other.
 SLOW = ("ray-classification", "visibility-field")
 MARKERS = {"fp32": "o", "fp24": "s", "fp16": "^"}
 
@@ -50,12 +50,15 @@ def _options(row: rt.Method, full: bool) -> list[dict[str, Any]]:
 
 def cells_of(scene: str, full: bool) -> list[Cell]:
     """The cells of one scene. ``brute-force`` would take minutes and hits what the grid hits; so
-    would, where it must be quick, a method that runs in passes alone."""
+    would a method that runs in passes alone, which has a quarter of the rays, or none where it
+    must be quick."""
     found = []
     for row in rt.methods():
         if row.name == "brute-force" or not (full or "loop" in row.schedules):
             continue
-        size, runs = (192, 3) if full else (32, 1) if row.name in SLOW else (64, 3)
+        slow = row.name in SLOW or "loop" not in row.schedules
+        size = (192 if full else 64) // (2 if slow else 1)
+        runs = 1 if slow and not full else 3
         found += [Cell(scene, row.name, tuple(options.items()), size, "accuracy", runs)
                   for options in _options(row, full)]
     return found
