@@ -18,8 +18,8 @@ SCENES = ("bunny", "cornell")
 # All options of these; of the others precision alone, half floats where it must be quick (packets
 # compute as their rays would alone, and take seconds to compile).
 DETAIL = ("kd-restart", "bvh-threaded")
-# These have a quarter of the rays; where it must be quick they are timed once, in full precision
-# alone: minutes in any other.
+# These, and methods that run in passes alone, have a quarter of the rays, and on the bunny full
+# precision alone: minutes in any other.
 SLOW = ("ray-classification", "visibility-field")
 MARKERS = {"fp32": "o", "fp24": "s", "fp16": "^"}
 
@@ -29,13 +29,17 @@ def scenes(full: bool) -> tuple[str, ...]:
     return SCENES if full else SCENES[:1]
 
 
-def _options(row: rt.Method, full: bool) -> list[dict[str, Any]]:
+def _is_slow(row: rt.Method) -> bool:
+    return row.name in SLOW or "loop" not in row.schedules
+
+
+def _options(row: rt.Method, scene: str, full: bool) -> list[dict[str, Any]]:
     """What is measured of a method: every precision, and every other value of what may lose hits,
-    in full precision. Where it must be quick, the slowest and packets have full precision alone,
-    and most of the others that and half floats."""
+    in full precision. The slowest have full precision alone on the first scene; where it must be
+    quick, packets as well, and most of the others that and half floats."""
     table = option_table(row.name)
     found: list[dict[str, Any]] = [{}]
-    if not full and row.name in SLOW:
+    if _is_slow(row) and scene == SCENES[0]:
         return found
     brief = not full and row.name not in DETAIL
     found += [{"precision": word} for word in precisions(row.name)
@@ -50,17 +54,16 @@ def _options(row: rt.Method, full: bool) -> list[dict[str, Any]]:
 
 def cells_of(scene: str, full: bool) -> list[Cell]:
     """The cells of one scene. ``brute-force`` would take minutes and hits what the grid hits; so
-    would a method that runs in passes alone, which has a quarter of the rays, or none where it
-    must be quick."""
+    would, where it must be quick, a method that runs in passes alone."""
     found = []
     for row in rt.methods():
         if row.name == "brute-force" or not (full or "loop" in row.schedules):
             continue
-        slow = row.name in SLOW or "loop" not in row.schedules
+        slow = _is_slow(row)
         size = (192 if full else 64) // (2 if slow else 1)
         runs = 1 if slow and not full else 3
         found += [Cell(scene, row.name, tuple(options.items()), size, "accuracy", runs)
-                  for options in _options(row, full)]
+                  for options in _options(row, scene, full)]
     return found
 
 
