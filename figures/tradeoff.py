@@ -18,7 +18,7 @@ SCENES = ("bunny", "cornell")
 # All options of these; of the others precision alone, half floats where it must be quick (packets
 # compute as their rays would alone, and take seconds to compile).
 DETAIL = ("kd-restart", "bvh-threaded")
-# These, and methods that run in passes alone, have a quarter of the rays, and on the bunny full
+# These have a quarter of the rays, as methods that run in passes alone have, and on the bunny full
 # precision alone: minutes in any other.
 SLOW = ("ray-classification", "visibility-field")
 MARKERS = {"fp32": "o", "fp24": "s", "fp16": "^"}
@@ -54,10 +54,10 @@ def _options(row: rt.Method, scene: str, full: bool) -> list[dict[str, Any]]:
 
 def cells_of(scene: str, full: bool) -> list[Cell]:
     """The cells of one scene. ``brute-force`` would take minutes and hits what the grid hits; so
-    would, where it must be quick, a method that runs in passes alone."""
+    would, on the bunny, a method that runs in passes alone."""
     found = []
     for row in rt.methods():
-        if row.name == "brute-force" or not (full or "loop" in row.schedules):
+        if row.name == "brute-force" or (scene == SCENES[0] and "loop" not in row.schedules):
             continue
         slow = _is_slow(row)
         size = (192 if full else 64) // (2 if slow else 1)
