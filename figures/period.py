@@ -248,6 +248,9 @@ def _page(found: list[Row], fits: dict[str, Fit]) -> str:
              markdown_table(("card", "share", "fitted to"), [
                  (find_card(chip).name, number(one.share), one.says())
                  for chip, one in fits.items()]),
+             *(["A share above 1: the paper's programs took fewer instructions than ours, or the "
+                "card's peak is stated too low.\n"]
+               if any(one.share > 1 for one in fits.values()) else []),
              f"Median of |log2(predicted / published)| over {sum(r.scored for r in found)} scored "
              f"cells: **{number(misses(found))}** (at most 1 is asked). By figure: " + ", ".join(
                  f"{name} {number(misses([r for r in found if r.experiment.figure.name == name]))}"
