@@ -29,17 +29,13 @@ def scenes(full: bool) -> tuple[str, ...]:
     return SCENES if full else SCENES[:1]
 
 
-def _is_slow(row: rt.Method) -> bool:
-    return row.name in SLOW or "loop" not in row.schedules
-
-
 def _options(row: rt.Method, scene: str, full: bool) -> list[dict[str, Any]]:
     """What is measured of a method: every precision, and every other value of what may lose hits,
     in full precision. The slowest have full precision alone on the first scene; where it must be
     quick, packets as well, and most of the others that and half floats."""
     table = option_table(row.name)
     found: list[dict[str, Any]] = [{}]
-    if _is_slow(row) and scene == SCENES[0]:
+    if row.name in SLOW and scene == SCENES[0]:
         return found
     brief = not full and row.name not in DETAIL
     found += [{"precision": word} for word in precisions(row.name)
@@ -59,7 +55,7 @@ def cells_of(scene: str, full: bool) -> list[Cell]:
     for row in rt.methods():
         if row.name == "brute-force" or (scene == SCENES[0] and "loop" not in row.schedules):
             continue
-        slow = _is_slow(row)
+        slow = row.name in SLOW or "loop" not in row.schedules
         size = (192 if full else 64) // (2 if slow else 1)
         runs = 1 if slow and not full else 3
         found += [Cell(scene, row.name, tuple(options.items()), size, "accuracy", runs)

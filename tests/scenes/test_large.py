@@ -69,19 +69,26 @@ def test_coarsened_trees(build: str, most: int) -> None:
         assert np.array_equal(tree.escape, fine.escape) and np.array_equal(tree.order, fine.order)
 
 
-@pytest.mark.parametrize("options", [{}, {"octants": True}, {"build": "kay-kajiya"},
-                                     {"octants": True, "quantise_nodes": 16}],
-                         ids=lambda o: "-".join(map(str, o.values())) or "plain")
-def test_more_nodes_than_can_be_indexed(exact_renderer, options: dict, monkeypatch) -> None:
+@pytest.mark.parametrize("method, options, limit", [
+    ("bvh-threaded", {}, 300), ("bvh-threaded", {"octants": True}, 300),
+    ("bvh-threaded", {"build": "kay-kajiya"}, 300),
+    ("bvh-threaded", {"octants": True, "quantise_nodes": 16}, 300),
+    *((method, {}, 8000) for method in ("kd-restart", "kd-ropes", "kd-backtrack", "kd-packet"))],
+    ids=lambda o: "-".join(map(str, o.values())) or "plain" if isinstance(o, dict) else str(o))
+def test_more_nodes_than_can_be_indexed(exact_renderer, method: str, options: dict, limit: int,
+                                        monkeypatch) -> None:
     """As with 2^24, on a small scale: leaves hold more triangles, and the hits are the same."""
     scene = soup_scene(700, 4)
     rays = RAY_SETS["random"](scene, 800, 5)
     with rt.Tracer(scene, "brute-force") as tracer:
         expected = tracer.trace(*rays)
-    monkeypatch.setattr(bvh, "EXACT_INTEGER", 300)
-    with rt.Tracer(scene, "bvh-threaded", **options) as tracer:
-        copies = 8 if "octants" in options else 1
-        assert len(tracer.accelerator.structure.escape) <= 300 // copies
+    for module in (bvh, kdtree):
+        monkeypatch.setattr(module, "EXACT_INTEGER", limit)
+    with rt.Tracer(scene, method, **options) as tracer:
+        copies, tree = 8 if "octants" in options else 1, tracer.accelerator.structure
+        nodes = len(tree.axis if method.startswith("kd-") else tree.escape)
+        assert limit // copies // 8 < nodes <= limit // copies
+        assert len(getattr(tree, "references", ())) <= limit
         assert_same_bits(tracer.trace(*rays), expected)
         tracer.update(scene.triangles)
         assert_same_bits(tracer.trace(*rays), expected)
