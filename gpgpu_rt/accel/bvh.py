@@ -18,7 +18,7 @@ from .options import choose, in_range
 from .runs import expand, owners, run_starts
 
 # Of the rays that meet a box, the share from which on one inside it is not worth a test: a half
-# breaks even by count, somewhat more by what was measured (docs/bvh.md).
+# breaks even by count, and from there to 0.9 rates were measured alike (docs/bvh.md).
 MET_ANYWAY = 0.65
 
 
