@@ -30,3 +30,10 @@ int octant_of(Ray ray) {
 void find_turn(int r) {
     turn = turn < 0 && t_turn[r] != NEVER ? octant[r] : turn;
 }
+
+// Whose turn it is: that of the first ray that waits; false when none does.
+bool rays_wait() {
+    turn = -1;
+    EACH(find_turn)
+    return turn >= 0;
+}

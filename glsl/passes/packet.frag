@@ -4,9 +4,9 @@
 // there are more rays than targets: each takes the rows of the triangles that four rays hit, and
 // passes/packet_hits.frag computes the hits again.
 //
-// A method defines start_packet; next_turn, which begins with rays that go together, and is false
-// when there are none; step_packet, false when they are through; and is_settled(r), which tells a ray
-// that is from one that the limit on steps left behind.
+// A method defines start_packet; begin_turn, for the rays whose turn it is (common/packet_turns.glsl);
+// step_packet, false when they are through; and is_settled(r), which tells a ray that is from one that
+// the limit on steps left behind. Loops end at their bottom, as in passes/traverse.frag.
 
 #include "common/precision.glsl"
 #include "common/fetch.glsl"
@@ -51,12 +51,19 @@ void main() {
 #endif
     EACH(load)
     start_packet();
-    while (next_turn() && steps < step_limit) {
-        bool on;
+    bool more = rays_wait();
+    do {
+        bool on = more;
+        if (more) {
+            begin_turn();
+        }
         do {
-            on = step_packet();
+            if (on) {
+                on = step_packet();
+            }
         } while (on && steps < step_limit);
-    }
+        more = rays_wait();
+    } while (more && steps < step_limit);
 #ifdef STATISTICS
     packet_counters = vec4(counters.nodes_visited, counters.leaves_visited,
                            counters.triangles_tested, steps);

@@ -56,29 +56,30 @@ void take_turn(int r) {
 
 void start_walk();
 
-// The rays that go together next, from the root; false when there are none.
-bool next_turn() {
-    turn = -1;
-    EACH(find_turn)
+#ifndef STEPWISE
+
+void walk_on();
+
+// From the root, to the first leaf.
+void begin_turn() {
 #ifdef INTERVAL_TEST
     find_neighbourhood();
 #endif
-    if (turn >= 0) {
-        EACH(take_turn)
+    EACH(take_turn)
 #ifdef SHARED_AXES
-        EACH(find_start)
+    EACH(find_start)
 #endif
 #ifdef INTERVAL_TEST
-        bound_rays();
+    bound_rays();
 #endif
 #ifdef VERTEX_CULLING
-        bound_frustum();
+    bound_frustum();
 #endif
-        start_walk();
-        through = false;
-    }
-    return turn >= 0;
+    start_walk();
+    walk_on();
 }
+
+#endif
 
 // Leaves -----------------------------------------------------------------------------------------
 
@@ -155,23 +156,37 @@ int visit() {
     return any_in ? first : -1;
 }
 
-// To the next leaf that a ray is in, and through its triangles; false when the rays whose turn it
-// is are through, or out of steps.
-bool step_packet() {
+#ifndef STEPWISE
+
+int leaf;   // where its triangles begin; -1: the rays are through, or out of steps
+
+// To the next leaf that a ray is in.
+void walk_on() {
     // Carried from turn to turn of the loop: llvmpipe loses what only the last one computed, for
     // packets that leave it before others do.
-    int leaf = -1;
+    leaf = -1;
     do {
         leaf = visit();
     } while (leaf < 0 && node >= 0 && steps < step_limit);
-    bool on = true;
-    if (leaf >= 0) {
-        on = intersect(leaf);
-        through = !any_left;
-    }
-    through = through || (node < 0 && on);
-    return on && node >= 0 && steps < step_limit;
+    through = leaf < 0 && node < 0;
 }
+
+// Through the triangles of a leaf, and on to the next one: in this order no turn of the loop is left
+// without triangles. False when the rays whose turn it is are through, or out of steps.
+bool step_packet() {
+    bool on = leaf >= 0;
+    if (on) {
+        on = intersect(leaf);
+        through = !any_left || (on && node < 0);
+        leaf = -1;
+    }
+    if (on && node >= 0) {
+        walk_on();
+    }
+    return leaf >= 0 && steps < step_limit;
+}
+
+#endif
 
 #else
 
@@ -183,8 +198,8 @@ int node;
 int stacked;
 
 void start_walk() {
-    node = root;
     stacked = 0;
+    node = root;
 }
 
 vec3 right_lo;
@@ -237,34 +252,41 @@ int visit() {
 
 int stack[STACK_SIZE];
 
-// Down to a leaf, through its triangles, and on to what the stack holds; false when that is
-// nothing, or out of steps.
-bool step_packet() {
-    bool on = true;
-    while (!is_leaf(node) && on && steps < step_limit) {
-        int far = visit();
-        if (far != NOTHING) {
-            stack[stacked] = far;
-            ++stacked;
-        } else if (node == NOTHING && stacked > 0) {
-            --stacked;
-            node = stack[stacked];
-        } else if (node == NOTHING) {
-            on = false;
-        }
+bool on;   // the walk goes on
+
+// Down to a leaf, from `node` or what the stack holds.
+void walk_on() {
+    on = true;
+    if (!is_leaf(node)) {
+        do {
+            int far = visit();
+            if (far != NOTHING) {
+                stack[stacked] = far;
+                ++stacked;
+            } else if (node == NOTHING && stacked > 0) {
+                --stacked;
+                node = stack[stacked];
+            } else if (node == NOTHING) {
+                on = false;
+            }
+        } while (on && !is_leaf(node) && steps < step_limit);
     }
     through = !on;
-    if (on && is_leaf(node)) {
+}
+
+// Through the triangles of a leaf, and on to the next one; false when that is nothing, or out of steps.
+bool step_packet() {
+    on = on && is_leaf(node);
+    if (on) {
         on = intersect(first_triangle(node));
         through = !any_left || (on && stacked == 0);
-        if (stacked > 0) {
-            --stacked;
-            node = stack[stacked];
-        } else {
-            on = false;
-        }
     }
-    return on && !through && steps < step_limit;
+    if (on && !through) {
+        --stacked;
+        node = stack[stacked];
+        walk_on();
+    }
+    return on && !through && is_leaf(node) && steps < step_limit;
 }
 
 #endif

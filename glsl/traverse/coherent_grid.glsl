@@ -78,29 +78,24 @@ ivec3 permuted_cells(ivec3 v) {
     return major.x ? v.yzx : (major.y ? v.zxy : v);
 }
 
-// The rays that go together next, to before their first slice; false when there are none.
-bool next_turn() {
-    turn = -1;
-    EACH(find_turn)
-    if (turn >= 0) {
-        major = bvec2(turn < 2, turn < 4);
-        forward = turn % 2 == 0;
-        start = forward ? NEVER : -NEVER;
-        EACH(take_turn)
+// To before the first slice.
+void begin_turn() {
+    major = bvec2(turn < 2, turn < 4);
+    forward = turn % 2 == 0;
+    start = forward ? NEVER : -NEVER;
+    EACH(take_turn)
 #ifdef INTERSECTION_WOOP_WATERTIGHT
-        bound_frustum();
+    bound_frustum();
 #endif
-        grid_lo = permuted(major, scene_lo);
-        size = permuted(major, cell_size);
-        resolution = permuted_cells(grid_resolution);
-        strides = permuted_cells(ivec3(1, grid_resolution.x, grid_resolution.x * grid_resolution.y));
-        float place = R(R(start - grid_lo.z) / size.z);
-        slice = int(clamp(floor(place), 0.0, float(resolution.z - 1))) - (forward ? 1 : -1);
-        cell = ivec2(0);
-        last_cell = ivec2(-1);
-        through = false;
-    }
-    return turn >= 0;
+    grid_lo = permuted(major, scene_lo);
+    size = permuted(major, cell_size);
+    resolution = permuted_cells(grid_resolution);
+    strides = permuted_cells(ivec3(1, grid_resolution.x, grid_resolution.x * grid_resolution.y));
+    float place = R(R(start - grid_lo.z) / size.z);
+    slice = int(clamp(floor(place), 0.0, float(resolution.z - 1))) - (forward ? 1 : -1);
+    cell = ivec2(0);
+    last_cell = ivec2(-1);
+    through = false;
 }
 
 // Slices -----------------------------------------------------------------------------------------

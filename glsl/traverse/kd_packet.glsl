@@ -63,10 +63,8 @@ void take_turn(int r) {
     t_turn[r] = comes ? NEVER : t_turn[r];
 }
 
-// The rays of the next octant, from the root; false when there are none.
-bool next_turn() {
-    turn = -1;
-    EACH(find_turn)
+// From the root.
+void begin_turn() {
     EACH(take_turn)
 #ifdef SHARED_AXES
     EACH(find_start)
@@ -80,7 +78,6 @@ bool next_turn() {
 #if STACK_SIZE > 0
     stacked = 0;
 #endif
-    return turn >= 0;
 }
 
 void start_packet() {

@@ -68,16 +68,13 @@ void start_packet() {
     EACH(start_ray)
 }
 
-// The rays of the next dominant axis, from the root; false when there are none.
-bool next_turn() {
-    turn = -1;
-    EACH(find_turn)
+// From the root.
+void begin_turn() {
     EACH(take_turn)
 #ifdef SHARED_AXES
     EACH(find_start)
 #endif
     next_node();
-    return turn >= 0;
 }
 
 float plane;
