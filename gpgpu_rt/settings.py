@@ -27,8 +27,10 @@ ONE_CHOICE = 1    # the format before, of one choice for all rays
 # take eye and shadow rays twice as fast as single rays, and others slower (see `choosing.SHARE`).
 # The interval test, which makes them faster still on large images of eye rays, is left out: mirror
 # rays, coherent by any measure of neighbours, then take twice to three times what single rays do.
+# Entry points take eye rays 1.02 to 1.36 times as fast, and shadow and mirror rays 0.93 to 1.04.
 SAFE_DEFAULT = {
-    COHERENT: ("bvh-packet", {"packet": (4, 2), "octants": True, "quantise_nodes": 16}),
+    COHERENT: ("bvh-packet", {"packet": (4, 2), "octants": True, "quantise_nodes": 16,
+                              "entry_points": 32}),
     INCOHERENT: ("bvh-threaded", {"octants": True, "quantise_nodes": 16})}
 
 
@@ -130,7 +132,8 @@ def automatic(scene: Scene, renderer: str, options: Mapping[str, Any]
     """The choices of ``method="auto"``, and the settings they came from.
 
     Those kept for the scene and renderer, where they agree with what the caller asks for; else a
-    safe default: what is there for coherent rays gives way where it does not go with the options.
+    safe default: what is there for coherent rays gives way where it does not go with the options,
+    its entry points first.
     """
     found = find(scene, renderer)
     if found is not None:
@@ -141,17 +144,17 @@ def automatic(scene: Scene, renderer: str, options: Mapping[str, Any]
                           stacklevel=3)
     coherent, incoherent = (Choice(SAFE_DEFAULT[rays][0], {**SAFE_DEFAULT[rays][1], **options})
                             for rays in RAYS)
+    plain = Choice(coherent.method, {name: value for name, value in coherent.options.items()
+                                     if name != "entry_points" or name in options})
     try:
         incoherent.resolved()
     except OptionError as failure:
         raise OptionError(f"method auto takes {coherent.method} for coherent rays and "
                           f"{incoherent.method} for others: {failure}; or name the method that "
                           "such an option is for") from failure
-    try:
-        coherent.resolved()
-    except OptionError:
-        coherent = incoherent
-    return Choices(coherent, incoherent), None
+    fitting = next((choice for choice in (coherent, plain)
+                    if find_method(choice.method).takes(choice.options)), incoherent)
+    return Choices(fitting, incoherent), None
 
 
 def _path(digest: str, renderer: str) -> Path | None:

@@ -252,6 +252,12 @@ how many entries there are."""
 ENTRY_LIST = Record("entry_list", "codes:ivec4")
 """Four entries of a tile's list."""
 
+PACKET_ENTRY = Record(
+    "packet_entry", "start:int link_1:int link_2:int link_3:int | inv_lo:vec3 link_4:int "
+                    "| inv_hi:vec3 t_min | lo_origin:vec3 visited:int | hi_origin:vec3")
+"""Where packets of a tile enter the tree if their rays lie within the beam of these outermost
+values, as in common/packet_entry.glsl, and how many nodes the beam visited."""
+
 TILE_SPAN = Record("tile_span", "centre:vec3 live:int | axis:vec3")
 """Where the rays of a tile begin and go: the middle of their origins, how many rays are not empty,
 and the middle of their directions."""

@@ -53,6 +53,15 @@ Beam_interval beam_interval(Tile_beam beam, vec3 lo, vec3 hi) {
     return interval;
 }
 
+bool is_met(Beam_interval interval) {
+    return !(interval.outer.x > interval.outer.y);
+}
+
+// Whether about half of the beam's rays or more meet the box.
+bool by_most(Beam_interval interval) {
+    return interval.core.x + interval.outer.x <= interval.core.y + interval.outer.y;
+}
+
 Tile_beam no_beam() {
     return Tile_beam(vec3(-BEAM_END), BEAM_END, vec3(BEAM_END), -BEAM_END, vec3(BEAM_END), 0,
                      vec3(-BEAM_END), 0);

@@ -7,7 +7,8 @@
 // memory. bvh-stack is this file with packets of one ray. With INTERVAL_TEST a box is tested once a
 // packet (packet_bounds.glsl). With OCTANTS there is no stack: the packet walks the threaded copy of
 // the tree (Thrane and Simonsen 2005) for its rays' direction octant. With VERTEX_CULLING the rays
-// test only those triangles of a leaf that the packet's frustum does not rule out.
+// test only those triangles of a leaf that the packet's frustum does not rule out. With ENTRY_TILE a
+// packet begins where a beam ahead of it found (common/packet_entry.glsl).
 
 #define PRESENT(r) (rays[r].t_min < NEVER)
 #if defined(INTERSECTION_WOOP_WATERTIGHT) && !defined(STEPWISE)
@@ -121,6 +122,12 @@ bool intersect(int first) {
     return any_left && next < 0;
 }
 
+#ifdef ENTRY_TILE
+#include "common/packet_entry.glsl"
+#else
+#define first_node(root) root
+#endif
+
 #ifdef OCTANTS
 
 // Along escape indices ---------------------------------------------------------------------------
@@ -130,7 +137,16 @@ bool intersect(int first) {
 int node;
 
 void start_walk() {
-    node = (turn & 7) * node_count;
+    node = first_node((turn & 7) * node_count);
+}
+
+// A node, or what the beam meets next where it misses all up to there.
+int jumped(int to) {
+#ifdef ENTRY_TILE
+    to = to == entry.link_1 ? entry.link_2 : to;
+    to = to == entry.link_3 ? entry.link_4 : to;
+#endif
+    return to;
 }
 
 void test_box(int r) {
@@ -152,7 +168,7 @@ int visit() {
     any_in = false;
     EACH(test_box)
 #endif
-    node = any_in && first < 0 ? node + 1 : bvh_node_escape(node);
+    node = any_in && first < 0 ? node + 1 : jumped(bvh_node_escape(node));
     return any_in ? first : -1;
 }
 
@@ -197,9 +213,28 @@ bool step_packet() {
 int node;
 int stacked;
 
+#ifndef STEPWISE
+int stack[STACK_SIZE];
+#endif
+
+#ifdef ENTRY_TILE
+void put_on_stack(int link) {
+    if (link != NO_LINK) {
+        stack[stacked] = link;
+        ++stacked;
+    }
+}
+#endif
+
 void start_walk() {
     stacked = 0;
-    node = root;
+    node = first_node(root);
+#ifdef ENTRY_TILE
+    put_on_stack(entry.link_1);
+    put_on_stack(entry.link_2);
+    put_on_stack(entry.link_3);
+    put_on_stack(entry.link_4);
+#endif
 }
 
 vec3 right_lo;
@@ -249,8 +284,6 @@ int visit() {
 }
 
 #ifndef STEPWISE
-
-int stack[STACK_SIZE];
 
 bool on;   // the walk goes on
 

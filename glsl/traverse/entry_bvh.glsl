@@ -5,10 +5,7 @@
 //
 // Departure: a list in the place of the paper's one node, which here would soon be the root.
 
-#include "common/quantised.glsl"
-#include "common/bvh_nodes.glsl"
-
-uniform int node_count;
+#include "common/beam_step.glsl"
 
 void walk(Tile_beam beam, ivec2 tile) {
 #ifdef OCTANTS
@@ -46,19 +43,15 @@ void walk(Tile_beam beam, ivec2 tile) {
         }
         if (on) {
             ++visited;
-            int escape = bvh_node_escape(node);
-            bool inner = bvh_node_first(node) < 0;
-            vec3 a = bvh_node_lo(node);
-            vec3 b = bvh_node_hi(node);
+            int next;
+            int escape;
+            bool past = goes_on(beam, node, next, escape);
             end = begins ? escape : end;
             begins = false;
-            Beam_interval interval = beam_interval(beam, min(a, b), max(a, b));
-            bool met = !(interval.outer.x > interval.outer.y);
-            bool mostly = interval.core.x + interval.outer.x <= interval.core.y + interval.outer.y;
-            if (met && !(inner && mostly)) {
+            if (!past) {
                 emit(node);
             }
-            node = met && inner && mostly ? node + 1 : escape;
+            node = next;
 #ifndef UPPER
             on = node != -1;
 #endif

@@ -46,10 +46,9 @@ void walk(Tile_beam beam, ivec2 tile) {
         int count = kd_node_count(node);
         ++visited;
         Beam_interval interval = beam_interval(beam, kd_bounds_lo(node), kd_bounds_hi(node));
-        bool met = !(interval.outer.x > interval.outer.y) && (axis < LEAF || count > 0);
-        bool mostly = interval.core.x + interval.outer.x <= interval.core.y + interval.outer.y;
+        bool met = is_met(interval) && (axis < LEAF || count > 0);
         bool room = entries + stacked + 2 <= ENTRIES && visited < MOST_VISITS;
-        if (met && axis < LEAF && mostly && room) {
+        if (met && axis < LEAF && by_most(interval) && room) {
             int negative = (beam.signs >> axis) & 1;
             int near = left + negative;
             int far = left + 1 - negative;

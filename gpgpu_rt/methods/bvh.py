@@ -15,8 +15,8 @@ from .brute_force import triangle_table
 from .bvh_build import BUILD_OPTIONS, built_bvh
 from .bvh_tables import Layout, Options, Pairs, Threads, last_of_leaves, scene_box
 from .row import (
-    ENTRY_POINTS, PACKET, VERTEX_CULLING, Accelerator, Method, Stepwise, check_culling,
-    stack_defines, with_entries
+    ENTRY_POINTS, PACKET, PACKET_ENTRIES, VERTEX_CULLING, Accelerator, Method, Stepwise,
+    check_culling, stack_defines, with_entries
 )
 
 LayoutOf = Callable[[Options], type[Layout]]
@@ -87,7 +87,7 @@ _INTERVAL_TEST = Option("interval_test", False, "one test of a box for all rays 
                         "interval arithmetic", bool, define="INTERVAL_TEST")
 _STREAMS = Option("streams", False, "no packets: a stream of rays and their nodes, filtered in "
                   "passes; kernels only", bool, excludes=(
-                      "packet", "octants", "interval_test", "vertex_culling"))
+                      "packet", "octants", "interval_test", "vertex_culling", "entry_points"))
 _STREAM_SIZE = Option("stream_size", 1 << 15, "with streams, the most elements of a stream that "
                       "go through a pass; fewer follow the order of nodes more closely", int,
                       minimum=1, goes_with=("streams", (True,)))
@@ -122,9 +122,12 @@ def _stack_row(name: str, summary: str, **more: Any) -> Method:
 
 
 def _packet_form(packets: Method, options: Options) -> Method:
-    """Packets, or the stream that has none."""
-    return replace(packets, schedules=("kernels",), drivers={
-        "kernels": "ray_streams.RayStreams"}) if options["streams"] else packets
+    """Packets, whose beams walk as their nodes lie; or the stream that has none."""
+    if options["streams"]:
+        return replace(packets, schedules=("kernels",), drivers={
+            "kernels": "ray_streams.RayStreams"})
+    nodes = "threads" if options["octants"] else "pairs"
+    return replace(packets, entry_walk=f"traverse/packet_entry_{nodes}.glsl")
 
 
 ROWS = (
@@ -145,7 +148,8 @@ ROWS = (
     _stack_row(
         "bvh-packet", "several rays a fragment with one stack, the child first that most meet",
         options=(*BUILD_OPTIONS, PACKET, _OCTANTS, _QUANTISE,
-                 _INTERVAL_TEST, VERTEX_CULLING, _STREAMS, _STREAM_SIZE, _REBUILD), packet=True,
+                 _INTERVAL_TEST, VERTEX_CULLING, PACKET_ENTRIES, _STREAMS, _STREAM_SIZE, _REBUILD),
+        packet=True,
         form=_packet_form,
         **_family(lambda options: Threads if options["octants"] else Pairs)),
 )

@@ -27,6 +27,10 @@ ENTRY_POINTS = Option(
     "entry_points", None, "rays begin at nodes that a beam found for their tile of 4x4; rays a "
     "side of the tiles whose beams go first, those of 4x4 through what these found", int,
     choices=(16, 4), optional=True)
+PACKET_ENTRIES = Option(
+    "entry_points", None, "packets begin where a beam around some of their tile's rays enters the "
+    "tree, if all of theirs lie in it; rays a side of the tile", int, choices=(8, 16, 32),
+    optional=True, schedules=("loop",))
 
 
 # Levels by which a stack's array grows: by single ones each depth of tree would have programs of

@@ -73,7 +73,8 @@ def make_driver(setup: Setup) -> Driver:
     driver = driver_class(named)(setup)
     if setup.options.get("entry_points"):
         from .entry_points import EntryPoints
-        driver = EntryPoints(setup, driver)
+        from .packet_entries import PacketEntries
+        driver = (PacketEntries if setup.method.packet else EntryPoints)(setup, driver)
     if setup.options["sort_rays"]:
         from .sorted_rays import SortedRays
         return SortedRays(setup, driver)

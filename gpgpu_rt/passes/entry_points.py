@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import moderngl
 
+from ..gpu import Gpu
 from ..methods.row import Accelerator
 from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers, stream_samplers
@@ -90,7 +91,7 @@ class EntryPoints:
 
     # Passes ---------------------------------------------------------------------------------
 
-    def _draw(self, name: str, target: _Image, other: RayTextures | _Level | None,
+    def _draw(self, name: str, target: TileImage, other: RayTextures | _Level | None,
               samplers: Samplers, statistics: Statistics, **uniforms: object) -> None:
         """A pass; ``other``: the rays that it reads, or the level whose lists it refines."""
         program = self._program(name, other)
@@ -153,13 +154,13 @@ class EntryPoints:
         release(self._programs, self.driver)
 
 
-class _Image:
+class TileImage:
     """A record a texel, and the framebuffer that draws there."""
 
-    def __init__(self, owner: EntryPoints, record: Record, size: tuple[int, int]) -> None:
+    def __init__(self, gpu: Gpu, record: Record, size: tuple[int, int]) -> None:
         self.record = record
-        self.textures = stream_textures(owner.gpu, record, size)
-        self.target = owner.gpu.context.framebuffer(self.textures)
+        self.textures = stream_textures(gpu, record, size)
+        self.target = gpu.context.framebuffer(self.textures)
 
     def samplers(self) -> Samplers:
         return stream_samplers(self.record.name, self.textures)
@@ -174,9 +175,9 @@ class _Level:
 
     def __init__(self, owner: EntryPoints, size: tuple[int, int]) -> None:
         self.size = size
-        self.beams = _Image(owner, TILE_BEAM, size)
-        self.entries = _Image(owner, ENTRY_POINTS, size)
-        self.lists = _Image(owner, ENTRY_LIST, (size[0] * (ENTRIES // 4), size[1]))
+        self.beams = TileImage(owner.gpu, TILE_BEAM, size)
+        self.entries = TileImage(owner.gpu, ENTRY_POINTS, size)
+        self.lists = TileImage(owner.gpu, ENTRY_LIST, (size[0] * (ENTRIES // 4), size[1]))
 
     def bytes(self) -> int:
         return sum(texture_bytes(image.textures)

@@ -23,7 +23,7 @@ from ..precision import Precision
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..record import TABLE_WIDTH_LOG2, Record, streams_glsl
 from ..statistics import Statistics
-from ..texel_layout import COUNTERS, ENTRIES, ENTRY_LIST, ENTRY_TILE, HIT
+from ..texel_layout import COUNTERS, ENTRIES, ENTRY_LIST, ENTRY_TILE, HIT, PACKET_ENTRY
 from ..textures import release
 from .driver import Samplers, Setup, Watch
 from .full_screen import FullScreenPass
@@ -322,7 +322,10 @@ def method_texts(method: Method, options: Mapping[str, Any]) -> dict[str, str]:
     """What its programs include: the method's own file, and the accessors of its tables."""
     layout = Precision.of(options).layout
     tables = [layout(r).table_glsl() for r in method.tables_for(options)]
-    if options.get("entry_points"):
+    if options.get("entry_points") and method.packet:
+        tables += [f"#define ENTRY_TILE {options['entry_points']}",
+                   PACKET_ENTRY.stream_glsl(writes=False)]
+    elif options.get("entry_points"):
         tables += [f"#define ENTRY_TILE {ENTRY_TILE}", f"const int ENTRIES = {ENTRIES};",
                    ENTRY_LIST.stream_glsl(writes=False)]
     return {"method": "file:" + str(method.glsl), "tables": "\n".join(tables)}

@@ -6,22 +6,32 @@ import pytest
 from conftest import RAY_SETS, assert_same_bits, real_scene, soup_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt.texel_layout import ENTRIES, ENTRY_TILE
+from gpgpu_rt.texel_layout import ENTRIES
 
-METHODS = [row.name for row in rt.methods()
-           if "entry_points" in {option.name for option in row.options}]
-QUICK = ("bvh-threaded", "kd-restart")
-SOME = [pytest.param(name, marks=() if name in QUICK else pytest.mark.full) for name in METHODS]
-SIDE = ENTRY_TILE      # rays a side of the smallest tiles
+TILES = {row.name: sorted(option.choices) for row in rt.methods() for option in row.options
+         if option.name == "entry_points"}
+METHODS = list(TILES)
+LISTS = [row.name for row in rt.methods() if row.name in TILES and not row.packet]
+QUICK = ("bvh-threaded", "bvh-packet", "kd-restart")
 
 
-def aimed_tiles(scene: rt.Scene, across: int, down: int, seed: int
+def some(names: list[str]) -> list:
+    return [pytest.param(name, marks=() if name in QUICK else pytest.mark.full)
+            for name in names]
+
+
+SOME = some(METHODS)
+TWO_TILES = [(name, tile) for name in METHODS for tile in TILES[name][:2]]
+
+
+def aimed_tiles(scene: rt.Scene, method: str, across: int, down: int, seed: int
                 ) -> tuple[np.ndarray, np.ndarray]:
-    """Origins and directions, (SIDE down, SIDE across, 3). The rays of a tile begin in a ball of
-    any size, a point among them, and go to vertices and edges, where boxes end: of one triangle,
-    or of some that lie near each other."""
+    """Origins and directions, (side down, side across, 3), of the method's smallest tiles. The
+    rays of a tile begin in a ball of any size, a point among them, and go to vertices and edges,
+    where boxes end: of one triangle, or of some that lie near each other."""
     rng = np.random.default_rng(seed)
-    tiles, rays = down * across, SIDE * SIDE
+    side = TILES[method][0]
+    tiles, rays = down * across, side * side
     triangles = scene.triangles.astype(np.float64)
     centres = triangles.mean(1)
     one = rng.integers(len(scene), size=(tiles, 1))
@@ -37,8 +47,8 @@ def aimed_tiles(scene: rt.Scene, across: int, down: int, seed: int
     flat = rng.random((tiles, 1, 3)) < 0.15          # zero components, signs of zeros too
     directions = np.where(flat, np.float32(-0.0), aims - origins)
     origins = np.where(flat, aims, origins)
-    return tuple(values.reshape(down, across, SIDE, SIDE, 3).transpose(0, 2, 1, 3, 4)
-                 .reshape(down * SIDE, across * SIDE, 3).astype(np.float32)
+    return tuple(values.reshape(down, across, side, side, 3).transpose(0, 2, 1, 3, 4)
+                 .reshape(down * side, across * side, 3).astype(np.float32)
                  for values in (origins, directions))
 
 
@@ -58,12 +68,11 @@ def check(scene: rt.Scene, origins: np.ndarray, directions: np.ndarray, method: 
             "hit": hits.hit.mean(), **driver}
 
 
-@pytest.mark.parametrize("tile", [4, 16], ids="tile{}".format)
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method, tile", TWO_TILES, ids=str)
 def test_beams_lose_no_aimed_ray(exact_renderer, method: str, seed: int, tile: int) -> None:
     found = check(soup_scene(200, seed, size=0.05), *aimed_tiles(
-        soup_scene(200, seed, size=0.05), 24, 24, seed), method, tile=tile)
+        soup_scene(200, seed, size=0.05), method, 24, 24, seed), method, tile=tile)
     assert found["hit"] > 0.3
 
 
@@ -71,10 +80,14 @@ def test_beams_lose_no_aimed_ray(exact_renderer, method: str, seed: int, tile: i
 def test_from_other_nodes(exact_renderer, method: str) -> None:
     """Copies by octant, small nodes, and trees of other builds."""
     scene = soup_scene(100, 3, size=0.05)
-    rays = aimed_tiles(scene, 12, 12, 3)
+    rays = aimed_tiles(scene, method, 12, 12, 3)
     settings: list[dict[str, object]] = [{"build": "hybrid"}]
-    if method == "bvh-threaded":
+    if method.startswith("bvh-"):
         settings += [{"octants": True}, {"octants": True, "quantise_nodes": 8}]
+    if method == "bvh-packet":
+        wide: dict[str, object] = {"packet": (4, 2), "interval_test": True}
+        settings += [wide, {**wide, "octants": True}, {"quantise_nodes": 16, "packet": (4, 4)},
+                     {"packet": (1, 1), "vertex_culling": True, "octants": True}]
     for options in settings:
         check(scene, *rays, method, **options)
 
@@ -85,11 +98,11 @@ def test_in_low_precision(exact_renderer, method: str, precision: str) -> None:
     """A BVH's beams lose nothing; a kd-tree's rays lose hits themselves, and more of them the
     longer their way down is."""
     scene = soup_scene(100, 3, size=0.05)
-    rays = aimed_tiles(scene, 12, 12, 3)
+    rays = aimed_tiles(scene, method, 12, 12, 3)
     wrong = []
     with rt.Tracer(scene, "brute-force", precision=precision) as tracer:
         truth = tracer.trace(*rays)
-    for tile in (None, 16):
+    for tile in (None, TILES[method][0]):
         with rt.Tracer(scene, method, precision=precision, entry_points=tile) as tracer:
             hits = tracer.trace(*rays)
         wrong.append(int(((hits.t != truth.t) | (hits.triangle != truth.triangle)).sum()))
@@ -113,10 +126,22 @@ def test_rays_of_all_kinds_in_one_tile(exact_renderer, method: str) -> None:
 
 
 @pytest.mark.parametrize("method", METHODS)
+def test_few_rays_that_begin_nearer(exact_renderer, method: str) -> None:
+    """Most of a tile's rays begin behind the first of what they meet."""
+    scene = soup_scene(2000, 9, size=0.1)
+    rays = scene.camera.rays((64, 64))
+    with rt.Tracer(scene, method) as tracer:
+        first = tracer.trace(*rays)
+    behind = np.where(first.hit, first.t * 1.01, 0)
+    t_min = np.where(np.random.default_rng(9).random(len(behind)) < 0.05, 0, behind.max())
+    check(scene, *rays, method, {"t_min": t_min})
+
+
+@pytest.mark.parametrize("method", METHODS)
 def test_rays_that_go_both_ways(exact_renderer, method: str) -> None:
     """Along each axis in turn, and none of them slowly: nothing bounds their tile there."""
     scene = soup_scene(200, 8, size=0.05)
-    origins, directions = aimed_tiles(scene, 12, 12, 8)
+    origins, directions = aimed_tiles(scene, method, 12, 12, 8)
     origins = (0.5 * origins + 0.25).astype(np.float32)
     directions = np.sign(directions) + 0.1 * directions / np.abs(directions).max()
     for axis in range(3):
@@ -125,7 +150,7 @@ def test_rays_that_go_both_ways(exact_renderer, method: str) -> None:
         check(scene, origins, both, method)
 
 
-@pytest.mark.parametrize("method", SOME)
+@pytest.mark.parametrize("method", some(LISTS))
 def test_full_lists(exact_renderer, method: str) -> None:
     """Narrow tiles through 200 walls, each ray between two of them: more subtrees than a list
     holds."""
@@ -159,10 +184,15 @@ def test_an_empty_scene_and_few_rays(method: str) -> None:
                 == np.asarray(plain.render(size=(45, 31)))).all()
 
 
+def fewest(method: str) -> dict[str, object]:
+    """Options that a method spares most nodes by."""
+    return {"octants": True} if method == "bvh-packet" else {}
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_fewer_nodes_on_eye_rays(method: str) -> None:
     scene = rt.load_scene("cornell")
-    found = check(scene, *scene.camera.rays((64, 64)), method)
+    found = check(scene, *scene.camera.rays((64, 64)), method, **fewest(method))
     assert found["plain"] > 1.5 * (found["nodes"] + found["entry_nodes_visited"])
 
 
@@ -171,7 +201,7 @@ def test_fewer_nodes_on_eye_rays(method: str) -> None:
 @pytest.mark.parametrize("method", METHODS)
 def test_the_bar_on_real_scenes(method: str, name: str) -> None:
     scene = real_scene(name)
-    found = check(scene, *scene.camera.rays((256, 256)), method)
+    found = check(scene, *scene.camera.rays((256, 256)), method, **fewest(method))
     assert found["plain"] > 1.5 * (found["nodes"] + found["entry_nodes_visited"])
 
 
@@ -180,4 +210,4 @@ def test_the_bar_on_real_scenes(method: str, name: str) -> None:
 @pytest.mark.parametrize("method", METHODS)
 def test_a_million_aimed_rays(exact_renderer, method: str, seed: int) -> None:
     scene = soup_scene(150, seed, size=0.1)
-    check(scene, *aimed_tiles(scene, 128, 128, seed), method)
+    check(scene, *aimed_tiles(scene, method, 128, 128, seed), method)
