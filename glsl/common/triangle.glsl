@@ -62,11 +62,13 @@ void test_corners(Ray ray, vec3 v0, vec3 v1, vec3 v2, int i, inout Hit hit) {
     // Comparisons, and no minima: see larger() in box.glsl.
     PRECISE bool inside = (w0 >= 0.0 && w1 >= 0.0 && w2 >= 0.0)
                        || (w0 <= 0.0 && w1 <= 0.0 && w2 <= 0.0);
-    PRECISE bool left = a.x <= 0.0 || b.x <= 0.0 || c.x <= 0.0;
-    PRECISE bool right = a.x >= 0.0 || b.x >= 0.0 || c.x >= 0.0;
-    PRECISE bool below = a.y <= 0.0 || b.y <= 0.0 || c.y <= 0.0;
-    PRECISE bool above = a.y >= 0.0 || b.y >= 0.0 || c.y >= 0.0;
-    if (inside && left && right && below && above && det != 0.0) {
+    // The sheared triangle lies on one side of the ray. Of comparisons joined by `or` llvmpipe would make
+    // minima again.
+    PRECISE bool right = a.x > 0.0 && b.x > 0.0 && c.x > 0.0;
+    PRECISE bool left = a.x < 0.0 && b.x < 0.0 && c.x < 0.0;
+    PRECISE bool above = a.y > 0.0 && b.y > 0.0 && c.y > 0.0;
+    PRECISE bool below = a.y < 0.0 && b.y < 0.0 && c.y < 0.0;
+    if (inside && !(right || left) && !(above || below) && det != 0.0) {
         PRECISE float inv_det = R(1.0 / det);
         PRECISE float depth = R(R(R(w0 * a.z) + R(w1 * b.z)) + R(w2 * c.z));
         PRECISE float t = R(R(depth * ray.shear.z) * inv_det);
