@@ -12,7 +12,8 @@ from gpgpu_rt.scenes.shapes import ball, bump
 
 COUNTS = (100_000, 1_000_000, 10_000_000)
 # Of ten million triangles no more nodes than a float can number, which eight octants would be.
-METHODS = (("bvh-packet", {"packet": (4, 2), "quantise_nodes": 16, "interval_test": True}),
+METHODS = (("bvh-packet", {"packet": (4, 2), "quantise_nodes": 16, "interval_test": True,
+                           "entry_points": 32}),
            ("bvh-stack", {"quantise_nodes": 16}))
 SIZE, TURNS, SEED = 1024, 5, 1
 ALLOWED = 1.3      # times what the logarithm of the triangles grows by

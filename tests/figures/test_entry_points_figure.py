@@ -35,6 +35,8 @@ def page_rows() -> dict[str, list[dict[str, float]]]:
     found: dict[str, list[dict[str, float]]] = {}
     scenes, rows = [], None
     for line in PAGE.read_text().splitlines():
+        if not line.startswith("|"):
+            scenes = []      # the table is at its end
         name, *values = (cell.strip() for cell in line.strip("|").split("|"))
         if name == "entry points":
             scenes = values
