@@ -18,7 +18,7 @@ from .errors import Error, OptionError
 from .hits import TRACED
 from .methods.row import Method
 from .ray_batch import ROW, RayBatch
-from .texel_layout import NO_RAY, NO_TRIANGLE, RAY_AFTER_HIT, RAY_TEXELS
+from .texel_layout import NO_RAY, NO_TRIANGLE, RAY_AFTER_HIT
 
 
 @dataclass
@@ -65,18 +65,17 @@ def collect(batch: RayBatch, trace: Round, max_hits: int | None = None) -> AllHi
     """
     if max_hits is not None and max_hits < 0:
         raise OptionError(f"max_hits is {max_hits}; give 0 or more, or None for all")
-    given = batch.given_texels()
-    fields = {**RAY_TEXELS.unpack(given), "after": np.full(len(given), -1)}
+    fields = {**batch.given_fields(), "after": np.full(batch.count, -1)}
     status = batch.status()
     # All in the first round, so that packets find their tiles.
-    rays = np.arange(len(given)) if batch.order is None else batch.order.rays
+    rays = np.arange(batch.count) if batch.order is None else batch.order.rays
     found: list[dict[str, np.ndarray]] = []
     height, width = batch.size[::-1]
     while len(rays) and (max_hits is None or len(found) < max_hits):
         if 2 * len(rays) <= height * width:     # textures are kept until they are half empty
             height, width = -(-len(rays) // ROW), min(len(rays), ROW)
         image = np.repeat(NO_RAY[None], height * width, axis=0)
-        RAY_AFTER_HIT.pack(image[:len(rays)], **{name: fields[name][rays] for name in fields})
+        RAY_AFTER_HIT.pack_into(image[:len(rays)].swapaxes(0, 1), **{name: fields[name][rays] for name in fields})
         hits, ended = trace(image.reshape(height, width, *NO_RAY.shape))
         ended = ended[:len(rays)]
         # A ray that was stopped may have a nearer hit than the one it had found by then.

@@ -69,7 +69,7 @@ class Choosing:
         share = None
         if self.choices.differ:
             lo, hi = self._bounds
-            share = coherence(batch.texels, float(np.linalg.norm(hi - lo)))
+            share = coherence(batch, float(np.linalg.norm(hi - lo)))
         if share is None:
             return self.taken
         return COHERENT if share >= SHARE else INCOHERENT

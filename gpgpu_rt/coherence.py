@@ -3,14 +3,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from .texel_layout import RAY_TEXELS
+from .ray_batch import RayBatch
 
 TILE = 8          # rays a side
 SAMPLE = 256      # tiles looked at, evenly spread
 NEAR = 1 / 16     # of the scene's diagonal, within which origins of neighbours lie
 
 
-def coherence(texels: np.ndarray, diagonal: float) -> float | None:
+def coherence(batch: RayBatch, diagonal: float) -> float | None:
     """The share of neighbouring rays that are alike.
 
     Two rays next to each other in a tile are alike where their directions have the same signs and
@@ -19,8 +19,7 @@ def coherence(texels: np.ndarray, diagonal: float) -> float | None:
 
     Parameters
     ----------
-    texels : (h, w, 2, 4) float32, rays as `RAY_TEXELS` lays them out; one whose interval is empty
-        says nothing of its neighbours
+    batch : the rays; one whose interval is empty says nothing of its neighbours
     diagonal : of the scene's box, world units
 
     Returns
@@ -28,8 +27,7 @@ def coherence(texels: np.ndarray, diagonal: float) -> float | None:
     float
         from 0 to 1; None where no two rays lie side by side
     """
-    sample = texels[_sampled(*texels.shape[:2])]     # (tiles, y, x, 2, 4)
-    rays = RAY_TEXELS.unpack(sample)
+    rays = batch.sample(*_sampled(*batch.size[::-1]))    # (tiles, y, x) each
     origins, directions = rays["origin"], rays["direction"]
     usable = rays["t_min"] <= rays["t_max"]
     kind = (directions < 0) @ np.array([1, 2, 4]) + 8 * np.abs(directions).argmax(-1)

@@ -6,14 +6,18 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from .approach import approach, by_axis
+from .approach import approach
 from .hits import INVALID, Hits
-from .ray_order import AT_ONCE, RayOrder
+from .ray_order import RayOrder
 from .texel_layout import NO_RAY, NO_TRIANGLE, RAY_TEXELS
 from .threads import threads
 
+AT_ONCE = 1 << 17     # rays laid out at a time: of fewer, threads wait longer than they work
 ROW = 1024   # rays in a row of the texture where the caller gave no shape
 MANY = 5     # a share of 1 in so many: more is written by columns, less ray by ray
+# Which rays of a block are invalid, as indices; the exponents and the shifts of all, None where none
+# has one; and where all start, None where that differs.
+_Laid = tuple[np.ndarray, np.ndarray | None, np.ndarray | None, np.ndarray | None]
 _ON_MISS = {"t": np.inf, "u": 0, "v": 0, "triangle": -1}
 
 
@@ -36,7 +40,8 @@ class RayBatch:
     Attributes
     ----------
     count : rays
-    size, texels : (width, height) of their textures, and what these hold
+    size : (width, height) of their textures
+    start : (4,) float32, origin and t_min where all rays have the same and are valid, else None
     order : in which they lie there, once they were put in one
     sort_seconds : what that took so far, and hits back into the rays' own
 
@@ -67,29 +72,34 @@ class RayBatch:
         width = shape[1] if shape is not None else max(1, min(self.count, ROW))
         height = shape[0] if shape is not None else -(-self.count // width)
         self.size = (max(1, width), max(1, height))
-        # A texture behind the other, as they are uploaded, though seen ray by ray.
-        planes = np.empty((RAY_TEXELS.texels, self.size[0] * self.size[1], 4), np.float32)
-        self._planes, self.sort_seconds = planes, 0.0
+        # A texture apart from the other: one that is not written to takes no memory.
+        planes = [np.empty((self.size[0] * self.size[1], 4), np.float32)
+                  for _ in range(RAY_TEXELS.texels)]
+        self._planes, self._given, self.sort_seconds = planes, planes, 0.0
         self.order: RayOrder | None = None
-        texels = planes.swapaxes(0, 1)
-        self.texels = planes.reshape(-1, *self.size[::-1], 4).transpose(1, 2, 0, 3)
         blocks = [slice(first, min(first + AT_ONCE, self.count))
                   for first in range(0, self.count, AT_ONCE)]
         with threads(self.count) as run:
             laid = list(run(lambda part: _lay_out(
-                texels[part], origins[part], directions[part], t_min[part], t_max[part], bounds),
-                blocks))
+                [plane[part] for plane in planes], origins[part], directions[part], t_min[part],
+                t_max[part], bounds), blocks))
         self.invalid = np.concatenate([np.empty(0, np.intp), *(
-            part.start + bad for part, (bad, _, _) in zip(blocks, laid))])
+            part.start + bad for part, (bad, *_) in zip(blocks, laid))])
         if invalid == "raise" and len(self.invalid):
             first = int(self.invalid[0])
             raise ValueError(f"ray {first} is invalid: origin {origins[first]}, direction "
                              f"{directions[first]}, t_min {t_min[first]}, t_max {t_max[first]}; "
                              'entries must be finite and a direction not zero (invalid="miss", '
                              "or --invalid miss, makes such rays misses)")
-        self._exponents = _joined(blocks, [exponents for _, exponents, _ in laid])
-        self._shift = _joined(blocks, [shift for *_, shift in laid])
-        texels[self.count:] = NO_RAY[:RAY_TEXELS.texels]
+        self._exponents = _joined(blocks, [exponents for _, exponents, *_ in laid])
+        self._shift = _joined(blocks, [shift for _, _, shift, _ in laid])
+        _put(planes, slice(self.count, None), NO_RAY)
+        starts = [start for *_, start in laid]
+        alike = bool(starts) and all(_same(start, starts[0]) for start in starts)
+        self.start = starts[0] if alike else None
+        self._starts = list(zip(blocks, starts))    # those that have none are laid out already
+        if not alike:
+            self._lay_out_starts()
 
     def _one_a_ray(self, t: float | np.ndarray, name: str) -> np.ndarray:
         t = np.asarray(t, np.float32).reshape(-1)
@@ -97,6 +107,27 @@ class RayBatch:
             raise ValueError(
                 f"{name} holds {len(t)} values for {self.count} rays: one, or one each")
         return np.broadcast_to(t, self.count)
+
+    def _lay_out_starts(self) -> None:
+        for part, start in self._starts:
+            if start is not None:
+                self._given[0][part] = start
+        self._starts = []
+
+    def texels(self, texel: int) -> np.ndarray:
+        """(height, width, 4) float32, what the texture of a texel of RAY_TEXELS holds."""
+        if not texel:
+            self._lay_out_starts()
+        return self._planes[texel].reshape(*self.size[::-1], 4)
+
+    def sample(self, rows: np.ndarray, columns: np.ndarray) -> dict[str, np.ndarray]:
+        """The fields of the rays in some rows and columns of the textures, shaped as these are
+        together."""
+        width, height = self.size
+        planes = [plane.reshape(height, width, 4)[rows, columns] for plane in self._planes]
+        if self.start is not None:
+            planes[0][...] = self.start
+        return RAY_TEXELS.unpack_planes(planes)
 
     def given_units(self, t: np.ndarray, rays: slice | np.ndarray) -> np.ndarray:
         """(k,) float32 t of the programs, of the rays chosen, in the caller's units."""
@@ -108,14 +139,17 @@ class RayBatch:
     def put_in_order(self, bounds: tuple[np.ndarray, np.ndarray]) -> None:
         """Lay rays that are alike side by side; see ``RayOrder``."""
         began = time.perf_counter()
-        planes = self._planes[:, :self.count]
-        self.order = RayOrder(planes, bounds)
-        self.size, self.texels = self.order.size, self.order.texels(planes)
+        self._lay_out_starts()
+        given = [plane[:self.count] for plane in self._given]
+        self.order = RayOrder(given, bounds)
+        self.size, self._planes = self.order.size, self.order.planes(given)
         self.sort_seconds += time.perf_counter() - began
 
-    def given_texels(self) -> np.ndarray:
-        """(n, textures, 4) float32, a copy: the rays as they were given, in no other order."""
-        return self._planes[:, :self.count].swapaxes(0, 1).copy()
+    def given_fields(self) -> dict[str, np.ndarray]:
+        """(n,) or (n, 3) float32 by field of RAY_TEXELS, copies: the rays in the order given."""
+        self._lay_out_starts()
+        fields = RAY_TEXELS.unpack_planes(self._given)
+        return {name: values[:self.count].copy() for name, values in fields.items()}
 
     def by_ray(self, texels: np.ndarray) -> np.ndarray:
         """What a texture of ``size`` holds, (k, 4) row by row, ray by ray: (n, 4)."""
@@ -125,14 +159,6 @@ class RayBatch:
         found = self.order.back(texels)
         self.sort_seconds += time.perf_counter() - began
         return found
-
-    def shared_start(self) -> np.ndarray | None:
-        """Origin and t_min, (4,) float32, where all valid rays have the same."""
-        starts = self._planes[0, :self.count]
-        if not self.count or len(self.invalid) or (starts[0] != starts[self.count // 2]).any():
-            return None
-        least, most = (by_axis(extreme, starts) for extreme in (np.minimum, np.maximum))
-        return starts[0] if (least == most).all() else None
 
     def hits(self, fields: Mapping[str, np.ndarray]) -> Hits:
         """Hits in the caller's units from the fields of HIT, (n,) each.
@@ -153,13 +179,14 @@ class RayBatch:
         return status
 
 
-def _lay_out(texels: np.ndarray, origins: np.ndarray, directions: np.ndarray, t_min: np.ndarray,
-             t_max: np.ndarray, bounds: tuple[np.ndarray, np.ndarray] | None
-             ) -> tuple[np.ndarray, np.ndarray | None, np.ndarray | None]:
-    """A block of rays into (n, texels, 4); which are invalid, as indices; the exponents and the
-    shifts of all, None where none has one."""
-    size, bad = _size(directions), np.zeros(len(texels), bool)
-    if not (size.min() > 0 and size.max() < np.inf and np.isfinite(origins).all()
+def _lay_out(planes: list[np.ndarray], origins: np.ndarray, directions: np.ndarray,
+             t_min: np.ndarray, t_max: np.ndarray,
+             bounds: tuple[np.ndarray, np.ndarray] | None) -> _Laid:
+    """A block of rays into (n, 4) each, one a texel, without the start that all share."""
+    size, bad = _size(directions), np.zeros(len(origins), bool)
+    alike = _alike(origins)
+    if not (size.min() > 0 and size.max() < np.inf
+            and np.isfinite(origins[:1] if alike else origins).all()
             and _numbers(t_min) and _numbers(t_max)):
         well = np.isfinite(size) & (size > 0) & ~np.isnan(t_min) & ~np.isnan(t_max)
         for along in origins.T:
@@ -167,7 +194,7 @@ def _lay_out(texels: np.ndarray, origins: np.ndarray, directions: np.ndarray, t_
         bad = ~well
         np.copyto(size, 0.5, where=bad)
         middle = np.zeros(3) if bounds is None else (bounds[0] + bounds[1]) / 2    # not far off
-        origins = origins.copy()
+        origins, alike = origins.copy(), False
         for along, value in zip(origins.T, middle):
             np.copyto(along, value, where=bad, casting="same_kind")
     exponents, shift = _exponents(size), None
@@ -175,18 +202,43 @@ def _lay_out(texels: np.ndarray, origins: np.ndarray, directions: np.ndarray, t_
         if exponents is not None:
             directions = np.ldexp(directions, -exponents[:, None])
             t_min, t_max = np.ldexp(t_min, exponents), np.ldexp(t_max, exponents)
-        if bounds is not None:
+        near = alike and bounds is not None and approach(
+            origins[:1], directions[:1], *bounds)[1] is None
+        if bounds is not None and not near:
             origins, shift = approach(origins, directions, *bounds)
             if shift is not None:
-                t_min, t_max = t_min - shift, t_max - shift
-        RAY_TEXELS.pack(texels, origin=origins, direction=directions, t_min=t_min, t_max=t_max)
+                t_min, t_max, alike = t_min - shift, t_max - shift, False
+        start = np.float32([*origins[0], t_min[0]]) if alike and _alike(t_min) else None
+        into = planes if start is None else [None, *planes[1:]]
+        RAY_TEXELS.pack_into(into, origin=origins, direction=directions, t_min=t_min, t_max=t_max)
     ill = np.flatnonzero(bad)
     if MANY * len(ill) < len(bad):
-        texels[ill] = NO_RAY[:RAY_TEXELS.texels]
+        _put(planes, ill, NO_RAY)
     else:
-        for at, value in np.ndenumerate(NO_RAY[:RAY_TEXELS.texels]):
-            np.copyto(texels[(slice(None), *at)], value, where=bad)
-    return ill, exponents, shift
+        for plane, texel in zip(planes, NO_RAY):
+            for along, value in zip(plane.T, texel):
+                np.copyto(along, value, where=bad)
+    return ill, exponents, shift, start
+
+
+def _put(planes: list[np.ndarray], at: slice | np.ndarray, texels: np.ndarray) -> None:
+    for plane, texel in zip(planes, texels):
+        plane[at] = texel
+
+
+def _alike(values: np.ndarray) -> bool:
+    """Whether all of (n,) or (n, k) are the same, and numbers."""
+    if not values.strides[0]:
+        values = values[:1]
+    if (values[:1] != values[len(values) // 2]).any():     # most that differ do so here
+        return False
+    # Each against the one before it, in one row: numpy is slow along short axes.
+    width, row = values[0].size, values.reshape(-1)
+    return bool((row[width:] == row[:-width]).all() and not np.isnan(values[0]).any())
+
+
+def _same(one: np.ndarray | None, other: np.ndarray | None) -> bool:
+    return one is not None and other is not None and bool((one == other).all())
 
 
 def _joined(blocks: list[slice], parts: list[np.ndarray | None]) -> np.ndarray | None:

@@ -28,7 +28,7 @@ class RayOrder:
 
     Parameters
     ----------
-    planes : (textures, n, 4) float32, a texel of RAY_TEXELS each, directions below 1
+    planes : (n, 4) float32 each, one a texel of RAY_TEXELS, directions below 1
     bounds : the scene's (lo, hi)
 
     Attributes
@@ -37,18 +37,18 @@ class RayOrder:
     size : (width, height) of the textures that they lie in
     """
 
-    def __init__(self, planes: np.ndarray, bounds: tuple[np.ndarray, np.ndarray]) -> None:
-        count = planes.shape[1]
+    def __init__(self, planes: list[np.ndarray], bounds: tuple[np.ndarray, np.ndarray]) -> None:
+        count = len(planes[0])
         across, down = squares(count)
         self.size = (SQUARE * across, SQUARE * down)
         # Stable, of 16 bits: numpy takes a radix sort.
         self.rays = np.argsort(_keys(planes, bounds), kind="stable")
 
-    def texels(self, planes: np.ndarray) -> np.ndarray:
-        """(height, width, textures, 4) float32, the rays where they lie; empty ones elsewhere."""
+    def planes(self, planes: list[np.ndarray]) -> list[np.ndarray]:
+        """(width * height, 4) float32 each, the rays where they lie; empty ones elsewhere."""
         (width, height), count = self.size, len(self.rays)
         curve, rank = _curve(self.size)
-        laid = np.empty((len(planes), width * height, 4), np.float32)
+        laid = [np.empty((width * height, 4), np.float32) for _ in planes]
 
         def lay(first: int) -> None:
             part = slice(first, first + AT_ONCE)
@@ -60,7 +60,7 @@ class RayOrder:
                 list(run(lay, range(0, width * height, AT_ONCE)))
         for into, empty in zip(laid, NO_RAY):
             into[curve[count:]] = empty
-        return laid.reshape(-1, height, width, 4).transpose(1, 2, 0, 3)
+        return laid
 
     def back(self, values: np.ndarray) -> np.ndarray:
         """What each ray came to, from what lies in a texture.
@@ -94,15 +94,15 @@ def squares(rays: int) -> tuple[int, int]:
     return across, max(1, -(-count // across))
 
 
-def _keys(planes: np.ndarray, bounds: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+def _keys(planes: list[np.ndarray], bounds: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
     """(n,) uint16: the cell of a ray's direction, then that of its origin, along Morton curves."""
-    fields = RAY_TEXELS.unpack(planes.swapaxes(0, 1))
+    fields = RAY_TEXELS.unpack_planes(planes)
     lo, hi = (np.asarray(corner, np.float32) for corner in bounds)
     cells, bits = (1 << ORIGIN_BITS, 1 << DIRECTION_BITS), (ORIGIN_BITS, DIRECTION_BITS)
     with np.errstate(all="ignore"):     # a box without extent is some cell or other
         scales = (np.float32(cells[0]) / (hi - lo), np.full(3, cells[1] / 2, np.float32))
     starts = (lo, np.full(3, -1, np.float32))
-    keys = np.empty(planes.shape[1], np.uint16)
+    keys = np.empty(len(planes[0]), np.uint16)
 
     def fill(first: int) -> None:
         part, shift = slice(first, first + AT_ONCE), 0

@@ -41,6 +41,7 @@ class RayTextures:
         self.textures = stream_textures(gpu, self.in_textures, size)
         self.target = gpu.context.framebuffer(self.textures)
         self._start: np.ndarray | None = None
+        self._start_written = True      # in the texture too
         self.seen_from: Camera | None = None    # whose pixels' centres they go through, if so
 
     def share_start(self, start: np.ndarray | None) -> None:
@@ -50,6 +51,7 @@ class RayTextures:
         # An empty ray is one whose t_max is -1: that only a t_min below could make it live.
         alike = start is not None and start[3] >= 0
         self._start = self.precision.stored(start) if alike and start is not None else None
+        self._start_written = True
 
     def share_with(self, other: RayTextures) -> None:
         """Share what another set of rays, of which these are some, shares."""
@@ -75,17 +77,35 @@ class RayTextures:
             f"{RAY_TEXELS.name}_texel_0": tuple(self._start.tolist())}
 
     def upload(self, batch: RayBatch) -> None:
-        self.share_start(batch.shared_start())
-        self.write(batch.texels)
+        """Take rays; where they share their start, that is left to the uniform."""
+        self.share_start(batch.start)
+        self._start_written = self._start is None
+        for texel in range(0 if self._start_written else 1, RAY_TEXELS.texels):
+            self._write(texel, batch.texels(texel))
 
     def write(self, texels: np.ndarray) -> None:
         """Take (height, width, textures, 4) float32 texels."""
-        for k, texture in enumerate(self.textures):
-            stored = self.precision.stored(texels[:, :, k])
-            write_texture(texture, np.ascontiguousarray(stored, "<" + texture.dtype))
+        for texel in range(len(self.textures)):
+            self._write(texel, texels[:, :, texel])
+
+    def _write(self, texel: int, values: np.ndarray) -> None:
+        stored, texture = self.precision.stored(values), self.textures[texel]
+        write_texture(texture, np.ascontiguousarray(stored, "<" + texture.dtype))
 
     def samplers(self) -> dict[str, moderngl.Texture]:
-        return stream_samplers(RAY_TEXELS.name, self.textures)
+        """What programs sample that read rays as ``record`` says."""
+        found = stream_samplers(RAY_TEXELS.name, self.textures)
+        if not self._start_written:
+            del found[f"{RAY_TEXELS.name}_texel_0"]
+        return found
+
+    def complete(self) -> list[moderngl.Texture]:
+        """The textures, with what is shared written into them."""
+        if not self._start_written:
+            assert self._start is not None
+            self._write(0, np.broadcast_to(self._start, (*self.size[::-1], 4)))
+            self._start_written = True
+        return self.textures
 
     def release(self) -> None:
         release(self.target, self.textures)

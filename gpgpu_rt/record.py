@@ -9,7 +9,7 @@ to texels of their own, in half float textures, and integers keep their float32 
 """
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
@@ -140,17 +140,30 @@ class Record:
     def plane_of(self, texel: int) -> Plane:
         return next(p for p in self.planes if p.first <= texel < p.first + p.texels)
 
-    def pack(self, out: np.ndarray | None = None, **arrays: np.ndarray) -> np.ndarray:
-        """Records from one array a field.
+    def pack(self, **arrays: np.ndarray) -> np.ndarray:
+        """Records from one array a field: (n, texels, 4) float32.
 
         Parameters
         ----------
-        out : (n, texels, 4) float32 to write into, whatever its strides
-        arrays : (n,) or (n, width) each, by field name; a field left out is zero
+        arrays : as for ``pack_into``
 
-        Returns
-        -------
-        (n, texels, 4) float32
+        Raises
+        ------
+        LimitError
+            as ``pack_into``
+        """
+        packed = np.empty((len(next(iter(arrays.values()))), self.texels, 4), np.float32)
+        self.pack_into(packed.swapaxes(0, 1), **arrays)
+        return packed
+
+    def pack_into(self, planes: Sequence[np.ndarray | None] | np.ndarray,
+                  **arrays: np.ndarray) -> None:
+        """Write records from one array a field.
+
+        Parameters
+        ----------
+        planes : (n, 4) float32 each, whatever its strides, one a texel; one that is None is left out
+        arrays : (n,) or (n, width) each, by field name; a field left out is zero
 
         Raises
         ------
@@ -162,27 +175,32 @@ class Record:
             raise ValueError(f"record {self.name} has no field {', '.join(sorted(unknown))}")
         count = len(next(iter(arrays.values())))
         check_count(self.name, count)
-        packed = np.empty((count, self.texels, 4), np.float32) if out is None else out
         given = [field for field in self.fields if field.name in arrays]
         filled = {(f.texel, f.channel + k) for f in given for k in range(f.width)}
         for texel, channel in set(np.ndindex(self.texels, 4)) - filled:
-            packed[:, texel, channel] = 0
+            if planes[texel] is not None:
+                planes[texel][:, channel] = 0
         for field in given:
+            if planes[field.texel] is None:
+                continue
             values = np.asarray(arrays[field.name])
             if field.is_integer and count and np.abs(values).max() > EXACT_INTEGER:
                 raise LimitError(f"{self.name}.{field.name} is past 2^24, the last integer a "
                                  "float texel holds exactly; take a smaller scene")
             values = values.reshape(count, field.width)
             for k in range(field.width):    # by channel: numpy is slow along short axes
-                packed[:, field.texel, field.channel + k] = values[:, k]
-        return packed
+                planes[field.texel][:, field.channel + k] = values[:, k]
 
     def unpack(self, texels: np.ndarray) -> dict[str, np.ndarray]:
         """The inverse of ``pack``: (..., texels, 4) -> arrays (...) or (..., width) by field name;
         those of float fields are views."""
+        return self.unpack_planes(np.moveaxis(texels, -2, 0))
+
+    def unpack_planes(self, planes: Sequence[np.ndarray] | np.ndarray) -> dict[str, np.ndarray]:
+        """``unpack`` of (..., 4) each, one a texel."""
         fields = {}
         for f in self.fields:
-            values = texels[..., f.texel, f.channel:f.channel + f.width]
+            values = planes[f.texel][..., f.channel:f.channel + f.width]
             values = values[..., 0] if f.width == 1 else values
             fields[f.name] = values.astype(np.int32) if f.is_integer else values
         return fields

@@ -96,6 +96,7 @@ class PacketTraversal:
         now, program = buffers.side(0), self._program("packet_hits", any_hit, rays.in_textures)
         capped = self.step_cap <= PACKET_STEPS
         program.set(unsettled_phase=UNFINISHED if capped else LIVE)
+        rays.complete()
         program.draw(now.target, {**self.samplers, **rays.samplers(), **room.samplers()})
         statistics.passes += 1
         statistics.draw_calls += 1
@@ -111,6 +112,7 @@ class PacketTraversal:
                 rays.like(rays.size),
                 StateBuffers(self.gpu, single.method.state, rays.size, False, self.precision))
         single_rays, single_buffers = self._single_room
+        rays.complete()
         self._program("left_behind", any_hit, rays.in_textures).draw(
             single_rays.target, {**rays.samplers(), **now.samplers()})
         found, _ = single.run(single_rays, single_buffers, statistics, any_hit)

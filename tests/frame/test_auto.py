@@ -56,7 +56,7 @@ def took(tracer: rt.Tracer) -> tuple[str, str, str]:
 
 def share_of(origins: np.ndarray, directions: np.ndarray, diagonal: float = 1.0,
              **more) -> float | None:
-    return coherence(RayBatch(origins, directions, **more).texels, diagonal)
+    return coherence(RayBatch(origins, directions, **more), diagonal)
 
 
 @pytest.mark.parametrize("height, width", [(1, 2), (3, 5), (8, 8), (40, 24), (300, 300)])

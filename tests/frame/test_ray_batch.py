@@ -33,6 +33,10 @@ def _all_at_once(monkeypatch, *rays: np.ndarray, **more: object) -> RayBatch:
         return RayBatch(*rays, bounds=BOUNDS, **more)
 
 
+def _texels(batch: RayBatch) -> np.ndarray:
+    return np.stack([batch.texels(k).reshape(-1, 4) for k in range(2)], 1)
+
+
 @pytest.mark.parametrize("ends", [False, True], ids=["open", "ends"])
 @pytest.mark.parametrize("count", [0, 1, 127, 255, 256, 257, 1000])
 def test_blocks_are_laid_out_as_all_at_once(blocks, monkeypatch, count: int, ends: bool) -> None:
@@ -40,8 +44,8 @@ def test_blocks_are_laid_out_as_all_at_once(blocks, monkeypatch, count: int, end
     more = {"t_min": t_max / 2, "t_max": t_max} if ends else {}
     whole = _all_at_once(monkeypatch, origins, directions, **more)
     found = RayBatch(origins, directions, bounds=BOUNDS, **more)
-    assert found.texels.tobytes() == whole.texels.tobytes() and found.size == whole.size
-    assert not len(found.invalid) and (found.shared_start() is None) == (count != 1)
+    assert np.array_equal(_texels(found), _texels(whole)) and found.size == whole.size
+    assert not len(found.invalid) and (found.start is None) == (count != 1)
 
 
 @pytest.mark.parametrize("at", [5, 255, 256, 700, 999])
@@ -61,7 +65,7 @@ def test_one_ray_that_is_not_well_is_seen_in_any_block(blocks, monkeypatch, what
     rays = tuple(given.values())
     whole = _all_at_once(monkeypatch, *rays, invalid="miss")
     found = RayBatch(*rays, bounds=BOUNDS, invalid="miss")
-    assert found.texels.tobytes() == whole.texels.tobytes()
+    assert _texels(found).tobytes() == _texels(whole).tobytes()
     assert found.invalid.tolist() == whole.invalid.tolist() == (
         [] if fault in ("far", "long", "short") else [at])
     assert RayBatch(*rays, invalid="miss").invalid.tolist() == found.invalid.tolist()
@@ -78,10 +82,35 @@ def test_a_shared_start_is_that_of_all(blocks, count: int, other: int | None) ->
     origins[:] = origins[0]
     if other is not None and -count <= other < count and count > 1:
         origins[other] += np.float32(0.125)
-        assert RayBatch(origins, directions, bounds=BOUNDS).shared_start() is None
+        assert RayBatch(origins, directions, bounds=BOUNDS).start is None
     else:
-        start = RayBatch(origins, directions, 0.25, bounds=BOUNDS).shared_start()
+        start = RayBatch(origins, directions, 0.25, bounds=BOUNDS).start
         assert start.tolist() == [*origins[0].tolist(), 0.25]
+
+
+@pytest.mark.parametrize("fault", [None, "another", "far", "NaN", "inf", "t_min", "exponent"])
+def test_a_start_is_laid_out_where_it_is_asked_for(blocks, fault: str | None) -> None:
+    """Whatever parts of the rays share one, texels and samples are those of rays that share none."""
+    origins, directions, _ = _rays(1000, seed=8)
+    origins[:] = origins[0]
+    t_min = np.full(1000, 0.25, np.float32)
+    origins[600] = {"another": 0.5, "NaN": np.nan, "inf": np.inf}.get(str(fault), origins[0])
+    if fault == "far":
+        origins[:] = 100
+    t_min[600] = 0.5 if fault == "t_min" else 0.25
+    directions[600] *= 4 if fault == "exponent" else 1
+    rays = origins, directions, t_min
+    found = RayBatch(*rays, bounds=BOUNDS, invalid="miss")
+    assert (found.start is None) == (fault is not None)
+    apart = [RayBatch(*(values[k:k + 1] for values in rays), bounds=BOUNDS, invalid="miss")
+             for k in range(1000)]
+    expected = np.concatenate([_texels(one) for one in apart])
+    at = np.array([0, 0, 0]), np.array([1, 600, 999])
+    sample = found.sample(*at)
+    assert np.array_equal(_texels(found)[:1000], expected)
+    assert np.array_equal(sample["origin"], expected[at[1], 0, :3])
+    assert np.array_equal(sample["t_max"], expected[at[1], 1, 3])
+    assert np.array_equal(found.given_fields()["origin"], expected[:, 0, :3])
 
 
 @pytest.mark.parametrize("share", [0.01, 0.5, 1.0])
@@ -100,7 +129,7 @@ def test_invalid_rays_leave_the_others_alone(blocks, share: float, seed: int) ->
     found = RayBatch(ill[0], ill[1], 0.0, ill[2], bounds=BOUNDS, invalid="miss")
     well = RayBatch(origins, directions, 0.0, t_max, bounds=BOUNDS)
     assert found.invalid.tolist() == np.flatnonzero(bad).tolist()
-    texels, expected = (batch.texels.reshape(-1, 2, 4)[:1000] for batch in (found, well))
+    texels, expected = (_texels(batch)[:1000] for batch in (found, well))
     assert (texels[bad] == NO_RAY[:2]).all()
     assert texels[~bad].tobytes() == expected[~bad].tobytes()
     t = rng.random(1000).astype(np.float32)

@@ -137,10 +137,10 @@ def test_rays_that_are_alike_come_together(seed: int) -> None:
         order = tracer._traversal.order(tracer._rays)
     batch = RayBatch(origins[mixed], directions[mixed])
     batch.put_in_order(SCENE.bounds)
-    height, width = batch.texels.shape[:2]
-    lies = batch.texels.reshape(height // 8, 8, width // 8, 8, 2, 4).swapaxes(1, 2)
-    assert (np.sort(lies.reshape(64, 64, 2, 4)[..., 0, 0]) == np.sort(
-        batch.given_texels()[batch.order.rays].reshape(64, 64, 2, 4)[..., 0, 0])).all()
+    width, height = batch.size
+    lies = batch.texels(0)[..., 0].reshape(height // 8, 8, width // 8, 8).swapaxes(1, 2)
+    assert (np.sort(lies.reshape(64, 64)) == np.sort(
+        batch.given_fields()["origin"][batch.order.rays, 0].reshape(64, 64))).all()
     for found in (order, batch.order.rays):
         assert (np.sort(found) == np.arange(4096)).all()
         squares = bundle[mixed[found]].reshape(64, 64)
