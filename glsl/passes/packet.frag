@@ -1,6 +1,7 @@
 #version 330 core
 // The driver of packet methods: traces RAYS rays a fragment, their whole way in one pass, and
-// writes each one's hit to a render target of its own, as Horn et al. 2007 do. With ROWS_ALONE
+// writes their hits to as many render targets, as Horn et al. 2007 do; where there are four or more,
+// a target takes one number of four hits, and not four numbers of one (FOURS). With ROWS_ALONE
 // there are more rays than targets: each takes the rows of the triangles that four rays hit, and
 // passes/packet_hits.frag computes the hits again.
 //
@@ -42,7 +43,18 @@ void settle(int r) {
 #define ROW(r) packed_row(rows[r], is_settled(r))
 #define STORE(k) packet_target[k] = uvec4(ROW(4 * k), ROW(4 * k + 1), ROW(4 * k + 2), ROW(4 * k + 3));
 #else
-#define STORE(k) packet_target[k] = packed_hit(hits[k], is_settled(k));
+vec4 numbers[RAYS];
+
+void pack(int r) {
+    numbers[r] = packed_hit(hits[r], is_settled(r));
+}
+
+#ifdef FOURS
+#define PACKED(k, r) numbers[k / 4 * 4 + r][k % 4]
+#define STORE(k) packet_target[k] = vec4(PACKED(k, 0), PACKED(k, 1), PACKED(k, 2), PACKED(k, 3));
+#else
+#define STORE(k) packet_target[k] = numbers[k];
+#endif
 #endif
 
 void main() {
@@ -68,6 +80,9 @@ void main() {
     packet_counters = vec4(counters.nodes_visited, counters.leaves_visited,
                            counters.triangles_tested, steps);
 #else
+#ifndef ROWS_ALONE
+    EACH(pack)
+#endif
     EACH_TARGET(STORE)
     EACH(settle)
     gl_FragDepth = all_settled ? 0.0 : 1.0;

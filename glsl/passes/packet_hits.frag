@@ -48,9 +48,15 @@ void main() {
         test_triangle(ray, row, hit);
     }
 #else
+#ifdef FOURS
+#define READ_NUMBER(k) texel[k % 4] = k / 4 == r / 4 ? TEXEL(packet_texels_##k, packet_step, packet)[r % 4] : texel[k % 4];
+    vec4 texel = vec4(0.0);
+    EACH_TARGET(READ_NUMBER)
+#else
     int target = r;
     vec4 texel = vec4(0.0);
     EACH_TARGET(READ)
+#endif
     Hit hit = unpacked_hit(texel, settled);
 #endif
     State state = State(settled ? DONE : unsettled_phase, 0);

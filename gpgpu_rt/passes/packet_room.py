@@ -46,14 +46,20 @@ class PacketRoom:
                 **{"packet_counters": texture for texture in self.counters}}
 
     def read_hits(self) -> np.ndarray:
-        """(rays, 4) float32, the texels of HIT row by row; only where a target holds one ray."""
+        """(rays, 4) float32, the texels of HIT row by row; only where targets hold whole hits."""
         (width, height), across = self.packet, self.rays[0]
         # Channel by channel, as they will be asked for.
         planes = np.empty((4, self.size[1], height, self.size[0], width), np.float32)
+        # Of four rays at a time, as many as lie side by side are moved as one number.
+        four = len(self.hits) % 4 == 0
+        kind = np.dtype((np.float32, np.complex64, np.complex128)[width // 2 if four else 0])
 
-        def spread(r: int, texels: np.ndarray) -> None:
-            for plane, values in zip(planes, np.moveaxis(texels, -1, 0)):
-                plane[:, r // width, :, r % width] = values
+        def spread(k: int, texels: np.ndarray) -> None:
+            for part, values in enumerate(np.moveaxis(texels.view(kind), -1, 0)):
+                channel, first = (k % 4, k // 4 * 4) if four else (part, k)
+                r = first + (part * kind.itemsize // 4 if four else 0)
+                plane = planes[channel, :, r // width].view(kind)
+                plane[..., r % width * 4 // kind.itemsize] = values
         with threads(planes[0].size) as run:
             list(run(spread, range(len(self.hits)), map(read_texture, self.hits)))
         image = planes.reshape(4, self.size[1] * height, self.size[0] * width)

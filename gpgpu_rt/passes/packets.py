@@ -38,7 +38,7 @@ class PacketTraversal:
         self.precision = Precision.of(options)
         self.packet = packet_of(options)
         self.rays = self.packet[0] * self.packet[1]
-        # A target a ray or, where those are too many, one for the rows of four.
+        # A target a ray, or a number of four rays; where those are too many, one for the rows of four.
         self.rows_alone = self.rays > self.gpu.max_draw_buffers
         self.targets = self.rays // 4 if self.rows_alone else self.rays
         self.statistics_on = bool(options["statistics"])
@@ -165,6 +165,7 @@ class PacketTraversal:
     def _defines(self, any_hit: bool) -> dict[str, object]:
         return {**packet_defines(self.method, self.accelerator, self.options, any_hit),
                 "PACKET_TARGETS": self.targets, "ROWS_ALONE": self.rows_alone,
+                "FOURS": self.rays % 4 == 0 and not self.rows_alone,
                 "EACH_TARGET(f)": " ".join(f"f({k})" for k in range(self.targets))}
 
     def _virtual(self, name: str, rays: Record) -> dict[str, str]:
