@@ -75,7 +75,8 @@ def collect(batch: RayBatch, trace: Round, max_hits: int | None = None) -> AllHi
         if 2 * len(rays) <= height * width:     # textures are kept until they are half empty
             height, width = -(-len(rays) // ROW), min(len(rays), ROW)
         image = np.repeat(NO_RAY[None], height * width, axis=0)
-        RAY_AFTER_HIT.pack_into(image[:len(rays)].swapaxes(0, 1), **{name: fields[name][rays] for name in fields})
+        RAY_AFTER_HIT.pack_into(image[:len(rays)].swapaxes(0, 1),
+                                **{name: fields[name][rays] for name in fields})
         hits, ended = trace(image.reshape(height, width, *NO_RAY.shape))
         ended = ended[:len(rays)]
         # A ray that was stopped may have a nearer hit than the one it had found by then.

@@ -12,11 +12,11 @@ from .ray_order import RayOrder
 from .texel_layout import NO_RAY, NO_TRIANGLE, RAY_TEXELS
 from .threads import threads
 
-AT_ONCE = 1 << 17     # rays laid out at a time: of fewer, threads wait longer than they work
+AT_ONCE = 1 << 17   # rays laid out at a time: of fewer, threads wait longer than they work
 ROW = 1024   # rays in a row of the texture where the caller gave no shape
 MANY = 5     # a share of 1 in so many: more is written by columns, less ray by ray
-# Which rays of a block are invalid, as indices; the exponents and the shifts of all, None where none
-# has one; and where all start, None where that differs.
+# Of a block: which rays are invalid, as indices; the exponents and the shifts of all, None where
+# none has one; and where all start, None where that differs.
 _Laid = tuple[np.ndarray, np.ndarray | None, np.ndarray | None, np.ndarray | None]
 _ON_MISS = {"t": np.inf, "u": 0, "v": 0, "triangle": -1}
 
@@ -79,10 +79,10 @@ class RayBatch:
         self.order: RayOrder | None = None
         blocks = [slice(first, min(first + AT_ONCE, self.count))
                   for first in range(0, self.count, AT_ONCE)]
-        with threads(self.count) as run:
-            laid = list(run(lambda part: _lay_out(
-                [plane[part] for plane in planes], origins[part], directions[part], t_min[part],
-                t_max[part], bounds), blocks))
+        run = threads(self.count)
+        laid = list(run(lambda part: _lay_out(
+            [plane[part] for plane in planes], origins[part], directions[part], t_min[part],
+            t_max[part], bounds), blocks))
         self.invalid = np.concatenate([np.empty(0, np.intp), *(
             part.start + bad for part, (bad, *_) in zip(blocks, laid))])
         if invalid == "raise" and len(self.invalid):
@@ -283,8 +283,8 @@ def hits_of(fields: Mapping[str, np.ndarray]) -> Hits:
         found = np.ascontiguousarray(fields[name])      # together, not a column of what was read
         np.copyto(found, _ON_MISS[name], where=missed, casting="unsafe")
         return found
-    with threads(len(missed)) as run:
-        found = dict(zip(_ON_MISS, run(column, _ON_MISS)))
+    run = threads(len(missed))
+    found = dict(zip(_ON_MISS, run(column, _ON_MISS)))
     return Hits(**found, status=np.zeros(len(missed), np.uint8))
 
 

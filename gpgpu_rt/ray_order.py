@@ -56,8 +56,8 @@ class RayOrder:
             for values, into in zip(planes, laid):
                 np.take(_whole(values), lies, out=_whole(into)[part], mode="clip")   # in place
         if count:
-            with threads(count) as run:
-                list(run(lay, range(0, width * height, AT_ONCE)))
+            run = threads(count)
+            list(run(lay, range(0, width * height, AT_ONCE)))
         for into, empty in zip(laid, NO_RAY):
             into[curve[count:]] = empty
         return laid
@@ -82,8 +82,8 @@ class RayOrder:
         def bring(first: int) -> None:
             part = slice(first, first + AT_ONCE)
             other[self.rays[part]] = one[curve[:len(found)][part]]
-        with threads(len(found)) as run:
-            list(run(bring, range(0, len(found), AT_ONCE)))
+        run = threads(len(found))
+        list(run(bring, range(0, len(found), AT_ONCE)))
         return found
 
 
@@ -116,8 +116,8 @@ def _keys(planes: list[np.ndarray], bounds: tuple[np.ndarray, np.ndarray]) -> np
                     lattice |= (cell.astype(np.int32) & (count - 1)) << shift
                 shift += width
         np.take(_morton(), lattice, out=keys[part])
-    with threads(len(keys)) as run:
-        list(run(fill, range(0, len(keys), AT_ONCE)))
+    run = threads(len(keys))
+    list(run(fill, range(0, len(keys), AT_ONCE)))
     return keys
 
 

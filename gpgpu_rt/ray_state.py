@@ -99,13 +99,13 @@ class RayTextures:
             del found[f"{RAY_TEXELS.name}_texel_0"]
         return found
 
-    def complete(self) -> list[moderngl.Texture]:
-        """The textures, with what is shared written into them."""
+    def complete(self) -> RayTextures:
+        """These, with what is shared in the textures too, for programs that ask for no uniform."""
         if not self._start_written:
             assert self._start is not None
             self._write(0, np.broadcast_to(self._start, (*self.size[::-1], 4)))
             self._start_written = True
-        return self.textures
+        return self
 
     def release(self) -> None:
         release(self.target, self.textures)

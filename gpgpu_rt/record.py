@@ -162,7 +162,7 @@ class Record:
 
         Parameters
         ----------
-        planes : (n, 4) float32 each, whatever its strides, one a texel; one that is None is left out
+        planes : (n, 4) float32 each, whatever its strides, one a texel; None is left out
         arrays : (n,) or (n, width) each, by field name; a field left out is zero
 
         Raises

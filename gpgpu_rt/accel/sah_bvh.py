@@ -35,10 +35,9 @@ def build(triangles: np.ndarray, *, bins: int = 32, max_leaf: int = 4,
         ceil(log2 n), if that is more)
     """
     refuse_unknown(build, unknown)
-    with threads(len(triangles)) as run:
-        return top_down.build(triangles, splitter(
-            bins=bins, max_leaf=max_leaf, traversal_cost=traversal_cost,
-            intersection_cost=intersection_cost, max_depth=max_depth, run=run))
+    return top_down.build(triangles, splitter(
+        bins=bins, max_leaf=max_leaf, traversal_cost=traversal_cost,
+        intersection_cost=intersection_cost, max_depth=max_depth, run=threads(len(triangles))))
 
 
 def splitter(*, bins: int = 32, max_leaf: int = 4, traversal_cost: float = 1.0,

@@ -51,8 +51,7 @@ def build(triangles: np.ndarray, *, split: str = "binned", bins: int = 32,
     if workers > 1:
         from . import shevtsov  # it imports this file's growth
         return shevtsov.grow_on_processes(level, vertices, rules, workers)
-    with threads(len(triangles)) as run:
-        return grow(level, 0, vertices, rules, run=run)[0].loose()
+    return grow(level, 0, vertices, rules, run=threads(len(triangles)))[0].loose()
 
 
 def sah_costs(traversal_cost: float, intersection_cost: float, empty_bonus: float) -> Costs:

@@ -60,8 +60,8 @@ class PacketRoom:
                 r = first + (part * kind.itemsize // 4 if four else 0)
                 plane = planes[channel, :, r // width].view(kind)
                 plane[..., r % width * 4 // kind.itemsize] = values
-        with threads(planes[0].size) as run:
-            list(run(spread, range(len(self.hits)), map(read_texture, self.hits)))
+        run = threads(planes[0].size)
+        list(run(spread, range(len(self.hits)), map(read_texture, self.hits)))
         image = planes.reshape(4, self.size[1] * height, self.size[0] * width)
         return image[:, :self.rays[1], :across].reshape(4, -1).T
 

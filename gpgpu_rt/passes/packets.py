@@ -38,7 +38,7 @@ class PacketTraversal:
         self.precision = Precision.of(options)
         self.packet = packet_of(options)
         self.rays = self.packet[0] * self.packet[1]
-        # A target a ray, or a number of four rays; where those are too many, one for the rows of four.
+        # A target a ray, or a number of four rays; where there are too few, one for four rows.
         self.rows_alone = self.rays > self.gpu.max_draw_buffers
         self.targets = self.rays // 4 if self.rows_alone else self.rays
         self.statistics_on = bool(options["statistics"])

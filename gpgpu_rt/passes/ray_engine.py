@@ -55,7 +55,7 @@ class RayEngine:
             split.setdefault(name, 0.0 if name.endswith("seconds") else 0)
         with clocked(split, "transfer_seconds"):
             texels = np.stack([read_texture(texture).reshape(-1, 4)
-                               for texture in rays.complete()], axis=1)
+                               for texture in rays.complete().textures], axis=1)
             split["bytes_down"] += texture_bytes(rays.textures)
         trip = RayTrip(self.accelerator, self.options, self.step_cap,
                        RAY_AFTER_HIT if rays.after_hit else RAY_TEXELS, texels, any_hit)

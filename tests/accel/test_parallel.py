@@ -170,7 +170,7 @@ def test_threads_build_the_same(build: Callable, options: dict, seed: int, monke
         time.sleep(seconds)
         return function(part)
 
-    monkeypatch.setattr(threads, "ThreadPoolExecutor", Pool)
+    monkeypatch.setattr(threads, "_pool", Pool)
     monkeypatch.setattr(threads, "WORTH", 4000)
     alone = build(triangles, **options)
     assert not used

@@ -90,7 +90,7 @@ def test_a_shared_start_is_that_of_all(blocks, count: int, other: int | None) ->
 
 @pytest.mark.parametrize("fault", [None, "another", "far", "NaN", "inf", "t_min", "exponent"])
 def test_a_start_is_laid_out_where_it_is_asked_for(blocks, fault: str | None) -> None:
-    """Whatever parts of the rays share one, texels and samples are those of rays that share none."""
+    """Whatever blocks share one, texels and samples are those of rays each laid out alone."""
     origins, directions, _ = _rays(1000, seed=8)
     origins[:] = origins[0]
     t_min = np.full(1000, 0.25, np.float32)

@@ -125,7 +125,7 @@ def shadow_rays(tracer: rt.Tracer, size: tuple[int, int]) -> tuple[Hits, np.ndar
         room = tracer._integrator.room
         light = light_uniforms(tracer.scene, tracer._integrator.needs)[0]
         tracer._integrator.run("surfaces", room.target("shadow rays", "lit", "direct"),
-                               {**rays.samplers(), **side.samplers()}, **light)
+                               {**rays.complete().samplers(), **side.samplers()}, **light)
         texels = [read_texture(texture).reshape(-1, 4) for texture in room.textures("shadow rays")]
     return hits, *texels
 
