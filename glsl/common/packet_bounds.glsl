@@ -12,6 +12,17 @@
 // times as long in the kitchen, 1, 1 and 3.0 times on the bunny (software renderer).
 const float REACH = 0.01;
 
+#ifdef RAYS_TEXEL_0_UNIFORM   // all rays begin at one point
+
+void find_neighbourhood() {
+}
+
+bool begins_near(int r) {
+    return true;
+}
+
+#else
+
 float reach;
 vec3 beginning;      // of the first ray that waits
 bool found_beginning;
@@ -32,6 +43,8 @@ bool begins_near(int r) {
     return max_component(abs(rays[r].origin - beginning)) <= reach;
 }
 
+#endif
+
 vec3 first_origin;   // what the corners of a box, in the order that rays meet them, are measured from
 vec3 last_origin;
 vec3 inv_lo;
@@ -48,6 +61,7 @@ vec3 chosen(bvec3 which, vec3 yes, vec3 no) {
 void bound_ray(int r) {
     Ray ray = rays[r];
     bool here = ray.t_min < NEVER;
+#ifndef RAYS_TEXEL_0_UNIFORM
 #ifdef OCTANTS
     vec3 first = ray.lo_origin;
     vec3 last = ray.hi_origin;
@@ -57,6 +71,7 @@ void bound_ray(int r) {
 #endif
     first_origin = here ? max(first_origin, first * along) : first_origin;
     last_origin = here ? min(last_origin, last * along) : last_origin;
+#endif
     inv_lo = here ? min(inv_lo, ray.inv_dir) : inv_lo;
     inv_hi = here ? max(inv_hi, ray.inv_dir) : inv_hi;
     t_first = min(t_first, ray.t_min);
@@ -81,8 +96,14 @@ void bound_rays() {
     inv_hi = vec3(-NEVER);
     t_first = NEVER;
     EACH(bound_ray)
+#ifdef RAYS_TEXEL_0_UNIFORM
+    vec3 slack = box_slack(rays[0].origin) * along;     // as ray_setup has it
+    first_origin = R(rays[0].origin + slack);
+    last_origin = R(rays[0].origin - slack);
+#else
     first_origin *= along;
     last_origin *= along;
+#endif
     bound_hits();
 }
 

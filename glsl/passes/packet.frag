@@ -33,12 +33,6 @@ layout(location = 0) out vec4 packet_target[PACKET_TARGETS];
 #endif
 #endif
 
-bool all_settled = true;
-
-void settle(int r) {
-    all_settled = all_settled && is_settled(r);
-}
-
 #ifdef ROWS_ALONE
 #define ROW(r) packed_row(rows[r], is_settled(r))
 #define STORE(k) packet_target[k] = uvec4(ROW(4 * k), ROW(4 * k + 1), ROW(4 * k + 2), ROW(4 * k + 3));
@@ -84,7 +78,5 @@ void main() {
     EACH(pack)
 #endif
     EACH_TARGET(STORE)
-    EACH(settle)
-    gl_FragDepth = all_settled ? 0.0 : 1.0;
 #endif
 }

@@ -33,11 +33,10 @@ class PacketRoom:
         self.hits = [make_texture(gpu, self.size, 4, what, dtype="u4" if rows_alone else "f4")
                      for _ in range(targets)]
         self.counters = [make_texture(gpu, self.size, 4, what)] if statistics else []
-        # Depth tells the packets that left rays behind, so that counting them fetches nothing.
-        self.depth = gpu.context.depth_renderbuffer(self.size)
-        self.mask = gpu.context.framebuffer(depth_attachment=self.depth)
-        self.mask.depth_mask = False
-        self.targets = {"packet": gpu.context.framebuffer(self.hits, self.depth)}
+        self.targets = {"packet": gpu.context.framebuffer(self.hits)}
+        # Packets are counted in it, without a test of depth.
+        self._depth = gpu.context.depth_renderbuffer(self.size)
+        self.mask = gpu.context.framebuffer(depth_attachment=self._depth)
         if statistics:
             self.targets["packet_counters"] = gpu.context.framebuffer(self.counters)
 
@@ -69,7 +68,7 @@ class PacketRoom:
         return texture_bytes((*self.hits, *self.counters))
 
     def release(self) -> None:
-        release(self.targets, self.mask, self.hits, self.counters, self.depth)
+        release(self.targets, self.mask, self.hits, self.counters, self._depth)
 
 
 class PacketHits:

@@ -60,8 +60,7 @@ class PacketTraversal:
         """Trace every ray; where the hits are, and how many rays the step cap stopped."""
         context = self.gpu.context
         room = self._room_for(buffers.size)
-        context.enable_only(moderngl.DEPTH_TEST)
-        context.depth_func = "1"
+        context.enable_only(moderngl.NOTHING)
         for name, target in room.targets.items():
             program = self._program(name, any_hit, rays.record)
             program.set(ray_texture_size=buffers.size, **rays.uniforms(),
@@ -69,9 +68,8 @@ class PacketTraversal:
             program.draw(target, {**self.samplers, **rays.samplers()})
         statistics.passes += 1
         statistics.draw_calls += len(room.targets)
-        left_behind = self._packets_left(room, statistics)
-        context.depth_func = "<"
-        context.enable_only(moderngl.NOTHING)
+        left_behind = self._program("packets_left", False).count(
+            room.mask, room.samplers(), statistics)
 
         def hand_back() -> StateBuffer:
             return self._hand_back(rays, buffers, room, statistics, any_hit)
@@ -84,11 +82,6 @@ class PacketTraversal:
         if self.step_cap > PACKET_STEPS:
             self._trace_singly(rays, now, statistics, any_hit)
         return now, self._count(UNFINISHED, now, buffers, statistics)
-
-    def _packets_left(self, room: PacketRoom, statistics: Statistics) -> int:
-        """Packets that left rays behind: their depth is 1, that of others 0."""
-        self.gpu.context.depth_func = "<"
-        return self._program("everywhere", False).count(room.mask, {}, statistics, depth=0.5)
 
     def _hand_back(self, rays: RayTextures, buffers: StateBuffers, room: PacketRoom,
                    statistics: Statistics, any_hit: bool) -> StateBuffer:
@@ -184,8 +177,8 @@ class PacketTraversal:
             writes = [replace(rays, name="single_rays")]
         elif name == "classify":
             reads = written[:1]
-        elif name == "everywhere":
-            reads = []
+        elif name == "packets_left":
+            reads += [layout(HIT)]      # its struct alone is of use
         else:
             single = layout(self._single_traversal().method.state)
             reads = [replace(rays, name="single_rays"),
