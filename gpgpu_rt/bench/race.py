@@ -83,7 +83,8 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
     kind : what `workload` knows: ``eye rays``, ``shadow rays``, ``mirror rays 1``, ...
     candidates : (method, options) each
     size : pixels a side of the image that the rays belong to
-    runs : timed turns, after one warm-up
+    runs : timed turns, after one warm-up; in each, everyone traces once more before it is timed,
+        as the one before left its own data in the caches
     engines : those that are not installed, or not made for these rays, are left out
     report : told of the progress, a line at a time
 
@@ -123,9 +124,9 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
                 calls.append(_theirs(engine.prepare(load(scene), given)))
         for turn in range(runs + 1):   # the first one warms up
             report(f"{scene}, {kind}: " + (f"run {turn} of {runs}" if turn else "warm-up"))
-            times = [call() for call in calls]
+            times = [[call() for _ in range(2 if turn else 1)] for call in calls]
             if turn:
-                _note(entries, times)
+                _note(entries, [last for *_, last in times])
         for entry, tracer in zip(entries, opened):     # the candidates come first
             report(f"{scene}, {kind}: counting the work of {entry.name}")
             entry.work = work_of(tracer, rays)
