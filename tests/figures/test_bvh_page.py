@@ -16,11 +16,14 @@ SCENES = ("cornell", "bunny", "robots", "kitchen", "conference")
 def tables() -> dict[str, dict[str, dict[str, float]]]:
     """What is counted -> a method as it is asked for -> scene -> number."""
     found: dict[str, dict[str, dict[str, float]]] = {}
+    table: dict[str, dict[str, float]] | None = None
     for line in PAGE.read_text().splitlines():
+        if not line.startswith("|"):
+            table = None        # at its end
         name, *values = (cell.strip(" `") for cell in line.strip("|").split("|"))
         if values and values[0] == SCENES[0]:
             found[name] = table = {}
-        elif line.startswith("| `"):
+        elif table is not None and line.startswith("| `"):
             table[name] = dict(zip(SCENES, map(float, values)))
     return found
 
