@@ -88,15 +88,19 @@ def test_a_shared_start_is_that_of_all(blocks, count: int, other: int | None) ->
         assert start.tolist() == [*origins[0].tolist(), 0.25]
 
 
-@pytest.mark.parametrize("fault", [None, "another", "far", "NaN", "inf", "t_min", "exponent"])
+@pytest.mark.parametrize("fault", [
+    None, "another", "far", "far, as far on both sides", "NaN", "inf", "t_min", "exponent"])
 def test_a_start_is_laid_out_where_it_is_asked_for(blocks, fault: str | None) -> None:
     """Whatever blocks share one, texels and samples are those of rays each laid out alone."""
     origins, directions, _ = _rays(1000, seed=8)
     origins[:] = origins[0]
     t_min = np.full(1000, 0.25, np.float32)
     origins[600] = {"another": 0.5, "NaN": np.nan, "inf": np.inf}.get(str(fault), origins[0])
-    if fault == "far":
-        origins[:] = 100
+    if str(fault).startswith("far"):
+        origins[:] = (0, 0, 100) if "both" in str(fault) else 100
+    if "both" in str(fault):    # all are advanced by as much, and begin at two points
+        directions[:] = [0.25, 0.125, -0.75]
+        directions[::2, 0] *= -1
     t_min[600] = 0.5 if fault == "t_min" else 0.25
     directions[600] *= 4 if fault == "exponent" else 1
     rays = origins, directions, t_min

@@ -3,8 +3,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from conftest import assert_same_bits, soup_scene
 
 import gpgpu_rt as rt
+
+CASES = [("bvh-packet", {"interval_test": True, "octants": octants, "quantise_nodes": bits})
+         for octants in (False, True) for bits in (None, 16)] + [
+    ("bvh-packet", {}), ("kd-packet", {}), ("bvh-threaded", {}), ("bvh-stack", {})]
 
 
 @pytest.mark.parametrize("t_min", [0.0, -2.0, [0.0, 1.0] * 128])
@@ -33,3 +38,33 @@ def test_rays_from_one_point(method: str, t_min) -> None:
             expected = tracer.trace(*rays, t_min=t)
             assert (hits.triangle == expected.triangle).all() and (hits.t == expected.t).all()
     assert third.triangle[7] == -1 and third.status[7] == 1
+
+
+def aimed(scene: rt.Scene, origin: np.ndarray, count: int,
+          seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """(h, w, 3) each, from one point to vertices and points of edges: each ray eight times, in
+    tiles of 4x2, so that what bounds a packet of them is as narrow as a ray."""
+    rng = np.random.default_rng(seed)
+    triangles = scene.triangles[rng.integers(len(scene), size=count * count)].astype(np.float64)
+    along = rng.choice([0, 0, 0.25, 0.5], count * count)[:, None]
+    target = triangles[:, 0] * (1 - along) + triangles[:, 1] * along
+    directions = np.float32(target - origin).reshape(count, count, 3)
+    directions = directions.repeat(2, axis=0).repeat(4, axis=1)
+    return np.broadcast_to(np.float32(origin), directions.shape), directions
+
+
+@pytest.mark.parametrize("place", [(0.1, 0.2, 0.3), (3, 0.5, -2), (0, 0, 40)], ids=str)
+@pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
+@pytest.mark.parametrize("method, options", CASES)
+def test_aimed_rays_from_one_point(exact_renderer, method: str, options: dict, seed: int,
+                                   place: tuple[float, float, float]) -> None:
+    scene = soup_scene(2000, seed)
+    rays = aimed(scene, np.array(place, float), 64, seed)
+    if "packet" in method:
+        options = {**options, "packet": (4, 2)}
+    found = []
+    for name, own in (("brute-force", {}), (method, options)):
+        with rt.Tracer(scene, name, **own) as tracer:
+            found.append(tracer.trace(*rays))
+    assert found[0].hit.mean() > 0.5
+    assert_same_bits(*found)

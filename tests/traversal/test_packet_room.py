@@ -1,0 +1,41 @@
+"""Packets hand their hits on to arrays, or back to rays for other passes: the same ones."""
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import assert_same_bits, soup_scene
+
+import gpgpu_rt as rt
+
+PACKETS = [(1, 1), (2, 1), (2, 2), (4, 2), (4, 4)]
+
+
+@pytest.mark.parametrize("method", ["bvh-packet", "kd-packet"])
+@pytest.mark.parametrize("size", [(16, 16), (13, 7)], ids="{0[0]}x{0[1]}".format)
+@pytest.mark.parametrize("packet", PACKETS, ids="{0[0]}x{0[1]}".format)
+def test_arrays_and_passes_get_the_same_hits(exact_renderer, method: str, packet: tuple[int, int],
+                                             size: tuple[int, int]) -> None:
+    """With statistics a pass hands hits back; images are no whole number of packets."""
+    scene = soup_scene(500, 5)
+    rays = scene.camera.rays(size)
+    with rt.Tracer(scene, "brute-force") as tracer:
+        expected = tracer.trace(*rays)
+    assert 0 < expected.hit.sum() < len(expected)
+    for statistics in (False, True):
+        with rt.Tracer(scene, method, packet=packet, statistics=statistics) as tracer:
+            assert_same_bits(expected, tracer.trace(*rays))
+
+
+@pytest.mark.parametrize("packet", PACKETS, ids="{0[0]}x{0[1]}".format)
+def test_each_ray_left_behind_is_counted(exact_renderer, packet: tuple[int, int]) -> None:
+    """Whichever ray of a packet it is: all go to the middle, the others with an empty interval."""
+    scene = soup_scene(500, 6)
+    origins = np.repeat(np.float32([scene.camera.eye]), 16, axis=0)
+    directions = np.mean(scene.bounds, axis=0, dtype=np.float32) - origins
+    with rt.Tracer(scene, "bvh-packet", packet=packet, step_cap=1) as tracer:
+        for ray in range(16):
+            t_max = np.full(16, -1, np.float32)
+            t_max[ray] = np.inf
+            hits = tracer.trace(origins, directions, t_max=t_max, shape=(4, 4))
+            assert (hits.status == 2 * (np.arange(16) == ray)).all()
+            assert tracer.statistics.stopped == 1
