@@ -50,6 +50,32 @@ float edge_function(vec3 p, vec3 q) {
     return area;
 }
 
+// What signs three numbers have, from the order of their bits as integers: of floats llvmpipe's minimum
+// also asks whether they are numbers, and comparisons joined by `and` wait for one another. Bits that are
+// no number count for any sign: then so are those of det and t, and nothing is hit.
+
+const uint MINUS_ZERO = 0x80000000u;    // without a sign bit, above those of what is not negative
+
+bool none_below_zero(vec3 v) {
+    uvec3 bits = floatBitsToUint(v);
+    return max(max(bits.x, bits.y), bits.z) <= MINUS_ZERO;
+}
+
+bool none_above_zero(vec3 v) {
+    ivec3 bits = floatBitsToInt(v);
+    return max(max(bits.x, bits.y), bits.z) <= 0;
+}
+
+bool all_above_zero(vec3 v) {
+    ivec3 bits = floatBitsToInt(v);
+    return min(min(bits.x, bits.y), bits.z) > 0;
+}
+
+bool all_below_zero(vec3 v) {
+    uvec3 bits = floatBitsToUint(v);
+    return min(min(bits.x, bits.y), bits.z) > MINUS_ZERO;
+}
+
 // Triangle i by its corners relative to the origin, axes permuted.
 void test_corners(Ray ray, vec3 v0, vec3 v1, vec3 v2, int i, inout Hit hit) {
     vec3 a = sheared(ray, v0);
@@ -59,16 +85,13 @@ void test_corners(Ray ray, vec3 v0, vec3 v1, vec3 v2, int i, inout Hit hit) {
     float w1 = edge_function(a, c);
     float w2 = edge_function(b, a);
     PRECISE float det = R(R(w0 + w1) + w2);
-    // Comparisons, and no minima: see larger() in box.glsl.
-    PRECISE bool inside = (w0 >= 0.0 && w1 >= 0.0 && w2 >= 0.0)
-                       || (w0 <= 0.0 && w1 <= 0.0 && w2 <= 0.0);
-    // The sheared triangle lies on one side of the ray. Of comparisons joined by `or` llvmpipe would make
-    // minima again.
-    PRECISE bool right = a.x > 0.0 && b.x > 0.0 && c.x > 0.0;
-    PRECISE bool left = a.x < 0.0 && b.x < 0.0 && c.x < 0.0;
-    PRECISE bool above = a.y > 0.0 && b.y > 0.0 && c.y > 0.0;
-    PRECISE bool below = a.y < 0.0 && b.y < 0.0 && c.y < 0.0;
-    if (inside && !(right || left) && !(above || below) && det != 0.0) {
+    vec3 w = vec3(w0, w1, w2);
+    bool inside = none_below_zero(w) || none_above_zero(w);
+    vec3 x = vec3(a.x, b.x, c.x);
+    vec3 y = vec3(a.y, b.y, c.y);
+    bool beside = all_above_zero(x) || all_below_zero(x);
+    bool over = all_above_zero(y) || all_below_zero(y);
+    if (inside && !beside && !over && det != 0.0) {
         PRECISE float inv_det = R(1.0 / det);
         PRECISE float depth = R(R(R(w0 * a.z) + R(w1 * b.z)) + R(w2 * c.z));
         PRECISE float t = R(R(depth * ray.shear.z) * inv_det);

@@ -57,3 +57,28 @@ def test_triangles_without_area_are_never_hit(intersection: str) -> None:
     exact = rt.reference.trace(scene, origins, aims - origins)
     # Rounding gives some of these triangles an area: then a hit on them is right.
     assert not (hits.hit & ~exact.hit & (hits.triangle % 2 == 1)).any()
+
+
+@pytest.mark.parametrize("axes", [(0, 1, 2), (1, 2, 0), (2, 0, 1), (1, 0, 2)], ids=str)
+@pytest.mark.parametrize("direction", [(0, 0, 1), (0, -0.0, -1), (0.5, 0.25, 1), (-0.25, 0.5, -2)],
+                         ids=str)
+@pytest.mark.parametrize("intersection", TESTS)
+def test_a_triangles_border_is_its_own(intersection: str, direction: tuple[float, float, float],
+                                       axes: tuple[int, int, int]) -> None:
+    """Alone, without a neighbour that a ray at its border may hit instead; all numbers are exact,
+    so corners and edge functions are zero, of either sign."""
+    corners = np.array([(x, y, z) for z, four in ((0, (0, 0, 4, 4)), (8, (-4, -8, 0, 4)))
+                        for x, y in (four[:2], four[2:], (four[0], four[3]))], float)
+    for one in (corners[:3], corners[3:]):
+        for triangle in (one, one[::-1]):
+            turned = np.where(triangle == 0, -0.0, triangle)[:, list(axes)]
+            weights = np.array([(4, 0, 0), (0, 4, 0), (0, 0, 4), (2, 2, 0), (0, 1, 3), (1, 0, 3)])
+            aims = weights @ turned / 4 + 0.0      # a corner may be at -0, rays are at 0
+            along = np.array(direction)[list(axes)]
+            scene = rt.Scene.from_arrays(turned, [[0, 1, 2]])
+            with rt.Tracer(scene, "brute-force", intersection=intersection) as tracer:
+                hits = tracer.trace(aims - 4 * along, np.broadcast_to(along, aims.shape))
+                beyond = tracer.trace(aims + 0.0625 * (aims - turned.mean(0)) - 4 * along,
+                                      np.broadcast_to(along, aims.shape))
+            assert hits.hit.all() and (hits.t == 4).all()
+            assert not beyond.hit.any()
