@@ -40,7 +40,7 @@ class Instruction:
     bits_of_constant: tuple[int, ...] = ()
     predecessors: tuple[int, ...] = ()   # of a phi: the block that each source comes from
     name: str = ""                       # variable, or sampler of a fetch
-    offset: int = 0                      # of a uniform, bytes
+    offset: int = 0                      # of a uniform, bytes; of an array, a constant index
     mask: str = ""                       # components stored
 
 
@@ -214,6 +214,8 @@ def _instruction(line: str, samplers: dict[int, str]) -> Instruction:
         one.name = samplers[int(number[1])]
     else:
         one.sources = [(int(v), s) for v, s in _SOURCE.findall(rest.split("/*")[0])]
+        if op == "deref_array" and (constant := re.search(r"\)\[(\d+)\]", rest)):
+            one.offset = int(constant[1])
     return one
 
 

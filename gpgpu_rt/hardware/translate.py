@@ -35,6 +35,8 @@ _OPS = {
     "ine": ("ii", "b", "{} != {}"),
     "ult": ("ii", "b", "{}.view(np.uint32) < {}.view(np.uint32)"),
     "uge": ("ii", "b", "{}.view(np.uint32) >= {}.view(np.uint32)"),
+    "umin": ("ii", "i", "np.minimum({}.view(np.uint32), {}.view(np.uint32)).view(np.int32)"),
+    "umax": ("ii", "i", "np.maximum({}.view(np.uint32), {}.view(np.uint32)).view(np.int32)"),
     "b2i32": ("b", "i", "{}.astype(np.int32)"), "b2f32": ("b", "f", "{}.astype(np.float32)"),
     "f2i32": ("f", "i", "{}.astype(np.int32)"), "i2f32": ("i", "f", "{}.astype(np.float32)"),
     "f2u32": ("f", "i", "{}.astype(np.uint32).view(np.int32)"),
@@ -313,20 +315,26 @@ class _Translator:
     def _load(self, one: Instruction, components: list[int], mask: str, depth: int) -> None:
         place = self.made[one.sources[0][0]]
         if place.op == "deref_array":
-            at = self._read(*place.sources[1], 0, _INT)
             name = self._variable(place.to)
-            self._assign(f"v{one.to}_0", f"arrays[{name!r}][np.clip({at}, 0, None), lanes]",
+            self._assign(f"v{one.to}_0",
+                         f"arrays[{name!r}][np.clip({self._index(place)}, 0, None), lanes]",
                          mask, depth)
             return
         for c in components:   # the fragment's place
             self._assign(f"v{one.to}_{c}", f"fragment[{c}]", mask, depth)
+
+    def _index(self, place: Instruction) -> str:
+        """Of an element of an array."""
+        if len(place.sources) == 1:
+            return str(place.offset)
+        return self._read(*place.sources[1], 0, _INT)
 
     def _store(self, one: Instruction, mask: str, depth: int) -> None:
         place, (value, swizzle) = self.made[one.sources[0][0]], one.sources[1]
         name = self._variable(place.to)
         if place.op == "deref_array":
             kind = _INT if self.program.arrays[name][0] == "int" else _FLOAT
-            at, text = self._read(*place.sources[1], 0, _INT), self._read(value, swizzle, 0, kind)
+            at, text = self._index(place), self._read(value, swizzle, 0, kind)
             self._emit(depth, f"arrays[{name!r}][np.broadcast_to({at}, n)[{mask}], lanes[{mask}]]"
                               f" = np.broadcast_to({text}, n)[{mask}]")
             return

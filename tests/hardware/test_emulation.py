@@ -25,7 +25,8 @@ MORE = [("brute-force", {}), ("grid-proximity", {}), ("kd-backtrack", {}), ("kd-
         ("kd-short-stack", {}), ("kd-ropes", {}), ("kd-ropes-packet", {}), ("bvh-threaded", {}),
         ("bvh-threaded", {"octants": True}), ("bih", {}), ("visibility-field", {}),
         ("kd-restart", {"precision": "fp24"}), ("bvh-stack", {"quantise_nodes": 8}),
-        ("bvh-packet", {"octants": True, "quantise_nodes": 16, "interval_test": True})]
+        ("bvh-packet", {"octants": True, "quantise_nodes": 16, "interval_test": True}),
+        ("bvh-packet", {"entry_points": 8}), ("bvh-packet", {"octants": True, "entry_points": 8})]
 
 
 def _case(method: str, options: dict, marks: list) -> object:
