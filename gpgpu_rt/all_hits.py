@@ -67,7 +67,7 @@ def collect(batch: RayBatch, trace: Round, max_hits: int | None = None) -> AllHi
         raise OptionError(f"max_hits is {max_hits}; give 0 or more, or None for all")
     fields = {**batch.given_fields(), "after": np.full(batch.count, -1)}
     status = batch.status()
-    # All in the first round, so that packets find their tiles.
+    # All in the first round, so that packets find their tiles; those put in order lack empty ones.
     rays = np.arange(batch.count) if batch.order is None else batch.order.rays
     found: list[dict[str, np.ndarray]] = []
     height, width = batch.size[::-1]

@@ -24,7 +24,7 @@ AT_ONCE = 1 << 16   # rays that are worked on at a time: they stay in a core's c
 
 
 class RayOrder:
-    """Rays put in order.
+    """Rays put in order, but for empty ones: all of these are read from one empty texel.
 
     Parameters
     ----------
@@ -33,16 +33,23 @@ class RayOrder:
 
     Attributes
     ----------
-    rays : (n,) int, the rays in their order
+    count : rays, n
+    rays : (m,) int, those that are not empty, in their order
     size : (width, height) of the textures that they lie in
     """
 
     def __init__(self, planes: list[np.ndarray], bounds: tuple[np.ndarray, np.ndarray]) -> None:
-        count = len(planes[0])
-        across, down = squares(count)
-        self.size = (SQUARE * across, SQUARE * down)
+        self.count, keys = len(planes[0]), _keys(planes, bounds)
+        fields = RAY_TEXELS.unpack_planes(planes)
+        live = fields["t_min"] <= fields["t_max"]
+        some = None if live.all() else np.flatnonzero(live)
         # Stable, of 16 bits: numpy takes a radix sort.
-        self.rays = np.argsort(_keys(planes, bounds), kind="stable")
+        self.rays = np.argsort(keys if some is None else keys[some], kind="stable")
+        self._empty = np.empty(0, np.intp)
+        if some is not None:
+            self.rays, self._empty = some[self.rays], np.flatnonzero(~live)
+        across, down = squares(len(self.rays) + (some is not None))
+        self.size = (SQUARE * across, SQUARE * down)
 
     def planes(self, planes: list[np.ndarray]) -> list[np.ndarray]:
         """(width * height, 4) float32 each, the rays where they lie; empty ones elsewhere."""
@@ -74,16 +81,18 @@ class RayOrder:
         (n, ...), ray by ray
         """
         curve, _ = _curve(self.size)
-        found = np.empty((len(self.rays), *values.shape[1:]), values.dtype)
+        found = np.empty((self.count, *values.shape[1:]), values.dtype)
         one, other = values, found
         if values.dtype == np.float32 and values.shape[1:] == (4,):
             one, other = _whole(np.ascontiguousarray(values)), _whole(found)
 
         def bring(first: int) -> None:
             part = slice(first, first + AT_ONCE)
-            other[self.rays[part]] = one[curve[:len(found)][part]]
+            other[self.rays[part]] = one[curve[:len(self.rays)][part]]
         run = threads(len(found))
-        list(run(bring, range(0, len(found), AT_ONCE)))
+        list(run(bring, range(0, len(self.rays), AT_ONCE)))
+        if len(self._empty):
+            other[self._empty] = one[curve[len(self.rays)]]
         return found
 
 
