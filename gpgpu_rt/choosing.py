@@ -1,8 +1,9 @@
 """Choosing: a tracer that has a choice for coherent rays and another for the rest takes between
-them by the rays that come, and holds the structures of both once both were asked for."""
+them by the rays that come, and holds the structures of both once both were asked for; what it
+traces with it also puts aside while it counts."""
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
@@ -10,13 +11,16 @@ import numpy as np
 
 from .choices import COHERENT, INCOHERENT, Choices
 from .coherence import coherence
-from .errors import Error
+from .errors import Error, OptionError
 from .gpu import Gpu
 from .integrators import Integrator
-from .methods import Accelerator
+from .methods import Accelerator, Method
+from .passes.driver import Driver
+from .rasterised.eye_drivers import EyeDrivers
 from .ray_batch import RayBatch
 from .scene import Scene
 from .statistics import Statistics
+from .textures import release
 
 # Of neighbouring rays that are alike, from which on rays are coherent. Measured on llvmpipe, 384 x
 # 384 rays on bunny and kitchen, `SAFE_DEFAULT`'s packets over its single rays (whose nodes were
@@ -37,15 +41,19 @@ class Choosing:
     choices: Choices
     scene: Scene
     accelerator: Accelerator
+    options: Mapping[str, Any]
+    method: Method
     statistics: Statistics
     taken: str                          # the rays that the choice at hand is for
     _aside: dict[str, Any] | None       # what is held of the other one, once it was asked for
     _bounds: tuple[np.ndarray, np.ndarray]
     _integrator: Integrator | None
     _open: Callable[[], None]
+    _make_traversal: Callable[[], Driver]
     _move: Callable[[Scene], None]
     _shown: Callable[[], Scene]
     _released: bool
+    _counting: bool                     # by programs that `counting` made
     _release_room: Callable[[], None]
 
     @contextmanager
@@ -95,6 +103,37 @@ class Choosing:
         self._aside = before
         if self._integrator is not None and self.accelerator.shown is not shown:
             self._integrator.take(self._shown())
+
+    @contextmanager
+    def counting(self) -> Iterator[None]:
+        """Within, rays are counted as with ``statistics=True``, by programs of their own over the
+        structure that is there: what is traced before and after is as fast as ever.
+
+        Raises
+        ------
+        OptionError
+            for a tracer that takes between two choices; within, from `update`: the scene stays
+            where it is meanwhile
+        """
+        if self.choices.differ:
+            raise OptionError("counting is of one choice, and this tracer takes between two; "
+                              "give it statistics=True, or one method")
+        with self._in_turn():
+            before, counted = self._held(), self._counting
+            self._release_room()
+            self._counting = True
+            try:
+                self.options = {**self.options, "statistics": True}
+                self._traversal = self._make_traversal()
+                self._eye_drivers = EyeDrivers(self.gpu, self.method, self.options)
+                yield
+            finally:
+                self._release_room()
+                release(*(mine for mine, old in (
+                    (self._eye_drivers, before["_eye_drivers"]),
+                    (self._traversal, before["_traversal"])) if mine is not old))
+                self._restore(before)
+                self._counting = counted
 
     def _bytes_aside(self) -> int:
         """Bytes of textures that are held of the choice not taken."""

@@ -116,6 +116,7 @@ class Gpu:
         self.programs: dict[Any, moderngl.Program] = {}   # filled by shader.py
         self.log: PassLog | None = None    # that a call's passes are written to
         self.watch: Any = None    # is told of passes before they are drawn, where one is asked for
+        self.whole = False    # whether passes leave nothing out that they know to be empty
         self.keeps_own_arrays: bool | None = None   # passes/own_arrays.py finds out
         self._rest: moderngl.Framebuffer | None = None
         self._entered = 0
@@ -139,13 +140,15 @@ class Gpu:
         self._turn.release()
 
     @contextmanager
-    def watched(self, watch: Any) -> Iterator[None]:
-        """Within, ``watch.note(pass, target, textures)`` is called before each draw."""
-        before, self.watch = self.watch, watch
+    def watched(self, watch: Any, whole: bool = False) -> Iterator[None]:
+        """Within, ``watch.note(pass, target, textures)`` is called before each draw; passes are
+        drawn on the ``whole`` of their targets, or as ever."""
+        before = self.watch, self.whole
+        self.watch, self.whole = watch, whole
         try:
             yield
         finally:
-            self.watch = before
+            self.watch, self.whole = before
 
     def drawing(self, name: str, program: moderngl.Program, target: moderngl.Framebuffer,
                 textures: Mapping[str, moderngl.Texture]) -> AbstractContextManager[None]:

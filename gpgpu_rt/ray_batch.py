@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from numbers import Integral
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from .hits import INVALID, Hits
 from .ray_order import RayOrder
 from .texel_layout import NO_RAY, NO_TRIANGLE, RAY_TEXELS
 from .threads import threads
+from .tile_bounds import SIDE, TileBounds
 
 AT_ONCE = 1 << 17   # rays laid out at a time: of fewer, threads wait longer than they work
 ROW = 1024   # rays in a row of the texture where the caller gave no shape
@@ -36,12 +38,15 @@ class RayBatch:
     shape : (h, w) of the tile the rays form, or None: the shape of the arrays, else rows of 1024
     invalid : "raise" or "miss": what becomes of a ray with a NaN, an infinity or a zero direction
     bounds : the scene's (lo, hi), or None to leave every origin as it is
+    tiled : whether tiles of the textures are to be bounded
 
     Attributes
     ----------
     count : rays
     size : (width, height) of their textures
-    start : (4,) float32, origin and t_min where all rays have the same and are valid, else None
+    start : (4,) float32, origin and t_min where all rays have the same, are valid and do not begin
+        behind their origin, else None
+    tiles : bounds of the tiles, or None where nobody asked or the textures are too wide
     order : in which they lie there, once they were put in one
     sort_seconds : what that took so far, and hits back into the rays' own
 
@@ -54,19 +59,20 @@ class RayBatch:
     def __init__(self, origins: np.ndarray, directions: np.ndarray,
                  t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf,
                  shape: tuple[int, int] | None = None, invalid: str = "raise",
-                 bounds: tuple[np.ndarray, np.ndarray] | None = None) -> None:
+                 bounds: tuple[np.ndarray, np.ndarray] | None = None,
+                 tiled: bool = False) -> None:
         if invalid not in ("raise", "miss"):
             raise ValueError(f'invalid is "raise" or "miss", not {invalid!r}')
-        origins, directions = _rays_array(
-            origins, "origins"), _rays_array(directions, "directions")
+        origins, directions = (_rays_array(origins, "origins"),
+                               _rays_array(directions, "directions"))
         if origins.shape != directions.shape:
             raise ValueError(f"origins {origins.shape} and directions {directions.shape} differ")
         if shape is None and origins.ndim == 3:
             shape = origins.shape[:2]
         origins, directions = origins.reshape(-1, 3), directions.reshape(-1, 3)
         self.count = len(origins)
-        if shape is not None and shape[0] * shape[1] != self.count:
-            raise ValueError(f"shape {tuple(shape)} does not hold {self.count} rays")
+        if shape is not None:
+            _check_shape(shape, self.count)
         t_min, t_max = (self._one_a_ray(t, name) for t, name in ((t_min, "t_min"),
                                                                  (t_max, "t_max")))
         width = shape[1] if shape is not None else max(1, min(self.count, ROW))
@@ -77,12 +83,21 @@ class RayBatch:
                   for _ in range(RAY_TEXELS.texels)]
         self._planes, self._given, self.sort_seconds = planes, planes, 0.0
         self.order: RayOrder | None = None
-        blocks = [slice(first, min(first + AT_ONCE, self.count))
-                  for first in range(0, self.count, AT_ONCE)]
-        run = threads(self.count)
-        laid = list(run(lambda part: _lay_out(
-            [plane[part] for plane in planes], origins[part], directions[part], t_min[part],
-            t_max[part], bounds), blocks))
+        _put(planes, slice(self.count, None), NO_RAY)
+        at_once, self.tiles = AT_ONCE, None
+        if tiled and SIDE * self.size[0] <= AT_ONCE:      # blocks of whole tiles
+            at_once -= AT_ONCE % (SIDE * self.size[0])
+            self.tiles = TileBounds(self.size)
+        blocks = [slice(first, min(first + at_once, self.count))
+                  for first in range(0, self.count, at_once)]
+
+        def lay(part: slice) -> _Laid:
+            laid = _lay_out([plane[part] for plane in planes], origins[part], directions[part],
+                            t_min[part], t_max[part], bounds)
+            if self.tiles is not None:      # now, as they are still in the core's cache
+                self.tiles.see(part.start // self.size[0], self._rows(part), laid[3])
+            return laid
+        laid = list(threads(self.count)(lay, blocks))
         self.invalid = np.concatenate([np.empty(0, np.intp), *(
             part.start + bad for part, (bad, *_) in zip(blocks, laid))])
         if invalid == "raise" and len(self.invalid):
@@ -93,7 +108,6 @@ class RayBatch:
                              "or --invalid miss, makes such rays misses)")
         self._exponents = _joined(blocks, [exponents for _, exponents, *_ in laid])
         self._shift = _joined(blocks, [shift for _, _, shift, _ in laid])
-        _put(planes, slice(self.count, None), NO_RAY)
         starts = [start for *_, start in laid]
         alike = bool(starts) and all(_same(start, starts[0]) for start in starts)
         self.start = starts[0] if alike else None
@@ -102,11 +116,17 @@ class RayBatch:
             self._lay_out_starts()
 
     def _one_a_ray(self, t: float | np.ndarray, name: str) -> np.ndarray:
-        t = np.asarray(t, np.float32).reshape(-1)
+        t = _float32(t, name).reshape(-1)
         if len(t) not in (1, self.count):
             raise ValueError(
                 f"{name} holds {len(t)} values for {self.count} rays: one, or one each")
         return np.broadcast_to(t, self.count)
+
+    def _rows(self, part: slice) -> list[np.ndarray]:
+        """(rows, width, 4) each: the rows of the textures that some rays begin."""
+        width = self.size[0]
+        rows = slice(part.start, -(-part.stop // width) * width)
+        return [plane[rows].reshape(-1, width, 4) for plane in self._planes]
 
     def _lay_out_starts(self) -> None:
         for part, start in self._starts:
@@ -143,6 +163,7 @@ class RayBatch:
         given = [plane[:self.count] for plane in self._given]
         self.order = RayOrder(given, bounds)
         self.size, self._planes = self.order.size, self.order.planes(given)
+        self.tiles = None
         self.sort_seconds += time.perf_counter() - began
 
     def given_fields(self) -> dict[str, np.ndarray]:
@@ -208,7 +229,9 @@ def _lay_out(planes: list[np.ndarray], origins: np.ndarray, directions: np.ndarr
             origins, shift = approach(origins, directions, *bounds)
             if shift is not None:
                 t_min, t_max, alike = t_min - shift, t_max - shift, False
-        start = np.float32([*origins[0], t_min[0]]) if alike and _alike(t_min) else None
+        # An empty ray is one whose t_max is -1: that only a t_min below could make it live.
+        start = np.float32([*origins[0], t_min[0]]) if (
+            alike and _alike(t_min) and t_min[0] >= 0) else None
         into = planes if start is None else [None, *planes[1:]]
         RAY_TEXELS.pack_into(into, origin=origins, direction=directions, t_min=t_min, t_max=t_max)
     ill = np.flatnonzero(bad)
@@ -288,14 +311,31 @@ def hits_of(fields: Mapping[str, np.ndarray]) -> Hits:
     return Hits(**found, status=np.zeros(len(missed), np.uint8))
 
 
-def _rays_array(values: np.ndarray, name: str) -> np.ndarray:
+def _check_shape(shape: tuple[int, int], count: int) -> None:
+    """Raise ValueError where rays form no such tile."""
+    sides = np.asarray(shape, object)
+    if sides.shape != (2,) or not all(isinstance(side, Integral) and side >= 0 for side in sides):
+        raise ValueError(f"shape is {shape!r}; give (height, width), two whole numbers, or None")
+    if shape[0] * shape[1] != count:
+        raise ValueError(f"shape {tuple(shape)} does not hold {count} rays")
+
+
+def _float32(values: float | np.ndarray, name: str) -> np.ndarray:
+    """Infinite where a number is past what these hold."""
     try:
         array = np.asarray(values)
-        if array.dtype != np.float32:
-            with np.errstate(over="ignore"):
-                array = array.astype(np.float32)
-    except (TypeError, ValueError) as failure:
-        raise ValueError(f"{name} must be an array of numbers ({failure})") from failure
+        if array.dtype.kind not in "biuf":
+            raise ValueError(f"these are {array.dtype}")
+    except ValueError as failure:
+        raise ValueError(f"{name} must be numbers ({failure})") from failure
+    if array.dtype == np.float32:
+        return array
+    with np.errstate(over="ignore"):
+        return array.astype(np.float32)
+
+
+def _rays_array(values: np.ndarray, name: str) -> np.ndarray:
+    array = _float32(values, name)
     if array.ndim not in (2, 3) or array.shape[-1] != 3:
         raise ValueError(f"{name} must be (n, 3) or (h, w, 3), not {array.shape}")
     return array

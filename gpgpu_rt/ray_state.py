@@ -1,7 +1,7 @@
 """Rays in textures, and the state that passes ping-pong."""
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 
 import moderngl
@@ -14,6 +14,7 @@ from .ray_batch import RayBatch
 from .record import Record
 from .texel_layout import COUNTERS, HIT, RAY_AFTER_HIT, RAY_TEXELS
 from .textures import read_texture, release, stream_textures, texture_bytes, write_texture
+from .tile_bounds import TileBounds
 
 ByRay = Callable[[np.ndarray], np.ndarray]    # what a texture holds, (k, 4) -> (n, 4), ray by ray
 
@@ -43,14 +44,14 @@ class RayTextures:
         self._start: np.ndarray | None = None
         self._start_written = True      # in the texture too
         self.seen_from: Camera | None = None    # whose pixels' centres they go through, if so
+        self.tiles: TileBounds | None = None    # of directions only where the start is shared
 
     def share_start(self, start: np.ndarray | None) -> None:
-        """All rays have this origin and t_min, (4,) float32; None: they may differ. Programs read
-        what is shared from a uniform, which saves a fetch and whatever follows from it alone."""
-        self.seen_from = None
-        # An empty ray is one whose t_max is -1: that only a t_min below could make it live.
-        alike = start is not None and start[3] >= 0
-        self._start = self.precision.stored(start) if alike and start is not None else None
+        """All rays have this origin and t_min, (4,) float32, which is not below 0; None: they may
+        differ. Programs read what is shared from a uniform, which saves a fetch and whatever
+        follows from it alone."""
+        self.seen_from = self.tiles = None
+        self._start = None if start is None else self.precision.stored(start)
         self._start_written = True
 
     def share_with(self, other: RayTextures) -> None:
@@ -71,6 +72,11 @@ class RayTextures:
         record = self.in_textures
         return record if self._start is None else replace(record, uniform_texels=(0,))
 
+    @property
+    def bounded(self) -> bool:
+        """Whether it is known between which directions the rays of each tile go from one point."""
+        return self.tiles is not None and self._start is not None
+
     def uniforms(self) -> dict[str, tuple[float, ...]]:
         """What programs read from uniforms."""
         return {} if self._start is None else {
@@ -80,11 +86,14 @@ class RayTextures:
         """Take rays; where they share their start, that is left to the uniform."""
         self.share_start(batch.start)
         self._start_written = self._start is None
+        # Stored in fewer bits, an empty ray may be one that ends where it begins.
+        self.tiles = batch.tiles if self.precision.storage == "fp32" else None
         for texel in range(0 if self._start_written else 1, RAY_TEXELS.texels):
             self._write(texel, batch.texels(texel))
 
     def write(self, texels: np.ndarray) -> None:
         """Take (height, width, textures, 4) float32 texels."""
+        self.share_start(None)
         for texel in range(len(self.textures)):
             self._write(texel, texels[:, :, texel])
 
@@ -114,6 +123,13 @@ class RayTextures:
 def stream_samplers(name: str, textures: list[moderngl.Texture]) -> dict[str, moderngl.Texture]:
     """Sampler name -> texture of a stream record read under ``name``."""
     return {f"{name}_texel_{k}": texture for k, texture in enumerate(textures)}
+
+
+def read_stream(record: Record, samplers: Mapping[str, moderngl.Texture]) -> dict[str, np.ndarray]:
+    """(height, width) or (height, width, k) by field: a stream read back from what it is sampled
+    by."""
+    return record.unpack_planes([read_texture(samplers[f"{record.name}_texel_{texel}"])
+                                 for texel in range(record.texels)])
 
 
 class StateBuffer:

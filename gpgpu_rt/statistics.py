@@ -91,6 +91,11 @@ class Statistics:
         """Forget the last call; what building and updating cost stays."""
         self.__dict__.update(Statistics(rays=rays, **self.of_structure()).__dict__)
 
+    def add(self, **figures: float) -> None:
+        """Add to what the driver counts: its runs of a call come to one figure."""
+        for name, value in figures.items():
+            self.driver[name] = self.driver.get(name, 0.0) + value
+
     def of_structure(self) -> dict[str, Any]:
         """What is said of the structure that was traced, by name; not of a call."""
         return {name: getattr(self, name) for name in OF_STRUCTURE}

@@ -254,9 +254,13 @@ ENTRY_LIST = Record("entry_list", "codes:ivec4")
 
 PACKET_ENTRY = Record(
     "packet_entry", "start:int link_1:int link_2:int link_3:int | inv_lo:vec3 link_4:int "
-                    "| inv_hi:vec3 t_min | lo_origin:vec3 visited:int | hi_origin:vec3")
+                    "| inv_hi:vec3 t_min | lo_origin:vec3 visited:int | hi_origin:vec3 met:int")
 """Where packets of a tile enter the tree if their rays lie within the beam of these outermost
-values, as in common/packet_entry.glsl, and how many nodes the beam visited."""
+values, as in common/packet_entry.glsl, how many nodes the beam visited, and 0 where it holds all
+rays of the tile and meets nothing."""
+
+TILE_BOUNDS = Record("tile_bounds", "least:vec3 live:int | most:vec3")
+"""Directions of a tile's rays by their outermost components; 0 where no ray is live."""
 
 TILE_SPAN = Record("tile_span", "centre:vec3 live:int | axis:vec3")
 """Where the rays of a tile begin and go: the middle of their origins, how many rays are not empty,
@@ -292,8 +296,7 @@ BIN = Record("bin", "lo:vec3 count:int | minus_hi:vec3")
 minimum of both, and how many they are."""
 
 SLOT = Record("slot", "triangle:int node:int starts:int")
-"""A place in the order: its triangle; the node that is being split there, or -1; 1 where a leaf
-begins."""
+"""A place in the order: its triangle; the node being split there, or -1; 1 where a leaf begins."""
 
 SPLIT = Record("split", "axis:int at:int taken:int")
 """How a node is split: ``taken`` triangles go left, none where it is a leaf; which ones, says a
@@ -337,8 +340,7 @@ SIDES = Record("sides", "lower_left:vec4 | lower_right:vec4 | upper_left:vec4 | 
 one axis: masks as a small node's."""
 
 CHOICE = Record("choice", "plane face:int source:int inner:int")
-"""The cheapest plane of a small node: the face of a box, 0 to 5; the extent it is from; whether it
-is taken."""
+"""The cheapest plane of a small node: a box's face, 0 to 5; its extent; whether it is taken."""
 
 PLACE = Record("place", "at:int pair:int")
 """Where a node stands in depth-first order, and where the pair of its children does."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -16,7 +16,7 @@ from .all_hits import AllHits, check_exact, collect
 from .builder import Builder
 from .choices import COHERENT, RAYS, Choice, Choices
 from .choosing import Choosing
-from .errors import Error, OptionError
+from .errors import Error
 from .gpu import open_gpu
 from .hits import STACK_OVERFLOW, UNFINISHED, Hits
 from .integrators import Integrator
@@ -84,6 +84,7 @@ class Tracer(Choosing, Moving, Pictures):
         self.scene = load_scene(scene)
         self.gpu = open_gpu(self._rows[COHERENT][1]["context"])
         self.statistics = Statistics()
+        self._tiled = any(row.packet for row, _ in self._rows.values())
         self._rays: RayTextures | None = None
         self._buffers: StateBuffers | None = None
         self._integrator: Integrator | None = None
@@ -101,10 +102,14 @@ class Tracer(Choosing, Moving, Pictures):
         self._triangles = self._builder.stored(self.scene)
         self._tables = SceneTables(self.gpu, self.precision)
         self._eye_drivers = EyeDrivers(self.gpu, self.method, self.options)
-        with self.gpu:
+        with self.gpu, ExitStack() as undo:
+            undo.callback(release, self._eye_drivers)
+            undo.callback(self._tables.keep, ())
             self.accelerator = self._builder.build(self._triangles)
+            undo.callback(release, self.accelerator.finisher)
             self._write_tables(self.method.tables_for(self.options), self.accelerator)
             self._traversal = self._make_traversal()
+            undo.pop_all()
         self.statistics.__dict__.update(
             method=self.method.name, choice=self.taken if self.choices.differ else "",
             build_seconds=time.perf_counter() - began, refit_seconds=0.0, rebuilt=False)
@@ -179,7 +184,8 @@ class Tracer(Choosing, Moving, Pictures):
         Error
             after ``release``
         """
-        batch = RayBatch(origins, directions, t_min, t_max, shape, invalid, self._bounds)
+        batch = RayBatch(origins, directions, t_min, t_max, shape, invalid, self._bounds,
+                         self._tiled)
         with self._taking(batch):
             return self._trace(batch, False)
 
@@ -199,7 +205,8 @@ class Tracer(Choosing, Moving, Pictures):
         Error
             as for ``trace``, and where the step cap, or a full stack, leaves it open for some ray
         """
-        batch = RayBatch(origins, directions, t_min, t_max, shape, invalid, self._bounds)
+        batch = RayBatch(origins, directions, t_min, t_max, shape, invalid, self._bounds,
+                         self._tiled)
         with self._taking(batch):
             hits, cap = self._trace(batch, True), self.step_cap
         for status, advice in ((UNFINISHED, f"reached the step cap of {cap} undecided; "
@@ -233,7 +240,8 @@ class Tracer(Choosing, Moving, Pictures):
         """
         for method, own in self._rows.values():
             check_exact(method, own)
-        batch = RayBatch(origins, directions, t_min, t_max, shape, invalid, self._bounds)
+        batch = RayBatch(origins, directions, t_min, t_max, shape, invalid, self._bounds,
+                         self._tiled)
         with self._taking(batch):
             with self._logged():
                 self.statistics.start_call(batch.count)
@@ -286,37 +294,6 @@ class Tracer(Choosing, Moving, Pictures):
     def _put_in_order(self, batch: RayBatch) -> None:
         if self.options["presort"]:
             batch.put_in_order(self._bounds)
-
-    @contextmanager
-    def counting(self) -> Iterator[None]:
-        """Within, rays are counted as with ``statistics=True``, by programs of their own over the
-        structure that is there: what is traced before and after is as fast as ever.
-
-        Raises
-        ------
-        OptionError
-            for a tracer that takes between two choices; within, from `update`: the scene stays
-            where it is meanwhile
-        """
-        if self.choices.differ:
-            raise OptionError("counting is of one choice, and this tracer takes between two; "
-                              "give it statistics=True, or one method")
-        with self._in_turn():
-            before, counted = self._held(), self._counting
-            self._release_room()
-            self._counting = True
-            try:
-                self.options = {**self.options, "statistics": True}
-                self._traversal = self._make_traversal()
-                self._eye_drivers = EyeDrivers(self.gpu, self.method, self.options)
-                yield
-            finally:
-                self._release_room()
-                release(*(mine for mine, old in (
-                    (self._eye_drivers, before["_eye_drivers"]),
-                    (self._traversal, before["_traversal"])) if mine is not old))
-                self._restore(before)
-                self._counting = counted
 
     @contextmanager
     def _logged(self) -> Iterator[None]:

@@ -1,7 +1,8 @@
 // The rays of a fragment's packet, and their hits.
 
 uniform ivec2 ray_texture_size;
-uniform int step_limit;
+uniform int most_steps;
+int step_limit = max(most_steps, 0);   // read once, as bound_step in common/quantised.glsl
 
 // EACH(f) calls f(0), f(1), ...: with constant indices the arrays stay in registers.
 Ray rays[RAYS];

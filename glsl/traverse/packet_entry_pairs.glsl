@@ -13,6 +13,7 @@ void enter(Tile_beam beam, inout Packet_entry entry) {
     int stacked = 0;
     int node = root;
     bool on = !is_leaf(root);
+    bool nothing = false;
     while (on && entry.visited < MOST_VISITS) {
         ++entry.visited;
         Beam_interval left = beam_interval(beam, bvh_pair_left_lo(node), bvh_pair_left_hi(node));
@@ -24,6 +25,7 @@ void enter(Tile_beam beam, inout Packet_entry entry) {
         bool met = is_met(left) || is_met(right);
         bool mostly = left_first ? by_most(left) : by_most(right);
         bool back = !met && stacked > 0;
+        nothing = !met && stacked == 0;
         on = back || (met && mostly && !is_leaf(near) && (stacked < LINKS || !both));
         stacked -= back ? 1 : 0;
         for (int k = 0; k < LINKS; ++k) {
@@ -35,6 +37,9 @@ void enter(Tile_beam beam, inout Packet_entry entry) {
         node = on && met ? near : node;
         on = on && !is_leaf(node);
     }
+#ifdef BOUNDED
+    entry.met = nothing ? 0 : 1;
+#endif
     entry.start = node;
     entry.link_1 = links[0];
     entry.link_2 = links[1];

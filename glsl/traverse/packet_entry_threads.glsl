@@ -25,6 +25,9 @@ void enter(Tile_beam beam, inout Packet_entry entry) {
         }
         node = next;
     }
+#ifdef BOUNDED
+    entry.met = found > 0 || node != -1 ? 1 : 0;
+#endif
     // Where nothing is met, one more node that is missed ends the walk.
     entry.start = found > 0 || last == -1 ? entry.start : node == -1 ? last : node;
     entry.link_2 = found == 1 ? node : entry.link_2;

@@ -92,7 +92,7 @@ def emulated(tracer: Tracer, origins: np.ndarray, directions: np.ndarray, any_hi
         what it did; and the draw, whose results are what the emulation must have come to
     """
     watch = Watch()
-    with tracer.gpu.watched(watch):
+    with tracer.gpu.watched(watch, whole=True):
         (tracer.occluded if any_hit else tracer.trace)(
             origins, directions, t_max=t_max, invalid="miss")
     assert watch.texts is not None

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..passes.full_screen import FullScreenPass
+from ..passes.fragment_pass import FragmentPass
 from .emulate import emulate
 from .program import Work
 from .sample import as_array, program_of
@@ -37,20 +37,19 @@ class Turned:
 
 class Turns:
     """Stands in ``gpu.watch`` during a call and fills ``found``, by name and program as a log has
-    them. Full-screen passes alone are seen; of what looks up integers nothing is known."""
+    them: of passes that know what they cover; of what looks up integers nothing is known."""
 
     def __init__(self, most: int = MOST) -> None:
         self.most = most
         self.found: dict[tuple[str, int], Turned] = {}
         self._tables: dict[int, np.ndarray] = {}
 
-    def note(self, one: FullScreenPass, target: Any, textures: Mapping[str, Any]) -> None:
+    def note(self, one: FragmentPass, target: Any, textures: Mapping[str, Any]) -> None:
         """A pass is about to be drawn."""
-        program = program_of(one.gpu.text_of(one.program)) if isinstance(
-            one, FullScreenPass) else None
-        if program is None or not program.loops:
+        program = program_of(one.gpu.text_of(one.program))
+        texels = one.covered(target.size) if program.loops else None
+        if texels is None:
             return
-        texels = one.covered(target.size)
         few = texels[::-(-len(texels) // self.most)] if len(texels) else texels
         with np.errstate(all="ignore"):
             run = emulate(program, {name: self._array(name, textures[name])

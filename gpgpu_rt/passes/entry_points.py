@@ -5,19 +5,21 @@ entries for larger tiles, from these for smaller ones; then any driver, whose ra
 """
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass, replace
 
 import moderngl
+import numpy as np
 
 from ..gpu import Gpu
 from ..methods.row import Accelerator
 from ..precision import Precision
-from ..ray_state import RayTextures, StateBuffer, StateBuffers, stream_samplers
+from ..ray_state import RayTextures, StateBuffer, StateBuffers, read_stream, stream_samplers
 from ..record import Record
 from ..statistics import Statistics
 from ..texel_layout import ENTRIES, ENTRY_LIST, ENTRY_POINTS, ENTRY_TILE, TILE_BEAM
-from ..textures import read_texture, release, stream_textures, texture_bytes
+from ..textures import release, stream_textures, texture_bytes
 from .driver import Driver, Samplers, Setup
 from .full_screen import FullScreenPass
 from .packet_room import PacketHits
@@ -75,19 +77,15 @@ class EntryPoints:
         if self.setup.options["statistics"]:
             self._count(rays, statistics)
         self.gpu.finish()
-        statistics.driver["entry_seconds"] = (
-            statistics.driver.get("entry_seconds", 0.0) + time.perf_counter() - began)
+        statistics.add(entry_seconds=time.perf_counter() - began)
         return self.driver.run(rays, buffers, statistics, any_hit)
 
     def _count(self, rays: RayTextures, statistics: Statistics) -> None:
         """What the beams visited, a ray."""
-        visited = [read_texture(level.entries.textures[-1])[..., :2].sum(axis=(0, 1))
-                   for level in self._levels]
-        count = rays.size[0] * rays.size[1]
-        tiles = self._levels[0].size[0] * self._levels[0].size[1]
-        statistics.driver |= {
-            "entry_nodes_visited": float(sum(v[0] for v in visited)) / count,
-            "entries": float(visited[0][1]) / tiles}
+        levels = [level.entries.fields() for level in self._levels]
+        visited = sum(float(level["visited"].sum()) for level in levels)
+        statistics.add(entry_nodes_visited=visited / math.prod(rays.size))
+        statistics.driver["entries"] = float(levels[0]["count"].mean())
 
     # Passes ---------------------------------------------------------------------------------
 
@@ -164,6 +162,10 @@ class TileImage:
 
     def samplers(self) -> Samplers:
         return stream_samplers(self.record.name, self.textures)
+
+    def fields(self) -> dict[str, np.ndarray]:
+        """(down, across) or (down, across, k) by field of the record, read back."""
+        return read_stream(self.record, self.samplers())
 
     def release(self) -> None:
         release(self.target, self.textures)

@@ -4,6 +4,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import moderngl
+import numpy as np
 
 from ..errors import Error
 from ..gpu import Gpu
@@ -47,6 +48,11 @@ class FragmentPass:
         self.uniforms.update({name: value for name, value in uniforms.items()
                               if name in self.program})
         self.program.extra = None   # what it was last drawn with no longer holds
+
+    def covered(self, size: tuple[int, int]) -> np.ndarray | None:
+        """(n, 2) int, x and y: the texels of a target of (width, height) that the draw being
+        watched covers, before the depth test; None where the pass does not know."""
+        return None
 
     def issue(self, geometry: moderngl.VertexArray, target: moderngl.Framebuffer,
               textures: Mapping[str, moderngl.Texture], mode: int, vertices: int = -1,

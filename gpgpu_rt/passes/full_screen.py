@@ -50,8 +50,7 @@ class FullScreenPass(FragmentPass):
         self._area = self._whole, 1     # of the draw that is watched
 
     def covered(self, size: tuple[int, int]) -> np.ndarray:
-        """(n, 2) int, x and y: the texels of a target of (width, height) that the draw being
-        watched covers, before the depth test."""
+        """As of a ``FragmentPass``: always known."""
         rectangles, unit = self._area
         width, height = size
         edges = np.zeros((height + 1, width + 1), np.int64)

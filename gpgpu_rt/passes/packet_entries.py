@@ -1,7 +1,7 @@
 """Entry points of packets: a pass at low resolution finds where the packets of a tile begin.
 
-After Reshetov et al. 2005: a beam around some rays of each tile, whose entry every packet takes
-that lies within; see passes/packet_entries.frag.
+After Reshetov et al. 2005: a beam around each tile's rays, or some of them where their bounds are
+not known, whose entry every packet takes that lies within; see passes/packet_entries.frag.
 """
 from __future__ import annotations
 
@@ -12,14 +12,15 @@ import moderngl
 
 from ..methods.row import Accelerator
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
-from ..record import Record
+from ..record import Record, streams_glsl
 from ..statistics import Statistics
-from ..texel_layout import PACKET_ENTRY, TILE_BEAM
-from ..textures import read_texture, release, texture_bytes
+from ..texel_layout import PACKET_ENTRY, TILE_BEAM, TILE_BOUNDS
+from ..textures import release, texture_bytes
 from .driver import Driver, Samplers, Setup
 from .entry_points import TileImage
 from .full_screen import FullScreenPass
 from .packet_room import PacketHits
+from .packet_tiles import TileBoundsImage
 from .traverse import method_defines, method_texts
 
 
@@ -31,7 +32,8 @@ class PacketEntries:
         self.tile: int = setup.options["entry_points"]
         self.samplers, self.accelerator = setup.samplers, setup.accelerator
         self.step_cap = setup.step_cap
-        self._programs: dict[Record, FullScreenPass] = {}
+        self._programs: dict[tuple[Record, bool], FullScreenPass] = {}
+        self._bounds = TileBoundsImage(self.gpu)
         self._entries: TileImage | None = None
         self._size: tuple[int, int] | None = None
 
@@ -52,35 +54,36 @@ class PacketEntries:
         began = time.perf_counter()
         self.gpu.context.enable_only(moderngl.NOTHING)
         entries = self._entries_for(rays.size)
-        program = self._program(rays.record)
+        program = self._program(rays.record, rays.bounded)
         program.set(ray_texture_size=rays.size, **rays.uniforms())
-        program.draw(entries.target, {**self.samplers, **rays.samplers()})
+        samplers = {**self.samplers, **rays.samplers()}
+        if rays.bounded:
+            samplers |= self._bounds.of(rays, self.tile).samplers()
+        program.draw(entries.target, samplers)
         statistics.draw_calls += 1
         if self.setup.options["statistics"]:
-            visited = float(read_texture(entries.textures[3])[..., 3].sum())
+            visited = float(entries.fields()["visited"].sum())
             # A packet's share, as counters are a packet's.
             packet = math.prod(self.setup.options["packet"])
-            statistics.driver["entry_nodes_visited"] = visited * packet / math.prod(rays.size)
-            self.gpu.finish()
-            statistics.driver["entry_seconds"] = (
-                statistics.driver.get("entry_seconds", 0.0) + time.perf_counter() - began)
+            statistics.add(entry_nodes_visited=visited * packet / math.prod(rays.size),
+                           entry_seconds=time.perf_counter() - began)
         return self.driver.run(rays, buffers, statistics, any_hit)
 
-    def _program(self, rays: Record) -> FullScreenPass:
-        if rays not in self._programs:
-            setup = self.setup
+    def _program(self, rays: Record, bounded: bool) -> FullScreenPass:
+        if (rays, bounded) not in self._programs:
+            setup, streams = self.setup, [rays, TILE_BEAM]
+            streams += [TILE_BOUNDS] if bounded else []
             defines = {**method_defines(setup.method, self.accelerator, setup.options, False),
-                       "STATISTICS": False, "TILE": self.tile,
+                       "STATISTICS": False, "TILE": self.tile, "BOUNDED": bounded,
                        "OCTANTS": False}     # a beam is the same for every order of nodes
-            virtual = {"streams": "\n".join([rays.stream_glsl(False), TILE_BEAM.stream_glsl(False),
-                                             PACKET_ENTRY.stream_glsl(True)]),
+            virtual = {"streams": streams_glsl(streams, [PACKET_ENTRY]),
                        "walk": f"file:{setup.method.entry_walk}",
                        "tables": method_texts(setup.method, {**setup.options,
                                                              "entry_points": None})["tables"]}
             program = FullScreenPass(self.gpu, "passes/packet_entries.frag", defines, virtual)
             program.set(**self.accelerator.uniforms)
-            self._programs[rays] = program
-        return self._programs[rays]
+            self._programs[rays, bounded] = program
+        return self._programs[rays, bounded]
 
     def _entries_for(self, size: tuple[int, int]) -> TileImage:
         if self._entries is None or self._size != size:
@@ -94,8 +97,8 @@ class PacketEntries:
     def bytes(self) -> int:
         """Bytes of the entries, and of the driver's own textures."""
         own = texture_bytes(self._entries.textures) if self._entries is not None else 0
-        return own + self.driver.bytes()
+        return own + self._bounds.bytes() + self.driver.bytes()
 
     def release(self) -> None:
-        release(self._entries, self._programs, self.driver)
+        release(self._entries, self._bounds, self._programs, self.driver)
         self._entries = None

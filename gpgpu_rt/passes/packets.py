@@ -19,6 +19,7 @@ from ..textures import release
 from .driver import Samplers, Setup
 from .full_screen import FullScreenPass
 from .packet_room import PacketHits, PacketRoom
+from .packet_tiles import PacketTiles, TilePass
 from .traverse import UNFINISHED, Traversal, method_defines, method_texts
 
 # Steps a packet may take in its pass. Every step is an iteration of one loop, and no more than two
@@ -42,7 +43,9 @@ class PacketTraversal:
         self.rows_alone = self.rays > self.gpu.max_draw_buffers
         self.targets = self.rays // 4 if self.rows_alone else self.rays
         self.statistics_on = bool(options["statistics"])
+        self._tiles = PacketTiles(self.gpu, self.packet, options.get("entry_points"))
         self._programs: dict[object, FullScreenPass] = {}
+        self._tile_passes: dict[object, TilePass] = {}
         self._room: PacketRoom | None = None
         self._single: Traversal | None = None
         self._single_room: tuple[RayTextures, StateBuffers] | None = None
@@ -50,7 +53,7 @@ class PacketTraversal:
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
         """Read these tables from now on: the same records and defines, triangles that moved."""
         self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
-        for program in self._programs.values():
+        for program in (*self._programs.values(), *self._tile_passes.values()):
             program.set(**accelerator.uniforms)
         release(self._single)
         self._single = None   # made again of what is there now
@@ -59,15 +62,24 @@ class PacketTraversal:
             any_hit: bool = False) -> tuple[StateBuffer | PacketHits, int]:
         """Trace every ray; where the hits are, and how many rays the step cap stopped."""
         context = self.gpu.context
-        room = self._room_for(buffers.size)
+        room, kind = self._room_for(buffers.size), self._kind(rays)
         context.enable_only(moderngl.NOTHING)
         for name, target in room.targets.items():
-            program = self._program(name, any_hit, rays.record)
-            program.set(ray_texture_size=buffers.size, **rays.uniforms(),
-                        step_limit=min(PACKET_STEPS, self.step_cap))
-            program.draw(target, {**self.samplers, **rays.samplers()})
+            uniforms = {"ray_texture_size": buffers.size, **rays.uniforms(),
+                        "most_steps": min(PACKET_STEPS, self.step_cap)}
+            samplers = {**self.samplers, **rays.samplers()}
+            if kind is None:
+                program = self._program(name, any_hit, rays.record)
+                program.set(**uniforms)
+                program.draw(target, samplers)
+                statistics.draw_calls += 1
+            else:
+                some, none = (self._tile_pass(one, any_hit, rays.record, kind)
+                              for one in (name, f"{name}_none"))
+                some.set(**uniforms)
+                statistics.draw_calls += self._tiles.draw(some, none, target, kind, rays,
+                                                          samplers)
         statistics.passes += 1
-        statistics.draw_calls += len(room.targets)
         left_behind = self._program("packets_left", False).count(
             room.mask, room.samplers(), statistics)
 
@@ -82,6 +94,10 @@ class PacketTraversal:
         if self.step_cap > PACKET_STEPS:
             self._trace_singly(rays, now, statistics, any_hit)
         return now, self._count(UNFINISHED, now, buffers, statistics)
+
+    def _kind(self, rays: RayTextures) -> str | None:
+        """Of tiles to draw; what is left out is written as floats, and not as rows."""
+        return None if self.rows_alone else self._tiles.kind(rays)
 
     def _hand_back(self, rays: RayTextures, buffers: StateBuffers, room: PacketRoom,
                    statistics: Statistics, any_hit: bool) -> StateBuffer:
@@ -124,8 +140,11 @@ class PacketTraversal:
             known = (*TRACER_OPTIONS, *row.options)
             shared = {option.name: self.options[option.name] for option in known
                       if option.name in self.options and option.accepts(self.options[option.name])}
+            # They begin at the root: entry points are of a driver around this one.
+            shared.pop("entry_points", None)
             options = resolve_options({**shared, "schedule": "loop", "statistics": False}, known,
                                       f"method {row.name}")
+            row = row.formed(options)
             samplers, accelerator = self.setup.prepare_other(row, options)
             self._single = Traversal(replace(
                 self.setup, method=row, samplers=samplers, accelerator=accelerator,
@@ -145,15 +164,27 @@ class PacketTraversal:
         rays = rays or self.precision.layout(RAY_TEXELS)
         key = (name, any_hit, rays)
         if key not in self._programs:
-            entry = "packet" if name == "packet_counters" else name
-            defines = self._defines(any_hit)
-            if name == "packet":
-                defines["STATISTICS"] = False
-            program = FullScreenPass(self.gpu, f"passes/{entry}.frag", defines,
-                                     self._virtual(name, rays))
-            program.set(**self.accelerator.uniforms)
-            self._programs[key] = program
+            self._programs[key] = FullScreenPass(self.gpu, *self._texts(name, any_hit, rays))
+            self._programs[key].set(**self.accelerator.uniforms)
         return self._programs[key]
+
+    def _tile_pass(self, name: str, any_hit: bool, rays: Record, kind: str) -> TilePass:
+        """One that is drawn on tiles, of which so much is known."""
+        key = (name, any_hit, rays, kind)
+        if key not in self._tile_passes:
+            file, defines, virtual = self._texts(name, any_hit, rays)
+            self._tile_passes[key] = TilePass(self.gpu, file, defines,
+                                              {**virtual, "tiles": self._tiles.glsl(kind)})
+            self._tile_passes[key].set(**self.accelerator.uniforms)
+        return self._tile_passes[key]
+
+    def _texts(self, name: str, any_hit: bool,
+               rays: Record) -> tuple[str, dict[str, object], dict[str, str]]:
+        """The file of a fragment program, defines and what it includes."""
+        defines = self._defines(any_hit)
+        if name in ("packet", "packet_none"):   # their counters are drawn apart
+            defines["STATISTICS"] = False
+        return f"passes/{name.replace('_counters', '')}.frag", defines, self._virtual(name, rays)
 
     def _defines(self, any_hit: bool) -> dict[str, object]:
         return {**packet_defines(self.method, self.accelerator, self.options, any_hit),
@@ -177,7 +208,7 @@ class PacketTraversal:
             writes = [replace(rays, name="single_rays")]
         elif name == "classify":
             reads = written[:1]
-        elif name == "packets_left":
+        elif name in ("packets_left", "packet_none", "packet_counters_none"):
             reads += [layout(HIT)]      # its struct alone is of use
         else:
             single = layout(self._single_traversal().method.state)
@@ -196,7 +227,8 @@ class PacketTraversal:
 
     def bytes(self) -> int:
         """Bytes of the packets' own targets."""
-        return self._room.bytes() if self._room is not None else 0
+        room = self._room.bytes() if self._room is not None else 0
+        return room + self._tiles.bytes()
 
     def _release_single_room(self) -> None:
         release(self._single_room)
@@ -204,7 +236,7 @@ class PacketTraversal:
 
     def release(self) -> None:
         self._release_single_room()
-        release(self._programs, self._room, self._single)
+        release(self._programs, self._tile_passes, self._room, self._tiles, self._single)
 
 
 def packet_of(options: Mapping[str, Any]) -> tuple[int, int]:

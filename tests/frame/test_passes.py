@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.errors import Error
+from gpgpu_rt.errors import Error, ShaderError
 from gpgpu_rt.gpu import Gpu
+from gpgpu_rt.passes.driver import Driver, Setup
 from gpgpu_rt.passes.full_screen import FullScreenPass
 from gpgpu_rt.passes.own_arrays import _kept
 from gpgpu_rt.statistics import Statistics
@@ -82,3 +83,16 @@ def test_arrays_that_fragments_write_are_tried_before_they_are_trusted(gpu: Gpu,
     for method, options in (("bvh-packet", {"octants": True}), ("bih", {}),
                             ("bvh-stack", {"schedule": "step"}), ("kd-short-stack", {})):
         rt.Tracer("cornell", method, **options).release()
+
+
+def test_a_tracer_that_cannot_be_made_frees_its_tables(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As a choice that is tried next needs the room."""
+    held = []
+
+    def fails(setup: Setup) -> Driver:
+        held.extend(setup.samplers.values())
+        raise ShaderError("it does not compile")
+    monkeypatch.setattr("gpgpu_rt.tracer.make_driver", fails)
+    with pytest.raises(ShaderError):
+        rt.Tracer(rt.load_scene("cornell"), "kd-restart")
+    assert held and all(isinstance(texture.mglo, moderngl.InvalidObject) for texture in held)

@@ -139,3 +139,29 @@ def test_invalid_rays_leave_the_others_alone(blocks, share: float, seed: int) ->
     t = rng.random(1000).astype(np.float32)
     rays = np.flatnonzero(~bad)
     assert (found.given_units(t[rays], rays) == well.given_units(t[rays], rays)).all()
+
+
+def test_padding_is_never_live() -> None:
+    """Also where all rays begin behind their origin, further than an empty ray ends."""
+    count = ray_batch.ROW + 5
+    batch = RayBatch(np.zeros((count, 3)), np.full((count, 3), 0.5), t_min=-2.0)
+    width, height = batch.size
+    sample = batch.sample(*np.divmod(np.arange(width * height), width))
+    assert ((sample["t_min"] <= sample["t_max"]) == (np.arange(width * height) < count)).all()
+
+
+@pytest.mark.parametrize("given, error", [
+    ({"shape": (-2, -3)}, "shape is"), ({"shape": (2.0, 3.0)}, "shape is"),
+    ({"shape": 6}, "shape is"), ({"shape": (6,)}, "shape is"), ({"shape": "23"}, "shape is"),
+    ({"shape": (2, 4)}, "does not hold 6 rays"), ({"t_max": None}, "t_max must be numbers"),
+    ({"t_min": [1, 2, "a", 3, 4, 5]}, "t_min must be numbers"),
+    ({"t_min": [[1], [1, 2]]}, "t_min must be numbers"), ({"t_max": 1j}, "t_max must be numbers"),
+    ({"t_max": [1, 2]}, "t_max holds 2 values for 6 rays")], ids=str)
+def test_what_does_not_fit_is_refused(given: dict, error: str) -> None:
+    with pytest.raises(ValueError, match=error):
+        RayBatch(np.zeros((6, 3)), np.ones((6, 3)), **given)
+
+
+def test_numbers_past_float32_are_infinite(recwarn: pytest.WarningsRecorder) -> None:
+    batch = RayBatch(np.zeros((6, 3)), np.ones((6, 3)), t_max=1e300)
+    assert np.isinf(batch.given_fields()["t_max"]).all() and not len(recwarn)

@@ -1,0 +1,142 @@
+"""Packets where there is something to trace: tiles without are not drawn."""
+from __future__ import annotations
+
+import math
+
+import moderngl
+import numpy as np
+
+from ..gpu import Gpu
+from ..ray_state import RayTextures, read_stream
+from ..record import Record
+from ..texel_layout import PACKET_ENTRY, TILE_BOUNDS
+from ..textures import release, texture_bytes, write_texture
+from ..tile_bounds import SIDE
+from .driver import Samplers
+from .entry_points import TileImage
+from .primitive_pass import PrimitivePass
+
+SQUARE = 8     # packets a side, at least, that are drawn or left out together
+
+
+class TileBoundsImage:
+    """TILE_BOUNDS of the tiles of rays, in textures."""
+
+    def __init__(self, gpu: Gpu) -> None:
+        self.gpu = gpu
+        self._image: TileImage | None = None
+        self._size = (0, 0)
+
+    def of(self, rays: RayTextures, side: int) -> TileImage:
+        """Those of tiles of so many rays a side."""
+        assert rays.tiles is not None
+        tiles = rays.tiles.of_side(side)
+        if self._image is None or self._size != tiles.size:
+            release(self._image)
+            self._image, self._size = TileImage(self.gpu, TILE_BOUNDS, tiles.size), tiles.size
+        texels = TILE_BOUNDS.pack(
+            live=tiles.live.reshape(-1), least=tiles.least.reshape(-1, 3),
+            most=tiles.most.reshape(-1, 3))
+        for texel, texture in enumerate(self._image.textures):
+            write_texture(texture, np.ascontiguousarray(texels[:, texel]))
+        return self._image
+
+    def bytes(self) -> int:
+        return texture_bytes(self._image.textures) if self._image is not None else 0
+
+    def release(self) -> None:
+        release(self._image)
+        self._image = None
+
+
+class TilePass(PrimitivePass):
+    """A pass over the packets of those tiles that have something, or of those that have not."""
+
+    def __init__(self, gpu: Gpu, fragment: str, defines: dict[str, object],
+                 virtual: dict[str, str]) -> None:
+        super().__init__(gpu, fragment, "passes/packet_tiles.vert", defines, virtual)
+        # (down, across) bool, those that a watched draw is on
+        self.tiles: np.ndarray | None = None
+        self.side = (1, 1)                      # packets across and down a tile
+
+    def covered(self, size: tuple[int, int]) -> np.ndarray | None:
+        """As of a ``FragmentPass``."""
+        if self.tiles is None:
+            return None
+        packets = self.tiles.repeat(self.side[0], 1).repeat(self.side[1], 0)
+        return np.argwhere(packets[:size[1], :size[0]])[:, ::-1]
+
+
+class PacketTiles:
+    """What packets are drawn on: points over those whose tile has something to trace.
+
+    Parameters
+    ----------
+    packet : (width, height) rays a packet, powers of two
+    entry_tile : rays a side of the tiles whose beams go first, None where none do
+    """
+
+    def __init__(self, gpu: Gpu, packet: tuple[int, int], entry_tile: int | None) -> None:
+        self.gpu, self.packet, self.entry_tile = gpu, packet, entry_tile
+        self._bounds = TileBoundsImage(gpu)
+        self._largest = gpu.context.info["GL_POINT_SIZE_RANGE"][1]
+
+    def kind(self, rays: RayTextures) -> str | None:
+        """What is known of these rays' tiles: ``met``, by the beams that went first, or ``live``;
+        None where nothing is that would leave a tile out, and the whole is drawn."""
+        if rays.tiles is None or self.gpu.whole:
+            return None
+        kind = "met" if self.entry_tile and rays.bounded else "live"
+        if kind == "live" and rays.tiles.live.all():
+            return None
+        return kind if self._square(kind) <= self._largest else None
+
+    def glsl(self, kind: str) -> str:
+        """What the vertex program includes as <tiles>."""
+        record: Record = PACKET_ENTRY if kind == "met" else TILE_BOUNDS
+        return (f"{record.stream_glsl(writes=False)}\nconst int SIDE = {self._side(kind)};\n"
+                f"const int SQUARE = {self._square(kind)};\n"
+                f"const ivec2 PACKET_SIZE = ivec2{self.packet};\n"
+                "bool has_something(ivec2 tile) {\n"
+                f"    return {record.name}_load(tile).{kind} != 0;\n}}")
+
+    def draw(self, program: TilePass, nothing: TilePass, target: moderngl.Framebuffer, kind: str,
+             rays: RayTextures, samplers: Samplers) -> int:
+        """Draw packets, and by ``nothing`` those of the tiles that are left out; how many calls
+        that took."""
+        assert rays.tiles is not None
+        side, square = self._side(kind), self._square(kind)
+        tiles = rays.tiles.of_side(side)
+        squares = tuple(n * side // (square * p) for n, p in zip(tiles.size, self.packet))
+        # Whole tiles, also past the last ray: a point is dropped whose middle is outside.
+        target.viewport = (0, 0, squares[0] * square, squares[1] * square)
+        if kind == "live":
+            samplers = {**samplers, **self._bounds.of(rays, side).samplers()}
+        if self.gpu.watch is not None:
+            program.tiles = tiles.live if kind == "live" else (
+                read_stream(PACKET_ENTRY, samplers)["met"] != 0)
+            program.side = (side // self.packet[0], side // self.packet[1])
+        self.gpu.context.enable_only(moderngl.PROGRAM_POINT_SIZE)
+        for one in (program, nothing):
+            one.set(squares=squares, with_something=one is program)
+            one.draw(target, samplers, moderngl.POINTS, math.prod(squares))
+        self.gpu.context.enable_only(moderngl.NOTHING)
+        target.viewport = (0, 0, *target.size)
+        return 2
+
+    def _side(self, kind: str) -> int:
+        """Rays a side of a tile."""
+        if kind == "met":
+            assert self.entry_tile is not None
+            return self.entry_tile
+        return max(SIDE, SQUARE * max(self.packet))
+
+    def _square(self, kind: str) -> int:
+        """Packets a side of a point."""
+        return math.gcd(*(self._side(kind) // p for p in self.packet))
+
+    def bytes(self) -> int:
+        return self._bounds.bytes()
+
+    def release(self) -> None:
+        release(self._bounds)

@@ -1,0 +1,73 @@
+"""Bounds of rays by the tile of their textures, found as rays are laid out: a tile without a live
+ray, or whose rays all miss the scene, then need not be drawn."""
+from __future__ import annotations
+
+import numpy as np
+
+SIDE = 8    # rays a side of the tiles that are looked at; larger ones are joined of these
+
+
+class TileBounds:
+    """What the live rays of each tile have in common.
+
+    Parameters
+    ----------
+    size : (width, height) of the ray textures
+    side : rays a side of a tile, a multiple of SIDE
+
+    Attributes
+    ----------
+    size : (across, down) tiles
+    live : (down, across) bool, whether a ray of the tile is not empty
+    least, most : (down, across, 3) float32, the outermost components of their directions; without
+        meaning where none is live, and where rays do not all begin at one point
+    """
+
+    def __init__(self, size: tuple[int, int], side: int = SIDE) -> None:
+        self.side = side
+        self.size = (-(-size[0] // side), -(-size[1] // side))
+        self.live = np.zeros(self.size[::-1], bool)
+        self.least = np.empty((*self.size[::-1], 3), np.float32)
+        self.most = np.empty_like(self.least)
+
+    def see(self, first: int, planes: list[np.ndarray], start: np.ndarray | None) -> None:
+        """Take rows of rays.
+
+        Parameters
+        ----------
+        first : row of the textures, a multiple of the side
+        planes : (rows, width, 4) float32 each, as RAY_TEXELS lays rays out
+        start : (4,) float32, origin and t_min where these rays share them, else None
+        """
+        t_min = planes[0][:, :, 3] if start is None else start[3]
+        live = t_min <= planes[1][:, :, 3]
+        rows = slice(first // self.side, -(-(first + len(live)) // self.side))
+        self.live[rows] = self._joined(np.logical_or, live)
+        if start is None:
+            return
+        along, everywhere = planes[1], bool(live.all())
+        for op, end, into in ((np.minimum, np.inf, self.least), (np.maximum, -np.inf, self.most)):
+            values = along if everywhere else np.where(live[:, :, None], along, np.float32(end))
+            into[rows] = self._joined(op, values)[:, :, :3]
+
+    def _joined(self, op: np.ufunc, values: np.ndarray) -> np.ndarray:
+        """(tiles down, tiles across, ...) of (rows, columns, ...); rows first, which are long."""
+        whole = len(values) // self.side * self.side
+        parts = [op.reduce(values[:whole].reshape(-1, self.side, *values.shape[1:]), axis=1)]
+        if whole < len(values):
+            parts.append(op.reduce(values[whole:], axis=0)[None])
+        found = np.concatenate(parts)
+        return op.reduceat(found, np.arange(0, values.shape[1], self.side), axis=1)
+
+    def of_side(self, side: int) -> TileBounds:
+        """The same of larger tiles, ``side`` a multiple of these tiles'."""
+        times = side // self.side
+        if times == 1:
+            return self
+        size = (self.size[0] * self.side, self.size[1] * self.side)
+        found, joint = TileBounds(size, side), TileBounds(self.size, times)
+        found.live = joint._joined(np.logical_or, self.live)
+        for op, end, name in ((np.minimum, np.inf, "least"), (np.maximum, -np.inf, "most")):
+            values = np.where(self.live[:, :, None], getattr(self, name), np.float32(end))
+            setattr(found, name, joint._joined(op, values))
+        return found

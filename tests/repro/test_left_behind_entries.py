@@ -1,0 +1,26 @@
+"""Rays that a packet left behind are traced singly, from the root: single rays have entry points
+of their own, whose lists nobody made, and their program did not compile."""
+from __future__ import annotations
+
+import pytest
+from conftest import assert_same_bits, soup_scene
+
+import gpgpu_rt as rt
+
+CASES = [(row.name, tile) for row in rt.methods() if row.packet for option in row.options
+         if option.name == "entry_points" for tile in option.choices]
+
+
+@pytest.mark.parametrize("octants", [False, True], ids=["stack", "octants"])
+@pytest.mark.parametrize("method, tile", CASES)
+def test_single_rays_begin_at_the_root(monkeypatch: pytest.MonkeyPatch, exact_renderer,
+                                       method: str, tile: int, octants: bool) -> None:
+    monkeypatch.setattr("gpgpu_rt.passes.packets.PACKET_STEPS", 12)
+    scene = soup_scene(300, 3)
+    rays = scene.camera.rays((32, 32))
+    with rt.Tracer(scene, "brute-force") as tracer:
+        expected = tracer.trace(*rays)
+    with rt.Tracer(scene, method, octants=octants, entry_points=tile) as tracer:
+        hits = tracer.trace(*rays)
+        assert tracer._traversal.driver._single is not None     # some were left behind
+    assert_same_bits(hits, expected)
