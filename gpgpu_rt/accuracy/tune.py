@@ -41,6 +41,7 @@ BEHIND = 2.0          # times slower with its best options: put aside
 BEAM = 2
 WAVE = 4              # candidates that go on together
 RUNS = 5
+FEW_RUNS = 3          # on few rays: one alone is at the mercy of what else the machine does
 
 
 def tune(scene: Scene, promise: Promise, rays: int | None = None, seed: int = 0,
@@ -128,7 +129,7 @@ class _Searcher:
     def _waves(self, names: list[str]) -> Any:
         """Lists of speed-tuned candidates of default accuracy, the fastest first."""
         self.report(f"{len(names)} methods on {PROBE:,} rays")
-        probed = self._timed([Candidate(name) for name in names], PROBE, 1)
+        probed = self._timed([Candidate(name) for name in names], PROBE, FEW_RUNS)
         known = [t for t in probed if not t.misses]
         if not known:
             return
@@ -286,9 +287,10 @@ class _Searcher:
         with tracer:
             hits, _ = known.trace(tracer)
             if not trial.rates:
-                same = self.timed_kinds == self.promise.kinds
-                timed = known if same else self._rays(len(known), kinds=self.timed_kinds)
-                trial.rates[len(known)] = len(known) / timed.trace(tracer)[1]
+                timed = self._rays(len(known), kinds=self.timed_kinds)
+                timed.trace(tracer)     # warms up: these rays may have programs of their own
+                trial.rates[len(known)] = len(known) / statistics.median(
+                    timed.trace(tracer)[1] for _ in range(FEW_RUNS))
                 self._weigh(trial, tracer)
         key = _digest(hits, known)
         if key not in self._findings:

@@ -209,6 +209,26 @@ def test_proof_and_confirmation_decide(ball) -> None:
     assert len({known.directions.tobytes() for known in search._known.values()}) == 3
 
 
+@pytest.mark.parametrize("kinds, timed_on", [(("eye", "vertices"), "eye"),
+                                             (("vertices",), None)])
+def test_a_rate_is_of_neither_the_first_run_nor_an_odd_one(ball, few_rays, monkeypatch,
+                                                           kinds: tuple, timed_on: str) -> None:
+    """Compiling takes 100 s of the first run on rays of a kind; the next one is an odd one."""
+    trace, ahead = KnownRays.trace, {}
+
+    def timed(self, tracer, part=slice(None)):
+        seconds = ahead.setdefault((tracer, *self.parts), [100.0, 50.0])
+        return trace(self, tracer, part)[0], seconds.pop(0) if seconds else 1.0
+
+    monkeypatch.setattr(KnownRays, "trace", timed)
+    search = tuning._Searcher(ball, Promise(**LOOSE, kinds=kinds), None, 1, 0, print,
+                              timed_on=timed_on)
+    assert search._screen(Candidate("grid"))
+    next(search._waves(["kd-restart"]))
+    for name in ("grid", "kd-restart"):
+        assert search._trial(Candidate(name)).rates[tuning.PROBE] == tuning.PROBE
+
+
 def test_bytes_are_a_bound(ball, few_rays) -> None:
     free, = tune(ball, Promise(**LOOSE, max_bytes=1 << 30), names=["bvh-threaded"],
                  budget=0).searches
