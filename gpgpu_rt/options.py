@@ -43,11 +43,14 @@ class Option:
         return str(self.define), value
 
     def check(self, value: Any) -> Any:
-        """The value, converted where that loses nothing; OptionError says what it takes."""
+        """The value, converted where that loses nothing; OptionError says what it takes. A choice
+        may be given as it is spelt: "4x2" for (4, 2)."""
         if value is None and (self.optional or self.default is None):
             return None
         if self.choices is not None:
             value = tuple(value) if isinstance(value, list) else value
+            if isinstance(value, str):
+                value = next((c for c in self.choices if spell(c) == value), value)
             if value not in self.choices:
                 known = [spell(c) for c in self.choices]
                 raise OptionError(f"option {self.name}={value!r} is none of {', '.join(known)}"
@@ -91,7 +94,7 @@ class Option:
         if text.lower() in ("none", "null"):
             return self.check(None)
         if self.choices is not None:
-            return self.check(next((c for c in self.choices if spell(c) == text), text))
+            return self.check(text)
         if self.kind is bool:
             return self.check(TRUTH.get(text.lower(), text))
         if self.kind in (int, float) and text not in self.words:

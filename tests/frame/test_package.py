@@ -56,6 +56,13 @@ def test_bad_options(arguments: dict, message: str) -> None:
         rt.Tracer("cornell", **arguments)
 
 
+@pytest.mark.parametrize("options, wanted", [
+    ({"packet": "4x2"}, (4, 2)), ({"rasterised_bounds": "8"}, 8)])
+def test_a_choice_may_be_given_as_it_is_spelt(options: dict, wanted: object) -> None:
+    (name,) = options
+    assert rt.Choice("bvh-packet", options).resolved()[1][name] == wanted
+
+
 def test_steps_a_pass_ask_for_the_schedule_that_has_them() -> None:
     with rt.Tracer("cornell", steps_per_pass=4) as tracer:
         assert tracer.options["schedule"] == "step"
