@@ -22,12 +22,8 @@ from .scene import Scene
 from .statistics import Statistics
 from .textures import release
 
-# Of neighbouring rays that are alike, from which on rays are coherent. Measured on llvmpipe, 384 x
-# 384 rays on bunny and kitchen, `SAFE_DEFAULT`'s packets over its single rays (whose nodes were
-# not quantised then, which is 1.05 to 1.1 times as fast of random rays): eye and shadow rays
-# (0.99) 1.8 to 2.5 times as fast, mirror rays (0.81 and 0.94) 1.1 and 1.4, after three mirrors
-# (0.78) 0.9; eye rays among which a tenth are random (0.81) 1.1 and 1.5, a fifth (0.64) 1.0 and
-# 1.3, a half (0.25) 0.8 and 0.9; diffuse ones (0.1) and random ones (0) 0.6 to 0.7.
+# Of neighbouring rays that are alike, from which on rays are coherent: about where packets and
+# single rays take as long. What was measured stands in docs/accuracy.md.
 SHARE = 0.7
 # What a tracer has of each of its choices, as attributes of its own while that one is taken.
 HELD = ("method", "options", "precision", "scene", "accelerator", "_bounds", "_builder",

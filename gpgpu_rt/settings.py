@@ -24,10 +24,10 @@ from .scene import Scene
 FORMAT = 2
 ONE_CHOICE = 1    # the format before, of one choice for all rays
 # What is used where nothing was tuned: right to the bit, and never far from the fastest. Packets
-# take eye and shadow rays twice as fast as single rays, and others slower (see `choosing.SHARE`).
-# The interval test, which makes them faster still on large images of eye rays, is left out: mirror
-# rays, coherent by any measure of neighbours, then take twice to three times what single rays do.
-# Entry points take eye rays 1.02 to 1.36 times as fast, and shadow and mirror rays 0.93 to 1.04.
+# take eye and shadow rays twice as fast as single rays, and others slower: docs/accuracy.md has by
+# how much. The interval test, which makes them faster still on large images of eye rays, is left
+# out: mirror rays, coherent by any measure of neighbours, then take twice to three times what
+# single rays do. What entry points bring stands in docs/bvh.md.
 SAFE_DEFAULT = {
     COHERENT: ("bvh-packet", {"packet": (4, 2), "octants": True, "quantise_nodes": 16,
                               "entry_points": 32}),
@@ -115,14 +115,16 @@ def store(settings: Settings) -> Path | None:
 
 
 def find(scene: Scene, renderer: str) -> Settings | None:
-    """The settings kept for a scene and a renderer; None where there are none of any use."""
+    """The settings kept for a scene and a renderer; None where there are none, or, with a warning,
+    none of any use."""
     path = _path(describe(scene)["sha256"], renderer)
     if path is None or not path.is_file():
         return None
     try:
         settings = load(path)
         settings.check_fits(scene, renderer)
-    except Error:     # damaged, or written by a version with other methods or options
+    except Error as failure:     # damaged, or of a version with other methods or options
+        _warn_of_default(failure, 4)
         return None
     return settings
 
@@ -140,8 +142,7 @@ def automatic(scene: Scene, renderer: str, options: Mapping[str, Any]
         try:
             return found.choices.with_options(options, "settings"), found
         except OptionError as failure:
-            warnings.warn(f"auto takes a safe default, not what `tune` kept: {failure}",
-                          stacklevel=3)
+            _warn_of_default(failure, 3)
     coherent, incoherent = (Choice(SAFE_DEFAULT[rays][0], {**SAFE_DEFAULT[rays][1], **options})
                             for rays in RAYS)
     plain = Choice(coherent.method, {name: value for name, value in coherent.options.items()
@@ -155,6 +156,11 @@ def automatic(scene: Scene, renderer: str, options: Mapping[str, Any]
     fitting = next((choice for choice in (coherent, plain)
                     if find_method(choice.method).takes(choice.options)), incoherent)
     return Choices(fitting, incoherent), None
+
+
+def _warn_of_default(failure: Error, level: int) -> None:
+    warnings.warn(f"auto takes a safe default, not what `tune` kept: {failure}",
+                  stacklevel=level + 1)
 
 
 def _path(digest: str, renderer: str) -> Path | None:

@@ -13,6 +13,7 @@ import json
 import os
 import sys
 import tempfile
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
@@ -38,7 +39,8 @@ def cached(build: Callable[..., Structure], triangles: np.ndarray, /,
         which; a change of its module's text, or of this folder's, makes it build anew
     triangles : (n, 3, 3) float32
 
-    A folder that cannot be written only means that nothing is kept.
+    A folder that cannot be written only means that nothing is kept; one that was named is warned
+    of, once.
 
     Raises
     ------
@@ -88,7 +90,7 @@ def give_cache(files: Mapping[str, bytes]) -> None:
     folder = cache_folder()
     for name, content in files.items():
         if folder is not None and not (folder / name).exists():
-            with contextlib.suppress(OSError):
+            with _tolerated(folder):
                 _write(folder / name, lambda file, content=content: file.write(content))
 
 
@@ -99,8 +101,30 @@ def cache_folder() -> Path | None:
         return None
     try:
         return Path(name).expanduser() if name else Path.home() / ".cache" / "gpgpu_rt"
-    except RuntimeError:            # no home folder
+    except RuntimeError as failure:     # no home folder, or not that user's
+        _tell(name, str(failure))
         return None
+
+
+@contextlib.contextmanager
+def _tolerated(folder: Path) -> Iterator[None]:
+    """Within it, what cannot be written into the folder is not kept."""
+    try:
+        yield
+    except OSError as failure:
+        _tell(str(folder), failure.strerror or str(failure))
+
+
+def _tell(folder: str | None, reason: str) -> None:
+    """Warn of a folder that was named; the one that nobody chose is done without in silence."""
+    if os.environ.get("GPGPU_RT_CACHE"):
+        _warn(str(folder), reason)
+
+
+@functools.cache        # once a process
+def _warn(folder: str, reason: str) -> None:
+    warnings.warn(f"GPGPU_RT_CACHE: nothing can be kept in {folder} ({reason}), and all is built "
+                  "anew; name a folder that can be written", stacklevel=2)
 
 
 def _key(build: Callable, triangles: np.ndarray, options: dict[str, object]) -> str:
@@ -158,7 +182,7 @@ def _store(path: Path, structure: Any) -> None:
     arrays = {field.name: np.asarray(getattr(structure, field.name))
               for field in fields(structure)}
     arrays["checksum"] = _checksum(arrays)
-    with contextlib.suppress(OSError):
+    with _tolerated(path.parent):
         _write(path, lambda file: np.savez(file, **arrays))
 
 

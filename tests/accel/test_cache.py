@@ -5,6 +5,7 @@ import importlib
 import os
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -142,7 +143,27 @@ def test_two_processes_may_store_at_once(folder: Path) -> None:
 def test_a_folder_that_cannot_be_made_only_means_no_cache(tmp_path, monkeypatch) -> None:
     (tmp_path / "file").write_text("in the way")
     monkeypatch.setenv("GPGPU_RT_CACHE", str(tmp_path / "file"))
-    assert len(accel.cached(accel.build_bvh, random_soup(30, 5)).order) == 30
+    for seed in (5, 6):
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            assert len(accel.cached(accel.build_bvh, random_soup(30, seed)).order) == 30
+        assert [f"GPGPU_RT_CACHE: nothing can be kept in {tmp_path / 'file'}" in str(one.message)
+                for one in told] == [True] * (seed == 5)     # once
+
+
+def test_the_folder_of_nobodys_choice_is_done_without_in_silence(tmp_path, monkeypatch) -> None:
+    (tmp_path / ".cache").write_text("in the way")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.delenv("GPGPU_RT_CACHE", raising=False)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        accel.cached(accel.build_bvh, random_soup(30, 5))
+
+
+def test_a_home_that_is_not_there_is_told_of(monkeypatch) -> None:
+    monkeypatch.setenv("GPGPU_RT_CACHE", "~nobody-of-that-name/cache")
+    with pytest.warns(UserWarning, match="nobody-of-that-name"):
+        assert cache.cache_folder() is None
 
 
 def test_a_failed_write_leaves_nothing(folder: Path, monkeypatch) -> None:
@@ -150,7 +171,8 @@ def test_a_failed_write_leaves_nothing(folder: Path, monkeypatch) -> None:
         file.write(b"half")
         raise OSError(28, "No space left on device")
     monkeypatch.setattr(np, "savez", fill_up)
-    assert len(accel.cached(accel.build_bvh, random_soup(30, 6)).order) == 30
+    with pytest.warns(UserWarning, match="No space left"):
+        assert len(accel.cached(accel.build_bvh, random_soup(30, 6)).order) == 30
     assert files(folder) == []
 
 
