@@ -85,8 +85,8 @@ def _timing(samples: Sequence[float], walls: Sequence[float], rays: int) -> dict
 
 def embree(threads: int = 1) -> Engine:
     """Embree among the engines, on so many threads."""
-    packages = next(one.packages for one in ENGINES if one.name == EMBREE)
-    mine = {one.threads: one for one in reversed(ENGINES) if one.packages == packages}
+    modules = next(one.modules for one in ENGINES if one.name == EMBREE)
+    mine = {one.threads: one for one in reversed(ENGINES) if one.modules == modules}
     if threads not in mine:
         raise rt.Error(f"embreex is measured on {' or '.join(map(str, sorted(mine)))} threads, "
                        f"not on {threads}")
@@ -99,7 +99,7 @@ def _embree(cell: Cell) -> dict[str, Any]:
         cell.options).get("threads", 1)
     engine = embree(threads)
     if engine.missing:
-        raise rt.Error(f"{engine.missing} is not installed; run `make setup`")
+        raise rt.Error(f"{engine.missing}; run `make setup`")
     samples, _ = _runs(engine.prepare(load(cell.scene), rays.compact()), cell.runs)
     with alone():
         peak = cpu_peak.peak(threads)

@@ -5,9 +5,11 @@ import ctypes
 import ctypes.util
 import functools
 import os
+import re
 import threading
 from collections.abc import Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import moderngl
@@ -86,6 +88,23 @@ class OsMesaLoader:
 def is_software(renderer: str) -> bool:
     """Whether it is one that runs on the processor, not on a graphics card."""
     return any(word in renderer.lower() for word in SOFTWARE)
+
+
+def threads_of(renderer: str) -> int | None:
+    """The threads that such a renderer draws by in this process, asked once it has a context;
+    None for one on a graphics card, or where the system does not tell."""
+    if not is_software(renderer):
+        return None
+    if "llvmpipe" not in renderer.lower():
+        return 1
+    tasks, found = Path("/proc/self/task"), set()
+    if not tasks.is_dir():
+        return None
+    for task in tasks.iterdir():
+        with suppress(OSError):     # one that has just ended
+            found.add((task / "comm").read_text().strip())
+    # LP_NUM_THREADS=0 makes none, and whoever asks then draws.
+    return max(1, sum(bool(re.fullmatch(r"llvmpipe-\d+", name)) for name in found))
 
 
 class Gpu:

@@ -2,10 +2,10 @@
 from __future__ import annotations
 
 from .engines import ENGINES, Engine
-from .race import NOISY, Entry, race, too_noisy
+from .race import NOISY, Entry, race, ranked, too_noisy
 from .roofline import Peaks, peaks
 from .work import Work, work_of
-from .workloads import RAY_SETS, Workload, workload
+from .workloads import RAY_SETS, Workload, load, told, workload
 
 __all__ = ["ENGINES", "NOISY", "RAY_SETS", "Engine", "Entry", "Peaks", "Work", "Workload",
-           "peaks", "race", "too_noisy", "work_of", "workload"]
+           "load", "peaks", "race", "ranked", "told", "too_noisy", "work_of", "workload"]

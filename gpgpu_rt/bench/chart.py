@@ -11,22 +11,23 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (the backend must be chosen first)
 
 from ..files import replacing  # noqa: E402
+from ..words import number  # noqa: E402
 from .engines import ENGINES  # noqa: E402
-from .race import Entry  # noqa: E402
+from .race import Entry, ranked, too_noisy  # noqa: E402
 
 FORMATS = (".png", ".svg", ".pdf")
 
 _THEIRS = {engine.name for engine in ENGINES}
 
 
-def draw(found: Sequence[tuple[str, str, list[Entry]]], path: str) -> None:
-    """Write a chart of races, (scene, kind of rays, entries) each; whiskers reach from the
-    slowest turn to the fastest."""
+def draw(found: Sequence[tuple[str, str, list[Entry]]], path: str, about: str) -> None:
+    """Write a chart of races, (title, rays, entries) each, in the table's order; whiskers reach
+    from the slowest turn to the fastest. ``about`` says what was drawn with."""
     most = max(len(entries) for _, _, entries in found)
     figure, axes = plt.subplots(len(found), 1, squeeze=False,
-                                figsize=(9, len(found) * (0.8 + 0.27 * most)))
-    for axis, (scene, kind, entries) in zip(axes[:, 0], found):
-        ordered = sorted(entries, key=lambda entry: entry.rays_per_second)
+                                figsize=(9, len(found) * (1.0 + 0.27 * most) + 0.2))
+    for axis, (scene, rays, entries) in zip(axes[:, 0], found):
+        ordered = ranked(entries)[::-1]
         rates = [entry.rays_per_second / 1e6 for entry in ordered]
         ends = [[rate - entry.rays / max(entry.seconds) / 1e6
                  for rate, entry in zip(rates, ordered)],
@@ -34,20 +35,23 @@ def draw(found: Sequence[tuple[str, str, list[Entry]]], path: str) -> None:
                  for rate, entry in zip(rates, ordered)]]
         axis.barh(range(len(ordered)), rates, xerr=ends, ecolor="#555555", capsize=2,
                   color=["#8c8c8c" if entry.name in _THEIRS else "#2f6db3" for entry in ordered])
-        axis.set_yticks(range(len(ordered)), [_label(entry) for entry in ordered], fontsize=7)
+        axis.set_yticks(range(len(ordered)), [entry.label for entry in ordered], fontsize=7)
         for at, (entry, rate, above) in enumerate(zip(ordered, rates, ends[1])):
-            over = f" ({statistics.median(entry.over):.2f})" if entry.over else ""
-            axis.annotate(f"  {rate:.2f}{over}", (rate + above, at), va="center", fontsize=7)
+            over = f" ({number(statistics.median(entry.over))})" if entry.over else ""
+            axis.annotate(f"  {number(rate)}{over}", (rate + above, at), va="center", fontsize=7)
         axis.margins(x=0.18, y=0.01)
-        axis.set_title(f"{scene}, {kind} rays", fontsize=10)
-        axis.set_xlabel("million rays a second (over embreex on one thread)", fontsize=8)
+        axis.set_title(f"{scene}, {rays}", fontsize=10)
+        axis.set_xlabel(_axis(entries), fontsize=8)
         axis.spines[["top", "right"]].set_visible(False)
+    figure.suptitle(about, fontsize=8)
     figure.tight_layout()
     with replacing(path) as temporary:
         figure.savefig(temporary, dpi=130, format=Path(path).suffix[1:].lower())
     plt.close(figure)
 
 
-def _label(entry: Entry) -> str:
-    return " ".join([entry.name, *(name if value is True else f"{name}={value}"
-                                   for name, value in entry.options.items())])
+def _axis(entries: Sequence[Entry]) -> str:
+    """What is drawn, and why nothing is to be concluded from it, where that is so."""
+    over = " (over embreex on one thread)" if any(entry.over for entry in entries) else ""
+    noise = too_noisy(entries)
+    return f"million rays a second{over}" + (f"\nno verdict: {noise}" if noise else "")

@@ -1,6 +1,6 @@
 """Engines: what a user would pick instead, each asked for the same rays from arrays to arrays.
 
-None of them is needed: what is not installed is left out, and said to be.
+None of them is needed: what is not installed or cannot be imported is left out, and said to be.
 """
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Engine:
     Attributes
     ----------
     name : what tables call it
-    packages : what must be installed for it
+    modules : what must be there to be imported for it
     prepare : (scene, rays) -> a call that traces the rays, its structure built
     most : rays that it is given at most, spread over all of them; None for all
     ends : whether rays may end somewhere, as shadow rays do
@@ -36,7 +36,7 @@ class Engine:
     """
 
     name: str
-    packages: tuple[str, ...]
+    modules: tuple[str, ...]
     prepare: Callable[[Scene, Workload], Run]
     most: int | None = None
     ends: bool = True
@@ -44,8 +44,21 @@ class Engine:
 
     @property
     def missing(self) -> str:
-        """The packages that are not installed, or ""."""
-        return " ".join(name for name in self.packages if importlib.util.find_spec(name) is None)
+        """Why it cannot run here, such as "embreex is not installed", or ""."""
+        return next(filter(None, map(_absent, self.modules)), "")
+
+
+def _absent(module: str) -> str:
+    """Why a module is not there, or ""."""
+    package = module.partition(".")[0]
+    if importlib.util.find_spec(package) is None:
+        return f"{package} is not installed"
+    try:
+        importlib.import_module(module)
+    except Exception as failure:    # whatever a package raises that lacks a library, or numpy's
+        reason = " ".join(str(failure).split())[:160]
+        return f"{package} cannot be imported ({type(failure).__name__}: {reason})"
+    return ""
 
 
 def _embree(threads: int) -> Callable[[Scene, Workload], Run]:
@@ -130,12 +143,13 @@ def _mitsuba(threads: int) -> Callable[[Scene, Workload], Run]:
 
 
 EMBREE = "embreex, one thread"     # what the others are measured by
+_EMBREEX = ("embreex.rtcore_scene", "embreex.mesh_construction")
 
 _ALL = [CORES] if CORES > 1 else []     # threads, besides one
 
 ENGINES = (
-    Engine(EMBREE, ("embreex",), _embree(1)),
-    *(Engine(f"embreex, {n} threads", ("embreex",), _embree(n), threads=n) for n in _ALL),
+    Engine(EMBREE, _EMBREEX, _embree(1)),
+    *(Engine(f"embreex, {n} threads", _EMBREEX, _embree(n), threads=n) for n in _ALL),
     Engine("trimesh's own", ("rtree",), _trimesh, most=1024, ends=False),
     Engine("Open3D, one thread", ("open3d",), _open3d(1)),
     *(Engine(f"Open3D, {n} threads", ("open3d",), _open3d(n), threads=n) for n in _ALL),

@@ -9,11 +9,12 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from ..errors import OptionError
+from ..options import spell
 from ..tracer import Tracer
 from ..words import counted
 from .engines import EMBREE, ENGINES, Engine
 from .work import Work, work_of
-from .workloads import Workload, load, workload
+from .workloads import Workload, load, told, workload
 
 NOISY = 1.5    # slowest over fastest run of the yardstick, above which nothing is concluded
 
@@ -26,6 +27,7 @@ class Entry:
     ----------
     name, options : of the method; of an engine, its name and nothing
     rays : how many it traced a turn
+    out_of : of how many, where it was given a part of them; else None
     seconds : of each turn, passes alone, and what the host took to put rays in order; of an
         engine, its call
     wall_seconds : of each turn, numpy arrays in to numpy arrays out
@@ -44,6 +46,24 @@ class Entry:
     over_wall: list[float] = field(default_factory=list)
     bytes_a_triangle: float | None = None
     work: Work | None = None
+    out_of: int | None = None
+
+    @property
+    def title(self) -> str:
+        """Its name, and how few rays it traced where the others traced more."""
+        return self.name if self.out_of is None else (
+            f"{self.name}, {self.rays:,} of {self.out_of:,} rays")
+
+    @property
+    def words(self) -> str:
+        """Its options, such as "octants packet=4x2"; "" without any."""
+        return " ".join(name if value is True else f"{name}={spell(value)}"
+                        for name, value in self.options.items())
+
+    @property
+    def label(self) -> str:
+        """Title and options together."""
+        return f"{self.title} {self.words}".rstrip()
 
     @property
     def rays_per_second(self) -> float:
@@ -72,6 +92,13 @@ class Entry:
         return found
 
 
+def ranked(entries: Sequence[Entry]) -> list[Entry]:
+    """The fastest first: by the ratio over embreex, as the verdict is by its turns, or without one
+    by the rate. The two may differ, for a busy moment slows one turn of everyone's."""
+    return sorted(entries, key=lambda entry: -(
+        statistics.median(entry.over) if entry.over else entry.rays_per_second))
+
+
 def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]],
          size: int = 1024, runs: int = 5, engines: Sequence[Engine] = ENGINES,
          report: Callable[[str], None] = lambda line: None) -> list[Entry]:
@@ -85,7 +112,7 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
     size : pixels a side of the image that the rays belong to
     runs : timed turns, after one warm-up; in each, everyone traces once more before it is timed,
         as the one before left its own data in the caches
-    engines : those that are not installed, or not made for these rays, are left out
+    engines : those that are missing, or not made for these rays, are left out
     report : told of the progress, a line at a time
 
     Returns
@@ -100,11 +127,11 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
         raise OptionError(f"{size} pixels a side are no image; give 1 or more")
     if not len(load(scene)):
         raise OptionError(f"{scene} has no triangles to race on; give a scene with some")
-    rays = workload(scene, kind, size)
+    rays, what = workload(scene, kind, size), f"{scene}, {told(kind)}"
     if not rays.live:
-        raise OptionError(f"{scene} has no {kind} at {size} x {size} pixels; "
+        raise OptionError(f"{scene} has no {told(kind)} at {size} x {size} pixels; "
                           "choose other rays or a larger size")
-    report(f"{scene}, {kind}: building for {len(candidates)} candidates")
+    report(f"{what}: building for {counted(len(candidates), 'candidate')}")
     entries, calls, opened = [], [], []
     with ExitStack() as tracers:
         for name, options in candidates:
@@ -117,18 +144,19 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
             if engine.missing:
                 continue
             if rays.t_max is not None and not engine.ends:
-                report(f"{scene}, {kind}: without {engine.name}, whose rays have no end")
+                report(f"{what}: without {engine.name}, whose rays have no end")
             else:
                 given = rays.compact(engine.most)
-                entries.append(Entry(engine.name, {}, given.live))
+                entries.append(Entry(engine.name, {}, given.live, out_of=(
+                    rays.live if given.live < rays.live else None)))
                 calls.append(_theirs(engine.prepare(load(scene), given)))
         for turn in range(runs + 1):   # the first one warms up
-            report(f"{scene}, {kind}: " + (f"run {turn} of {runs}" if turn else "warm-up"))
+            report(f"{what}: " + (f"run {turn} of {runs}" if turn else "warm-up"))
             times = [[call() for _ in range(2 if turn else 1)] for call in calls]
             if turn:
                 _note(entries, [last for *_, last in times])
         for entry, tracer in zip(entries, opened):     # the candidates come first
-            report(f"{scene}, {kind}: counting the work of {entry.name}")
+            report(f"{what}: counting the work of {entry.label}")
             entry.work = work_of(tracer, rays)
     return entries
 
@@ -172,4 +200,4 @@ def too_noisy(entries: Sequence[Entry]) -> str:
                 return (f"the slowest run of {EMBREE} took {entry.spread:.2f} times the fastest: "
                         "this machine is too busy for a verdict; try again when it is idle")
             return ""
-    return "embreex is not installed: there is nothing to compare with"
+    return "embreex did not run: there is nothing to compare with"

@@ -41,9 +41,16 @@ class Workload:
     shape: tuple[int, int] | None = None
 
     @functools.cached_property
+    def has_ray(self) -> np.ndarray:
+        """(n,) bool, which pixels have a ray: a tracer takes the others for misses, engines are
+        not given them."""
+        return ((np.isfinite(self.origins) & np.isfinite(self.directions)).all(axis=1)
+                & self.directions.any(axis=1))
+
+    @property
     def live(self) -> int:
         """Pixels that have a ray."""
-        return int(np.isfinite(self.origins).all(axis=1).sum())
+        return int(self.has_ray.sum())
 
     @property
     def ends(self) -> np.ndarray:
@@ -54,8 +61,7 @@ class Workload:
 
     def compact(self, most: int | None = None) -> Workload:
         """The pixels alone that have a ray, in their order; ``most`` of them, evenly spread."""
-        live = np.flatnonzero(np.isfinite(self.origins).all(axis=1)
-                              & np.isfinite(self.directions).all(axis=1))
+        live = np.flatnonzero(self.has_ray)
         if most is not None and len(live) > most:
             live = live[np.linspace(0, len(live) - 1, most).astype(np.int64)]
         return Workload(*(np.ascontiguousarray(a[live], np.float32)
@@ -93,6 +99,11 @@ def diffuse(bounces: int) -> str:
 def bounced(kind: str, bounces: int) -> str:
     """The name of the workload of rays after so many bounces of a kind; eye rays after none."""
     return f"{kind} {bounces}" if bounces else EYE
+
+
+def told(name: str) -> str:
+    """A workload's name as a sentence has it: the first bounce goes without its number."""
+    return name.removesuffix(" 1")
 
 
 @functools.lru_cache(maxsize=8)

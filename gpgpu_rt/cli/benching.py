@@ -5,15 +5,14 @@ import argparse
 from collections.abc import Callable
 from typing import Any
 
-from ..bench import ENGINES, RAY_SETS, Entry, Peaks, peaks, race, too_noisy
+from ..bench import ENGINES, RAY_SETS, Entry, Peaks, load, peaks, race, ranked, told, too_noisy
 from ..bench.roofline import FLOPS_AN_INSTRUCTION
 from ..bench.work import Work
 from ..errors import Error, OptionError, nearest_names
 from ..files import check_writable
-from ..gpu import open_gpu
+from ..gpu import Gpu, open_gpu, threads_of
 from ..methods import Method, find_method, methods, taking
-from ..scene import load_scene
-from ..words import number
+from ..words import counted, number
 from .shared import (
     Command, add_methods, add_options, given_options, names, options_for, print_json, print_table,
     say, side_word
@@ -41,13 +40,13 @@ def add_command(command: Command) -> None:
     sub.add_argument("--size", type=side_word, default=SIZE, metavar="PIXELS",
                      help="a side of the image that the rays belong to; default %(default)s")
     sub.add_argument("--runs", type=int, default=5, help="timed runs of each after a warm-up, "
-                     "taking turns; default %(default)s")
+                     "taking turns; before each of them it runs once untimed; default %(default)s")
     sub.add_argument("--plot", metavar="IMAGE.png", help="draw the rates as well")
     add_options(sub)
 
 
 def _bench(chosen: argparse.Namespace) -> None:
-    kinds = list(RAY_SETS) if chosen.rays == ["all"] else chosen.rays
+    kinds = list(RAY_SETS) if chosen.rays == ["all"] else list(dict.fromkeys(chosen.rays))
     for kind in kinds:
         if kind not in RAY_SETS:
             raise OptionError(f"--rays {kind!r}{nearest_names(kind, RAY_SETS)}")
@@ -55,7 +54,7 @@ def _bench(chosen: argparse.Namespace) -> None:
         _chart(chosen.plot)
     candidates = _candidates(chosen)
     for scene in chosen.scenes:      # what is misspelt is found before hours are spent
-        load_scene(scene)
+        load(scene)
     gpu = open_gpu(given_options(chosen).get("context"))
     found, peak = [], None
     for scene in chosen.scenes:
@@ -69,15 +68,17 @@ def _bench(chosen: argparse.Namespace) -> None:
     assert peak is not None
     if chosen.json:
         print_json({"gpu": gpu.info(), "peaks": peak.to_dict(), "size": chosen.size,
-                    "missing": _missing(),
+                    "threads": threads_of(gpu.renderer), "missing": _missing(),
                     "races": [{"scene": scene, "rays": kind, "too_noisy": too_noisy(entries),
                                "entries": [{**entry.to_dict(), **_shares(entry, peak)}
                                            for entry in entries]}
                               for scene, kind, entries in found]})
     else:
-        _print_peaks(gpu.renderer, peak)
+        _print_notes(gpu, peak, found)
     if chosen.plot is not None:
-        _chart(chosen.plot)(found, chosen.plot)
+        _chart(chosen.plot)(
+            [(load(scene).name, _rays(kind, chosen.size), entries)
+             for scene, kind, entries in found], chosen.plot, _renderer(gpu))
 
 
 def _candidates(chosen: argparse.Namespace) -> list[tuple[str, dict[str, Any]]]:
@@ -105,16 +106,16 @@ def _shares(entry: Entry, peak: Peaks) -> dict[str, float | None]:
 
 def _print(scene: str, kind: str, entries: list[Entry], size: int, peak: Peaks) -> None:
     noise = too_noisy(entries)
-    print(f"{load_scene(scene).name}, {len(load_scene(scene)):,} triangles, "
-          f"{entries[0].rays:,} {RAY_SETS[kind]} of {size} x {size} pixels")
+    print(f"{load(scene).name}, {len(load(scene)):,} triangles, "
+          f"{entries[0].rays:,} {_rays(kind, size)}")
     heads = ["method", "options", "Mrays/s", "over embreex", "arrays in to out", "spread",
              "bytes a triangle", "fetches of peak", "arithmetic of peak",
              "against embreex"]
     rows = []
-    for entry in sorted(entries, key=lambda e: -e.rays_per_second):
+    for entry in ranked(entries):
         told, shares = entry.to_dict(), _shares(entry, peak)
         rows.append([
-            entry.name, _words(entry.options), number(entry.rays_per_second / 1e6),
+            entry.title, entry.words or "-", number(entry.rays_per_second / 1e6),
             *(number(told.get(name))
               for name in ("over_embree", "over_embree_wall")),
             number(entry.spread),
@@ -125,32 +126,50 @@ def _print(scene: str, kind: str, entries: list[Entry], size: int, peak: Peaks) 
     print_table(heads, rows)
     for why in dict.fromkeys(entry.work.unknown for entry in entries if entry.work is not None):
         if why:
-            names = [e.name for e in entries if e.work is not None and e.work.unknown == why]
+            names = [e.label for e in entries if e.work is not None and e.work.unknown == why]
             print(f"no share of the peaks for {', '.join(names)}: {why}")
     print(f"no verdict: {noise}\n" if noise else "")
 
 
-def _words(options: dict[str, Any]) -> str:
-    return " ".join(f"{name}={value}" for name, value in options.items()) or "-"
+def _rays(kind: str, size: int) -> str:
+    return f"{told(RAY_SETS[kind])} of {size} x {size} pixels"
 
 
-def _print_peaks(renderer: str, peak: Peaks) -> None:
-    print("over embreex: times the rate of embreex on one thread, the median over turns, our "
-          "passes alone;\narrays in to out: the same from numpy arrays to numpy arrays; spread: "
-          "slowest turn over fastest")
-    print(f"peaks of {renderer}, by programs that do nothing else: "
-          f"{peak.near_texels / 1e9:.2f} G texels/s fetched from a cache, "
-          f"{peak.far_texels / 1e9:.3f} from all over 64 MiB, {peak.flops / 1e9:.1f} GFLOP/s, "
-          f"{FLOPS_AN_INSTRUCTION} of them\na multiply-add, which counts one instruction")
-    if _missing():
-        print("not installed, and so not here: " + "; ".join(_missing()))
+def _renderer(gpu: Gpu) -> str:
+    """Its name, and how many threads it draws by where that is known."""
+    threads = threads_of(gpu.renderer)
+    return gpu.renderer + ("" if threads is None else f", on {counted(threads, 'thread')}")
 
 
-def _missing() -> list[str]:
-    return [engine.name for engine in ENGINES if engine.missing]
+def _print_notes(gpu: Gpu, peak: Peaks, found: Races) -> None:
+    """What the tables' columns mean."""
+    if any(entry.over for *_, entries in found for entry in entries):
+        print("over embreex: times the rate of embreex on one thread, turn by turn, the median; "
+              "our passes alone, by\n"
+              f"{_renderer(gpu)}; rows are in that order\n"
+              "arrays in to out: the same from numpy arrays to numpy arrays\n"
+              "against embreex: faster or slower where all turns agree on it")
+    print("spread: slowest turn over fastest\n"
+          "bytes a triangle: of the method's tables, over the scene's triangles; rays and hits "
+          "are not among them\n"
+          "fetches, arithmetic of peak: texels and instructions of a ray, times rays a second of "
+          "our passes, over what\n"
+          f"{_renderer(gpu)}, reaches a second of wall time by programs that do nothing else:\n"
+          f"{number(peak.near_texels / 1e9)} G texels fetched from a cache "
+          f"({number(peak.far_texels / 1e9)} from all over 64 MiB, which is no row's peak), and "
+          f"{number(peak.flops / FLOPS_AN_INSTRUCTION / 1e9)} G\nmultiply-adds, an instruction "
+          f"each ({number(peak.flops / 1e9)} GFLOP)")
+    for why in dict.fromkeys(_missing().values()):
+        print(f"left out, as {why}: "
+              + "; ".join(name for name, reason in _missing().items() if reason == why))
 
 
-def _chart(path: str) -> Callable[[Races, str], None]:
+def _missing() -> dict[str, str]:
+    """Why each engine that is not here is not."""
+    return {engine.name: engine.missing for engine in ENGINES if engine.missing}
+
+
+def _chart(path: str) -> Callable[[Races, str, str], None]:
     """What draws a chart into such a file; Error where nothing can."""
     try:
         from ..bench.chart import FORMATS, draw

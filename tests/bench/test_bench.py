@@ -3,6 +3,10 @@ from __future__ import annotations
 
 import importlib
 import json
+import os
+import subprocess
+import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,11 +15,12 @@ from PIL import Image
 import gpgpu_rt as rt
 from gpgpu_rt import cli
 from gpgpu_rt.bench import (
-    ENGINES, RAY_SETS, Entry, Peaks, Work, Workload, peaks, race, too_noisy, work_of, workload
+    ENGINES, RAY_SETS, Entry, Peaks, Work, Workload, peaks, race, ranked, too_noisy, work_of,
+    workload
 )
 from gpgpu_rt.bench.engines import EMBREE
 from gpgpu_rt.cli import benching
-from gpgpu_rt.gpu import open_gpu
+from gpgpu_rt.gpu import open_gpu, threads_of
 from gpgpu_rt.hardware import sample
 
 SIZE = 24
@@ -26,7 +31,7 @@ race_module = importlib.import_module("gpgpu_rt.bench.race")   # the name is the
 @pytest.mark.parametrize("engine", ENGINES, ids=lambda engine: engine.name)
 def test_engines_answer_the_same_question(engine, kind: str) -> None:
     if engine.missing:
-        pytest.skip(f"{engine.missing} is not installed")
+        pytest.skip(engine.missing)
     scene = rt.load_scene("cornell")
     rays = workload("cornell", RAY_SETS[kind], SIZE).compact(engine.most)
     if rays.t_max is not None and not engine.ends:
@@ -52,6 +57,25 @@ def test_compact_rays_are_those_of_pixels_with_one() -> None:
     assert found.origins[:, 0].tolist() == [0, 2, 3] and found.ends.tolist() == [1, 3, 4]
     assert rays.compact(2).origins[:, 0].tolist() == [0, 3]
     assert found.live == 3 and found.any_hit
+    rays.directions[0, 1], rays.directions[2] = nan, 0      # no rays either, whatever begins there
+    again = replace(rays)
+    assert again.live == again.compact().live == 1
+    with rt.Tracer("cornell") as tracer:
+        found = tracer.trace(rays.origins, rays.directions, invalid="miss")
+    assert (found.status == 0).tolist() == again.has_ray.tolist()
+
+
+def test_an_engine_of_few_rays_says_of_how_many(capsys) -> None:
+    own = next(one for one in ENGINES if one.name == "trimesh's own")
+    if own.missing:
+        pytest.skip(own.missing)
+    lines: list[str] = []
+    ours, theirs = race("cornell", RAY_SETS["eye"], [("grid", {})], SIZE, 1,
+                        [replace(own, most=100)], lines.append)
+    assert (ours.title, theirs.title) == ("grid", "trimesh's own, 100 of 576 rays")
+    assert "building for 1 candidate" in [line.partition(": ")[2] for line in lines]
+    benching._print("cornell", "eye", [ours, theirs], SIZE, Peaks(1.0, 1.0, 1.0))
+    assert "trimesh's own, 100 of 576 rays" in capsys.readouterr().out
 
 
 def test_a_race_takes_ratios_turn_by_turn() -> None:
@@ -80,7 +104,49 @@ def test_verdicts_need_every_turn(over: list[float], verdict: str) -> None:
 def test_a_noisy_machine_gives_none(seconds: list[float], why: str) -> None:
     assert why in too_noisy([_entry(EMBREE, seconds, seconds)])
     assert bool(too_noisy([_entry(EMBREE, seconds, seconds)])) == bool(why)
-    assert "not installed" in too_noisy([_entry("grid", [1, 1, 1], [])])
+    assert "did not run" in too_noisy([_entry("grid", [1, 1, 1], [])])
+
+
+@pytest.fixture
+def apart() -> list[Entry]:
+    """The packets have the better median; turn by turn the grid was the faster one."""
+    embree = _entry(EMBREE, [1.0, 2.0, 1.0], [1, 1, 1])
+    grid = _entry("grid", [0.5, 1.1, 1.1], [2, 1.8, 0.9])
+    packet = _entry("bvh-packet", [1.0, 2.0, 0.9], [1, 1.0, 1.1])
+    packet.options = {"packet": (4, 2), "octants": True}
+    grid.work = packet.work = Work(unknown="umin is not known")
+    return [embree, packet, grid]
+
+
+def test_rows_are_in_order_of_the_ratio(apart: list[Entry], capsys) -> None:
+    assert apart[1].rays_per_second > apart[2].rays_per_second
+    benching._print("cornell", "mirror", apart, 64, Peaks(1.0, 1.0, 1.0))
+    out = capsys.readouterr().out.splitlines()
+    assert [line.split()[0].strip(",") for line in out[3:6]] == ["grid", "embreex", "bvh-packet"]
+    assert out[0].endswith("mirror rays of 64 x 64 pixels")
+    assert "for bvh-packet packet=4x2 octants, grid: umin is not known" in out[6]
+    assert out[7].startswith("no verdict: the slowest run")
+    for entry in apart:     # without embreex there is the rate alone
+        entry.over = []
+    assert [entry.name for entry in ranked(apart)][0] == EMBREE
+
+
+def test_the_chart_says_what_the_table_does(apart: list[Entry], tmp_path) -> None:
+    pytest.importorskip("matplotlib")
+    from gpgpu_rt.bench.chart import draw
+    draw([("box", "mirror rays of 64 x 64 pixels", apart),
+          ("box", "eye rays", [_entry("grid", [1.0, 1.0, 1.0], [])])],
+         str(tmp_path / "b.svg"), "llvmpipe, on 2 threads")
+    # Text is drawn as outlines, with a comment that says which; the lowest bar comes first.
+    texts = [line.strip()[5:-4] for line in (tmp_path / "b.svg").read_text().splitlines()
+             if line.strip().startswith("<!--")]
+    assert [text for text in texts if text.startswith(("grid", "embree", "bvh"))] == [
+        "bvh-packet packet=4x2 octants", EMBREE, "grid", "grid"]
+    assert {"box, mirror rays of 64 x 64 pixels", "llvmpipe, on 2 threads"} <= set(texts)
+    assert any(text.startswith("no verdict: the slowest run") for text in texts)
+    assert any(text.startswith("no verdict: embreex did not run") for text in texts)
+    assert "million rays a second (over embreex on one thread)" in texts
+    assert "million rays a second" in texts and any("1e-05 (1)" in text for text in texts)
 
 
 def test_peaks_are_rates() -> None:
@@ -161,6 +227,46 @@ def test_bench_command(capsys, tmp_path) -> None:
         else:
             assert one["fetch_share"] is None and one["work"] is None
     assert Image.open(chart).width > 100
+
+
+@pytest.mark.parametrize("failure", ["ImportError", "OSError"])
+def test_an_engine_that_cannot_be_imported_is_left_out(capsys, tmp_path, monkeypatch,
+                                                       failure: str) -> None:
+    (tmp_path / "embreex").mkdir()
+    (tmp_path / "embreex" / "__init__.py").write_text(f"raise {failure}('no\\nlibembree')\n")
+    for name in [name for name in sys.modules if name.split(".")[0] == "embreex"]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.syspath_prepend(tmp_path)
+    assert cli.main(["bench", "cornell", "--size", "8", "--runs", "1", "-m", "grid"]) == 0
+    out = capsys.readouterr().out.splitlines()
+    why, = (line for line in out if "libembree" in line)
+    assert why.startswith(f"left out, as embreex cannot be imported ({failure}: no libembree): "
+                          f"{EMBREE}")
+    assert any(line.startswith("no verdict: embreex did not run") for line in out)
+
+
+def test_a_kind_of_rays_is_raced_once_and_a_scene_told_of_once(capsys, tmp_path) -> None:
+    bench = ["bench", "cornell", "--size", "8", "--runs", "1", "-m", "grid", "--json"]
+    assert cli.main([*bench, "--rays", "random,eye,random"]) == 0
+    assert [one["rays"] for one in json.loads(capsys.readouterr().out)["races"]] == [
+        "random", "eye"]
+    path = tmp_path / "no-face.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\n")
+    assert cli.main(["bench", str(path), "--size", "8", "-m", "grid"]) == 1
+    note, error = capsys.readouterr().err.splitlines()
+    assert "no triangles in it" in note and "give a scene with some" in error
+
+
+@pytest.mark.parametrize("asked, threads", [("3", 3), ("0", 1)])
+def test_the_renderers_threads_are_counted(asked: str, threads: int) -> None:
+    assert threads_of("GeForce 8800 GTX/PCIe/SSE2") is None and threads_of("softpipe") == 1
+    if "llvmpipe" not in open_gpu().renderer or not os.path.isdir("/proc/self/task"):
+        pytest.skip("llvmpipe's threads are seen on Linux")
+    found = subprocess.run(
+        [sys.executable, "-c", "from gpgpu_rt.gpu import open_gpu, threads_of; "
+         "print(threads_of(open_gpu().renderer))"], capture_output=True, text=True, check=True,
+        env={**os.environ, "LP_NUM_THREADS": asked})
+    assert int(found.stdout) == threads
 
 
 @pytest.mark.parametrize("words, message", [(["--runs", "0"], "give 1 or more"),
