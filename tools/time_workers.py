@@ -1,6 +1,7 @@
 """Times a sweep of forty cells by one worker and by two, each with one thread for its renderer."""
 from __future__ import annotations
 
+import argparse
 import statistics
 import tempfile
 import time
@@ -26,6 +27,7 @@ def seconds(workers: Workers) -> float:
 
 
 def main() -> None:
+    argparse.ArgumentParser(description=__doc__).parse_args()
     spent: dict[int, list[float]] = {1: [], 2: []}
     for turn in range(1 + TURNS):
         for count, times in spent.items():

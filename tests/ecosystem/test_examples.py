@@ -1,4 +1,4 @@
-"""The examples run as a user would run them."""
+"""The examples run as a user would run them, and the tools say what they do before they do it."""
 from __future__ import annotations
 
 import json
@@ -14,6 +14,7 @@ import gpgpu_rt as rt
 from gpgpu_rt import cli
 
 EXAMPLES = Path(rt.__file__).parents[1] / "examples"
+TOOLS = Path(rt.__file__).parents[1] / "tools"
 RUNS = {
     "render": (["cornell", "box.png", "24"], r"box.png: 32 triangles, .* nodes an eye ray"),
     "compare_methods": (["cornell", "kd-restart", "grid"], r"grid +\S+ +\S+ +0 +0\n"),
@@ -35,6 +36,14 @@ def test_example(exact_renderer, tmp_path: Path, name: str) -> None:
     if name == "render":
         with Image.open(tmp_path / "box.png") as image:
             assert image.size == (24, 24)
+
+
+@pytest.mark.parametrize("path", sorted(TOOLS.glob("*.py")), ids=lambda path: path.name)
+def test_a_tool_asked_for_help_runs_nothing(path: Path) -> None:
+    answer = subprocess.run([sys.executable, str(path), "--help"], capture_output=True, text=True,
+                            timeout=20)
+    assert answer.returncode == 0, answer.stderr
+    assert answer.stdout.startswith(f"usage: {path.name}")
 
 
 def test_the_scene_file_is_the_one_of_its_page(tmp_path: Path) -> None:
