@@ -22,6 +22,7 @@ from gpgpu_rt.bench.engines import EMBREE
 from gpgpu_rt.cli import benching
 from gpgpu_rt.gpu import open_gpu, threads_of
 from gpgpu_rt.hardware import sample
+from gpgpu_rt.settings import SAFE_DEFAULT
 
 SIZE = 24
 race_module = importlib.import_module("gpgpu_rt.bench.race")   # the name is the function's
@@ -197,6 +198,12 @@ def test_why_a_share_is_not_known(method: str, options: dict, why: str) -> None:
     with rt.Tracer("cornell", method, **options) as tracer:
         found = work_of(tracer, workload("cornell", RAY_SETS["eye"], 8))
     assert why in found.unknown and "\n" not in found.unknown
+
+
+@pytest.mark.parametrize("method, options", [*benching.BEST, *SAFE_DEFAULT.values()])
+def test_the_shares_of_what_is_recommended_are_known(method: str, options: dict) -> None:
+    with rt.Tracer("cornell", method, **options) as tracer:
+        assert work_of(tracer, workload("cornell", RAY_SETS["eye"], 48)).unknown == ""
 
 
 def test_no_mesa_that_counts_is_a_line(monkeypatch, capsys) -> None:
