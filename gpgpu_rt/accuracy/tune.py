@@ -287,7 +287,8 @@ class _Searcher:
         with tracer:
             hits, _ = known.trace(tracer)
             if not trial.rates:
-                timed = self._rays(len(known), kinds=self.timed_kinds)
+                same = self.timed_kinds == self.promise.kinds
+                timed = known if same else self._rays(len(known), kinds=self.timed_kinds)
                 timed.trace(tracer)     # warms up: these rays may have programs of their own
                 trial.rates[len(known)] = len(known) / statistics.median(
                     timed.trace(tracer)[1] for _ in range(FEW_RUNS))
