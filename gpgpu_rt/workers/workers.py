@@ -26,6 +26,9 @@ from . import interrupts, tasks
 LOCAL = "local"
 MOST_KEPT = 16      # scenes and structures that workers go on holding
 PART = 1 << 16      # rays of a part, at least
+# Rows of an image that stay together: packets are tiles of it, and find the same in a part as in
+# the whole where they are no higher.
+ROWS = 8
 PATIENCE = "10s"    # for a scheduler to answer, and for its first worker
 # Until a local process that was killed is given up: Dask starts it again, and takes more than the
 # 15 s of its own on a machine that has much to do.
@@ -50,6 +53,8 @@ class Workers:
     ------
     Error
         where Dask is not installed, no scheduler answers, or it has no workers
+    OptionError
+        for a count or threads that are no whole number of 1 or more, or a scheduler that is no text
 
     Notes
     -----
@@ -66,10 +71,12 @@ class Workers:
             import distributed
         except ImportError as failure:
             raise Error("workers are Dask's: pip install 'gpgpu_rt[workers]'") from failure
-        if count is not None and count < 1:
-            raise OptionError(f"{count} workers do nothing; give 1 or more")
-        if threads is not None and threads < 1:
-            raise OptionError(f"{threads} threads draw nothing; give 1 or more")
+        if not isinstance(scheduler, str):
+            raise OptionError(f"scheduler is {scheduler!r}; give local, or a Dask scheduler's "
+                              "address")
+        for name, number in (("count", count), ("threads", threads)):
+            if number is not None and not (isinstance(number, (int, np.integer)) and number >= 1):
+                raise OptionError(f"{name} is {number!r}; give a whole number of 1 or more")
         self._cluster: Any = None
         self.scheduler = address = scheduler
         if scheduler == LOCAL:
@@ -150,27 +157,45 @@ class Workers:
 
     def trace(self, scene: Scene | str, origins: np.ndarray, directions: np.ndarray,
               method: str = "bvh-threaded", t_min: float | np.ndarray = 0.0,
-              t_max: float | np.ndarray = np.inf, invalid: str = "raise",
-              progress: Progress | None = None, **options: Any) -> Hits:
+              t_max: float | np.ndarray = np.inf, shape: tuple[int, int] | None = None,
+              invalid: str = "raise", progress: Progress | None = None, **options: Any) -> Hits:
         """Nearest hits, as ``Tracer(scene, method, **options).trace`` finds them.
 
         Parameters
         ----------
         origins, directions : (n, 3) or (h, w, 3) float, world units
         t_min, t_max : scalars or one a ray
+        shape : (h, w) of the tile that (n, 3) rays form
         invalid : "raise", or "miss": rays with NaN, infinity or no direction get status 1
         progress : is told parts done, and of how many
+
+        Raises
+        ------
+        ValueError
+            for arrays that do not fit, or naming the first invalid ray
+        Error
+            as for ``map``; and what ``Tracer`` raises
         """
-        return joined(self._rays(scene, origins, directions, method, t_min, t_max, invalid,
+        return joined(self._rays(scene, origins, directions, method, t_min, t_max, shape, invalid,
                                  options, False, progress))
 
     def occluded(self, scene: Scene | str, origins: np.ndarray, directions: np.ndarray,
                  method: str = "bvh-threaded", t_max: float | np.ndarray = np.inf,
-                 t_min: float | np.ndarray = 0.0,
+                 t_min: float | np.ndarray = 0.0, shape: tuple[int, int] | None = None,
                  invalid: str = "raise", progress: Progress | None = None,
                  **options: Any) -> np.ndarray:
-        """(n,) bool: whether anything lies in [t_min, t_max] of each ray."""
-        return np.concatenate(self._rays(scene, origins, directions, method, t_min, t_max,
+        """(n,) bool: whether anything lies in [t_min, t_max] of each ray.
+
+        Parameters
+        ----------
+        origins, directions, t_max, t_min, shape, invalid, progress : as for ``trace``
+
+        Raises
+        ------
+        ValueError, Error
+            as for ``trace``, and as ``Tracer.occluded`` does
+        """
+        return np.concatenate(self._rays(scene, origins, directions, method, t_min, t_max, shape,
                                          invalid, options, True, progress))
 
     def render(self, scene: Scene | str, method: str = "bvh-threaded",
@@ -238,23 +263,29 @@ class Workers:
             return sorted(set(self.client.run(tasks.renderer).values()))
 
     def _rays(self, scene: Scene | str, origins: np.ndarray, directions: np.ndarray, method: str,
-              t_min: float | np.ndarray, t_max: float | np.ndarray, invalid: str,
-              options: Mapping[str, Any], any_hit: bool,
-              progress: Progress | None) -> list[Any]:
-        RayBatch(origins, directions, t_min, t_max, invalid=invalid)   # a mistake is told here
-        origins, directions = (np.asarray(a, np.float32).reshape(-1, 3)
-                               for a in (origins, directions))
-        count = max(1, min(4 * len(self), len(origins) // PART))
-        ends = np.linspace(0, len(origins), count + 1).astype(np.int64)
-        one_a_ray = {name: np.asarray(t, np.float32) for name, t in (("t_min", t_min),
-                                                                     ("t_max", t_max))}
+              t_min: float | np.ndarray, t_max: float | np.ndarray,
+              shape: tuple[int, int] | None, invalid: str, options: Mapping[str, Any],
+              any_hit: bool, progress: Progress | None) -> list[Any]:
+        with np.errstate(over="ignore"):    # what float32 does not hold is infinity
+            # A mistake is told here.
+            width = RayBatch(origins, directions, t_min, t_max, shape, invalid).size[0]
+            rays = {name: np.asarray(values, np.float32) for name, values in (
+                ("origins", origins), ("directions", directions), ("t_min", t_min),
+                ("t_max", t_max))}
+        image = shape is not None or rays["origins"].ndim == 3
+        flat = {name: values.reshape(-1, 3) if name in ("origins", "directions") else
+                values.reshape(-1) for name, values in rays.items()}
+        total, together = len(flat["origins"]), ROWS * width if image else 1
+        count = max(1, min(4 * len(self), total // PART, total // together))
+        ends = np.linspace(0, total / together, count + 1).round().astype(np.int64) * together
+        ends[-1] = total
         shared = self.shared(scene, method, options)
         found: list[Any] = [None] * count
         for at, part in self.map(tasks.trace, [
-                (*shared, {"origins": origins[lo:hi], "directions": directions[lo:hi],
-                           "invalid": "miss",
-                           **{name: t if t.size == 1 else t.reshape(-1)[lo:hi]
-                              for name, t in one_a_ray.items()}}, any_hit)
+                (*shared, {**{name: values if len(values) == 1 else values[lo:hi]
+                              for name, values in flat.items()},
+                           "shape": ((hi - lo) // width, width) if image else None,
+                           "invalid": "miss"}, any_hit)
                 for lo, hi in zip(ends[:-1], ends[1:])], progress):
             found[at] = part
         return found

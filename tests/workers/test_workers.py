@@ -48,6 +48,49 @@ def test_hits_are_those_of_one_process(workers: Workers, monkeypatch) -> None:
     assert (hidden == alone.hit).all()
 
 
+@pytest.mark.parametrize("given", ["image", "shape"])
+def test_packets_find_the_same_tiles(given: str, workers: Workers, monkeypatch) -> None:
+    """What each counted says so: in rows of another width they hold other rays."""
+    monkeypatch.setattr(module, "PART", 256)
+    scene = rt.load_scene("cornell")
+    origins, directions = scene.camera.rays((44, 37))       # 37 rows of 44
+    t_min = np.linspace(0, 900, 44 * 37).reshape(37, 44)
+    t_max = np.linspace(500, 2000, 44 * 37).reshape(37, 44)
+    rays_of, more = (origins, directions), {}
+    if given == "shape":
+        rays_of, more = (origins.reshape(-1, 3), directions.reshape(-1, 3)), {"shape": (37, 44)}
+    told: list[tuple[int, int]] = []
+    options = {"packet": (4, 2), "statistics": True}
+    found = workers.trace(scene, *rays_of, "bvh-packet", t_min, t_max, **more, **options,
+                          progress=lambda *at: told.append(at))
+    hidden = workers.occluded(scene, *rays_of, "bvh-packet", t_max, t_min, **more)
+    with rt.Tracer(scene, "bvh-packet", **options) as tracer:
+        alone = tracer.trace(origins, directions, t_min, t_max)
+    assert told[-1] == (4, 4)
+    for name, values in alone.to_dict().items():
+        assert (found.to_dict()[name] == values).all(), name
+    assert (hidden == alone.hit).all() and 0 < hidden.sum() < len(hidden)
+
+
+@pytest.mark.parametrize("shape", [(0, 5), (1, 1), (7, 3), (16, 2)])
+def test_images_of_few_rows_are_cut_or_not(shape: tuple[int, int], workers: Workers,
+                                           monkeypatch) -> None:
+    monkeypatch.setattr(module, "PART", 1)
+    directions = np.ones((*shape, 3), np.float32)
+    found = workers.trace("cornell", 0 * directions, directions, METHOD)
+    assert len(found) == shape[0] * shape[1]
+    with pytest.raises(ValueError, match="does not hold"):
+        workers.trace("cornell", 0 * directions, directions, METHOD, shape=(3, 11))
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("t_max", [1e300, np.full(3, 1e300)], ids=["one", "one a ray"])
+def test_an_end_beyond_float32_is_none(t_max, workers: Workers) -> None:
+    rays_of = np.zeros((3, 3)), np.ones((3, 3))
+    assert (workers.trace("cornell", *rays_of, METHOD, t_max=t_max).t
+            == workers.trace("cornell", *rays_of, METHOD).t).all()
+
+
 def test_a_killed_worker_loses_nothing(workers: Workers, tmp_path) -> None:
     flag = str(tmp_path / "killed")
     found = dict(workers.map(_killed_once, [(flag, number) for number in range(6)]))
@@ -125,7 +168,10 @@ def test_structures_travel_as_files_of_the_cache(tmp_path, monkeypatch) -> None:
 @pytest.mark.parametrize("arguments, message", [
     (dict(scheduler="tcp://127.0.0.1:1"), "no Dask scheduler answers"),
     (dict(scheduler="nonsense"), "no Dask scheduler answers at nonsense .missing port"),
-    (dict(count=0), "give 1 or more")])
+    (dict(scheduler=2), "scheduler is 2; give local"),
+    (dict(count=0), "count is 0; give a whole number of 1 or more"),
+    (dict(count=1.5), "count is 1.5; give a whole"), (dict(count="two"), "count is 'two'; give"),
+    (dict(count=1, threads="2"), "threads is '2'; give")])
 def test_mistakes_are_one_line(arguments: dict, message: str, monkeypatch) -> None:
     monkeypatch.setattr(module, "PATIENCE", "0.5s")
     with pytest.raises(rt.Error, match=message):
@@ -172,7 +218,7 @@ def test_without_dask_it_says_what_to_install() -> None:
 
 
 def test_misuse_is_an_error_with_advice(workers: Workers) -> None:
-    with pytest.raises(rt.OptionError, match="0 threads"):
+    with pytest.raises(rt.OptionError, match="threads is 0"):
         Workers(count=1, threads=0)
     with pytest.raises(rt.OptionError, match="no method but a choice"):
         workers.trace("cornell", np.zeros((1, 3)), np.ones((1, 3)), "auto")
