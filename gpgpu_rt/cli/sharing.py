@@ -16,6 +16,7 @@ from ..methods import find_method
 from ..region import Region
 from ..scene import Scene, load_scene
 from ..tracer import AUTO, DEFAULT_METHOD
+from ..words import counted
 from ..workers.workers import TILE, Workers, check_parts
 from .frames import kept_frames, opened, write_film
 from .picture import drawing_of
@@ -47,7 +48,7 @@ def trace_shared(chosen: argparse.Namespace, rays: dict[str, np.ndarray]) -> Non
                            "output": chosen.output, "rays": len(hits), "hits": found,
                            "workers": count})
     print_stand_in(scene)
-    print(f"{found:,} of {len(hits):,} rays hit, traced by {count} workers; "
+    print(f"{found:,} of {len(hits):,} rays hit, traced by {counted(count, 'worker')}; "
           f"wrote {chosen.output}")
 
 
@@ -57,8 +58,8 @@ def render_shared(chosen: argparse.Namespace) -> None:
         raise OptionError("--explain is of one process; leave --scheduler out")
     method, options = _method(chosen)
     draw, source, unit = (
-        (_tiles, load_scene(chosen.scene), "tiles") if chosen.frames is None
-        else (_frames, opened(chosen), "frames"))
+        (_tiles, load_scene(chosen.scene), "tile") if chosen.frames is None
+        else (_frames, opened(chosen), "frame"))
     scene = source if isinstance(source, Scene) else source.scene
     drawing = drawing_of(chosen, scene)
     if chosen.frames is None:
@@ -76,7 +77,8 @@ def render_shared(chosen: argparse.Namespace) -> None:
                            "output": chosen.output, "parts": kept.count, "drawn": drawn,
                            "workers": count})
     print_stand_in(scene)
-    print(f"{drawn} of {kept.count} {unit} drawn by {count} workers; wrote {chosen.output}")
+    print(f"{drawn:,} of {counted(kept.count, unit)} drawn by {counted(count, 'worker')}; "
+          f"wrote {chosen.output}")
 
 
 def _tiles(chosen: argparse.Namespace, workers: Workers, scene: Scene, drawing: dict[str, Any],

@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import contextlib
-import logging
 import uuid
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -21,13 +20,13 @@ from ..methods import find_method
 from ..ray_batch import RayBatch
 from ..region import Region
 from ..scene import Scene, load_scene
-from . import interrupts, tasks
+from . import interrupts, logs, tasks
 
 LOCAL = "local"
 MOST_KEPT = 16      # scenes and structures that workers go on holding
 PART = 1 << 16      # rays of a part, at least
-# Rows of an image that stay together: packets are tiles of it, and find the same in a part as in
-# the whole where they are no higher.
+# Rows of an image that stay together: packets are tiles of it, the same in a part as in the whole
+# where their height divides this.
 ROWS = 8
 PATIENCE = "10s"    # for a scheduler to answer, and for its first worker
 # Until a local process that was killed is given up: Dask starts it again, and takes more than the
@@ -54,7 +53,7 @@ class Workers:
     Error
         where Dask is not installed, no scheduler answers, or it has no workers
     OptionError
-        for a count or threads that are no whole number of 1 or more, or a scheduler that is no text
+        for a count or threads that are no whole number of 1 or more, a scheduler that is no text
 
     Notes
     -----
@@ -78,6 +77,7 @@ class Workers:
             if number is not None and not (isinstance(number, (int, np.integer)) and number >= 1):
                 raise OptionError(f"{name} is {number!r}; give a whole number of 1 or more")
         self._cluster: Any = None
+        self._silence = contextlib.ExitStack()
         self.scheduler = address = scheduler
         if scheduler == LOCAL:
             if distributed.utils.get_mp_context().get_start_method() == "fork":
@@ -90,15 +90,15 @@ class Workers:
                 self._cluster = address = distributed.LocalCluster(
                     n_workers=count, threads_per_worker=1, processes=True, memory_limit=0,
                     dashboard_address=":0", preload=[interrupts.__name__],
-                    silence_logs=logging.CRITICAL + 1,     # who interrupts is told by us
+                    silence_logs=logs.SILENT,
                     env={} if threads is None else {"LP_NUM_THREADS": str(threads)})
         try:
             if scheduler != LOCAL:      # a Client that cannot read it would hang as it is deleted
                 distributed.comm.resolve_address(scheduler)
+                self._silence.enter_context(logs.silenced())
             self._client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
         except (OSError, ValueError) as failure:
-            if self._cluster is not None:
-                self._cluster.close()
+            self._close_cluster()
             raise Error(f"no Dask scheduler answers at {scheduler} ({failure}); start one with "
                         "`dask scheduler`, or say local") from failure
         try:
@@ -325,8 +325,12 @@ class Workers:
     def close(self) -> None:
         """End local processes; those of another scheduler are left to it."""
         self._client.close()
+        self._close_cluster()
+
+    def _close_cluster(self) -> None:
         if self._cluster is not None:
             self._cluster.close()
+        self._silence.close()
 
     def __enter__(self) -> Workers:
         return self

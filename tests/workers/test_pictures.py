@@ -1,11 +1,14 @@
 """Pictures by workers: tiles and frames as one process draws them, killed or interrupted."""
 from __future__ import annotations
 
+import json
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -102,7 +105,8 @@ def test_render_command(tmp_path, monkeypatch, capsys, address: str, exact_rende
     alone, shared = tmp_path / "alone.png", tmp_path / "shared.png"
     assert run(["cornell", *WORDS, "-o", str(alone)], capsys)[0] == 0
     status, said = run(["cornell", *WORDS, "-o", str(shared), "--scheduler", address], capsys)
-    assert status == 0 and "6 of 6 tiles drawn by " in said    # one may have been killed just now
+    # One may have been killed just now.
+    assert status == 0 and re.search("6 of 6 tiles drawn by (1 worker|2 workers);", said)
     assert (np.asarray(Image.open(shared)) == np.asarray(Image.open(alone))).all()
     assert len(list(tmp_path.iterdir())) == 2
 
@@ -172,6 +176,39 @@ def test_ctrl_c_is_a_line(tmp_path) -> None:
     assert said.splitlines()[-1] == "gpgpu-rt: interrupted" and "--resume goes on" in said
     assert "Traceback" not in said and "Process" not in said
     assert (tmp_path / "frames.unfinished").is_dir()
+
+
+def test_a_lost_scheduler_is_a_line_and_the_last_one(tmp_path) -> None:
+    """Dask logged a traceback after what says how to go on."""
+    file, output = tmp_path / "scheduler.json", tmp_path / "out"
+    begun: list[subprocess.Popen] = []
+
+    def start(*words: str) -> subprocess.Popen:
+        begun.append(subprocess.Popen([sys.executable, *words], stderr=subprocess.PIPE, text=True))
+        return begun[-1]
+
+    def until(there: Callable[[], bool]) -> None:
+        end = time.monotonic() + 300
+        while not there():
+            assert time.monotonic() < end and running.poll() is None
+            time.sleep(0.1)
+    try:
+        dask = ["-m", "dask", "ROLE", "--scheduler-file", str(file), "--no-dashboard"]
+        running = start(*dask[:2], "scheduler", *dask[3:], "--host", "127.0.0.1", "--port", "0")
+        until(file.exists)
+        scheduler = running
+        start(*dask[:2], "worker", *dask[3:], "--nthreads", "1", "--no-nanny")
+        running = start("-c", COMMAND, "render", "cloth", "--frames", "4000", "--size", "16x16",
+                        "-o", f"{output}/", "--scheduler", json.loads(file.read_text())["address"])
+        until(lambda: len(list(output.glob("frame_*"))) > 2)
+        scheduler.kill()
+        said = running.communicate(timeout=240)[1].splitlines()
+    finally:
+        for process in begun:
+            process.kill()
+            process.communicate()
+    assert running.returncode == 1 and len(said) == 2, said
+    assert "--resume goes on" in said[0] and "their scheduler went" in said[1]
 
 
 def test_tiles_of_an_interrupted_picture_are_kept(tmp_path, monkeypatch, capsys,

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import fcntl
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -131,7 +132,7 @@ def test_trace_command(tmp_path, capsys, address: str) -> None:
     np.savez(given, origins=origins, directions=directions)
     words = ["trace", "cornell", str(given), "-o", str(written), "--scheduler"]
     assert cli.main([*words, address]) == 0
-    assert "workers" in capsys.readouterr().out
+    assert re.search("rays hit, traced by (1 worker|2 workers);", capsys.readouterr().out)
     with rt.Tracer(scene) as tracer:
         assert (np.load(written)["t"] == tracer.trace(origins, directions).t).all()
     assert cli.main([*words, "local", "-m", "auto"]) == 1
