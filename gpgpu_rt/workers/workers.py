@@ -153,7 +153,8 @@ class Workers:
                 if progress is not None:
                     progress(done, count)
         finally:    # where the caller goes before the end
-            self.client.cancel([future for _, future in waiting.values()])
+            with _in_a_line():
+                self.client.cancel([future for _, future in waiting.values()])
 
     def trace(self, scene: Scene | str, origins: np.ndarray, directions: np.ndarray,
               method: str = "bvh-threaded", t_min: float | np.ndarray = 0.0,
@@ -359,7 +360,7 @@ def _in_a_line() -> Iterator[None]:
     except distributed.KilledWorker as failure:
         raise Error("workers could not do a part: they died again and again, of too little memory "
                     "perhaps") from failure
-    except CancelledError as failure:
+    except (CancelledError, distributed.comm.CommClosedError) as failure:
         raise Error("workers could not do a part: their scheduler went, or let it go") from failure
     except ImportError as failure:
         raise Error(f"workers lack what a part needs ({failure}); install the same gpgpu_rt there"
