@@ -13,6 +13,7 @@ from PIL import Image
 
 from ..errors import Error, LimitError, OptionError, SceneError
 from ..files import WRITING, replacing
+from .claim import Claim
 from .shared import say
 
 RECORD = "parts.json"
@@ -40,7 +41,8 @@ class Unfinished:
     Raises
     ------
     Error
-        where parts are there, but of other settings, or the folder cannot be made
+        where parts are there, but of other settings, or the folder cannot be made, or another run
+        has it
     """
 
     def __init__(self, output: Path, count: int, settings: Mapping[str, Any], resume: bool,
@@ -51,17 +53,18 @@ class Unfinished:
         self._settings = json.loads(json.dumps({
             **settings, "version": importlib.metadata.version("gpgpu_rt")}, default=str))
         self._done: dict[str, str] = {}
-        if resume:
-            self._take_on()
-        else:
-            self._remove()
-        self.count = count
-        self.missing = [part for part in range(count) if not self._is_there(part)]
+        self._claim = Claim(self.folder, output)
         try:
-            self.folder.mkdir(exist_ok=True)
-        except OSError as failure:
-            raise Error(f"cannot make the folder {self.folder}: {failure.strerror}") from failure
-        self._note()
+            if resume:
+                self._take_on()
+            else:
+                self._clear()
+            self.count = count
+            self.missing = [part for part in range(count) if not self._is_there(part)]
+            self._note()
+        except BaseException:
+            self._claim.release()
+            raise
 
     def keep(self, part: int, image: Image.Image) -> None:
         """Write a part, then that it is there."""
@@ -92,7 +95,10 @@ class Unfinished:
             else:
                 self._remove()
             raise
-        self._remove()
+        else:
+            self._remove()
+        finally:
+            self._claim.release()
 
     def _take_on(self) -> None:
         try:
@@ -117,11 +123,16 @@ class Unfinished:
         with replacing(self._record) as path:
             path.write_text(json.dumps({"settings": self._settings, "done": self._done}))
 
-    def _remove(self) -> None:
-        with contextlib.suppress(OSError):     # what someone else put there stays
+    def _clear(self) -> None:
+        with contextlib.suppress(OSError):
             for file in (*self.folder.glob("[0-9]*.png"), *self.folder.glob(WRITING + "*"),
                          self._record):
                 file.unlink(missing_ok=True)
+
+    def _remove(self) -> None:
+        self._clear()
+        self._claim.release()
+        with contextlib.suppress(OSError):     # what someone else put there stays
             self.folder.rmdir()
 
 

@@ -18,7 +18,8 @@ from PIL import Image
 import gpgpu_rt as rt
 from gpgpu_rt import cli
 from gpgpu_rt.animation import animation_names
-from gpgpu_rt.cli import sharing
+from gpgpu_rt.cli import claim, sharing
+from gpgpu_rt.cli.claim import Claim
 from gpgpu_rt.content import digest
 from gpgpu_rt.workers import Workers
 
@@ -227,6 +228,61 @@ def test_tiles_of_an_interrupted_picture_are_kept(tmp_path, monkeypatch, capsys,
     assert run(["cornell", *WORDS, "-o", str(alone)], capsys)[0] == 0
     assert (np.asarray(Image.open(picture)) == np.asarray(Image.open(alone))).all()
     assert sorted(p.name for p in tmp_path.iterdir()) == ["alone.png", "picture.png"]
+
+
+@pytest.mark.parametrize("shared", [False, True], ids=["one process", "workers"])
+@pytest.mark.parametrize("resume", [[], ["--resume"]], ids=["anew", "resume"])
+def test_two_runs_do_not_write_one_output(resume: list, shared: bool, tmp_path, monkeypatch,
+                                          capsys, address: str) -> None:
+    """The second took away what the first had kept, and then both failed."""
+    words = ["cloth", "--frames", "3", "--size", "8x8", "-o", f"{tmp_path}/%d.png",
+             *["--scheduler", address] * shared]
+    keep, second = sharing.Unfinished.keep, []
+
+    def keep_while_another_begins(self, part: int, image: Image.Image) -> None:
+        keep(self, part, image)
+        if not second:
+            second.append("begun")
+            kept = {file: file.read_bytes() for file in self.folder.iterdir()}
+            second[:] = run([*words, *resume], capsys)
+            assert {file: file.read_bytes() for file in self.folder.iterdir()} == kept
+    monkeypatch.setattr(sharing.Unfinished, "keep", keep_while_another_begins)
+    assert run(words, capsys)[0] == 0
+    status, said = second
+    assert status == 1 and said.count("\n") == 1 and "another run is writing" in said
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["0.png", "1.png", "2.png"]
+
+
+def test_what_a_killed_run_held_is_free(tmp_path) -> None:
+    folder = tmp_path / "a.png.unfinished"
+    killed = subprocess.run([sys.executable, "-c", (
+        "import os, sys\nfrom pathlib import Path\nfrom gpgpu_rt.cli.claim import Claim\n"
+        "held = Claim(Path(sys.argv[1]), Path('a.png'))\nos.kill(os.getpid(), 9)"), str(folder)])
+    assert killed.returncode == -9 and list(folder.iterdir())
+    held = Claim(folder, Path("a.png"))
+    with pytest.raises(rt.Error, match="another run is writing a.png"):
+        Claim(folder, Path("a.png"))
+    held.release()
+    assert not list(folder.iterdir())
+    Claim(folder, Path("a.png")).release()
+
+
+def test_a_claim_on_what_was_just_let_go_is_not_one(tmp_path, monkeypatch) -> None:
+    """The other lets go between opening the file and locking it: a lock on a file that nobody will
+    find keeps nobody out."""
+    folder = tmp_path / "a.unfinished"
+    others, lock = [Claim(folder, Path("a"))], claim._locked
+
+    def let_go_first(file) -> bool:
+        if others:
+            others.pop().release()
+            folder.rmdir()
+        return lock(file)
+    monkeypatch.setattr(claim, "_locked", let_go_first)
+    held = Claim(folder, Path("a"))
+    with pytest.raises(rt.Error, match="another run"):
+        Claim(folder, Path("a"))
+    held.release()
 
 
 @pytest.mark.parametrize("words, message", [
