@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
@@ -22,15 +23,28 @@ def cores() -> int:
 
 def threads(count: int) -> Run:
     """What goes over parts of work on ``count`` triangles or rays: results come in the parts'
-    order, whoever made them, and so what is made of them is the same. A part must not share out
-    its work in turn, as it would wait for a thread that it holds itself."""
-    return map if count < WORTH or cores() < 2 else _pool(min(cores(), MOST)).map
+    order, whoever made them, and so what is made of them is the same. A part that shares out its
+    work in turn goes over all of it itself."""
+    return map if count < WORTH or cores() < 2 else _shared_out
+
+
+def _shared_out(function: Callable[..., Any], *parts: Iterable[Any]) -> Iterable[Any]:
+    if getattr(_thread, "has_a_part", False):   # it would wait for a thread that it holds itself
+        return map(function, *parts)
+    return _pool(min(cores(), MOST)).map(function, *parts)
+
+
+_thread = threading.local()
+
+
+def _begin() -> None:
+    _thread.has_a_part = True
 
 
 @lru_cache(maxsize=1)
 def _pool(size: int) -> ThreadPoolExecutor:
     """It stays: to start threads takes half a millisecond, as long as a million hits do."""
-    return ThreadPoolExecutor(size)
+    return ThreadPoolExecutor(size, initializer=_begin)
 
 
 if hasattr(os, "register_at_fork"):     # threads do not outlive a fork

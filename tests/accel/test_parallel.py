@@ -32,6 +32,35 @@ triangles = (random((4000, 1, 3)) + 0.02 * random((4000, 3, 3))).astype(np.float
 {guard}accel.build_kdtree(triangles, workers=2)
 """
 
+# Where threads of a pool that a process got by a fork, or that wait for each other, hang.
+FORKED = """
+import os, signal, sys
+import numpy as np
+from gpgpu_rt import ray_batch
+os.sched_getaffinity = lambda process: {0, 1}
+ray_batch.AT_ONCE = 5000
+rays = np.random.default_rng(1).random((2, 20_000, 3))
+def laid_out():
+    return b"".join(ray_batch.RayBatch(*rays).texels(k).tobytes() for k in range(2))
+here = laid_out()
+child = os.fork()
+signal.alarm(30)
+if not child:
+    sys.exit(0 if laid_out() == here else 3)
+print(os.waitpid(child, 0)[1], laid_out() == here)
+"""
+NESTED = """
+import os, signal, threading
+from gpgpu_rt.threads import threads
+os.sched_getaffinity = lambda process: {0, 1}
+signal.alarm(30)
+run = threads(1 << 20)
+def row(y):
+    return sum(run(lambda x: 10 * y + x, range(3))), sum(threads(1 << 20)(abs, range(3)))
+print(*run(row, range(6)), *{name.split("_")[0] for name in run(
+    lambda part: threading.current_thread().name, range(2))})
+"""
+
 
 class Deadly(Rules):
     """Rules that end the process which unpickles them."""
@@ -180,3 +209,13 @@ def test_threads_build_the_same(build: Callable, options: dict, seed: int, monke
     assert used
     for name, values in vars(alone).items():
         assert np.array_equal(values, getattr(shared_out, name)), name
+
+
+@pytest.mark.parametrize("code, said", [
+    (FORKED, "0 True"),
+    (NESTED, " ".join(map(str, [*((30 * y + 3, 3) for y in range(6)), "ThreadPoolExecutor-0"])))],
+    ids=["after a fork", "nested"])
+def test_threads_do_not_wait_for_each_other(code: str, said: str) -> None:
+    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert answer.returncode == 0, answer.stderr
+    assert answer.stdout.strip() == said
