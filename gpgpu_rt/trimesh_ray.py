@@ -10,7 +10,8 @@ differs is said here once:
 * ``intersects_location`` names a place once: of triangles that a ray passes through at one place,
   as at an edge, the first is kept. ``intersects_id`` names all of them, as trimesh's own engine
   does, and with ``coincident=False`` the first at each place, as its engine on Embree does.
-* A ray whose origin or direction is not finite, or that has no direction, hits nothing.
+* A ray whose origin or direction is not finite, or that has no direction, hits nothing. A
+  direction's length does not count, whatever of float64's it is.
 """
 from __future__ import annotations
 
@@ -183,12 +184,16 @@ class RayMeshIntersector:
 
     def _prepared(self, origins: np.ndarray, directions: np.ndarray
                   ) -> tuple[np.ndarray, np.ndarray, Tracer]:
-        """Rays, (n, 3) float64 each, seen from where the mesh was moved; and its tracer."""
+        """Rays, (n, 3) float64 each, seen from where the mesh was moved, directions with largest
+        components in [0.5, 1); and its tracer."""
         origins, directions = (_rays_array(*given) for given in (
             (origins, "ray_origins"), (directions, "ray_directions")))
         if origins.shape != directions.shape:
             raise ValueError(f"ray_origins {origins.shape} and ray_directions "
                              f"{directions.shape} differ")
+        # In units of a direction's length t may be past what float32 holds, and all hits be one.
+        directions = np.ldexp(directions, -np.frexp(
+            np.abs(directions).max(axis=1, initial=0, keepdims=True))[1])
         tracer = self._current()
         return origins - self._moved, directions, tracer
 

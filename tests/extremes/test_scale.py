@@ -46,6 +46,39 @@ def test_row_8_scaled_by_other_factors(method: str, scale: float) -> None:
     assert trace(Case(triangles, origins, case.directions), method).hit.all()
 
 
+@pytest.mark.small
+@pytest.mark.parametrize("size", [1e-8, 1e12])
+@pytest.mark.parametrize("method", METHODS)
+def test_row_8_small_triangles_at_the_stated_limits(method: str, size: float) -> None:
+    """A thousandth of their scene, seen across it: t keeps its digits. It is 0 at 1e-12."""
+    rng = np.random.default_rng(5)
+    middles, origins = rng.uniform(-0.5, 0.5, (2, 300, 3))
+    triangles = middles[:, None] + 1e-3 * rng.normal(size=(300, 3, 3))
+    case = Case((size * triangles).astype(np.float32), (size * origins).astype(np.float32),
+                triangles.mean(axis=1) - origins)
+    hits = trace(case, method)
+    known = rt.reference.trace(case.triangles, case.origins, case.directions)
+    same = hits.triangle == known.triangle
+    assert known.hit.all() and same.mean() > 0.99
+    assert np.median(np.abs(hits.t[same] / known.t[same] - 1)) < 2e-7
+
+
+@pytest.mark.parametrize("exponent", [-140, -130, 127])
+def test_row_20_t_past_float32(exact_renderer, exponent: int) -> None:
+    """The hit is as of any other length: t is infinity, or rounded as a denormal is."""
+    rng = np.random.default_rng(6)
+    directions = rng.integers(-256, 257, (500, 3)) / np.float32(256)     # exact as denormals
+    case = Case(bumpy_sphere(1), 0.2 * rng.normal(size=(500, 3)), directions)
+    plain = trace(case, "bvh-threaded")
+    case.directions = np.ldexp(case.directions, exponent)
+    hits = trace(case, "bvh-threaded")
+    for name in ("triangle", "u", "v", "hit"):
+        assert np.array_equal(getattr(plain, name), getattr(hits, name)), name
+    with np.errstate(over="ignore"):
+        assert np.array_equal(np.ldexp(plain.t, -exponent), hits.t)
+    assert plain.hit.mean() > 0.9 and np.isinf(hits.t[hits.hit]).any() == (exponent < 0)
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_row_10_permuted_and_mirrored(exact_renderer, method: str) -> None:
     """Ten of the 48 symmetries of the axes. A ray's dominant axis must be one alone: with two of

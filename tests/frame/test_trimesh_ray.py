@@ -140,6 +140,25 @@ def test_triangles_that_coincide_are_all_found_in_order(name: str) -> None:
         assert tri.tolist() == [0, 4, 6][:most]
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("length", [1e-300, 1e-46, 1e-41, 1e-38, 1e30, 1e39, 1e300])
+def test_directions_of_any_length(length: float) -> None:
+    """In units of the shortest t is past float32: all hits of a ray were at infinity, in the order
+    of triangles, and places were not numbers."""
+    mesh = trimesh.creation.icosphere(subdivisions=2)
+    origins, directions = random_rays(mesh, 300, 4)
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    with RayMeshIntersector(mesh) as ray:
+        for found, known in zip(ray.intersects_location(origins, length * directions),
+                                ray.intersects_location(origins, directions)):
+            assert len(known) > 20 and np.allclose(found, known, rtol=0, atol=1e-5)
+        first = ray.intersects_first(origins, directions)
+        assert (ray.intersects_first(origins, length * directions) == first).all()
+        assert (ray.intersects_any(origins, length * directions) == (first >= 0)).all()
+        none = np.array([[0, 0, 0], [np.nan, 1, 0], [np.inf, 1, 0], [0, 1, -np.inf]])
+        assert not ray.intersects_any(np.zeros((4, 3)), none).any()
+
+
 @pytest.mark.parametrize("name", OURS)
 def test_a_sheet_seen_from_afar_has_two_sides(name: str) -> None:
     """A box of a millimetre, ten kilometres away: float32 gives both sides one t, or nearly."""
