@@ -1,5 +1,5 @@
-"""A direction so short that t in units of it is past float32: trimesh_ray gave places that were not
-numbers, and the two sides of a box as one."""
+"""A direction so short that t in units of it is past float32: trimesh_ray gave places that were
+not numbers, and the two sides of a box as one."""
 from __future__ import annotations
 
 import numpy as np
