@@ -52,10 +52,7 @@ class Bih:
 
     def parents(self) -> np.ndarray:
         """(n,) int32, -1 for the root."""
-        parent = np.full(len(self.axis), -1, np.int32)
-        inner = np.flatnonzero(self.axis != LEAF)
-        parent[self.child[inner]] = parent[self.child[inner] + 1] = inner
-        return parent
+        return tree_order.pair_parents(self.child, self.axis != LEAF)
 
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
         """What the planes above leave of the scene's box to each node, (n, 3) float32 each."""

@@ -40,11 +40,7 @@ class KdTree:
 
     def parents(self) -> np.ndarray:
         """(n,) int32, -1 for the root."""
-        parent = np.full(len(self.axis), -1, np.int32)
-        inner = np.flatnonzero(self.axis != LEAF)
-        parent[self.left[inner]] = inner
-        parent[self.left[inner] + 1] = inner
-        return parent
+        return tree_order.pair_parents(self.left, self.axis != LEAF)
 
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper corners of all nodes, (n, 3) float32 each."""

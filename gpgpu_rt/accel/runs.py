@@ -1,7 +1,11 @@
 """Runs: consecutive items of one owner in a flat array, given by start and count."""
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+
+SHORT_AT_ONCE = 1 << 12     # short runs worked on together, so that they stay in the cache
 
 
 def run_starts(counts: np.ndarray) -> np.ndarray:
@@ -29,3 +33,21 @@ def chunks(counts: np.ndarray, limit: int) -> list[slice]:
         result.append(slice(begin, end))
         begin, done = end, int(ends[end - 1])
     return result
+
+
+def of_like_length(counts: np.ndarray, lengths: Sequence[int],
+                   above: int) -> list[tuple[np.ndarray, int]]:
+    """The runs longer than ``above``, those of a like length together: (their numbers, the length
+    that none is past). Longer ones than the last length are left out.
+
+    Parameters
+    ----------
+    lengths : ascending
+    """
+    found: list[tuple[np.ndarray, int]] = []
+    for length in lengths:
+        some = np.flatnonzero((counts > above) & (counts <= length))
+        found += [(some[begin:begin + SHORT_AT_ONCE], length)
+                  for begin in range(0, len(some), SHORT_AT_ONCE)]
+        above = length
+    return found

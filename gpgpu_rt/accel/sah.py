@@ -18,12 +18,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..threads import Run
-from .runs import chunks, expand, owners, run_starts
+from .runs import chunks, expand, of_like_length, owners, run_starts
 
 FEW = 16                              # up to here each candidate is counted against each box
 FEW_SIZES = (1, 2, 3, 4, 6, 8, 12, FEW)
 WORTH_CUTTING = 0.2                   # share of a node; thinner slices of empty space win no bonus
-NODE_CHUNK = 1 << 12                  # small nodes at a time, so that they stay in the cache
 
 
 @dataclass
@@ -118,19 +117,12 @@ def best_splits(level: Level, costs: Costs, split: str, bins: int, run: Run = ma
     """
     splits = Splits.none(len(level.count))
     starts = run_starts(level.count)
-    parts: list[tuple[np.ndarray, int]] = []
-    lowest = 0
-    for size in FEW_SIZES:
-        nodes = np.flatnonzero((level.count > lowest) & (level.count <= size))
-        parts += [(nodes[begin:begin + NODE_CHUNK], size)
-                  for begin in range(0, len(nodes), NODE_CHUNK)]
-        lowest = size
 
     def search(part: tuple[np.ndarray, int]) -> None:    # no two parts have a node in common
         nodes, size = part
         _few(level, nodes, starts[nodes], size, costs, splits)
 
-    deque(run(search, parts), maxlen=0)
+    deque(run(search, of_like_length(level.count, FEW_SIZES, above=0)), maxlen=0)
     many = np.flatnonzero(level.count > FEW)
     if len(many):
         for nodes, index in _parts(many, starts, level.count):

@@ -15,12 +15,11 @@ from . import top_down
 from .bounds import half_area
 from .bvh import LooseTree
 from .options import in_range, refuse_unknown
-from .runs import chunks, expand, owners, run_starts
+from .runs import chunks, expand, of_like_length, owners, run_starts
 from .top_down import TriangleLevel
 
 FEW = 12                        # up to here every place between two triangles is tried
 FEW_SIZES = (2, 3, 4, 6, 8, FEW)
-NODE_CHUNK = 1 << 12
 ITEM_CHUNK = 1 << 17
 
 
@@ -80,13 +79,8 @@ def _best(level: TriangleLevel, bins: int, run: Run) -> tuple[np.ndarray, np.nda
         better = np.flatnonzero(new < cost[some])
         cost[some[better]], axis[some[better]], taken[some[better]] = new[better], a, left[better]
 
-    parts: list[tuple[np.ndarray, int]] = []     # nodes, and up to how many triangles; 0: many
-    lowest = 1
-    for size in FEW_SIZES:
-        small = np.flatnonzero((level.count > lowest) & (level.count <= size))
-        parts += [(small[begin:begin + NODE_CHUNK], size)
-                  for begin in range(0, len(small), NODE_CHUNK)]
-        lowest = size
+    # Nodes, and up to how many triangles; 0: many.
+    parts = of_like_length(level.count, FEW_SIZES, above=1)
     large = np.flatnonzero(level.count > FEW)
     parts += [(large[part], 0) for part in chunks(level.count[large], ITEM_CHUNK)]
 

@@ -17,6 +17,15 @@ def levels(left: np.ndarray, right: np.ndarray) -> list[np.ndarray]:
         result.append(np.concatenate([left[inner], right[inner]]))
 
 
+def pair_parents(left: np.ndarray, inner: np.ndarray) -> np.ndarray:
+    """(n,) int32, each node's parent, -1 for the root, where the right child of an inner node
+    follows the left one; ``inner``: (n,) bool."""
+    parent = np.full(len(left), -1, np.int32)
+    nodes = np.flatnonzero(inner)
+    parent[left[nodes]] = parent[left[nodes] + 1] = nodes
+    return parent
+
+
 def inner_levels(left: np.ndarray, right: np.ndarray) -> list[np.ndarray]:
     """The inner nodes of each depth that has any, the root's first."""
     return [nodes[left[nodes] >= 0] for nodes in levels(left, right)][:-1]
