@@ -189,7 +189,9 @@ class RayBatch:
         fields : as for `hits_of`; entries behind the last ray's do not count
         """
         fields = {name: values[:self.count] for name, values in fields.items()}
-        hits = hits_of({**fields, "t": self.given_units(fields["t"], slice(None))})
+        if "t" in fields:
+            fields["t"] = self.given_units(fields["t"], slice(None))
+        hits = hits_of(fields)
         hits.status = self.status()
         return hits
 
@@ -298,7 +300,8 @@ def hits_of(fields: Mapping[str, np.ndarray]) -> Hits:
 
     Parameters
     ----------
-    fields : (n,) each of HIT's, just read: they are taken over, and changed where rays missed
+    fields : (n,) each of HIT's, just read: they are taken over, and changed where rays missed; of
+        any hit perhaps the triangles alone: all else is 0 then
     """
     missed = fields["triangle"] == NO_TRIANGLE
 
@@ -307,7 +310,8 @@ def hits_of(fields: Mapping[str, np.ndarray]) -> Hits:
         np.copyto(found, _ON_MISS[name], where=missed, casting="unsafe")
         return found
     run = threads(len(missed))
-    found = dict(zip(_ON_MISS, run(column, _ON_MISS)))
+    found = dict.fromkeys(_ON_MISS, np.broadcast_to(np.float32(0), len(missed)))
+    found |= zip(fields, run(column, fields))
     return Hits(**found, status=np.zeros(len(missed), np.uint8))
 
 

@@ -39,25 +39,32 @@ class TileBounds:
         planes : (rows, width, 4) float32 each, as RAY_TEXELS lays rays out
         start : (4,) float32, origin and t_min where these rays share them, else None
         """
-        t_min = planes[0][:, :, 3] if start is None else start[3]
-        live = t_min <= planes[1][:, :, 3]
-        rows = slice(first // self.side, -(-(first + len(live)) // self.side))
-        self.live[rows] = self._joined(np.logical_or, live)
+        along = planes[1]
+        rows = slice(first // self.side, -(-(first + len(along)) // self.side))
         if start is None:
+            self.live[rows] = self._joined(np.logical_or, planes[0][:, :, 3] <= along[:, :, 3])
             return
-        along, everywhere = planes[1], bool(live.all())
-        for op, end, into in ((np.minimum, np.inf, self.least), (np.maximum, -np.inf, self.most)):
-            values = along if everywhere else np.where(live[:, :, None], along, np.float32(end))
-            into[rows] = self._joined(op, values)[:, :, :3]
+        # With t_max beside the directions, what is live follows from the same two walks over them.
+        least, most = (self._joined(op, along) for op in (np.minimum, np.maximum))
+        self.live[rows] = start[3] <= most[:, :, 3]
+        if not (start[3] <= least[:, :, 3]).all():      # some rays are empty, which do not count
+            live = start[3] <= along[:, :, 3, None]
+            least = self._joined(np.minimum, np.where(live, along, np.float32(np.inf)))
+            most = self._joined(np.maximum, np.where(live, along, np.float32(-np.inf)))
+        self.least[rows], self.most[rows] = least[:, :, :3], most[:, :, :3]
 
     def _joined(self, op: np.ufunc, values: np.ndarray) -> np.ndarray:
         """(tiles down, tiles across, ...) of (rows, columns, ...); rows first, which are long."""
-        whole = len(values) // self.side * self.side
-        parts = [op.reduce(values[:whole].reshape(-1, self.side, *values.shape[1:]), axis=1)]
-        if whole < len(values):
-            parts.append(op.reduce(values[whole:], axis=0)[None])
-        found = np.concatenate(parts)
-        return op.reduceat(found, np.arange(0, values.shape[1], self.side), axis=1)
+        rows, columns = (n // self.side * self.side for n in values.shape[:2])
+        found = op.reduce(values[:rows].reshape(-1, self.side, *values.shape[1:]), axis=1)
+        if rows < len(values):
+            found = np.concatenate([found, op.reduce(values[rows:], axis=0)[None]])
+        part = found[:, :columns].reshape(len(found), -1, self.side, *values.shape[2:])
+        while part.shape[2] > 1:    # by halves: numpy reduces short axes one number at a time
+            part = op(part[:, :, :part.shape[2] // 2], part[:, :, part.shape[2] // 2:])
+        if columns == values.shape[1]:
+            return part[:, :, 0]
+        return np.concatenate([part[:, :, 0], op.reduce(found[:, columns:], axis=1)[:, None]], 1)
 
     def of_side(self, side: int) -> TileBounds:
         """The same of larger tiles, ``side`` a multiple of these tiles'."""

@@ -6,7 +6,8 @@ const int RAYS = PACKET_WIDTH * PACKET_HEIGHT;
 
 // A ray's hit as a packet hands it on, and whether the ray is settled. With ROWS_ALONE a target holds
 // for four rays which row of the triangle table each hits. With FOURS it holds one of four numbers of
-// their hits, so that what is read of 4x2 rays lies as it will be asked for; else one ray's whole hit.
+// their hits, so that what is read of 4x2 rays lies as it will be asked for, or with TRIANGLES_ALONE of
+// four triangles, there being nothing else; else one ray's whole hit.
 // The highest bit beside the triangle marks a ray that was left behind.
 
 const uint UNSETTLED = 0x80000000u;

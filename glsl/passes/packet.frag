@@ -1,7 +1,8 @@
 #version 330 core
 // The driver of packet methods: traces RAYS rays a fragment, their whole way in one pass, and
 // writes their hits to as many render targets, as Horn et al. 2007 do; where there are four or more,
-// a target takes one number of four hits, and not four numbers of one (FOURS). With ROWS_ALONE
+// a target takes one number of four hits, and not four numbers of one (FOURS), and of any hit that is
+// asked for only their triangles are written (TRIANGLES_ALONE). With ROWS_ALONE
 // there are more rays than targets: each takes the rows of the triangles that four rays hit, and
 // passes/packet_hits.frag computes the hits again.
 //
@@ -43,8 +44,13 @@ void pack(int r) {
     numbers[r] = packed_hit(hits[r], is_settled(r));
 }
 
-#ifdef FOURS
+#ifdef TRIANGLES_ALONE
+#define PACKED(k, r) numbers[4 * k + r].w
+#elif defined(FOURS)
 #define PACKED(k, r) numbers[k / 4 * 4 + r][k % 4]
+#endif
+
+#ifdef FOURS
 #define STORE(k) packet_target[k] = vec4(PACKED(k, 0), PACKED(k, 1), PACKED(k, 2), PACKED(k, 3));
 #else
 #define STORE(k) packet_target[k] = numbers[k];

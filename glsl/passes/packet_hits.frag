@@ -48,7 +48,11 @@ void main() {
         test_triangle(ray, row, hit);
     }
 #else
-#ifdef FOURS
+#ifdef TRIANGLES_ALONE
+#define READ_TRIANGLE(k) texel.w = k == r / 4 ? TEXEL(packet_texels_##k, packet_step, packet)[r % 4] : texel.w;
+    vec4 texel = vec4(0.0);
+    EACH_TARGET(READ_TRIANGLE)
+#elif defined(FOURS)
 #define READ_NUMBER(k) texel[k % 4] = k / 4 == r / 4 ? TEXEL(packet_texels_##k, packet_step, packet)[r % 4] : texel[k % 4];
     vec4 texel = vec4(0.0);
     EACH_TARGET(READ_NUMBER)

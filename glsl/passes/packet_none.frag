@@ -1,7 +1,7 @@
 #version 330 core
 // What packets hold whose rays meet nothing, or of which none is live: drawn over the tiles that
-// passes/packet.frag leaves out, as to clear all of a target first is to write most of it twice. Their
-// t is any number, as nobody reads that of a miss; packets that are not drawn visit and test nothing.
+// passes/packet.frag leaves out, into the targets that hold triangles: nobody reads more of a miss. To
+// clear all of a target first is to write most of it twice. Packets that are not drawn count nothing.
 
 #include <streams>
 

@@ -1,5 +1,6 @@
 #version 330 core
-// Lets through the packets that left rays behind: an occlusion query counts them. Packets mark these
+// Lets through the packets that left rays behind: an occlusion query counts them. It reads the targets
+// that hold triangles, with TRIANGLES_ALONE where those of t, u and v are others. Packets mark these
 // rays beside their triangles, and not in a depth buffer: with one, a renderer on the CPU reads and
 // blends what each packet writes over, at a fifth of the time that packets take which hit nothing.
 
@@ -19,23 +20,15 @@ EACH_TARGET(DECLARE)
 // A texel, if it holds marks, has them in the highest bits of these.
 #ifdef ROWS_ALONE
 #define MARKED(texel) texel
-#elif defined(FOURS)
+#elif defined(TRIANGLES_ALONE)
 #define MARKED(texel) floatBitsToUint(texel)
 #else
 #define MARKED(texel) uvec4(floatBitsToUint(texel.w))
 #endif
 
-#ifdef FOURS
-#define HOLDS_MARKS(k) (k % 4 == 3)
-#else
-#define HOLDS_MARKS(k) true
-#endif
-
 #define READ(k) \
-    if (HOLDS_MARKS(k)) { \
-        left = left || any(greaterThanEqual(MARKED(TEXEL(packet_texels_##k, packet_step, packet)), \
-                                            uvec4(UNSETTLED))); \
-    }
+    left = left || any(greaterThanEqual(MARKED(TEXEL(packet_texels_##k, packet_step, packet)), \
+                                        uvec4(UNSETTLED)));
 
 void main() {
     ivec2 packet = ivec2(gl_FragCoord.xy);

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import moderngl
 import numpy as np
@@ -58,12 +59,16 @@ class TilePass(PrimitivePass):
         # (down, across) bool, those that a watched draw is on
         self.tiles: np.ndarray | None = None
         self.side = (1, 1)                      # packets across and down a tile
+        self.square = 1                         # packets a side that are drawn together
 
     def covered(self, size: tuple[int, int]) -> np.ndarray | None:
         """As of a ``FragmentPass``."""
         if self.tiles is None:
             return None
         packets = self.tiles.repeat(self.side[0], 1).repeat(self.side[1], 0)
+        for axis in (0, 1):
+            firsts = np.arange(0, packets.shape[axis], self.square)
+            packets = np.logical_or.reduceat(packets, firsts, axis).repeat(self.square, axis)
         return np.argwhere(packets[:size[1], :size[0]])[:, ::-1]
 
 
@@ -100,29 +105,31 @@ class PacketTiles:
                 "bool has_something(ivec2 tile) {\n"
                 f"    return {record.name}_load(tile).{kind} != 0;\n}}")
 
-    def draw(self, program: TilePass, nothing: TilePass, target: moderngl.Framebuffer, kind: str,
-             rays: RayTextures, samplers: Samplers) -> int:
-        """Draw packets, and by ``nothing`` those of the tiles that are left out; how many calls
-        that took."""
+    def draw(self, passes: Mapping[TilePass, moderngl.Framebuffer], kind: str, rays: RayTextures,
+             samplers: Samplers) -> int:
+        """Draw packets by the first pass, by the other one those of the tiles that are left out,
+        each into its target; how many calls that took."""
         assert rays.tiles is not None
         side, square = self._side(kind), self._square(kind)
         tiles = rays.tiles.of_side(side)
-        squares = tuple(n * side // (square * p) for n, p in zip(tiles.size, self.packet))
-        # Whole tiles, also past the last ray: a point is dropped whose middle is outside.
-        target.viewport = (0, 0, squares[0] * square, squares[1] * square)
+        squares = tuple(-(-n * side // (square * p)) for n, p in zip(tiles.size, self.packet))
+        program = next(iter(passes))
         if kind == "live":
             samplers = {**samplers, **self._bounds.of(rays, side).samplers()}
         if self.gpu.watch is not None:
             program.tiles = tiles.live if kind == "live" else (
                 read_stream(PACKET_ENTRY, samplers)["met"] != 0)
             program.side = (side // self.packet[0], side // self.packet[1])
+            program.square = square
         self.gpu.context.enable_only(moderngl.PROGRAM_POINT_SIZE)
-        for one in (program, nothing):
+        for one, target in passes.items():
             one.set(squares=squares, with_something=one is program)
+            # Whole tiles, also past the last ray: a point is dropped whose middle is outside.
+            target.viewport = (0, 0, squares[0] * square, squares[1] * square)
             one.draw(target, samplers, moderngl.POINTS, math.prod(squares))
+            target.viewport = (0, 0, *target.size)
         self.gpu.context.enable_only(moderngl.NOTHING)
-        target.viewport = (0, 0, *target.size)
-        return 2
+        return len(passes)
 
     def _side(self, kind: str) -> int:
         """Rays a side of a tile."""
@@ -132,8 +139,9 @@ class PacketTiles:
         return max(SIDE, SQUARE * max(self.packet))
 
     def _square(self, kind: str) -> int:
-        """Packets a side of a point."""
-        return math.gcd(*(self._side(kind) // p for p in self.packet))
+        """Packets a side of a point, which may cover several small tiles: points take time too."""
+        side = max(self._side(kind), SQUARE * max(self.packet))
+        return math.gcd(*(side // p for p in self.packet))
 
     def bytes(self) -> int:
         return self._bounds.bytes()

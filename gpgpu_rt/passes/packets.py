@@ -42,6 +42,7 @@ class PacketTraversal:
         # A target a ray, or a number of four rays; where there are too few, one for four rows.
         self.rows_alone = self.rays > self.gpu.max_draw_buffers
         self.targets = self.rays // 4 if self.rows_alone else self.rays
+        self.fours = self.rays % 4 == 0 and not self.rows_alone
         self.statistics_on = bool(options["statistics"])
         self._tiles = PacketTiles(self.gpu, self.packet, options.get("entry_points"))
         self._programs: dict[object, FullScreenPass] = {}
@@ -64,7 +65,7 @@ class PacketTraversal:
         context = self.gpu.context
         room, kind = self._room_for(buffers.size), self._kind(rays)
         context.enable_only(moderngl.NOTHING)
-        for name, target in room.targets.items():
+        for name, target in room.targets(any_hit).items():
             uniforms = {"ray_texture_size": buffers.size, **rays.uniforms(),
                         "most_steps": min(PACKET_STEPS, self.step_cap)}
             samplers = {**self.samplers, **rays.samplers()}
@@ -77,17 +78,17 @@ class PacketTraversal:
                 some, none = (self._tile_pass(one, any_hit, rays.record, kind)
                               for one in (name, f"{name}_none"))
                 some.set(**uniforms)
-                statistics.draw_calls += self._tiles.draw(some, none, target, kind, rays,
-                                                          samplers)
+                statistics.draw_calls += self._tiles.draw(
+                    {some: target, none: room.targets(True)[name]}, kind, rays, samplers)
         statistics.passes += 1
         left_behind = self._program("packets_left", False).count(
-            room.mask, room.samplers(), statistics)
+            room.mask, room.samplers(True), statistics)
 
         def hand_back() -> StateBuffer:
             return self._hand_back(rays, buffers, room, statistics, any_hit)
 
         if not (left_behind or self.rows_alone or self.statistics_on):
-            return PacketHits(room, hand_back), 0
+            return PacketHits(room, any_hit, hand_back), 0
         now = hand_back()
         if not left_behind:
             return now, 0
@@ -106,7 +107,7 @@ class PacketTraversal:
         capped = self.step_cap <= PACKET_STEPS
         program.set(unsettled_phase=UNFINISHED if capped else LIVE)
         rays.complete()
-        program.draw(now.target, {**self.samplers, **rays.samplers(), **room.samplers()})
+        program.draw(now.target, {**self.samplers, **rays.samplers(), **room.samplers(any_hit)})
         statistics.passes += 1
         statistics.draw_calls += 1
         return now
@@ -181,16 +182,18 @@ class PacketTraversal:
     def _texts(self, name: str, any_hit: bool,
                rays: Record) -> tuple[str, dict[str, object], dict[str, str]]:
         """The file of a fragment program, defines and what it includes."""
-        defines = self._defines(any_hit)
+        defines = self._defines(any_hit, any_hit or name in ("packet_none", "packets_left"))
         if name in ("packet", "packet_none"):   # their counters are drawn apart
             defines["STATISTICS"] = False
         return f"passes/{name.replace('_counters', '')}.frag", defines, self._virtual(name, rays)
 
-    def _defines(self, any_hit: bool) -> dict[str, object]:
+    def _defines(self, any_hit: bool, alone: bool) -> dict[str, object]:
+        """``alone``: of the targets that hold triangles."""
+        targets = self.targets // 4 if alone and self.fours else self.targets
         return {**packet_defines(self.method, self.accelerator, self.options, any_hit),
-                "PACKET_TARGETS": self.targets, "ROWS_ALONE": self.rows_alone,
-                "FOURS": self.rays % 4 == 0 and not self.rows_alone,
-                "EACH_TARGET(f)": " ".join(f"f({k})" for k in range(self.targets))}
+                "PACKET_TARGETS": targets, "ROWS_ALONE": self.rows_alone,
+                "FOURS": self.fours, "TRIANGLES_ALONE": alone and self.fours,
+                "EACH_TARGET(f)": " ".join(f"f({k})" for k in range(targets))}
 
     def _virtual(self, name: str, rays: Record) -> dict[str, str]:
         """What a pass includes: the streams that it reads and writes, tables and method."""
@@ -222,7 +225,7 @@ class PacketTraversal:
         if self._room is None or self._room.rays != size:
             release(self._room)
             self._room = PacketRoom(self.gpu, size, self.packet, self.targets, self.rows_alone,
-                                    self.statistics_on)
+                                    self.fours, self.statistics_on)
         return self._room
 
     def bytes(self) -> int:

@@ -24,6 +24,7 @@ def test_arrays_and_passes_get_the_same_hits(exact_renderer, method: str, packet
     for statistics in (False, True):
         with rt.Tracer(scene, method, packet=packet, statistics=statistics) as tracer:
             assert_same_bits(expected, tracer.trace(*rays))
+            assert (tracer.occluded(*rays) == expected.hit).all()
 
 
 @pytest.mark.parametrize("packet", PACKETS, ids="{0[0]}x{0[1]}".format)
