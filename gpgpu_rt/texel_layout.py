@@ -254,10 +254,11 @@ ENTRY_LIST = Record("entry_list", "codes:ivec4")
 
 PACKET_ENTRY = Record(
     "packet_entry", "start:int link_1:int link_2:int link_3:int | inv_lo:vec3 link_4:int "
-                    "| inv_hi:vec3 t_min | lo_origin:vec3 visited:int | hi_origin:vec3 met:int")
+                    "| inv_hi:vec3 t_min | lo_origin:vec3 visited:int | hi_origin:vec3 met:int",
+    constants=(("NO_LINK", EXACT_INTEGER),))
 """Where packets of a tile enter the tree if their rays lie within the beam of these outermost
-values, as in common/packet_entry.glsl, how many nodes the beam visited, and 0 where it holds all
-rays of the tile and meets nothing."""
+values (common/packet_entry.glsl), NO_LINK for nowhere; how many nodes the beam visited, and 0
+where it holds all rays of the tile and meets nothing."""
 
 TILE_BOUNDS = Record("tile_bounds", "least:vec3 live:int | most:vec3")
 """Directions of a tile's rays by their outermost components; 0 where no ray is live."""

@@ -5,8 +5,6 @@
 // what it entered, link_1 to link_2 and link_3 to link_4, over nodes that it misses. With a stack they
 // are what lies on it, link_1 at the bottom.
 
-const int NO_LINK = 1 << 24;   // above every index; as a start, there is no entry
-
 Packet_entry entry;
 bool within;
 

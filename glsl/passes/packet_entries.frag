@@ -25,7 +25,6 @@ const float MARGIN = 0.0;
 const float MARGIN = 0.125;   // of what probes differ by
 #endif
 const int MOST_VISITS = 500;  // a beam that goes on for so long leaves the rest to its packets
-const int NO_LINK = 1 << 24;  // as in common/packet_entry.glsl
 
 uniform ivec2 ray_texture_size;
 
