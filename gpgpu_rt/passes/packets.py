@@ -145,7 +145,6 @@ class PacketTraversal:
             shared.pop("entry_points", None)
             options = resolve_options({**shared, "schedule": "loop", "statistics": False}, known,
                                       f"method {row.name}")
-            row = row.formed(options)
             samplers, accelerator = self.setup.prepare_other(row, options)
             self._single = Traversal(replace(
                 self.setup, method=row, samplers=samplers, accelerator=accelerator,

@@ -24,6 +24,8 @@ def scan(state: Fields, hit: Fields) -> None:
     if not hit:   # a pass over packets
         return
     nothing = hit["triangle"] == NO_TRIANGLE
+    if "t" not in hit:      # any hit that packets found is a triangle and nothing else
+        return
     for name in ("t", "u", "v"):
         assert not np.isnan(hit[name]).any(), f"NaN in hit.{name}"
     assert np.isfinite(hit["t"][~nothing]).all(), "a hit at infinity"
