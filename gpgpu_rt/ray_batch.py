@@ -9,6 +9,7 @@ import numpy as np
 
 from .approach import approach
 from .hits import INVALID, Hits
+from .precision import Precision
 from .ray_order import RayOrder
 from .texel_layout import NO_RAY, NO_TRIANGLE, RAY_TEXELS
 from .threads import threads
@@ -46,7 +47,8 @@ class RayBatch:
     size : (width, height) of their textures
     start : (4,) float32, origin and t_min where all rays have the same, are valid and do not begin
         behind their origin, else None
-    tiles : bounds of the tiles, or None where nobody asked or the textures are too wide
+    tiles : bounds of the tiles, or None where nobody asked, the textures are too wide, or rays
+        were put in an order
     order : in which they lie there, once they were put in one
     sort_seconds : what that took so far, and hits back into the rays' own
 
@@ -156,12 +158,13 @@ class RayBatch:
                 t = (t + self._shift[rays]).astype(np.float32)
             return t if self._exponents is None else np.ldexp(t, -self._exponents[rays])
 
-    def put_in_order(self, bounds: tuple[np.ndarray, np.ndarray]) -> None:
+    def put_in_order(self, bounds: tuple[np.ndarray, np.ndarray],
+                     precision: Precision = Precision()) -> None:
         """Lay rays that are alike side by side; see ``RayOrder``."""
         began = time.perf_counter()
         self._lay_out_starts()
         given = [plane[:self.count] for plane in self._given]
-        self.order = RayOrder(given, bounds)
+        self.order = RayOrder(given, bounds, precision)
         self.size, self._planes = self.order.size, self.order.planes(given)
         self.tiles = None
         self.sort_seconds += time.perf_counter() - began

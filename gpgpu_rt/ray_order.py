@@ -12,6 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from .accel.morton import morton_2d, morton_3d
+from .precision import Precision
 from .texel_layout import NO_RAY, RAY_TEXELS
 from .threads import threads
 
@@ -30,6 +31,7 @@ class RayOrder:
     ----------
     planes : (n, 4) float32 each, one a texel of RAY_TEXELS, directions below 1
     bounds : the scene's (lo, hi)
+    precision : what textures hold, where an empty ray may come to end where it begins
 
     Attributes
     ----------
@@ -38,10 +40,11 @@ class RayOrder:
     size : (width, height) of the textures that they lie in
     """
 
-    def __init__(self, planes: list[np.ndarray], bounds: tuple[np.ndarray, np.ndarray]) -> None:
+    def __init__(self, planes: list[np.ndarray], bounds: tuple[np.ndarray, np.ndarray],
+                 precision: Precision = Precision()) -> None:
         self.count, keys = len(planes[0]), _keys(planes, bounds)
         fields = RAY_TEXELS.unpack_planes(planes)
-        live = fields["t_min"] <= fields["t_max"]
+        live = precision.stored(fields["t_min"]) <= precision.stored(fields["t_max"])
         some = None if live.all() else np.flatnonzero(live)
         # Stable, of 16 bits: numpy takes a radix sort.
         self.rays = np.argsort(keys if some is None else keys[some], kind="stable")

@@ -118,12 +118,13 @@ def find(scene: Scene, renderer: str) -> Settings | None:
     """The settings kept for a scene and a renderer; None where there are none, or, with a warning,
     none of any use."""
     path = _path(describe(scene)["sha256"], renderer)
-    if path is None or not path.is_file():
-        return None
     try:
+        if path is None or not path.is_file():
+            return None
         settings = load(path)
         settings.check_fits(scene, renderer)
-    except Error as failure:     # damaged, or of a version with other methods or options
+    # Damaged, of a version with other methods or options, or in a folder that is closed to us.
+    except (Error, OSError) as failure:
         _warn_of_default(failure, 4)
         return None
     return settings

@@ -170,7 +170,7 @@ NO_RAY = RAY_AFTER_HIT.pack(origin=np.zeros((1, 3)), t_min=[1], direction=[[0, 0
 
 NO_TRIANGLE = EXACT_INTEGER     # above every index: the lowest of several is one, if there is one
 HIT = Record("hit", "t u v triangle:int", constants=(("NO_TRIANGLE", NO_TRIANGLE),))
-"""The nearest hit so far; while there is none NO_TRIANGLE, and t is the end of the ray."""
+"""The nearest hit so far; of none NO_TRIANGLE and the ray's end; what packets miss has any end."""
 
 COUNTERS = Record("counters", "nodes_visited:int leaves_visited:int triangles_tested:int")
 """What a ray did; exists only in programs with statistics."""
@@ -353,8 +353,7 @@ where that is empty the first ones."""
 # Ray streams -------------------------------------------------------------------------------------
 
 QUEUED = Record("queued", "child:int x:int y:int t_enter")
-"""A ray, by its texel, and a node that it is in: an inner one, or -1 minus the first triangle of a
-leaf; where it enters that."""
+"""A ray, by its texel, and a node that it is in, as children of BVH_PAIR; where it enters it."""
 
 VISITED = Record("visited", "near:int near_t far:int far_t | x:int y:int")
 """What a ray finds at a node: the children that it is in and where it enters them; its texel."""

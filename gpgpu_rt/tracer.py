@@ -293,7 +293,7 @@ class Tracer(Choosing, Moving, Pictures):
 
     def _put_in_order(self, batch: RayBatch) -> None:
         if self.options["presort"]:
-            batch.put_in_order(self._bounds)
+            batch.put_in_order(self._bounds, self.precision)
 
     @contextmanager
     def _logged(self) -> Iterator[None]:

@@ -89,8 +89,10 @@ def give_cache(files: Mapping[str, bytes]) -> None:
     """Keep files of another machine's cache, by name, that are not here yet."""
     folder = cache_folder()
     for name, content in files.items():
-        if folder is not None and not (folder / name).exists():
-            with _tolerated(folder):
+        if folder is None:
+            continue
+        with _tolerated(folder):
+            if not (folder / name).exists():
                 _write(folder / name, lambda file, content=content: file.write(content))
 
 

@@ -4,6 +4,7 @@ None of them is needed: what is not installed or cannot be imported is left out,
 """
 from __future__ import annotations
 
+import functools
 import importlib
 import importlib.util
 from collections.abc import Callable
@@ -48,6 +49,7 @@ class Engine:
         return next(filter(None, map(_absent, self.modules)), "")
 
 
+@functools.cache     # to try an import again takes as long again
 def _absent(module: str) -> str:
     """Why a module is not there, or ""."""
     package = module.partition(".")[0]

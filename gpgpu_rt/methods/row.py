@@ -28,9 +28,9 @@ ENTRY_POINTS = Option(
     "side of the tiles whose beams go first, those of 4x4 through what these found", int,
     choices=(16, 4), optional=True)
 PACKET_ENTRIES = Option(
-    "entry_points", None, "packets begin where a beam around some of their tile's rays enters the "
-    "tree, if all of theirs lie in it; rays a side of the tile", int, choices=(8, 16, 32),
-    optional=True, schedules=("loop",))
+    "entry_points", None, "packets begin where a beam around their tile's rays, or some of them, "
+    "enters the tree, if all of theirs lie in it; rays a side of the tile", int,
+    choices=(8, 16, 32), optional=True, schedules=("loop",))
 
 
 # Levels by which a stack's array grows: by single ones each depth of tree would have programs of

@@ -88,9 +88,10 @@ class PacketEntries:
     def _entries_for(self, size: tuple[int, int]) -> TileImage:
         if self._entries is None or self._size != size:
             release(self._entries)
-            self._size = size
+            self._entries = None
             self._entries = TileImage(self.gpu, PACKET_ENTRY, (
                 -(-size[0] // self.tile), -(-size[1] // self.tile)))
+            self._size = size
             self._hand_on()
         return self._entries
 

@@ -33,7 +33,7 @@ class TileBoundsImage:
         assert rays.tiles is not None
         tiles = rays.tiles.of_side(side)
         if self._image is None or self._size != tiles.size:
-            release(self._image)
+            self.release()
             self._image, self._size = TileImage(self.gpu, TILE_BOUNDS, tiles.size), tiles.size
         texels = TILE_BOUNDS.pack(
             live=tiles.live.reshape(-1), least=tiles.least.reshape(-1, 3),
@@ -121,14 +121,16 @@ class PacketTiles:
                 read_stream(PACKET_ENTRY, samplers)["met"] != 0)
             program.side = (side // self.packet[0], side // self.packet[1])
             program.square = square
-        self.gpu.context.enable_only(moderngl.PROGRAM_POINT_SIZE)
         for one, target in passes.items():
             one.set(squares=squares, with_something=one is program)
+            self.gpu.context.enable_only(moderngl.PROGRAM_POINT_SIZE)
             # Whole tiles, also past the last ray: a point is dropped whose middle is outside.
             target.viewport = (0, 0, squares[0] * square, squares[1] * square)
-            one.draw(target, samplers, moderngl.POINTS, math.prod(squares))
-            target.viewport = (0, 0, *target.size)
-        self.gpu.context.enable_only(moderngl.NOTHING)
+            try:
+                one.draw(target, samplers, moderngl.POINTS, math.prod(squares))
+            finally:
+                target.viewport = (0, 0, *target.size)
+                self.gpu.context.enable_only(moderngl.NOTHING)
         return len(passes)
 
     def _side(self, kind: str) -> int:

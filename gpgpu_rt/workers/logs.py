@@ -4,21 +4,34 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import threading
 from collections.abc import Iterator
 
 SILENT = logging.CRITICAL + 1
+_levels: dict[logging.Handler, int] = {}    # before anyone was within
+_within = 0
+_lock = threading.Lock()
 
 
 @contextlib.contextmanager
 def silenced() -> Iterator[None]:
     """Within, what Dask prints of this process is not, as beside its local processes; handlers
-    that are none of its streams go on."""
-    levels = {handler: handler.level for handler in logging.getLogger("distributed").handlers
-              if isinstance(handler, logging.StreamHandler)}
-    for handler in levels:
-        handler.setLevel(SILENT)
+    that are none of its streams go on. Whoever is in it last puts back what the first found."""
+    global _within
+    with _lock:
+        if not _within:
+            _levels.update({handler: handler.level
+                            for handler in logging.getLogger("distributed").handlers
+                            if isinstance(handler, logging.StreamHandler)})
+            for handler in _levels:
+                handler.setLevel(SILENT)
+        _within += 1
     try:
         yield
     finally:
-        for handler, level in levels.items():
-            handler.setLevel(level)
+        with _lock:
+            _within -= 1
+            if not _within:
+                for handler, level in _levels.items():
+                    handler.setLevel(level)
+                _levels.clear()

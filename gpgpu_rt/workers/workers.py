@@ -24,7 +24,7 @@ from . import interrupts, logs, tasks
 
 LOCAL = "local"
 MOST_KEPT = 16      # scenes and structures that workers go on holding
-PART = 1 << 16      # rays of a part, at least
+PART = 1 << 16      # rays of a part, about, at least
 # Rows of an image that stay together: packets are tiles of it, the same in a part as in the whole
 # where their height divides this.
 ROWS = 8

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -177,6 +178,13 @@ def test_auto(scene, found, tmp_path, monkeypatch) -> None:
     path.write_text(path.read_text()[:-20])
     with pytest.warns(UserWarning, match=f"safe default, .*: {path}: not JSON"):
         assert chosen() == safe
+
+    def closed(path: Path) -> bool:
+        raise PermissionError(13, "Permission denied", str(path))
+    with monkeypatch.context() as closing:      # a folder that may not be searched
+        closing.setattr(Path, "is_file", closed)
+        with pytest.warns(UserWarning, match="safe default, .*Permission denied"):
+            assert chosen() == safe
     path.unlink()
     with rt.Tracer(scene, "auto") as tracer:
         assert tracer.options["octants"]

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import fcntl
+import logging
 import os
 import re
 import signal
@@ -14,7 +15,7 @@ import pytest
 import gpgpu_rt as rt
 from gpgpu_rt import cli, rays
 from gpgpu_rt.accel.cache import cache_files, give_cache
-from gpgpu_rt.workers import Workers, machine, tasks
+from gpgpu_rt.workers import Workers, logs, machine, tasks
 
 pytest.importorskip("distributed")
 
@@ -247,3 +248,19 @@ def test_who_waits_for_the_machine_says_so(tmp_path, monkeypatch) -> None:
             assert not waited
             with machine.alone():
                 assert waited == ["told"]
+
+
+def test_whoever_is_silent_last_lets_dask_speak_again() -> None:
+    logger, handler = logging.getLogger("distributed"), logging.StreamHandler()
+    handler.setLevel(logging.INFO)
+    logger.addHandler(handler)
+    try:
+        first, second = logs.silenced(), logs.silenced()
+        first.__enter__()
+        second.__enter__()
+        first.__exit__(None, None, None)
+        assert handler.level == logs.SILENT
+        second.__exit__(None, None, None)
+        assert handler.level == logging.INFO
+    finally:
+        logger.removeHandler(handler)
