@@ -8,6 +8,7 @@ before they are uploaded, by the host.
 from __future__ import annotations
 
 from functools import lru_cache
+from itertools import product
 
 import numpy as np
 
@@ -83,19 +84,22 @@ class RayOrder:
         -------
         (n, ...), ray by ray
         """
-        curve, _ = _curve(self.size)
-        found = np.empty((self.count, *values.shape[1:]), values.dtype)
-        one, other = values, found
-        if values.dtype == np.float32 and values.shape[1:] == (4,):
-            one, other = _whole(np.ascontiguousarray(values)), _whole(found)
+        count, (curve, _) = len(self.rays), _curve(self.size)
+        by_channel = values.ndim == 2 and values.flags.f_contiguous     # as packets' hits are
+        found = np.empty((self.count, *values.shape[1:]), values.dtype, "F" if by_channel else "C")
+        pairs = [(values, found)]
+        if by_channel:
+            pairs = list(zip(values.T, found.T))
+        elif values.dtype == np.float32 and values.shape[1:] == (4,):
+            pairs = [(_whole(np.ascontiguousarray(values)), _whole(found))]
 
-        def bring(first: int) -> None:
-            part = slice(first, first + AT_ONCE)
-            other[self.rays[part]] = one[curve[:len(self.rays)][part]]
-        run = threads(len(found))
-        list(run(bring, range(0, len(self.rays), AT_ONCE)))
-        if len(self._empty):
-            other[self._empty] = one[curve[len(self.rays)]]
+        def bring(pair: tuple[np.ndarray, np.ndarray], first: int) -> None:
+            (one, other), part = pair, slice(first, first + AT_ONCE)
+            other[self.rays[part]] = one[curve[:count][part]]
+            if first == 0 and len(self._empty):
+                other[self._empty] = one[curve[count]]
+        parts = range(0, max(count, 1), AT_ONCE)
+        list(threads(len(found))(bring, *zip(*product(pairs, parts))))
         return found
 
 

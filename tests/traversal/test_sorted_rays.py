@@ -103,6 +103,23 @@ def test_few_rays_or_none(exact_renderer) -> None:
                 assert_same_bits(got, plain.trace(origins[:count], directions[:count]))
 
 
+@pytest.mark.parametrize("method, options", [
+    ("bvh-threaded", {}), ("bvh-packet", {"packet": (2, 1)}), ("bvh-packet", {"packet": (2, 2)}),
+    ("kd-packet", {"packet": (4, 2)}), ("bvh-packet", {"packet": (4, 4)})], ids=str)
+def test_all_that_is_found_comes_back(exact_renderer, method: str, options: dict) -> None:
+    """However targets hold it, and to empty rays too, which are left out of the order."""
+    origins, directions = RAY_SETS["random"](SCENE, 5000, 9)
+    t_max = np.where(np.arange(5000) % 3, np.inf, -1.0)
+    found = []
+    for presort in (False, True):
+        with rt.Tracer(SCENE, method, presort=presort, **options) as tracer:
+            hits = tracer.trace(origins, directions, t_max=t_max)
+            found.append({**hits.to_dict(), "hidden": tracer.occluded(origins, directions, t_max)})
+    assert 0.1 < found[0]["hidden"].mean() < 0.6
+    for name, values in found[0].items():
+        assert (values == found[1][name]).all(), name
+
+
 def test_all_hits_and_a_pickled_tracer(exact_renderer) -> None:
     origins, directions = mixed_rays(8)
     with rt.Tracer(SCENE, "kd-packet") as tracer:
