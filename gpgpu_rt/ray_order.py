@@ -7,7 +7,7 @@ before they are uploaded, by the host.
 """
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import product
 
 import numpy as np
@@ -23,6 +23,10 @@ SQUARE = 8
 ORIGIN_BITS = 3     # an axis, of the scene's box: the cell in which a ray begins
 DIRECTION_BITS = 2  # an axis, of the cube of directions; they come first
 AT_ONCE = 1 << 16   # rays that are worked on at a time: they stay in a core's cache
+# Rays in a row that are put in order by themselves: those of a picture's rows begin near one
+# another as it is, and what lies in a cache is sorted and moved faster (docs/bvh.md).
+BLOCK = 1 << 17
+SCATTERED = 0.75    # of the cells in which rays begin, a block's share from which on it is not so
 
 
 class RayOrder:
@@ -43,17 +47,19 @@ class RayOrder:
 
     def __init__(self, planes: list[np.ndarray], bounds: tuple[np.ndarray, np.ndarray],
                  precision: Precision = Precision()) -> None:
-        self.count, keys = len(planes[0]), _keys(planes, bounds)
-        fields = RAY_TEXELS.unpack_planes(planes)
-        live = precision.stored(fields["t_min"]) <= precision.stored(fields["t_max"])
-        some = None if live.all() else np.flatnonzero(live)
-        # Stable, of 16 bits: numpy takes a radix sort.
-        self.rays = np.argsort(keys if some is None else keys[some], kind="stable")
-        self._empty = np.empty(0, np.intp)
-        if some is not None:
-            self.rays, self._empty = some[self.rays], np.flatnonzero(~live)
-        across, down = squares(len(self.rays) + (some is not None))
+        self.count, run = len(planes[0]), threads(len(planes[0]))
+        found = list(run(partial(_live_keys, planes, precision=precision, bounds=bounds),
+                         range(0, self.count, BLOCK)))
+        live, empty, keys = ([part[k] for part in found] for k in range(3))
+        if len(keys) > 1 and not _near_one_another(keys):
+            live, keys = ([np.concatenate(each)] for each in (live, keys))
+        self.rays, self._empty = _joined(list(run(self._sorted, live, keys))), _joined(empty)
+        across, down = squares(len(self.rays) + (len(self._empty) > 0))
         self.size = (SQUARE * across, SQUARE * down)
+
+    def _sorted(self, rays: np.ndarray, keys: np.ndarray) -> np.ndarray:
+        order = np.argsort(keys, kind="stable")     # of 16 bits: numpy takes a radix sort
+        return order if len(rays) == self.count else rays[order]
 
     def planes(self, planes: list[np.ndarray]) -> list[np.ndarray]:
         """(width * height, 4) float32 each, the rays where they lie; empty ones elsewhere."""
@@ -110,31 +116,42 @@ def squares(rays: int) -> tuple[int, int]:
     return across, max(1, -(-count // across))
 
 
-def _keys(planes: list[np.ndarray], bounds: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-    """(n,) uint16: the cell of a ray's direction, then that of its origin, along Morton curves."""
-    fields = RAY_TEXELS.unpack_planes(planes)
-    lo, hi = (np.asarray(corner, np.float32) for corner in bounds)
-    cells, bits = (1 << ORIGIN_BITS, 1 << DIRECTION_BITS), (ORIGIN_BITS, DIRECTION_BITS)
+def _live_keys(planes: list[np.ndarray], first: int, precision: Precision,
+               bounds: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, ...]:
+    """Of a block of rays (m,) int, those not empty; (k,) int, those that are; (m,) uint16, of the
+    former the cell of the direction, then that of the origin, along Morton curves."""
+    fields = RAY_TEXELS.unpack_planes([plane[first:first + BLOCK] for plane in planes])
+    some = precision.stored(fields["t_min"]) <= precision.stored(fields["t_max"])
+    live, empty = np.flatnonzero(some), np.flatnonzero(~some)
+    (lo, hi), one = (np.asarray(corner, np.float32) for corner in bounds), np.float32(1)
+    lattice, shift = np.zeros(len(some), np.int32), 0
+    place, cell = np.empty(len(some), np.float32), np.empty(len(some), np.int32)    # used again
     with np.errstate(all="ignore"):     # a box without extent is some cell or other
-        scales = (np.float32(cells[0]) / (hi - lo), np.full(3, cells[1] / 2, np.float32))
-    starts = (lo, np.full(3, -1, np.float32))
-    keys = np.empty(len(planes[0]), np.uint16)
-
-    def fill(first: int) -> None:
-        part, shift = slice(first, first + AT_ONCE), 0
-        lattice = np.zeros(len(keys[part]), np.int32)
-        for values, start, scale, count, width in zip(
-                (fields["origin"], fields["direction"]), starts, scales, cells, bits):
+        for values, start, size, bits in (
+                (fields["origin"], lo, hi - lo, ORIGIN_BITS),
+                (fields["direction"], [-one] * 3, [2 * one] * 3, DIRECTION_BITS)):
             for axis in range(3):
-                with np.errstate(all="ignore"):
-                    cell = (values[part, axis] - start[axis]) * scale[axis]
-                    # One outside is taken for another: that costs order, and no hit.
-                    lattice |= (cell.astype(np.int32) & (count - 1)) << shift
-                shift += width
-        np.take(_morton(), lattice, out=keys[part])
-    run = threads(len(keys))
-    list(run(fill, range(0, len(keys), AT_ONCE)))
-    return keys
+                np.subtract(values[:, axis], start[axis], out=place)
+                place *= np.float32(1 << bits) / size[axis]
+                np.copyto(cell, place, casting="unsafe")
+                # One outside is taken for another: that costs order, and no hit.
+                cell &= (1 << bits) - 1
+                lattice |= np.left_shift(cell, shift, out=cell)
+                shift += bits
+    keys = np.take(_morton(), lattice[live] if len(empty) else lattice)
+    return first + live, first + empty, keys
+
+
+def _near_one_another(keys: list[np.ndarray]) -> bool:
+    """Whether rays of a block, one in eight, begin in a part of the cells in which any do."""
+    cells = np.zeros((len(keys), 1 << 3 * ORIGIN_BITS), bool)
+    for held, each in zip(cells, keys):
+        held[each[::8] & len(held) - 1] = True
+    return cells.sum() < SCATTERED * len(keys) * cells.any(axis=0).sum()
+
+
+def _joined(parts: list[np.ndarray]) -> np.ndarray:
+    return parts[0] if len(parts) == 1 else np.concatenate([np.empty(0, np.intp), *parts])
 
 
 def _whole(texels: np.ndarray) -> np.ndarray:

@@ -1,0 +1,64 @@
+"""Rays in order: block by block where blocks begin apart, else all together."""
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gpgpu_rt import ray_order
+from gpgpu_rt.ray_order import RayOrder
+from gpgpu_rt.texel_layout import RAY_TEXELS
+
+BOUNDS = (np.zeros(3), np.ones(3))
+
+
+def planes(origins: np.ndarray, empty: np.ndarray, seed: int) -> list[np.ndarray]:
+    """(n, 4) each, as RAY_TEXELS has them, with random directions; those that are empty so."""
+    rng = np.random.default_rng(seed)
+    fields = {"origin": np.float32(origins), "t_min": np.zeros(len(origins), np.float32),
+              "direction": np.float32(rng.uniform(-1, 1, origins.shape)),
+              "t_max": np.where(empty, -1, 1).astype(np.float32)}
+    texels = RAY_TEXELS.pack(**fields)
+    return [np.ascontiguousarray(texels[:, k]) for k in range(RAY_TEXELS.texels)]
+
+
+def rows_of_a_picture(count: int) -> np.ndarray:
+    """(n, 3) origins, one after another along an axis."""
+    return np.linspace(0, 0.999, count)[:, None] * [1, 0, 0]
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("share", [0, 0.5, 1], ids="empty-{}".format)
+@pytest.mark.parametrize("count", [0, 1, 63, 64, 500])
+@pytest.mark.parametrize("scattered", [False, True], ids=["rows", "scattered"])
+def test_each_ray_lies_once_and_comes_back(monkeypatch, scattered: bool, count: int, share: float,
+                                           seed: int) -> None:
+    monkeypatch.setattr(ray_order, "BLOCK", 64)
+    rng = np.random.default_rng(seed)
+    origins = rng.uniform(0, 1, (count, 3)) if scattered else rows_of_a_picture(count)
+    empty = rng.uniform(size=count) < share
+    given = planes(origins, empty, seed)
+    order = RayOrder(given, BOUNDS)
+    assert (np.sort(order.rays) == np.flatnonzero(~empty)).all()
+    for plane, laid in zip(given, order.planes(given)):
+        assert laid.shape == (order.size[0] * order.size[1], 4)
+        assert (order.back(laid)[~empty] == plane[~empty]).all()
+    assert (order.back(order.planes(given)[1])[empty, 3] < order.back(
+        order.planes(given)[0])[empty, 3]).all()     # still empty
+
+
+@pytest.mark.parametrize("scattered", [False, True], ids=["rows", "scattered"])
+@pytest.mark.parametrize("share", [0, 0.3], ids="empty-{}".format)
+def test_blocks_stay_apart_where_they_begin_apart(monkeypatch, share: float, scattered: bool
+                                                  ) -> None:
+    rng = np.random.default_rng(3)
+    origins = rows_of_a_picture(4096)
+    if scattered:       # over eight cells, each of which any block's rays are in
+        origins = rng.integers(0, 2, (4096, 3)) / 2 + 0.1
+    given = planes(origins, rng.uniform(size=4096) < share, 3)
+    together = RayOrder(given, BOUNDS).rays
+    monkeypatch.setattr(ray_order, "BLOCK", 1024)
+    blocks = RayOrder(given, BOUNDS).rays
+    assert (blocks == together).all() == scattered
+    assert (np.diff(blocks // 1024) >= 0).all() != scattered
+    for block in range(4):      # the same order within each
+        assert (blocks[blocks // 1024 == block] == together[together // 1024 == block]).all()
