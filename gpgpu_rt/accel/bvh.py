@@ -20,6 +20,8 @@ from .runs import expand, owners, run_starts
 # Of the rays that meet a box, the share from which on one inside it is not worth a test: a half
 # breaks even by count, and from there to 0.9 rates were measured alike (docs/bvh.md).
 MET_ANYWAY = 0.65
+MAX_LEAF = 4        # triangles, where leaves are made of a tree of single ones
+MOST_ROUNDS = 1000  # of reinsertion
 
 
 @dataclass(frozen=True)
@@ -157,14 +159,33 @@ class LooseTree:
         if len(self.left) <= most_nodes:
             return self
         inner = tree_order.inner_levels(self.left, self.right)
-        kept, leaf_of = tree_order.kept_nodes(inner, self.left, self.right, self.count, most_nodes)
-        place = np.cumsum(kept) - 1
-        owner = place[np.repeat(leaf_of, self.count)]
-        inside = kept & (self.left >= 0)
-        inside[inside] = kept[self.left[inside]]
-        left, right = (np.where(inside, place[child], -1)[kept]
-                       for child in (self.left, self.right))
-        return LooseTree(left, right, np.bincount(owner, minlength=int(kept.sum())),
+        return self._cut(inner, tree_order.kept_nodes(inner, self.left, self.right, self.count,
+                                                      most_nodes))
+
+    def with_leaves(self, triangles: np.ndarray, max_leaf: int) -> LooseTree:
+        """A tree whose subtrees of up to so many triangles are leaves where that costs no more, a
+        node and a triangle at 1."""
+        inner = tree_order.inner_levels(self.left, self.right) if len(self.left) else []
+        if not inner:
+            return self
+        area = half_area(*(corner.T.astype(np.float64) for corner in self.boxes(triangles)))
+        held, cost, leaf = self.count.copy(), area * self.count, self.left < 0
+        for nodes in reversed(inner):
+            left, right = self.left[nodes], self.right[nodes]
+            held[nodes] = held[left] + held[right]
+            split, joined = 2 * area[nodes] + cost[left] + cost[right], area[nodes] * held[nodes]
+            leaf[nodes] = (held[nodes] <= max_leaf) & (joined <= split)
+            cost[nodes] = np.where(leaf[nodes], joined, split)
+        kept = np.ones(len(leaf), bool)
+        for nodes in inner:
+            kept[self.left[nodes]] = kept[self.right[nodes]] = kept[nodes] & ~leaf[nodes]
+        return self._cut(inner, kept)
+
+    def _cut(self, inner: list[np.ndarray], kept: np.ndarray) -> LooseTree:
+        """The nodes kept, (n,) bool; one that keeps no child holds all triangles below it."""
+        _, left, right, place = tree_order.cut(inner, self.left, self.right, kept)
+        owner = np.repeat(place, self.count)
+        return LooseTree(left, right, np.bincount(owner, minlength=len(left)),
                          self.triangle[np.argsort(owner, kind="stable")])
 
     def thread(self, triangles: np.ndarray) -> Bvh:
@@ -175,7 +196,7 @@ class LooseTree:
         left, right = self.left, self.right
         inner = tree_order.inner_levels(left, right)
         size = tree_order.subtree_sizes(inner, left, right)
-        lo, hi = self._boxes(triangles, inner)
+        lo, hi = self.boxes(triangles)
         source = np.argsort(tree_order.depth_first(inner, size, left, right))
         count = self.count[source]
         index = expand(run_starts(self.count)[source], count)
@@ -186,8 +207,9 @@ class LooseTree:
         return Bvh(lo[source], hi[source], escape.astype(np.int32), first.astype(np.int32),
                    count.astype(np.int32), (key & 0xffffffff).astype(np.int32), len(inner))
 
-    def _boxes(self, triangles: np.ndarray,
-               inner: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    def boxes(self, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper corners of the nodes' boxes, (n, 3) float32, from the leaves up."""
+        inner = tree_order.inner_levels(self.left, self.right)
         box_lo, box_hi = triangle_boxes(triangles)
         lo = np.empty((len(self.left), 3), np.float32)
         hi = np.empty((len(self.left), 3), np.float32)
@@ -209,14 +231,16 @@ def node_limit(triangles: int, copies: int = 1) -> dict[str, int]:
     return {"most_nodes": most} if 2 * triangles - 1 > most else {}
 
 
-def build_bvh(triangles: np.ndarray, *, build: str = "sah", most_nodes: int | None = None,
-              **options: object) -> Bvh:
+def build_bvh(triangles: np.ndarray, *, build: str = "sah", reinsertion: int = 0,
+              most_nodes: int | None = None, **options: object) -> Bvh:
     """Build a bounding volume hierarchy.
 
     Parameters
     ----------
     triangles : (n, 3, 3) float32, world units
     build : "sah", "kay-kajiya", "goldsmith-salmon", "lbvh" or "hybrid"
+    reinsertion : rounds in which subtrees of what was built, down to single triangles, go where
+        they cost less; leaves are made of these in the end. See `reinsertion.py`
     most_nodes : past it leaves hold more triangles; None for as many nodes as the build makes
     options : of that builder: see `sah_bvh.build`, `median.build`, `insertion.build`,
         `lbvh.build`, `hybrid.build`
@@ -225,13 +249,21 @@ def build_bvh(triangles: np.ndarray, *, build: str = "sah", most_nodes: int | No
     ------
     OptionError, SceneError
     """
-    from . import hybrid, insertion, lbvh, median, sah_bvh  # they import this file's records
+    # They import this file's records.
+    from . import hybrid, insertion, lbvh, median, sah_bvh
+    from .reinsertion import reinserted
     builders = {"sah": sah_bvh.build, "kay-kajiya": median.build,
                 "goldsmith-salmon": insertion.build, "lbvh": lbvh.build,
                 "hybrid": hybrid.build}
     builder = builders[choose("build", build, builders)]
     triangles = as_triangles(triangles)
-    tree = builder(triangles, **options)
+    if in_range("reinsertion", reinsertion, 0, MOST_ROUNDS, int):
+        max_leaf = in_range("max_leaf", options.pop("max_leaf", MAX_LEAF), 1, 1 << 20, int)
+        single = {"max_leaf": 1} if builder in (sah_bvh.build, lbvh.build, hybrid.build) else {}
+        tree = reinserted(builder(triangles, **options, **single), triangles, reinsertion)
+        tree = tree.with_leaves(triangles, max_leaf)
+    else:
+        tree = builder(triangles, **options)
     if most_nodes is not None:
         tree = tree.coarsened(in_range("most_nodes", most_nodes, 1, EXACT_INTEGER, int))
     return tree.thread(triangles)

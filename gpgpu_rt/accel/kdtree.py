@@ -103,13 +103,9 @@ class LooseKdTree:
 
     def _with_nodes(self, most: int) -> LooseKdTree:
         inner = tree_order.inner_levels(self.first, self.second)
-        kept, leaf_of = tree_order.kept_nodes(inner, self.first, self.second, self.count, most)
-        place = np.cumsum(kept) - 1
-        inside = kept & (self.first >= 0)
-        inside[inside] = kept[self.first[inside]]
-        first, second = (np.where(inside, place[child], -1)[kept]
-                         for child in (self.first, self.second))
-        owner = place[np.repeat(leaf_of, self.count)]
+        kept = tree_order.kept_nodes(inner, self.first, self.second, self.count, most)
+        inside, first, second, place = tree_order.cut(inner, self.first, self.second, kept)
+        owner = np.repeat(place, self.count)
         held = self.references[expand(self.start, self.count)]
         key = np.unique(owner << 32 | held)
         count = np.bincount(key >> 32, minlength=int(kept.sum()))

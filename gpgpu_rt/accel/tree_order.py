@@ -69,18 +69,13 @@ def depth_first_pairs(inner: list[np.ndarray], size: np.ndarray, left: np.ndarra
 
 
 def kept_nodes(inner: list[np.ndarray], left: np.ndarray, right: np.ndarray, count: np.ndarray,
-               most: int) -> tuple[np.ndarray, np.ndarray]:
-    """The nodes of a tree of at most so many, whose smallest subtrees have become leaves.
+               most: int) -> np.ndarray:
+    """(n,) bool: the nodes of a tree of at most so many, its smallest subtrees made leaves.
 
     Parameters
     ----------
     inner : as `inner_levels` returns them
     count : (n,) int, what a leaf holds
-
-    Returns
-    -------
-    (kept, leaf_of)
-        (n,) bool; (n,) int64, the node kept that a node is or lies in
     """
     held = count.copy()
     for nodes in reversed(inner):
@@ -92,8 +87,28 @@ def kept_nodes(inner: list[np.ndarray], left: np.ndarray, right: np.ndarray, cou
     if len(held) > most:
         at = len(above) - most - 1
         kept = above > np.partition(above, at)[at]         # of the largest that becomes a leaf
-    leaf_of = np.arange(len(held))
+    return kept
+
+
+def cut(inner: list[np.ndarray], left: np.ndarray, right: np.ndarray,
+        kept: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """The tree of the nodes kept, in the same order; above a node kept all are.
+
+    Parameters
+    ----------
+    kept : (n,) bool, both children of a node or neither
+
+    Returns
+    -------
+    (inside, left, right, place)
+        (n,) bool, inner nodes that stay so; (k,) int, children of the k nodes kept; (n,) int64,
+        which of these a node is or lies in
+    """
+    place = np.cumsum(kept) - 1
+    inside = kept & (left >= 0)
+    inside[inside] = kept[left[inside]]
+    below = tuple(np.where(inside, place[child], -1)[kept] for child in (left, right))
     for nodes in inner:
         for child in (left[nodes], right[nodes]):
-            leaf_of[child] = np.where(kept[child], child, leaf_of[nodes])
-    return kept, leaf_of
+            place[child] = np.where(kept[child], place[child], place[nodes])
+    return inside, *below, place

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from .. import accel
+from ..accel.bvh import MOST_ROUNDS
 from ..errors import LimitError, OptionError
 from ..gpu import open_gpu
 from ..options import Option
@@ -20,6 +21,9 @@ BUILD_OPTIONS = (
     Option("morton_bits", None, "bits of an axis in the codes that lbvh sorts by, or in "
            "those that hybrid makes clusters of; none: 10, and 2", int, minimum=1,
            goes_with=("build", ("lbvh", "hybrid"))),
+    Option("reinsertion", 0, "rounds in which all subtrees of what was built look for the place "
+           "where they cost least", int, minimum=0, maximum=MOST_ROUNDS,
+           goes_with=("build_device", ("cpu",))),
 )
 
 
@@ -36,6 +40,8 @@ def built_bvh(triangles: np.ndarray, options: Mapping[str, Any], **limit: int) -
     chosen = {"build": build}
     if bits is not None:
         chosen["morton_bits"] = bits
+    if options["reinsertion"]:
+        chosen["reinsertion"] = options["reinsertion"]
     if device == "cpu":
         return accel.cached(accel.build_bvh, triangles, **chosen, **limit)
     if build not in GPU_BUILDS:

@@ -1,6 +1,7 @@
 """docs/construction.md: its tables hold what is measured."""
 from __future__ import annotations
 
+import re
 from collections import Counter
 from pathlib import Path
 
@@ -30,6 +31,20 @@ def tables() -> list[dict[str, dict[str, str]]]:
         elif line.startswith("| `"):
             found[-1][name] = dict(zip(SCENES, values))
     return found
+
+
+def reinserted() -> dict[tuple[int, str, str], float]:
+    """SAH cost by rounds, build and scene, as the page says."""
+    rows = re.findall(r"^\| (\d+), (\S+) \| (.*) \|$", PAGE.read_text(), re.MULTILINE)
+    return {(int(rounds), build, scene): float(cost) for rounds, build, costs in rows
+            for scene, cost in zip(SCENES, costs.split(" | "))}
+
+
+@pytest.mark.parametrize("rounds, build, scene", [
+    pytest.param(*case, marks=() if case[0] == 1 else pytest.mark.full) for case in reinserted()])
+def test_reinserted_trees_cost_what_the_page_says(rounds: int, build: str, scene: str) -> None:
+    tree = accel.build_bvh(real_scene(scene).triangles, build=build, reinsertion=rounds)
+    assert accel.sah_cost(tree) == pytest.approx(reinserted()[rounds, build, scene], rel=0.006)
 
 
 @pytest.mark.parametrize("scene, row", [
