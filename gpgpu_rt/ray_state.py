@@ -132,6 +132,13 @@ def read_stream(record: Record, samplers: Mapping[str, moderngl.Texture]) -> dic
                                  for texel in range(record.texels)])
 
 
+def read_field(record: Record, name: str,
+               samplers: Mapping[str, moderngl.Texture]) -> np.ndarray:
+    """One field of a stream, from the one texture that has it."""
+    field = next(field for field in record.fields if field.name == name)
+    return field.of(read_texture(samplers[f"{record.name}_texel_{field.texel}"]))
+
+
 class StateBuffer:
     """One side of the ping-pong: the state, hit and counters of every ray, as one target."""
 

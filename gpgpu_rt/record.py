@@ -44,6 +44,12 @@ class Field:
     def is_integer(self) -> bool:
         return self.type in ("int", "ivec3", "ivec4")
 
+    def of(self, texels: np.ndarray) -> np.ndarray:
+        """(...) or (..., k) of (..., 4), texels that it stands in."""
+        values = texels[..., self.channel:self.channel + self.width]
+        values = values[..., 0] if self.width == 1 else values
+        return values.astype(np.int32) if self.is_integer else values
+
     def decode(self, texel: str) -> str:
         """GLSL that reads the field from a texel."""
         value = f"{texel}.{self.swizzle}"
@@ -198,12 +204,7 @@ class Record:
 
     def unpack_planes(self, planes: Sequence[np.ndarray] | np.ndarray) -> dict[str, np.ndarray]:
         """``unpack`` of (..., 4) each, one a texel."""
-        fields = {}
-        for f in self.fields:
-            values = planes[f.texel][..., f.channel:f.channel + f.width]
-            values = values[..., 0] if f.width == 1 else values
-            fields[f.name] = values.astype(np.int32) if f.is_integer else values
-        return fields
+        return {f.name: f.of(planes[f.texel]) for f in self.fields}
 
     def table_glsl(self) -> str:
         """Accessors of a table record: ``kd_node_split(i)`` and one a field."""

@@ -8,7 +8,7 @@ import moderngl
 import numpy as np
 
 from ..gpu import Gpu
-from ..ray_state import RayTextures, read_stream
+from ..ray_state import RayTextures, read_field
 from ..record import Record
 from ..texel_layout import PACKET_ENTRY, TILE_BOUNDS
 from ..textures import release, texture_bytes, write_texture
@@ -56,8 +56,7 @@ class TilePass(PrimitivePass):
     def __init__(self, gpu: Gpu, fragment: str, defines: dict[str, object],
                  virtual: dict[str, str]) -> None:
         super().__init__(gpu, fragment, "passes/packet_tiles.vert", defines, virtual)
-        # (down, across) bool, those that a watched draw is on
-        self.tiles: np.ndarray | None = None
+        self.tiles: np.ndarray | None = None    # (down, across) bool, those that it is drawn on
         self.side = (1, 1)                      # packets across and down a tile
         self.square = 1                         # packets a side that are drawn together
 
@@ -84,17 +83,23 @@ class PacketTiles:
     def __init__(self, gpu: Gpu, packet: tuple[int, int], entry_tile: int | None) -> None:
         self.gpu, self.packet, self.entry_tile = gpu, packet, entry_tile
         self._bounds = TileBoundsImage(gpu)
+        self._something = np.zeros((0, 0), bool)   # (down, across), which tiles have it
         self._largest = gpu.context.info["GL_POINT_SIZE_RANGE"][1]
 
-    def kind(self, rays: RayTextures) -> str | None:
+    def kind(self, rays: RayTextures, samplers: Samplers) -> str | None:
         """What is known of these rays' tiles: ``met``, by the beams that went first, or ``live``;
-        None where nothing is that would leave a tile out, and the whole is drawn."""
+        None where nothing is that would leave a tile out, and the whole is drawn, which takes less
+        than points do."""
         if rays.tiles is None or self.gpu.whole:
             return None
         kind = "met" if self.entry_tile and rays.bounded else "live"
-        if kind == "live" and rays.tiles.live.all():
+        if self._square(kind) > self._largest:
             return None
-        return kind if self._square(kind) <= self._largest else None
+        if kind == "met":   # all that is drawn waits for these beams as it is
+            self._something = read_field(PACKET_ENTRY, "met", samplers) != 0
+        else:
+            self._something = rays.tiles.of_side(self._side(kind)).live
+        return None if self._something.all() else kind
 
     def glsl(self, kind: str) -> str:
         """What the vertex program includes as <tiles>."""
@@ -116,11 +121,9 @@ class PacketTiles:
         program = next(iter(passes))
         if kind == "live":
             samplers = {**samplers, **self._bounds.of(rays, side).samplers()}
-        if self.gpu.watch is not None:
-            program.tiles = tiles.live if kind == "live" else (
-                read_stream(PACKET_ENTRY, samplers)["met"] != 0)
-            program.side = (side // self.packet[0], side // self.packet[1])
-            program.square = square
+        program.tiles = self._something
+        program.side = (side // self.packet[0], side // self.packet[1])
+        program.square = square
         for one, target in passes.items():
             one.set(squares=squares, with_something=one is program)
             self.gpu.context.enable_only(moderngl.PROGRAM_POINT_SIZE)

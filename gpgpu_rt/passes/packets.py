@@ -98,7 +98,7 @@ class PacketTraversal:
 
     def _kind(self, rays: RayTextures) -> str | None:
         """Of tiles to draw; what is left out is written as floats, and not as rows."""
-        return None if self.rows_alone else self._tiles.kind(rays)
+        return None if self.rows_alone else self._tiles.kind(rays, self.samplers)
 
     def _hand_back(self, rays: RayTextures, buffers: StateBuffers, room: PacketRoom,
                    statistics: Statistics, any_hit: bool) -> StateBuffer:
