@@ -4,7 +4,9 @@
 // a target takes one number of four hits, and not four numbers of one (FOURS), and of any hit that is
 // asked for only their triangles are written (TRIANGLES_ALONE). With ROWS_ALONE
 // there are more rays than targets: each takes the rows of the triangles that four rays hit, and
-// passes/packet_hits.frag computes the hits again.
+// passes/packet_hits.frag computes the hits again. With SETTLED_ALONE a packet that leaves a ray behind
+// is discarded: an occlusion query then tells whether there is any, and all are drawn again without, as
+// the limit on steps is hardly ever met, and to look at every packet's targets for it took 3 percent.
 //
 // A method defines start_packet; begin_turn, for the rays whose turn it is (common/packet_turns.glsl);
 // step_packet, false when they are through; and is_settled(r), which tells a ray that is from one that
@@ -57,6 +59,14 @@ void pack(int r) {
 #endif
 #endif
 
+#ifdef SETTLED_ALONE
+bool all_settled = true;
+
+void see_settled(int r) {
+    all_settled = all_settled && is_settled(r);
+}
+#endif
+
 void main() {
 #ifdef STATISTICS
     counters = Counters(0, 0, 0);
@@ -80,6 +90,12 @@ void main() {
     packet_counters = vec4(counters.nodes_visited, counters.leaves_visited,
                            counters.triangles_tested, steps);
 #else
+#ifdef SETTLED_ALONE
+    EACH(see_settled)
+    if (!all_settled) {
+        discard;
+    }
+#endif
 #ifndef ROWS_ALONE
     EACH(pack)
 #endif

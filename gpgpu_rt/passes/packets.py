@@ -1,6 +1,7 @@
 """Packets: several rays a fragment, their whole way in one pass (Horn et al. 2007)."""
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -25,6 +26,7 @@ from .traverse import UNFINISHED, Traversal, method_defines, method_texts
 # Steps a packet may take in its pass. Every step is an iteration of one loop, and no more than two
 # further iterations come with it: this stays below the 65,535 at which llvmpipe ends all loops.
 PACKET_STEPS = 20_000
+COUNTED = "_counted"   # a program whose packets, if they leave no ray behind, a query counts
 LIVE = 1   # the phase of a ray that its packet left behind
 
 
@@ -62,32 +64,24 @@ class PacketTraversal:
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[StateBuffer | PacketHits, int]:
         """Trace every ray; where the hits are, and how many rays the step cap stopped."""
-        context = self.gpu.context
-        room, kind = self._room_for(buffers.size), self._kind(rays)
-        context.enable_only(moderngl.NOTHING)
-        for name, target in room.targets(any_hit).items():
-            uniforms = {"ray_texture_size": buffers.size, **rays.uniforms(),
-                        "most_steps": min(PACKET_STEPS, self.step_cap)}
-            samplers = {**self.samplers, **rays.samplers()}
-            if kind is None:
-                program = self._program(name, any_hit, rays.record)
-                program.set(**uniforms)
-                program.draw(target, samplers)
-                statistics.draw_calls += 1
-            else:
-                some, none = (self._tile_pass(one, any_hit, rays.record, kind)
-                              for one in (name, f"{name}_none"))
-                some.set(**uniforms)
-                statistics.draw_calls += self._tiles.draw(
-                    {some: target, none: room.targets(True)[name]}, kind, rays, samplers)
-        statistics.passes += 1
-        left_behind = self._program("packets_left", False).count(
-            room.mask, room.samplers(True), statistics)
+        room = self._room_for(buffers.size)
+        self.gpu.context.enable_only(moderngl.NOTHING)
 
         def hand_back() -> StateBuffer:
             return self._hand_back(rays, buffers, room, statistics, any_hit)
 
-        if not (left_behind or self.rows_alone or self.statistics_on):
+        lazy = not (self.rows_alone or self.statistics_on)
+        if lazy and self.step_cap > PACKET_STEPS:
+            query = self.gpu.query()
+            with query:
+                self._draw(rays, room, statistics, any_hit, COUNTED)
+            statistics.queries += 1
+            if query.samples == math.prod(room.size):     # no packet was discarded
+                return PacketHits(room, any_hit, hand_back), 0
+        self._draw(rays, room, statistics, any_hit)
+        left_behind = self._program("packets_left", False).count(
+            room.mask, room.samplers(True), statistics)
+        if lazy and not left_behind:
             return PacketHits(room, any_hit, hand_back), 0
         now = hand_back()
         if not left_behind:
@@ -96,9 +90,27 @@ class PacketTraversal:
             self._trace_singly(rays, now, statistics, any_hit)
         return now, self._count(UNFINISHED, now, buffers, statistics)
 
-    def _kind(self, rays: RayTextures) -> str | None:
-        """Of tiles to draw; what is left out is written as floats, and not as rows."""
-        return None if self.rows_alone else self._tiles.kind(rays, self.samplers)
+    def _draw(self, rays: RayTextures, room: PacketRoom, statistics: Statistics, any_hit: bool,
+              suffix: str = "") -> None:
+        """Trace packets, those where there is something to trace; ``suffix``: of the programs."""
+        # What is left out is written as floats, and not as rows.
+        kind = None if self.rows_alone else self._tiles.kind(rays, self.samplers)
+        samplers = {**self.samplers, **rays.samplers()}
+        for name, target in room.targets(any_hit).items():
+            uniforms = {"ray_texture_size": room.rays, **rays.uniforms(),
+                        "most_steps": min(PACKET_STEPS, self.step_cap)}
+            if kind is None:
+                program = self._program(name + suffix, any_hit, rays.record)
+                program.set(**uniforms)
+                program.draw(target, samplers)
+                statistics.draw_calls += 1
+            else:
+                some, none = (self._tile_pass(one, any_hit, rays.record, kind)
+                              for one in (name + suffix, f"{name}_none"))
+                some.set(**uniforms)
+                statistics.draw_calls += self._tiles.draw(
+                    {some: target, none: room.targets(True)[name]}, kind, rays, samplers)
+        statistics.passes += 1
 
     def _hand_back(self, rays: RayTextures, buffers: StateBuffers, room: PacketRoom,
                    statistics: Statistics, any_hit: bool) -> StateBuffer:
@@ -181,10 +193,12 @@ class PacketTraversal:
     def _texts(self, name: str, any_hit: bool,
                rays: Record) -> tuple[str, dict[str, object], dict[str, str]]:
         """The file of a fragment program, defines and what it includes."""
+        file = name.replace("_counters", "").replace(COUNTED, "")
         defines = self._defines(any_hit, any_hit or name in ("packet_none", "packets_left"))
+        defines["SETTLED_ALONE"] = name.endswith(COUNTED)
         if name in ("packet", "packet_none"):   # their counters are drawn apart
             defines["STATISTICS"] = False
-        return f"passes/{name.replace('_counters', '')}.frag", defines, self._virtual(name, rays)
+        return f"passes/{file}.frag", defines, self._virtual(name, rays)
 
     def _defines(self, any_hit: bool, alone: bool) -> dict[str, object]:
         """``alone``: of the targets that hold triangles."""
@@ -201,7 +215,7 @@ class PacketTraversal:
         written += [COUNTERS] if self.statistics_on else []
         reads: list[Record] = [rays]
         writes: list[Record] = []
-        if name in ("packet", "packet_counters"):
+        if name in ("packet", "packet" + COUNTED, "packet_counters"):
             reads += [r for r in written if r.name != "state"]   # their structs alone are of use
         elif name == "packet_hits":
             writes = written
