@@ -74,11 +74,11 @@ class PacketTraversal:
         if lazy and self.step_cap > PACKET_STEPS:
             query = self.gpu.query()
             with query:
-                self._draw(rays, room, statistics, any_hit, COUNTED)
+                self._trace_packets(rays, room, statistics, any_hit, COUNTED)
             statistics.queries += 1
             if query.samples == math.prod(room.size):     # no packet was discarded
                 return PacketHits(room, any_hit, hand_back), 0
-        self._draw(rays, room, statistics, any_hit)
+        self._trace_packets(rays, room, statistics, any_hit)
         left_behind = self._program("packets_left", False).count(
             room.mask, room.samplers(True), statistics)
         if lazy and not left_behind:
@@ -90,8 +90,8 @@ class PacketTraversal:
             self._trace_singly(rays, now, statistics, any_hit)
         return now, self._count(UNFINISHED, now, buffers, statistics)
 
-    def _draw(self, rays: RayTextures, room: PacketRoom, statistics: Statistics, any_hit: bool,
-              suffix: str = "") -> None:
+    def _trace_packets(self, rays: RayTextures, room: PacketRoom, statistics: Statistics,
+                       any_hit: bool, suffix: str = "") -> None:
         """Trace packets, those where there is something to trace; ``suffix``: of the programs."""
         # What is left out is written as floats, and not as rows.
         kind = None if self.rows_alone else self._tiles.kind(rays, self.samplers)
