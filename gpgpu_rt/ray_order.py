@@ -26,7 +26,7 @@ AT_ONCE = 1 << 16   # rays that are worked on at a time: they stay in a core's c
 # Rays in a row that are put in order by themselves: those of a picture's rows begin near one
 # another as it is, and what lies in a cache is sorted and moved faster (docs/bvh.md).
 BLOCK = 1 << 17
-SCATTERED = 0.75    # of the cells in which rays begin, a block's share from which on it is not so
+SCATTERED = 0.75    # of all cells in which rays begin, a block's: from there on all are one
 
 
 class RayOrder:

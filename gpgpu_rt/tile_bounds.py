@@ -74,7 +74,11 @@ class TileBounds:
         size = (self.size[0] * self.side, self.size[1] * self.side)
         found, joint = TileBounds(size, side), TileBounds(self.size, times)
         found.live = joint._joined(np.logical_or, self.live)
+        empty = None if self.live.all() else ~self.live
         for op, end, name in ((np.minimum, np.inf, "least"), (np.maximum, -np.inf, "most")):
-            values = np.where(self.live[:, :, None], getattr(self, name), np.float32(end))
+            values = getattr(self, name)
+            if empty is not None:
+                values = values.copy()
+                values[empty] = end
             setattr(found, name, joint._joined(op, values))
         return found

@@ -5,8 +5,8 @@
 // asked for only their triangles are written (TRIANGLES_ALONE). With ROWS_ALONE
 // there are more rays than targets: each takes the rows of the triangles that four rays hit, and
 // passes/packet_hits.frag computes the hits again. With SETTLED_ALONE a packet that leaves a ray behind
-// is discarded: an occlusion query then tells whether there is any, and all are drawn again without, as
-// the limit on steps is hardly ever met, and to look at every packet's targets for it took 3 percent.
+// is discarded: an occlusion query then tells whether there is any, and all are drawn again without.
+// So no pass has to look at what packets wrote, for the sake of a limit that is hardly ever met.
 //
 // A method defines start_packet; begin_turn, for the rays whose turn it is (common/packet_turns.glsl);
 // step_packet, false when they are through; and is_settled(r), which tells a ray that is from one that

@@ -20,7 +20,7 @@ from .runs import expand, owners, run_starts
 # Of the rays that meet a box, the share from which on one inside it is not worth a test: a half
 # breaks even by count, and from there to 0.9 rates were measured alike (docs/bvh.md).
 MET_ANYWAY = 0.65
-MAX_LEAF = 4        # triangles, where leaves are made of a tree of single ones
+MAX_LEAF = 4        # triangles, unless one asks for others
 MOST_ROUNDS = 1000  # of reinsertion
 
 
@@ -169,7 +169,8 @@ class LooseTree:
         if not inner:
             return self
         area = half_area(*(corner.T.astype(np.float64) for corner in self.boxes(triangles)))
-        held, cost, leaf = self.count.copy(), area * self.count, self.left < 0
+        held, leaf = self.count.copy(), self.left < 0
+        cost = area * held
         for nodes in reversed(inner):
             left, right = self.left[nodes], self.right[nodes]
             held[nodes] = held[left] + held[right]

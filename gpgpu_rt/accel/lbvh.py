@@ -16,13 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from .bounds import triangle_boxes
-from .bvh import LooseTree
+from .bvh import MAX_LEAF, LooseTree
 from .morton import morton_3d
 from .options import in_range, refuse_unknown
 
 AXIS_BITS = 10          # of a code, which has three times as many
 SLOT_BITS = 24
-MAX_LEAF = 4
 
 
 def build(triangles: np.ndarray, *, morton_bits: int = AXIS_BITS, max_leaf: int = MAX_LEAF,

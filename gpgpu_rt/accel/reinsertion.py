@@ -195,21 +195,26 @@ class _Tables:
         """Make the moves; where they gain nothing together, the better half of them, and so on.
         ``made``, (m,) bool, is left as it came to be."""
         before = [values.copy() for values in (self.left, self.right, self.parent)]
-        cost = self._cost()
+        cost = self.cost
         while made.any():
             self._relink(moves.of(made))
-            if self._cost() < cost or made.sum() == 1:
+            self._fit()
+            if self.cost < cost or made.sum() == 1:
                 return
             for values, old in zip((self.left, self.right, self.parent), before):
                 values[:] = old
             made[np.flatnonzero(made)[:made.sum() // 2]] = False
 
-    def _cost(self) -> float:
-        """Boxes are fitted to what the nodes hold now; the area of all."""
+    @property
+    def cost(self) -> float:
+        """The area of all boxes."""
+        return float(self.area.sum(dtype=np.float64))
+
+    def _fit(self) -> None:
+        """Boxes around what the nodes hold now."""
         for nodes in reversed(tree_order.inner_levels(self.left, self.right)):
             self.box[nodes] = np.maximum(self.box[self.left[nodes]], self.box[self.right[nodes]])
         self.area = _half_area(self.box)
-        return float(self.area.sum(dtype=np.float64))
 
     def _relink(self, moves: _Moves) -> None:
         node, joint, sibling, above, place, around = self._links(moves)

@@ -13,7 +13,7 @@ import numpy as np
 from ..threads import Run, threads
 from . import top_down
 from .bounds import half_area
-from .bvh import LooseTree
+from .bvh import MAX_LEAF, LooseTree
 from .options import in_range, refuse_unknown
 from .runs import chunks, expand, of_like_length, owners, run_starts
 from .top_down import TriangleLevel
@@ -23,7 +23,7 @@ FEW_SIZES = (2, 3, 4, 6, 8, FEW)
 ITEM_CHUNK = 1 << 17
 
 
-def build(triangles: np.ndarray, *, bins: int = 32, max_leaf: int = 4,
+def build(triangles: np.ndarray, *, bins: int = 32, max_leaf: int = MAX_LEAF,
           traversal_cost: float = 1.0, intersection_cost: float = 1.0, max_depth: int = 64,
           **unknown: object) -> LooseTree:
     """SAH splits; leaves of at most `max_leaf` triangles where splitting on does not pay.
@@ -39,7 +39,7 @@ def build(triangles: np.ndarray, *, bins: int = 32, max_leaf: int = 4,
         intersection_cost=intersection_cost, max_depth=max_depth, run=threads(len(triangles))))
 
 
-def splitter(*, bins: int = 32, max_leaf: int = 4, traversal_cost: float = 1.0,
+def splitter(*, bins: int = 32, max_leaf: int = MAX_LEAF, traversal_cost: float = 1.0,
              intersection_cost: float = 1.0, max_depth: int = 64, run: Run = map,
              **unknown: object) -> top_down.Splitter:
     """What splits a level, for builders that begin with clusters; options as above.

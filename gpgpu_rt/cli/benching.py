@@ -22,12 +22,12 @@ Races = list[tuple[str, str, list[Entry]]]
 
 SIZE = 1024
 # Those that were fastest, by options that are not their defaults.
-BEST = (("bvh-packet", {"packet": (4, 2), "octants": True, "interval_test": True,
-                        "quantise_nodes": 16, "entry_points": 32}),
-        ("bvh-packet", {"packet": (4, 2), "octants": True, "quantise_nodes": 16}),
-        ("bvh-threaded", {"octants": True, "quantise_nodes": 16}),
-        ("bvh-packet", {"packet": (2, 2), "octants": True, "quantise_nodes": 16,
-                        "presort": True}))
+_TREE = {"octants": True, "quantise_nodes": 16}
+BEST = (("bvh-packet", {"packet": (4, 2), "interval_test": True, "entry_points": 32, **_TREE,
+                        "reinsertion": 3}),
+        ("bvh-packet", {"packet": (4, 2), **_TREE, "reinsertion": 3}),
+        ("bvh-threaded", _TREE),
+        ("bvh-packet", {"packet": (2, 2), "presort": True, **_TREE, "reinsertion": 3}))
 
 
 def add_command(command: Command) -> None:

@@ -38,18 +38,12 @@ class PacketRoom:
         self.triangles = self.hits[3::4] if fours else self.hits
         self._targets = {"hits": gpu.context.framebuffer(self.hits),
                          "triangles": gpu.context.framebuffer(self.triangles)}
-        # Packets are counted in it, without a test of depth.
-        self._depth = gpu.context.depth_renderbuffer(self.size)
-        self.mask = gpu.context.framebuffer(depth_attachment=self._depth)
         if statistics:
             self._targets["counters"] = gpu.context.framebuffer(self.counters)
 
-    def targets(self, alone: bool) -> dict[str, moderngl.Framebuffer]:
-        """What each program draws into, hits or triangles ``alone``."""
-        found = {"packet": self._targets["triangles" if alone else "hits"]}
-        if self.counters:
-            found["packet_counters"] = self._targets["counters"]
-        return found
+    def target(self, counters: bool, alone: bool) -> moderngl.Framebuffer:
+        """What a program draws into: hits, or triangles ``alone``; or counters."""
+        return self._targets["counters" if counters else "triangles" if alone else "hits"]
 
     def samplers(self, alone: bool) -> dict[str, moderngl.Texture]:
         """Of what was drawn so."""
@@ -83,7 +77,7 @@ class PacketRoom:
         return texture_bytes((*self.hits, *self.counters))
 
     def release(self) -> None:
-        release(self._targets, self.mask, self.hits, self.counters, self._depth)
+        release(self._targets, self.hits, self.counters)
 
 
 class PacketHits:

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from typing import NamedTuple
 
 import moderngl
 import numpy as np
@@ -18,6 +18,19 @@ from .entry_points import TileImage
 from .primitive_pass import PrimitivePass
 
 SQUARE = 8     # packets a side, at least, that are drawn or left out together
+
+
+class KnownTiles(NamedTuple):
+    """Which tiles have something to trace.
+
+    kind : how that is known: ``met``, by the beams that went first, or ``live``, by the rays
+    something : (down, across) bool
+    samplers : of what says so to programs
+    """
+
+    kind: str
+    something: np.ndarray
+    samplers: Samplers
 
 
 class TileBoundsImage:
@@ -56,18 +69,14 @@ class TilePass(PrimitivePass):
     def __init__(self, gpu: Gpu, fragment: str, defines: dict[str, object],
                  virtual: dict[str, str]) -> None:
         super().__init__(gpu, fragment, "passes/packet_tiles.vert", defines, virtual)
-        self.tiles: np.ndarray | None = None    # (down, across) bool, those that it is drawn on
-        self.side = (1, 1)                      # packets across and down a tile
-        self.square = 1                         # packets a side that are drawn together
+        self.squares: np.ndarray | None = None  # (down, across) bool, those that it is drawn on
+        self.square = 1                         # packets a side of one
 
     def covered(self, size: tuple[int, int]) -> np.ndarray | None:
         """As of a ``FragmentPass``."""
-        if self.tiles is None:
+        if self.squares is None:
             return None
-        packets = self.tiles.repeat(self.side[0], 1).repeat(self.side[1], 0)
-        for axis in (0, 1):
-            firsts = np.arange(0, packets.shape[axis], self.square)
-            packets = np.logical_or.reduceat(packets, firsts, axis).repeat(self.square, axis)
+        packets = self.squares.repeat(self.square, 0).repeat(self.square, 1)
         return np.argwhere(packets[:size[1], :size[0]])[:, ::-1]
 
 
@@ -83,23 +92,25 @@ class PacketTiles:
     def __init__(self, gpu: Gpu, packet: tuple[int, int], entry_tile: int | None) -> None:
         self.gpu, self.packet, self.entry_tile = gpu, packet, entry_tile
         self._bounds = TileBoundsImage(gpu)
-        self._something = np.zeros((0, 0), bool)   # (down, across), which tiles have it
         self._largest = gpu.context.info["GL_POINT_SIZE_RANGE"][1]
 
-    def kind(self, rays: RayTextures, samplers: Samplers) -> str | None:
-        """What is known of these rays' tiles: ``met``, by the beams that went first, or ``live``;
-        None where nothing is that would leave a tile out, and the whole is drawn, which takes less
-        than points do."""
+    def known(self, rays: RayTextures, samplers: Samplers) -> KnownTiles | None:
+        """What is known of these rays' tiles; None where nothing is that would leave one out, and
+        the whole is drawn, which takes less than points do."""
         if rays.tiles is None or self.gpu.whole:
             return None
         kind = "met" if self.entry_tile and rays.bounded else "live"
         if self._square(kind) > self._largest:
             return None
         if kind == "met":   # all that is drawn waits for these beams as it is
-            self._something = read_field(PACKET_ENTRY, "met", samplers) != 0
+            something = read_field(PACKET_ENTRY, "met", samplers) != 0
         else:
-            self._something = rays.tiles.of_side(self._side(kind)).live
-        return None if self._something.all() else kind
+            something = rays.tiles.of_side(self._side(kind)).live
+        if something.all():
+            return None
+        if kind == "live":
+            samplers = {**samplers, **self._bounds.of(rays, self._side(kind)).samplers()}
+        return KnownTiles(kind, something, samplers)
 
     def glsl(self, kind: str) -> str:
         """What the vertex program includes as <tiles>."""
@@ -110,31 +121,39 @@ class PacketTiles:
                 "bool has_something(ivec2 tile) {\n"
                 f"    return {record.name}_load(tile).{kind} != 0;\n}}")
 
-    def draw(self, passes: Mapping[TilePass, moderngl.Framebuffer], kind: str, rays: RayTextures,
-             samplers: Samplers) -> int:
-        """Draw packets by the first pass, by the other one those of the tiles that are left out,
-        each into its target; how many calls that took."""
-        assert rays.tiles is not None
-        side, square = self._side(kind), self._square(kind)
-        tiles = rays.tiles.of_side(side)
-        squares = tuple(-(-n * side // (square * p)) for n, p in zip(tiles.size, self.packet))
-        program = next(iter(passes))
-        if kind == "live":
-            samplers = {**samplers, **self._bounds.of(rays, side).samplers()}
-        program.tiles = self._something
-        program.side = (side // self.packet[0], side // self.packet[1])
-        program.square = square
-        for one, target in passes.items():
-            one.set(squares=squares, with_something=one is program)
-            self.gpu.context.enable_only(moderngl.PROGRAM_POINT_SIZE)
-            # Whole tiles, also past the last ray: a point is dropped whose middle is outside.
-            target.viewport = (0, 0, squares[0] * square, squares[1] * square)
-            try:
-                one.draw(target, samplers, moderngl.POINTS, math.prod(squares))
-            finally:
-                target.viewport = (0, 0, *target.size)
-                self.gpu.context.enable_only(moderngl.NOTHING)
-        return len(passes)
+    def draw(self, one: TilePass, target: moderngl.Framebuffer, tiles: KnownTiles,
+             with_something: bool) -> None:
+        """Draw the packets of the tiles that have something, or of the others."""
+        squares, square = self._squares(tiles), self._square(tiles.kind)
+        one.squares, one.square = squares == with_something, square
+        down, across = squares.shape
+        one.set(squares=(across, down), with_something=with_something)
+        self.gpu.context.enable_only(moderngl.PROGRAM_POINT_SIZE)
+        # Whole tiles, also past the last ray: a point is dropped whose middle is outside.
+        target.viewport = (0, 0, across * square, down * square)
+        try:
+            one.draw(target, tiles.samplers, moderngl.POINTS, across * down)
+        finally:
+            target.viewport = (0, 0, *target.size)
+            self.gpu.context.enable_only(moderngl.NOTHING)
+
+    def packets(self, tiles: KnownTiles, size: tuple[int, int]) -> int:
+        """Of (width, height), those of the tiles that have something."""
+        squares, square = self._squares(tiles), self._square(tiles.kind)
+        across, down = (np.minimum(square, n - np.arange(0, n, square)) for n in size)
+        return int(down @ squares[:len(down), :len(across)] @ across)
+
+    def _squares(self, tiles: KnownTiles) -> np.ndarray:
+        """(down, across) bool, points: whether a tile below one has something."""
+        found = tiles.something
+        for axis, packet in ((1, self.packet[0]), (0, self.packet[1])):
+            side, square = self._side(tiles.kind) // packet, self._square(tiles.kind)
+            if side > square:
+                found = found.repeat(side // square, axis)
+            else:
+                firsts = np.arange(0, found.shape[axis], square // side)
+                found = np.logical_or.reduceat(found, firsts, axis)
+        return found
 
     def _side(self, kind: str) -> int:
         """Rays a side of a tile."""

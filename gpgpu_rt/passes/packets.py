@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import nullcontext
 from dataclasses import replace
 from typing import Any
 
@@ -26,7 +27,6 @@ from .traverse import UNFINISHED, Traversal, method_defines, method_texts
 # Steps a packet may take in its pass. Every step is an iteration of one loop, and no more than two
 # further iterations come with it: this stays below the 65,535 at which llvmpipe ends all loops.
 PACKET_STEPS = 20_000
-COUNTED = "_counted"   # a program whose packets, if they leave no ray behind, a query counts
 LIVE = 1   # the phase of a ray that its packet left behind
 
 
@@ -70,18 +70,16 @@ class PacketTraversal:
         def hand_back() -> StateBuffer:
             return self._hand_back(rays, buffers, room, statistics, any_hit)
 
-        lazy = not (self.rows_alone or self.statistics_on)
-        if lazy and self.step_cap > PACKET_STEPS:
-            query = self.gpu.query()
-            with query:
-                self._trace_packets(rays, room, statistics, any_hit, COUNTED)
-            statistics.queries += 1
-            if query.samples == math.prod(room.size):     # no packet was discarded
-                return PacketHits(room, any_hit, hand_back), 0
-        self._trace_packets(rays, room, statistics, any_hit)
-        left_behind = self._program("packets_left", False).count(
-            room.mask, room.samplers(True), statistics)
-        if lazy and not left_behind:
+        query = self.gpu.query()
+        drawn = self._draw_packets("packet", rays, room, statistics, any_hit, query)
+        statistics.queries += 1
+        left_behind = query.samples < drawn     # packets that do so are discarded
+        if left_behind:
+            self._draw_packets("packet_unsettled", rays, room, statistics, any_hit)
+        if self.statistics_on:
+            self._draw_packets("packet_counters", rays, room, statistics, any_hit)
+        statistics.passes += 1 + left_behind
+        if not (left_behind or self.rows_alone or self.statistics_on):
             return PacketHits(room, any_hit, hand_back), 0
         now = hand_back()
         if not left_behind:
@@ -90,27 +88,32 @@ class PacketTraversal:
             self._trace_singly(rays, now, statistics, any_hit)
         return now, self._count(UNFINISHED, now, buffers, statistics)
 
-    def _trace_packets(self, rays: RayTextures, room: PacketRoom, statistics: Statistics,
-                       any_hit: bool, suffix: str = "") -> None:
-        """Trace packets, those where there is something to trace; ``suffix``: of the programs."""
+    def _draw_packets(self, name: str, rays: RayTextures, room: PacketRoom,
+                      statistics: Statistics, any_hit: bool, query: Any = nullcontext()) -> int:
+        """Trace packets by a program, within an occlusion query, those where there is something to
+        trace; how many."""
         # What is left out is written as floats, and not as rows.
-        kind = None if self.rows_alone else self._tiles.kind(rays, self.samplers)
         samplers = {**self.samplers, **rays.samplers()}
-        for name, target in room.targets(any_hit).items():
-            uniforms = {"ray_texture_size": room.rays, **rays.uniforms(),
-                        "most_steps": min(PACKET_STEPS, self.step_cap)}
-            if kind is None:
-                program = self._program(name + suffix, any_hit, rays.record)
-                program.set(**uniforms)
+        tiles = None if self.rows_alone else self._tiles.known(rays, samplers)
+        counted = name == "packet_counters"
+        target = room.target(counted, any_hit)
+        uniforms = {"ray_texture_size": room.rays, **rays.uniforms(),
+                    "most_steps": min(PACKET_STEPS, self.step_cap)}
+        if tiles is None:
+            program = self._program(name, any_hit, rays.record)
+            program.set(**uniforms)
+            with query:
                 program.draw(target, samplers)
-                statistics.draw_calls += 1
-            else:
-                some, none = (self._tile_pass(one, any_hit, rays.record, kind)
-                              for one in (name + suffix, f"{name}_none"))
-                some.set(**uniforms)
-                statistics.draw_calls += self._tiles.draw(
-                    {some: target, none: room.targets(True)[name]}, kind, rays, samplers)
-        statistics.passes += 1
+            statistics.draw_calls += 1
+            return math.prod(room.size)
+        some, none = (self._tile_pass(one, any_hit, rays.record, tiles.kind)
+                      for one in (name, "packet_counters_none" if counted else "packet_none"))
+        some.set(**uniforms)
+        with query:
+            self._tiles.draw(some, target, tiles, True)
+        self._tiles.draw(none, room.target(counted, True), tiles, False)
+        statistics.draw_calls += 2
+        return self._tiles.packets(tiles, room.size)
 
     def _hand_back(self, rays: RayTextures, buffers: StateBuffers, room: PacketRoom,
                    statistics: Statistics, any_hit: bool) -> StateBuffer:
@@ -193,10 +196,10 @@ class PacketTraversal:
     def _texts(self, name: str, any_hit: bool,
                rays: Record) -> tuple[str, dict[str, object], dict[str, str]]:
         """The file of a fragment program, defines and what it includes."""
-        file = name.replace("_counters", "").replace(COUNTED, "")
-        defines = self._defines(any_hit, any_hit or name in ("packet_none", "packets_left"))
-        defines["SETTLED_ALONE"] = name.endswith(COUNTED)
-        if name in ("packet", "packet_none"):   # their counters are drawn apart
+        file = name.replace("_counters", "").replace("_unsettled", "")
+        defines = self._defines(any_hit, any_hit or name == "packet_none")
+        defines["SETTLED_ALONE"] = name == "packet"
+        if name in ("packet", "packet_unsettled", "packet_none"):   # counters are drawn apart
             defines["STATISTICS"] = False
         return f"passes/{file}.frag", defines, self._virtual(name, rays)
 
@@ -215,7 +218,7 @@ class PacketTraversal:
         written += [COUNTERS] if self.statistics_on else []
         reads: list[Record] = [rays]
         writes: list[Record] = []
-        if name in ("packet", "packet" + COUNTED, "packet_counters"):
+        if name in ("packet", "packet_unsettled", "packet_counters"):
             reads += [r for r in written if r.name != "state"]   # their structs alone are of use
         elif name == "packet_hits":
             writes = written
@@ -224,7 +227,7 @@ class PacketTraversal:
             writes = [replace(rays, name="single_rays")]
         elif name == "classify":
             reads = written[:1]
-        elif name in ("packets_left", "packet_none", "packet_counters_none"):
+        elif name in ("packet_none", "packet_counters_none"):
             reads += [layout(HIT)]      # its struct alone is of use
         else:
             single = layout(self._single_traversal().method.state)

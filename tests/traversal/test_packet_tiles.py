@@ -96,6 +96,27 @@ def test_no_hit_is_left_out(exact_renderer, method: str, packet: tuple[int, int]
             assert (tracer.occluded(origins, along, **ends) == expected.hit).all()
 
 
+@pytest.mark.parametrize("tile", ENTRIES)
+@pytest.mark.parametrize("packet", PACKETS[:-1], ids="{0[0]}x{0[1]}".format)
+@pytest.mark.parametrize("size", [(16, 16), (13, 7), (70, 75)], ids="{0[0]}x{0[1]}".format)
+@pytest.mark.parametrize("part", [0.0, 0.5, 1.0], ids="live-{}".format)
+def test_each_packet_is_drawn_once(part: float, size: tuple[int, int], packet: tuple[int, int],
+                                   tile: int | None) -> None:
+    """Points cover all of them, so that the query finds none missing, and nothing is drawn again;
+    where all tiles have something to trace, the whole is one draw."""
+    scene, origins, directions = seen(size, 4)
+    directions = directions * np.float32([0.02, 0.02, 1])    # into the midst of the triangles
+    t_max = np.where(np.arange(size[0]) < part * size[0], np.inf, -1.0)
+    t_max = np.broadcast_to(t_max, origins.shape[:2]).ravel()
+    with rt.Tracer(scene, "bvh-packet", packet=packet, entry_points=tile) as tracer:
+        tracer.trace(origins, directions, t_max=t_max)
+        found = tracer.statistics
+        assert (found.queries, found.passes) == (1, 1)
+        beams = tile is not None
+        assert found.draw_calls - beams <= (1 if part == 1 else 2)
+        assert found.draw_calls - beams == 2 or part == 1 or size != (70, 75) or packet == (4, 4)
+
+
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
 @pytest.mark.parametrize("octants", [False, True], ids=["stack", "octants"])
 @pytest.mark.parametrize("tile", ENTRIES[1:])
