@@ -9,18 +9,19 @@ import math
 import time
 
 import moderngl
+import numpy as np
 
+from ..gpu import Gpu
 from ..methods.row import Accelerator
 from ..ray_state import RayTextures, StateBuffer, StateBuffers
 from ..record import Record, streams_glsl
 from ..statistics import Statistics
 from ..texel_layout import PACKET_ENTRY, TILE_BEAM, TILE_BOUNDS
-from ..textures import release, texture_bytes
+from ..textures import release, texture_bytes, write_texture
 from .driver import Driver, Samplers, Setup
 from .entry_points import TileImage
 from .full_screen import FullScreenPass
 from .packet_room import PacketHits
-from .packet_tiles import TileBoundsImage
 from .traverse import method_defines, method_texts
 
 
@@ -103,3 +104,33 @@ class PacketEntries:
     def release(self) -> None:
         release(self._entries, self._bounds, self._programs, self.driver)
         self._entries = None
+
+
+class TileBoundsImage:
+    """TILE_BOUNDS of the tiles of rays, in textures."""
+
+    def __init__(self, gpu: Gpu) -> None:
+        self.gpu = gpu
+        self._image: TileImage | None = None
+        self._size = (0, 0)
+
+    def of(self, rays: RayTextures, side: int) -> TileImage:
+        """Those of tiles of so many rays a side."""
+        assert rays.tiles is not None
+        tiles = rays.tiles.of_side(side)
+        if self._image is None or self._size != tiles.size:
+            self.release()
+            self._image, self._size = TileImage(self.gpu, TILE_BOUNDS, tiles.size), tiles.size
+        texels = TILE_BOUNDS.pack(
+            live=tiles.live.reshape(-1), least=tiles.least.reshape(-1, 3),
+            most=tiles.most.reshape(-1, 3))
+        for texel, texture in enumerate(self._image.textures):
+            write_texture(texture, np.ascontiguousarray(texels[:, texel]))
+        return self._image
+
+    def bytes(self) -> int:
+        return texture_bytes(self._image.textures) if self._image is not None else 0
+
+    def release(self) -> None:
+        release(self._image)
+        self._image = None

@@ -94,26 +94,26 @@ class PacketTraversal:
         trace; how many."""
         # What is left out is written as floats, and not as rows.
         samplers = {**self.samplers, **rays.samplers()}
-        tiles = None if self.rows_alone else self._tiles.known(rays, samplers)
+        squares = None if self.rows_alone else self._tiles.squares(rays, samplers)
         counted = name == "packet_counters"
         target = room.target(counted, any_hit)
         uniforms = {"ray_texture_size": room.rays, **rays.uniforms(),
                     "most_steps": min(PACKET_STEPS, self.step_cap)}
-        if tiles is None:
+        if squares is None:
             program = self._program(name, any_hit, rays.record)
             program.set(**uniforms)
             with query:
                 program.draw(target, samplers)
             statistics.draw_calls += 1
             return math.prod(room.size)
-        some, none = (self._tile_pass(one, any_hit, rays.record, tiles.kind)
+        some, none = (self._tile_pass(one, any_hit, rays.record)
                       for one in (name, "packet_counters_none" if counted else "packet_none"))
         some.set(**uniforms)
         with query:
-            self._tiles.draw(some, target, tiles, True)
-        self._tiles.draw(none, room.target(counted, True), tiles, False)
+            some.draw_on(squares, target, samplers)
+        none.draw_on(squares._replace(some=~squares.some), room.target(counted, True), samplers)
         statistics.draw_calls += 2
-        return self._tiles.packets(tiles, room.size)
+        return squares.packets(room.size)
 
     def _hand_back(self, rays: RayTextures, buffers: StateBuffers, room: PacketRoom,
                    statistics: Statistics, any_hit: bool) -> StateBuffer:
@@ -183,13 +183,11 @@ class PacketTraversal:
             self._programs[key].set(**self.accelerator.uniforms)
         return self._programs[key]
 
-    def _tile_pass(self, name: str, any_hit: bool, rays: Record, kind: str) -> TilePass:
-        """One that is drawn on tiles, of which so much is known."""
-        key = (name, any_hit, rays, kind)
+    def _tile_pass(self, name: str, any_hit: bool, rays: Record) -> TilePass:
+        """One that is drawn on tiles."""
+        key = (name, any_hit, rays)
         if key not in self._tile_passes:
-            file, defines, virtual = self._texts(name, any_hit, rays)
-            self._tile_passes[key] = TilePass(self.gpu, file, defines,
-                                              {**virtual, "tiles": self._tiles.glsl(kind)})
+            self._tile_passes[key] = TilePass(self.gpu, *self._texts(name, any_hit, rays))
             self._tile_passes[key].set(**self.accelerator.uniforms)
         return self._tile_passes[key]
 
@@ -246,8 +244,7 @@ class PacketTraversal:
 
     def bytes(self) -> int:
         """Bytes of the packets' own targets."""
-        room = self._room.bytes() if self._room is not None else 0
-        return room + self._tiles.bytes()
+        return self._room.bytes() if self._room is not None else 0
 
     def _release_single_room(self) -> None:
         release(self._single_room)
@@ -255,7 +252,7 @@ class PacketTraversal:
 
     def release(self) -> None:
         self._release_single_room()
-        release(self._programs, self._tile_passes, self._room, self._tiles, self._single)
+        release(self._programs, self._tile_passes, self._room, self._single)
 
 
 def packet_of(options: Mapping[str, Any]) -> tuple[int, int]:
