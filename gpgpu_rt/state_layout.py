@@ -53,6 +53,10 @@ PACKET_STATE = Record("state", "node:int cursor:int phase:int steps:int | turn:i
 """Of a packet: a TREE_STATE, the octant of directions whose rays go through the tree together, and
 a bit for each whose rays are still to come."""
 
+SHARED_WAY_OUT = "after:int"
+"""Of a walk where octants share subtrees: the node behind the one that it is in, -1 outside."""
+
+PACKET_SHARED_STATE = replace(PACKET_STATE, layout=f"{PACKET_STATE.layout} {SHARED_WAY_OUT}")
 PACKET_STACK_STATE = replace(
     PACKET_STATE, layout=PACKET_STATE.layout + " far:int stacked:int | far_t_max")
 """And of a packet with a stack what KD_TEXTURE_STACK_STATE has."""

@@ -44,7 +44,9 @@ KD_LEAF = Record("kd_leaf", "lo:vec3 rope_lo_x:int | hi:vec3 rope_hi_x:int "
 BVH_NODE = Record("bvh_node", "lo:vec3 escape:int | hi:vec3 first:int")
 """A threaded node: box, escape index (-1 ends), first triangle of a leaf or -1.
 
-Octant copies store the corner a ray meets first in ``lo`` and the other one in ``hi``.
+Octant copies store the corner a ray meets first in ``lo`` and the other one in ``hi``, but not
+where they share subtrees. There ``first`` is -2 less the first shared node for a portal, and an
+escape index of -1 among the shared nodes leads back to behind it.
 """
 
 BIH_NODE = Record("bih_node", "left_hi right_lo axis:int child:int")
@@ -60,14 +62,14 @@ BVH_PAIR = Record("bvh_pair", "left_lo:vec3 left:int | left_hi:vec3 | right_lo:v
 """An inner node with its children's boxes; a child is an inner node, or -1 minus the first
 triangle of a leaf."""
 
-_LINK = "target:30 last:1 leaf:1"
+_LINK = "target:29 portal:1 last:1 leaf:1"
 QUANTISED_NODE_16 = PackedRecord(
     "quantised_node", "lo_x:16 hi_x:16 | lo_y:16 hi_y:16 | lo_z:16 hi_z:16 | " + _LINK)
 QUANTISED_NODE_8 = PackedRecord(
     "quantised_node", "lo_x:8 hi_x:8 lo_y:8 hi_y:8 | lo_z:8 hi_z:8 | " + _LINK)
 """A threaded node in one integer texel: bounds in steps of the scene's box, rounded outward;
-``target`` is a leaf's first triangle (its escape index is the next node) or an inner node's
-escape index; ``last`` marks a node with none."""
+``target`` is a leaf's first triangle, a portal's first shared node (of both the escape index is
+the next node) or an inner node's escape index; ``last`` marks a node with none."""
 
 _LINKS = "left:31 left_leaf:1 | right:31 right_leaf:1"
 QUANTISED_PAIR_16 = PackedRecord(

@@ -115,14 +115,18 @@ def exact_renderer(gpu: Gpu) -> Gpu:
 
 
 def variants(name: str) -> list[dict[str, object]]:
-    """Settings of a method that change what its programs do: each choice of its own options."""
+    """Settings of a method that change what its programs do: each choice of its own options, a
+    small number where programs know of one alone if it is asked for, and what options go with."""
     settings: list[dict[str, object]] = [{}]
     for option in find_method(name).options:
+        needs = {} if option.goes_with is None else {option.goes_with[0]: option.goes_with[1][0]}
         if option.choices:
-            settings += [{option.name: c} for c in option.choices
+            settings += [{**needs, option.name: c} for c in option.choices
                          if c != option.default and c not in option.relaxed]
         elif option.kind is bool:
-            settings.append({option.name: not option.default})
+            settings.append({**needs, option.name: not option.default})
+        elif option.kind is int and option.define and not option.default:
+            settings.append({**needs, option.name: 6})
     return [given for given in settings if buildable(name, given)]
 
 

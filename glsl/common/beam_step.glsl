@@ -1,5 +1,6 @@
 // What a beam does at a node of a threaded BVH: it goes on past a node that it misses, and down an inner
-// one that about half of its rays or more meet. Where it does neither, rays enter the tree.
+// one that about half of its rays or more meet, but into no subtree that octants share. Where it does
+// neither, rays enter the tree.
 
 #include "common/quantised.glsl"
 #include "common/bvh_nodes.glsl"
@@ -11,7 +12,7 @@ bool goes_on(Tile_beam beam, int node, out int next, out int escape) {
     vec3 b = bvh_node_hi(node);
     Beam_interval interval = beam_interval(beam, min(a, b), max(a, b));
     escape = bvh_node_escape(node);
-    bool down = is_met(interval) && by_most(interval) && bvh_node_first(node) < 0;
+    bool down = is_met(interval) && by_most(interval) && bvh_node_first(node) == -1;
     next = down ? node + 1 : escape;
     return down || !is_met(interval);
 }

@@ -88,7 +88,7 @@ void bound_hits() {
 }
 
 void bound_rays() {
-    reversed = bvec3((turn & 1) != 0, (turn & 2) != 0, (turn & 4) != 0);
+    reversed = negative_axes(turn);
     along = chosen(reversed, vec3(-1.0), vec3(1.0));
     first_origin = vec3(-NEVER);
     last_origin = vec3(NEVER);

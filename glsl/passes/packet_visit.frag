@@ -137,6 +137,8 @@ void main() {
     turn = state.turn;
 #ifndef OCTANTS
     stacked = state.stacked;
+#elif defined(SHARED_SUBTREES)
+    after = state.after;
 #endif
     EACH(load)
     any_left = false;
@@ -166,6 +168,8 @@ void main() {
     state.node = node;
 #ifndef OCTANTS
     state.stacked = stacked;
+#elif defined(SHARED_SUBTREES)
+    state.after = after;
 #endif
     state_store(state);
 #ifdef STATISTICS

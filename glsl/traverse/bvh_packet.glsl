@@ -6,7 +6,8 @@
 // Departures: the packet is a fragment's, not a warp's, so votes are sums and not reductions in shared
 // memory. bvh-stack is this file with packets of one ray. With INTERVAL_TEST a box is tested once a
 // packet (packet_bounds.glsl). With OCTANTS there is no stack: the packet walks the threaded copy of
-// the tree (Thrane and Simonsen 2005) for its rays' direction octant. With VERTEX_CULLING the rays
+// the tree (Thrane and Simonsen 2005) for its rays' direction octant; with SHARED_SUBTREES what stands
+// low in the tree is no copy (common/shared_subtrees.glsl). With VERTEX_CULLING the rays
 // test only those triangles of a leaf that the packet's frustum does not rule out. With ENTRY_TILE a
 // packet begins where a beam ahead of it found (common/packet_entry.glsl).
 
@@ -135,8 +136,14 @@ bool intersect(int first) {
 #include "common/bvh_nodes.glsl"
 
 int node;
+#ifdef SHARED_SUBTREES
+int after;
+#endif
 
 void start_walk() {
+#ifdef SHARED_SUBTREES
+    after = -1;
+#endif
     node = first_node((turn & 7) * node_count);
 }
 
@@ -160,6 +167,9 @@ int visit() {
     ++steps;
     lo = bvh_node_lo(node);
     hi = bvh_node_hi(node);
+#ifdef SHARED_SUBTREES
+    order_corners(negative_axes(turn), lo, hi);
+#endif
     int first = bvh_node_first(node);
 #ifdef INTERVAL_TEST
     vec2 interval = bounding_interval(lo, hi);
@@ -168,7 +178,18 @@ int visit() {
     any_in = false;
     EACH(test_box)
 #endif
-    node = any_in && first < 0 ? node + 1 : jumped(bvh_node_escape(node));
+    int escape = bvh_node_escape(node);
+    bool down = any_in && first < 0;
+#ifdef SHARED_SUBTREES
+    int past = behind(escape, after);
+    int next = below(node, first);
+    after = way_out(first, escape, past, down, after);
+#else
+    int past = escape;
+    int next = node + 1;
+#endif
+    past = jumped(past);   // a call within ?: would be a branch to llvmpipe
+    node = down ? next : past;
     return any_in ? first : -1;
 }
 

@@ -5,7 +5,8 @@
 //
 // Departures: leaves hold a run of triangles instead of one. With OCTANTS the tree is stored eight
 // times, threaded so that the child nearer to rays of a direction octant comes first; the thesis
-// has one order for all rays. With ENTRY_TILE (passes/entry_points.frag) a ray goes through the
+// has one order for all rays. With SHARED_SUBTREES what stands low in the tree is stored once
+// (common/shared_subtrees.glsl). With ENTRY_TILE (passes/entry_points.frag) a ray goes through the
 // subtrees that its tile's list names: one ends where the escape index of its first node leads.
 
 #include "common/quantised.glsl"
@@ -25,12 +26,23 @@ int root_for(Ray ray) {
 // Past a node: down into it, to the leaf's triangles, or along its escape index.
 int visit(Ray ray, int i, Hit hit, inout State state) {
     COUNT(nodes_visited);
-    vec2 interval = box_interval(ray, bvh_node_lo(i), bvh_node_hi(i));
+    vec3 lo = bvh_node_lo(i);
+    vec3 hi = bvh_node_hi(i);
+#ifdef SHARED_SUBTREES
+    order_corners(lessThan(ray.direction, vec3(0.0)), lo, hi);
+#endif
+    vec2 interval = box_interval(ray, lo, hi);
     bool entered = larger(interval.x, ray.t_min) <= smaller(interval.y, hit.t);
     int first = bvh_node_first(i);
     int escape = bvh_node_escape(i);
     bool inner = first < 0;
+#ifdef SHARED_SUBTREES
+    int past = behind(escape, state.after);
+    state.node = entered && inner ? below(i, first) : past;
+    state.after = way_out(first, escape, past, entered && inner, state.after);
+#else
     state.node = entered && inner ? i + 1 : escape;
+#endif
     if (entered && !inner) {
         COUNT(leaves_visited);
         state.cursor = first;
@@ -45,6 +57,9 @@ int visit(Ray ray, int i, Hit hit, inout State state) {
 
 void init(Ray ray, out State state) {
     state.node = state.end = -1;
+#ifdef SHARED_SUBTREES
+    state.after = -1;
+#endif
     state.cursor = 0;
     state.entry = 0;
     state.phase = node_count > 0 ? ENTER : DONE;
@@ -75,6 +90,9 @@ void enter(Ray ray, inout State state, inout Hit hit) {
 
 void init(Ray ray, out State state) {
     state.node = root_for(ray);
+#ifdef SHARED_SUBTREES
+    state.after = -1;
+#endif
     state.cursor = 0;
     state.phase = node_count > 0 ? TRAVERSE : DONE;
 }

@@ -1,4 +1,4 @@
-"""Bounding volume hierarchy: the record, threaded by escape indices, and its octant copies.
+"""Bounding volume hierarchy: the record, threaded by escape indices.
 
 Nodes lie in depth-first order, so a ray that enters node i goes on to i + 1 and one that
 misses it (or has done with a leaf) to escape[i]: no stack (N. Thrane, L. O. Simonsen, "A
@@ -17,9 +17,6 @@ from .bounds import as_triangles, half_area, triangle_boxes
 from .options import choose, in_range
 from .runs import expand, owners, run_starts
 
-# Of the rays that meet a box, the share from which on one inside it is not worth a test: a half
-# breaks even by count, and from there to 0.9 rates were measured alike (docs/bvh.md).
-MET_ANYWAY = 0.65
 MAX_LEAF = 4        # triangles, unless one asks for others
 MOST_ROUNDS = 1000  # of reinsertion
 
@@ -56,87 +53,6 @@ class Bvh:
         right = np.full(len(nodes), -1, np.int64)
         right[inner] = self.escape[left[inner]]
         return left, right
-
-    def octant_copies(self, met_anyway: float = MET_ANYWAY) -> OctantCopies:
-        """The tree in eight orders, each with the child first that a ray meets first.
-
-        Copy o is for directions whose component a is negative exactly where bit a of o is
-        set. Which child is nearer is judged by the distance of the children's centres along
-        the axis where it is largest.
-
-        Inner nodes are left out, and a node has up to as many children as it takes, where more
-        than the share ``met_anyway`` of the rays that meet the node above meet them as well; 1
-        leaves out none.
-        """
-        left, right = self.children()
-        inner = tree_order.inner_levels(left, right) if len(left) else []
-        size = tree_order.subtree_sizes(inner, left, right)
-        apart = np.zeros((len(left), 3))
-        nodes = np.flatnonzero(left >= 0)
-        centre = self.lo.astype(np.float64) + self.hi
-        apart[nodes] = centre[right[nodes]] - centre[left[nodes]]
-        axis = np.abs(apart).argmax(axis=1)
-        apart = np.take_along_axis(apart, axis[:, None], 1)[:, 0]
-        # The right child lies on the positive side of `axis`: first for negative rays.
-        negative = (np.arange(8)[:, None] >> axis) & 1 == 1
-        swapped = ((apart > 0) & negative) | ((apart < 0) & ~negative)
-        place = tree_order.depth_first(inner, size, np.where(swapped, right, left),
-                                       np.where(swapped, left, right))
-        source = np.argsort(place, axis=1)
-        escape = np.arange(len(left)) + size[source]
-        kept = self._worth_a_test(inner, left, right, met_anyway)[source]
-        before = np.pad(np.cumsum(kept, axis=1), ((0, 0), (1, 0)))    # that many are kept
-        escape = np.take_along_axis(before, escape, axis=1)
-        return OctantCopies(*(values[kept].reshape(8, -1).astype(np.int32)
-                              for values in (source, escape)), self)
-
-    def _worth_a_test(self, inner: list[np.ndarray], left: np.ndarray, right: np.ndarray,
-                      met_anyway: float) -> np.ndarray:
-        """(n,) bool: leaves, and inner nodes that spare enough rays their children. Of the rays
-        that meet a box as large a share meets one inside as that has of its surface."""
-        area = half_area(self.lo.T.astype(np.float64), self.hi.T.astype(np.float64))
-        kept, around = np.ones(len(left), bool), area.copy()    # `around`: of the node kept above
-        for nodes in inner:
-            for child in (left[nodes], right[nodes]):
-                needless = (left[child] >= 0) & (area[child] > met_anyway * around[nodes])
-                kept[child] = ~needless
-                around[child] = np.where(needless, around[nodes], area[child])
-        return kept
-
-
-@dataclass(frozen=True)
-class OctantCopies:
-    """Eight orders of a tree's n nodes, or of those that are kept; its fields have a leading axis
-    of 8 octants.
-
-    source : (8, n) int32, which node of the tree each node is
-    escape : (8, n) int32
-    bvh : the tree
-    """
-
-    source: np.ndarray
-    escape: np.ndarray
-    bvh: Bvh
-
-    @property
-    def lo(self) -> np.ndarray:
-        """(8, n, 3) float32."""
-        return self.bvh.lo[self.source]
-
-    @property
-    def hi(self) -> np.ndarray:
-        """(8, n, 3) float32."""
-        return self.bvh.hi[self.source]
-
-    @property
-    def first(self) -> np.ndarray:
-        """(8, n) int32."""
-        return self.bvh.first[self.source]
-
-    @property
-    def count(self) -> np.ndarray:
-        """(8, n) int32."""
-        return self.bvh.count[self.source]
 
 
 @dataclass

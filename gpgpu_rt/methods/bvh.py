@@ -9,7 +9,11 @@ import numpy as np
 
 from .. import accel
 from ..options import Option
-from ..state_layout import BVH_ENTERING, PACKET_STACK_STATE, PACKET_STATE, STATE, TREE_STATE
+from ..record import EXACT_INTEGER
+from ..state_layout import (
+    BVH_ENTERING, PACKET_SHARED_STATE, PACKET_STACK_STATE, PACKET_STATE, SHARED_WAY_OUT, STATE,
+    TREE_STATE
+)
 from ..texel_layout import BVH_NODE, BVH_PAIR, STACK_ENTRY, TRIANGLE
 from .brute_force import triangle_table
 from .bvh_build import BUILD_OPTIONS, built_bvh
@@ -81,6 +85,9 @@ def _family(layout_of: LayoutOf) -> dict[str, Any]:
 
 _OCTANTS = Option("octants", False, "eight copies threaded front to back, one a direction octant",
                   bool, define="OCTANTS")
+_SHARED = Option("shared_subtrees", None, "of these copies: subtrees of at most so many nodes "
+                 "stand once for all eight", int, minimum=1, maximum=EXACT_INTEGER, optional=True,
+                 define="SHARED_SUBTREES", goes_with=("octants", (True,)))
 _QUANTISE = Option("quantise_nodes", None, "bits a bound, rounded outward: the same hits from "
                    "smaller nodes", int, choices=(8, 16), optional=True, define="QUANTISED_NODES")
 _INTERVAL_TEST = Option("interval_test", False, "one test of a box for all rays of a packet, by "
@@ -97,9 +104,10 @@ _REBUILD = Option("rebuild_ratio", accel.REBUILD_RATIO, "a tree refitted to tria
 
 
 def _stepwise(options: Options) -> Stepwise:
-    """Two texels or three a packet, and what a push takes up where there is a stack."""
+    """Two texels or three a packet; what a push takes up where there is a stack."""
     if options.get("octants"):
-        return Stepwise(PACKET_STATE, ("traverse", "intersect"))
+        state = PACKET_SHARED_STATE if options["shared_subtrees"] else PACKET_STATE
+        return Stepwise(state, ("traverse", "intersect"))
     return Stepwise(PACKET_STACK_STATE, ("traverse", "intersect", "push", "pop"), STACK_ENTRY)
 
 
@@ -121,6 +129,13 @@ def _stack_row(name: str, summary: str, **more: Any) -> Method:
         **more)
 
 
+def _threaded_form(row: Method, options: Options) -> Method:
+    """With a list of subtrees to go through, and a way out of shared ones."""
+    row = with_entries(BVH_ENTERING)(row, options)
+    shared = options["shared_subtrees"]
+    return replace(row, state=row.state.extended(SHARED_WAY_OUT)) if shared else row
+
+
 def _packet_form(packets: Method, options: Options) -> Method:
     """Packets, whose beams walk as their nodes lie; or the stream that has none."""
     if options["streams"]:
@@ -139,15 +154,15 @@ ROWS = (
         kernels=("traverse", "intersect"),
         state=TREE_STATE,
         tables=(TRIANGLE, BVH_NODE),
-        options=(*BUILD_OPTIONS, _OCTANTS, _QUANTISE, ENTRY_POINTS, _REBUILD),
-        entry_walk="traverse/entry_bvh.glsl", form=with_entries(BVH_ENTERING),
+        options=(*BUILD_OPTIONS, _OCTANTS, _SHARED, _QUANTISE, ENTRY_POINTS, _REBUILD),
+        entry_walk="traverse/entry_bvh.glsl", form=_threaded_form,
         **_family(lambda options: Threads)),
     _stack_row(
         "bvh-stack", "BVH with a stack a ray, the nearer child first",
         options=(*BUILD_OPTIONS, _QUANTISE, _REBUILD), **_family(lambda options: Pairs)),
     _stack_row(
         "bvh-packet", "several rays a fragment with one stack, the child first that most meet",
-        options=(*BUILD_OPTIONS, PACKET, _OCTANTS, _QUANTISE,
+        options=(*BUILD_OPTIONS, PACKET, _OCTANTS, _SHARED, _QUANTISE,
                  _INTERVAL_TEST, VERTEX_CULLING, PACKET_ENTRIES, _STREAMS, _STREAM_SIZE, _REBUILD),
         packet=True,
         form=_packet_form,

@@ -50,15 +50,20 @@ class Threads:
         self.source, self.reversed = np.arange(nodes, dtype=np.int32), None
         self.links = _links(bvh.escape, bvh.first, bvh.count, 0)
         if options["octants"]:
-            copies = bvh.octant_copies()
-            nodes = copies.source.shape[1]
+            copies = accel.OctantCopies.of(bvh, shared_subtrees=options["shared_subtrees"] or 0)
+            nodes, shared = copies.source.shape[1], copies.shared
             links = [_links(copies.escape[octant], copies.first[octant], copies.count[octant],
                             octant * nodes) for octant in range(8)]
+            for part, below in zip(links, copies.below):
+                part["first"] = np.where(below < 0, part["first"], -2 - 8 * nodes - below)
+            links.append(_links(copies.shared_escape, bvh.first[shared], bvh.count[shared],
+                                8 * nodes))
             self.links = {name: np.concatenate([part[name] for part in links])
                           for name in self.links}
-            self.source = copies.source.reshape(-1)
-            negative = np.arange(8)[:, None] >> np.arange(3) & 1 == 1
-            self.reversed = np.repeat(negative, nodes, axis=0)
+            self.source = np.append(copies.source, shared)
+            if not options["shared_subtrees"]:
+                negative = np.arange(8)[:, None] >> np.arange(3) & 1 == 1
+                self.reversed = np.repeat(negative, nodes, axis=0)
         self.uniforms = {"node_count": nodes}
 
     @staticmethod
@@ -72,10 +77,11 @@ class Threads:
                     "hi": self._corner(bvh.hi, bvh.lo)}, {}
         # Reversed only here: a box without thickness has some once its bounds are rounded outward.
         quantum, (lo, hi) = quantise(bvh.lo, bvh.hi, *scene_box(bvh), options["quantise_nodes"])
-        leaf, end = self.links["first"] >= 0, self.links["escape"] < 0
-        return {"leaf": leaf, "last": end,
-                "target": np.where(leaf, self.links["first"],
-                                   np.where(end, 0, self.links["escape"])),
+        first, escape = self.links["first"], self.links["escape"]
+        leaf, portal = first >= 0, first < -1
+        return {"leaf": leaf, "last": escape < 0, "portal": portal,
+                "target": np.where(leaf, first, np.where(portal, -2 - first,
+                                                         np.maximum(escape, 0))),
                 **_by_axis("lo", self._corner(lo, hi)), **_by_axis("hi", self._corner(hi, lo))
                 }, {"quantum": tuple(quantum)}
 

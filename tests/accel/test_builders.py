@@ -10,7 +10,6 @@ from conftest import assert_threaded, random_soup
 
 import gpgpu_rt as rt
 from gpgpu_rt import accel
-from gpgpu_rt.accel.runs import expand, owners
 
 MESHES = {
     "soup": lambda: random_soup(500, 1),
@@ -100,46 +99,6 @@ def test_kdtree_lists_what_lies_in_a_leaf(name: str, options: dict) -> None:
 def test_bvh_is_a_threaded_tree(name: str, build: str) -> None:
     triangles = MESHES[name]()
     assert_threaded(accel.build_bvh(triangles, build=build), triangles)
-
-
-@mesh
-def test_octant_copies_hold_the_same_leaves(name: str) -> None:
-    bvh = accel.build_bvh(MESHES[name]())
-    copies = bvh.octant_copies(met_anyway=1)
-    for octant in range(8):
-        runs = np.stack([copies.first[octant], copies.count[octant]], 1)
-        kept = runs[copies.count[octant] > 0]
-        expected = np.stack([bvh.first, bvh.count], 1)[bvh.count > 0]
-        assert sorted(map(tuple, kept)) == sorted(map(tuple, expected))
-        inner = np.flatnonzero(copies.count[octant] == 0)
-        lo, hi = copies.lo[octant].astype(float), copies.hi[octant].astype(float)
-        near, far = inner + 1, copies.escape[octant][inner + 1]
-        apart = (lo + hi)[far] - (lo + hi)[near]
-        axis = np.abs(apart).argmax(1)
-        sign = np.where((octant >> axis) & 1, -1, 1)
-        assert (sign * apart[np.arange(len(inner)), axis] >= 0).all()   # front to back
-
-
-@mesh
-def test_octant_copies_leave_out_boxes_alone(name: str) -> None:
-    """The leaves in the same order, each inside what is kept around it; and fewer boxes."""
-    bvh = accel.build_bvh(MESHES[name]())
-    whole, fewer = bvh.octant_copies(met_anyway=1), bvh.octant_copies(met_anyway=0.5)
-    assert fewer.source.shape[1] < whole.source.shape[1] or bvh.count.size < 8
-    for octant in range(8):
-        leaves = [copies.source[octant][copies.count[octant] > 0] for copies in (whole, fewer)]
-        assert (leaves[0] == leaves[1]).all()
-        # What lies between a node and its escape is what lay below it in the tree.
-        source, escape = fewer.source[octant], fewer.escape[octant]
-        below = expand(np.arange(len(source)), escape - np.arange(len(source)))
-        owner = owners(escape - np.arange(len(source)))
-        inside, outside = source[below], source[owner]
-        assert (bvh.lo[inside] >= bvh.lo[outside]).all()
-        assert (bvh.hi[inside] <= bvh.hi[outside]).all()
-        kept = set(source.tolist())
-        sizes = bvh.escape - np.arange(len(bvh.escape))
-        assert all(int(escape[i] - i) == sum(n in kept for n in range(node, node + sizes[node]))
-                   for i, node in enumerate(source.tolist()[:200]))
 
 
 def test_ten_thousand_coincident_triangles_end() -> None:

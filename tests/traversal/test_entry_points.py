@@ -83,10 +83,12 @@ def test_from_other_nodes(exact_renderer, method: str) -> None:
     rays = aimed_tiles(scene, method, 12, 12, 3)
     settings: list[dict[str, object]] = [{"build": "hybrid"}]
     if method.startswith("bvh-"):
-        settings += [{"octants": True}, {"octants": True, "quantise_nodes": 8}]
+        settings += [{"octants": True}, {"octants": True, "quantise_nodes": 8},
+                     {"octants": True, "shared_subtrees": 12}]
     if method == "bvh-packet":
         wide: dict[str, object] = {"packet": (4, 2), "interval_test": True}
         settings += [wide, {**wide, "octants": True}, {"quantise_nodes": 16, "packet": (4, 4)},
+                     {**wide, "octants": True, "shared_subtrees": 12},
                      {"packet": (1, 1), "vertex_culling": True, "octants": True}]
     for options in settings:
         check(scene, *rays, method, **options)

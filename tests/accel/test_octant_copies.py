@@ -1,0 +1,111 @@
+"""Octant copies: all leaves, front to back; and what they share stands once."""
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from test_builders import MESHES, mesh
+
+from gpgpu_rt import accel
+from gpgpu_rt.accel import OctantCopies
+from gpgpu_rt.accel.runs import expand, owners
+from gpgpu_rt.methods.bvh_tables import Threads
+
+
+@mesh
+def test_copies_hold_the_same_leaves(name: str) -> None:
+    bvh = accel.build_bvh(MESHES[name]())
+    copies = OctantCopies.of(bvh, met_anyway=1)
+    for octant in range(8):
+        runs = np.stack([copies.first[octant], copies.count[octant]], 1)
+        kept = runs[copies.count[octant] > 0]
+        expected = np.stack([bvh.first, bvh.count], 1)[bvh.count > 0]
+        assert sorted(map(tuple, kept)) == sorted(map(tuple, expected))
+        inner = np.flatnonzero(copies.count[octant] == 0)
+        lo, hi = copies.lo[octant].astype(float), copies.hi[octant].astype(float)
+        near, far = inner + 1, copies.escape[octant][inner + 1]
+        apart = (lo + hi)[far] - (lo + hi)[near]
+        axis = np.abs(apart).argmax(1)
+        sign = np.where((octant >> axis) & 1, -1, 1)
+        assert (sign * apart[np.arange(len(inner)), axis] >= 0).all()   # front to back
+
+
+@mesh
+def test_copies_leave_out_boxes_alone(name: str) -> None:
+    """The leaves in the same order, each inside what is kept around it; and fewer boxes."""
+    bvh = accel.build_bvh(MESHES[name]())
+    whole, fewer = OctantCopies.of(bvh, met_anyway=1), OctantCopies.of(bvh, met_anyway=0.5)
+    assert fewer.source.shape[1] < whole.source.shape[1] or bvh.count.size < 8
+    for octant in range(8):
+        leaves = [copies.source[octant][copies.count[octant] > 0] for copies in (whole, fewer)]
+        assert (leaves[0] == leaves[1]).all()
+        # What lies between a node and its escape is what lay below it in the tree.
+        source, escape = fewer.source[octant], fewer.escape[octant]
+        below = expand(np.arange(len(source)), escape - np.arange(len(source)))
+        owner = owners(escape - np.arange(len(source)))
+        inside, outside = source[below], source[owner]
+        assert (bvh.lo[inside] >= bvh.lo[outside]).all()
+        assert (bvh.hi[inside] <= bvh.hi[outside]).all()
+        kept = set(source.tolist())
+        sizes = bvh.escape - np.arange(len(bvh.escape))
+        assert all(int(escape[i] - i) == sum(n in kept for n in range(node, node + sizes[node]))
+                   for i, node in enumerate(source.tolist()[:200]))
+
+
+def walk(threads: Threads, octant: int, met: np.ndarray) -> tuple[list[int], list[int]]:
+    """Nodes of the tree that a walk tests, and leaves that it enters, where ``met`` says which of
+    the tree's nodes it is in; as glsl/common/shared_subtrees.glsl goes."""
+    node, after = octant * threads.uniforms["node_count"], -1
+    tested, leaves = [], []
+    while node >= 0:
+        first, escape = (int(threads.links[name][node]) for name in ("first", "escape"))
+        source = int(threads.source[node])
+        tested.append(source)
+        leaves += [source] if met[source] and first >= 0 else []
+        past = after if escape < 0 else escape
+        if met[source] and first < 0:
+            node, after = (-2 - first, past) if first < -1 else (node + 1, after)
+        else:
+            node, after = past, -1 if escape < 0 else after
+        assert len(tested) <= 2 * len(threads.source)
+    return tested, leaves
+
+
+@pytest.mark.parametrize("most", [1, 3, 8, 50, 1 << 20])
+@pytest.mark.parametrize("name", sorted(set(MESHES) - {"empty"}))
+def test_shared_subtrees_are_walked_as_copies_are(name: str, most: int) -> None:
+    """The same leaves are entered, whatever is met; and no node is stored twice that is shared."""
+    bvh = accel.build_bvh(MESHES[name]())
+    whole, shared = (Threads(bvh, {"octants": True, "shared_subtrees": some})
+                     for some in (None, most))
+    size = bvh.escape - np.arange(len(bvh.escape))
+    times = np.bincount(shared.source, minlength=len(size))
+    assert set(times.tolist()) <= {0, 1, 8}
+    assert (times[(size > most) & (bvh.count > 0)] == 8).all()
+    if most > 1:
+        assert len(shared.source) < len(whole.source) or len(size) < 3
+    rng = np.random.default_rng(most)
+    for octant in range(8):
+        for share in (1.0, 0.9, 0.6):
+            met = rng.random(len(size)) < share
+            # What is in a box is in all boxes around it.
+            left, right = bvh.children()
+            for node in np.flatnonzero(left >= 0):
+                met[left[node]] &= met[node]
+                met[right[node]] &= met[node]
+            entered = [walk(threads, octant, met) for threads in (whole, shared)]
+            assert sorted(entered[0][1]) == sorted(entered[1][1])
+            assert sorted(entered[0][1]) == np.flatnonzero(met & (bvh.count > 0)).tolist()
+            assert all(len(set(tested)) == len(tested) for tested, _ in entered)
+
+
+def test_shared_subtrees_stand_for_most_of_the_copies() -> None:
+    triangles = MESHES["ball"]()
+    bvh = accel.build_bvh(triangles)
+    whole, shared = OctantCopies.of(bvh), OctantCopies.of(bvh, shared_subtrees=64)
+    assert (shared.shared.size + shared.source.size) * 4 < whole.source.size
+    assert (shared.below >= 0).any(axis=1).all()
+
+
+def test_no_tree_no_copies() -> None:
+    copies = OctantCopies.of(accel.build_bvh(MESHES["empty"]()), shared_subtrees=8)
+    assert copies.source.shape == (8, 0) and not len(copies.shared)
