@@ -12,9 +12,10 @@ from gpgpu_rt.rays import random_rays
 from gpgpu_rt.scenes.shapes import ball, bump
 
 COUNTS = (100_000, 1_000_000, 10_000_000)
-# Of ten million triangles no more nodes than a float can number, which eight octants would be.
+# Of ten million triangles no more nodes than a float can number, which eight whole copies would be.
 METHODS = (("bvh-packet", {"packet": (4, 2), "quantise_nodes": 16, "interval_test": True,
-                           "entry_points": 32}),
+                           "entry_points": 32, "octants": True, "shared_subtrees": 64}),
+           ("bvh-threaded", {"quantise_nodes": 16, "octants": True, "shared_subtrees": 64}),
            ("bvh-stack", {"quantise_nodes": 16}))
 SIZE, TURNS, SEED = 1024, 5, 1
 ALLOWED = 1.3      # times what the logarithm of the triangles grows by

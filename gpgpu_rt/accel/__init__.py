@@ -7,7 +7,7 @@ from .cache import cached, uncached
 from .grid import Grid, build_grid
 from .kdtree import LEAF as KD_LEAF_AXIS
 from .kdtree import KdTree, build_kdtree
-from .octant_copies import OctantCopies
+from .octant_copies import OctantCopies, times_stored
 from .octree import Octree, build_octree
 from .proximity import proximity
 from .quality import quality, sah_cost

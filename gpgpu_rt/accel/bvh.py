@@ -141,10 +141,10 @@ class LooseTree:
         return lo, hi
 
 
-def node_limit(triangles: int, copies: int = 1) -> dict[str, int]:
+def node_limit(triangles: int, copies: float = 1) -> dict[str, int]:
     """``most_nodes`` for `build_bvh`, where a tree over so many triangles could have more nodes
     than a float holds indices of, all of its ``copies`` together; else nothing."""
-    most = EXACT_INTEGER // copies
+    most = int(EXACT_INTEGER / copies)
     return {"most_nodes": most} if 2 * triangles - 1 > most else {}
 
 

@@ -40,7 +40,7 @@ class _Kept:
 
 
 def _built(triangles: np.ndarray, options: Options) -> accel.Bvh:
-    copies = 8 if options.get("octants") else 1
+    copies = accel.times_stored(options["shared_subtrees"]) if options.get("octants") else 1
     return built_bvh(triangles, options, **accel.node_limit(len(triangles), copies))
 
 
