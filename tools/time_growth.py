@@ -12,7 +12,7 @@ from gpgpu_rt.rays import random_rays
 from gpgpu_rt.scenes.shapes import ball, bump
 
 COUNTS = (100_000, 1_000_000, 10_000_000)
-# Of ten million triangles no more nodes than a float can number, which eight whole copies would be.
+# Of ten million triangles no more nodes than a float can number, as eight whole copies would be.
 METHODS = (("bvh-packet", {"packet": (4, 2), "quantise_nodes": 16, "interval_test": True,
                            "entry_points": 32, "octants": True, "shared_subtrees": 64}),
            ("bvh-threaded", {"quantise_nodes": 16, "octants": True, "shared_subtrees": 64}),

@@ -107,8 +107,8 @@ class OctantCopies:
 
 
 def times_stored(shared_subtrees: int | None) -> float:
-    """How many times about a tree's nodes are stored: a little more often than was measured (robots,
-    where that is most: 2.6 times with subtrees of 16, 1.85 of 32, 1.5 of 64)."""
+    """How many times about a tree's nodes are stored: a little more often than was measured
+    (robots, where that is most: 2.6 times with subtrees of 16, 1.85 of 32, 1.5 of 64)."""
     return min(8.0, 1 + 32 / shared_subtrees) if shared_subtrees else 8.0
 
 
