@@ -21,7 +21,7 @@ float min_component(vec3 v) {
 }
 
 // Interval of a ray in a box; empty where x > y. With OCTANTS the corners come ordered along the
-// ray, `lo` the one it meets first.
+// ray, `lo` the one it meets first; copies that share subtrees order them (shared_subtrees.glsl).
 vec2 box_interval(Ray ray, vec3 lo, vec3 hi) {
     vec3 a = R(R(lo - ray.lo_origin) * ray.inv_dir);
     vec3 b = R(R(hi - ray.hi_origin) * ray.inv_dir);

@@ -1,7 +1,8 @@
 // Entry points of a threaded BVH, after Reshetov, Soupikov, Hurley, "Multi-Level Ray Tracing
 // Algorithm", SIGGRAPH 2005 (see passes/entry_points.frag). The beam enters what it meets, as a ray
-// does, and leaves as an entry each node that it meets and that is a leaf, or that about half of its
-// rays miss. Where the list is full but for one entry, that one is all the rest of the walk.
+// does, and leaves as an entry each node that it meets and that is a leaf, a portal of what octants
+// share, or that about half of its rays miss. Where the list is full but for one entry, that one is all
+// the rest of the walk.
 //
 // Departure: a list in the place of the paper's one node, which here would soon be the root.
 

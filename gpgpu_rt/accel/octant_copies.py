@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..record import EXACT_INTEGER
 from . import tree_order
 from .bounds import half_area
 from .bvh import Bvh
@@ -57,7 +58,7 @@ class OctantCopies:
         ------
         OptionError
         """
-        in_range("shared_subtrees", shared_subtrees, 0, 1 << 30, int)
+        in_range("shared_subtrees", shared_subtrees, 0, EXACT_INTEGER, int)
         left, right = bvh.children()
         inner = tree_order.inner_levels(left, right) if len(left) else []
         size = tree_order.subtree_sizes(inner, left, right)
@@ -69,21 +70,33 @@ class OctantCopies:
         within = top != np.arange(len(left))
         portal = small & ~within
         kept = portal | _worth_a_test(bvh, inner, left, right, portal, met_anyway)
-        place = _front_to_back(bvh, inner, size, left, right)
-        source = np.argsort(place, axis=1)
-        escape = np.arange(len(left)) + size[source]
-        copied = (kept & ~within)[source]
+        # The orders are of what no other node shares: there portals are leaves.
+        upper, number = np.flatnonzero(~within), np.cumsum(~within) - 1
+        left, right = (np.where(portal[upper] | (child[upper] < 0), -1, number[child[upper]])
+                       for child in (left, right))
+        inner = tree_order.inner_levels(left, right) if len(left) else []
+        size = tree_order.subtree_sizes(inner, left, right)
+        order = np.argsort(_front_to_back(bvh.lo[upper].astype(np.float64) + bvh.hi[upper],
+                                          inner, size, left, right), axis=1)
+        escape = np.arange(len(left)) + size[order]
+        source = upper[order]
+        copied = kept[source]
         before = np.pad(np.cumsum(copied, axis=1), ((0, 0), (1, 0)))    # that many are kept
         escape = np.take_along_axis(before, escape, axis=1)
         source, escape = (values[copied].reshape(8, -1) for values in (source, escape))
         # The tree's own order is depth-first too.
         shared = np.flatnonzero(kept & within)
-        before = np.append(0, np.cumsum(kept & within))
-        below = np.where(portal, before[1:], -1)
+        shared_before = np.append(0, np.cumsum(kept & within))
+        below = np.where(portal, shared_before[1:], -1)
         shared_escape = np.where(bvh.escape[shared] < bvh.escape[top[shared]],
-                                 before[bvh.escape[shared]], len(shared))
+                                 shared_before[bvh.escape[shared]], len(shared))
         return cls(*(values.astype(np.int32) for values in (
             source, escape, below[source], shared, shared_escape)), bvh)
+
+    @property
+    def records(self) -> int:
+        """How many nodes are stored in all."""
+        return self.source.size + self.shared.size
 
     @property
     def lo(self) -> np.ndarray:
@@ -107,17 +120,18 @@ class OctantCopies:
 
 
 def times_stored(shared_subtrees: int | None) -> float:
-    """How many times about a tree's nodes are stored: a little more often than was measured
-    (robots, where that is most: 2.6 times with subtrees of 16, 1.85 of 32, 1.5 of 64)."""
+    """How many times at most, about, a tree's nodes are stored: of the trees of bunny, robots,
+    kitchen and conference 2.1 times with subtrees of 16 nodes, 1.5 of 32 and 1.2 of 64. One that
+    is lopsided has fewer small subtrees to share, and more are stored."""
     return min(8.0, 1 + 32 / shared_subtrees) if shared_subtrees else 8.0
 
 
-def _front_to_back(bvh: Bvh, inner: list[np.ndarray], size: np.ndarray, left: np.ndarray,
-                   right: np.ndarray) -> np.ndarray:
-    """(8, n) int64, the place of each node in the depth-first order of each octant."""
+def _front_to_back(centre: np.ndarray, inner: list[np.ndarray], size: np.ndarray,
+                   left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """(8, n) int64, the place of each node in the depth-first order of each octant; ``centre``:
+    (n, 3) float64, twice the middle of its box."""
     apart = np.zeros((len(left), 3))
     nodes = np.flatnonzero(left >= 0)
-    centre = bvh.lo.astype(np.float64) + bvh.hi
     apart[nodes] = centre[right[nodes]] - centre[left[nodes]]
     axis = np.abs(apart).argmax(axis=1)
     apart = np.take_along_axis(apart, axis[:, None], 1)[:, 0]

@@ -14,6 +14,7 @@ from conftest import RAY_SETS, assert_same_bits, random_soup, soup_scene
 import gpgpu_rt as rt
 from gpgpu_rt import accel, textures
 from gpgpu_rt.accel import bounds, bvh, kdtree
+from gpgpu_rt.methods import bvh as methods_bvh
 from gpgpu_rt.record import EXACT_INTEGER
 from gpgpu_rt.scenes import catalogue
 from gpgpu_rt.texel_layout import TRIANGLE
@@ -73,6 +74,8 @@ def test_coarsened_trees(build: str, most: int) -> None:
     ("bvh-threaded", {}, 300), ("bvh-threaded", {"octants": True}, 300),
     ("bvh-threaded", {"build": "kay-kajiya"}, 300),
     ("bvh-threaded", {"octants": True, "quantise_nodes": 16}, 300),
+    *((method, {"octants": True, "shared_subtrees": most, "quantise_nodes": 16}, 600)
+      for method in ("bvh-threaded", "bvh-packet") for most in (3, 16, 64)),
     *((method, {}, 8000) for method in ("kd-restart", "kd-ropes", "kd-backtrack", "kd-packet"))],
     ids=lambda o: "-".join(map(str, o.values())) or "plain" if isinstance(o, dict) else str(o))
 def test_more_nodes_than_can_be_indexed(exact_renderer, method: str, options: dict, limit: int,
@@ -82,16 +85,35 @@ def test_more_nodes_than_can_be_indexed(exact_renderer, method: str, options: di
     rays = RAY_SETS["random"](scene, 800, 5)
     with rt.Tracer(scene, "brute-force") as tracer:
         expected = tracer.trace(*rays)
-    for module in (bvh, kdtree):
+    for module in (bvh, kdtree, methods_bvh):
         monkeypatch.setattr(module, "EXACT_INTEGER", limit)
     with rt.Tracer(scene, method, **options) as tracer:
-        copies, tree = 8 if "octants" in options else 1, tracer.accelerator.structure
+        tree, shared = tracer.accelerator.structure, options.get("shared_subtrees")
+        copies = accel.times_stored(shared) if "octants" in options else 1
         nodes = len(tree.axis if method.startswith("kd-") else tree.escape)
         assert limit // copies // 8 < nodes <= limit // copies
+        if shared:
+            assert accel.OctantCopies.of(tree, shared_subtrees=shared).records <= limit
         assert len(getattr(tree, "references", ())) <= limit
         assert_same_bits(tracer.trace(*rays), expected)
         tracer.update(scene.triangles)
         assert_same_bits(tracer.trace(*rays), expected)
+
+
+def test_a_lopsided_tree_shares_less(exact_renderer, monkeypatch) -> None:
+    """More of its nodes are stored than it was built for: it is built for eight whole copies."""
+    flat = np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    triangles = flat * np.float32(1.5) ** np.arange(-60, 60, dtype=np.float32)[:, None, None]
+    options = {"octants": True, "shared_subtrees": 16}
+    scene = rt.Scene.from_arrays(triangles.reshape(-1, 3), np.arange(360).reshape(-1, 3))
+    limit = 3 * 110
+    for module in (bvh, methods_bvh):
+        monkeypatch.setattr(module, "EXACT_INTEGER", limit)
+    built_for_shared = accel.build_bvh(triangles, **accel.node_limit(120, accel.times_stored(16)))
+    assert accel.OctantCopies.of(built_for_shared, shared_subtrees=16).records > limit
+    with rt.Tracer(scene, "bvh-threaded", **options) as tracer:
+        tree = tracer.accelerator.structure
+        assert accel.OctantCopies.of(tree, shared_subtrees=16).records <= limit
 
 
 @pytest.mark.parametrize("most", [1, 2, 3, 40, 333, 10**6])

@@ -193,8 +193,8 @@ def test_a_heat_map_that_fails_leaves_none_of_another_method(viewer: Viewer,
 def followed() -> list[tuple[str, dict]]:
     """Methods, and with octants where they have them, whose state says which box a ray is in."""
     tried = [(row, options) for row in rt.methods() if "step" in row.schedules
-             for options in ({}, {"octants": True})
-             if not options or any(option.name == "octants" for option in row.options)]
+             for options in ({}, {"octants": True}, {"octants": True, "shared_subtrees": 8})
+             if set(options) <= {option.name for option in row.options}]
     return [(row.name, options) for row, options in tried if {"node:int", "cell:ivec3"} & set(
         (row.packet_state(options).state if row.packet_state else row.state).layout.split())]
 
