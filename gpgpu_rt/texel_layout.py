@@ -1,6 +1,5 @@
-"""THE declaration of every record: which field stands in which texel and channel.
-
-States of rays, records too, stand in state_layout.py.
+"""THE declaration of every record (of states of rays: state_layout.py): which field stands in
+which texel and channel.
 
 From one declaration come the numpy packer and the GLSL accessors (see ``record.py``). A record is
 one of two things:
@@ -44,9 +43,8 @@ KD_LEAF = Record("kd_leaf", "lo:vec3 rope_lo_x:int | hi:vec3 rope_hi_x:int "
 BVH_NODE = Record("bvh_node", "lo:vec3 escape:int | hi:vec3 first:int")
 """A threaded node: box, escape index (-1 ends), first triangle of a leaf or -1.
 
-Octant copies store the corner a ray meets first in ``lo`` and the other one in ``hi``, but not
-where they share subtrees. There ``first`` is -2 less the first shared node for a portal, and an
-escape index of -1 among the shared nodes leads back to behind it.
+Octant copies have the corner a ray meets first in ``lo``, unless they share subtrees: a portal's
+``first`` is -2 less the node below, from where an escape index of -1 leads to behind it.
 """
 
 BIH_NODE = Record("bih_node", "left_hi right_lo axis:int child:int")

@@ -1,5 +1,9 @@
 // Reads a threaded BVH's nodes, as float texels or quantised: the kernels see no difference.
 
+#ifdef SHARED_SUBTREES
+#include "common/shared_subtrees.glsl"
+#endif
+
 #ifdef QUANTISED_NODES
 
 vec3 bvh_node_lo(int i) {
@@ -13,7 +17,8 @@ vec3 bvh_node_hi(int i) {
 #ifdef SHARED_SUBTREES
 int bvh_node_first(int i) {
     int target = int(quantised_node_target(i));
-    return quantised_node_leaf(i) != 0u ? target : quantised_node_portal(i) != 0u ? -2 - target : -1;
+    int inner = quantised_node_portal(i) != 0u ? portal_code(target) : -1;
+    return quantised_node_leaf(i) != 0u ? target : inner;
 }
 
 bool escapes_to_next(int i) {
@@ -35,8 +40,4 @@ int bvh_node_escape(int i) {
     return quantised_node_last(i) != 0u ? -1 : target;
 }
 
-#endif
-
-#ifdef SHARED_SUBTREES
-#include "common/shared_subtrees.glsl"
 #endif

@@ -55,7 +55,7 @@ class Threads:
             links = [_links(copies.escape[octant], copies.first[octant], copies.count[octant],
                             octant * nodes) for octant in range(8)]
             for part, below in zip(links, copies.below):
-                part["first"] = np.where(below < 0, part["first"], -2 - 8 * nodes - below)
+                part["first"] = np.where(below < 0, part["first"], _portal_code(8 * nodes + below))
             links.append(_links(copies.shared_escape, bvh.first[shared], bvh.count[shared],
                                 8 * nodes))
             self.links = {name: np.concatenate([part[name] for part in links])
@@ -80,7 +80,7 @@ class Threads:
         first, escape = self.links["first"], self.links["escape"]
         leaf, portal = first >= 0, first < -1
         return {"leaf": leaf, "last": escape < 0, "portal": portal,
-                "target": np.where(leaf, first, np.where(portal, -2 - first,
+                "target": np.where(leaf, first, np.where(portal, _portal_code(first),
                                                          np.maximum(escape, 0))),
                 **_by_axis("lo", self._corner(lo, hi)), **_by_axis("hi", self._corner(hi, lo))
                 }, {"quantum": tuple(quantum)}
@@ -147,6 +147,11 @@ def last_of_leaves(first: np.ndarray, count: np.ndarray, order: np.ndarray) -> n
     leaf = count > 0
     last[(first + count)[leaf] - 1] = 1
     return last
+
+
+def _portal_code(nodes: np.ndarray) -> np.ndarray:
+    """BVH_NODE's field ``first`` of portals from the first nodes below them, and back."""
+    return -2 - nodes
 
 
 def _links(escape: np.ndarray, first: np.ndarray, count: np.ndarray,
