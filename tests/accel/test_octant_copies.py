@@ -80,15 +80,15 @@ def test_shared_subtrees_are_walked_as_copies_are(name: str, most: int) -> None:
     size = bvh.escape - np.arange(len(bvh.escape))
     times = np.bincount(shared.source, minlength=len(size))
     assert set(times.tolist()) <= {0, 1, 8}
-    assert (times[(size > most) & (bvh.count > 0)] == 8).all()
+    assert set(times[size > most].tolist()) <= {0, 8}       # too large to be shared
+    assert set(times[bvh.count > 0].tolist()) <= {1, 8}     # no leaf is left out
     if most > 1:
         assert len(shared.source) < len(whole.source) or len(size) < 3
-    rng = np.random.default_rng(most)
+    rng, (left, right) = np.random.default_rng(most), bvh.children()
     for octant in range(8):
         for share in (1.0, 0.9, 0.6):
             met = rng.random(len(size)) < share
             # What is in a box is in all boxes around it.
-            left, right = bvh.children()
             for node in np.flatnonzero(left >= 0):
                 met[left[node]] &= met[node]
                 met[right[node]] &= met[node]
