@@ -9,7 +9,8 @@
 // the tree (Thrane and Simonsen 2005) for its rays' direction octant; with SHARED_SUBTREES what stands
 // low in the tree is no copy (common/shared_subtrees.glsl). With VERTEX_CULLING the rays
 // test only those triangles of a leaf that the packet's frustum does not rule out. With ENTRY_TILE a
-// packet begins where a beam ahead of it found (common/packet_entry.glsl).
+// packet begins where a beam ahead of it found (common/packet_entry.glsl). A walk from leaf to leaf pauses
+// after BOXES boxes, whether it has found one or not.
 
 #define PRESENT(r) (rays[r].t_min < NEVER)
 #if defined(INTERSECTION_WOOP_WATERTIGHT) && !defined(STEPWISE)
@@ -60,7 +61,12 @@ void start_walk();
 
 #ifndef STEPWISE
 
-void walk_on();
+// A renderer runs packets side by side, and those that are at a leaf wait until the last one is. So whoever
+// has found none after BOXES boxes stands by while the others test triangles, and walks on then. The first
+// walk, all the way down, is about as long for all, and does not pause.
+const int BOXES = 12;
+
+void walk_on(int most);
 
 // From the root, to the first leaf.
 void begin_turn() {
@@ -78,7 +84,7 @@ void begin_turn() {
     bound_frustum();
 #endif
     start_walk();
-    walk_on();
+    walk_on(step_limit);
 }
 
 #endif
@@ -195,32 +201,33 @@ int visit() {
 
 #ifndef STEPWISE
 
-int leaf;   // where its triangles begin; -1: the rays are through, or out of steps
+int leaf;   // where its triangles begin; -1: the walk pauses, the rays are through, or out of steps
 
-// To the next leaf that a ray is in.
-void walk_on() {
+// To the next leaf that a ray is in, or as far as `most` nodes lead.
+void walk_on(int most) {
     // Carried from turn to turn of the loop: llvmpipe loses what only the last one computed, for
     // packets that leave it before others do.
     leaf = -1;
+    int pause = min(step_limit, steps + most);
     do {
         leaf = visit();
-    } while (leaf < 0 && node >= 0 && steps < step_limit);
+    } while (leaf < 0 && node >= 0 && steps < pause);
     through = leaf < 0 && node < 0;
 }
 
-// Through the triangles of a leaf, and on to the next one: in this order no turn of the loop is left
-// without triangles. False when the rays whose turn it is are through, or out of steps.
+// Through the triangles of a leaf, and on towards the next one: in this order the first turn of the loop has
+// triangles. False when the rays whose turn it is are through, or out of steps.
 bool step_packet() {
-    bool on = leaf >= 0;
-    if (on) {
+    bool on = true;
+    if (leaf >= 0) {
         on = intersect(leaf);
         through = !any_left || (on && node < 0);
         leaf = -1;
     }
     if (on && node >= 0) {
-        walk_on();
+        walk_on(BOXES);
     }
-    return leaf >= 0 && steps < step_limit;
+    return !through && steps < step_limit;
 }
 
 #endif
@@ -308,9 +315,10 @@ int visit() {
 
 bool on;   // the walk goes on
 
-// Down to a leaf, from `node` or what the stack holds.
-void walk_on() {
+// Down to a leaf, from `node` or what the stack holds, or as far as `most` pairs of boxes lead.
+void walk_on(int most) {
     on = true;
+    int pause = min(step_limit, steps + most);
     if (!is_leaf(node)) {
         do {
             int far = visit();
@@ -323,24 +331,26 @@ void walk_on() {
             } else if (node == NOTHING) {
                 on = false;
             }
-        } while (on && !is_leaf(node) && steps < step_limit);
+        } while (on && !is_leaf(node) && steps < pause);
     }
     through = !on;
 }
 
-// Through the triangles of a leaf, and on to the next one; false when that is nothing, or out of steps.
+// Through the triangles of a leaf, and on towards the next one; false when there is nothing left, or out of
+// steps.
 bool step_packet() {
-    on = on && is_leaf(node);
-    if (on) {
+    if (on && is_leaf(node)) {
         on = intersect(first_triangle(node));
         through = !any_left || (on && stacked == 0);
+        if (on && !through) {
+            --stacked;
+            node = stack[stacked];
+        }
     }
     if (on && !through) {
-        --stacked;
-        node = stack[stacked];
-        walk_on();
+        walk_on(BOXES / 2);
     }
-    return on && !through && is_leaf(node) && steps < step_limit;
+    return on && !through && steps < step_limit;
 }
 
 #endif
