@@ -97,8 +97,8 @@ def _write(tracer: Tracer, folder: Path, size: tuple[int, int], every: int | Non
     hits = travel(tracer, origins, directions, look)
     if held:
         keep(held[0])
-    found = {"scene": tracer.scene.name, "triangles": len(tracer.scene),
-             "method": tracer.method.name, "gpu": tracer.gpu.info(), "size": list(size),
+    found = {**tracer.scene.facts(), "method": tracer.method.name, "gpu": tracer.gpu.info(),
+             "size": list(size),
              "options": {k: v for k, v in tracer.options.items() if k != "context"},
              "phases": {str(k): v for k, v in phase_names(tracer).items()},
              "rays_hit": int(hits.hit.sum()), "rays": len(hits), "passes": passes}
@@ -187,7 +187,7 @@ class _Painter:
                                    ("t of the nearest hit so far", distance))]
         width = panels[0][1].width
         served = ", ".join(f"{count:,} {name}" for name, count in one.served.items()) or "none"
-        head = [f"{tracer.scene.name}, {tracer.method.name}, {tracer.options['schedule']}: pass "
+        head = [f"{tracer.scene.title}, {tracer.method.name}, {tracer.options['schedule']}: pass "
                 f"{one.number}, kernel {'of each ray' if one.kernel == 'all' else one.kernel}",
                 f"rays served: {served}; live: {one.live:,} of {len(over):,}"]
         legend = colours.stacked([

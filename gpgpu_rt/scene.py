@@ -94,6 +94,16 @@ class Scene:
         return len(self.triangles)
 
     @property
+    def title(self) -> str:
+        """Its name, as pictures have it: a stand-in is called one."""
+        return f"{self.name} (a stand-in)" if self.stand_in else self.name
+
+    def facts(self) -> dict[str, Any]:
+        """What JSON says of it."""
+        return {"scene": self.name, "triangles": len(self), "source": self.source,
+                "stand_in": self.stand_in}
+
+    @property
     def light(self) -> PointLight:
         """The first point light."""
         if not self.lights:

@@ -14,8 +14,8 @@ from ..gpu import Gpu, open_gpu, threads_of
 from ..methods import Method, find_method, methods, taking
 from ..words import counted, number
 from .shared import (
-    Command, add_methods, add_options, given_options, names, options_for, print_json, print_table,
-    say, side_word
+    Command, add_methods, add_options, given_options, names, options_for, print_json,
+    print_stand_in, print_table, say, side_word
 )
 
 Races = list[tuple[str, str, list[Entry]]]
@@ -70,7 +70,8 @@ def _bench(chosen: argparse.Namespace) -> None:
     if chosen.json:
         print_json({"gpu": gpu.info(), "peaks": peak.to_dict(), "size": chosen.size,
                     "threads": threads_of(gpu.renderer), "missing": _missing(),
-                    "races": [{"scene": scene, "rays": kind, "too_noisy": too_noisy(entries),
+                    "races": [{**load(scene).facts(), "scene": scene, "rays": kind,
+                               "too_noisy": too_noisy(entries),
                                "entries": [{**entry.to_dict(), **_shares(entry, peak)}
                                            for entry in entries]}
                               for scene, kind, entries in found]})
@@ -78,7 +79,7 @@ def _bench(chosen: argparse.Namespace) -> None:
         _print_notes(gpu, peak, found)
     if chosen.plot is not None:
         _chart(chosen.plot)(
-            [(load(scene).name, _rays(kind, chosen.size), entries)
+            [(load(scene).title, _rays(kind, chosen.size), entries)
              for scene, kind, entries in found], chosen.plot, _renderer(gpu))
 
 
@@ -107,6 +108,7 @@ def _shares(entry: Entry, peak: Peaks) -> dict[str, float | None]:
 
 def _print(scene: str, kind: str, entries: list[Entry], size: int, peak: Peaks) -> None:
     noise = too_noisy(entries)
+    print_stand_in(load(scene))
     print(f"{load(scene).name}, {len(load(scene)):,} triangles, "
           f"{entries[0].rays:,} {_rays(kind, size)}")
     heads = ["method", "options", "Mrays/s", "over embreex", "arrays in to out", "spread",

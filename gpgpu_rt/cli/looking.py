@@ -17,7 +17,8 @@ from .camera import add_camera, camera_of
 from .frames import IMAGES
 from .progress import tenths, told
 from .shared import (
-    Command, add_method, add_methods, add_options, options_for, print_json, print_table, size_word
+    Command, add_method, add_methods, add_options, options_for, print_json, print_stand_in,
+    print_table, size_word
 )
 
 
@@ -62,6 +63,7 @@ def _passes(chosen: argparse.Namespace) -> None:
                              progress=progress)
     if chosen.json:
         return print_json(found)
+    print_stand_in(tracer.scene)
     rows = found["passes"]
     pictures = sum("picture" in row for row in rows)
     print(f"wrote {counted(pictures, 'picture')}, passes.gif and passes.json to {chosen.output}")
@@ -85,12 +87,13 @@ def _heat(chosen: argparse.Namespace) -> None:
         with Tracer(scene, method, **options) as tracer:
             maps.append(heat(tracer, chosen.what, chosen.size, camera_of(chosen, scene.camera)))
     with replacing(chosen.output) as path:
-        draw_heat(maps, chosen.what, scene.name, chosen.highest).save(path)
+        draw_heat(maps, chosen.what, scene.title, chosen.highest).save(path)
     rows = [{"method": method, "map": one.title, **one.summary()}
             for method, one in zip(chosen.methods, maps)]
     if chosen.json:
-        return print_json({"scene": scene.name, "what": chosen.what, "size": chosen.size,
+        return print_json({**scene.facts(), "what": chosen.what, "size": chosen.size,
                            "output": chosen.output, "methods": rows})
+    print_stand_in(scene)
     print(f"wrote {chosen.output}: {KINDS[chosen.what]}")
     print_table(("method", "mean", "median", "99 %", "most"),
                 [(row["map"], f"{row['mean']:.2f}", f"{row['median']:g}",

@@ -30,7 +30,7 @@ from .parser import Parser
 from .picture import add_picture, drawing_of, explain, light_options, progress_shown
 from .shared import (
     add_method, add_options, all_options, given_options, options_for, print_json, print_stand_in,
-    print_table, say, scene_facts, size_word, spelled_out, word_of
+    print_table, say, size_word, spelled_out, word_of
 )
 from .sharing import add_scheduler, render_shared, trace_shared
 
@@ -226,7 +226,7 @@ def _report(chosen: argparse.Namespace, tracer: Tracer, line: str,
             plan: Plan | None = None) -> None:
     statistics = tracer.statistics
     if chosen.json:
-        print_json({**scene_facts(tracer.scene), "method": tracer.method.name,
+        print_json({**tracer.scene.facts(), "method": tracer.method.name,
                     "gpu": tracer.gpu.info(),
                     "options": {k: v for k, v in tracer.options.items() if k != "context"},
                     "statistics": statistics.to_dict(),

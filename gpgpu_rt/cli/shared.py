@@ -245,12 +245,6 @@ def print_json(value: Any) -> None:
     print(json.dumps(value, indent=2, default=str))
 
 
-def scene_facts(scene: Scene) -> dict[str, Any]:
-    """What JSON says of the scene."""
-    return {"scene": scene.name, "triangles": len(scene), "source": scene.source,
-            "stand_in": scene.stand_in}
-
-
 def print_stand_in(scene: Scene) -> None:
     """Say so where the scene is not the one of the papers."""
     if scene.stand_in:

@@ -21,7 +21,7 @@ from ..workers.workers import TILE, Workers, check_parts
 from .frames import kept_frames, opened, write_film
 from .picture import drawing_of
 from .progress import tenths, told
-from .shared import options_for, print_json, print_stand_in, say, scene_facts
+from .shared import options_for, print_json, print_stand_in, say
 from .unfinished import Unfinished, follows_from
 
 
@@ -43,7 +43,7 @@ def trace_shared(chosen: argparse.Namespace, rays: dict[str, np.ndarray]) -> Non
         np.savez_compressed(file, **hits.to_dict())
     found = int(hits.hit.sum())
     if chosen.json:
-        return print_json({**scene_facts(scene), "method": method,
+        return print_json({**scene.facts(), "method": method,
                            "options": find_method(method).resolved(options),
                            "output": chosen.output, "rays": len(hits), "hits": found,
                            "workers": count})
@@ -73,7 +73,7 @@ def render_shared(chosen: argparse.Namespace) -> None:
             method, resolved, ", ".join(renderers), drawing))
         count = len(workers)
     if chosen.json:
-        return print_json({**scene_facts(scene), "method": method, "options": resolved,
+        return print_json({**scene.facts(), "method": method, "options": resolved,
                            "output": chosen.output, "parts": kept.count, "drawn": drawn,
                            "workers": count})
     print_stand_in(scene)

@@ -18,8 +18,8 @@ from ..gpu import open_gpu
 from ..scene import load_scene
 from ..words import number
 from .shared import (
-    Command, add_methods, add_options, count_word, given_options, names, print_json, print_table,
-    say, seconds_word, size_word, whole_word
+    Command, add_methods, add_options, count_word, given_options, names, print_json,
+    print_stand_in, print_table, say, seconds_word, size_word, whole_word
 )
 
 
@@ -79,6 +79,7 @@ def _accuracy(chosen: argparse.Namespace) -> None:
             path.write_text(json.dumps(result, indent=1, default=str) + "\n", encoding="utf-8")
     if chosen.json:
         return print_json(result)
+    print_stand_in(scene)
     print(f"{scene.name}, {len(scene):,} triangles; up to {chosen.rays:,} rays of each kind: "
           f"{', '.join(KINDS)}")
     print_table(("method", "precision", "rays", "wrong", "at most (95 %)", "leak", "false",
@@ -129,8 +130,10 @@ def _tune(chosen: argparse.Namespace) -> None:
             + (f"give --settings {chosen.output}" if chosen.output else
                "write the settings to a file by -o"))
     if chosen.json:
-        print_json({"scene": settings.describe(scene), **found.to_dict()})
+        print_json({"scene": settings.describe(scene), "stand_in": scene.stand_in,
+                    **found.to_dict()})
     else:
+        print_stand_in(scene)
         for search in found.searches:
             _print_search(search)
         if kept is not None:

@@ -23,7 +23,7 @@ def film(scene: Scene, method: str, size: tuple[int, int]) -> str:
         found = write_passes(tracer, Path(made), size, most=FRAMES)
         uri = data_uri((Path(made) / "passes.gif").read_bytes(), "gif")
     count = len(found["passes"])
-    said = (f"{method} on {_named(scene)}: {size[0]} x {size[1]} rays, {counted(count, 'pass')}, "
+    said = (f"{method} on {scene.title}: {size[0]} x {size[1]} rays, {counted(count, 'pass')}, "
             f"{counted(found['rays_hit'], 'ray')} hit")
     return _shown(image_tag(uri, said), said)
 
@@ -35,8 +35,8 @@ def heat_maps(scene: Scene, methods: Sequence[str], size: tuple[int, int], width
         with Tracer(scene, method, statistics=True) as tracer:
             maps.append(heat(tracer, "steps", size))
     means = ", ".join(f"{one.title} {one.summary()['mean']:.1f}" for one in maps)
-    said = f"Steps a ray on {_named(scene)}, one scale for all; means: {means}"
-    return _shown(image_tag(png_uri(draw_heat(maps, "steps", scene.name), width), said), said)
+    said = f"Steps a ray on {scene.title}, one scale for all; means: {means}"
+    return _shown(image_tag(png_uri(draw_heat(maps, "steps", scene.title), width), said), said)
 
 
 def or_why_not(make: Callable[[], str]) -> str:
@@ -45,10 +45,6 @@ def or_why_not(make: Callable[[], str]) -> str:
         return make()
     except Error as failure:
         return f'<p class="missing">Not shown: {html.escape(str(failure))}</p>'
-
-
-def _named(scene: Scene) -> str:
-    return f"{scene.name} (a stand-in)" if scene.stand_in else scene.name
 
 
 def _shown(picture: str, said: str) -> str:
