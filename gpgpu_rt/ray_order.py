@@ -21,7 +21,12 @@ from .threads import threads
 # common/sorted_place.glsl.
 SQUARE = 8
 ORIGIN_BITS = 3     # an axis, of the scene's box: the cell in which a ray begins
-DIRECTION_BITS = 2  # an axis, of the cube of directions; they come first
+# Directions come first: their octant, and in it which of each two components is the larger. So
+# rays side by side agree in signs and dominant axis, without which those of a packet would take
+# turns (packet_turns.glsl).
+DIRECTIONS = 1 << 6
+_DIRECTION = next(field for field in RAY_TEXELS.fields if field.name == "direction")
+_GRAY = (0, 1, 3, 2, 6, 7, 5, 4)    # octants, each with one sign other than the one before
 AT_ONCE = 1 << 16   # rays that are worked on at a time: they stay in a core's cache
 # Rays in a row that are put in order by themselves: those of a picture's rows begin near one
 # another as it is, and what lies in a cache is sorted and moved faster (docs/bvh.md).
@@ -123,23 +128,41 @@ def _live_keys(planes: list[np.ndarray], first: int, precision: Precision,
     fields = RAY_TEXELS.unpack_planes([plane[first:first + BLOCK] for plane in planes])
     some = precision.stored(fields["t_min"]) <= precision.stored(fields["t_max"])
     live, empty = np.flatnonzero(some), np.flatnonzero(~some)
-    (lo, hi), one = (np.asarray(corner, np.float32) for corner in bounds), np.float32(1)
-    lattice, shift = np.zeros(len(some), np.int32), 0
+    lo, hi = (np.asarray(corner, np.float32) for corner in bounds)
+    lattice = _direction_codes(planes[_DIRECTION.texel][first:first + BLOCK]).view(np.int32)
+    lattice <<= 3 * ORIGIN_BITS
     place, cell = np.empty(len(some), np.float32), np.empty(len(some), np.int32)    # used again
     with np.errstate(all="ignore"):     # a box without extent is some cell or other
-        for values, start, size, bits in (
-                (fields["origin"], lo, hi - lo, ORIGIN_BITS),
-                (fields["direction"], [-one] * 3, [2 * one] * 3, DIRECTION_BITS)):
-            for axis in range(3):
-                np.subtract(values[:, axis], start[axis], out=place)
-                place *= np.float32(1 << bits) / size[axis]
-                np.copyto(cell, place, casting="unsafe")
-                # One outside is taken for another: that costs order, and no hit.
-                cell &= (1 << bits) - 1
-                lattice |= np.left_shift(cell, shift, out=cell)
-                shift += bits
-    keys = np.take(_morton(), lattice[live] if len(empty) else lattice)
+        for axis in range(3):
+            np.subtract(fields["origin"][:, axis], lo[axis], out=place)
+            place *= np.float32(1 << ORIGIN_BITS) / (hi - lo)[axis]
+            np.copyto(cell, place, casting="unsafe")
+            # One outside is taken for another: that costs order, and no hit.
+            cell &= (1 << ORIGIN_BITS) - 1
+            lattice |= np.left_shift(cell, ORIGIN_BITS * axis, out=cell)
+    keys = np.take(_keys(), lattice[live] if len(empty) else lattice)
     return first + live, first + empty, keys
+
+
+def _direction_codes(texels: np.ndarray) -> np.ndarray:
+    """(n,) uint32 below DIRECTIONS, bits that tell whether x is negative, |x| no less than |y|,
+    |x| than |z|, y negative, |y| no less than |z|, z negative.
+
+    texels : (n, 4) float32, directions first. All numbers are taken in a row, each with those
+        after it, as numpy is slow along short axes.
+    """
+    row = texels.reshape(-1)
+    negative, size = row < 0, np.abs(row)
+    next_less, second_less = np.zeros_like(negative), np.zeros_like(negative)
+    np.greater_equal(size[:-1], size[1:], out=next_less[:-1])
+    np.greater_equal(size[:-2], size[2:], out=second_less[:-2])
+    # A byte a component now; the last one's is cut off.
+    code = negative.view("<u4") | next_less.view("<u4") << 1 | second_less.view("<u4") << 2
+    code &= 0x010307
+    code *= 1 << 16 | 1 << 11 | 1 << 5      # bits of the three bytes side by side, from the 16th
+    code >>= 16
+    code &= DIRECTIONS - 1
+    return code
 
 
 def _near_one_another(keys: list[np.ndarray]) -> bool:
@@ -160,14 +183,21 @@ def _whole(texels: np.ndarray) -> np.ndarray:
 
 
 @lru_cache(maxsize=None)
-def _morton() -> np.ndarray:
-    """(2^15,) uint16, the key of each place in the two lattices, the origin's in the low bits."""
-    place, key, low = np.arange(1 << 3 * (ORIGIN_BITS + DIRECTION_BITS)), 0, 0
-    for bits in (ORIGIN_BITS, DIRECTION_BITS):
-        axes = (place >> (low + bits * axis) & (1 << bits) - 1 for axis in range(3))
-        key |= morton_3d(*axes) << low
-        low += 3 * bits
-    return np.asarray(key, np.uint16)
+def _keys() -> np.ndarray:
+    """(2^15,) uint16, the key of each direction's code and origin's cell, these in the low bits:
+    octant by octant, in each around its diagonal, then along a Morton curve of origins."""
+    place = np.arange(DIRECTIONS << 3 * ORIGIN_BITS)
+    code, cell = np.divmod(place, 1 << 3 * ORIGIN_BITS)
+    negative = code & 1 | code >> 2 & 2 | code >> 3 & 4
+    over = code >> 1 & 1, code >> 2 & 1, code >> 4 & 1     # x over y, x over z, y over z
+    # The six orders of three sizes, each with two neighbours of the one before swapped: the
+    # largest is x, x, y, y, z, z.
+    around = np.zeros(8, int)
+    around[[3, 7, 6, 4, 0, 1]] = range(6)
+    way = around[over[0] | over[1] << 1 | over[2] << 2]
+    axes = (cell >> ORIGIN_BITS * axis & (1 << ORIGIN_BITS) - 1 for axis in range(3))
+    return np.asarray((np.argsort(_GRAY)[negative] * 6 + way) << 3 * ORIGIN_BITS
+                      | morton_3d(*axes), np.uint16)
 
 
 @lru_cache(maxsize=1)

@@ -62,3 +62,25 @@ def test_blocks_stay_apart_where_they_begin_apart(monkeypatch, share: float, sca
     assert (np.diff(blocks // 1024) >= 0).all() != scattered
     for block in range(4):      # the same order within each
         assert (blocks[blocks // 1024 == block] == together[together // 1024 == block]).all()
+
+
+@pytest.mark.parametrize("seed", [4, 5], ids="seed{}".format)
+def test_rays_side_by_side_agree_in_signs_and_dominant_axis(seed: int) -> None:
+    """There are 24 kinds of directions, so 23 places in the order where one ends: else rays of a
+    packet take turns, a walk of the tree each."""
+    given = planes(np.full((5000, 3), 0.5), np.zeros(5000, bool), seed)
+    given[1][:100, :3] = np.float32([[1, -1, 0.5], [-0.5, 0.5, 0.5]]).repeat(50, axis=0)    # ties
+    directions = given[1][RayOrder(given, BOUNDS).rays, :3]
+    kinds = np.stack([*(directions < 0).T, np.abs(directions).argmax(axis=1)], axis=1)
+    assert len(np.unique(kinds, axis=0)) == 24
+    assert (kinds[1:] != kinds[:-1]).any(axis=1).sum() == 23
+
+
+@pytest.mark.parametrize("seed", [6], ids="seed{}".format)
+def test_rays_of_a_direction_lie_along_a_morton_curve(seed: int) -> None:
+    """Of one direction the cells of an octant of the box come together."""
+    origins = np.random.default_rng(seed).uniform(0, 1, (4096, 3))
+    given = planes(origins, np.zeros(4096, bool), seed)
+    given[1][:, :3] = [0.9, 0.5, 0.1]
+    octants = (origins[RayOrder(given, BOUNDS).rays] >= 0.5) @ [1, 2, 4]
+    assert (octants[1:] != octants[:-1]).sum() == 7
