@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from gpgpu_rt.words import titled
+
 from . import verdicts
 from .cell import Cell
 from .kendall import tau_b
@@ -188,8 +190,8 @@ class Comparison:
                       *(number(row[name]) for name in ("steps", "nodes_visited",
                                                        "triangles_tested")),
                       row["passes"] or "-"] for row in chosen]
-            kind = " (stand-in)" if chosen[0]["stand_in"] else ""
-            parts.append(f"## {panel.label}{kind}, {chosen[0]['triangles']:,} triangles: tau-b "
+            title = titled(panel.label, chosen[0]["stand_in"])
+            parts.append(f"## {title}, {chosen[0]['triangles']:,} triangles: tau-b "
                          f"{number(taus[panel], 2)}\n")
             parts.append(markdown_table(
                 ("method", "rays", "ms", "ns a ray", "time over fastest", f"published {unit}",

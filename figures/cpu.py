@@ -8,6 +8,7 @@ from typing import Any
 
 from gpgpu_rt.bench.engines import CORES, EMBREE
 from gpgpu_rt.gpu import is_software
+from gpgpu_rt.words import titled
 
 from .cell import ON_CPU, Cell, timed_runs
 from .fig22 import FAST
@@ -132,7 +133,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     known = max((r for r in results if r is not None and "peak" in r), default=None,
                 key=lambda r: r["peak"]["threads"])     # of the most threads
     peak = known["peak"] if known else {}
-    table = [[row["scene"] + (" (stand-in)" if row["stand_in"] else ""), f"{row['triangles']:,}",
+    table = [[titled(row["scene"], row["stand_in"]), f"{row['triangles']:,}",
               row["traced_by"], number(row["rays_per_second"] / 1e6),
               number(row["over_one_thread"]), number((row["peak_flops"] or 0) / 1e9)
               if row["peak_flops"] else "-",

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from gpgpu_rt.bench.workloads import mirror
+from gpgpu_rt.words import titled
 
 from . import verdicts
 from .cell import Cell, timed_runs
@@ -62,7 +63,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
             stand_ins.append(f"{scene} is a procedural stand-in for {about['stand_in']}.")
         mine = _table(results)
         rows += [[scene, *row] for row in mine]
-        parts += [f"## {scene}{' (stand-in)' if about['stand_in'] else ''}, "
+        parts += [f"## {titled(scene, about['stand_in'])}, "
                   f"{about['triangles']:,} triangles\n",
                   markdown_table(HEADS, [[row[0], f"{row[1]:,}", *map(number, row[2:])]
                                          for row in mine]), verdict(scene, mine) + "\n"]

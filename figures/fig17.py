@@ -3,6 +3,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from gpgpu_rt.words import titled
+
 from . import verdicts
 from .cell import Cell
 from .fig16 import LEFT_OUT, SCENES, STAND_IN
@@ -128,7 +130,7 @@ def _chart(results: dict[str, dict], out: Path) -> None:
             axis.annotate(f"x {number(overhead)}", (at + shift, whole), ha="center",
                           va="bottom", fontsize=8)
     axis.set_xticks(range(len(results)), [
-        f"{scene}{' (stand-in)' if result['scene']['stand_in'] else ''}"
+        titled(scene, result["scene"]["stand_in"])
         for scene, result in results.items()], fontsize=9)
     axis.set(yscale="log", ylabel="MiB (log)", ylim=(0.02, None))
     axis.margins(y=0.15)

@@ -25,7 +25,6 @@ ORIGIN_BITS = 3     # an axis, of the scene's box: the cell in which a ray begin
 # rays side by side agree in signs and dominant axis, without which those of a packet would take
 # turns (packet_turns.glsl).
 DIRECTIONS = 1 << 6
-_DIRECTION = next(field for field in RAY_TEXELS.fields if field.name == "direction")
 _GRAY = (0, 1, 3, 2, 6, 7, 5, 4)    # octants, each with one sign other than the one before
 AT_ONCE = 1 << 16   # rays that are worked on at a time: they stay in a core's cache
 # Rays in a row that are put in order by themselves: those of a picture's rows begin near one
@@ -39,7 +38,7 @@ class RayOrder:
 
     Parameters
     ----------
-    planes : (n, 4) float32 each, one a texel of RAY_TEXELS, directions below 1
+    planes : (n, 4) float32 each, one a texel of RAY_TEXELS
     bounds : the scene's (lo, hi)
     precision : what textures hold, where an empty ray may come to end where it begins
 
@@ -124,12 +123,14 @@ def squares(rays: int) -> tuple[int, int]:
 def _live_keys(planes: list[np.ndarray], first: int, precision: Precision,
                bounds: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, ...]:
     """Of a block of rays (m,) int, those not empty; (k,) int, those that are; (m,) uint16, of the
-    former the cell of the direction, then that of the origin, along Morton curves."""
+    former the kind of direction, then the origin's cell along a Morton curve."""
     fields = RAY_TEXELS.unpack_planes([plane[first:first + BLOCK] for plane in planes])
     some = precision.stored(fields["t_min"]) <= precision.stored(fields["t_max"])
     live, empty = np.flatnonzero(some), np.flatnonzero(~some)
     lo, hi = (np.asarray(corner, np.float32) for corner in bounds)
-    lattice = _direction_codes(planes[_DIRECTION.texel][first:first + BLOCK]).view(np.int32)
+    direction = RAY_TEXELS.field("direction")
+    assert direction.channel == 0
+    lattice = _direction_codes(planes[direction.texel][first:first + BLOCK]).view(np.int32)
     lattice <<= 3 * ORIGIN_BITS
     place, cell = np.empty(len(some), np.float32), np.empty(len(some), np.int32)    # used again
     with np.errstate(all="ignore"):     # a box without extent is some cell or other

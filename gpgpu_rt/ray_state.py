@@ -135,7 +135,7 @@ def read_stream(record: Record, samplers: Mapping[str, moderngl.Texture]) -> dic
 def read_field(record: Record, name: str,
                samplers: Mapping[str, moderngl.Texture]) -> np.ndarray:
     """One field of a stream, from the one texture that has it."""
-    field = next(field for field in record.fields if field.name == name)
+    field = record.field(name)
     return field.of(read_texture(samplers[f"{record.name}_texel_{field.texel}"]))
 
 

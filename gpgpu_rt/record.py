@@ -202,6 +202,10 @@ class Record:
         those of float fields are views."""
         return self.unpack_planes(np.moveaxis(texels, -2, 0))
 
+    def field(self, name: str) -> Field:
+        """The field of a name."""
+        return next(field for field in self.fields if field.name == name)
+
     def unpack_planes(self, planes: Sequence[np.ndarray] | np.ndarray) -> dict[str, np.ndarray]:
         """``unpack`` of (..., 4) each, one a texel."""
         return {f.name: f.of(planes[f.texel]) for f in self.fields}

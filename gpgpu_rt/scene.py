@@ -17,6 +17,7 @@ from .appearance.material import Material
 from .camera import Camera
 from .errors import SceneError
 from .scenes import catalogue, mesh_file
+from .words import titled
 
 
 @dataclass(eq=False)
@@ -95,8 +96,8 @@ class Scene:
 
     @property
     def title(self) -> str:
-        """Its name, as pictures have it: a stand-in is called one."""
-        return f"{self.name} (a stand-in)" if self.stand_in else self.name
+        """Its name, and whether it is a stand-in, as pictures have it."""
+        return titled(self.name, self.stand_in)
 
     def facts(self) -> dict[str, Any]:
         """What JSON says of it."""

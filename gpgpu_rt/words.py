@@ -8,6 +8,11 @@ def counted(number: int, thing: str) -> str:
     return f"{number:,} {thing if number == 1 else plural}"
 
 
+def titled(name: str, stand_in: str | None) -> str:
+    """A scene's name, as pictures and tables have it: a stand-in is called one."""
+    return f"{name} (stand-in)" if stand_in else name
+
+
 def number(value: float | None, digits: int = 3) -> str:
     """To ``digits`` significant figures; a dash for None and NaN."""
     return "-" if value is None or value != value else f"{float(f'{value:.{digits}g}'):g}"

@@ -19,7 +19,8 @@ COUNTS = (100_000, 1_000_000, 10_000_000)
 # Of ten million triangles no more nodes than a float can number, as eight whole copies would be.
 _TREE = {"quantise_nodes": 16, "octants": True, "shared_subtrees": 64}
 _EYE = {"packet": (4, 2), "entry_points": 32, **_TREE}
-# By kind of rays, the fastest first; with an interval test that is packets of few triangles.
+# By kind of rays, in the order of what ten million triangles take; of few triangles packets with
+# an interval test are the fastest.
 METHODS = {
     "eye": (("bvh-packet", _EYE), ("bvh-packet", {**_EYE, "interval_test": True}),
             ("bvh-threaded", _TREE), ("bvh-stack", {"quantise_nodes": 16})),

@@ -9,8 +9,8 @@
 // the tree (Thrane and Simonsen 2005) for its rays' direction octant; with SHARED_SUBTREES what stands
 // low in the tree is no copy (common/shared_subtrees.glsl). With VERTEX_CULLING the rays
 // test only those triangles of a leaf that the packet's frustum does not rule out. With ENTRY_TILE a
-// packet begins where a beam ahead of it found (common/packet_entry.glsl). A walk from leaf to leaf pauses
-// after BOXES boxes, whether it has found one or not.
+// packet begins where a beam ahead of it found (common/packet_entry.glsl). In `loop` a
+// walk from one leaf to the next pauses after BOXES boxes, whether it has found one or not.
 
 #define PRESENT(r) (rays[r].t_min < NEVER)
 #if defined(INTERSECTION_WOOP_WATERTIGHT) && !defined(STEPWISE)
@@ -218,13 +218,13 @@ void walk_on(int most) {
 // Through the triangles of a leaf, and on towards the next one: in this order the first turn of the loop has
 // triangles. False when the rays whose turn it is are through, or out of steps.
 bool step_packet() {
-    bool on = true;
-    if (leaf >= 0) {
+    bool on = steps < step_limit;
+    if (on && leaf >= 0) {
         on = intersect(leaf);
         through = !any_left || (on && node < 0);
         leaf = -1;
     }
-    if (on && node >= 0) {
+    if (on && node >= 0 && steps < step_limit) {
         walk_on(BOXES);
     }
     return !through && steps < step_limit;
@@ -339,6 +339,7 @@ void walk_on(int most) {
 // Through the triangles of a leaf, and on towards the next one; false when there is nothing left, or out of
 // steps.
 bool step_packet() {
+    on = on && steps < step_limit;
     if (on && is_leaf(node)) {
         on = intersect(first_triangle(node));
         through = !any_left || (on && stacked == 0);
@@ -347,8 +348,8 @@ bool step_packet() {
             node = stack[stacked];
         }
     }
-    if (on && !through) {
-        walk_on(BOXES / 2);
+    if (on && !through && steps < step_limit) {
+        walk_on(BOXES / 2);   // a pair has two
     }
     return on && !through && steps < step_limit;
 }

@@ -59,6 +59,8 @@ def _bench(chosen: argparse.Namespace) -> None:
     gpu = open_gpu(given_options(chosen).get("context"))
     found, peak = [], None
     for scene in chosen.scenes:
+        if not chosen.json:
+            print_stand_in(load(scene))
         for kind in kinds:
             entries = race(scene, RAY_SETS[kind], candidates, chosen.size, chosen.runs,
                            report=say)
@@ -70,7 +72,7 @@ def _bench(chosen: argparse.Namespace) -> None:
     if chosen.json:
         print_json({"gpu": gpu.info(), "peaks": peak.to_dict(), "size": chosen.size,
                     "threads": threads_of(gpu.renderer), "missing": _missing(),
-                    "races": [{**load(scene).facts(), "scene": scene, "rays": kind,
+                    "races": [{**load(scene).facts(), "rays": kind,
                                "too_noisy": too_noisy(entries),
                                "entries": [{**entry.to_dict(), **_shares(entry, peak)}
                                            for entry in entries]}
@@ -108,7 +110,6 @@ def _shares(entry: Entry, peak: Peaks) -> dict[str, float | None]:
 
 def _print(scene: str, kind: str, entries: list[Entry], size: int, peak: Peaks) -> None:
     noise = too_noisy(entries)
-    print_stand_in(load(scene))
     print(f"{load(scene).name}, {len(load(scene)):,} triangles, "
           f"{entries[0].rays:,} {_rays(kind, size)}")
     heads = ["method", "options", "Mrays/s", "over embreex", "arrays in to out", "spread",

@@ -15,7 +15,7 @@ from ..accuracy.tune import SCREEN, tune
 from ..errors import Error
 from ..files import check_writable, replacing
 from ..gpu import open_gpu
-from ..scene import load_scene
+from ..scene import Scene, load_scene
 from ..words import number
 from .shared import (
     Command, add_methods, add_options, count_word, given_options, names, print_json,
@@ -62,6 +62,11 @@ def add_commands(command: Command) -> None:
     sub.add_argument("-o", "--output", metavar="SETTINGS.json")
 
 
+def _facts(scene: Scene) -> dict[str, Any]:
+    """What JSON says of the scene: what settings are held to, too."""
+    return {**scene.facts(), "scene": settings.describe(scene)}
+
+
 # accuracy ------------------------------------------------------------------------------------
 
 
@@ -71,9 +76,8 @@ def _accuracy(chosen: argparse.Namespace) -> None:
     scene, given = load_scene(chosen.scene), given_options(chosen)
     rows = accuracy(scene, chosen.methods, chosen.precisions, given, chosen.rays,
                     chosen.size, chosen.seed, say)
-    result = {"scene": settings.describe(scene), "stand_in": scene.stand_in,
-              "gpu": open_gpu(given.get("context")).info(), "seed": chosen.seed, "rows": rows,
-              "flip_note": flip_note()}
+    result = {**_facts(scene), "gpu": open_gpu(given.get("context")).info(),
+              "seed": chosen.seed, "rows": rows, "flip_note": flip_note()}
     if chosen.output:
         with replacing(chosen.output) as path:
             path.write_text(json.dumps(result, indent=1, default=str) + "\n", encoding="utf-8")
@@ -130,8 +134,7 @@ def _tune(chosen: argparse.Namespace) -> None:
             + (f"give --settings {chosen.output}" if chosen.output else
                "write the settings to a file by -o"))
     if chosen.json:
-        print_json({"scene": settings.describe(scene), "stand_in": scene.stand_in,
-                    **found.to_dict()})
+        print_json({**_facts(scene), **found.to_dict()})
     else:
         print_stand_in(scene)
         for search in found.searches:

@@ -9,10 +9,14 @@ import pytest
 
 import gpgpu_rt as rt
 from gpgpu_rt import cli
+from gpgpu_rt import false_colours as colours
+from gpgpu_rt.cli import benching, looking
 from gpgpu_rt.cli.main import _parser
 from gpgpu_rt.rays import random_rays
+from gpgpu_rt.report.films import film, heat_maps
 
 SCENE = "shirley6"
+TITLE = f"{SCENE} (stand-in)"
 METHOD = ("-m", "bvh-threaded")
 # Words of each command that takes a scene; OUT is a path that it writes to.
 COMMANDS = {
@@ -62,7 +66,25 @@ def test_commands_tell(command: str, words, capsys) -> None:
     assert found["stand_in"] == rt.load_scene(SCENE).stand_in
 
 
-def test_titles_tell(monkeypatch) -> None:
-    monkeypatch.setenv("GPGPU_RT_SCENES", "")
-    assert rt.load_scene(SCENE).title == f"{SCENE} (a stand-in)"
+def test_pictures_tell(words, monkeypatch) -> None:
+    """Heat maps, pictures of passes, the bench's chart and the report's films have the title."""
+    drawn: list[str] = []
+
+    def note(*title: object) -> None:
+        drawn.append(str(title))
+    monkeypatch.setattr(benching, "_chart", lambda path: lambda found, *_: note(found[0][0]))
+    for module, name, place in ((looking, "draw_heat", 2), (colours, "sheet", 1)):
+        real = getattr(module, name)
+        monkeypatch.setattr(module, name, lambda *a, real=real, place=place: (
+            note(a[place]), real(*a))[1])
+    for command, more in (("bench", ("--plot", "chart.png")), ("heat", ()), ("passes", ())):
+        drawn.clear()
+        assert cli.main((*words(command), *more)) == 0
+        assert drawn and all(TITLE in title for title in drawn), command
+    assert TITLE in film(rt.load_scene(SCENE), "kd-restart", (8, 8))
+    assert TITLE in heat_maps(rt.load_scene(SCENE), ["kd-restart"], (8, 8), 64)
+
+
+def test_titles_tell(words) -> None:
+    assert rt.load_scene(SCENE).title == TITLE
     assert rt.load_scene("cornell").title == "cornell"

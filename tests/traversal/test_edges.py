@@ -137,6 +137,17 @@ def test_step_cap_flags_rays(method: str, schedule: str) -> None:
     assert (capped.triangle[done] == whole.triangle[done]).all()
 
 
+@pytest.mark.parametrize("cap", [1, 2, 3, 10])
+@pytest.mark.parametrize("options", [{}, {"octants": True}, {"interval_test": True},
+                                     {"octants": True, "shared_subtrees": 16}], ids=str)
+def test_packets_take_no_step_past_the_cap(options: dict, cap: int) -> None:
+    scene = soup_scene(200, 8)
+    rays = np.random.default_rng(8).normal(size=(2, 500, 3)).astype(np.float32)
+    with rt.Tracer(scene, "bvh-packet", step_cap=cap, statistics=True, **options) as tracer:
+        hits = tracer.trace(*rays)
+    assert hits.steps.max() == cap and (hits.status == 2).any()
+
+
 @pytest.mark.parametrize("method, schedule", [(row.name, schedule) for row in rt.methods()
                                               for schedule in row.schedules[:-1]])
 def test_counters_do_not_depend_on_the_schedule(exact_renderer, method: str,
