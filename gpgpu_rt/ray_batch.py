@@ -12,10 +12,12 @@ from .hits import INVALID, Hits
 from .precision import Precision
 from .ray_order import RayOrder
 from .texel_layout import NO_RAY, NO_TRIANGLE, RAY_TEXELS
-from .threads import threads
+from .threads import cores, threads
 from .tile_bounds import SIDE, TileBounds
 
-AT_ONCE = 1 << 17   # rays laid out at a time: of fewer, threads wait longer than they work
+# Rays laid out at a time, at least and at most: of fewer, threads wait for the interpreter longer
+# than they work, more are in no cache any more when their bounds are found.
+FEW, AT_ONCE = 1 << 16, 1 << 18
 ROW = 1024   # rays in a row of the texture where the caller gave no shape
 MANY = 5     # a share of 1 in so many: more is written by columns, less ray by ray
 # Of a block: which rays are invalid, as indices; the exponents and the shifts of all, None where
@@ -86,9 +88,10 @@ class RayBatch:
         self._planes, self._given, self.sort_seconds = planes, planes, 0.0
         self.order: RayOrder | None = None
         _put(planes, slice(self.count, None), NO_RAY)
-        at_once, self.tiles = AT_ONCE, None
-        if tiled and SIDE * self.size[0] <= AT_ONCE:      # blocks of whole tiles
-            at_once -= AT_ONCE % (SIDE * self.size[0])
+        at_once, self.tiles = min(max(FEW, -(-self.count // cores())), AT_ONCE), None
+        across = SIDE * self.size[0]
+        if tiled and across <= AT_ONCE:     # blocks of whole tiles
+            at_once = max(at_once // across, 1) * across
             self.tiles = TileBounds(self.size)
         blocks = [slice(first, min(first + at_once, self.count))
                   for first in range(0, self.count, at_once)]
