@@ -20,6 +20,7 @@ class Case:
     origins, directions : (n, 3) float32
     closed : whether every ray must hit, whatever the test's rounding
     options : of a method by name, where the case is about them
+    t_min : (n,) float32, or one for all rays
     """
 
     triangles: np.ndarray
@@ -27,11 +28,13 @@ class Case:
     directions: np.ndarray
     closed: bool = False
     options: dict[str, dict[str, Any]] = field(default_factory=dict)
+    t_min: np.ndarray | float = 0.0
 
     def __post_init__(self) -> None:
         self.triangles, self.origins, self.directions = (
             np.ascontiguousarray(a, np.float32)
             for a in (self.triangles, self.origins, self.directions))
+        self.t_min = np.asarray(self.t_min, np.float32)
 
     @property
     def scene(self) -> rt.Scene:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from . import flat_cases  # noqa: F401, enters its cases
 from .extreme_case import CASES, Case, Kind, entry
 from .extreme_shapes import aims_at, bumpy_sphere, lattice, outside_rays, soup, square, unit
 

@@ -26,7 +26,7 @@ def measure(method: str, options: dict[str, Any], rays: int) -> dict[str, dict[s
 def _known(name: str, rays: int) -> tuple[Case, rt.Hits]:
     """A case and what the reference says of it, for all the settings that a process measures."""
     case = make_case(name, rays, SEED)
-    return case, rt.reference.trace(case.triangles, case.origins, case.directions,
+    return case, rt.reference.trace(case.triangles, case.origins, case.directions, case.t_min,
                                     accelerated=True)
 
 
@@ -36,9 +36,10 @@ def _measure_one(name: str, method: str, options: dict[str, Any], rays: int) -> 
     if name in LONG:
         chosen.pop("step_cap", None)
     with rt.Tracer(case.scene, method, statistics=True, **chosen) as tracer:
-        hits = tracer.trace(case.origins, case.directions)
+        hits = tracer.trace(case.origins, case.directions, case.t_min)
         cap = tracer.step_cap
-    verdict = judge(case.triangles, case.origins, case.directions, hits, reference=reference)
+    verdict = judge(case.triangles, case.origins, case.directions, hits, case.t_min,
+                    reference=reference)
     assert hits.steps is not None
     return {**verdict.to_dict(), "missed": int(leaks(reference, hits).sum()),
             "closed_leaks": int((~hits.hit).sum()) if case.closed else None,
@@ -52,6 +53,6 @@ def digest() -> str:
     total = hashlib.sha256()
     for name in CASES:
         case = make_case(name, 16, SEED)
-        for array in (case.triangles, case.origins, case.directions):
+        for array in (case.triangles, case.origins, case.directions, case.t_min):
             total.update(array.tobytes())
     return total.hexdigest()

@@ -11,6 +11,7 @@ from .approach import approach
 from .hits import INVALID, Hits
 from .precision import Precision
 from .ray_order import RayOrder
+from .reference.error_bounds import FLOAT32
 from .texel_layout import NO_RAY, NO_TRIANGLE, RAY_TEXELS
 from .threads import cores, threads
 from .tile_bounds import SIDE, TileBounds
@@ -32,7 +33,9 @@ class RayBatch:
     A direction is scaled by the power of two that brings its largest component into [0.5, 1), and
     t with it: exact, so that kernels meet directions of one size whatever length the caller's
     have. An origin far outside ``bounds`` is advanced along its ray (see ``approach``). ``Hits``
-    come back in the caller's units.
+    come back in the caller's units. An end of the interval that is smaller than 2^-126 once it is
+    scaled moves inwards, to 0 or to 2^-126: a renderer may flush it to 0. An empty interval stays
+    empty.
 
     Parameters
     ----------
@@ -230,7 +233,8 @@ def _lay_out(planes: list[np.ndarray], origins: np.ndarray, directions: np.ndarr
     with np.errstate(over="ignore", invalid="ignore"):
         if exponents is not None:
             directions = np.ldexp(directions, -exponents[:, None])
-            t_min, t_max = np.ldexp(t_min, exponents), np.ldexp(t_max, exponents)
+        t_min = _normal(t_min, exponents, FLOAT32.tiny, 0.0)
+        t_max = _normal(t_max, exponents, 0.0, -FLOAT32.tiny)
         near = alike and bounds is not None and approach(
             origins[:1], directions[:1], *bounds)[1] is None
         if bounds is not None and not near:
@@ -279,6 +283,18 @@ def _joined(blocks: list[slice], parts: list[np.ndarray | None]) -> np.ndarray |
         return None
     return np.concatenate([np.zeros(block.stop - block.start, some[0].dtype) if part is None
                            else part for block, part in zip(blocks, parts)])
+
+
+def _normal(t: np.ndarray, exponents: np.ndarray | None, above: float, below: float
+            ) -> np.ndarray:
+    """(n,) float32 ends of intervals times 2^exponents. Where a product is no normal number, which
+    a renderer may flush to 0, ``above`` stands for a positive and ``below`` for a negative one."""
+    given = t if t.strides[0] else t[:1]
+    scaled = given if exponents is None else np.ldexp(given, exponents)
+    tiny = (np.abs(scaled) < FLOAT32.tiny) & (given != 0)
+    if tiny.any():
+        scaled = np.where(tiny, np.where(given > 0, above, below), scaled).astype(np.float32)
+    return scaled if len(scaled) == len(t) else np.broadcast_to(scaled, len(t))
 
 
 def _numbers(values: np.ndarray) -> bool:

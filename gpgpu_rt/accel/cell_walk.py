@@ -54,8 +54,8 @@ class CellWalk:
     def _interval(self, unit: np.float32) -> tuple[np.ndarray, np.ndarray]:
         """(n,) each: where the rays enter and leave the grid's box, a little widened."""
         o, lo, hi = self.origin, self.grid.lo, self.grid.hi
-        slack = (BOX_SLACK * unit * np.maximum(np.abs(lo - o), np.abs(hi - o))
-                 + SPACING * unit * np.abs(o))
+        reach = np.maximum(np.abs(lo - o), np.abs(hi - o)).max(axis=1, keepdims=True)
+        slack = BOX_SLACK * unit * reach + SPACING * unit * np.abs(o)
         a = (lo - (o + slack)) * self.inv_dir
         b = (hi - (o - slack)) * self.inv_dir
         return np.minimum(a, b).max(axis=1), np.maximum(a, b).min(axis=1)

@@ -19,7 +19,7 @@ from gpgpu_rt.methods import find_method
 QUICK, FULL = 512, 32_768
 FEW = {"coincident": 100, "coplanar": 500, "one-centroid": 300, "long-way": 3}
 # Where options of builders and of traversal are tried in the quick suite; in full: everywhere.
-TELLING = ("moved-1e4", "in-planes", "box-corners")
+TELLING = ("moved-1e4", "in-planes", "box-corners", "flat-soup")
 # What other tests of the quick suite cover for every method, or what is slow to build.
 IN_FULL = ("scaled-2^-20", "scaled-2^20", "moved-1e0", "moved-1e2", "lengths", "coplanar",
            "one-triangle")
@@ -45,14 +45,14 @@ def traced(name: str, rays: int, seed: int) -> tuple[Case, rt.Hits]:
 
 def trace(case: Case, method: str, **options) -> rt.Hits:
     with rt.Tracer(case.scene, method, **{**case.options.get(method, {}), **options}) as tracer:
-        hits = tracer.trace(case.origins, case.directions)
+        hits = tracer.trace(case.origins, case.directions, case.t_min)
     assert not hits.status.any(), "every ray ends within its cap"
     return hits
 
 
 def check_right(name: str, rays: int, seed: int) -> None:
     case, hits = traced(name, rays, seed)
-    verdict = judge(case.triangles, case.origins, case.directions, hits)
+    verdict = judge(case.triangles, case.origins, case.directions, hits, case.t_min)
     assert not verdict.wrong.any(), (verdict.counts, np.flatnonzero(verdict.wrong)[:5])
     for values in (hits.t[hits.hit], hits.u, hits.v):
         assert np.isfinite(values).all()
@@ -100,7 +100,7 @@ def test_every_method_is_right(name: str, method: str, seed: int) -> None:
     """Where renderers differ in their bits: each answer within its own bounds, and no leak."""
     case = make_case(name, 150, seed)
     hits = trace(case, method)
-    verdict = judge(case.triangles, case.origins, case.directions, hits)
+    verdict = judge(case.triangles, case.origins, case.directions, hits, case.t_min)
     assert not verdict.wrong.any(), verdict.counts
     assert hits.hit.all() or not case.closed
 
@@ -113,7 +113,7 @@ def test_row_5_squares(method: str, quads: int, seed: int) -> None:
 
 
 @pytest.mark.parametrize("schedule", ["step", "kernels"])
-@pytest.mark.parametrize("name", ["in-planes", "denormals", *(
+@pytest.mark.parametrize("name", ["in-planes", "denormals", "flat-soup", *(
     pytest.param(name, marks=pytest.mark.full) for name in ("degenerate", "from-afar"))])
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()
                                     if {"step", "kernels"} <= set(row.schedules)])

@@ -1,0 +1,104 @@
+"""Flat scenes across an axis, and rays that start on them or next to them.
+
+A scene lies in a coordinate plane, in a plane next to it, or far from 0; it may be tilted by a
+spacing of float32. Shadow rays off a floor are such rays: origin and scene differ by less along
+the flat axis than arithmetic rounds along the other two.
+"""
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from .extreme_case import Case, entry
+
+HEIGHTS = (0.0, *10.0 ** np.arange(-12, -2))     # of origins; also one spacing
+STARTS = (-1.0, -1e-6, 0.0, 0.0, 1e-9, 1e-6, 0.3)
+
+
+@dataclass(frozen=True)
+class Flat:
+    """A flat scene.
+
+    Attributes
+    ----------
+    axis : across which it lies
+    at : its coordinate there
+    spacings : how many float32 further it is moved
+    tilted : by a spacing, the larger one of its height and its extent, from side to side
+    count : triangles; two are a square
+    """
+
+    axis: int
+    at: float
+    spacings: int = 0
+    tilted: bool = False
+    count: int = 30
+
+    @property
+    def height(self) -> np.float32:
+        height = np.float32(self.at)
+        for _ in range(abs(self.spacings)):
+            height = np.nextafter(height, np.float32(np.copysign(np.inf, self.spacings)))
+        return height
+
+    def triangles(self, seed: int) -> np.ndarray:
+        rng = np.random.default_rng(seed)
+        if self.count == 2:
+            flat = np.float64([[[-1, -1], [1, -1], [1, 1]], [[-1, -1], [1, 1], [-1, 1]]])
+        else:
+            size = 2 / np.sqrt(self.count)
+            flat = (rng.uniform(-1, 1, (self.count, 1, 2))
+                    + size * rng.normal(size=(self.count, 3, 2)))
+        spacing = max(float(np.spacing(self.height)), 2.0 ** -24)
+        height = float(self.height) + self.tilted * spacing * flat[..., 0]
+        return self._turned(flat, height).astype(np.float32)
+
+    def case(self, n: int, seed: int, together: bool = False) -> Case:
+        """n rays on it and next to it, of any direction, along it, or nearly so.
+
+        Parameters
+        ----------
+        together : all rays start at one point, with t_min 0
+        """
+        rng = np.random.default_rng((seed, int(together)))
+        spacing = float(np.spacing(self.height))
+        above = np.where(rng.random(n) < 0.1, spacing, rng.choice(HEIGHTS, n))
+        origins = self._turned(1.2 * rng.uniform(-1, 1, (n, 2)),
+                               float(self.height) + above * rng.choice([-1, 1], n))
+        directions = rng.normal(size=(n, 3))
+        steep = rng.choice([0.0, 1.0, np.nan], n, p=[0.15, 0.6, 0.25])
+        steep = np.where(np.isnan(steep), 10 ** rng.uniform(-12, 0, n), steep)
+        directions[:, self.axis] *= steep
+        along = rng.random(n) < 0.1             # parallel to an axis of the plane, or across it
+        directions[along] *= np.eye(3)[rng.integers(3, size=along.sum())]
+        directions[(directions == 0).all(axis=1)] = np.roll((1.0, 1.0, 0.0), self.axis)
+        t_min = rng.choice(STARTS, n)
+        if together:
+            origins[:], t_min[:] = origins[0], 0
+        return Case(self.triangles(seed), origins, directions, t_min=t_min)
+
+    def _turned(self, flat: np.ndarray, height: np.ndarray) -> np.ndarray:
+        """(..., 3) from places (..., 2) in the plane, and heights (...)."""
+        height = np.broadcast_to(height, flat.shape[:-1])
+        return np.roll(np.concatenate([height[..., None], flat], -1), self.axis, -1)
+
+
+FLATS = [Flat(*one) for one in itertools.product(
+    range(3), (0.0, 0.5, 1000.0), (-1, 0, 1), (False, True), (2, 30, 2000))]
+
+
+@entry("flat-floor", 41, "two triangles in a coordinate plane, rays on it and next to it")
+def _(n: int, seed: int) -> Case:
+    return Flat(seed % 3, 0.0, count=2).case(n, seed)
+
+
+@entry("flat-soup", 41, "overlapping triangles in a coordinate plane, rays on it and next to it")
+def _(n: int, seed: int) -> Case:
+    return Flat(seed % 3, 0.0).case(n, seed)
+
+
+@entry("flat-tilted", 41, "overlapping triangles far from 0, tilted by a spacing")
+def _(n: int, seed: int) -> Case:
+    return Flat(seed % 3, 1000.0, tilted=True).case(n, seed)

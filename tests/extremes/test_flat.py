@@ -1,0 +1,107 @@
+"""Row 41: flat scenes across an axis, rays that start on them or next to them, all methods.
+
+Hits equal brute force's to the bit, also where a search begins and ends at a hit's own t: then no
+box may be missed that holds a hit. What brute force answers is within its derived bounds.
+"""
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+import pytest
+from conftest import assert_same_bits, part_of, schedules_of, variants
+
+import gpgpu_rt as rt
+from gpgpu_rt.accuracy.judge import judge
+from gpgpu_rt.figures.extreme_cases import Case
+from gpgpu_rt.figures.flat_cases import FLATS, Flat
+from gpgpu_rt.methods import find_method
+
+QUICK = [Flat(0, 0.0), Flat(1, 0.0, count=2)]
+SLOW_TO_INSERT = 100        # triangles, one at a time
+MILLION = 10**6
+
+
+def name_of(flat: Flat) -> str:
+    slope = "tilted" if flat.tilted else "level"
+    return f"{'xyz'[flat.axis]}{flat.at:g}{flat.spacings:+d}-{slope}-{flat.count}"
+
+
+@functools.lru_cache(maxsize=len(FLATS) * 4)
+def traced(flat: Flat, rays: int, seed: int, together: bool = False) -> tuple[Case, rt.Hits]:
+    """A case and brute force's answer."""
+    case = flat.case(rays, seed, together)
+    with rt.Tracer(case.scene, "brute-force") as tracer:
+        return case, tracer.trace(case.origins, case.directions, case.t_min)
+
+
+def check(flat: Flat, rays: int, seed: int, method: str, **options) -> int:
+    """Compare a method's answers with brute force's; how many there were."""
+    count = 0
+    with rt.Tracer(flat.case(1, seed).scene, method, **options) as tracer:
+        for together in (False, True):
+            case, brute = traced(flat, rays, seed, together)
+            given = case.origins, case.directions
+            assert_same_bits(tracer.trace(*given, case.t_min), brute)
+            hit = np.flatnonzero(brute.hit)
+            pinned = tracer.trace(*(a[hit] for a in given), brute.t[hit], brute.t[hit])
+            assert_same_bits(pinned, part_of(brute, hit))
+            assert np.array_equal(tracer.occluded(*given, t_min=case.t_min), brute.hit)
+            count += rays
+    return count
+
+
+@pytest.mark.parametrize("seed", [1], ids="seed{}".format)
+@pytest.mark.parametrize("flat", [QUICK[0], *FLATS[::23]], ids=name_of)
+def test_brute_force_is_right(flat: Flat, seed: int) -> None:
+    """A hit next to the plane may have a t of the wrong sign: as far off as the bound allows."""
+    for together in (False, True):
+        case, hits = traced(flat, 1000, seed, together)
+        verdict = judge(case.triangles, case.origins, case.directions, hits, case.t_min)
+        assert not verdict.wrong.any(), verdict.counts
+        assert 0.02 < hits.hit.mean() < 1 or together
+
+
+@pytest.mark.parametrize("seed", [2], ids="seed{}".format)
+@pytest.mark.parametrize("flat", QUICK, ids=name_of)
+@pytest.mark.parametrize("method", [row.name for row in rt.methods()
+                                    if row.name != "brute-force"])
+def test_every_method_returns_its_bits(exact_renderer, method: str, flat: Flat, seed: int) -> None:
+    check(flat, 2000, seed, method)
+
+
+def test_every_hit_is_found_again(exact_renderer) -> None:
+    """`trace_all` goes on at a hit's own t, where coplanar triangles may have the same."""
+    case, brute = traced(QUICK[0], 300, 3)
+    counts = []
+    for method in ("brute-force", "bvh-threaded", "bih"):
+        with rt.Tracer(case.scene, method) as tracer:
+            found = tracer.trace_all(case.origins, case.directions, case.t_min)
+        counts.append((found.ray.tolist(), found.triangle.tolist(), found.t.tolist()))
+    assert len(counts[0][0]) > brute.hit.sum() and counts[1:] == counts[:1] * 2
+
+
+# Full sizes --------------------------------------------------------------------------------------
+
+def settings() -> list:
+    """Each method with a choice of each option, and under each schedule."""
+    found = [(row.name, options) for row in rt.methods()
+             for options in (*variants(row.name), *schedules_of(row).values())]
+    return [pytest.param(name, options, id="-".join([name, *map(str, options.values())]))
+            for name, options in found if name != "brute-force" or options]
+
+
+@pytest.mark.full
+@pytest.mark.once
+@pytest.mark.parametrize("seed", [11], ids="seed{}".format)
+@pytest.mark.parametrize("method, options", settings())
+def test_a_million_rays(exact_renderer, method: str, options: dict, seed: int) -> None:
+    """In all scenes; with options in every seventh, so that each kind of scene comes."""
+    flats = FLATS if not options else FLATS[::7]
+    rays = -(-MILLION // (2 * len(flats)))
+    if options.get("build") == "goldsmith-salmon":
+        flats = [flat for flat in flats if flat.count <= SLOW_TO_INSERT]
+    if "loop" not in find_method(method).schedules or options.get("schedule", "loop") != "loop":
+        rays //= 8          # passes for each step
+    for flat in flats:
+        check(flat, rays, seed, method, **options)
