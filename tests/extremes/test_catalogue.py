@@ -22,7 +22,7 @@ FEW = {"coincident": 100, "coplanar": 500, "one-centroid": 300, "long-way": 3}
 TELLING = ("moved-1e4", "in-planes", "box-corners", "flat-soup")
 # What other tests of the quick suite cover for every method, or what is slow to build.
 IN_FULL = ("scaled-2^-20", "scaled-2^20", "moved-1e0", "moved-1e2", "lengths", "coplanar",
-           "one-triangle")
+           "one-triangle", "flat-floor")
 # Lists so long that a pass for each of their entries has no place in a quick test.
 LONG_LISTS = ("coincident", "one-centroid")
 SLOW_TO_INSERT = 3000    # triangles past which a one-by-one build has no place in a quick test
