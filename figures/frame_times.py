@@ -4,6 +4,7 @@ from __future__ import annotations
 import functools
 import time
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,9 @@ import gpgpu_rt as rt
 from gpgpu_rt.animation import animation_names, load_animation
 from gpgpu_rt.workers.machine import alone
 
+# The cameras of the published times. Pictures are taken from further away.
+CAMERAS = {"cloth": rt.Camera((-1.9, 1.7, 2.6), (0.0, -0.1, 0.1), fov=40),
+           "walker": rt.Camera((-5.4, 5.0, 8.6), (0.0, 0.8, 0.2), fov=40)}
 STRIDE = 4   # frames of the animation between two that are measured
 
 
@@ -49,7 +53,8 @@ def measure(scene: str, method: str, options: Mapping[str, Any], size: int,
 
 @functools.lru_cache(maxsize=4)
 def _start(scene: str) -> rt.Scene:
-    return (load_animation(scene).scene if scene in animation_names() else rt.load_scene(scene))
+    start = load_animation(scene).scene if scene in animation_names() else rt.load_scene(scene)
+    return replace(start, camera=CAMERAS.get(scene, start.camera))
 
 
 @functools.lru_cache(maxsize=16)

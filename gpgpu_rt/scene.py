@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -16,6 +17,7 @@ from .appearance.light import BACKDROP, Environment, PointLight
 from .appearance.material import Material
 from .camera import Camera
 from .errors import SceneError
+from .framing import beside, framed, inside
 from .scenes import catalogue, mesh_file
 from .words import titled
 
@@ -189,7 +191,8 @@ class Scene:
         vertices : (v, 3) float, world units, rounded to float32
         faces : (n, 3) int
         colours : (n, 3) or (3,) in [0, 1]; by default those of the materials, a light grey
-        light, camera : by default beside and at a camera that sees the whole from outside
+        light, camera : by default a camera that sees the whole from outside, and a light beside
+            the camera, where no triangle stands between the two
         name, source : what tables call it, and where it was found
         appearance : materials, material_of, normals, uv, lights (instead of light), environment,
             moving, as in Scene
@@ -209,14 +212,13 @@ class Scene:
             raise SceneError(f"{name}: face {first} is {faces[first].tolist()}, but there are "
                              f"{len(vertices)} vertices; repair or drop it")
         triangles = vertices.astype(np.float32)[faces]
-        if camera is None:
-            used = triangles.reshape(-1, 3) if len(triangles) else np.zeros((1, 3))
-            camera = Camera.looking_at((used.min(axis=0), used.max(axis=0)))
+        given, camera = camera, camera or framed(triangles)
         if colours is None:
             colours = diffuse_of(len(faces), name, **appearance)
         lights = appearance.pop("lights", None)
         if lights is None:
-            lights = light or beside(camera)
+            # From outside nothing stands between the camera and a light beside it.
+            lights = light or beside(camera, triangles if given else None)
         return cls(name, triangles, colours, lights, camera, source=source,
                    faces=faces.astype(np.int32), **appearance)
 
@@ -296,9 +298,16 @@ def _read(path: Path, row: catalogue.Row | None = None) -> Scene:
         light = PointLight(row.light) if row.light else None
         if mesh.colours is None and row.paint and len(mesh.faces):
             mesh.colours = row.paint(mesh.vertices, mesh.faces)
-    return Scene.from_arrays(mesh.vertices, mesh.faces, name=row.name if row else path.stem,
-                             colours=mesh.colours, camera=camera, light=light, source=str(path),
-                             **mesh.appearance())
+    scene = Scene.from_arrays(mesh.vertices, mesh.faces, name=row.name if row else path.stem,
+                              colours=mesh.colours, camera=camera, light=light, source=str(path),
+                              **mesh.appearance())
+    room = inside(scene.triangles, scene.camera) if camera is None else None
+    if room is None:
+        return scene
+    warnings.warn(f"{path}: is a room, so the camera stands inside; --eye and --target put the "
+                  "camera elsewhere", stacklevel=3)
+    lights = scene.lights if light else (beside(room, scene.triangles),)
+    return replace(scene, camera=room, lights=lights)
 
 
 def scene_names() -> list[str]:
@@ -324,14 +333,6 @@ def list_scenes() -> list[dict[str, Any]]:
                      "stand_in": row.stand_in if path is None else None,
                      "original": row.original})
     return rows
-
-
-def beside(camera: Camera) -> PointLight:
-    """A light a little above the camera and to its left, so that shadows can be seen."""
-    distance = np.linalg.norm(np.subtract(camera.target, camera.eye))
-    right, up, _ = camera.basis((1, 1))
-    offset = 0.9 * up / np.linalg.norm(up) - 0.6 * right / np.linalg.norm(right)
-    return PointLight(tuple(np.add(camera.eye, 0.5 * distance * offset)))
 
 
 def diffuse_of(count: int, name: str, materials: Sequence[Material] = (Material(),),

@@ -17,6 +17,13 @@
 #ifdef DIELECTRICS
 #include "common/fresnel.glsl"
 #endif
+#include "common/onward.glsl"
+
+#ifdef REFRACTED
+const bool REFRACTS = true;
+#else
+const bool REFRACTS = false;
+#endif
 
 uniform bool first_wave;    // whose rays come from the eye, with all their weight
 
@@ -29,38 +36,14 @@ void main() {
     }
     Surface surface = surface_at(ray, hit);
     vec3 weight = first_wave ? vec3(1.0) : path_load(pixel).weight;
-    vec3 share = vec3(0.0);
-    vec3 direction = reflect(ray.direction, surface.normal);
-    vec3 side = surface.flat_normal;
-#ifdef MIRRORS
-    share = mirror_share(surface.material);
-#endif
-#ifdef DIELECTRICS
-    float ior = dielectric_ior(surface.material);
-    if (ior > 0.0) {
-        ior = surface.outside ? ior : 1.0 / ior;
-        float cosine = min(-dot(ray.direction, surface.normal), 1.0);
-        share = vec3(fresnel(cosine, ior));
-#ifdef REFRACTED
-        share = 1.0 - share;
-        direction = refracted(ray.direction, surface.normal, cosine, ior);
-        side = -side;
-    } else {
-        share = vec3(0.0);
-#endif
-    }
-#endif
-    // A normal that was blended may send a ray through the triangle: the flat one does not.
-    if (dot(direction, side) <= 0.0) {
-        direction = reflect(direction, side);
-    }
-    weight *= share;
+    Onward on = onward(surface, ray.direction, REFRACTS);
+    weight *= on.share;
     if (!(max(max(weight.r, weight.g), weight.b) >= CUTOFF)) {
         discard;
     }
-    Spawn spawn = spawn_setup(hit, side);
+    Spawn spawn = spawn_setup(hit, on.side);
     Bounce bounce;
-    bounce.direction = stored(normalize(direction));
+    bounce.direction = stored(normalize(on.direction));
     bounce.t_min = spawn_t_min();
     bounce.t_max = INFINITE;
     for (int tries = 0; tries < SPAWN_TRIES; ++tries) {

@@ -19,6 +19,28 @@
 #include "common/spawn.glsl"
 #include "common/light.glsl"
 #endif
+#ifdef BOUNCES
+#ifdef DIELECTRICS
+#include "common/fresnel.glsl"
+#endif
+#include "common/onward.glsl"
+
+uniform bool last_wave;     // whose rays would go on, but for the limit of bounces
+
+// What surrounds the scene stands for what the rays would meet that go on from here, those that
+// passes/branch.frag would make.
+vec3 surroundings_beyond(Surface surface, vec3 incoming, vec3 weight) {
+    vec3 light = vec3(0.0);
+    for (int k = 0; k < 2; ++k) {
+        Onward on = onward(surface, incoming, k == 1);
+        vec3 rest = weight * on.share;
+        if (max(max(rest.r, rest.g), rest.b) >= CUTOFF) {
+            light += on.share * surroundings(on.direction);
+        }
+    }
+    return light;
+}
+#endif
 
 #ifdef MANY_LIGHTS
 uniform bool further_light;
@@ -42,6 +64,11 @@ void main() {
     PRECISE vec3 ambient = surface.diffuse * ambient_light(surface.normal, ray.direction);
 #ifdef EMITTERS
     ambient += emission_radiance(surface.material);
+#endif
+#ifdef BOUNCES
+    if (last_wave) {
+        ambient += surroundings_beyond(surface, ray.direction, path_load(pixel).weight);
+    }
 #endif
     lit_store(Lit(further_light ? vec3(0.0) : ambient));
 #ifdef SHADOWS

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..camera import Camera
 from ..errors import SceneError, nearest_names
+from ..framing import framed
 from ..scene import Scene, diffuse_of, load_scene
 from ..scenes import mesh_file
 from ..scenes.shapes import ball, boxes, quad
@@ -67,8 +68,7 @@ class _SceneFile:
         environment = self._environment()
         scene = self._said(lambda: Scene(
             self.said.get("name", self.path.stem), corners, np.concatenate(colours), lights,
-            Camera.from_dict(camera, "camera") if camera else Camera.looking_at(
-                (corners.min((0, 1)), corners.max((0, 1)))),
+            Camera.from_dict(camera, "camera") if camera else framed(corners),
             source=str(self.path), materials=tuple(self.materials) or (Material(),),
             material_of=np.concatenate(rows), environment=environment,
             normals=mesh_file.filled(normals, [len(part) for part in triangles], 3),

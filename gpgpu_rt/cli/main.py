@@ -20,11 +20,13 @@ from ..methods import find_method, load_methods, methods
 from ..options import spell
 from ..rasterised.first_hits import FIRST_HITS
 from ..scene import Scene, list_scenes, load_scene
-from ..surfaces.parametrise import CUTS, remesh
+from ..surfaces.geometry_image import GeometryImage
+from ..surfaces.parametrise import CUTS, parametrise
 from ..tracer import AUTO, DEFAULT_METHOD, Tracer
 from ..words import counted
 from . import benching, hardware, looking, teaching, tuning, view
 from .camera import add_camera
+from .floor import add_floor, scene_of
 from .frames import IMAGES, add_frames, render_frames
 from .parser import Parser
 from .picture import add_picture, drawing_of, explain, light_options, progress_shown
@@ -130,6 +132,9 @@ def _render(chosen: argparse.Namespace) -> None:
     if given_options(chosen).get("presort"):
         raise OptionError("--presort puts arrays of rays in order, and a picture's rays are made "
                           "on the GPU; leave it out, or take --sort-rays")
+    if chosen.floor and chosen.frames is not None:
+        raise OptionError("--floor stands still under a scene that moves; leave --frames or "
+                          "--floor out")
     if chosen.frames is None:
         _check_picture(chosen)
     if chosen.scheduler is not None:
@@ -138,7 +143,7 @@ def _render(chosen: argparse.Namespace) -> None:
         tracer, line = render_frames(chosen, lambda moving: _tracer(chosen, moving.scene))
         with tracer:
             return _report(chosen, tracer, line)
-    with _tracer(chosen) as tracer:
+    with _tracer(chosen, scene_of(chosen) if chosen.floor else None) as tracer:
         plan = explain(chosen, tracer)
         interrupted = False
         try:
@@ -186,13 +191,16 @@ def _trace(chosen: argparse.Namespace) -> None:
 def _remesh(chosen: argparse.Namespace) -> None:
     if not check_writable(chosen.output).suffix.lower() == ".npz":
         raise OptionError(f"{chosen.output}: a geometry image is written as .npz; end it in that")
-    image = remesh(chosen.scene, chosen.size, chosen.cuts)
+    spread = parametrise(chosen.scene, chosen.size, chosen.cuts)
+    image = GeometryImage([spread.image])
     image.save(chosen.output)
-    found = {"output": chosen.output, "charts": image.shapes, "triangles": len(image.faces)}
+    found = {"output": chosen.output, "charts": image.shapes, "triangles": len(image.faces),
+             "largest_distance": spread.largest_distance()}
     if chosen.json:
         return print_json(found)
     print(f"wrote {chosen.output}: {chosen.size + 1} x {chosen.size + 1} positions, "
-          f"{found['triangles']:,} triangles; render it with -m geometry-image")
+          f"{found['triangles']:,} triangles, at most {found['largest_distance']:.2%} of the "
+          "extent away from the mesh's vertices; render it with -m geometry-image")
 
 
 # What commands share -------------------------------------------------------------------------
@@ -331,6 +339,7 @@ def _parser() -> argparse.ArgumentParser:
                      "default %(default)s")
     add_camera(sub)
     add_picture(sub)
+    add_floor(sub)
     add_frames(sub)
     add_scheduler(sub, "the picture's tiles, or the frames,")
     add_options(sub)

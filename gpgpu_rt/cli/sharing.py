@@ -18,6 +18,7 @@ from ..scene import Scene, load_scene
 from ..tracer import AUTO, DEFAULT_METHOD
 from ..words import counted
 from ..workers.workers import TILE, Workers, check_parts
+from .floor import scene_of
 from .frames import kept_frames, opened, write_film
 from .picture import drawing_of
 from .progress import tenths, told
@@ -58,7 +59,7 @@ def render_shared(chosen: argparse.Namespace) -> None:
         raise OptionError("--explain is of one process; leave --scheduler out")
     method, options = _method(chosen)
     draw, source, unit = (
-        (_tiles, load_scene(chosen.scene), "tile") if chosen.frames is None
+        (_tiles, scene_of(chosen), "tile") if chosen.frames is None
         else (_frames, opened(chosen), "frame"))
     scene = source if isinstance(source, Scene) else source.scene
     drawing = drawing_of(chosen, scene)

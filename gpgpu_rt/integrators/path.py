@@ -54,7 +54,7 @@ class Path(Integrator):
     options = (
         ALL_FEATURES,
         Option("bounces", _DEFAULTS.bounces, "how often a path may turn at most; "
-               "whitted, 6: reflections and refractions that are followed", int, minimum=0),
+               "whitted, 8: reflections and refractions that are followed", int, minimum=0),
         Option("samples", 64, "paths a pixel, at most", int, minimum=1, maximum=EXACT_INTEGER),
         Option("noise", None, "stop where the pixels' standard errors are this share of their "
                "luminance, both averaged over the picture", float, minimum=0),

@@ -10,6 +10,7 @@ depth keeps its own until its turn comes.
 """
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -19,7 +20,7 @@ import numpy as np
 from ..camera import Camera
 from ..passes.full_screen import Rectangles
 from ..passes.tiles import TILE, rectangles_of
-from ..ray_state import RayTextures
+from ..ray_state import RayTextures, stream_samplers
 from ..reference.sobol import reversed_bits, sobol_first_two
 from ..texel_layout import DIRECT, HIT, LIT, LIVE, PATH, RADIANCE, RAY_TEXELS, SCREEN
 from ..textures import read_texture
@@ -54,8 +55,9 @@ class Whitted(Integrator):
     """Mirrors, dielectrics, hard shadows of points and soft ones of triangles that emit."""
 
     name = "whitted"
+    _ended = False      # whether rays were followed up to the limit that was asked for
     passes = (
-        Pass("surfaces", "passes/surfaces.frag", (), (_RAYS, _HIT),
+        Pass("surfaces", "passes/surfaces.frag", (), (_RAYS, _HIT, _PATH),
              (("shadow_rays", RAY_TEXELS, "SHADOWS"), _LIT, ("direct", DIRECT, "SHADOWS"))),
         Pass("keep hits", "passes/keep_hits.frag", ("MANY_LIGHTS",), (_HIT,), (("kept", HIT),)),
         Pass("reflect", "passes/branch.frag", ("BOUNCES",), **_BRANCH),
@@ -84,6 +86,7 @@ class Whitted(Integrator):
     def draw(self, trace: Trace, rays: RayTextures, camera: Camera) -> np.ndarray:
         assert self.room is not None
         samples = self.needs.asked.samples
+        self._ended = False
         if "radiance" in self.room:
             self.room.target("radiance").clear()
         for sample, aside in enumerate(places_in_pixel(samples)):
@@ -91,12 +94,17 @@ class Whitted(Integrator):
             self._lights = {depth: light_uniforms(self.scene, self.needs, depth, sample)
                             for depth in range(self.needs.bounces + 1)}
             # Where rays go on, programs want something bound even for the eye's.
-            unread = self.room.samplers("lit", "path") if self.needs.want(("BOUNCES",)) else {}
+            unread = (stream_samplers("path", rays.textures[:1])
+                      if self.needs.want(("BOUNCES",)) else {})
             shadows = self._wave(trace, Wave(rays, unread))
             if samples > 1:
                 self.samples_done = sample + 1
                 if self.progress is not None:
                     self.progress(sample + 1, samples, np.inf)
+        if self._ended:
+            warnings.warn(f"rays are followed for {self.needs.bounces} bounces; what surrounds "
+                          "the scene shows in mirrors and glass met after that; --bounces "
+                          "(Python: bounces) follows rays further", stacklevel=4)
         source, shared = {**self._lit(), **shadows.samplers()}, {}
         if "radiance" in self.room:
             source.update(self.room.samplers("radiance", "radiance"))
@@ -112,7 +120,8 @@ class Whitted(Integrator):
         hits = trace(wave.rays)
         source = {**wave.rays.samplers(), **hits.samplers(), **wave.path}
         tiles = self._tiles(wave)
-        branches = []
+        branches: list[Wave] = []
+        self._ended |= 0 < wave.depth == self.needs.asked.bounces
         if wave.depth < self.needs.bounces:
             for word, name, define in (
                     ("reflect", f"reflected {(wave.depth + 1) % 2}", "BOUNCES"),
@@ -163,7 +172,8 @@ class Whitted(Integrator):
             source = {**source, **room.samplers("kept hits", "hit")}
         for k, light in enumerate(self._lights[wave.depth] or [{}]):
             self.run("surfaces", room.target("shadow rays", "lit", "direct"), source, tiles,
-                     **light, further_light=k > 0, corner=self.region.corner)
+                     **light, further_light=k > 0, corner=self.region.corner,
+                     last_wave=0 < wave.depth == self.needs.bounces)
             if "shadow rays" in room:
                 hits = trace(room.rays["shadow rays"], any_hit=True)
             if "radiance" in room:

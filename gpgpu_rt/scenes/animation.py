@@ -56,7 +56,7 @@ def cloth() -> Built:
     triangles = cloth_vertices(0)[cloth_faces()]
     square = np.floor(triangles[:, 0, ::2] * 4).astype(int).sum(axis=1) % 2
     colours = np.where(square[:, None] == 0, (0.62, 0.16, 0.14), (0.78, 0.72, 0.62))
-    camera = Camera((-1.9, 1.7, 2.6), (0.0, -0.1, 0.1), fov=40)
+    camera = Camera((-1.9, 1.7, 2.6), (0.0, -0.1, 0.1), fov=48)
     return Built(triangles, colours, camera, (-2.0, 4.0, 1.5),
                  charts=((CLOTH_CELLS + 1, CLOTH_CELLS + 1),))
 

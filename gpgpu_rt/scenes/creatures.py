@@ -23,7 +23,7 @@ def bunny() -> Built:
              ball(4_000, (0.25, 0.22, 0.33), (0.28, 0.25, 0.16))]
     pieces = Pieces()
     pieces.add(bump(bump(np.concatenate(parts), 0.012, 0.22), 0.004, 0.05, 7), FUR)
-    camera = Camera((-0.9, 1.1, 3.1), (0.0, 0.65, 0.0), fov=36)
+    camera = Camera((-0.9, 1.1, 3.1), (0.0, 0.78, 0.0), fov=38)
     return pieces.finish(69_451, camera, (-2.5, 4.0, 3.0), (0.95, 0.92, 0.86))
 
 
@@ -38,7 +38,7 @@ def buddha() -> Built:
     knot = ball(2_000, (0, 2.13, 0.0), (0.09, 0.08, 0.09))
     pieces.add(bump(np.concatenate([robe, head, knot, *arms]), 0.02, 0.25, 3), STONE)
     pieces.add(revolve([(0, 0), (0.62, 0), (0.62, -0.18), (0.75, -0.3), (0, -0.3)], 200), STONE)
-    camera = Camera((0.9, 1.4, 4.2), (0.0, 0.95, 0.0), fov=38)
+    camera = Camera((0.9, 1.4, 4.2), (0.0, 0.83, 0.0), fov=43)
     return pieces.finish(100_000, camera, (2.5, 4.0, 3.5), (0.95, 0.92, 0.85))
 
 
@@ -98,5 +98,5 @@ def teapot() -> Built:
     """A pot: 6,320 triangles."""
     pieces = Pieces()
     pieces.add(pot(5_600), PORCELAIN)
-    camera = Camera((0.4, 4.2, 8.4), (0.2, 1.4, 0.0), fov=42)
+    camera = Camera((0.4, 4.2, 8.4), (0.2, 1.4, 0.0), fov=48)
     return pieces.finish(6_320, camera, (-5.0, 8.0, 6.0))

@@ -29,7 +29,7 @@ def walker() -> Built:
     meadow = _meadow()
     shade = 1 + 0.15 * noise(meadow.mean(axis=1), 0.8, 6)[:, None]
     colours = np.concatenate([np.where(spotted, SPOTS, HIDE), shade * GRASS])
-    camera = Camera((-5.4, 5.0, 8.6), (0.0, 0.8, 0.2), fov=40)
+    camera = Camera((-5.4, 5.0, 8.6), (-0.38, 0.8, -0.04), fov=50)
     return Built(walker_at(0.0), colours, camera, (-5.0, 9.0, 6.0))
 
 

@@ -8,6 +8,7 @@ out too small, more paths are cut to there.
 from __future__ import annotations
 
 import os
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,7 @@ from .resampling import cross, rasterised
 from .surface_mesh import SurfaceMesh
 
 CUTS = 8              # paths at most that open a surface further
+FAR = 0.02            # of the extent: an image that is further away from the surface is warned of
 STRETCHED = 12.0      # times smaller than the median: worth a cut
 TOLERANCE, ROUGH = 1e-5, 1e-3    # of conjugate gradients, for the image and for choosing cuts
 
@@ -38,6 +40,31 @@ class Parametrisation:
     flat: np.ndarray
     image: np.ndarray
 
+    def distances(self) -> np.ndarray:
+        """(v,) float64: how far each vertex is from the image's triangles where it lies in the
+        image, world units. The nearest triangle may be nearer: the largest distance bounds how
+        far any vertex is from the surface of the image."""
+        cell = np.clip(np.floor(self.flat), 0, len(self.image) - 2).astype(np.int64)
+        down, right = (self.flat - cell).T[:, :, None]
+        row, column = cell.T
+        a, b = self.image[row, column], self.image[row, column + 1]
+        c, d = self.image[row + 1, column + 1], self.image[row + 1, column]
+        at = a + np.where(right >= down, right * (b - a) + down * (c - b),
+                          down * (d - a) + right * (c - d))
+        return np.linalg.norm(at - self.mesh.vertices, axis=1)
+
+    def largest_distance(self) -> float:
+        """The largest of the ``distances``, as a share of the surface's extent; warns where it is
+        so large that parts of the surface are missing or torn."""
+        places = self.mesh.vertices[self.mesh.faces].reshape(-1, 3)
+        share = float(self.distances().max() / np.ptp(places, axis=0).max())
+        if share > FAR:
+            warnings.warn(
+                f"{self.mesh.name}: the image is up to {share:.1%} of the extent away from the "
+                "surface, so parts are cut off or torn; give a larger size, or more cuts",
+                stacklevel=3)
+        return share
+
 
 def remesh(scene: Scene | trimesh.Trimesh | str | os.PathLike[str], size: int = 128,
            cuts: int = CUTS) -> GeometryImage:
@@ -47,7 +74,9 @@ def remesh(scene: Scene | trimesh.Trimesh | str | os.PathLike[str], size: int = 
     ----------
     scene, size, cuts : as for `parametrise`, which also says what is raised
     """
-    return GeometryImage([parametrise(scene, size, cuts).image])
+    found = parametrise(scene, size, cuts)
+    found.largest_distance()
+    return GeometryImage([found.image])
 
 
 def parametrise(scene: Scene | trimesh.Trimesh | str | os.PathLike[str], size: int = 128,

@@ -31,7 +31,7 @@ ADDS: dict[str, tuple[set[str], set[str], set[str]]] = {
                 {"mirror", "triangle", *REFLECTED, *GATHERED}, BOUNCES),
     "dielectrics": ({"COLOURS", "MATERIALS", "DIELECTRICS", "BOUNCES", "GATHERED"},
                     {"colour", "dielectric", "triangle", *REFLECTED, *GATHERED,
-                     *(f"refracted {k}{what}" for k in range(1, 7) for what in ("", " paths"))},
+                     *(f"refracted {k}{what}" for k in range(1, 9) for what in ("", " paths"))},
                     {"refract", *BOUNCES}),
     "darkness": (set(), set(), set()),
     "backdrop": ({"BACKDROP"}, set(), set()),

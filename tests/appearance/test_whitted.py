@@ -52,7 +52,8 @@ def fresnel(cosine: np.ndarray, ior: float) -> np.ndarray:
 
 @pytest.mark.parametrize("ior", [1.5, 1.1, 2.4, 1 / 1.5])
 def test_a_slab_of_glass_reflects_and_lets_through_by_fresnel(ior: float) -> None:
-    """Every path of up to six turns, with its weight: light from before and behind differs."""
+    """Every path of up to six turns, with its weight: light from before and behind differs. What
+    is left inside then takes what surrounds the slab, in the directions that it goes on in."""
     camera = rt.Camera((0, 0, 3), (0.8, 0.5, 0), fov=70)
     slab = boxes((-500, -500, -0.5), (500, 500, 0.5))
     sky = rt.Environment.surrounded(rt.Texture("halves", np.ones((4, 8, 3)) * np.where(
@@ -69,6 +70,14 @@ def test_a_slab_of_glass_reflects_and_lets_through_by_fresnel(ior: float) -> Non
         radiance_there = np.where(behind, 1.0, 0.25)
         expected += np.where(weight >= CUTOFF, weight * radiance_there, 0)
         sure &= np.abs(weight / CUTOFF - 1) > 1e-3
+    rest = (1 - f) * f ** 5     # inside, on its way back to where it came from
+    for share, there in ((f, 1.0), (1 - f, 0.25)):
+        weight = rest * share
+        expected += np.where(weight >= CUTOFF, weight * there, 0)
+        sure &= np.abs(weight / CUTOFF - 1) > 1e-3
+    sine = directions[..., 0] / ior
+    sure &= (np.abs(sine) < 0.87 * np.sqrt(np.maximum(1 - (directions[..., 1] / ior) ** 2, 0))
+             ) | (rest * f < CUTOFF)
     # Where directions are near the border of the halves, filtering blends them.
     angle = np.abs(np.arctan2(directions[..., 0], -directions[..., 2]))
     sure &= (np.abs(angle - np.pi / 2) > 0.5) & (np.abs(f - 1) > 1e-6)

@@ -1,6 +1,8 @@
 """Scenes that are images, images of meshes, and that what was closed stays closed."""
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 import trimesh
@@ -116,6 +118,26 @@ def test_cuts_reach_what_sticks_out() -> None:
                for cuts in (0, 8)]
     tip = np.linalg.norm(mesh.vertices, axis=1).max()
     assert reached[1] > 0.97 * tip and reached[1] >= reached[0]
+
+
+@pytest.mark.parametrize("size, cuts, torn", [(64, 8, False), (48, 0, True), (12, 8, True)])
+def test_the_distance_to_the_surface_is_measured(capsys, tmp_path, size: int, cuts: int,
+                                                 torn: bool) -> None:
+    """What is said bounds how far the surface's vertices are from the image's triangles."""
+    mesh = blob(3)
+    mesh.export(tmp_path / "blob.ply")
+    words = ["--size", str(size), "--cuts", str(cuts), "--json", "-o", str(tmp_path / "blob.npz")]
+    assert cli.main(["remesh", str(tmp_path / "blob.ply"), *words]) == 0
+    out, err = capsys.readouterr()
+    share = json.loads(out)["largest_distance"]
+    assert ("torn" in err) == torn == (share > 0.02)
+    texels = rt.GeometryImage.load(tmp_path / "blob.npz").positions.astype(np.float64)
+    corners = mesh.vertices[:, None] - texels[None]
+    extent = np.ptp(mesh.vertices, axis=0).max()
+    nearest = np.sqrt((corners ** 2).sum(axis=2).min(axis=1)).max() / extent
+    # A texel is about as near as a triangle: within a triangle's edge.
+    edge = np.linalg.norm(np.diff(texels.reshape(size + 1, size + 1, 3), axis=0), axis=2).max()
+    assert nearest - edge / extent <= share < 2 * nearest + 0.02
 
 
 def test_a_disc_keeps_its_border_and_its_shape() -> None:

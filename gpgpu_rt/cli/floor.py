@@ -1,0 +1,69 @@
+"""``gpgpu-rt render --floor``: an object on the ground, with its shadow.
+
+A floor is only drawn when it is asked for. `render` prints counts, times and hits of the scene
+that was given, the settings and trees that are kept belong to this scene, and the picture is the
+one that ``Tracer.render`` draws.
+"""
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+
+import numpy as np
+
+from ..appearance.material import Material
+from ..errors import OptionError
+from ..scene import Scene, load_scene
+from ..scenes.shapes import quad
+from ..tracer import AUTO
+from .shared import say
+
+WIDTH = 2.5         # half the floor's side, in diagonals of the scene's box
+BELOW = 1e-4        # of the diagonal: how far below the scene, so that no triangles coincide
+GREY = 0.75
+
+
+def add_floor(sub: argparse.ArgumentParser) -> None:
+    """The option of ``render``."""
+    sub.add_argument("--floor", action="store_true", help="put two triangles below the scene, on "
+                     "which its shadow falls")
+
+
+def scene_of(chosen: argparse.Namespace) -> Scene:
+    """The scene that is named, with the floor that was asked for."""
+    scene = load_scene(chosen.scene)
+    if not chosen.floor:
+        return scene
+    for given, word in ((chosen.method == AUTO, "auto"),
+                        (chosen.settings is not None, "--settings"),
+                        (chosen.method == "geometry-image", "geometry-image")):
+        if given:
+            raise OptionError(f"--floor adds triangles that {word} knows nothing of; leave one of "
+                              "the two out")
+    say("gpgpu-rt: note: two triangles of a floor are drawn and counted too")
+    return on_floor(scene)
+
+
+def on_floor(scene: Scene) -> Scene:
+    """The scene with two more triangles, the last ones: a grey square below its box, y up, with
+    an edge across the view."""
+    lo, hi = (corner.astype(np.float64) for corner in scene.bounds)
+    diagonal = float(np.linalg.norm(hi - lo)) or 1.0
+    right, _, _ = scene.camera.basis((1, 1))
+    across = np.array([right[0], 0.0, right[2]]) if right[[0, 2]].any() else np.array([1.0, 0, 0])
+    across *= WIDTH * diagonal / np.linalg.norm(across)
+    away = np.array([across[2], 0.0, -across[0]])
+    middle = np.array([(lo + hi)[0] / 2, lo[1] - BELOW * diagonal, (lo + hi)[2] / 2])
+    square = quad(*(middle + a * across + b * away for a, b in ((-1, -1), (1, -1), (1, 1),
+                                                                (-1, 1))))
+
+    def more(values: np.ndarray | None) -> np.ndarray | None:
+        return None if values is None else np.concatenate(
+            [values, np.zeros((2, *values.shape[1:]), values.dtype)])
+
+    rows = np.append(scene.material_of, [len(scene.materials)] * 2)     # type: ignore[arg-type]
+    return replace(scene, triangles=np.concatenate([scene.triangles, np.float32(square)]),
+                   colours=np.concatenate([scene.colours, np.full((2, 3), np.float32(GREY))]),
+                   materials=(*scene.materials, Material("floor", (GREY,) * 3)),
+                   material_of=rows, normals=more(scene.normals),
+                   uv=more(scene.uv), faces=None, charts=())
