@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from .errors import SceneError, did_you_mean
-from .files import read_npz
+from .arrays import read_npz
+from .errors import SceneError, did_you_mean, memory_limited
 from .scene import Scene, load_scene
 from .scenes.animation import MOTIONS
+from .words import printable
 
 
 @dataclass(frozen=True)
@@ -36,6 +37,7 @@ def animation_names() -> list[str]:
     return list(MOTIONS)
 
 
+@memory_limited
 def load_animation(source: str | os.PathLike[str]) -> Animation:
     """An animation by its name, or from a file.
 
@@ -71,7 +73,8 @@ def _read(path: Path) -> Animation:
     vertices, faces = found["vertices"], found["faces"]
     if vertices.ndim != 3 or not len(vertices):
         raise SceneError(f"{path}: vertices have shape {vertices.shape}; give (frames, v, 3)")
-    scene = Scene.from_arrays(vertices[0], faces, name=path.stem, source=str(path), moving=True)
+    scene = Scene.from_arrays(vertices[0], faces, name=printable(path.stem),
+                              source=str(path), moving=True)
     return Animation(scene, _Recorded(vertices), len(vertices))
 
 

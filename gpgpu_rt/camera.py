@@ -1,16 +1,16 @@
 """Camera: a pinhole, and the rays through the pixels it makes."""
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from .errors import OptionError, SceneError
+from .errors import OptionError, SceneError, memory_limited
+from .files import read_json
+from .words import shortened
 
 Vector = tuple[float, float, float]
 
@@ -86,6 +86,7 @@ class Camera:
         half = np.tan(np.radians(self.fov) / 2)
         return right * (half * width / height), up * half, forward
 
+    @memory_limited
     def rays(self, size: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
         """Rays through the pixel centres of an image of `size` = (width, height) pixels.
 
@@ -144,8 +145,9 @@ class Camera:
 def load_cameras(path: str | os.PathLike) -> dict[str, Camera]:
     """The cameras of a JSON file that maps scene names to cameras, by name."""
     try:
-        entries = json.loads(Path(path).read_text(encoding="utf-8"))
+        entries = read_json(path)
     except (OSError, ValueError) as error:
+        error = getattr(error, "strerror", None) or error
         raise SceneError(f"{path}: not readable as JSON ({error}); repair or remove it") from None
     if not isinstance(entries, dict):
         raise SceneError(f"{path}: expected an object of cameras by scene name; repair it")
@@ -155,14 +157,14 @@ def load_cameras(path: str | os.PathLike) -> dict[str, Camera]:
 def _number(name: str, value: Any) -> float:
     try:
         number = float(value)
-    except (TypeError, ValueError):
-        raise SceneError(f"camera: {name} is {value!r}; give a number") from None
+    except (TypeError, ValueError, OverflowError):
+        raise SceneError(f"camera: {name} is {shortened(value)}; give a number") from None
     if not np.isfinite(number):
         raise SceneError(f"camera: {name} is {number}; give a finite number")
     return number
 
 
 def _vector(name: str, value: Any) -> Vector:
-    if np.shape(value) != (3,):
-        raise SceneError(f"camera: {name} is {value!r}; give three numbers")
+    if isinstance(value, (str, Mapping)) or not hasattr(value, "__len__") or len(value) != 3:
+        raise SceneError(f"camera: {name} is {shortened(value)}; give three numbers")
     return tuple(_number(name, entry) for entry in value)

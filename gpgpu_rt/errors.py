@@ -2,11 +2,28 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+import functools
+from collections.abc import Callable, Iterable
+from typing import ParamSpec, TypeVar
+
+Given = ParamSpec("Given")
+Made = TypeVar("Made")
 
 
 class Error(Exception):
-    """Base of every error this package raises on purpose."""
+    """Base of every error this package raises on purpose.
+
+    A message quotes what a file or a caller gave. The middle of one that gets too long is left
+    out.
+    """
+
+    longest: int | None = 900
+
+    def __init__(self, message: str = "") -> None:
+        if self.longest is not None and len(message) > self.longest:
+            half = self.longest // 2
+            message = f"{message[:half]} ... {message[-half:]}"
+        super().__init__(message)
 
 
 class ContextError(Error):
@@ -15,6 +32,8 @@ class ContextError(Error):
 
 class ShaderError(Error):
     """A fragment program does not resolve or compile."""
+
+    longest = None      # it holds the compiler's lines
 
 
 class SceneError(Error):
@@ -32,9 +51,25 @@ class OptionError(Error, ValueError):
 class MethodError(Error):
     """A folder or file of a user's own methods is missing or broken."""
 
+    longest = None      # it may hold the compiler's lines
+
 
 class SettingsError(Error):
     """A settings file is unreadable, or made for another scene or renderer."""
+
+
+def memory_limited(function: Callable[Given, Made]) -> Callable[Given, Made]:
+    """A public function whose MemoryError becomes a LimitError, which says how much was asked
+    for."""
+    @functools.wraps(function)
+    def limited(*given: Given.args, **named: Given.kwargs) -> Made:
+        try:
+            return function(*given, **named)
+        except MemoryError as failure:
+            raise LimitError(f"{function.__name__}: not enough memory ({failure or 'all is used'})"
+                             "; take fewer rays at a time, a smaller picture or a smaller scene"
+                             ) from failure
+    return limited
 
 
 def nearest_names(name: str, known: Iterable[str]) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 
 from .accel import uncached
 from .builder import Builder
-from .errors import OptionError
+from .errors import OptionError, memory_limited
 from .gpu import Gpu
 from .integrators import Integrator
 from .methods import Accelerator, Method
@@ -45,6 +45,7 @@ class Moving:
     _make_traversal: Callable[[], Driver]
     _hit_triangles: Callable[[], np.ndarray]
 
+    @memory_limited
     def update(self, vertices: np.ndarray) -> None:
         """Trace the scene's triangles where they are now.
 

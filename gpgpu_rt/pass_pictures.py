@@ -15,7 +15,7 @@ from PIL import Image
 from . import false_colours as colours
 from .camera import Camera
 from .errors import Error
-from .files import WRITING, replacing
+from .files import WRITING, check_writable, read_json, replacing
 from .hits import Hits
 from .ray_batch import RayBatch
 from .time_travel import Pass, decode, phase_names, travel
@@ -109,7 +109,7 @@ def _write(tracer: Tracer, folder: Path, size: tuple[int, int], every: int | Non
 def _listed(folder: Path) -> set[str]:
     """The pictures and states that the JSON of an earlier run lists."""
     try:
-        passes = json.loads((folder / "passes.json").read_text(encoding="utf-8"))["passes"]
+        passes = read_json(folder / "passes.json")["passes"]
         names = {one[key] for one in passes for key in ("picture", "states") if key in one}
         return {name for name in names if Path(name).name == name}
     except (OSError, ValueError, KeyError, TypeError):
@@ -125,11 +125,14 @@ def _room(folder: Path) -> Iterator[None]:
     except OSError as failure:
         raise Error(f"cannot make the folder {folder}: {failure.strerror}; give another one, in a "
                     "folder that is there") from failure
+    check_writable(folder / "passes.json")
     try:
         yield
-    except BaseException:
+    except BaseException as failure:
         if is_new and not any(folder.iterdir()):
             folder.rmdir()
+        if isinstance(failure, OSError):
+            raise Error(f"cannot write into {folder}: {failure.strerror or failure}") from failure
         raise
 
 

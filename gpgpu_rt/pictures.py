@@ -13,7 +13,7 @@ from .appearance.needs import SceneNeeds
 from .builder import Builder
 from .camera import Camera, check_camera, image_size
 from .choices import COHERENT
-from .errors import Error, OptionError
+from .errors import Error, OptionError, memory_limited
 from .gpu import Gpu
 from .hits import Hits
 from .integrators import Integrator, find_integrator
@@ -56,6 +56,7 @@ class Pictures:
     _logged: Callable[[], AbstractContextManager[None]]
     _add_texture_bytes: Callable[[], None]
 
+    @memory_limited
     def render(self, camera: Camera | None = None, size: tuple[int, int] = (512, 512),
                integrator: str | None = None,
                progress: Callable[[int, int, float], None] | None = None,
@@ -129,6 +130,7 @@ class Pictures:
         found = self._integrator.radiance if self._integrator is not None else None
         return None if found is None else Image.fromarray(shown(found.astype(np.float64)))
 
+    @memory_limited
     def eye_hits(self, camera: Camera | None = None, size: tuple[int, int] = (512, 512),
                  first_hits: str = "traced") -> Hits:
         """Hits of the eye rays of ``render``, row by row from the top.

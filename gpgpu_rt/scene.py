@@ -16,10 +16,10 @@ from .appearance.attributes import corner_values, material_rows, smooth_normals
 from .appearance.light import BACKDROP, Environment, PointLight
 from .appearance.material import Material
 from .camera import Camera
-from .errors import SceneError
+from .errors import SceneError, memory_limited
 from .framing import beside, framed, inside
 from .scenes import catalogue, mesh_file
-from .words import titled
+from .words import printable, titled
 
 
 @dataclass(eq=False)
@@ -181,6 +181,7 @@ class Scene:
         return replace(self, triangles=vertices, normals=normals)
 
     @classmethod
+    @memory_limited
     def from_arrays(cls, vertices: Any, faces: Any, *, name: str = "arrays", colours: Any = None,
                     light: PointLight | None = None, camera: Camera | None = None,
                     source: str = "arrays", **appearance: Any) -> Scene:
@@ -245,6 +246,7 @@ class Scene:
                                light=light, camera=camera, source=source, **flat.appearance())
 
 
+@memory_limited
 def load_scene(source: str | os.PathLike | trimesh.Trimesh | trimesh.Scene | Scene) -> Scene:
     """A scene by its name, or from a mesh file or a trimesh object.
 
@@ -288,7 +290,7 @@ def _read(path: Path, row: catalogue.Row | None = None) -> Scene:
         return read_scene(path)
     if path.suffix.lower() == ".npz":
         from .surfaces.geometry_image import GeometryImage  # it imports this file
-        return GeometryImage.load(path).scene(name=path.stem, source=str(path),
+        return GeometryImage.load(path).scene(name=printable(path.stem), source=str(path),
                                               camera=catalogue.camera_beside(path))
     mesh = mesh_file.read(path)
     _check_vertices(mesh.vertices, str(path))
@@ -298,7 +300,7 @@ def _read(path: Path, row: catalogue.Row | None = None) -> Scene:
         light = PointLight(row.light) if row.light else None
         if mesh.colours is None and row.paint and len(mesh.faces):
             mesh.colours = row.paint(mesh.vertices, mesh.faces)
-    scene = Scene.from_arrays(mesh.vertices, mesh.faces, name=row.name if row else path.stem,
+    scene = Scene.from_arrays(mesh.vertices, mesh.faces, name=row.name if row else printable(path.stem),
                               colours=mesh.colours, camera=camera, light=light, source=str(path),
                               **mesh.appearance())
     room = inside(scene.triangles, scene.camera) if camera is None else None

@@ -17,8 +17,9 @@ from typing import Any
 from .accel.cache import cache_folder
 from .choices import COHERENT, INCOHERENT, PASSING, RAYS, Choice, Choices
 from .errors import Error, OptionError, SettingsError, nearest_names
-from .files import replacing
+from .files import read_json, replacing
 from .methods import find_method
+from .own_folder import is_own
 from .scene import Scene
 
 FORMAT = 2
@@ -87,12 +88,9 @@ def load(path: str | os.PathLike[str]) -> Settings:
         a file that cannot be read, or naming the key that is missing or of no use
     """
     try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as failure:
-        reason = getattr(failure, "strerror", None) or "not a text file"
-        raise SettingsError(f"cannot read settings from {path}: {reason}") from failure
-    try:
-        entries = json.loads(text)
+        entries = read_json(path)
+    except OSError as failure:
+        raise SettingsError(f"cannot read settings from {path}: {failure.strerror}") from failure
     except ValueError as failure:
         raise SettingsError(f"{path}: not JSON ({failure}); write it with `gpgpu-rt tune`"
                             ) from failure
@@ -119,7 +117,7 @@ def find(scene: Scene, renderer: str) -> Settings | None:
     none of any use."""
     path = _path(describe(scene)["sha256"], renderer)
     try:
-        if path is None or not path.is_file():
+        if path is None or not path.is_file() or not is_own(path.stat()):
             return None
         settings = load(path)
         settings.check_fits(scene, renderer)

@@ -16,7 +16,7 @@ from .all_hits import AllHits, check_exact, collect
 from .builder import Builder
 from .choices import COHERENT, RAYS, Choice, Choices
 from .choosing import Choosing
-from .errors import Error
+from .errors import Error, memory_limited
 from .gpu import open_gpu
 from .hits import STACK_OVERFLOW, UNFINISHED, Hits
 from .integrators import Integrator
@@ -68,6 +68,7 @@ class Tracer(Choosing, Moving, Pictures):
     that is pickled is made again there, with the same scene, method and options.
     """
 
+    @memory_limited
     def __init__(self, scene: Scene | trimesh.Trimesh | str | os.PathLike[str],
                  method: str | Choices = DEFAULT_METHOD, **options: Any) -> None:
         self.settings: settings.Settings | None = None   # what "auto" and from_settings took
@@ -165,6 +166,7 @@ class Tracer(Choosing, Moving, Pictures):
 
     # Tracing --------------------------------------------------------------------------------
 
+    @memory_limited
     def trace(self, origins: np.ndarray, directions: np.ndarray,
               t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf,
               shape: tuple[int, int] | None = None, invalid: str = "raise") -> Hits:
@@ -189,6 +191,7 @@ class Tracer(Choosing, Moving, Pictures):
         with self._taking(batch):
             return self._trace(batch, False)
 
+    @memory_limited
     def occluded(self, origins: np.ndarray, directions: np.ndarray,
                  t_max: float | np.ndarray = np.inf, t_min: float | np.ndarray = 0.0,
                  shape: tuple[int, int] | None = None, invalid: str = "raise") -> np.ndarray:
@@ -217,6 +220,7 @@ class Tracer(Choosing, Moving, Pictures):
                 raise Error(f"{undecided} rays {advice}")
         return hits.hit
 
+    @memory_limited
     def trace_all(self, origins: np.ndarray, directions: np.ndarray,
                   t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf,
                   shape: tuple[int, int] | None = None, invalid: str = "raise",

@@ -21,7 +21,10 @@ from typing import Any, BinaryIO, TypeVar, cast, get_type_hints
 
 import numpy as np
 
+from ..arrays import read_npz
+from ..own_folder import fault_of, is_own
 from .bounds import as_triangles
+from .sound import is_sound
 
 Structure = TypeVar("Structure")
 
@@ -58,7 +61,7 @@ def cached(build: Callable[..., Structure], triangles: np.ndarray, /,
     path = folder / f"{_key(build, triangles, options)}.npz"
     if (files := _files.get()) is not None:
         files.append(path)
-    structure: Structure | None = _load(path, record)
+    structure: Structure | None = _load(path, record, len(triangles))
     if structure is None:
         structure = build(triangles, **options)
         _store(path, structure)
@@ -92,7 +95,7 @@ def give_cache(files: Mapping[str, bytes]) -> None:
         if folder is None:
             continue
         with _tolerated(folder):
-            if not (folder / name).exists():
+            if Path(name).name == name and not (folder / name).exists():
                 _write(folder / name, lambda file, content=content: file.write(content))
 
 
@@ -102,10 +105,18 @@ def cache_folder() -> Path | None:
     if name == "":
         return None
     try:
-        return Path(name).expanduser() if name else Path.home() / ".cache" / "gpgpu_rt"
+        folder = Path(name).expanduser() if name else Path.home() / ".cache" / "gpgpu_rt"
     except RuntimeError as failure:     # no home folder, or not that user's
         _tell(name, str(failure))
         return None
+    try:
+        fault = fault_of(folder, follow=True)
+    except (OSError, ValueError):       # not made yet, or never to be made: writing says so
+        return folder
+    if fault:
+        _tell(str(folder), f"it {fault}")
+        return None
+    return folder
 
 
 @contextlib.contextmanager
@@ -161,16 +172,19 @@ def _checksum(arrays: dict[str, np.ndarray]) -> np.ndarray:
     return np.frombuffer(digest.digest(), np.uint8)
 
 
-def _load(path: Path, record: type[Structure]) -> Structure | None:
-    """The structure, or None if there is no file or not a whole one."""
+def _load(path: Path, record: type[Structure], triangles: int) -> Structure | None:
+    """The structure of so many triangles, or None if there is no file of this user's, or not a
+    whole one whose indices and lengths fit."""
     try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
+        if not is_own(os.stat(path)):
+            return None
+        arrays = read_npz(path, "a structure")
         checksum = arrays.pop("checksum")
         if not np.array_equal(checksum, _checksum(arrays)):
             return None
-        return record(**{field.name: _scalar(arrays[field.name])
-                         for field in fields(cast(Any, record))})
+        found = record(**{field.name: _scalar(arrays[field.name])
+                          for field in fields(cast(Any, record))})
+        return found if is_sound(found, triangles) else None
     except Exception:       # whatever a damaged file may raise, its zip or its headers
         return None
 
@@ -191,7 +205,7 @@ def _store(path: Path, structure: Any) -> None:
 def _write(path: Path, fill: Callable[[BinaryIO], object]) -> None:
     temporary = None
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=path.parent, prefix=path.stem, suffix=".tmp",
                                          delete=False) as file:
             temporary = file.name

@@ -1,8 +1,6 @@
 """Scene file: meshes, materials, lights and a camera in JSON, as docs/scene-files.md says."""
 from __future__ import annotations
 
-import json
-import os
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,10 +10,12 @@ import numpy as np
 
 from ..camera import Camera
 from ..errors import SceneError, nearest_names
+from ..files import is_file, read_json
 from ..framing import framed
 from ..scene import Scene, diffuse_of, load_scene
 from ..scenes import mesh_file
 from ..scenes.shapes import ball, boxes, quad
+from ..words import printable
 from .attributes import smooth_normals
 from .light import BACKDROP, Environment, PointLight
 from .material import Material
@@ -35,10 +35,10 @@ def read_scene(path: Path) -> Scene:
         in one line that names the file and the key
     """
     try:
-        said = json.loads(path.read_text(encoding="utf-8-sig"))
+        said = read_json(path)
     except OSError as failure:
         raise SceneError(f"{path}: cannot read this scene file ({failure.strerror})") from None
-    except (ValueError, RecursionError) as failure:
+    except ValueError as failure:
         raise SceneError(f"{path}: no JSON ({failure}); repair it") from None
     check(said, "scene", f"{path}: scene")
     return _SceneFile(path, said).scene()
@@ -67,8 +67,8 @@ class _SceneFile:
         lights = self._lights()
         environment = self._environment()
         scene = self._said(lambda: Scene(
-            self.said.get("name", self.path.stem), corners, np.concatenate(colours), lights,
-            Camera.from_dict(camera, "camera") if camera else framed(corners),
+            printable(self.said.get("name", self.path.stem)), corners, np.concatenate(colours),
+            lights, Camera.from_dict(camera, "camera") if camera else framed(corners),
             source=str(self.path), materials=tuple(self.materials) or (Material(),),
             material_of=np.concatenate(rows), environment=environment,
             normals=mesh_file.filled(normals, [len(part) for part in triangles], 3),
@@ -114,7 +114,7 @@ class _SceneFile:
 
     def _from_file(self, entry: Mapping[str, Any], where: str) -> tuple[Any, ...]:
         path = self.path.parent / entry["file"]
-        if path.suffix.lower() == ".json" or not (os.path.isfile(path) or path.suffix):
+        if path.suffix.lower() == ".json" or not (is_file(path) or path.suffix):
             if path.suffix:
                 raise SceneError(f"{self.path}: {where}.file is a scene file; give a mesh")
             scene = self._said(lambda: load_scene(entry["file"]), f"{where}.file")

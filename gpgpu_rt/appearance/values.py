@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import SceneError
+from ..words import shortened
 
 Vector = tuple[float, float, float]
 LARGEST = 1e30      # programs count in float32, and multiply some of these
@@ -18,7 +19,7 @@ def vector(value: Any, what: str, least: float = -np.inf, most: float = np.inf) 
     except (TypeError, ValueError, OverflowError):
         array = np.empty(0)
     if array.shape != (3,) or not np.isfinite(array).all() or isinstance(value, str):
-        raise SceneError(f"{what} is {_short(value)}; give three finite numbers")
+        raise SceneError(f"{what} is {shortened(value)}; give three finite numbers")
     if (np.abs(array) > LARGEST).any():
         raise SceneError(f"{what} is {array.tolist()}; give numbers up to {LARGEST:g}")
     if (array < least).any() or (array > most).any():
@@ -34,21 +35,12 @@ def number(value: Any, what: str, least: float = -np.inf, most: float = np.inf) 
     except (TypeError, ValueError, OverflowError):
         found = np.nan
     if not np.isfinite(found):
-        raise SceneError(f"{what} is {_short(value)}; give a finite number")
+        raise SceneError(f"{what} is {shortened(value)}; give a finite number")
     if abs(found) > LARGEST:
         raise SceneError(f"{what} is {found:g}; give a number up to {LARGEST:g}")
     if not least <= found <= most:
         raise SceneError(f"{what} is {found:g}; give a number {_range(least, most)}")
     return found
-
-
-def _short(value: Any) -> str:
-    """A value for a line: whole numbers can have thousands of digits."""
-    try:
-        words = repr(value)
-    except ValueError:      # more digits than Python writes
-        words = "a number of too many digits"
-    return words if len(words) <= 80 else words[:77] + "..."
 
 
 def _range(least: float, most: float) -> str:

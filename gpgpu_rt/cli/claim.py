@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import IO
 
 from ..errors import Error
+from ..own_folder import fault_of, open_lock
 
 LOCK = "lock"     # the file in it that a run holds
 
@@ -30,15 +31,21 @@ class Claim:
         while True:
             try:
                 folder.mkdir(exist_ok=True)
+                fault = fault_of(folder, shared=True)
+            except FileNotFoundError:
+                if folder.parent.is_dir():
+                    continue     # the run that had it took the folder away just now
+                raise Error(f"cannot make the folder {folder}: there is no {folder.parent}"
+                            ) from None
             except OSError as failure:
                 raise Error(f"cannot make the folder {folder}: {failure.strerror}") from failure
+            if fault:
+                raise Error(f"{folder} {fault}, and what is unfinished is to be kept there; "
+                            "remove it, or give another name")
             try:
-                self._file = self._path.open("ab")
+                self._file = open_lock(self._path)
             except FileNotFoundError:
                 continue     # the run that had it took the folder away just now
-            except OSError as failure:
-                raise Error(f"cannot write into the folder {folder}: {failure.strerror}"
-                            ) from failure
             if not _locked(self._file):
                 self._file.close()
                 raise Error(f"another run is writing {purpose}, and holds {folder}; wait until it "

@@ -22,7 +22,9 @@ from .unfinished import Unfinished, follows_from
 
 IMAGES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp")
 _FILMS = {".gif": "GIF", ".png": "PNG", ".apng": "PNG", ".webp": "WEBP"}
-_NUMBER = re.compile(r"%0?\d*d")
+_NUMBER = re.compile(r"%0?\d?d")
+_WIDE = re.compile(r"%\d{2,}d")
+MOST_FRAMES = 1_000_000
 
 
 def add_frames(sub: argparse.ArgumentParser) -> None:
@@ -111,6 +113,9 @@ def _is_numbered(output: str) -> bool:
 def _check(output: str) -> None:
     """Refuse what cannot be written, before anything is rendered."""
     path, suffix = Path(output), Path(output).suffix.lower()
+    if (wide := _WIDE.search(output)) and not _NUMBER.fullmatch(wide[0]):
+        raise OptionError(f"cannot number frames by {wide[0][:20]}; give at most 9 digits, as in "
+                          "frame_%04d.png")
     if not _is_numbered(output):
         if suffix not in _FILMS:
             raise OptionError(f"cannot put frames into {output}; end it in .gif or .png for a "
@@ -152,6 +157,7 @@ def _whole(text: str) -> int:
         number = int(text)
     except ValueError:
         number = 0
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is no number of frames; give one from 1 on")
+    if not 1 <= number <= MOST_FRAMES:
+        raise argparse.ArgumentTypeError(f"{text[:40]!r} is no number of frames; give 1 to "
+                                         f"{MOST_FRAMES:,}")
     return number

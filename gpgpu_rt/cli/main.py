@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import read_npz
 from ..errors import Error, OptionError
-from ..files import check_writable, read_npz, replacing
+from ..files import FULL, check_writable, replacing
 from ..gpu import open_gpu, probe
 from ..integrators.plan import Plan
 from ..methods import find_method, load_methods, methods
@@ -31,14 +32,15 @@ from .frames import IMAGES, add_frames, render_frames
 from .parser import Parser
 from .picture import add_picture, drawing_of, explain, light_options, progress_shown
 from .shared import (
-    add_method, add_options, all_options, given_options, options_for, print_json, print_stand_in,
-    print_table, say, size_word, spelled_out, word_of
+    add_method, add_options, all_options, given_options, options_for, print_any_name, print_json,
+    print_stand_in, print_table, say, size_word, spelled_out, word_of
 )
 from .sharing import add_scheduler, render_shared, trace_shared
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; the exit status. A user's mistake is one line on stderr."""
+    print_any_name()
     try:
         # First what says which methods there are: the other words' options are theirs.
         arguments = _take_methods(sys.argv[1:] if arguments is None else arguments)
@@ -63,6 +65,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if os.environ.get("GPGPU_RT_TRACEBACK"):
             raise
         message = " ".join(str(failure).split()) or type(failure).__name__
+        if getattr(failure, "filename", None) is None and getattr(failure, "errno", 0) in FULL:
+            message = f"cannot write to the standard output: {os.strerror(failure.errno)}"
         if isinstance(failure, MemoryError):
             message += "; take a smaller picture, fewer samples or a smaller scene"
         print(f"gpgpu-rt: {message}", file=sys.stderr)
@@ -272,8 +276,7 @@ def _report(chosen: argparse.Namespace, tracer: Tracer, line: str,
 
 
 def _read_rays(path: str) -> dict[str, np.ndarray]:
-    rays = {name: values for name, values in read_npz(path, "rays").items()
-            if name in ("origins", "directions", "t_min", "t_max")}
+    rays = read_npz(path, "rays", names=("origins", "directions", "t_min", "t_max"))
     missing = {"origins", "directions"} - set(rays)
     if missing:
         raise Error(f"{path} holds no {' and no '.join(sorted(missing))}; a ray file is an .npz "

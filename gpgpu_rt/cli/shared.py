@@ -236,6 +236,13 @@ def seconds_word(text: str) -> float:
     return seconds
 
 
+def print_any_name() -> None:
+    """Let what a terminal's encoding does not have, such as a file's name, be printed escaped."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+
+
 def say(line: str) -> None:
     """Progress: to stderr, for stdout may be a table or JSON that something reads."""
     print(line, file=sys.stderr, flush=True)

@@ -11,8 +11,9 @@ from typing import Any
 
 from PIL import Image
 
+from ..budget import check_texels
 from ..errors import Error, LimitError, OptionError, SceneError
-from ..files import WRITING, replacing
+from ..files import WRITING, is_file, open_input, read_input, read_json, replacing
 from .claim import Claim
 from .shared import say
 
@@ -75,7 +76,8 @@ class Unfinished:
 
     def image(self, part: int) -> Image.Image:
         """A part that is there."""
-        with Image.open(self.file(part)) as image:
+        with open_input(self.file(part)) as file, Image.open(file) as image:
+            check_texels(*image.size, str(self.file(part)))
             image.load()
             return image
 
@@ -102,21 +104,23 @@ class Unfinished:
 
     def _take_on(self) -> None:
         try:
-            found = json.loads(self._record.read_text())
+            found = read_json(self._record)
             settings, done = dict(found["settings"]), dict(found["done"])
         except (OSError, ValueError, KeyError, TypeError):
             return      # nothing was begun, or nothing of it can be trusted
         others = [name for name in {**settings, **self._settings}
                   if settings.get(name) != self._settings.get(name)]
         if others:
-            raise Error(f"{self.folder} holds parts of another {', '.join(sorted(others))}; leave "
-                        "out --resume to begin anew")
+            named = ", ".join(sorted(others))
+            named = named if len(named) <= 120 else named[:117] + "..."
+            raise Error(f"{self.folder} holds parts of another {named}; leave out --resume to "
+                        "begin anew")
         self._done = done
 
     def _is_there(self, part: int) -> bool:
         """Whether the file of a part is the one that was written."""
         file = self.file(part)
-        return str(part) in self._done and file.is_file() and (
+        return str(part) in self._done and is_file(file) and (
             _digest(file) == self._done[str(part)])
 
     def _note(self) -> None:
@@ -137,4 +141,4 @@ class Unfinished:
 
 
 def _digest(file: Path) -> str:
-    return hashlib.sha256(file.read_bytes()).hexdigest()
+    return hashlib.sha256(read_input(file)).hexdigest()

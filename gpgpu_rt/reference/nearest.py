@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import memory_limited
 from ..hits import INVALID, TRACED, Hits
 from .error_bounds import FLOAT64, bound_pairs
 from .exact import trace_exact
@@ -23,6 +24,7 @@ from .tree import ReferenceTree
 _PAIRS = 1 << 19
 
 
+@memory_limited
 def trace(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
           t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf, *,
           accelerated: bool = False, invalid: str = "raise") -> Hits:

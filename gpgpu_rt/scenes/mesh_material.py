@@ -1,9 +1,6 @@
 """Mesh material: what a material of an OBJ or glTF file, as trimesh holds it, says here."""
 from __future__ import annotations
 
-import json
-import os
-import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,8 +11,11 @@ import trimesh
 from PIL import Image
 
 from ..appearance.material import LEAST_ROUGHNESS, Material
-from ..appearance.texture import Texture
+from ..appearance.texture import Texture, quietly
+from ..appearance.values import LARGEST
+from ..budget import check_texels
 from ..errors import SceneError
+from ..files import is_file, open_input, read_input
 
 SMOOTHEST = 0.05    # a metal's roughness up to which it is a mirror
 GREY = trimesh.visual.color.DEFAULT_COLOR   # what trimesh says where a file says nothing
@@ -68,15 +68,25 @@ def material_of(visual: Any, textures: Textures) -> Material | None:
     image, main = said.get("image"), np.asarray(material.main_color)
     # Of a texture that no colour is said with, trimesh's grey would take more than half.
     plain = np.ones(3) if image is not None and np.array_equal(main, GREY) else main[:3] / 255
-    return _of_mtl(str(said.get("_name") or "material"), said.get("kwargs") or {}, plain, image,
-                   textures)
+    return of_mtl(str(said.get("_name") or "material"), said.get("kwargs") or {}, textures, image,
+                  plain)
 
 
-def _of_mtl(name: str, said: Mapping[str, Any], plain: np.ndarray, image: Any,
-            textures: Textures) -> Material:
+def of_mtl(name: str, said: Mapping[str, Any], textures: Textures, image: Any = None,
+           plain: np.ndarray | None = None) -> Material:
     """Wavefront MTL: illum 3, 5 and 8 mirror by Ks; 4, 6, 7 and 9, which know transparency, let
     light through with Ni; Ks with an exponent Ns is glossy where illum says that highlights are
-    on. ``plain`` is the diffuse share where no Kd is said."""
+    on.
+
+    Parameters
+    ----------
+    said : words by their keys in small letters
+    image : the diffuse texture, where ``said`` does not name its file
+    plain : (3,) the diffuse share where no Kd is said
+    """
+    image = " ".join(said.get("map_kd") or ()) or image
+    if plain is None:
+        plain = GREY[:3] / 255 if image is None else np.ones(3)
     model = int(_numbers(said.get("illum"), [0])[0])
     diffuse = np.clip(_numbers(said.get("kd"), plain), 0, 1)
     specular = np.clip(_numbers(said.get("ks"), [0, 0, 0]), 0, 1)
@@ -118,62 +128,46 @@ def _of_gltf(name: str, said: Mapping[str, Any], textures: Textures) -> Material
                     texture=textures.of(image, name) if metal < 1 else None)
 
 
-class UriResolver(trimesh.resolvers.FilePathResolver):
-    """Finds what a glTF file names, whose names are URIs: a space may stand as %20."""
+class Resolver(trimesh.resolvers.FilePathResolver):
+    """Finds the files that a mesh file names, regular ones alone.
+
+    Parameters
+    ----------
+    path : the mesh file
+    uris : whether names are URIs, as in glTF: a space may stand as %20
+    """
+
+    def __init__(self, path: Path, uris: bool = False) -> None:
+        super().__init__(str(path))
+        self.folder, self.uris = path.parent, uris
 
     def get(self, name: str) -> bytes:
-        """What is in the file of a name."""
-        try:
-            return super().get(unquote(name))
-        except OSError:
-            return super().get(name)
+        """What is in the file of a name; OSError for none that can be read."""
+        name = name.strip()
+        plain = self.folder / unquote(name)
+        return read_input(plain if self.uris and is_file(plain) else self.folder / name)
 
 
-def check_textures(path: Path) -> None:
-    """Raise SceneError where a texture that a mesh file names cannot be read: trimesh goes on
-    without it. It takes the rest of a line of MTL for the name, as files with spaces need. A file
-    of materials that is missing, as many are, is warned of."""
-    if path.suffix.lower() == ".obj":
-        for library in _named(path, "mtllib"):
-            if not os.path.isfile(path.parent / library):
-                warnings.warn(f"{path}: no such file of materials {library}; its surfaces are "
-                              "grey", stacklevel=4)
-            else:
-                for word in ("map_Kd", "map_Ke"):
-                    for image in _named(path.parent / library, word):
-                        _check(path.parent / library, path.parent / image)
-    if path.suffix.lower() == ".gltf":
-        images = json.loads(path.read_text(encoding="utf-8")).get("images", [])
-        for uri in (image.get("uri", "") for image in images):
-            if uri and not uri.startswith("data:"):
-                plain = path.parent / unquote(uri)
-                _check(path, plain if os.path.isfile(plain) else path.parent / uri)
-
-
-def _check(path: Path, image: Path) -> None:
-    if not os.path.isfile(image):
+def check_image(path: Path, image: Path) -> None:
+    """Raise SceneError where an image that the file at ``path`` names cannot be read: trimesh goes
+    on without it. LimitError where it is too large."""
+    if not is_file(image):
         known = "" if not image.name.startswith("-") else " (options before it are not read)"
         raise SceneError(f"{path}: no such texture {image.name}{known}; put it there, or leave it "
                          "out of the file")
     try:
-        with Image.open(image):
-            pass
-    except (OSError, ValueError) as failure:
+        with open_input(image) as file, quietly(), Image.open(file) as found:
+            check_texels(*found.size, str(image))
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as failure:
         raise SceneError(f"{path}: {image.name} is no image that can be read; replace it, or "
                          "leave it out of the file") from failure
-
-
-def _named(path: Path, word: str) -> list[str]:
-    """What follows a word at the beginning of a text file's lines."""
-    text = path.read_text(encoding="utf-8", errors="replace")
-    lines = [line.split(None, 1) for line in text.splitlines()]
-    return [line[1].strip() for line in lines
-            if len(line) == 2 and line[0].lower() == word.lower()]
 
 
 def _numbers(value: Any, default: Sequence[float] | np.ndarray) -> np.ndarray:
     try:
         array = np.asarray(default if value is None else value, np.float64).reshape(-1)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         array = np.empty(0)
-    return array if len(array) == len(default) else np.asarray(default, np.float64)
+    if len(array) != len(default) or not np.isfinite(array).all():
+        array = np.asarray(default, np.float64)
+    return np.clip(array, -LARGEST, LARGEST)

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from ..accel.image_tree import cell_faces
+from ..arrays import read_npz
 from ..errors import SceneError
-from ..files import read_npz, replacing
+from ..files import replacing
 from ..scene import Scene
 
 

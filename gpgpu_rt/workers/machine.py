@@ -6,11 +6,12 @@ import fcntl
 import os
 import platform
 import signal
-import tempfile
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import IO
+
+from ..own_folder import open_lock, own_folder
 
 Processes = Callable[[], Iterable[int]]     # their numbers, now
 
@@ -36,7 +37,7 @@ def taken(waiting: Callable[[], object] = lambda: None) -> Iterator[None]:
         if _held:
             yield
             return
-        with _file().open("ab") as file:
+        with open_lock(_file()) as file:
             _lock(file, fcntl.LOCK_SH, waiting)
             _held.append(file)
             _told.append(waiting)
@@ -123,5 +124,5 @@ def _signal(processes: Iterable[int], what: signal.Signals) -> None:
 
 
 def _file() -> Path:
-    """Named by the host too: folders for temporary files may be shared."""
-    return Path(tempfile.gettempdir()) / f"gpgpu_rt-{platform.node()}-{os.getuid()}.lock"
+    """Named by the host too: folders for temporary files may be shared among hosts."""
+    return own_folder() / f"{platform.node()}.lock"

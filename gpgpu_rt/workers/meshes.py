@@ -2,12 +2,13 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
 from ..content import digest
-from ..files import replacing
+from ..errors import Error
+from ..files import is_file, read_input, replacing
+from ..own_folder import own_folder
 from ..scenes import catalogue
 
 Files = Mapping[str, bytes]     # by name
@@ -20,16 +21,18 @@ def mesh_files(scene: str) -> Files:
     if mesh is None:
         return {}
     beside = (mesh, mesh.parent / "cameras.json")
-    return {path.name: path.read_bytes() for path in beside if path.is_file()}
+    return {path.name: read_input(path) for path in beside if is_file(path)}
 
 
 def take_mesh(scene: str, files: Files) -> None:
     """Let the scene be found as it was found where the files come from."""
     if not files or files == mesh_files(scene):
         return
-    folder = Path(tempfile.gettempdir()) / f"gpgpu_rt-meshes-{os.getuid()}" / digest(dict(files))
-    folder.mkdir(parents=True, exist_ok=True)
+    folder = own_folder("meshes") / digest(dict(files))
+    folder.mkdir(exist_ok=True)
     for name, content in files.items():
+        if Path(name).name != name:
+            raise Error(f"{name!r} is no name of a mesh file; take this machine's own meshes")
         with replacing(folder / name) as path:
             path.write_bytes(content)
     others = os.environ.get("GPGPU_RT_SCENES", "")

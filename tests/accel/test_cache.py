@@ -110,7 +110,7 @@ def test_the_digest_follows_every_file_of_the_builders(tmp_path, monkeypatch) ->
 def test_fields_come_back_with_their_types(folder: Path, build) -> None:
     triangles = random_soup(30, 3)
     built = accel.cached(build, triangles)
-    read = cache._load(next(folder.glob("*.npz")), type(built))
+    read = cache._load(next(folder.glob("*.npz")), type(built), 30)
     assert type(read) is type(built)
     for name, value in vars(built).items():
         again = getattr(read, name)
@@ -126,7 +126,7 @@ def test_one_changed_value_is_never_trusted(folder: Path) -> None:
         arrays = dict(file)
     arrays["escape"][3] += 1
     np.savez(path, **arrays)            # a whole file, but for its checksum
-    assert cache._load(path, accel.Bvh) is None
+    assert cache._load(path, accel.Bvh, 30) is None
 
 
 def test_two_processes_may_store_at_once(folder: Path) -> None:
@@ -135,7 +135,7 @@ def test_two_processes_may_store_at_once(folder: Path) -> None:
                for _ in range(2)]
     path, torn = folder / "same.npz", 0
     while any(process.poll() is None for process in running):
-        torn += path.exists() and cache._load(path, accel.Bvh) is None
+        torn += path.exists() and cache._load(path, accel.Bvh, 2000) is None
     assert [process.returncode for process in running] == [0, 0]
     assert torn == 0 and files(folder) == ["same.npz"]
 

@@ -197,7 +197,7 @@ def test_a_device_that_is_named_is_not_replaced() -> None:
 
 @pytest.mark.parametrize("text, note", [
     ("mtllib gone.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "no such file of materials gone"),
-    ("v 0 0 0\nv 1 0 0\nv 0 1 0\n", "no triangles in it")])
+    ("mtllib .\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "file of materials . cannot be read")])
 def test_what_is_odd_in_a_mesh_is_noted_in_a_line(capsys, tmp_path, text: str, note: str) -> None:
     (tmp_path / "one.obj").write_text(text)
     status, out, err = run(capsys, "render", str(tmp_path / "one.obj"), "--size", "8", "-o",

@@ -57,10 +57,16 @@ def test_instances_are_placed_one_after_another(tmp_path: Path) -> None:
     assert len(loaded) == 24 and np.ptp(loaded.triangles[..., 0]) == 6
 
 
-def test_meshes_without_faces_are_empty_scenes(tmp_path: Path) -> None:
-    (tmp_path / "points.obj").write_text("v 0 0 0\nv 1 0 0\n")
-    with pytest.warns(UserWarning, match="no triangles"):
-        assert len(rt.load_scene(tmp_path / "points.obj")) == 0
+@pytest.mark.parametrize("kind", ["obj", "ply", "obj of lines"])
+def test_meshes_without_faces_are_refused(kind: str, tmp_path: Path) -> None:
+    path = tmp_path / f"points.{kind.split()[0]}"
+    if kind == "ply":
+        trimesh.PointCloud(np.eye(3)).export(path)
+    else:
+        path.write_text({"obj": "v 0 0 0\nv 1 0 0\n",
+                         "obj of lines": "v 0 0 0\nv 1 0 0\nl 1 2\nf 1 2\n"}[kind])
+    with pytest.raises(rt.SceneError, match="no triangles"):
+        rt.load_scene(path)
 
 
 @pytest.mark.parametrize("text, message", [
@@ -109,14 +115,12 @@ def test_faces_without_places_do_not_take_them_from_others(textured: Path) -> No
 
 
 def test_groups_keep_their_materials(textured: Path) -> None:
-    for words, parts in (("", ["m.obj", "m.obj_1"]), ("g x\n", ["x", "x_1"]),
-                         ("o x\n", ["x", "x_1"])):
+    for words, part in (("", "m.obj"), ("g x\n", "x"), ("o x\n", "x")):
         textured.write_text(f"mtllib m.mtl\n{SQUARE}{PLACES}{words}usemtl a\n{QUAD}usemtl b\n"
                             f"{QUAD}{words.replace('x', 'y')}usemtl a\nf 1 2 3\n")
         mesh = read(textured, groups=True)
         names = [mesh.parts[k] for k in mesh.part_of]
-        assert names[:4] == [parts[0]] * 2 + [parts[1]] * 2
-        assert names[4] == ("y" if words else "m.obj_2")
+        assert names == [part] * 4 + ["y" if words else part]
         assert [mesh.materials[k].name for k in mesh.material_of] == list("aabba")
         places = mesh.vertices[mesh.faces][..., :2]
         assert np.array_equal(mesh.uv[:4], places[:4]) and not mesh.uv[4].any()

@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 import gpgpu_rt as rt
+from gpgpu_rt import own_folder
 from gpgpu_rt.figures import aside, measure
 from gpgpu_rt.figures.cell import Cell
 from gpgpu_rt.figures.results import read
@@ -136,7 +137,7 @@ def test_threads_of_a_process_hold_the_machine_in_turns() -> None:
 
 
 def test_who_waits_for_the_machine_says_so(tmp_path, monkeypatch) -> None:
-    monkeypatch.setattr(machine.tempfile, "gettempdir", lambda: str(tmp_path))
+    monkeypatch.setattr(own_folder.tempfile, "gettempdir", lambda: str(tmp_path))
     said: list[str] = []
     with machine.taken(lambda: said.append("nobody is alone")):
         pass

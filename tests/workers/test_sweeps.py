@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 import gpgpu_rt as rt
+from gpgpu_rt import own_folder
 from gpgpu_rt.figures import measure, results, sweep
 from gpgpu_rt.figures.__main__ import main
 from gpgpu_rt.figures.cell import Cell
@@ -122,7 +123,7 @@ def test_numbers_of_another_renderer_are_refused(workers: Workers) -> None:
 
 def test_meshes_come_along(tmp_path, monkeypatch) -> None:
     """A machine without the mesh, or with another of its name, finds the one that was sent."""
-    monkeypatch.setattr(meshes.tempfile, "gettempdir", lambda: str(tmp_path))
+    monkeypatch.setattr(own_folder.tempfile, "gettempdir", lambda: str(tmp_path))
     for name in ("here", "there"):
         (tmp_path / name).mkdir()
     (tmp_path / "here" / "bunny.ply").write_bytes(b"a mesh")
@@ -141,7 +142,7 @@ def test_meshes_come_along(tmp_path, monkeypatch) -> None:
 
 
 def test_the_machines_lock_goes_with_its_process(tmp_path, monkeypatch) -> None:
-    monkeypatch.setattr(machine.tempfile, "gettempdir", lambda: str(tmp_path))
+    monkeypatch.setattr(own_folder.tempfile, "gettempdir", lambda: str(tmp_path))
     with machine.taken(), machine.alone():
         pass
     killed = subprocess.run([sys.executable, "-c", (
