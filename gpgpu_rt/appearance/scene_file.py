@@ -103,7 +103,8 @@ class _SceneFile:
             raise SceneError(f"{self.path}: {where} has no texture coordinates for its material's "
                              "texture; put it on a quad, or on a mesh file that has them")
         linear = _linear(entry)
-        triangles = triangles @ linear.T + np.asarray(entry.get("translate", (0, 0, 0)))
+        moved = np.asarray(entry.get("translate", (0, 0, 0)), np.float64)
+        triangles = triangles @ linear.T + moved
         if normals is not None:
             normals = normals @ np.linalg.inv(linear)
             length = np.linalg.norm(normals, axis=2, keepdims=True)
@@ -149,17 +150,17 @@ class _SceneFile:
 
     def _shape(self, entry: Mapping[str, Any], shape: str, where: str) -> np.ndarray:
         if shape == "box":
-            lo, hi = np.array(entry["box"]["lo"]), np.array(entry["box"]["hi"])
+            lo, hi = (np.array(entry["box"][key], np.float64) for key in ("lo", "hi"))
             if not (hi > lo).all():
-                raise SceneError(f"{self.path}: {where}.box.hi is {hi.tolist()}; give more than "
-                                 f"lo, {lo.tolist()}, along each axis")
+                raise SceneError(f"{self.path}: {where}.box.hi is {entry['box']['hi']}; give more "
+                                 f"than lo, {entry['box']['lo']}, along each axis")
             return boxes(lo, hi)
         if shape == "sphere":
             said = entry["sphere"]
             inward = ball(int(said.get("triangles", SPHERE_TRIANGLES)), said["centre"],
                           (said["radius"],) * 3)
             return inward[:, ::-1]
-        return quad(*entry["quad"])
+        return quad(*np.array(entry["quad"], np.float64))
 
     def _row(self, name: str | None, where: str) -> int:
         """The row of a material by its name; a plain one for none."""
@@ -237,7 +238,8 @@ def _linear(entry: Mapping[str, Any]) -> np.ndarray:
     """(3, 3): scale, then turns around x, y and z."""
     matrix = np.diag(np.broadcast_to(np.asarray(entry.get("scale", 1.0), np.float64), 3))
     for axis, degrees in enumerate(entry.get("rotate", (0, 0, 0))):
-        c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+        angle = np.radians(float(degrees))      # a whole number may be past 2^63
+        c, s = np.cos(angle), np.sin(angle)
         turn = np.eye(3)
         one, two = (axis + 1) % 3, (axis + 2) % 3
         turn[[one, one, two, two], [one, two, one, two]] = c, -s, s, c

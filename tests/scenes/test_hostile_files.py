@@ -267,6 +267,18 @@ def test_a_budget_that_is_no_number_is_named(text: str, monkeypatch) -> None:
         budget.budget_bytes()
 
 
+@pytest.mark.parametrize("shape", [
+    {"quad": [[0, 0, 0], [10 ** 25, 0, 0], [1, 1, 0], [0, 1, 0]]},
+    {"box": {"lo": [0, 0, 0], "hi": [1, 10 ** 25, 1]}},
+    *({"box": {"lo": [0, 0, 0], "hi": [1, 1, 1]}, key: [10 ** 25, 0, 0]}
+      for key in ("rotate", "translate", "scale"))])
+def test_whole_numbers_past_int64_are_numbers(shape: dict, tmp_path: Path) -> None:
+    shape = {**shape, "scale": [10 ** 25, 1, 1]} if "scale" in shape else shape
+    (tmp_path / "s.json").write_text(json.dumps({
+        "meshes": [shape], "lights": [{"position": [0, 9, 0]}]}))
+    assert len(rt.load_scene(tmp_path / "s.json")) in (2, 12)
+
+
 # FIFOs and devices ------------------------------------------------------------------------------
 
 @pytest.mark.parametrize("command", [
