@@ -300,7 +300,8 @@ def _read(path: Path, row: catalogue.Row | None = None) -> Scene:
         light = PointLight(row.light) if row.light else None
         if mesh.colours is None and row.paint and len(mesh.faces):
             mesh.colours = row.paint(mesh.vertices, mesh.faces)
-    scene = Scene.from_arrays(mesh.vertices, mesh.faces, name=row.name if row else printable(path.stem),
+    scene = Scene.from_arrays(mesh.vertices, mesh.faces,
+                              name=row.name if row else printable(path.stem),
                               colours=mesh.colours, camera=camera, light=light, source=str(path),
                               **mesh.appearance())
     room = inside(scene.triangles, scene.camera) if camera is None else None
