@@ -7,6 +7,7 @@ the `ray-engine`, whose vertices are corners of quads that carry triangles.
 from __future__ import annotations
 
 import importlib.resources
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -17,7 +18,6 @@ from typing import Any
 import moderngl
 
 import gpgpu_rt as rt
-from gpgpu_rt.hardware.sample import program_of
 from gpgpu_rt.passes.pass_log import PassLog
 
 from .cell import Cell
@@ -31,6 +31,7 @@ SHOWN = (("kd-restart", "passes/traverse.frag", {"max_depth": MAX_DEPTH, "schedu
 STAGES = ("vertex buffer", "vertex program", "rasteriser", "fragment program", "frame buffer")
 HEADS = ("method", *STAGES, "textures")
 FULL_SCREEN = "passes/full_screen.vert"
+_SAMPLER = re.compile(r"uniform\s+[iu]?sampler2D\s+(\w+)")
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,8 @@ class Drawn:
     attributes : name -> how many numbers a vertex has of it
     primitives, fragments : that the rasteriser was given, and that the frame buffer took
     textures : sampled, name -> (width, height, channels, type)
-    by_fragments : those of them that the fragment program samples; others the vertex program does
+    by_fragments : the textures that the fragment program samples: all but those that the text of
+        the vertex program declares
     targets : drawn into, (width, height, channels, type) each
     """
 
@@ -79,7 +81,7 @@ class Recorder(PassLog):
             self.method, own if _exists(own) else FULL_SCREEN, name, attributes,
             query.primitives, 0 if self._in_query else query.samples,
             {key: _shape(texture) for key, texture in textures.items()},
-            tuple(key for work in program_of(texts).work for key in work.fetches),
+            tuple(key for key in textures if key not in set(_SAMPLER.findall(texts[0]))),
             tuple(map(_shape, target.color_attachments))))
 
 

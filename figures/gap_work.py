@@ -9,7 +9,6 @@ import numpy as np
 
 import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import Workload
-from gpgpu_rt.hardware.counters import pass_counts
 from gpgpu_rt.hardware.emulate import texels_along_morton
 from gpgpu_rt.hardware.local_store import Fetches, transfers
 from gpgpu_rt.hardware.sample import emulated, tile_pixels
@@ -39,7 +38,7 @@ def _moved(scene: rt.Scene, rays: Workload, method: str,
     with rt.Tracer(scene, method, **options) as tracer:
         with tracer.gpu, logged(tracer.gpu, Statistics()) as log:
             rays.trace(tracer)
-        passes = pass_counts(log)
+        passes = log.to_list()
     total = {"rays": 0, "state": 0, "written": 0}
     for one in passes:
         again = sum(size for name, size in one["texel_bytes"].items() if name.startswith("rays_"))

@@ -7,6 +7,7 @@ from __future__ import annotations
 import datetime
 import json
 import os
+import sys
 import time
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -17,6 +18,8 @@ from tqdm import tqdm
 from gpgpu_rt.bench.workloads import load
 from gpgpu_rt.files import replacing
 from gpgpu_rt.gpu import is_software, open_gpu
+from gpgpu_rt.hardware.compiler import check_countable
+from gpgpu_rt.hardware.program import NotCountable
 from gpgpu_rt.threads import cores
 from gpgpu_rt.workers import Workers
 from gpgpu_rt.workers.machine import helped, taken
@@ -24,7 +27,7 @@ from gpgpu_rt.workers.machine import helped, taken
 from . import sweep
 from .aside import Aside, Result, worth_workers
 from .cell import Cell
-from .results import commit, read, settings
+from .results import LEFT_OUT, commit, left_out, read, settings
 from .works import work_of
 
 
@@ -32,7 +35,8 @@ def measure(cells: Iterable[Cell], data: Path, again: bool = False,
             workers: Workers | None = None) -> None:
     """Measure every cell that is not finished, each written when it is done: interrupting loses
     those that run. By ``workers``; or without, what is timed in this process, and beside it the
-    rest by a process for each other core, where there is enough of it."""
+    rest by a process for each other core, where there is enough of it. A line says which cells
+    are left out as this machine does not count instructions."""
     data.mkdir(parents=True, exist_ok=True)
     todo = [cell for cell in dict.fromkeys(cells) if again or read(cell, data) is None]
     with tqdm(total=len(todo), unit="cell", dynamic_ncols=True) as progress:
@@ -40,6 +44,8 @@ def measure(cells: Iterable[Cell], data: Path, again: bool = False,
             progress.set_description(_words(cell))
             _write(cell, result, data)
             progress.update()
+    for reason, count in left_out(todo, data).items():
+        print(f"figures: {count} of {len(todo)} cells left out: {reason}", file=sys.stderr)
 
 
 def _results(todo: list[Cell], workers: Workers | None,
@@ -100,9 +106,14 @@ def _words(cell: Cell) -> str:
 
 
 def run(cell: Cell) -> dict[str, Any]:
-    """Measure one cell: of what, on what, when, and what was found."""
+    """Measure one cell: of what, on what, when, and what was found; or why it is left out."""
     work = work_of(cell)
-    found = work.measure(cell, cell.work.removeprefix(work.name))
+    try:
+        if work.counted:
+            check_countable()    # before anything is traced for it
+        found = work.measure(cell, cell.work.removeprefix(work.name))
+    except NotCountable as reason:
+        found = {LEFT_OUT: " ".join(str(reason).split())}
     heading = {"settings": settings(cell), "gpu": open_gpu().info(), "commit": commit(),
                "date": datetime.date.today().isoformat()}
     if work.catalogued:

@@ -1,7 +1,7 @@
 """Pages of figures: how they are drawn, by a process a core if many."""
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from tqdm import tqdm
@@ -11,9 +11,10 @@ from gpgpu_rt.workers import Workers
 
 from . import provenance, verdicts
 from .aside import worth_workers
-from .catalogue import figure_of, of_survey
+from .catalogue import FIGURES, figure_of, of_survey
 from .contradictions import of_page
 from .output import write_text
+from .results import left_out
 
 
 def draw(names: Sequence[str], data: Path, out: Path, full: bool) -> None:
@@ -35,12 +36,19 @@ def draw(names: Sequence[str], data: Path, out: Path, full: bool) -> None:
 
 def _draw(name: str, data: Path, out: Path, full: bool) -> None:
     figure = figure_of(name)
+    reasons = left_out(cells := figure.cells(full), data)
+    page = out / f"{name}.md"
+    if reasons:     # else a figure that has nothing to draw would keep an older page
+        for kind in (".md", ".csv", ".png"):
+            page.with_suffix(kind).unlink(missing_ok=True)
     figure.draw(data, out, full)
     _add_notes(name, out)
+    if reasons:
+        _add_left_out(page, FIGURES[name], reasons, len(set(cells)))
     judged = None
     if of_survey(name):
         judged = figure.judge(data, full) if hasattr(figure, "judge") else verdicts.DIAGRAM
-    provenance.record(name, figure.cells(full), data, out, full, judged)
+    provenance.record(name, cells, data, out, full, judged)
 
 
 def _add_notes(name: str, out: Path) -> None:
@@ -50,3 +58,12 @@ def _add_notes(name: str, out: Path) -> None:
         lines = "\n".join(f"* {says}" for says in notes)
         write_text(page, page.read_text().rstrip() + "\n\n## Where the survey contradicts itself "
                    f"or its sources\n\n{lines}\n")
+
+
+def _add_left_out(page: Path, title: str, reasons: Mapping[str, int], cells: int) -> None:
+    """Say on a page how many of its cells are left out, and why; on a page that has nothing else
+    too."""
+    text = page.read_text().rstrip() if page.exists() else f"# {title}"
+    lines = "\n".join(f"* {count} of {cells} cells, whose columns stay empty: {reason}."
+                      for reason, count in reasons.items())
+    write_text(page, f"{text}\n\n## What is left out\n\n{lines}\n")

@@ -5,6 +5,7 @@ import functools
 import importlib.metadata
 import json
 import subprocess
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
@@ -14,6 +15,8 @@ from gpgpu_rt.gpu import open_gpu
 
 from .cell import Cell
 from .works import work_of
+
+LEFT_OUT = "left out"     # the key of the reason in the file of a cell that could not be measured
 
 
 def settings(cell: Cell) -> dict[str, Any]:
@@ -29,7 +32,18 @@ def as_kept(found: dict[str, Any]) -> dict[str, Any]:
 
 
 def read(cell: Cell, data: Path) -> dict[str, Any] | None:
-    """A finished cell, or None: not there, damaged, or of other settings."""
+    """A finished cell, or None: not there, left out, damaged, or of other settings."""
+    result = _held(cell, data)
+    return None if result is None or LEFT_OUT in result else result
+
+
+def left_out(cells: Iterable[Cell], data: Path) -> dict[str, int]:
+    """Why cells could not be measured here -> how many."""
+    held = (_held(cell, data) for cell in dict.fromkeys(cells))
+    return Counter(result[LEFT_OUT] for result in held if result and LEFT_OUT in result)
+
+
+def _held(cell: Cell, data: Path) -> dict[str, Any] | None:
     try:
         result = json.loads((data / cell.name).read_text())
         return result if result["settings"] == as_kept(settings(cell)) else None

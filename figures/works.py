@@ -55,6 +55,7 @@ class Work:
     timed: bool = True          # something of it is: that it does within `machine.alone`
     catalogued: bool = True     # whether the cell's scene is one that `load_scene` knows
     digest: Callable[[Cell], str] = _of_catalogue   # tells a stand-in from the mesh in its place
+    counted: bool = False       # whether it takes the instructions of programs
 
 
 def _rays(cell: Cell, name: str) -> Workload:
@@ -90,7 +91,8 @@ def _period_work(cell: Cell, name: str) -> dict[str, Any]:
 
 def _gap_work(kind: str) -> Work:
     return Work(kind, lambda cell, rays: {"gap": gap_work.measure(
-        kind, load(cell.scene), _rays(cell, rays), cell.method, dict(cell.options))}, timed=False)
+        kind, load(cell.scene), _rays(cell, rays), cell.method, dict(cell.options))}, timed=False,
+        counted=kind == gap_work.DONE)
 
 
 WORKS = (
@@ -141,9 +143,10 @@ WORKS = (
         cell.scene, cell.method, dict(cell.options), cell.size, cell.runs)}),
     Work(COHERENCE, lambda cell, rays: {"coherence": coherence.measure(
         load(cell.scene), _rays(cell, rays))}, timed=False),
-    Work(period_work.WORK, _period_work, timed=False),
+    Work(period_work.WORK, _period_work, timed=False, counted=True),
     Work(pass_work.PASSES, lambda cell, rays: {"passes": pass_work.measure(
-        load(cell.scene), _rays(cell, rays), cell.method, dict(cell.options))}, timed=False),
+        load(cell.scene), _rays(cell, rays), cell.method, dict(cell.options))}, timed=False,
+        counted=True),
     *map(_gap_work, gap_work.KINDS),
 )
 TRACED = Work("", lambda cell, _: trace_times.measure(cell))

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 import os
 import tempfile
 from collections.abc import Generator, Iterable, Iterator, Mapping
@@ -16,6 +17,7 @@ import gpgpu_rt as rt
 from gpgpu_rt import rays as ray_sets
 from gpgpu_rt.accel import Bvh
 from gpgpu_rt.gpu import Gpu, open_gpu
+from gpgpu_rt.hardware import compiler, sample
 from gpgpu_rt.methods import find_method
 from gpgpu_rt.options import clashing
 from gpgpu_rt.passes.build import GPU_BUILDS, GPU_KD_BUILDS
@@ -112,6 +114,26 @@ def exact_renderer(gpu: Gpu) -> Gpu:
     if "llvmpipe" not in gpu.renderer:
         pytest.skip(f"bits are compared on llvmpipe only, this is {gpu.renderer}")
     return gpu
+
+
+@pytest.fixture
+def countable() -> None:
+    """Skips where this machine's Mesa does not say what programs compile to."""
+    if reason := compiler.not_countable():
+        pytest.skip(reason)
+
+
+@pytest.fixture
+def uncountable(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+    """A Mesa that prints programs in another form, Mesa 25.0's, whatever Mesa there is: why no
+    instruction can be counted."""
+    text = (Path(__file__).parent / "hardware" / "texts" / "mesa-25.0.txt").read_text()
+    monkeypatch.setattr(compiler, "_ask", lambda line: (
+        f"{compiler._MARK}\nshader: MESA_SHADER_FRAGMENT\n{text}" * len(json.loads(line)), True))
+    monkeypatch.setattr(sample, "_programs", {})
+    compiler.not_countable.cache_clear()
+    yield compiler.not_countable()
+    compiler.not_countable.cache_clear()
 
 
 def variants(name: str) -> list[dict[str, object]]:

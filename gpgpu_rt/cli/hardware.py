@@ -2,12 +2,18 @@
 from __future__ import annotations
 
 import argparse
+import textwrap
+from collections.abc import Mapping, Sequence
 
 from ..errors import OptionError
-from ..hardware.cards import Card, cards
+from ..hardware.cards import Card, Refusal, cards
 from .shared import Command, print_json, print_table, say
 
 SCENE = "cornell"   # programs hardly depend on the scene, their tables do
+WIDTH = 100         # columns of a terminal that the table of methods fits
+NOTE = ("The programs are this package's: an index is one channel here, two coordinates would "
+        "reach further; the ray engine of 2002 ran in fixed point, ours stands on float textures. "
+        "How often loops turn is not held against the loop limit: that depends on the rays.")
 
 
 def add_command(command: Command) -> None:
@@ -26,31 +32,25 @@ def _hardware(chosen: argparse.Namespace) -> None:
     if chosen.sources and chosen.methods:
         raise OptionError("--sources and --methods are tables of their own; give one")
     found = cards()
-    refused = {}
+    refused, unknown = {}, ""
     if chosen.methods:
+        from ..hardware.compiler import not_countable
         from ..hardware.methods_on_cards import method_needs, refusals
         say("compiling every method's programs")
         needs = method_needs(scene_name=chosen.scene or SCENE)
         refused = {card.name: refusals(card, needs) for card in found}
+        unknown = not_countable()
     if chosen.json:
         return print_json([{**card.to_dict(), **({"refuses": {
-            f"{method} {schedule}": reasons
-            for (method, schedule), reasons in refused[card.name].items()}} if refused else {})}
-            for card in found])
+            f"{method} {schedule}": [one.says for one in reasons]
+            for (method, schedule), reasons in refused[card.name].items()}} if refused else {}),
+            **({"not_counted": unknown} if unknown else {})} for card in found])
     if chosen.sources:
         return print_table(("card", "figure", "value", "source"), [
             (card.name, name, _value(card, name), one["source"] + ("" if one["read"] else " *"))
             for card in found for name, one in card.figures.items()])
     if refused:
-        pairs = list(next(iter(refused.values())))
-        print_table(("method", "schedule", *(card.chip for card in found)), [
-            (method, schedule, *("no: " + refused[card.name][method, schedule][0]
-                                 if refused[card.name][method, schedule] else "yes"
-                                 for card in found)) for method, schedule in pairs])
-        print("\nThe programs are this package's: an index is one channel here, two coordinates "
-              "would reach further;\nthe ray engine of 2002 ran in fixed point, ours stands on "
-              "float textures. How often loops turn is not held\nagainst the loop limit: that "
-              "depends on the rays.")
+        _print_methods(found, refused, unknown)
         return
     names = list(found[0].figures)
     print_table(("figure", *(f"{card.chip}, {card.year}" for card in found)),
@@ -58,6 +58,33 @@ def _hardware(chosen: argparse.Namespace) -> None:
                  *((name.replace("_", " "), *(_value(card, name) for card in found))
                    for name in names)])
     print("\nSources: --sources; those marked * there are recalled or derived, not read.")
+
+
+def _print_methods(found: Sequence[Card],
+                   refused: Mapping[str, Mapping[tuple[str, str], list[Refusal]]],
+                   unknown: str) -> None:
+    """A row a method and schedule: yes, or the first limit of a card that it passes."""
+    def word(card: Card, pair: tuple[str, str]) -> str:
+        reasons = refused[card.name][pair]
+        return reasons[0].limit if reasons else "unknown" if unknown else "yes"
+    pairs = list(refused[found[0].name])
+    print_table(("method", "schedule", *(card.chip for card in found)),
+                [(*pair, *(word(card, pair) for card in found)) for pair in pairs])
+    print("\nyes: the card could run it. Else the first limit that it falls short of:")
+    for limit in dict.fromkeys(r[0].limit for of in refused.values() for r in of.values() if r):
+        # One example a limit; --json has every number.
+        card, pair = next((card, pair) for pair in pairs for card in found
+                          if word(card, pair) == limit)
+        _print_filled(f"{limit}: such as {' '.join(pair)} on the {card.chip}: "
+                      f"{refused[card.name][pair][0].says}")
+    if unknown:
+        _print_filled(f"unknown: how many instructions and fetches it takes; {unknown}")
+    print()
+    _print_filled(NOTE)
+
+
+def _print_filled(text: str) -> None:
+    print(textwrap.fill(text, WIDTH))
 
 
 def _value(card: Card, name: str) -> str:

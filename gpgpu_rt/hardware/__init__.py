@@ -16,5 +16,6 @@ From a program to a time on a card, one noun a file:
 * ``model``: seconds from counted work, with one constant a card;
 * ``methods_on_cards``: which methods a card could have run.
 
-Mesa's softpipe must be installed for what compiles; the cards and the model need nothing.
+What compiles needs Mesa 22.3's softpipe: `compiler.not_countable` says why where it is not there,
+and `program.NotCountable` is raised. The cards and the model need nothing.
 """

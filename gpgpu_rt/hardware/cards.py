@@ -26,6 +26,7 @@ class Needs:
     largest_index : texels of it, which an index must tell apart
     floats : whether it stands on float textures
     queries : whether its host counts rays by occlusion queries
+    counted : whether ``arithmetic``, ``textures``, ``dependent_reads`` and ``loops`` are known
     """
 
     arithmetic: int = 0
@@ -37,14 +38,27 @@ class Needs:
     largest_index: int = 0
     floats: bool = True
     queries: bool = False
+    counted: bool = True
 
     @classmethod
-    def of(cls, program: Program, targets: int, texels: int = 0, queries: bool = False) -> Needs:
-        """The needs of a compiled program whose largest table has so many texels."""
-        return cls(sum(work.vector for work in program.work),
-                   sum(sum(work.fetches.values()) for work in program.work),
-                   program.dependent_reads, bool(program.loops), targets,
-                   math.isqrt(max(texels - 1, 0)) + 1, texels, True, queries)
+    def of(cls, program: Program | None, targets: int, texels: int = 0,
+           queries: bool = False) -> Needs:
+        """The needs of a compiled program, or of one that cannot be counted, whose largest table
+        has so many texels."""
+        counts = (0, 0, 0, False) if program is None else (
+            sum(work.vector for work in program.work),
+            sum(sum(work.fetches.values()) for work in program.work),
+            program.dependent_reads, bool(program.loops))
+        return cls(*counts, targets, math.isqrt(max(texels - 1, 0)) + 1, texels, True, queries,
+                   program is not None)
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """Why a card cannot run a program: which limit in a word or two, and a sentence."""
+
+    limit: str
+    says: str
 
 
 @dataclass(frozen=True)
@@ -66,22 +80,23 @@ class Sourced:
 class Card(Sourced):
     """A graphics card."""
 
-    def refuses(self, needs: Needs) -> list[str]:
+    def refuses(self, needs: Needs) -> list[Refusal]:
         """Why it cannot run such a program: nothing where it can."""
-        limits = (("arithmetic_slots", needs.arithmetic, "arithmetic instructions"),
-                  ("texture_slots", needs.textures, "fetches in the text"),
-                  ("dependent_reads", needs.dependent_reads, "levels of dependent fetches"),
-                  ("render_targets", needs.targets, "render targets"),
-                  ("texture_size", needs.texture_size, "texels a side"),
-                  ("exact_integers", needs.largest_index, "texels to index"))
-        reasons = [f"{wanted:,} {what}, it has {getattr(self, name):,}"
-                   for name, wanted, what in limits if wanted > getattr(self, name)]
+        limits = (("slots", "arithmetic_slots", needs.arithmetic, "arithmetic instructions"),
+                  ("fetches", "texture_slots", needs.textures, "fetches in the text"),
+                  ("dependent", "dependent_reads", needs.dependent_reads,
+                   "levels of dependent fetches"),
+                  ("targets", "render_targets", needs.targets, "render targets"),
+                  ("size", "texture_size", needs.texture_size, "texels a side"),
+                  ("index", "exact_integers", needs.largest_index, "texels to index"))
+        reasons = [Refusal(limit, f"{wanted:,} {what}, it has {getattr(self, name):,}")
+                   for limit, name, wanted, what in limits if wanted > getattr(self, name)]
         if needs.loops and not self.branching:
-            reasons.insert(0, "loops, it has no branches")
+            reasons.insert(0, Refusal("loops", "loops, it has no branches"))
         if needs.floats and not self.float_textures:
-            reasons.insert(0, f"float textures, it has {self.precision}")
+            reasons.insert(0, Refusal("floats", f"float textures, it has {self.precision}"))
         if needs.queries and not self.occlusion_query:
-            reasons.append("occlusion queries")
+            reasons.append(Refusal("queries", "occlusion queries"))
         return reasons
 
     def to_dict(self) -> dict[str, Any]:

@@ -11,7 +11,7 @@ import subprocess
 import sys
 import threading
 
-from ..errors import ShaderError
+from .program import NotCountable, parse
 
 _MARK, _END = "### program", "### end"
 _turn = threading.Lock()    # the compiler answers one after another
@@ -23,8 +23,8 @@ def compiled(texts: list[tuple[str, str]]) -> list[str]:
 
     Raises
     ------
-    ShaderError
-        where this machine has no Mesa that prints them.
+    NotCountable
+        where this machine has no Mesa that prints them, or Mesa refuses a program.
     """
     defined = [(vertex, fragment.replace("\n", f"\n{_DEFINE}\n", 1))   # behind #version
                for vertex, fragment in texts]
@@ -35,9 +35,47 @@ def compiled(texts: list[tuple[str, str]]) -> list[str]:
         found.append(text.split("\nshader: ")[0].split("\nFRAG")[0].split("\nVERT")[0])
     if not done or len(found) != len(texts) or not all(found):
         last = (said.strip().splitlines() or ["nothing was said"])[-1]
-        raise ShaderError("no instruction counts: they are Mesa's own, printed by its softpipe "
-                          f"(Debian, Ubuntu: libgl1-mesa-dri), which said: {last[:200]}")
+        raise NotCountable("no instruction counts: they are Mesa's own, printed by its softpipe "
+                           f"(Debian, Ubuntu: libgl1-mesa-dri), which said: {last[:200]}")
     return found
+
+
+# A fetch in a loop: its counts are known whatever a compiler makes of the rest.
+_PROBE = ("#version 330\nin vec2 corner;\nvoid main() { gl_Position = vec4(corner, 0, 1); }\n",
+          """#version 330
+uniform sampler2D table;
+uniform int count;
+out vec4 colour;
+void main() {
+    colour = vec4(0);
+    for (int i = 0; i < count; i++)
+        colour += texelFetch(table, ivec2(i, 0), 0);
+}
+""")
+
+
+@functools.cache
+def not_countable() -> str:
+    """Why no instruction can be counted on this machine, in one line; "" where they can be.
+
+    A small program is compiled and read, once a process: the text of a driver's debug output may
+    be absent, or have another form than the one that `parse` knows.
+    """
+    try:
+        found = parse(*compiled([_PROBE]))
+    except NotCountable as failure:
+        return " ".join(str(failure).split())
+    fetches = [dict(work.fetches) for work in found.work if work.fetches]
+    if fetches != [{"table": 1}] or len(found.loops) != 1 or list(found.outputs) != ["colour"]:
+        return ("no instruction counts: they need Mesa 22.3 (Debian 12), whose softpipe prints "
+                "programs in the one form that is read here; this machine's text is misread")
+    return ""
+
+
+def check_countable() -> None:
+    """Raise NotCountable where no instruction can be counted on this machine."""
+    if reason := not_countable():
+        raise NotCountable(reason)
 
 
 @functools.cache

@@ -12,6 +12,7 @@ from ..errors import OptionError
 from ..passes.pass_log import PassLog, logged
 from ..statistics import Statistics
 from ..tracer import Tracer
+from .compiler import check_countable
 from .program import Program, Work
 from .sample import programs_of
 from .turns import Turned, Turns
@@ -30,10 +31,16 @@ def counted(tracer: Tracer, call: Callable[[], Any]) -> tuple[list[dict[str, Any
     (passes, log)
         the entries of `pass_counts` with ``total`` of loops too; the log has queries, uploads and
         readbacks
+
+    Raises
+    ------
+    NotCountable
+        where this machine's Mesa does not say what a program compiles to
     """
     if tracer.options["statistics"]:
         raise OptionError("with statistics=True, or within counting, the counters' own work would "
                           "be counted too; leave that out")
+    check_countable()
     turns = Turns()
     with tracer.gpu, logged(tracer.gpu, Statistics()) as log, tracer.gpu.watched(turns):
         call()

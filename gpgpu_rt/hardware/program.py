@@ -1,8 +1,10 @@
 """A fragment program as a compiler left it: blocks, branches and loops of simple instructions.
 
 The text is Mesa's NIR (static single assignment), which its reference rasteriser prints; see
-``compiler.py``. A program is a tree of blocks, ``Branch`` and ``Loop``; a **region** is what runs
-under one condition: the program as a whole, a loop's body, a side of a branch.
+``compiler.py``. The form of that text changes between Mesa releases: `parse` reads the form of
+Mesa 22.3 and raises NotCountable for any other. A program is a tree of blocks, ``Branch`` and
+``Loop``; a **region** is what runs under one condition: the program as a whole, a loop's body, a
+side of a branch.
 """
 from __future__ import annotations
 
@@ -10,6 +12,8 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+
+from ..errors import ShaderError
 
 _LINE = re.compile(r"(?:vec(?P<width>\d+)\s+(?P<bits>\d+)\s+ssa_(?P<to>\d+) = )?(?P<rest>.*)")
 _SOURCE = re.compile(r"ssa_(\d+)(?:\.([xyzw]+))?")
@@ -26,6 +30,12 @@ _NO_ARITHMETIC = {"load_const", "phi", "deref_var", "deref_array", "load_ubo", "
                   "store_deref", "discard_if", "txf", "break", "undefined"}
 _ONE_A_COMPONENT = {"frcp", "frsq", "fsqrt"}   # by a scalar unit
 _DOTS = {"fdot2": 2, "fdot3": 3, "fdot4": 4}   # one instruction, or one a component
+_STATEMENTS = {"intrinsic", "break", "continue", "return"}    # what makes no value
+
+
+class NotCountable(ShaderError):
+    """The instructions of a program cannot be counted: this machine's Mesa does not print them,
+    or prints them in a form that `parse` does not know."""
 
 
 @dataclass
@@ -141,7 +151,28 @@ class Program:
 
 
 def parse(text: str) -> Program:
-    """The program of a compiler's text."""
+    """The program of a compiler's text.
+
+    Raises
+    ------
+    NotCountable
+        for a text that is not in the form of Mesa 22.3
+    """
+    try:
+        return _parsed(text)
+    except (IndexError, KeyError, ValueError) as failure:
+        raise NotCountable(_unknown(str(failure))) from failure
+
+
+def _unknown(what: str) -> str:
+    return ("no instruction counts: they need Mesa 22.3 (Debian 12), whose softpipe prints "
+            "programs in the one form that is read here; this machine's prints "
+            f"{what.strip()[:40]!r}")
+
+
+def _parsed(text: str) -> Program:
+    if "impl main" not in text:
+        raise NotCountable(_unknown("no main program"))
     uniforms = {16 * int(at): (name, kind) for kind, name, at in _UNIFORM.findall(text)
                 if "sampler" not in kind}
     samplers = {int(at): name for name, at in _SAMPLER.findall(text)}
@@ -169,21 +200,23 @@ def _nodes(lines: Iterator[str], samplers: dict[int, str]) -> list[Node]:
             nodes.append(Loop(_nodes(lines, samplers)))
         elif line.startswith("if "):
             found = _SOURCE.search(line)
-            assert found is not None
             yes = _nodes(lines, samplers)
-            assert isinstance(yes[-1], Block) and yes[-1].number == -1
+            if found is None or not isinstance(yes[-1], Block) or yes[-1].number != -1:
+                raise NotCountable(_unknown(line))
             nodes.append(Branch(int(found[1]), (yes[:-1], _nodes(lines, samplers))))
         elif line and not line.startswith(("/*", "decl_var")):
-            assert isinstance(nodes[-1], Block), line
-            nodes[-1].instructions.append(_instruction(line, samplers))
+            if not nodes or not isinstance(last := nodes[-1], Block):
+                raise NotCountable(_unknown(line))
+            last.instructions.append(_instruction(line, samplers))
     return nodes
 
 
 def _instruction(line: str, samplers: dict[int, str]) -> Instruction:
     found = _LINE.fullmatch(line)
-    assert found is not None
-    rest = found["rest"]
-    op = rest.split()[0].rstrip("!")
+    rest = found["rest"] if found else ""
+    op = rest.split()[0].rstrip("!") if rest else ""
+    if found is None or found["to"] is None and op not in _STATEMENTS:
+        raise NotCountable(_unknown(line))
     one = Instruction(op, int(found["to"] or -1), int(found["width"] or 0),
                       int(found["bits"] or 32))
     if op == "load_const":
@@ -210,7 +243,8 @@ def _instruction(line: str, samplers: dict[int, str]) -> Instruction:
         parts = rest.split(")", 1)[1]
         one.sources = [(int(v), s) for v, s in _SOURCE.findall(parts)][:1]
         number = re.search(r"(\d+) \(sampler\)", rest)
-        assert number is not None
+        if number is None:
+            raise NotCountable(_unknown(line))
         one.name = samplers[int(number[1])]
     else:
         one.sources = [(int(v), s) for v, s in _SOURCE.findall(rest.split("/*")[0])]

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..passes.fragment_pass import FragmentPass
 from ..tracer import Tracer
-from .compiler import compiled
+from .compiler import check_countable, compiled
 from .emulate import WIDTHS, Look, Run, emulate, texels_along_morton, unseen
 from .program import Program, parse
 
@@ -90,7 +90,13 @@ def emulated(tracer: Tracer, origins: np.ndarray, directions: np.ndarray, any_hi
     -------
     (Run, Watch)
         what it did; and the draw, whose results are what the emulation must have come to
+
+    Raises
+    ------
+    NotCountable
+        where this machine's Mesa does not say what a program compiles to
     """
+    check_countable()
     watch = Watch()
     with tracer.gpu.watched(watch, whole=True):
         (tracer.occluded if any_hit else tracer.trace)(
@@ -117,6 +123,7 @@ def programs_of(texts: Sequence[tuple[str, str]]) -> list[Program]:
     """The compiled programs of texts; each is compiled once, new ones together."""
     new = [text for text in dict.fromkeys(texts) if text not in _programs]
     if new:
+        check_countable()
         _programs.update(zip(new, map(parse, compiled(new))))
     return [_programs[text] for text in texts]
 

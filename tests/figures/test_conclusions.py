@@ -186,7 +186,7 @@ def test_figure_26_and_table_1_hold_what_the_data_say(tmp_path: Path, monkeypatc
 @pytest.mark.parametrize("method, some", [
     ("ray-tiles", "passes/tile_spans.frag"),
     pytest.param("ray-hierarchy", "build/block_ranks.frag", marks=pytest.mark.full)])
-def test_loops_of_passes_count_as_often_as_they_turn(method: str, some: str) -> None:
+def test_loops_of_passes_count_as_often_as_they_turn(method: str, some: str, countable) -> None:
     work = pass_work.measure(load("cornell"), workload("cornell", EYE, 16), method, {})
     card = find_card("G80")
     looped = [one for one in work["passes"] if one["name"] == some]

@@ -19,6 +19,7 @@ from gpgpu_rt.hardware.translate import translate
 from gpgpu_rt.methods.row import SCHEDULES
 
 TILE = (16, 8)
+needs_counts = pytest.mark.usefixtures("countable")
 MANY = [("kd-restart", {}), ("kd-packet", {}), ("bvh-packet", {}), ("grid", {"resolution": 2}),
         ("kd-stack", {}), ("geometry-image", {}), ("bvh-threaded", {"quantise_nodes": 16})]
 MORE = [("brute-force", {}), ("grid-proximity", {}), ("kd-backtrack", {}), ("kd-push-down", {}),
@@ -45,6 +46,7 @@ def _rays(scene: rt.Scene) -> tuple[np.ndarray, np.ndarray]:
     return origins + aside.astype(np.float32), directions
 
 
+@needs_counts
 @pytest.mark.parametrize("method, options", CASES)
 def test_the_emulation_leaves_what_the_renderer_left(method: str, options: dict) -> None:
     scene = rt.load_scene("cornell")
@@ -73,6 +75,7 @@ QUICK = ("kd-restart", "bih")
 STEPWISE = [row.name for row in rt.methods() if row.schedules == SCHEDULES]
 
 
+@needs_counts
 @pytest.mark.parametrize("method", [
     pytest.param(name, id=f"{name} seed 5", marks=[] if name in QUICK else [pytest.mark.full])
     for name in STEPWISE])
@@ -94,6 +97,7 @@ def test_the_static_model_agrees_with_the_instrumented_run(method: str) -> None:
         0 if method == "geometry-image" else 3 * hits.triangles_tested.sum())
 
 
+@needs_counts
 def test_groups_run_what_any_of_them_wants() -> None:
     scene = rt.load_scene("cornell")
     with rt.Tracer(scene, "kd-restart") as tracer:
@@ -121,6 +125,7 @@ def test_the_log_of_passes_counts_what_ran(schedule: str) -> None:
         assert ran["passes/traverse.frag"]["written"] > 0
 
 
+@needs_counts
 def test_passes_have_operations_and_fetches() -> None:
     scene = rt.load_scene("cornell")
     with rt.Tracer(scene, "kd-restart", schedule="kernels", statistics=True) as tracer:
@@ -140,6 +145,7 @@ SOME = (("bvh-packet", "loop"), ("ray-tiles", "kernels"))
 UNSEEN = {"build/segments.frag"}    # lines that a vertex program places: loops are not emulated
 
 
+@needs_counts
 @pytest.mark.parametrize("method, schedule", [
     pytest.param(*pair, id=f"{pair[0]} {pair[1]} seed 5",
                  marks=[] if pair in SOME else [pytest.mark.full]) for pair in PAIRS])
@@ -184,6 +190,7 @@ def test_without_statistics_nothing_is_logged() -> None:
         assert tracer.statistics.pass_log == [] and tracer.statistics.uploaded_bytes == 0
 
 
+@needs_counts
 def test_an_instruction_that_is_not_emulated_is_named() -> None:
     text, = compiled([("#version 330\nin vec2 p; void main() { gl_Position = vec4(p, 0, 1); }",
                        "#version 330\nuniform vec4 a; out vec4 colour;\n"
@@ -192,6 +199,7 @@ def test_an_instruction_that_is_not_emulated_is_named() -> None:
         translate(parse(text))
 
 
+@needs_counts
 def test_the_compiler_outlives_a_text_that_it_refuses() -> None:
     vertex = "#version 330\nin vec2 corner;\nvoid main() { gl_Position = vec4(corner, 0, 1); }\n"
     fragment = "#version 330\nout vec4 colour;\nvoid main() { colour = vec4(%s); }\n"
@@ -203,6 +211,7 @@ def test_the_compiler_outlives_a_text_that_it_refuses() -> None:
     assert [parse(text).work for text in compiled([whole, whole])] == [work, work]
 
 
+@needs_counts
 def test_the_compiler_outlives_an_interrupt(monkeypatch) -> None:
     """It would go on with the text that nobody waits for when asked for another."""
     vertex = "#version 330\nin vec2 corner;\nvoid main() { gl_Position = vec4(corner, 0, 1); }\n"
@@ -221,6 +230,7 @@ def test_the_compiler_outlives_an_interrupt(monkeypatch) -> None:
     assert [parse(*compiled([text])).work for text in (other, one)] == expected[::-1]
 
 
+@needs_counts
 def test_threads_ask_the_compiler_in_turns() -> None:
     vertex = "#version 330\nin vec2 corner;\nvoid main() { gl_Position = vec4(corner, 0, 1); }\n"
     texts = [(vertex, "#version 330\nuniform vec4 a; out vec4 colour;\n"

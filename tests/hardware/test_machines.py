@@ -26,7 +26,7 @@ def test_a_direct_mapped_cache_misses_what_its_places_lost(seed: int) -> None:
     assert transfers(lines, 1 << 23) == len(set(lines.tolist()))
 
 
-def test_every_fetch_of_an_emulation_is_seen_ray_after_ray() -> None:
+def test_every_fetch_of_an_emulation_is_seen_ray_after_ray(countable) -> None:
     scene, fetches = rt.load_scene("cornell"), Fetches()
     origins, directions = scene.camera.rays((16, 16))
     with rt.Tracer(scene, "kd-restart") as tracer:

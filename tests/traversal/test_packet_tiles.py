@@ -177,7 +177,8 @@ def fragments(tracer: rt.Tracer) -> dict[str, int]:
 
 
 @pytest.mark.parametrize("tile", ENTRIES)
-def test_work_is_counted_of_what_is_drawn(exact_renderer, tile: int | None) -> None:
+def test_work_is_counted_of_what_is_drawn(exact_renderer, countable,
+                                          tile: int | None) -> None:
     scene, origins, directions = seen((64, 64), 8)
     t_max = np.full(origins.shape[:2], np.inf)
     t_max[:, 32:] = -1

@@ -1,0 +1,99 @@
+"""Figures about cards where no instruction can be counted: what is measured stays, what is
+predicted says why it is left out."""
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+
+from gpgpu_rt.figures import fig02, fig26, gap_work, measure, pages, results, retention, works
+from gpgpu_rt.figures.catalogue import FIGURES, figure_of
+from gpgpu_rt.figures.cell import Cell
+
+COUNTED = [name for name in FIGURES
+           if any(works.work_of(cell).counted for cell in figure_of(name).cells(False))]
+
+
+@pytest.fixture
+def here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cells and pages by this process, however many there are: it alone has the fixture's Mesa."""
+    for module in (measure, pages):
+        monkeypatch.setattr(module, "worth_workers", lambda parts: False)
+
+
+def test_the_figures_that_need_counts_are_known() -> None:
+    assert {"fig26", "table1", "period", "simd_width", "stacks", "ideal_hardware"} == set(COUNTED)
+
+
+@pytest.mark.parametrize("name", COUNTED)
+def test_a_page_without_counts_says_why(name: str, uncountable: str, here, tmp_path: Path,
+                                        capsys) -> None:
+    """Some cells that need counts are asked for; nothing else is measured."""
+    cells = figure_of(name).cells(False)
+    counted = [cell for cell in dict.fromkeys(cells) if works.work_of(cell).counted][:3]
+    measure.measure(counted, tmp_path)
+    assert f"figures: {len(counted)} of {len(counted)} cells left out: {uncountable}" in (
+        capsys.readouterr().err)
+    (tmp_path / f"{name}.md").write_text("# An older page")
+    for _ in range(2):
+        pages.draw([name], tmp_path, tmp_path, False)
+        page = (tmp_path / f"{name}.md").read_text()
+        assert page.startswith("# ") and "older" not in page
+        assert page.count(uncountable) == page.count("## What is left out") == 1
+        assert f"{len(counted)} of {len(set(cells))} cells" in page
+    assert json.loads((tmp_path / f"{name}.json").read_text())["cells"] == []
+
+
+def test_what_is_measured_stays(uncountable: str, here, tmp_path: Path) -> None:
+    """Two rows of Figure 26, at a tiny size."""
+    some = [entry for entry in fig26.entries() if entry.method in ("ray-engine", "kd-restart")]
+    small = {entry: entry.measured(False) for entry in some}
+    for cell in small.values():     # as it would be measured
+        measure.measure([cell_of(cell)], tmp_path)
+        result = json.loads((tmp_path / cell_of(cell).name).read_text())
+        (tmp_path / cell.name).write_text(json.dumps({
+            **result, "settings": results.settings(cell)}))
+    measure.measure([entry.counted(False) for entry in some], tmp_path)
+    pages.draw(["fig26"], tmp_path, tmp_path, False)
+    with (tmp_path / "fig26.csv").open(newline="") as file:
+        rows = {row["method"]: row for row in csv.DictReader(file)}
+    assert set(rows) == {"ray-engine", "kd-restart"}
+    for row in rows.values():
+        assert float(row["measured_ns"]) > 0 and float(row["measured"]) > 0
+        assert row["predicted_ns"] == row["predicted"] == ""
+    assert (tmp_path / "fig26.png").stat().st_size > 10_000
+    assert uncountable in (tmp_path / "fig26.md").read_text()
+
+
+def cell_of(cell: Cell) -> Cell:
+    """The same rays of a scene that is quick to build."""
+    return Cell("cornell", cell.method, cell.options, 16, cell.work, 1)
+
+
+def test_a_cell_that_was_left_out_is_tried_again(here, tmp_path: Path, monkeypatch,
+                                                 countable) -> None:
+    """As it is when Mesa is another one on the same renderer, or the process was killed."""
+    cell = Cell("cornell", "kd-restart", (), 64, gap_work.DONE + "eye rays", 1)
+    with monkeypatch.context() as within:
+        def refuses() -> None:
+            raise measure.NotCountable("no counts:\ntoday")
+        within.setattr(measure, "check_countable", refuses)
+        measure.measure([cell], tmp_path)
+        assert results.left_out([cell, cell], tmp_path) == {"no counts: today": 1}
+        assert results.read(cell, tmp_path) is None
+    measure.measure([cell], tmp_path)
+    assert results.left_out([cell], tmp_path) == {}
+    assert results.read(cell, tmp_path)["gap"]["count"] > 0
+
+
+def test_bytes_that_are_moved_need_no_counts(uncountable, here, tmp_path: Path) -> None:
+    """Retention is of the log of passes alone; Figure 2 of texts and queries."""
+    cell = retention.cells(False)[0]
+    small = Cell("cornell", cell.method, cell.options, 16, cell.work, 1)
+    measure.measure([small], tmp_path)
+    found = results.read(small, tmp_path)
+    assert found is not None and found["gap"]["bytes"]["rays"] > 0
+    fig02.shown.cache_clear()
+    assert [len(one.by_fragments) for one in fig02.shown()] == [4, 2]

@@ -1,0 +1,94 @@
+"""Which methods a card could have run: every program of a method is judged."""
+from __future__ import annotations
+
+import json
+
+import pytest
+
+import gpgpu_rt as rt
+from gpgpu_rt.cli import main
+from gpgpu_rt.hardware import methods_on_cards
+from gpgpu_rt.hardware.cards import cards, find_card
+from gpgpu_rt.hardware.methods_on_cards import method_needs, refusals
+
+PAIRS = {(row.name, schedule) for row in rt.methods() for schedule in row.schedules}
+
+
+@pytest.mark.parametrize("row", [
+    pytest.param(row, id=row.name) for row in rt.methods()
+    if {"kernels", "step"} <= set(row.schedules)])
+def test_every_kernel_of_a_method_is_judged(row: rt.Method) -> None:
+    asked = method_needs([row.name])[row.name, "kernels"]
+    assert set(row.kernels) <= {label.split(" ")[0] for label in asked}
+
+
+def test_programs_of_one_file_are_held_apart(countable) -> None:
+    """The grid's two kernels are programs of one file: the one that tests triangles fetches
+    their corners, and takes more arithmetic than the other."""
+    asked = method_needs(["grid"])["grid", "kernels"]
+    walk, test = asked["traverse"], asked["intersect"]
+    assert test.textures >= 3 and test.arithmetic > 20 and walk != test
+    card = find_card("R420")
+    few = type(card)(card.name, card.chip, card.year, {**card.figures, "arithmetic_slots": {
+        **card.figures["arithmetic_slots"], "value": test.arithmetic - 1}})
+    limits = [one.limit for one in refusals(few, {("grid", "kernels"): asked})["grid", "kernels"]]
+    assert "slots" in limits
+
+
+def test_the_largest_table_of_a_program_counts() -> None:
+    """Not that of the last draw: ray classification looks its lists up in more than one size."""
+    asked = method_needs(["ray-classification"])["ray-classification", "kernels"]
+    assert max(one.largest_index for one in asked.values()) > find_card("R420").exact_integers
+
+
+@pytest.fixture
+def few(monkeypatch: pytest.MonkeyPatch) -> list[rt.Method]:
+    """Three methods in place of all, for speed."""
+    rows = [row for row in rt.methods() if row.name in ("grid", "kd-short-stack", "ray-tiles")]
+    monkeypatch.setattr(methods_on_cards, "methods", lambda: rows)
+    return rows
+
+
+def _table(capsys: pytest.CaptureFixture[str]) -> tuple[dict[tuple[str, str], list[str]], str]:
+    assert main(["hardware", "--methods"]) == 0
+    text = capsys.readouterr().out
+    assert max(map(len, text.splitlines())) <= 100
+    lines = text.split("\n\n")[0].splitlines()[2:]
+    return {(line.split()[0], line.split()[1]): line.split()[2:] for line in lines}, text
+
+
+def test_the_table_fits_a_terminal_and_says_why(few, countable, capsys) -> None:
+    found, text = _table(capsys)
+    assert set(found) == {(row.name, schedule) for row in few for schedule in row.schedules}
+    chips = [card.chip for card in cards()]
+    at = {pair: dict(zip(chips, words)) for pair, words in found.items()}
+    assert at["grid", "kernels"] == {"R200": "floats", "NV25": "floats", "R420": "yes",
+                                     "NV40": "yes", "R580": "yes", "G80": "yes"}
+    assert at["grid", "loop"]["R420"] == "loops"
+    assert at["kd-short-stack", "step"]["R580"] == "targets"
+    assert ("targets: such as kd-short-stack kernels on the R420: 6 render targets, "
+            "it has 4") in text
+
+
+def test_json_has_every_reason_of_every_card(few, countable, capsys) -> None:
+    assert main(["hardware", "--methods", "--json"]) == 0
+    found = {card["chip"]: card for card in json.loads(capsys.readouterr().out)}
+    assert "not_counted" not in found["G80"]
+    assert found["R420"]["refuses"]["kd-short-stack loop"] == [
+        "loops, it has no branches", "6 render targets, it has 4"]
+    assert found["G80"]["refuses"]["grid kernels"] == []
+
+
+def test_without_counts_the_other_limits_are_judged(few, uncountable, capsys) -> None:
+    found, text = _table(capsys)
+    assert found["grid", "kernels"] == ["floats", "floats", *4 * ["unknown"]]
+    assert found["kd-short-stack", "step"][2:] == ["targets", "targets", "targets", "unknown"]
+    assert uncountable in " ".join(text.split())
+    assert main(["hardware", "--methods", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)[0]["not_counted"] == uncountable
+
+
+@pytest.mark.full
+def test_every_pair_is_judged() -> None:
+    needs = method_needs()
+    assert set(needs) == PAIRS and all(needs.values())
