@@ -19,7 +19,7 @@ $(STAMP): setup.cfg pyproject.toml
 test: $(STAMP)  ## the quick suite, headless
 	@$(BIN)/python tools/run_tests.py
 
-test-all: $(STAMP)  ## full sizes on OSMesa and EGL, and what is small enough on softpipe
+test-all: $(STAMP)  ## full sizes on every backend, softpipe, zink, fresh machines
 	@$(BIN)/python tools/run_tests.py --all
 
 figures: $(STAMP)  ## the survey's tables beside the published numbers (FULL=1: papers' sizes; SCHEDULER=local)

@@ -6,17 +6,28 @@ import os
 import subprocess
 import sys
 
+# Mesa's OpenGL over Vulkan, and below it llvmpipe again: hits are the same to the bit.
+ZINK = {"MESA_LOADER_DRIVER_OVERRIDE": "zink", "GALLIUM_DRIVER": "zink",
+        "LIBGL_ALWAYS_SOFTWARE": "1"}
+# The folders of tests that compare hits.
+HITS = [f"tests/{folder}" for folder in (
+    "traversal", "build", "extremes", "reference", "repro", "rasterised")]
+FRESH = ("bookworm", "trixie")
+NOT_HERE = 77      # exit status of tools/fresh_machine.sh where it cannot be done
 
-def backends() -> dict[str, str]:
-    """Backend -> its renderer, or "" without a context; each asked in a process of its own."""
+
+def renderer_of(backend: str, **environment: str) -> str:
+    """A backend's renderer, or "" without a context; asked in a process of its own."""
     probe = ("import sys; from gpgpu_rt.gpu import open_gpu; "
              "print(open_gpu(sys.argv[1]).renderer)")
-    found = {}
-    for backend in ("osmesa", "egl"):
-        answer = subprocess.run([sys.executable, "-c", probe, backend], capture_output=True,
-                                text=True)
-        found[backend] = answer.stdout.strip() if answer.returncode == 0 else ""
-    return found
+    answer = subprocess.run([sys.executable, "-c", probe, backend], capture_output=True,
+                            text=True, env={**os.environ, **environment})
+    return answer.stdout.strip() if answer.returncode == 0 else ""
+
+
+def backends() -> dict[str, str]:
+    """Backend -> its renderer, or "" without a context."""
+    return {backend: renderer_of(backend) for backend in ("osmesa", "egl")}
 
 
 # Tests wait for Python more than for the renderer: a process a core halves the time on two.
@@ -31,7 +42,8 @@ def run(title: str, backend: str, arguments: list[str], **environment: str) -> i
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--all", action="store_true", help="full sizes, every backend, softpipe")
+    parser.add_argument("--all", action="store_true", help="full sizes, every backend, softpipe, "
+                        "zink, fresh machines")
     parser.add_argument("pytest", nargs="*", help="arguments for pytest")
     chosen = parser.parse_args()
     found = backends()
@@ -56,6 +68,16 @@ def main() -> int:
     if found["egl"]:
         failed |= run("what is marked small, on EGL with softpipe", "egl",
                       ["-m", "small", *chosen.pytest], GALLIUM_DRIVER="softpipe")
+    zink = renderer_of("egl", **ZINK)
+    if zink.startswith("zink"):
+        failed |= run(f"hits on EGL with {zink}", "egl", ["-m", "not full", *HITS, *chosen.pytest],
+                      **ZINK)
+    else:
+        print("== SKIPPED: EGL gives no zink here (mesa-vulkan-drivers)", flush=True)
+    for suite in FRESH if not chosen.pytest else ():
+        print(f"== a fresh Debian {suite}", flush=True)
+        status = subprocess.call(["tools/fresh_machine.sh", suite])
+        failed |= status not in (0, NOT_HERE)
     return int(bool(failed))
 
 

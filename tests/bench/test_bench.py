@@ -195,7 +195,7 @@ def test_quantised_nodes_are_half_the_fetches(countable) -> None:
 @pytest.mark.parametrize("method, options, why", [
     ("grid", {"statistics": True}, "statistics=True"),
     ("ray-tiles", {}, "how many go together")])
-def test_why_a_share_is_not_known(method: str, options: dict, why: str) -> None:
+def test_why_a_share_is_not_known(method: str, options: dict, why: str, countable) -> None:
     with rt.Tracer("cornell", method, **options) as tracer:
         found = work_of(tracer, workload("cornell", RAY_SETS["eye"], 8))
     assert why in found.unknown and "\n" not in found.unknown

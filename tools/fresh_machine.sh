@@ -1,0 +1,179 @@
+#!/usr/bin/env bash
+# Tries the program as a newcomer on a fresh Debian: tools/fresh_machine.sh [--short] SUITE
+#
+#   SUITE     bookworm, trixie, forky or another that the machine's Debian mirror has
+#   --short   set-up, one bench, two figures about cards, and the tests that depend on a renderer;
+#             without it `make figures`, `make test` and the bench
+#
+# Makes a root with debootstrap in a temporary folder, clones the committed state of this checkout
+# there, runs the commands in it and prints versions, results and times. Mirror, proxies,
+# certificates and pip's configuration are those of this machine. Exit status: 0; 1 where a command
+# failed in the fresh machine; 77 with a line SKIPPED where no fresh machine can be made here.
+# FRESH_MINUTES limits the time (15 with --short, else 90). A base root is kept for a week in
+# ${XDG_CACHE_HOME:-~/.cache}/gpgpu_rt-fresh.
+set -euo pipefail
+
+SHORT=
+if [ "${1:-}" = --short ]; then SHORT=1; shift; fi
+SUITE=${1:-}
+HERE=$(cd "$(dirname "$0")/.." && pwd)
+PATH=$PATH:/usr/sbin:/sbin
+
+skipped() { echo "SKIPPED: fresh machine with ${SUITE:-no suite}: $*"; exit 77; }
+
+# Inside: in a mount namespace of its own, so that nothing mounted here outlives it or is seen by
+# who removes the root.
+if [ "${FRESH_INSIDE:-}" = 1 ]; then
+    root=$FRESH_ROOT
+    mount -t proc proc "$root/proc"
+    mount --bind /dev "$root/dev"
+    mount -t tmpfs tmpfs "$root/dev/shm"
+    while read -r folder; do
+        mkdir -p "$root$folder"
+        mount --bind "$folder" "$root$folder"
+        mount -o remount,bind,ro "$root$folder"
+    done < "$root.folders"
+    mapfile -t variables < "$root.environment"
+    exec chroot "$root" env -i HOME=/root TERM=dumb LANG=C.UTF-8 SHORT="$SHORT" \
+        PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin \
+        "${variables[@]}" bash /root/newcomer
+fi
+
+[[ $SUITE =~ ^[a-z]+$ ]] || { echo "usage: tools/fresh_machine.sh [--short] SUITE" >&2; exit 2; }
+[ "$(id -u)" = 0 ] || skipped "only root can make one"
+command -v debootstrap >/dev/null || skipped "debootstrap is not installed (apt-get install debootstrap)"
+unshare --mount --pid --fork --propagation private true 2>/dev/null ||
+    skipped "this machine allows no mount namespace"
+git -C "$HERE" rev-parse --verify -q HEAD >/dev/null || skipped "$HERE is no checkout of git"
+
+# The mirror is the one that this machine's own Debian comes from.
+mirror=$(apt-get indextargets --format '$(ORIGIN)|$(LABEL)|$(REPO_URI)' 'Created-By: Packages' \
+    2>/dev/null | sed -n 's/^Debian|Debian|//p' | head -1)
+if [ -z "$mirror" ]; then     # lists that were never fetched: the first source of the configuration
+    mirror=$(sed -n -e 's/^URIs: *\([^ ]*debian\/*\)$/\1/p' \
+        -e 's/^deb  *\(\[[^]]*\]  *\)\{0,1\}\([^ ]*debian\/*\) .*/\2/p' \
+        /etc/apt/sources.list /etc/apt/sources.list.d/* 2>/dev/null | head -1 || true)
+fi
+[ -n "$mirror" ] || skipped "apt's configuration names no mirror of Debian"
+
+work=$(mktemp -d "${TMPDIR:-/tmp}/fresh-$SUITE.XXXXXX")
+root=$work/root
+clean() {
+    if grep -q " $work" /proc/mounts; then
+        echo "something is mounted under $work: unmount it and remove it by hand" >&2
+    else
+        rm -rf --one-file-system "$work"
+    fi
+}
+trap clean EXIT
+trap 'exit 130' INT TERM HUP
+began=$SECONDS
+
+# Base root -----------------------------------------------------------------------------------
+
+cache=${XDG_CACHE_HOME:-$HOME/.cache}/gpgpu_rt-fresh
+base=$cache/$SUITE-$(dpkg --print-architecture).tar
+mkdir -p "$cache" "$root"
+if [ -n "$(find "$base" -mtime -7 2>/dev/null)" ]; then
+    tar -C "$root" -xf "$base"
+    echo "fresh machine: Debian $SUITE, as debootstrap made it on $(date -r "$base" +%F)"
+else
+    script=$SUITE      # one that this debootstrap does not know yet is made as sid is
+    [ -e "/usr/share/debootstrap/scripts/$SUITE" ] || script=sid
+    if ! debootstrap --variant=minbase --include=python3,make,git,ca-certificates "$SUITE" \
+            "$root" "$mirror" "/usr/share/debootstrap/scripts/$script" > "$work/log" 2>&1; then
+        tail -5 "$work/log" >&2
+        skipped "debootstrap had no success: no network, or no such suite"
+    fi
+    rm -rf "$root"/var/cache/apt/archives/*.deb
+    tar -C "$root" -cf "$base.$$" . && mv "$base.$$" "$base"
+    echo "fresh machine: Debian $SUITE by debootstrap, $((SECONDS - began)) s"
+fi
+
+# What the machine is told about its network ----------------------------------------------------
+
+mkdir -p "$root/usr/local/share/ca-certificates" "$root/etc/apt/apt.conf.d"
+cp /etc/resolv.conf /etc/hosts "$root/etc/"
+find /usr/local/share/ca-certificates -name '*.crt' -exec \
+    cp {} "$root/usr/local/share/ca-certificates/" \; 2>/dev/null || true
+chroot "$root" update-ca-certificates >/dev/null 2>&1
+apt-config dump | grep -E '^Acquire::(https?|ftp|Check-)' > "$root/etc/apt/apt.conf.d/00machine" ||
+    true
+echo "deb $mirror $SUITE main" > "$root/etc/apt/sources.list"
+
+# Variables and pip's settings go in as they are; the files that they name are copied, folders are
+# mounted to be read only.
+env | grep -iE '^(https?_proxy|no_proxy|all_proxy|PIP_[A-Z_]*|SSL_CERT_(FILE|DIR)|[A-Z]*_CA_BUNDLE)=' \
+    > "$root.environment" || true
+: > "$root.pip"
+pip=$(command -v pip3 || command -v pip || true)
+if [ -n "$pip" ]; then
+    "$pip" config list 2>/dev/null |
+        sed -n "s/^\(global\|install\)\.\([a-z-]*\)='\(.*\)'$/\1 \2 = \3/p" | sort > "$root.pip"
+fi
+awk '$1 != section { section = $1; print "[" section "]" } { sub(/^[^ ]* /, ""); print }' \
+    "$root.pip" > "$root/etc/pip.conf"
+: > "$root.folders"
+{ sed 's/^[^=]*=//' "$root.environment"; cat "$root.pip"; } | tr ' ' '\n' |
+    sed -n 's|^\(file://\)\{0,1\}\(/.*\)$|\1\2|p' | sort -u | while read -r path; do
+    real=${path#file://}
+    # The pages of an index by file:// point to files beside it.
+    if [ "$real" != "$path" ] && [ "$(dirname "$real")" != / ]; then real=$(dirname "$real"); fi
+    if [ -f "$real" ] && [ ! -e "$root$real" ]; then
+        mkdir -p "$root$(dirname "$real")" && cp "$real" "$root$real"
+    elif [ -d "$real" ] && [ ! -d "$root$real" ]; then
+        echo "$real" >> "$root.folders"
+    fi
+done
+sort -u -o "$root.folders" "$root.folders"
+
+# What a newcomer does --------------------------------------------------------------------------
+
+git clone -q --no-hardlinks "$HERE" "$root/root/gpgpu_rt"
+[ -z "$(git -C "$HERE" status --porcelain)" ] ||
+    echo "fresh machine: changes that are not committed are left out"
+cat > "$root/root/newcomer" <<'NEWCOMER'
+cd /root/gpgpu_rt || exit 1
+failed=
+try() {
+    local began=$SECONDS said=/tmp/said status=0
+    "$@" > "$said" 2>&1 || status=$?
+    echo "== $* : exit $status, $((SECONDS - began)) s"
+    grep -E '(passed|failed).* in [0-9.]+s|cells left out' "$said" || true
+    if [ "$status" != 0 ]; then
+        failed="$failed; $*"
+        grep -E '^(FAILED|ERROR) ' "$said" | head -60 || true
+        tail -n 25 "$said"
+    fi
+}
+ended() { echo "== fresh machine: ${failed:-; all went well}, $SECONDS s" | sed 's/: ; /: /'; }
+BENCH=(.venv/bin/gpgpu-rt bench cornell --size 64 -m grid --runs 1)
+if [ -n "$SHORT" ]; then
+    try make setup
+else
+    try make figures
+fi
+. /etc/os-release
+echo "$PRETTY_NAME; $(python3 -V); $(dpkg-query -W -f '${Package} ${Version}; ' libgl1-mesa-dri \
+    libosmesa6 2>/dev/null)"
+.venv/bin/gpgpu-rt info 2>&1 | sed 's/^/    /'
+try "${BENCH[@]}"
+if [ -n "$SHORT" ]; then
+    try .venv/bin/python -m gpgpu_rt.figures --only retention stacks
+    try .venv/bin/python tools/run_tests.py -- -q tests/hardware tests/bench tests/repro \
+        tests/traversal
+else
+    try make test
+fi
+ended
+[ -z "$failed" ]
+NEWCOMER
+
+minutes=${FRESH_MINUTES:-$([ -n "$SHORT" ] && echo 15 || echo 90)}
+status=0
+FRESH_INSIDE=1 FRESH_ROOT=$root timeout --kill-after=20 "${minutes}m" \
+    unshare --mount --pid --fork --kill-child --propagation private \
+    bash "$0" ${SHORT:+--short} "$SUITE" || status=$?
+[ "$status" != 124 ] || echo "fresh machine: stopped after $minutes minutes"
+echo "fresh machine: $SUITE, $((SECONDS - began)) s in all, exit $status"
+[ "$status" = 0 ] || exit 1
