@@ -1,108 +1,22 @@
 """``python -m gpgpu_rt.figures``: measure what is missing, then draw every figure."""
 from __future__ import annotations
 
-import argparse
-import contextlib
 import signal
 import sys
-from importlib import import_module
-from pathlib import Path
 
-from gpgpu_rt.cli.parser import Parser
-from gpgpu_rt.errors import Error, nearest_names
-from gpgpu_rt.files import check_writable
-from gpgpu_rt.workers import Workers
-
-NEEDED = ("distributed", "flip_evaluator", "matplotlib", "tqdm")     # what the extra brings
-try:
-    for name in NEEDED:
-        import_module(name)
-    from . import pages, provenance
-    from .catalogue import FIGURES, figure_of, of_survey
-    from .index_page import Line, write_index
-    from .measure import measure
-    from .output import number
-    from .verdicts import Verdict
-except ModuleNotFoundError as missing:
-    if missing.name not in NEEDED:
-        raise
-    sys.exit(f"figures: {missing.name} is not installed; pip install 'gpgpu_rt[figures]'")
+from gpgpu_rt.interrupts import Command, run
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Exit status: 0, 1 for a user's mistake (one line on stderr), 130 when interrupted."""
-    parser = _Parser(prog="python -m gpgpu_rt.figures", description=__doc__)
-    parser.add_argument("--full", action="store_true", help="the papers' resolutions")
-    parser.add_argument("--only", nargs="+", type=_figure, default=list(FIGURES), metavar="NAME",
-                        help=f"these figures alone, of {', '.join(FIGURES)}")
-    parser.add_argument("--again", action="store_true", help="measure finished cells again")
-    parser.add_argument("--scheduler", metavar="local|ADDRESS", help="measure by a process a "
-                        "core, or by the workers of a Dask scheduler; what is timed has its "
-                        "machine to itself")
-    parser.add_argument("--data", type=Path, default=Path("figures/data"), metavar="FOLDER",
-                        help="what was measured; default %(default)s, of the folder you are in")
-    parser.add_argument("--out", type=Path, default=Path("figures/out"), metavar="FOLDER",
-                        help="the pages that are drawn from it; default %(default)s, likewise")
-    chosen = parser.parse_args(arguments)
-    try:
-        for folder in (chosen.data, chosen.out):
-            _make(folder)
-        figures = [figure_of(name) for name in chosen.only]
-        with contextlib.nullcontext() if chosen.scheduler is None else Workers(
-                chosen.scheduler) as workers:
-            measure([cell for figure in figures for cell in figure.cells(chosen.full)],
-                    chosen.data, chosen.again, workers)
-        pages.draw(chosen.only, chosen.data, chosen.out, chosen.full)
-        _index(chosen.out)
-    except KeyboardInterrupt:
-        print("figures: interrupted; finished cells are kept, run again to go on", file=sys.stderr)
-        return 130
-    except Error as failure:
-        print(f"figures: {' '.join(str(failure).split())}", file=sys.stderr)
-        return 1
-    print(f"wrote {chosen.out / 'index.md'}")
-    return 0
+def main() -> int:
+    """Run the command that ``sys.argv`` names; the exit status."""
+    # Told to end, it ends as by Ctrl-C: helpers that stand still would stay.
+    return run(_load, also=(signal.SIGTERM,))
 
 
-class _Parser(Parser):
-    speaker = "figures"
-
-
-def _figure(name: str) -> str:
-    if name not in FIGURES:
-        raise argparse.ArgumentTypeError(f"no figure {name!r}{nearest_names(name, FIGURES)}")
-    return name
-
-
-def _index(out: Path) -> None:
-    """Write the index of all pages that there are, drawn now or before."""
-    pages = {name: page for name in FIGURES if (page := provenance.held(name, out))}
-    lines = [Line(name, FIGURES[name], Verdict(**page["verdict"]) if page["verdict"] else None,
-                  provenance.summary(page)) for name, page in pages.items()]
-    seconds, unknown = provenance.spent(pages.values())
-    quick = [name for name, page in pages.items() if page["size"] == "quick"]
-    size = "quick" if len(quick) == len(pages) else "the papers'"
-    if 0 < len(quick) < len(pages):
-        size += f", but quick of {', '.join(quick)}"
-    write_index(out, lines, sum(map(of_survey, FIGURES)), [
-        f"Size: {size}. Measuring all cells took {number(seconds / 60)} minutes of processor time"
-        + (f", not counting {unknown} that an older version measured." if unknown else ".")
-        + ("" if not quick else " The quick size traces fewer rays than the papers did, fewest "
-           "with the methods that take longest (brute force, those of many passes, tables over "
-           "rays): compare times a ray. `FULL=1` takes the papers' sizes and goes on where it was "
-           "interrupted.")])
-
-
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as failure:
-        raise Error(f"cannot make the folder {folder}: {failure.strerror}; choose another with "
-                    "--data or --out") from failure
-    check_writable(folder / "index.md")
+def _load() -> Command:
+    from .command import main
+    return main
 
 
 if __name__ == "__main__":
-    # Told to end, it ends as by Ctrl-C: helpers that stand still would stay.
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
     sys.exit(main())

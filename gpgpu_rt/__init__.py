@@ -1,22 +1,45 @@
 """Ray tracing on graphics hardware, as fragment programs did it in 2002-2007."""
-from . import reference
-from .animation import Animation, load_animation
-from .appearance.light import Environment, PointLight
-from .appearance.material import Material
-from .appearance.texture import Texture
-from .camera import Camera
-from .choices import Choice, Choices
-from .errors import (
-    ContextError, Error, LimitError, MethodError, OptionError, SceneError, SettingsError,
-    ShaderError
-)
-from .hits import Hits
-from .methods import Method, load_methods, methods
-from .scene import Scene, load_scene
-from .surfaces.deformation import Deformation
-from .surfaces.geometry_image import GeometryImage
-from .surfaces.parametrise import remesh
-from .tracer import Tracer
+from __future__ import annotations
+
+import importlib
+import sys
+import types
+
+TYPE_CHECKING = False    # True for type checkers; `typing` itself takes milliseconds to import
+if TYPE_CHECKING:
+    from typing import Any
+
+    from . import reference
+    from .animation import Animation, load_animation
+    from .appearance.light import Environment, PointLight
+    from .appearance.material import Material
+    from .appearance.texture import Texture
+    from .camera import Camera
+    from .choices import Choice, Choices
+    from .errors import (
+        ContextError, Error, LimitError, MethodError, OptionError, SceneError, SettingsError,
+        ShaderError
+    )
+    from .hits import Hits
+    from .methods import Method, load_methods, methods
+    from .scene import Scene, load_scene
+    from .surfaces.deformation import Deformation
+    from .surfaces.geometry_image import GeometryImage
+    from .surfaces.parametrise import remesh
+    from .tracer import Tracer
+
+# The module of each public name. A name is imported when it is first used, so that the commands
+# can handle interrupts before the libraries load, and errors do not wait for OpenGL.
+_HOMES = {
+    "Animation": "animation", "load_animation": "animation", "Environment": "appearance.light",
+    "PointLight": "appearance.light", "Material": "appearance.material",
+    "Texture": "appearance.texture", "Camera": "camera", "Choice": "choices",
+    "Choices": "choices", "ContextError": "errors", "Error": "errors", "LimitError": "errors",
+    "MethodError": "errors", "OptionError": "errors", "SceneError": "errors",
+    "SettingsError": "errors", "ShaderError": "errors", "Hits": "hits", "Method": "methods",
+    "load_methods": "methods", "methods": "methods", "Scene": "scene", "load_scene": "scene",
+    "Deformation": "surfaces.deformation", "GeometryImage": "surfaces.geometry_image",
+    "remesh": "surfaces.parametrise", "Tracer": "tracer"}
 
 __all__ = [
     "Animation", "Camera", "Choice", "Choices", "ContextError", "Deformation", "Environment",
@@ -24,3 +47,33 @@ __all__ = [
     "OptionError", "PointLight", "Scene", "SceneError", "SettingsError", "ShaderError",
     "Texture", "Tracer", "load_animation", "load_methods", "load_scene", "methods", "reference",
     "remesh"]
+
+
+class _Package(types.ModuleType):
+    """This package: `methods` is the function, also once the module of that name is imported."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not (name in _HOMES and isinstance(value, types.ModuleType)):
+            super().__setattr__(name, value)
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name, or a module of this package, when it is first used."""
+    if name in _HOMES:
+        value = getattr(importlib.import_module(f"{__name__}.{_HOMES[name]}"), name)
+        globals()[name] = value
+        return value
+    if not name.startswith("_"):
+        try:
+            return importlib.import_module(f"{__name__}.{name}")
+        except ModuleNotFoundError as failure:
+            if failure.name != f"{__name__}.{name}":
+                raise
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
+
+sys.modules[__name__].__class__ = _Package

@@ -1,7 +1,20 @@
 """``python -m gpgpu_rt`` is ``gpgpu-rt``."""
+from __future__ import annotations
+
 import sys
 
-from .cli.main import main
+from .interrupts import Command, run
+
+
+def main() -> int:
+    """Run the command that ``sys.argv`` names; the exit status."""
+    return run(_load)
+
+
+def _load() -> Command:
+    from .cli.main import main
+    return main
+
 
 if __name__ == "__main__":
     sys.exit(main())

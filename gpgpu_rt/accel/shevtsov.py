@@ -20,6 +20,7 @@ from concurrent.futures.process import BrokenProcessPool
 import numpy as np
 
 from ..errors import Error
+from ..interrupts import left_to_this_process
 from .kdtree import LooseKdTree, join
 from .runs import expand, run_starts
 from .sah import Level
@@ -41,8 +42,9 @@ def grow_on_processes(level: Level, vertices: np.ndarray | None, rules: Rules,
     """
     pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"))
     try:
-        for _ in range(workers):            # they start while the top levels are formed
-            pool.submit(_awake)
+        with left_to_this_process():
+            for _ in range(workers):        # they start while the top levels are formed
+                pool.submit(_awake)
         with ThreadPoolExecutor(workers) as threads:
             top, rest = grow(level, 0, vertices, rules, SUBTREES * workers, threads.map)
         if rest is None:

@@ -17,6 +17,7 @@ from ..errors import Error, OptionError
 from ..files import FULL, check_writable, replacing
 from ..gpu import open_gpu, probe
 from ..integrators.plan import Plan
+from ..interrupts import STATUS
 from ..methods import find_method, load_methods, methods
 from ..options import spell
 from ..rasterised.first_hits import FIRST_HITS
@@ -59,8 +60,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except KeyboardInterrupt:
-        print("gpgpu-rt: interrupted", file=sys.stderr)
-        return 130
+        return STATUS
     except (Error, ValueError, OSError, MemoryError) as failure:
         if os.environ.get("GPGPU_RT_TRACEBACK"):
             raise

@@ -20,7 +20,8 @@ from ..methods import find_method
 from ..ray_batch import RayBatch
 from ..region import Region
 from ..scene import Scene, load_scene
-from . import interrupts, logs, tasks
+from . import logs, tasks
+from .local import local_cluster
 
 LOCAL = "local"
 MOST_KEPT = 16      # scenes and structures that workers go on holding
@@ -29,9 +30,6 @@ PART = 1 << 16      # rays of a part, about, at least
 # where their height divides this.
 ROWS = 8
 PATIENCE = "10s"    # for a scheduler to answer, and for its first worker
-# Until a local process that was killed is given up: Dask starts it again, and takes more than the
-# 15 s of its own on a machine that has much to do.
-LOST = "30 days"
 TILE = 128          # pixels a side of what a worker draws of a picture
 
 Progress = Callable[[int, int], None]     # parts done, and of how many
@@ -66,7 +64,6 @@ class Workers:
     def __init__(self, scheduler: str = LOCAL, count: int | None = None,
                  threads: int | None = None) -> None:
         try:
-            import dask
             import distributed
         except ImportError as failure:
             raise Error("workers are Dask's: pip install 'gpgpu_rt[workers]'") from failure
@@ -83,31 +80,31 @@ class Workers:
             if distributed.utils.get_mp_context().get_start_method() == "fork":
                 raise Error("Dask is set to fork its workers, which no OpenGL context outlives; "
                             "set DASK_DISTRIBUTED__WORKER__MULTIPROCESSING_METHOD=spawn")
-            dask.config.set({"distributed.deploy.lost-worker-timeout": LOST})
-            # A pass may take minutes, in which a worker says nothing; and one cell most of the
-            # memory, while the others wait for it.
-            with dask.config.set({"distributed.scheduler.worker-ttl": None}):
-                self._cluster = address = distributed.LocalCluster(
-                    n_workers=count, threads_per_worker=1, processes=True, memory_limit=0,
-                    dashboard_address=":0", preload=[interrupts.__name__],
-                    silence_logs=logs.SILENT,
-                    env={} if threads is None else {"LP_NUM_THREADS": str(threads)})
+            self._cluster = address = local_cluster(count, threads)
         try:
-            if scheduler != LOCAL:      # a Client that cannot read it would hang as it is deleted
-                distributed.comm.resolve_address(scheduler)
+            self._connect(address)
+        except BaseException:       # an interrupt too
+            self._close_cluster()
+            raise
+        self._futures: OrderedDict[tuple[Any, ...], Any] = OrderedDict()   # the last ones
+
+    def _connect(self, address: Any) -> None:
+        import distributed
+        try:
+            # A Client that cannot read its address would hang as it is deleted.
+            if address == self.scheduler:
+                distributed.comm.resolve_address(address)
                 self._silence.enter_context(logs.silenced())
             self._client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
         except (OSError, ValueError) as failure:
-            self._close_cluster()
-            raise Error(f"no Dask scheduler answers at {scheduler} ({failure}); start one with "
+            raise Error(f"no Dask scheduler answers at {address} ({failure}); start one with "
                         "`dask scheduler`, or say local") from failure
         try:
             self.client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError as failure:
-            self.close()
-            raise Error(f"the Dask scheduler at {scheduler} has no workers; start some with "
-                        f"`dask worker --nthreads 1 {scheduler}`") from failure
-        self._futures: OrderedDict[tuple[Any, ...], Any] = OrderedDict()   # the last ones
+            self._client.close()
+            raise Error(f"the Dask scheduler at {address} has no workers; start some with "
+                        f"`dask worker --nthreads 1 {address}`") from failure
 
     @property
     def client(self) -> Any:

@@ -16,7 +16,7 @@ import pytest
 from gpgpu_rt.bench.engines import CORES, EMBREE
 from gpgpu_rt.bench.workloads import EYE, load, workload
 from gpgpu_rt.figures import (
-    __main__, cpu, cpu_peak, fig02, fig08, fig10, fig12, fig14, fig26, measure, pages, pass_work,
+    command, cpu, cpu_peak, fig02, fig08, fig10, fig12, fig14, fig26, measure, pages, pass_work,
     period, provenance, results, scaled, surveyed, table1, verdicts
 )
 from gpgpu_rt.figures.catalogue import FIGURES
@@ -310,10 +310,10 @@ def test_a_small_comparison_traces_back_to_its_cells(tmp_path: Path, monkeypatch
     small = replace(
         fig12.FIGURE, panels=(Panel("cornell"),), remarks=lambda results: [],
         cell=lambda panel, column, full: Cell(panel.scene, column.method, (), 8, runs=1))
-    for module in (pages, __main__):
+    for module in (pages, command):
         monkeypatch.setattr(module, "figure_of", lambda name: small)
     data, out = tmp_path / "data", tmp_path / "out"
-    assert __main__.main(["--only", "fig12", "--data", str(data), "--out", str(out)]) == 0
+    assert command.main(["--only", "fig12", "--data", str(data), "--out", str(out)]) == 0
     held = json.loads((out / "fig12.json").read_text())
     assert len(held["cells"]) == len(small.columns) == len(held["rows"])
     for cell, row in zip(held["cells"], held["rows"]):
@@ -355,13 +355,13 @@ def test_pages_drawn_before_stay_what_they_were(tmp_path: Path, monkeypatch) -> 
     small = replace(
         fig12.FIGURE, panels=(Panel("cornell"),), remarks=lambda results: [],
         cell=lambda panel, column, full: Cell(panel.scene, column.method, (), sizes[full], runs=1))
-    for module in (pages, __main__):
+    for module in (pages, command):
         monkeypatch.setattr(module, "figure_of", lambda name: replace(small, name=name))
     out = tmp_path / "out"
     words = ["--data", str(tmp_path / "data"), "--out", str(out), "--only"]
-    assert __main__.main([*words, "fig12", "--full"]) == 0
+    assert command.main([*words, "fig12", "--full"]) == 0
     before = (out / "fig12.json").read_text()
-    assert __main__.main([*words, "fig13"]) == 0
+    assert command.main([*words, "fig13"]) == 0
     assert (out / "fig12.json").read_text() == before
     assert [json.loads((out / f"{name}.json").read_text())["cells"][0]["settings"]["size"]
             for name in ("fig12", "fig13")] == [12, 8]

@@ -17,9 +17,9 @@ from gpgpu_rt.figures import (
     fig05, fig12, fig13, fig14, fig16, fig17, fig20, fig22, measure, published_numbers, results,
     tree_sizes
 )
-from gpgpu_rt.figures.__main__ import main
 from gpgpu_rt.figures.catalogue import FIGURES, figure_of
 from gpgpu_rt.figures.cell import Cell
+from gpgpu_rt.figures.command import main
 from gpgpu_rt.figures.comparison import Panel
 from gpgpu_rt.figures.kendall import tau_b
 from gpgpu_rt.figures.published_numbers import nanoseconds, published, published_row

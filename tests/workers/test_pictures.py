@@ -174,7 +174,7 @@ def test_ctrl_c_is_a_line(tmp_path) -> None:
     finally:
         running.kill()
     assert running.returncode == 130
-    assert said.splitlines()[-1] == "gpgpu-rt: interrupted" and "--resume goes on" in said
+    assert said.splitlines()[-1].endswith("--resume goes on")
     assert "Traceback" not in said and "Process" not in said
     assert (tmp_path / "frames.unfinished").is_dir()
 

@@ -15,8 +15,8 @@ import pytest
 import gpgpu_rt as rt
 from gpgpu_rt import own_folder
 from gpgpu_rt.figures import measure, results, sweep
-from gpgpu_rt.figures.__main__ import main
 from gpgpu_rt.figures.cell import Cell
+from gpgpu_rt.figures.command import main
 from gpgpu_rt.scenes import catalogue
 from gpgpu_rt.workers import Workers, machine, meshes
 

@@ -264,3 +264,26 @@ def test_whoever_is_silent_last_lets_dask_speak_again() -> None:
         assert handler.level == logging.INFO
     finally:
         logger.removeHandler(handler)
+
+
+def _listening(processes: list[int]) -> set[str]:
+    """Addresses at which these processes, and what they started, accept connections."""
+    import psutil
+    whole = [child for number in processes for child in (
+        psutil.Process(number), *psutil.Process(number).children(recursive=True))]
+    return {one.laddr.ip for process in whole for one in process.net_connections("inet")
+            if one.status == psutil.CONN_LISTEN}
+
+
+def test_local_workers_listen_to_this_machine_alone(workers: Workers) -> None:
+    found = _listening([os.getpid(), *workers.processes()])
+    assert found == {"127.0.0.1"}
+
+
+def test_local_workers_show_no_dashboard(workers: Workers) -> None:
+    import urllib.error
+    import urllib.request
+    port = workers.client.scheduler_info()["services"].get("dashboard")
+    for page in ("status", "info/main/workers.html", "metrics", "") if port else ():
+        with pytest.raises(urllib.error.HTTPError, match="404"):
+            urllib.request.urlopen(f"http://127.0.0.1:{port}/{page}")
