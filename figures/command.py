@@ -8,7 +8,8 @@ from importlib import import_module
 from pathlib import Path
 
 from gpgpu_rt.cli.parser import Parser
-from gpgpu_rt.errors import Error, nearest_names
+from gpgpu_rt.cli.streams import printed
+from gpgpu_rt.errors import Error, how_to_install, nearest_names
 from gpgpu_rt.files import check_writable
 from gpgpu_rt.interrupts import STATUS
 from gpgpu_rt.workers import Workers
@@ -26,11 +27,15 @@ try:
 except ModuleNotFoundError as missing:
     if missing.name not in NEEDED:
         raise
-    sys.exit(f"figures: {missing.name} is not installed; pip install 'gpgpu_rt[figures]'")
+    sys.exit(f"figures: {missing.name} is not installed; {how_to_install('figures')}")
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Exit status: 0, 1 for a user's mistake (one line on stderr), 130 when interrupted."""
+    return printed(lambda: _main(arguments))
+
+
+def _main(arguments: list[str] | None) -> int:
     parser = _Parser(prog="python -m gpgpu_rt.figures", description=__doc__)
     parser.add_argument("--full", action="store_true", help="the papers' resolutions")
     parser.add_argument("--only", nargs="+", type=_figure, default=list(FIGURES), metavar="NAME",

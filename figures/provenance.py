@@ -16,7 +16,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from gpgpu_rt.files import replacing
+from gpgpu_rt.files import read_json, replacing
 from gpgpu_rt.gpu import open_gpu
 
 from .cell import Cell
@@ -53,10 +53,11 @@ def record(name: str, cells: Iterable[Cell], data: Path, out: Path, full: bool,
 def held(name: str, out: Path) -> dict[str, Any] | None:
     """What out/NAME.json holds; None where no such page was drawn."""
     try:
-        found = json.loads((out / f"{name}.json").read_text())
+        found = read_json(out / f"{name}.json")
     except (OSError, ValueError):
         return None
-    return found if "verdict" in found and (out / f"{name}.md").exists() else None
+    whole = isinstance(found, dict) and "verdict" in found and (out / f"{name}.md").exists()
+    return found if whole else None
 
 
 def spent(pages: Iterable[dict[str, Any]]) -> tuple[float, int]:

@@ -11,6 +11,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from gpgpu_rt.files import read_json
 from gpgpu_rt.gpu import open_gpu
 
 from .cell import Cell
@@ -45,7 +46,7 @@ def left_out(cells: Iterable[Cell], data: Path) -> dict[str, int]:
 
 def _held(cell: Cell, data: Path) -> dict[str, Any] | None:
     try:
-        result = json.loads((data / cell.name).read_text())
+        result = read_json(data / cell.name)
         return result if result["settings"] == as_kept(settings(cell)) else None
     except (OSError, ValueError, KeyError, TypeError):
         return None

@@ -32,6 +32,7 @@ class AllHits:
     u, v : (m,) float32, barycentric: p = (1 - u - v) v0 + u v1 + v v2
     triangle : (m,) int32, row of the scene's faces as given
     status : (n,) uint8, as of ``Hits``: of a ray that is not 0 there may be more hits
+    shape : of the rays, as of ``Hits``
     """
 
     ray: np.ndarray
@@ -40,6 +41,10 @@ class AllHits:
     v: np.ndarray
     triangle: np.ndarray
     status: np.ndarray
+    shape: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        self.shape = tuple(self.shape) or (len(self.status),)
 
     def __len__(self) -> int:
         return len(self.t)
@@ -48,6 +53,18 @@ class AllHits:
     def count(self) -> np.ndarray:
         """(n,) int64, how many hits each ray has."""
         return np.bincount(self.ray, minlength=len(self.status))
+
+    def image(self, name: str) -> np.ndarray:
+        """``count`` or ``status`` in the shape that the rays had.
+
+        Raises
+        ------
+        OptionError
+            for another name
+        """
+        if name not in ("count", "status"):
+            raise OptionError(f"hits have no image {name!r}; give count or status")
+        return getattr(self, name).reshape(self.shape)
 
 
 # (height, width, 3, 4) texels of RAY_AFTER_HIT -> fields of HIT and status, one entry a texel.
@@ -113,4 +130,5 @@ def _ordered(batch: RayBatch, found: list[dict[str, np.ndarray]], status: np.nda
     parts["t"] = batch.given_units(parts["t"], parts["ray"])
     # By t and triangle once more: the caller's units may round two t to one.
     order = np.lexsort((parts["triangle"], parts["t"], parts["ray"]))
-    return AllHits(**{name: values[order] for name, values in parts.items()}, status=status)
+    return AllHits(**{name: values[order] for name, values in parts.items()}, status=status,
+                   shape=batch.shape)

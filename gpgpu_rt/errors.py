@@ -72,6 +72,12 @@ def memory_limited(function: Callable[Given, Made]) -> Callable[Given, Made]:
     return limited
 
 
+def how_to_install(extra: str) -> str:
+    """The command that installs what an extra of setup.cfg lists. No package index serves this
+    package, so the command names the checkout's own folder."""
+    return f"in the checkout's folder, pip install -e '.[{extra}]'"
+
+
 def nearest_names(name: str, known: Iterable[str]) -> str:
     """A clause that suggests the nearest known names: "; did you mean a or b?"; else all."""
     known = sorted(known)
@@ -80,5 +86,7 @@ def nearest_names(name: str, known: Iterable[str]) -> str:
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """The same, empty where no name is near: for messages that list the known ones anyway."""
+    if not isinstance(name, str):       # a wrong type, through the Python API
+        return ""
     near = difflib.get_close_matches(name, sorted(known), n=3, cutoff=0.6)
     return f"; did you mean {' or '.join(near)}?" if near else ""

@@ -276,6 +276,9 @@ def open_gpu(context: str | moderngl.Context | Gpu | None = None) -> Gpu:
         return context
     if isinstance(context, moderngl.Context):
         return context.extra if isinstance(context.extra, Gpu) else Gpu(context, "window")
+    if not isinstance(context, str | None):
+        raise OptionError(f"context is {context!r}; give auto, egl, osmesa, a moderngl.Context, a "
+                          "Gpu or None")
     choice = context or os.environ.get("GPGPU_RT_CONTEXT") or "auto"
     if choice in BACKENDS:
         return _shared(choice)

@@ -9,6 +9,7 @@ from PIL import Image
 
 from . import false_colours as colours
 from .camera import Camera
+from .errors import OptionError, nearest_names
 from .time_travel import Pass, travel
 from .tracer import Tracer
 
@@ -50,6 +51,8 @@ def heat(tracer: Tracer, what: str, size: tuple[int, int], camera: Camera | None
     size : (width, height) pixels
     camera : by default the scene's own
     """
+    if not isinstance(what, str) or what not in KINDS:
+        raise OptionError(f"cannot count {what!r}{nearest_names(what, KINDS)}")
     origins, directions = (camera or tracer.scene.camera).rays(size)
     title = tracer.method.name
     if what == "passes":

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from .errors import OptionError, nearest_names
+
 TRACED, INVALID, UNFINISHED, STACK_OVERFLOW = 0, 1, 2, 3
 
 
@@ -22,6 +24,7 @@ class Hits:
     status : (n,) uint8, 0 traced, 1 invalid ray, 2 unfinished (step cap), 3 stack overflow
     nodes_visited, leaves_visited, triangles_tested : (n,) int32, or None without statistics
     steps : (n,) int32 kernel runs a ray took, or None without statistics
+    shape : what shape the rays had: (n,), or (h, w) for rays of (h, w, 3) or a ``shape`` given
     """
 
     t: np.ndarray
@@ -33,6 +36,10 @@ class Hits:
     leaves_visited: np.ndarray | None = None
     triangles_tested: np.ndarray | None = None
     steps: np.ndarray | None = None
+    shape: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        self.shape = tuple(self.shape) or (len(self.t),)
 
     def __len__(self) -> int:
         return len(self.t)
@@ -42,9 +49,22 @@ class Hits:
         """(n,) bool, true where a triangle was hit."""
         return self.triangle >= 0
 
+    def image(self, name: str) -> np.ndarray:
+        """The array of a field, or ``hit``, in the shape that the rays had: (h, w) for (h, w, 3).
+
+        Raises
+        ------
+        OptionError
+            for a name that is no array of these hits
+        """
+        known = [*self.to_dict(), "hit"]
+        if name not in known:
+            raise OptionError(f"hits have no array {name!r}{nearest_names(name, known)}")
+        return getattr(self, name).reshape(self.shape)
+
     def to_dict(self) -> dict[str, Any]:
         """The arrays that are present, by field name, ready for ``numpy.savez``."""
-        pairs = ((f.name, getattr(self, f.name)) for f in fields(self))
+        pairs = ((f.name, getattr(self, f.name)) for f in fields(self) if f.name != "shape")
         return {name: array for name, array in pairs if array is not None}
 
 

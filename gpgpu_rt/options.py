@@ -64,7 +64,7 @@ class Option:
                 raise TypeError
             converted = {int: operator.index, bool: bool, float: float}.get(
                 self.kind, lambda v: v)(value)
-        except (TypeError, ValueError) as failure:
+        except (TypeError, ValueError, OverflowError) as failure:
             raise OptionError(f"option {self.name}={value!r} must be " + " or ".join(
                 [*self.words, self.kind.__name__])) from failure
         if self.minimum is not None and not converted >= self.minimum:

@@ -49,6 +49,7 @@ class RayBatch:
     Attributes
     ----------
     count : rays
+    shape : (n,) of the rays, or the (h, w) of ``shape`` or the arrays
     size : (width, height) of their textures
     start : (4,) float32, origin and t_min where all rays have the same, are valid and do not begin
         behind their origin, else None
@@ -80,6 +81,7 @@ class RayBatch:
         self.count = len(origins)
         if shape is not None:
             _check_shape(shape, self.count)
+        self.shape: tuple[int, ...] = (self.count,) if shape is None else tuple(shape)
         t_min, t_max = (self._one_a_ray(t, name) for t, name in ((t_min, "t_min"),
                                                                  (t_max, "t_max")))
         width = shape[1] if shape is not None else max(1, min(self.count, ROW))
@@ -201,7 +203,7 @@ class RayBatch:
         if "t" in fields:
             fields["t"] = self.given_units(fields["t"], slice(None))
         hits = hits_of(fields)
-        hits.status = self.status()
+        hits.status, hits.shape = self.status(), self.shape
         return hits
 
     def status(self) -> np.ndarray:

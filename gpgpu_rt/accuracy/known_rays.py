@@ -252,8 +252,10 @@ def _turned(directions: np.ndarray, width: np.ndarray, turn: float) -> np.ndarra
 
 def check_kinds(kinds: Sequence[str]) -> None:
     """Raise OptionError for the first kind of rays that there is not."""
+    if isinstance(kinds, str) or not isinstance(kinds, Sequence):
+        raise OptionError(f"kinds is {kinds!r}; give a list of {', '.join(KINDS)}")
     for kind in kinds:
-        if kind not in KINDS:
+        if not isinstance(kind, str) or kind not in KINDS:
             raise OptionError(f"no rays of kind {kind!r}{nearest_names(kind, KINDS)}")
     if not kinds or len(set(kinds)) < len(kinds):
         raise OptionError("give each kind of rays once, and one at least")

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import OptionError, nearest_names
+from ..errors import OptionError, how_to_install, nearest_names
 from ..methods import find_method, methods, taking
 from ..reference.picture import reference_picture
 from ..scene import Scene
@@ -20,7 +20,7 @@ from .known_rays import KINDS, KnownRays, check_kinds
 RUNS = 3
 MOST_PAIRS = 1 << 25    # of rays and triangles, for the method that tests every pair
 FORMATS = ("precision", "storage", "arithmetic")
-FLIP_MISSING = "FLIP needs the package flip-evaluator: pip install 'gpgpu_rt[figures]'"
+FLIP_MISSING = f"FLIP needs the package flip-evaluator; {how_to_install('figures')}"
 
 
 class Yardstick:

@@ -42,6 +42,7 @@ BEAM = 2
 WAVE = 4              # candidates that go on together
 RUNS = 5
 FEW_RUNS = 3          # on few rays: one alone is at the mercy of what else the machine does
+LATE = "the time is up: candidates that were not tried yet were left out"     # a search's note
 
 
 def tune(scene: Scene, promise: Promise, rays: int | None = None, seed: int = 0,
@@ -317,9 +318,8 @@ class _Searcher:
     def _late(self) -> bool:
         if time.monotonic() < self.deadline:
             return False
-        note = "the time is up: candidates that were not tried yet were left out"
-        if note not in self.notes:
-            self._say(note)
+        if LATE not in self.notes:
+            self._say(LATE)
         return True
 
     def _say(self, note: str) -> None:

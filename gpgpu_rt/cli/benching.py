@@ -8,7 +8,7 @@ from typing import Any
 from ..bench import ENGINES, RAY_SETS, Entry, Peaks, load, peaks, race, ranked, told, too_noisy
 from ..bench.roofline import FLOPS_AN_INSTRUCTION
 from ..bench.work import Work
-from ..errors import Error, OptionError, nearest_names
+from ..errors import Error, OptionError, how_to_install, nearest_names
 from ..files import check_writable
 from ..gpu import Gpu, open_gpu, threads_of
 from ..methods import Method, find_method, methods, taking
@@ -178,7 +178,7 @@ def _chart(path: str) -> Callable[[Races, str, str], None]:
     try:
         from ..bench.chart import FORMATS, draw
     except ImportError as failure:
-        raise Error("--plot draws with matplotlib: pip install 'gpgpu_rt[figures]'") from failure
+        raise Error(f"--plot draws with matplotlib; {how_to_install('figures')}") from failure
     if check_writable(path).suffix.lower() not in FORMATS:
         raise OptionError(f"--plot {path}: a chart's name ends in {', '.join(FORMATS)}")
     return draw

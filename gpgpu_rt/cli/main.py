@@ -37,15 +37,23 @@ from .shared import (
     print_stand_in, print_table, say, size_word, spelled_out, word_of
 )
 from .sharing import add_scheduler, render_shared, trace_shared
+from .streams import printed
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; the exit status. A user's mistake is one line on stderr."""
+    return printed(lambda: _main(arguments))
+
+
+def _main(arguments: Sequence[str] | None) -> int:
     print_any_name()
     try:
         # First what says which methods there are: the other words' options are theirs.
         arguments = _take_methods(sys.argv[1:] if arguments is None else arguments)
         options = {**all_options(), **light_options()}
+        if not arguments:
+            _parser().print_help()
+            return 0
         chosen, unknown = _parser().parse_known_args(spelled_out(arguments, options))
         if unknown:
             chosen.parser.refuse(unknown[0])
@@ -56,9 +64,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             chosen.run(chosen)
         sys.stdout.flush()
         return 0
-    except BrokenPipeError:   # `gpgpu-rt methods | head`
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
+    except BrokenPipeError:
+        raise
     except KeyboardInterrupt:
         return STATUS
     except (Error, ValueError, OSError, MemoryError) as failure:

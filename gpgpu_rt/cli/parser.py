@@ -4,7 +4,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from ..errors import did_you_mean
+from ..errors import did_you_mean, nearest_names
 
 
 class Parser(argparse.ArgumentParser):
@@ -14,6 +14,12 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> Any:
         self.exit(2, f"{self.speaker}: {message} (see `{self.prog} --help`)\n")
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        """What argparse asks about choices, commands among them."""
+        if action.choices is not None and value not in action.choices:
+            raise argparse.ArgumentError(
+                action, f"no {value!r}{nearest_names(str(value), map(str, action.choices))}")
 
     def refuse(self, word: str) -> None:
         """One that nothing stands for here."""

@@ -181,12 +181,18 @@ def parsed(chosen: argparse.Namespace, prefix: str, asked: Iterable[str],
         if text is None:
             continue
         if name not in table:
-            raise OptionError(f"{whose} has no option {word_of(name)}")
+            raise OptionError(f"{whose} has no option {word_of(name)}{_whose(name)}")
         try:
             given[name] = table[name].parse(text)
         except OptionError as failure:
             raise OptionError(f"{whose}: {failure}") from failure
     return given
+
+
+def _whose(name: str) -> str:
+    """A clause that names the methods with an option."""
+    owners = [row.name for row in methods() if name in {option.name for option in row.options}]
+    return f"; {', '.join(owners)} {'has' if len(owners) == 1 else 'have'} it" if owners else ""
 
 
 def size_word(text: str) -> tuple[int, int]:

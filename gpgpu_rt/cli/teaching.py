@@ -28,5 +28,8 @@ def _report(chosen: argparse.Namespace) -> None:
     if chosen.json:
         return print_json(found.to_dict())
     print(f"wrote {found.output}: {len(found.figures)} figures, {found.bytes / 1e6:.1f} MB")
-    if found.missing:
+    if not found.figures:
+        print(f"no figures in {chosen.figures}: make them by `make figures` in the checkout, or "
+              "name their folder by --figures")
+    elif found.missing:
         print(f"not there yet: {', '.join(found.missing)}; `make figures` measures them")

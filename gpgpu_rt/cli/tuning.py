@@ -11,7 +11,7 @@ from ..accuracy.known_rays import KINDS, WITHIN_BOUND, WRONG
 from ..accuracy.measure import accuracy, flip_note
 from ..accuracy.promise import ALL, OWN_KIND, Promise
 from ..accuracy.trial import Search, Trial
-from ..accuracy.tune import SCREEN, tune
+from ..accuracy.tune import LATE, SCREEN, tune
 from ..errors import Error
 from ..files import check_writable, replacing
 from ..gpu import open_gpu
@@ -182,8 +182,10 @@ def _for(found: Search) -> str:
 
 
 def _unreachable(found: Search) -> str:
-    closest = found.closest
+    closest, late = found.closest, LATE in found.notes
     if closest is None:
-        return "no candidate could be tried; give other methods, or more time with --budget"
-    return (f"no candidate keeps the bounds{_for(found)}; the closest is {closest.candidate}: "
-            f"{closest.note}; relax the bounds")
+        return (f"the time was up before any candidate could be judged{_for(found)}; give more "
+                "with --budget" if late else "no candidate could be tried; give other methods")
+    return (f"no candidate {'that was tried ' if late else ''}keeps the bounds{_for(found)}; the "
+            f"closest is {closest.candidate}: {closest.note}; "
+            + ("give more time with --budget, or " if late else "") + "relax the bounds")

@@ -5,7 +5,7 @@ import argparse
 import os
 from collections.abc import Callable
 
-from ..errors import Error, OptionError
+from ..errors import Error, OptionError, how_to_install
 from ..integrators import find_integrator
 from ..methods import find_method
 from ..tracer import AUTO, DEFAULT_METHOD
@@ -48,7 +48,8 @@ def _view(chosen: argparse.Namespace) -> None:
     try:
         from ..viewer.window import run
     except ImportError as failure:
-        raise Error(f"the viewer needs {failure.name}; pip install 'gpgpu_rt[view]'") from failure
+        raise Error(f"the viewer needs {failure.name}; {how_to_install('view')}, or make view"
+                    ) from failure
     found = run(selection, chosen.size, chosen.folder, lambda own: camera_of(chosen, own))
     if chosen.json:
         print_json(found)

@@ -15,6 +15,6 @@ def find_integrator(name: str | None) -> type[Integrator]:
     """The integrator of a name, or the default one; OptionError for an unknown name."""
     if name is None:
         return INTEGRATORS[DEFAULT]
-    if name not in INTEGRATORS:
+    if not isinstance(name, str) or name not in INTEGRATORS:
         raise OptionError(f"no integrator {name!r}{nearest_names(name, INTEGRATORS)}")
     return INTEGRATORS[name]

@@ -62,11 +62,13 @@ def methods() -> list[Method]:
 def find_method(name: str) -> Method:
     """The row of a name; OptionError suggests the nearest ones."""
     _take_named()
+    if not isinstance(name, str):
+        raise OptionError(f"method is {name!r}; give a method's name: {', '.join(_TABLE)}")
     if name == "auto":
         raise OptionError("auto is no method but a choice that Tracer, `render` and `trace` make "
                           f"in one process; here name a method: {', '.join(_TABLE)}")
     if name not in _TABLE:
-        raise OptionError(f"no method {name!r}" + nearest_names(str(name), _TABLE))
+        raise OptionError(f"no method {name!r}" + nearest_names(name, _TABLE))
     return _TABLE[name]
 
 

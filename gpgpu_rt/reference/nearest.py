@@ -47,11 +47,12 @@ def trace(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
         shapes that do not fit, or the first ray with a NaN or infinite entry or a zero direction
     """
     vertices = as_triangles(scene_or_triangles)
+    shape = np.shape(origins)[:-1]
     origins, directions, t_min, t_max, valid = as_rays(origins, directions, t_min, t_max, invalid)
     n = len(origins)
     hits = Hits(t=np.full(n, np.inf), u=np.zeros(n), v=np.zeros(n),
                 triangle=np.full(n, -1, np.int32),
-                status=np.where(valid, TRACED, INVALID).astype(np.uint8))
+                status=np.where(valid, TRACED, INVALID).astype(np.uint8), shape=shape)
     solid = np.flatnonzero(has_area(vertices))
     if not len(solid):
         return hits
@@ -92,7 +93,8 @@ def settle(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
     """
     vertices = as_triangles(scene_or_triangles)
     origins, directions, t_min, t_max, valid = as_rays(origins, directions, t_min, t_max, "miss")
-    settled = Hits(**{name: array.copy() for name, array in hits.to_dict().items()})
+    settled = Hits(**{name: array.copy() for name, array in hits.to_dict().items()},
+                   shape=hits.shape)
     different = np.unique(vertices.reshape(-1, 9), axis=0, return_index=True)[1]
     different = np.sort(different[has_area(vertices[different])])
     rays = np.flatnonzero(valid)

@@ -7,8 +7,9 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
-from ..errors import Error
+from ..errors import Error, how_to_install
 from .images import image_tag, png_uri
 
 SHORT = 3000     # characters of Markdown up to which the text of a figure lies open
@@ -52,7 +53,8 @@ class Figure:
         chart = self.folder / f"{self.name}.png"
         drawn = "" if f"({chart.name})" in body else _picture(chart, title, width)
         opened = " open" if len(body) <= SHORT else ""
-        return (f'<section class="figure" id="{self.name}"><h3>{html.escape(title)}</h3>{drawn}'
+        return (f'<section class="figure" id="{html.escape(self.name)}">'
+                f"<h3>{html.escape(title)}</h3>{drawn}"
                 f"<details{opened}><summary>Tables and remarks</summary>{text}</details>"
                 "</section>")
 
@@ -63,7 +65,7 @@ def to_html(text: str, folder: Path, width: int, known: Collection[str] = ()) ->
     try:
         from markdown_it import MarkdownIt
     except ImportError:
-        raise Error("the report needs markdown-it-py; pip install 'gpgpu_rt[report]'") from None
+        raise Error(f"the report needs markdown-it-py; {how_to_install('report')}") from None
     reader = MarkdownIt("commonmark", {"html": False}).enable("table")
     tokens = reader.parse(text)
     for token in tokens:
@@ -72,8 +74,8 @@ def to_html(text: str, folder: Path, width: int, known: Collection[str] = ()) ->
         for child in token.children or ():
             _within(child, folder, known)
     made = reader.renderer.render(tokens, reader.options, {})
-    made = re.sub(r'<img src="([^"]*)" alt="([^"]*)"[^>]*>', lambda match: _picture(
-        folder / html.unescape(match[1]), html.unescape(match[2]), width), made)
+    made = re.sub(r'<img src="([^"]*)" alt="([^"]*)"[^>]*>', lambda match: _embedded(
+        folder, html.unescape(match[1]), html.unescape(match[2]), width), made)
     return made.replace("<table>", '<div class="wide"><table>').replace("</table>",
                                                                         "</table></div>")
 
@@ -89,8 +91,24 @@ def _within(token: Any, folder: Path, known: Collection[str]) -> None:
         token.tag, token.attrs = "span", {}
 
 
+def _embedded(folder: Path, url: str, text: str, width: int) -> str:
+    """A picture that a text names, from the figures' folder alone: a page may be passed on."""
+    name = unquote(url)
+    try:
+        path = (folder / name).resolve()
+        if path.is_relative_to(folder.resolve()):
+            return _picture(path, text, width)
+    except (OSError, ValueError):       # a name that no file can have
+        pass
+    return _lacking(name)
+
+
+def _lacking(name: str) -> str:
+    return f'<p class="missing">No picture {html.escape(name)}.</p>'
+
+
 def _picture(path: Path, text: str, width: int) -> str:
     try:
         return image_tag(png_uri(path, width), text)
     except (OSError, ValueError):
-        return f'<p class="missing">No picture {html.escape(path.name)}.</p>'
+        return _lacking(path.name)

@@ -94,7 +94,8 @@ def write_report(output: str | os.PathLike[str], figures: str | os.PathLike[str]
         """A film or map: made once, though the page may be put together again."""
         key = make, arguments
         if key not in made:
-            say(f"{make.__name__.replace('_', ' ')}: {arguments[0]}")
+            what = arguments[0] if isinstance(arguments[0], str) else ", ".join(arguments[0])
+            say(f"{make.__name__.replace('_', ' ')}: {what}")
             made[key] = or_why_not(lambda: make(scene, *arguments))
         return made[key]
 
@@ -138,5 +139,6 @@ def _opening(chapters: tuple[Chapter, ...], there: list[str], named: set[str]) -
 
 
 def _missing(name: str) -> str:
-    return (f'<section class="figure" id="{name}"><p class="missing">Not measured yet: '
+    return (f'<section class="figure" id="{html.escape(name)}"><p class="missing">'
+            "Not measured yet: "
             f"<code>python -m gpgpu_rt.figures --only {name}</code></p></section>")

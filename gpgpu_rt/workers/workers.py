@@ -14,7 +14,7 @@ from PIL import Image
 from ..animation import Animation, load_animation
 from ..camera import Camera
 from ..content import digest
-from ..errors import Error, OptionError
+from ..errors import Error, OptionError, how_to_install
 from ..hits import Hits, joined
 from ..methods import find_method
 from ..ray_batch import RayBatch
@@ -66,7 +66,7 @@ class Workers:
         try:
             import distributed
         except ImportError as failure:
-            raise Error("workers are Dask's: pip install 'gpgpu_rt[workers]'") from failure
+            raise Error(f"workers are Dask's; {how_to_install('workers')}") from failure
         if not isinstance(scheduler, str):
             raise OptionError(f"scheduler is {scheduler!r}; give local, or a Dask scheduler's "
                               "address")
@@ -174,8 +174,10 @@ class Workers:
         Error
             as for ``map``; and what ``Tracer`` raises
         """
-        return joined(self._rays(scene, origins, directions, method, t_min, t_max, shape, invalid,
+        hits = joined(self._rays(scene, origins, directions, method, t_min, t_max, shape, invalid,
                                  options, False, progress))
+        hits.shape = tuple(shape or np.shape(origins)[:-1])
+        return hits
 
     def occluded(self, scene: Scene | str, origins: np.ndarray, directions: np.ndarray,
                  method: str = "bvh-threaded", t_max: float | np.ndarray = np.inf,

@@ -208,7 +208,8 @@ def test_without_the_extra_one_line_says_what_to_install(absent: str) -> None:
             "runpy.run_module('gpgpu_rt.figures', run_name='__main__')")
     done = subprocess.run([sys.executable, "-c", code], text=True, capture_output=True)
     assert done.returncode == 1 and done.stderr.splitlines() == [
-        f"figures: {absent} is not installed; pip install 'gpgpu_rt[figures]'"]
+        f"figures: {absent} is not installed; in the checkout's folder, "
+        "pip install -e '.[figures]'"]
 
 
 def test_figure_26_is_contradicted_by_reversed_times(tmp_path: Path) -> None:

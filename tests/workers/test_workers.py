@@ -216,7 +216,7 @@ def test_without_dask_it_says_what_to_install() -> None:
             "try: Workers()\n"
             "except Exception as failure: print(failure)")
     answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert "pip install 'gpgpu_rt[workers]'" in answer.stdout
+    assert "pip install -e '.[workers]'" in answer.stdout
 
 
 def test_misuse_is_an_error_with_advice(workers: Workers) -> None:

@@ -1,0 +1,186 @@
+"""Edges of the command line and of the Python API: one line, never a traceback."""
+from __future__ import annotations
+
+import os
+import struct
+import subprocess
+import sys
+import zlib
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+import gpgpu_rt as rt
+from gpgpu_rt import cli
+from gpgpu_rt.accuracy.known_rays import check_kinds
+from gpgpu_rt.camera import load_cameras
+from gpgpu_rt.cli import unfinished
+from gpgpu_rt.figures import provenance
+from gpgpu_rt.heat import heat
+from gpgpu_rt.report import page, write_report
+from gpgpu_rt.report.images import MOST_PIXELS, png_uri
+from gpgpu_rt.settings import load as load_settings
+from gpgpu_rt.workers import machine
+
+DEEP = "[" * 100_000
+
+
+def said(capsys, *words: str) -> tuple[int, str, str]:
+    try:
+        status = cli.main(list(words))
+    except SystemExit as stopped:
+        status = int(str(stopped.code))
+    return status, *capsys.readouterr()
+
+
+def test_without_words_the_help_is_printed(capsys) -> None:
+    status, out, err = said(capsys)
+    assert status == 0 and out.startswith("usage:") and "render" in out and not err
+
+
+@pytest.mark.parametrize("words, advice", [
+    (["rendr"], "did you mean render?"),
+    (["heat", "cornell", "-m", "grid", "--what", "stps", "-o", "x.png"], "did you mean steps?"),
+    (["render", "cornell", "--first-hits", "rasterized", "-o", "x.png"], "rasterised"),
+    (["render", "cornel", "-o", "x.png"], "did you mean cornell"),
+    (["render", "cornell", "--octant-s", "-o", "x.png"], "did you mean --octants"),
+    (["render", "cornell", "-m", "grid", "--octants", "-o", "x.png"], "bvh-threaded, bvh-packet"),
+    (["bench", "cornell", "-m", "grid", "--rays", "rndom"], "did you mean random?")],
+    ids=lambda value: value[0] if isinstance(value, list) else "")
+def test_a_misspelt_word_gets_a_suggestion(words: list[str], advice: str, capsys) -> None:
+    status, out, err = said(capsys, *words)
+    assert status and advice in err and err.count("\n") == 1 and not out
+
+
+@pytest.mark.parametrize("words, redirection", [
+    ("-m gpgpu_rt methods", ">&-"), ("-m gpgpu_rt methods", "| true"),
+    ("-m gpgpu_rt render cornell --size 4 -o picture.png", "<&- >&- 2>&-"),
+    ("-m gpgpu_rt.figures --help", ">&- 2>&-")])
+def test_a_closed_stdout_is_no_mistake(words: str, redirection: str, tmp_path) -> None:
+    done = subprocess.run(f"'{sys.executable}' {words} {redirection}", shell=True, cwd=tmp_path,
+                          stderr=subprocess.PIPE, text=True)
+    assert done.returncode == 0 and "Error" not in done.stderr
+    if "render" in words:
+        with Image.open(tmp_path / "picture.png") as image:
+            assert image.size == (4, 4)
+
+
+# Nested too deep ------------------------------------------------------------------------------
+
+@pytest.mark.parametrize("text", [DEEP, '{"a":' * 100_000, '{"settings":' + DEEP])
+def test_json_that_is_nested_deep_is_refused(text: str, tmp_path: Path, monkeypatch) -> None:
+    path = tmp_path / "deep.json"
+    path.write_text(text)
+    for read, kind in ((load_settings, rt.SettingsError), (load_cameras, rt.SceneError),
+                       (rt.load_scene, rt.SceneError)):
+        with pytest.raises(kind, match="deep.json.*nested too deep"):
+            read(str(path))
+    (tmp_path / "page.md").write_text("# page")
+    for name in ("page", "parts"):
+        path.with_name(f"{name}.json").write_text(text)
+    assert provenance.held("page", tmp_path) is None
+    folder = tmp_path / "film.png.unfinished"
+    folder.mkdir()
+    (folder / unfinished.RECORD).write_text(text)
+    kept = unfinished.Unfinished(tmp_path / "film.png", 3, {}, resume=True)
+    assert kept.missing == [0, 1, 2]
+    kept._claim.release()
+
+
+# The report -----------------------------------------------------------------------------------
+
+def png_of(width: int, height: int) -> bytes:
+    """A PNG of one colour: small, whatever size it has."""
+    def chunk(name: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + name + data + struct.pack(
+            ">I", zlib.crc32(name + data))
+    rows = zlib.compress(bytes((width + 7) // 8 + 1) * height, 9)
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 1, 0, 0,
+                                                              0, 0))
+            + chunk(b"IDAT", rows) + chunk(b"IEND", b""))
+
+
+@pytest.mark.parametrize("side", [30_000, 10_000, 6_000])
+def test_a_huge_picture_is_left_out_of_the_report(side: int, tmp_path: Path) -> None:
+    pytest.importorskip("markdown_it")
+    assert side * side > MOST_PIXELS
+    (tmp_path / "fig12.md").write_text("# Figure\n")
+    (tmp_path / "fig12.png").write_bytes(png_of(side, side))
+    with pytest.raises(ValueError, match="pixels"):
+        png_uri(tmp_path / "fig12.png", 100)
+    write_report(tmp_path / "r.html", tmp_path, films=False)
+    assert "No picture fig12.png" in (tmp_path / "r.html").read_text()
+
+
+def test_the_report_takes_pictures_from_its_folder_alone(tmp_path: Path) -> None:
+    pytest.importorskip("markdown_it")
+    out = tmp_path / "out"
+    (out / "more").mkdir(parents=True)
+    Image.new("RGB", (3, 3)).save(tmp_path / "secret.png")
+    for name in ("own.png", "more/own.png", "a b.png"):
+        Image.new("RGB", (3, 3)).save(out / name)
+    os.symlink(tmp_path / "secret.png", out / "link.png")
+    os.mkfifo(out / "pipe.png")
+    foreign = (f"{tmp_path}/secret.png", "../secret.png", "more/../../secret.png", "link.png",
+               "pipe.png", "a%00b.png")
+    own = ("own.png", "more/own.png", "more/../own.png", "a%20b.png")
+    (out / "fig12.md").write_text("# F\n" + "".join(f"![{n}]({n})\n" for n in (*foreign, *own)))
+    write_report(tmp_path / "r.html", out, films=False)
+    text = (tmp_path / "r.html").read_text()
+    assert text.count("data:image/png") == len(own)
+    assert text.count("No picture") == len(foreign) + 1     # and no fig12.png
+
+
+def test_a_figures_name_is_escaped(tmp_path: Path) -> None:
+    pytest.importorskip("markdown_it")
+    name = 'x"><img src=x onerror=alert(1)>'
+    (tmp_path / f"{name}.md").write_text("# F\n")
+    write_report(tmp_path / "r.html", tmp_path, films=False)
+    text = (tmp_path / "r.html").read_text()
+    assert "<img src=x" not in text and 'id="x&quot;&gt;&lt;img' in text
+
+
+def test_a_report_without_figures_says_how_to_name_them(tmp_path: Path, capsys) -> None:
+    pytest.importorskip("markdown_it")
+    status, out, _ = said(capsys, "report", "-o", str(tmp_path / "r.html"), "--still",
+                          "--figures", str(tmp_path))
+    assert status == 0 and "--figures" in out and len(out.splitlines()) == 2
+
+
+def test_a_report_names_what_it_draws_in_words(tmp_path: Path, monkeypatch) -> None:
+    pytest.importorskip("markdown_it")
+
+    def drawn(*_: object) -> str:
+        return "drawn"
+    for name in ("film", "heat_maps"):
+        monkeypatch.setattr(page, name, drawn)
+    told: list[str] = []
+    write_report(tmp_path / "r.html", tmp_path, "cornell", (8, 8), say=told.append)
+    assert told and not any(sign in line for line in told for sign in "()'")
+
+
+# Other types, through the Python API -----------------------------------------------------------
+
+@pytest.mark.parametrize("wrong", [5, 1.5, True, b"egl", object(), [], {}, ("a",), {"a"}],
+                         ids=lambda value: type(value).__name__)
+def test_a_value_of_another_type_is_an_option_error(wrong: object) -> None:
+    scene = rt.load_scene("cornell")
+    with rt.Tracer(scene, statistics=True) as tracer:
+        for call in (lambda: rt.Tracer(scene, context=wrong), lambda: rt.Tracer(scene, wrong),
+                     lambda: rt.Tracer(scene, schedule=wrong),
+                     lambda: tracer.render(size=(4, 4), integrator=wrong),
+                     lambda: heat(tracer, wrong, (4, 4)), lambda: check_kinds(wrong)):
+            with pytest.raises(rt.OptionError):
+                call()
+
+
+def test_a_number_beyond_floats_is_an_option_error() -> None:
+    with pytest.raises(rt.OptionError, match="density"):
+        rt.Tracer("cornell", "grid", density=10**400)
+
+
+def test_a_folder_at_the_locks_name_is_a_line(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr(machine, "_file", lambda: tmp_path)
+    with pytest.raises(rt.Error, match="take turns.*remove it"), machine.taken():
+        pass
