@@ -94,6 +94,9 @@ class Workers:
             # A Client that cannot read its address would hang as it is deleted.
             if address == self.scheduler:
                 distributed.comm.resolve_address(address)
+                if address.startswith("tls://") and not distributed.Security().get_connection_args(
+                        "client")["ssl_context"]:
+                    raise ValueError("TLS takes a certificate: see docs/workers.md")
                 self._silence.enter_context(logs.silenced())
             self._client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
         except (OSError, ValueError) as failure:

@@ -280,6 +280,12 @@ def test_local_workers_listen_to_this_machine_alone(workers: Workers) -> None:
     assert found == {"127.0.0.1"}
 
 
+def test_tls_without_a_certificate_is_a_line() -> None:
+    """Dask raised a TypeError, and waited for 20 s as the client was deleted."""
+    with pytest.raises(rt.Error, match="certificate"):
+        Workers("tls://127.0.0.1:1")
+
+
 def test_local_workers_show_no_dashboard(workers: Workers) -> None:
     import urllib.error
     import urllib.request
