@@ -127,7 +127,10 @@ def _check_gltf(path: Path, size: int) -> None:
         inner = size - 20 - length
     else:
         text = content
-    tree = json.loads(text.decode("utf-8-sig"))
+    try:
+        tree = json.loads(text.decode("utf-8-sig"))
+    except RecursionError:
+        raise ValueError("brackets nested too deeply") from None
     try:
         _check_tree(path, tree, size, inner)
     except (KeyError, IndexError, TypeError, AttributeError, OverflowError) as failure:
