@@ -161,7 +161,7 @@ try "${BENCH[@]}"
 if [ -n "$SHORT" ]; then
     try .venv/bin/python -m gpgpu_rt.figures --only retention stacks
     try .venv/bin/python tools/run_tests.py -- -q tests/hardware tests/bench tests/repro \
-        tests/traversal
+        tests/traversal/test_hits.py tests/traversal/test_packet_tiles.py
 else
     try make test
 fi
