@@ -173,7 +173,11 @@ minutes=${FRESH_MINUTES:-$([ -n "$SHORT" ] && echo 15 || echo 90)}
 status=0
 FRESH_INSIDE=1 FRESH_ROOT=$root timeout --kill-after=20 "${minutes}m" \
     unshare --mount --pid --fork --kill-child --propagation private \
-    bash "$0" ${SHORT:+--short} "$SUITE" || status=$?
+    bash "$0" ${SHORT:+--short} "$SUITE" &
+# A signal must end what runs inside at once: bash would handle it only when that is through.
+inside=$!
+trap 'kill "$inside" 2>/dev/null; wait "$inside" || true; exit 130' INT TERM HUP
+wait "$inside" || status=$?
 [ "$status" != 124 ] || echo "fresh machine: stopped after $minutes minutes"
 echo "fresh machine: $SUITE, $((SECONDS - began)) s in all, exit $status"
 [ "$status" = 0 ] || exit 1
