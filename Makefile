@@ -29,7 +29,7 @@ report: $(STAMP)  ## one page, report.html, with every figure that is there, pas
 	@$(BIN)/gpgpu-rt report -o report.html
 
 docs: $(STAMP)  ## the API reference, from the docstrings, to docs/api
-	@$(BIN)/python -m pdoc --docformat numpy --no-show-source -o docs/api gpgpu_rt gpgpu_rt.trimesh_ray gpgpu_rt.time_travel gpgpu_rt.heat gpgpu_rt.methods
+	@$(BIN)/python -m pdoc --docformat numpy --no-show-source -o docs/api gpgpu_rt gpgpu_rt.trimesh_ray gpgpu_rt.inspect.time_travel gpgpu_rt.inspect.heat gpgpu_rt.methods
 
 view: $(STAMP)  ## a window to look at the bunny by any method (SCENE=name or file)
 	@$(BIN)/python -c "import moderngl_window, imgui_bundle, glfw" 2>/dev/null || \

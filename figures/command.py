@@ -9,8 +9,8 @@ from pathlib import Path
 
 from gpgpu_rt.cli.parser import Parser
 from gpgpu_rt.cli.streams import printed
+from gpgpu_rt.disk.files import check_writable
 from gpgpu_rt.errors import Error, how_to_install, nearest_names
-from gpgpu_rt.files import check_writable
 from gpgpu_rt.interrupts import STATUS
 from gpgpu_rt.workers import Workers
 
@@ -18,12 +18,12 @@ NEEDED = ("distributed", "flip_evaluator", "matplotlib", "tqdm")     # what the 
 try:
     for name in NEEDED:
         import_module(name)
-    from . import pages, provenance
-    from .catalogue import FIGURES, figure_of, of_survey
-    from .index_page import Line, write_index
-    from .measure import measure
-    from .output import number
-    from .verdicts import Verdict
+    from .framework import pages, provenance
+    from .framework.catalogue import FIGURES, figure_of, of_survey
+    from .framework.index_page import Line, write_index
+    from .framework.measure import measure
+    from .framework.output import number
+    from .framework.verdicts import Verdict
 except ModuleNotFoundError as missing:
     if missing.name not in NEEDED:
         raise

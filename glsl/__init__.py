@@ -1,1 +1,1 @@
-"""The fragment programs, as package data; `gpgpu_rt.shader` reads them."""
+"""The fragment programs, as package data; `gpgpu_rt.gl.shader` reads them."""

@@ -10,36 +10,38 @@ if TYPE_CHECKING:
     from typing import Any
 
     from . import reference
-    from .animation import Animation, load_animation
-    from .appearance.light import Environment, PointLight
-    from .appearance.material import Material
-    from .appearance.texture import Texture
-    from .camera import Camera
-    from .choices import Choice, Choices
     from .errors import (
         ContextError, Error, LimitError, MethodError, OptionError, SceneError, SettingsError,
         ShaderError
     )
     from .hits import Hits
     from .methods import Method, load_methods, methods
-    from .scene import Scene, load_scene
-    from .surfaces.deformation import Deformation
-    from .surfaces.geometry_image import GeometryImage
-    from .surfaces.parametrise import remesh
+    from .methods.choices import Choice, Choices
+    from .methods.geometry_image.deformation import Deformation
+    from .scene.animation import Animation, load_animation
+    from .scene.camera import Camera
+    from .scene.light import Environment, PointLight
+    from .scene.loading import load_scene
+    from .scene.material import Material
+    from .scene.scene import Scene
+    from .scene.surfaces.geometry_image import GeometryImage
+    from .scene.surfaces.parametrise import remesh
+    from .scene.texture import Texture
     from .tracer import Tracer
 
 # The module of each public name. A name is imported when it is first used, so that the commands
 # can handle interrupts before the libraries load, and errors do not wait for OpenGL.
 _HOMES = {
-    "Animation": "animation", "load_animation": "animation", "Environment": "appearance.light",
-    "PointLight": "appearance.light", "Material": "appearance.material",
-    "Texture": "appearance.texture", "Camera": "camera", "Choice": "choices",
-    "Choices": "choices", "ContextError": "errors", "Error": "errors", "LimitError": "errors",
-    "MethodError": "errors", "OptionError": "errors", "SceneError": "errors",
-    "SettingsError": "errors", "ShaderError": "errors", "Hits": "hits", "Method": "methods",
-    "load_methods": "methods", "methods": "methods", "Scene": "scene", "load_scene": "scene",
-    "Deformation": "surfaces.deformation", "GeometryImage": "surfaces.geometry_image",
-    "remesh": "surfaces.parametrise", "Tracer": "tracer"}
+    "Animation": "scene.animation", "load_animation": "scene.animation",
+    "Environment": "scene.light", "PointLight": "scene.light", "Material": "scene.material",
+    "Texture": "scene.texture", "Camera": "scene.camera", "Choice": "methods.choices",
+    "Choices": "methods.choices", "ContextError": "errors", "Error": "errors",
+    "LimitError": "errors", "MethodError": "errors", "OptionError": "errors",
+    "SceneError": "errors", "SettingsError": "errors", "ShaderError": "errors", "Hits": "hits",
+    "Method": "methods", "load_methods": "methods", "methods": "methods", "Scene": "scene.scene",
+    "load_scene": "scene.loading", "Deformation": "methods.geometry_image.deformation",
+    "GeometryImage": "scene.surfaces.geometry_image", "remesh": "scene.surfaces.parametrise",
+    "Tracer": "tracer"}
 
 __all__ = [
     "Animation", "Camera", "Choice", "Choices", "ContextError", "Deformation", "Environment",

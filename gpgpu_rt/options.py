@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from .errors import OptionError, did_you_mean, nearest_names
-from .precision import PRECISIONS, ROUNDINGS
+from .gl.precision import PRECISIONS, ROUNDINGS
 
 
 @dataclass(frozen=True)

@@ -47,7 +47,7 @@ class Statistics:
     first_hits : of a picture whose first hits were rasterised: ``drawn`` triangles, ``rivals``
         that come before what was drawn, ``retraced`` eye rays and their ``retraced_share``
     pass_log : with statistics=True, each program drawn: name, draws, fragments, bytes of streams
-        read, tables sampled, bytes written; see ``passes/pass_log.py``
+        read, tables sampled, bytes written; see ``gl/pass_log.py``
     uploaded_bytes, read_back_bytes : over the bus during the call, with statistics=True
     split : of a method that shares its work with the host, seconds and bytes by what they went to
     """

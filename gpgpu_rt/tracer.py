@@ -11,33 +11,34 @@ from typing import Any
 import numpy as np
 import trimesh
 
-from . import settings
-from .all_hits import AllHits, check_exact, collect
-from .builder import Builder
-from .choices import COHERENT, RAYS, Choice, Choices
-from .choosing import Choosing
 from .errors import Error, memory_limited
-from .gpu import open_gpu
+from .gl.context import open_gpu
+from .gl.pass_log import PassLog, logged
+from .gl.precision import Precision
+from .gl.record import EXACT_INTEGER
+from .gl.textures import release, texture_bytes
 from .hits import STACK_OVERFLOW, UNFINISHED, Hits
-from .integrators import Integrator
-from .methods import Accelerator, Method
-from .methods.row import Tables
-from .moving import Moving
-from .passes.driver import Driver, Samplers, Setup, make_driver
-from .passes.packet_room import PacketHits
-from .passes.pass_log import PassLog, logged
-from .passes.traverse import mark_stopped
-from .pictures import Pictures
-from .precision import Precision
-from .rasterised.eye_drivers import EyeDrivers
-from .ray_batch import RayBatch
-from .ray_state import ByRay, RayTextures, StateBuffer, StateBuffers, whole
-from .record import EXACT_INTEGER
-from .scene import Scene, load_scene
-from .scene_tables import SceneTables
+from .methods import Accelerator, Method, find_method, settings
+from .methods.choices import COHERENT, RAYS, Choice, Choices
+from .rays.batch import RayBatch
+from .rays.records import COUNTERS, HIT
+from .rays.textures import ByRay, RayTextures, StateBuffer, StateBuffers, whole
+from .render.integrators import Integrator
+from .scene.loading import load_scene
+from .scene.scene import Scene
+from .session.all_hits import AllHits, check_exact, collect
+from .session.builder import Builder
+from .session.choosing import Choosing
+from .session.moving import Moving
+from .session.pictures import Pictures
+from .session.scene_tables import SceneTables
 from .statistics import Statistics
-from .texel_layout import COUNTERS, HIT
-from .textures import release, texture_bytes
+from .traversal.assembly import make_driver
+from .traversal.driver import Driver, Samplers, Setup
+from .traversal.method import Tables
+from .traversal.packet_hits import PacketHits
+from .traversal.schedules import mark_stopped
+from .traversal.stages.eye_drivers import EyeDrivers
 
 DEFAULT_METHOD = "bvh-threaded"
 AUTO = "auto"
@@ -150,7 +151,7 @@ class Tracer(Choosing, Moving, Pictures):
 
     def _make_traversal(self) -> Driver:
         return make_driver(Setup(self.gpu, self.method, self._tables.samplers(), self.accelerator,
-                                 self.options, self.step_cap, self._prepare_other))
+                                 self.options, self.step_cap, find_method, self._prepare_other))
 
     def _prepare_other(self, method: Method, options: Mapping[str, Any]) -> tuple[
             Samplers, Accelerator]:

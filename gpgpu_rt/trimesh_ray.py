@@ -4,7 +4,8 @@ Names, arguments, shapes and the order of what is returned are those of ``trimes
 differs is said here once:
 
 * The hits of a ray come nearest first, by (t, triangle), ray after ray. A ray goes on behind a hit
-  exactly (see ``all_hits.py``): triangles that coincide are all found, none is stepped over.
+  exactly (see ``session/all_hits.py``): triangles that coincide are all found, and none is stepped
+  over.
 * Rays and mesh meet in float32. A mesh that lies far from the origin for its size is moved there
   first, in float64. Where a hit lies on its ray is then computed in float64.
 * ``intersects_location`` names a place once: of triangles that a ray passes through at one place,
@@ -23,11 +24,11 @@ import numpy as np
 import trimesh
 from trimesh.ray.ray_util import contains_points
 
-from .all_hits import AllHits
 from .errors import Error
 from .methods import find_method
-from .reference.error_bounds import FLOAT32, FLOAT64, bound_pairs
-from .scene import Scene
+from .numerics.error_bounds import FLOAT32, FLOAT64, bound_pairs
+from .scene.scene import Scene
+from .session.all_hits import AllHits
 from .tracer import AUTO, DEFAULT_METHOD, Tracer
 
 
@@ -92,7 +93,7 @@ class RayMeshIntersector:
         are one, and so are two that coincide.
 
         Hits of a ray are one place where float32 cannot tell their t apart, by the bounds of
-        ``reference/error_bounds.py``, unless float64 can, and knows the ray to meet both: a thin
+        ``numerics/error_bounds.py``, unless float64 can, and knows the ray to meet both: a thin
         sheet seen from afar has two sides.
 
         Parameters

@@ -14,15 +14,16 @@ import pytest
 import trimesh
 
 import gpgpu_rt as rt
-from gpgpu_rt import rays as ray_sets
-from gpgpu_rt.accel import Bvh
-from gpgpu_rt.gpu import Gpu, open_gpu
+from gpgpu_rt.gl.context import Gpu, open_gpu
 from gpgpu_rt.hardware import compiler, sample
 from gpgpu_rt.methods import find_method
+from gpgpu_rt.methods.bvh.gpu_build.build import GPU_BUILDS
+from gpgpu_rt.methods.bvh.tree import Bvh
+from gpgpu_rt.methods.kdtree.gpu_build.build import GPU_KD_BUILDS
 from gpgpu_rt.options import clashing
-from gpgpu_rt.passes.build import GPU_BUILDS, GPU_KD_BUILDS
-from gpgpu_rt.passes.own_arrays import MIXED_UP
-from gpgpu_rt.scenes import catalogue
+from gpgpu_rt.rays import ray_sets
+from gpgpu_rt.scene import catalogue
+from gpgpu_rt.traversal.own_arrays import MIXED_UP
 from gpgpu_rt.viewer import Selection, Viewer
 from gpgpu_rt.workers import Workers
 

@@ -38,7 +38,7 @@ class Late(BaseException):
 
 def run_case(kind: str, seed: int, folder: Path) -> str:
     """OK, REFUSED, or what is wrong with how a case ended."""
-    from file_kinds import read_case, write_case
+    from mutating.file_kinds import read_case, write_case
 
     import gpgpu_rt as rt
     write_case(kind, seed, folder)
@@ -73,7 +73,7 @@ def _alarm(seconds: int) -> Iterator[None]:
 def _work(pipe: Connection, kind: str, first: int, last: int) -> None:
     """Run the cases of some seeds, and tell how each ended, its seconds and the peak of memory."""
     os.environ["GPGPU_RT_CACHE"] = ""
-    from file_kinds import cornell
+    from mutating.file_kinds import cornell
     cornell()       # before the limit: the renderer's own memory is not the files'
     pages = int(Path("/proc/self/statm").read_text().split()[0])
     limit = pages * resource.getpagesize() + MEMORY
@@ -125,7 +125,7 @@ def run_cases(kind: str, count: int, seed: int) -> dict[str, Any]:
 
 def main() -> int:
     """Run what the command line asks for; 1 where a case ended otherwise."""
-    from file_kinds import KINDS, write_case
+    from mutating.file_kinds import KINDS, write_case
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("kind", choices=[*KINDS, "all"])
     parser.add_argument("count", type=int)

@@ -18,7 +18,7 @@ NOT_HERE = 77      # exit status of tools/fresh_machine.sh where it cannot be do
 
 def renderer_of(backend: str, **environment: str) -> str:
     """A backend's renderer, or "" without a context; asked in a process of its own."""
-    probe = ("import sys; from gpgpu_rt.gpu import open_gpu; "
+    probe = ("import sys; from gpgpu_rt.gl.context import open_gpu; "
              "print(open_gpu(sys.argv[1]).renderer)")
     answer = subprocess.run([sys.executable, "-c", probe, backend], capture_output=True,
                             text=True, env={**os.environ, **environment})

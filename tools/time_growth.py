@@ -12,8 +12,8 @@ import numpy as np
 
 import gpgpu_rt as rt
 from gpgpu_rt.bench import Entry
-from gpgpu_rt.rays import random_rays
-from gpgpu_rt.scenes.shapes import ball, bump
+from gpgpu_rt.rays.ray_sets import random_rays
+from gpgpu_rt.scene.procedural.shapes import ball, bump
 
 COUNTS = (100_000, 1_000_000, 10_000_000)
 # Of ten million triangles no more nodes than a float can number, as eight whole copies would be.

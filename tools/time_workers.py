@@ -7,8 +7,8 @@ import tempfile
 import time
 from pathlib import Path
 
-from gpgpu_rt.figures.cell import Cell
-from gpgpu_rt.figures.measure import measure
+from gpgpu_rt.figures.framework.cell import Cell
+from gpgpu_rt.figures.framework.measure import measure
 from gpgpu_rt.workers import Workers
 
 TURNS = 3

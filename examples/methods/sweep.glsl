@@ -1,7 +1,7 @@
 // sweep: triangles in runs along an axis, an example (see sweep.py beside this file).
 //
 // A ray passes the runs from the end that it comes from. Each box is widened as the boxes of all
-// methods are (common/slack.glsl), and where the rest begins is computed by the very expression
+// methods are (core/slack.glsl), and where the rest begins is computed by the very expression
 // that the boxes' slabs are: so a ray ends early only where every box to come would turn it away.
 
 uniform int run_count;

@@ -12,11 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from gpgpu_rt.gl.record import Record
 from gpgpu_rt.methods import Accelerator, Method
-from gpgpu_rt.methods.brute_force import box_uniforms, triangle_table
 from gpgpu_rt.options import Option
-from gpgpu_rt.record import Record
-from gpgpu_rt.texel_layout import TRIANGLE
+from gpgpu_rt.traversal.triangle_table import TRIANGLE, box_uniforms, triangle_table
 
 # A run: its box, its first triangle; where along the axis this and all later runs begin at the
 # least, and where this and all earlier ones end at the most.

@@ -85,3 +85,15 @@ def half_area(lo: np.ndarray, hi: np.ndarray, axis: int = 0) -> np.ndarray:
     """Half the surface area of boxes whose corners lie along `axis`; 0 for an empty box."""
     size = np.maximum(np.moveaxis(hi - lo, axis, 0), 0)
     return size[0] * size[1] + size[1] * size[2] + size[2] * size[0]
+
+
+def unit_normals(corners: np.ndarray) -> np.ndarray:
+    """(k, 3) float32 unit normals of triangles (k, 3, 3)."""
+    v0, v1, v2 = corners.astype(np.float64).transpose(1, 0, 2)
+    return unit_vectors(np.cross(v1 - v0, v2 - v0)).astype(np.float32)
+
+
+def unit_vectors(vectors: np.ndarray) -> np.ndarray:
+    """(n, 3) vectors at length 1; (0, 0, 1) for a vector without a length."""
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.where(length > 0, vectors / np.where(length > 0, length, 1), (0.0, 0.0, 1.0))

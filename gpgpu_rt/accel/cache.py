@@ -21,8 +21,8 @@ from typing import Any, BinaryIO, TypeVar, cast, get_type_hints
 
 import numpy as np
 
-from ..arrays import read_npz
-from ..own_folder import fault_of, is_own
+from ..disk.arrays import read_npz
+from ..disk.own_folder import fault_of, is_own
 from .bounds import as_triangles
 from .sound import is_sound
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from .. import reference as oracle
 from ..hits import INVALID, STACK_OVERFLOW, UNFINISHED, Hits
-from ..reference.error_bounds import PairBounds, bound_pairs
+from ..numerics.error_bounds import PairBounds, bound_pairs
 from ..reference.tree import ReferenceTree
 
 CATEGORIES = ("right", "leak", "false hit", "wrong triangle", "wrong distance", "unfinished")

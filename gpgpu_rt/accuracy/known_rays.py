@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from .. import rays as ray_sets
 from .. import reference
 from ..errors import OptionError, nearest_names
 from ..hits import Hits
-from ..reference.error_bounds import PairBounds, bound_pairs
-from ..scene import Scene
+from ..numerics.error_bounds import PairBounds, bound_pairs
+from ..rays import ray_sets
+from ..scene.scene import Scene
 from ..tracer import Tracer
 from .judge import CATEGORIES, RIGHT, WRONG_DISTANCE, judge, upper_confidence
 

@@ -12,7 +12,7 @@ import numpy as np
 from ..errors import OptionError, how_to_install, nearest_names
 from ..methods import find_method, methods, taking
 from ..reference.picture import reference_picture
-from ..scene import Scene
+from ..scene.scene import Scene
 from ..tracer import Tracer
 from .candidates import FULL_PRECISION, STEP_ROOM, option_table, precisions
 from .known_rays import KINDS, KnownRays, check_kinds

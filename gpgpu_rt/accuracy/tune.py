@@ -22,18 +22,17 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from .. import settings
-from ..choices import Choice, Choices
 from ..errors import LimitError, OptionError
-from ..gpu import open_gpu
+from ..gl.context import open_gpu
 from ..hits import Hits
-from ..methods import find_method, methods
-from ..scene import Scene
+from ..methods import find_method, methods, settings
+from ..methods.choices import Choice, Choices
+from ..scene.scene import Scene
 from ..tracer import Tracer
 from .candidates import STEP_ROOM, Candidate, accuracy_knobs, speed_knobs
+from .error_targets import ALL, Finding, Promise
 from .known_rays import KnownRays, bytes_in_flight
-from .promise import ALL, Finding, Promise
-from .trial import Search, Trial, Tuning
+from .tuning_results import Search, Trial, Tuning
 
 PROBE, SCREEN, FIELD = 1 << 10, 1 << 14, 1 << 16   # rays; squares, so that textures are full
 FAR_BEHIND = 4.0      # times slower on a few rays: put aside

@@ -10,8 +10,8 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (the backend must be chosen first)
 
-from ..files import replacing  # noqa: E402
-from ..words import number  # noqa: E402
+from ..disk.files import replacing  # noqa: E402
+from ..text_format import number  # noqa: E402
 from .engines import ENGINES  # noqa: E402
 from .race import Entry, ranked, too_noisy  # noqa: E402
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import trimesh
 
-from ..scene import Scene
+from ..scene.scene import Scene
 from ..threads import cores
 from .workloads import Workload
 

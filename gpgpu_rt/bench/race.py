@@ -10,8 +10,8 @@ from typing import Any
 
 from ..errors import OptionError
 from ..options import spell
+from ..text_format import counted
 from ..tracer import Tracer
-from ..words import counted
 from .engines import EMBREE, ENGINES, Engine
 from .work import Work, work_of
 from .workloads import Workload, load, told, workload

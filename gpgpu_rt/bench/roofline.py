@@ -15,9 +15,9 @@ from dataclasses import asdict, dataclass
 import moderngl
 import numpy as np
 
-from ..gpu import Gpu
-from ..passes.full_screen import FullScreenPass
-from ..textures import make_texture
+from ..gl.context import Gpu
+from ..gl.full_screen import FullScreenPass
+from ..gl.textures import make_texture
 
 SIDE = 512            # pixels
 TURNS = 64            # of each program's loop
@@ -55,7 +55,7 @@ def peaks(gpu: Gpu) -> Peaks:
         try:
             near, far = (_fetches(gpu, target, side, scattered)
                          for side, scattered in ((NEAR, False), (FAR, True)))
-            arithmetic = FullScreenPass(gpu, "passes/peak_arithmetic.frag",
+            arithmetic = FullScreenPass(gpu, "bench/peak_arithmetic.frag",
                                         {"TURNS": TURNS, "ROUNDS": ROUNDS})
             return Peaks(near, far, FLOPS_A_TURN * _rate(gpu, arithmetic, target, {}))
         finally:
@@ -66,7 +66,7 @@ def peaks(gpu: Gpu) -> Peaks:
 def _fetches(gpu: Gpu, target: moderngl.Framebuffer, side: int, scattered: bool) -> float:
     texels = make_texture(gpu, (1 << side, 1 << side), 4, "the roofline's texels",
                           np.ones((1 << side, 1 << side, 4), np.float32))
-    fetch = FullScreenPass(gpu, "passes/peak_fetch.frag",
+    fetch = FullScreenPass(gpu, "bench/peak_fetch.frag",
                            {"TURNS": TURNS, "SIDE_LOG2": side, "SCATTERED": scattered})
     try:
         return _rate(gpu, fetch, target, {"texels_table": texels})

@@ -12,7 +12,7 @@ from ..tracer import Tracer
 from .roofline import FLOPS_AN_INSTRUCTION, Peaks
 from .workloads import Workload
 
-BY_RAY = ("passes/traverse.frag", "passes/packet")     # programs that lead a ray, or a packet
+BY_RAY = ("drivers/traverse.frag", "drivers/packet")     # programs that lead a ray, or a packet
 TILE, SPREAD = (8, 8), (6, 6)     # of neighbouring pixels, whole packets; tiles over the image
 
 

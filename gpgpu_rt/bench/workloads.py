@@ -6,10 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..accel.bounds import unit_normals
 from ..hits import Hits
-from ..rays import random_rays, spawn, unit_normals
-from ..reference.error_bounds import FLOAT32
-from ..scene import Scene, load_scene
+from ..numerics.error_bounds import FLOAT32
+from ..rays.ray_sets import random_rays
+from ..reference.spawn import spawn
+from ..scene.loading import load_scene
+from ..scene.scene import Scene
 from ..tracer import Tracer
 
 EYE, SHADOW, MIRROR, DIFFUSE = "eye rays", "shadow rays", "mirror rays", "diffuse rays"
@@ -17,7 +20,7 @@ RANDOM = "random rays"
 RAY_SETS = {"eye": EYE, "shadow": SHADOW, "mirror": f"{MIRROR} 1", "diffuse": f"{DIFFUSE} 1",
             "random": RANDOM}   # what the bench calls them
 SEED = 7    # of directions that diffuse surfaces choose, and of random rays
-_BEFORE_LIGHT = np.float32(1 - 12 * FLOAT32.unit)   # as passes/surfaces.frag ends shadow rays
+_BEFORE_LIGHT = np.float32(1 - 12 * FLOAT32.unit)   # as render/surfaces.frag ends shadow rays
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,11 @@ from typing import Any
 from ..bench import ENGINES, RAY_SETS, Entry, Peaks, load, peaks, race, ranked, told, too_noisy
 from ..bench.roofline import FLOPS_AN_INSTRUCTION
 from ..bench.work import Work
+from ..disk.files import check_writable
 from ..errors import Error, OptionError, how_to_install, nearest_names
-from ..files import check_writable
-from ..gpu import Gpu, open_gpu, threads_of
+from ..gl.context import Gpu, open_gpu, threads_of
 from ..methods import Method, find_method, methods, taking
-from ..words import counted, number
+from ..text_format import counted, number
 from .shared import (
     Command, add_methods, add_options, given_options, names, options_for, print_json,
     print_stand_in, print_table, say, side_word

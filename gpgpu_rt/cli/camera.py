@@ -4,7 +4,7 @@ from __future__ import annotations
 import argparse
 from dataclasses import replace
 
-from ..camera import Camera, Vector
+from ..scene.camera import Camera, Vector
 
 PLACES = {"eye": "where the camera stands", "target": "what it looks at",
           "up": "what is up in the picture"}

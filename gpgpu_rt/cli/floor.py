@@ -11,10 +11,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..appearance.material import Material
 from ..errors import OptionError
-from ..scene import Scene, load_scene
-from ..scenes.shapes import quad
+from ..scene.loading import load_scene
+from ..scene.material import Material
+from ..scene.procedural.shapes import quad
+from ..scene.scene import Scene
 from ..tracer import AUTO
 from .shared import say
 

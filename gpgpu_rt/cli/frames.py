@@ -10,13 +10,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from ..animation import Animation, load_animation
-from ..content import digest
+from ..disk.files import check_writable, replacing
 from ..errors import Error, OptionError
-from ..files import check_writable, replacing
-from ..scenes.animation import FRAMES_A_SECOND
+from ..scene.animation import Animation, load_animation
+from ..scene.procedural.animations import FRAMES_A_SECOND
+from ..text_format import counted
 from ..tracer import Tracer
-from ..words import counted
+from ..workers.digest import digest
 from .picture import drawing_of
 from .unfinished import Unfinished, follows_from
 

@@ -12,22 +12,27 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import read_npz
+from ..disk.arrays import read_npz
+from ..disk.files import FULL, check_writable, replacing
 from ..errors import Error, OptionError
-from ..files import FULL, check_writable, replacing
-from ..gpu import open_gpu, probe
-from ..integrators.plan import Plan
+from ..gl.context import open_gpu, probe
 from ..interrupts import STATUS
 from ..methods import find_method, load_methods, methods
 from ..options import spell
-from ..rasterised.first_hits import FIRST_HITS
-from ..scene import Scene, list_scenes, load_scene
-from ..surfaces.geometry_image import GeometryImage
-from ..surfaces.parametrise import CUTS, parametrise
+from ..render.plan import Plan
+from ..scene.loading import list_scenes, load_scene
+from ..scene.scene import Scene
+from ..scene.surfaces.geometry_image import GeometryImage
+from ..scene.surfaces.parametrise import CUTS, parametrise
+from ..text_format import counted
 from ..tracer import AUTO, DEFAULT_METHOD, Tracer
-from ..words import counted
-from . import benching, hardware, looking, teaching, tuning, view
+from ..traversal.stages.first_hits import FIRST_HITS
+from . import benching, hardware
+from . import passes_heat as looking
+from . import report as teaching
+from . import tuning, view
 from .camera import add_camera
+from .distributed import add_scheduler, render_shared, trace_shared
 from .floor import add_floor, scene_of
 from .frames import IMAGES, add_frames, render_frames
 from .parser import Parser
@@ -36,7 +41,6 @@ from .shared import (
     add_method, add_options, all_options, given_options, options_for, print_any_name, print_json,
     print_stand_in, print_table, say, size_word, spelled_out, word_of
 )
-from .sharing import add_scheduler, render_shared, trace_shared
 from .streams import printed
 
 

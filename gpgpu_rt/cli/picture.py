@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from ..integrators import DEFAULT, INTEGRATORS, find_integrator
-from ..integrators.plan import Plan
-from ..scene import Scene
+from ..render.integrators import DEFAULT, INTEGRATORS, find_integrator
+from ..render.plan import Plan
+from ..scene.scene import Scene
 from ..tracer import Tracer
 from .camera import camera_of
 from .progress import doublings, told

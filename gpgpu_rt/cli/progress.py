@@ -5,7 +5,7 @@ import contextlib
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from ..words import counted
+from ..text_format import counted
 from .shared import say
 
 Lines = Callable[[int, int, str], None]     # done, of how many, and a note

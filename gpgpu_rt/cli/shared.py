@@ -12,7 +12,7 @@ from typing import Any
 from ..errors import OptionError
 from ..methods import find_method, methods
 from ..options import TRACER_OPTIONS, TRUTH, Option, spell
-from ..scene import Scene
+from ..scene.scene import Scene
 
 # Declares a command: its name, what runs it and its help.
 Command = Callable[[str, Callable[[argparse.Namespace], None], str], argparse.ArgumentParser]

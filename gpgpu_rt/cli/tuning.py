@@ -6,17 +6,18 @@ import json
 import sys
 from typing import Any
 
-from .. import settings
+from ..accuracy.error_targets import ALL, OWN_KIND, Promise
 from ..accuracy.known_rays import KINDS, WITHIN_BOUND, WRONG
 from ..accuracy.measure import accuracy, flip_note
-from ..accuracy.promise import ALL, OWN_KIND, Promise
-from ..accuracy.trial import Search, Trial
 from ..accuracy.tune import LATE, SCREEN, tune
+from ..accuracy.tuning_results import Search, Trial
+from ..disk.files import check_writable, replacing
 from ..errors import Error
-from ..files import check_writable, replacing
-from ..gpu import open_gpu
-from ..scene import Scene, load_scene
-from ..words import number
+from ..gl.context import open_gpu
+from ..methods import settings
+from ..scene.loading import load_scene
+from ..scene.scene import Scene
+from ..text_format import number
 from .shared import (
     Command, add_methods, add_options, count_word, given_options, names, print_json,
     print_stand_in, print_table, say, seconds_word, size_word, whole_word

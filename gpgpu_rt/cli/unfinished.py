@@ -11,10 +11,10 @@ from typing import Any
 
 from PIL import Image
 
-from ..budget import check_texels
+from ..disk.budget import check_texels
+from ..disk.files import WRITING, is_file, open_input, read_input, read_json, replacing
 from ..errors import Error, LimitError, OptionError, SceneError
-from ..files import WRITING, is_file, open_input, read_input, read_json, replacing
-from .claim import Claim
+from .folder_lock import Claim
 from .shared import say
 
 RECORD = "parts.json"

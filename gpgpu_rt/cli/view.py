@@ -6,8 +6,8 @@ import os
 from collections.abc import Callable
 
 from ..errors import Error, OptionError, how_to_install
-from ..integrators import find_integrator
 from ..methods import find_method
+from ..render.integrators import find_integrator
 from ..tracer import AUTO, DEFAULT_METHOD
 from .camera import add_camera, camera_of
 from .picture import add_picture, picture_options

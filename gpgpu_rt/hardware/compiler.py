@@ -11,11 +11,12 @@ import subprocess
 import sys
 import threading
 
+from ..gl.context import open_gpu
 from .program import NotCountable, parse
 
 _MARK, _END = "### program", "### end"
 _turn = threading.Lock()    # the compiler answers one after another
-_DEFINE = "#define TEXEL_FETCH"    # texels are fetched, not sampled: see common/texel.glsl
+_DEFINE = "#define TEXEL_FETCH"    # texels are fetched, not sampled: see core/texel.glsl
 
 
 def compiled(texts: list[tuple[str, str]]) -> list[str]:
@@ -121,7 +122,6 @@ def _ask(line: str) -> tuple[str, bool]:
 
 
 def _main() -> None:
-    from ..gpu import open_gpu
     with open_gpu() as gpu:
         for line in sys.stdin:
             for vertex, fragment in json.loads(line):

@@ -9,13 +9,13 @@ from collections.abc import Callable
 from typing import Any
 
 from ..errors import OptionError
-from ..passes.pass_log import PassLog, logged
+from ..gl.pass_log import PassLog, logged
 from ..statistics import Statistics
 from ..tracer import Tracer
 from .compiler import check_countable
+from .loop_counts import Turned, Turns
 from .program import Program, Work
 from .sample import programs_of
-from .turns import Turned, Turns
 
 
 def counted(tracer: Tracer, call: Callable[[], Any]) -> tuple[list[dict[str, Any]], PassLog]:

@@ -8,15 +8,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from ..gl.fragment_pass import FragmentPass
 from ..methods import find_method, methods
-from ..passes.fragment_pass import FragmentPass
-from ..scene import load_scene
+from ..scene.loading import load_scene
 from ..tracer import Tracer
 from .cards import Card, Needs, Refusal
 from .compiler import not_countable
 from .sample import programs_of
 
-LEFT_OUT = {"passes/tile_counts.frag"}   # ours: spares passes the tiles without rays
+LEFT_OUT = {"drivers/tile_counts.frag"}   # ours: spares passes the tiles without rays
 SIZE = 8   # pixels a side: programs do not depend on it
 
 

@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from ..passes.fragment_pass import FragmentPass
+from ..gl.fragment_pass import FragmentPass
 from ..tracer import Tracer
 from .compiler import check_countable, compiled
 from .emulate import WIDTHS, Look, Run, emulate, texels_along_morton, unseen
 from .program import Program, parse
 
-TRAVERSALS = ("passes/traverse.frag", "passes/packet.frag")
+TRAVERSALS = ("drivers/traverse.frag", "drivers/packet.frag")
 TILE = (24, 32)    # pixels: of 48 and of 32 there are whole numbers in it, in packets of 2x2 too
 
 

@@ -8,11 +8,18 @@ from typing import Any
 
 from ..errors import OptionError, nearest_names
 from ..options import TRACER_OPTIONS
-from . import (
-    bih, brute_force, bvh, found, geometry_image, grid, kdtree, ray_engine, ray_hierarchy,
-    ray_space, ray_tiles
-)
-from .row import Accelerator, Method
+from ..traversal.method import Accelerator, Method
+from . import plugins as found
+from .bih import rows as bih
+from .brute_force import rows as brute_force
+from .bvh import rows as bvh
+from .geometry_image import rows as geometry_image
+from .grid import rows as grid
+from .kdtree import rows as kdtree
+from .ray_engine import rows as ray_engine
+from .ray_hierarchy import rows as ray_hierarchy
+from .ray_space import rows as ray_space
+from .ray_tiles import rows as ray_tiles
 
 _TABLE: dict[str, Method] = {}
 _TAKEN: set[Path] = set()       # folders whose methods are in the table

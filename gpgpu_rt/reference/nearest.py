@@ -17,7 +17,7 @@ import numpy as np
 
 from ..errors import memory_limited
 from ..hits import INVALID, TRACED, Hits
-from .error_bounds import FLOAT64, bound_pairs
+from ..numerics.error_bounds import FLOAT64, bound_pairs
 from .exact import trace_exact
 from .tree import ReferenceTree
 

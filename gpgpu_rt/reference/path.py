@@ -1,4 +1,4 @@
-"""The float64 path tracer: what ``glsl/passes/path*.frag`` draw, on whole arrays of paths.
+"""The float64 path tracer: what ``glsl/render/path*.frag`` draw, on whole arrays of paths.
 
 Kajiya, "The Rendering Equation", SIGGRAPH 1986. At each vertex a path asks one light (next-event
 estimation), then goes on by what the material reflects; light that it meets by itself counts by
@@ -17,20 +17,20 @@ from typing import Any
 
 import numpy as np
 
-from ..appearance.light_choice import LightChoice
-from ..appearance.luminance import luminance
-from ..camera import Camera
 from ..hits import Hits
-from ..integrators.path_settings import MOST_SURVIVE, PathSettings
-from ..rays import spawn
-from ..scene import Scene
+from ..scene.camera import Camera
+from ..scene.light_choice import LightChoice
+from ..scene.luminance import luminance
+from ..scene.scene import Scene
 from .nearest import trace
+from .path_settings import MOST_SURVIVE, PathSettings
 from .random_numbers import random_numbers
 from .sampling import (
     cosine_density, frames_around, fresnel, lobe_density, refracted, sample_cosine, sample_lobe,
     sample_triangle
 )
 from .sobol import sobol_numbers
+from .spawn import spawn
 
 BRUTE_FORCE = 8     # triangles up to which no tree pays
 AT_ONCE = 1 << 16

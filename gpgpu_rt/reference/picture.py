@@ -3,8 +3,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..appearance.light import BACKDROP
-from ..scene import Scene
+from ..scene.light import BACKDROP
+from ..scene.scene import Scene
 from .nearest import trace
 
 GROUND, OVERHEAD = np.array((0.16, 0.14, 0.12)), np.array((0.26, 0.29, 0.33))
@@ -13,7 +13,7 @@ GROUND, OVERHEAD = np.array((0.16, 0.14, 0.12)), np.array((0.26, 0.29, 0.33))
 def reference_picture(scene: Scene, size: tuple[int, int]) -> np.ndarray:
     """(height, width, 3) float64 sRGB in [0, 1], by the scene's own camera.
 
-    The formulas are those of ``passes/surfaces.frag`` and ``passes/picture.frag``; a test holds
+    The formulas are those of ``render/surfaces.frag`` and ``render/picture.frag``; a test holds
     the two together.
     """
     width, height = size

@@ -1,4 +1,4 @@
-"""Random numbers without a state: the twin of ``glsl/common/random.glsl``, the same bits."""
+"""Random numbers without a state: the twin of ``glsl/render/random.glsl``, the same bits."""
 from __future__ import annotations
 
 from typing import Any

@@ -1,5 +1,5 @@
 """Directions and points from random numbers, Fresnel's equations and Snell's law, in float64: the
-twin of ``glsl/common/sample.glsl`` and ``glsl/common/fresnel.glsl``, which name the papers."""
+twin of ``glsl/render/sample.glsl`` and ``glsl/render/fresnel.glsl``, which name the papers."""
 from __future__ import annotations
 
 import numpy as np

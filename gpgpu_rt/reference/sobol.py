@@ -1,4 +1,4 @@
-"""Low-discrepancy numbers: the twin of ``glsl/common/sobol.glsl``, which names the papers: the
+"""Low-discrepancy numbers: the twin of ``glsl/render/sobol.glsl``, which names the papers: the
 same bits."""
 from __future__ import annotations
 

@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from ..errors import Error
-from ..heat import draw_heat, heat
-from ..pass_pictures import write_passes
-from ..scene import Scene
+from ..inspect.heat import draw_heat, heat
+from ..inspect.pass_pictures import write_passes
+from ..scene.scene import Scene
+from ..text_format import counted
 from ..tracer import Tracer
-from ..words import counted
 from .images import data_uri, image_tag, png_uri
 
 FRAMES = 60      # of a film, about

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..disk.files import check_writable, replacing
 from ..errors import Error
-from ..files import check_writable, replacing
-from ..scene import Scene, load_scene
+from ..scene.loading import load_scene
+from ..scene.scene import Scene
 from .chapters import CHAPTERS, Chapter
 from .figure import Figure, to_html
 from .films import film, heat_maps, or_why_not

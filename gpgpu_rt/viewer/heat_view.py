@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from .. import false_colours as colours
-from ..camera import Camera
-from ..heat import Heat, heat, scale_bar, scale_of
+from ..inspect import false_colours as colours
+from ..inspect.heat import Heat, heat, scale_bar, scale_of
 from ..methods import find_method
 from ..options import TRACER_OPTIONS
+from ..scene.camera import Camera
 from ..statistics import Statistics
 from ..tracer import Tracer
 from .tracers import Tracers

@@ -6,15 +6,15 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .. import false_colours as colours
-from ..camera import Camera
 from ..errors import Error
-from ..pass_pictures import PLACES, distance_pixels, phase_pixels
-from ..ray_batch import RayBatch
-from ..record import EXACT_INTEGER
-from ..time_travel import Pass, decode, phase_names, travel
+from ..gl.record import EXACT_INTEGER
+from ..inspect import false_colours as colours
+from ..inspect.pass_pictures import PLACES, distance_pixels, phase_pixels
+from ..inspect.time_travel import Pass, decode, phase_names, travel
+from ..rays.batch import RayBatch
+from ..scene.camera import Camera
+from ..text_format import counted
 from ..tracer import Tracer
-from ..words import counted
 
 MOST_BYTES = 256 << 20      # of states; beyond, every second pass is forgotten
 MOST_SECONDS = 20.0

@@ -14,8 +14,8 @@ import moderngl
 import numpy as np
 from imgui_bundle import imgui
 
-from ..gpu import Gpu
-from ..shader import compile_program
+from ..gl.context import Gpu
+from ..gl.shader import compile_program
 
 BUTTONS = {1: 0, 2: 1, 3: 2}    # the window's left, right, middle as ImGui counts them
 KEYS = ("TAB", "LEFT", "RIGHT", "UP", "DOWN", "PAGE_UP", "PAGE_DOWN", "HOME", "END", "DELETE",
@@ -44,7 +44,7 @@ class Link:
         self.window, self.context = window, gpu.context
         imgui.get_platform_io().platform_set_clipboard_text_fn = (
             lambda _, text: glfw.set_clipboard_string(window._window, text))
-        self._program = compile_program(gpu, "passes/panel.frag", vertex="passes/panel.vert")
+        self._program = compile_program(gpu, "viewer/panel.frag", vertex="viewer/panel.vert")
         self._textures: dict[int, moderngl.Texture] = {}
         self._pictures: dict[str, moderngl.Texture] = {}
         self._room = (0, 0)

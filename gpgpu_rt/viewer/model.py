@@ -19,11 +19,11 @@ import moderngl
 import numpy as np
 from PIL import Image
 
-from .. import false_colours as colours
-from ..camera import Camera
 from ..errors import Error
-from ..gpu import Gpu, open_gpu
-from ..scene import load_scene
+from ..gl.context import Gpu, open_gpu
+from ..inspect import false_colours as colours
+from ..scene.camera import Camera
+from ..scene.loading import load_scene
 from ..tracer import Tracer
 from .drawn import Drawn
 from .heat_view import HeatView

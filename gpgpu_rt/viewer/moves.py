@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..camera import Camera
+from ..scene.camera import Camera
 
 STEEPEST = np.radians(89.0)     # a view along up has no horizon
 

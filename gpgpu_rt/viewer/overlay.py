@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..camera import Camera
+from ..scene.camera import Camera
 
 
 def projected(camera: Camera, size: tuple[int, int], segments: np.ndarray) -> np.ndarray:

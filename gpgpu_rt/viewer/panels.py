@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 from imgui_bundle import imgui
 
-from .. import false_colours as colours
 from ..errors import OptionError
-from ..heat import KINDS
-from ..integrators import INTEGRATORS
+from ..inspect import false_colours as colours
+from ..inspect.heat import KINDS
 from ..methods import methods
 from ..options import Option, spell
-from ..scene import scene_names
-from ..words import counted
+from ..render.integrators import INTEGRATORS
+from ..scene.loading import scene_names
+from ..text_format import counted
 from .heat_view import LAYOUTS
 from .line import line_of
 from .link import Link

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..accel import Grid
-from ..camera import Camera
-from ..pass_pictures import PLACES
-from ..time_travel import Pass, phase_names, travel
+from ..inspect.pass_pictures import PLACES
+from ..inspect.time_travel import Pass, phase_names, travel
+from ..methods.grid.cells import Grid
+from ..scene.camera import Camera
+from ..text_format import counted
 from ..tracer import Tracer
-from ..words import counted
 from .journey import hit_words, word_of
 
 MOST_ROWS = 20_000

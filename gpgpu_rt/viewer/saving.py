@@ -8,7 +8,7 @@ from typing import Any
 
 from PIL import Image, PngImagePlugin
 
-from ..files import check_writable, replacing
+from ..disk.files import check_writable, replacing
 
 KEY = "gpgpu-rt"    # of the PNG's text
 

@@ -10,10 +10,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from ..camera import Camera
-from ..integrators import DEFAULT, find_integrator
 from ..methods import Method, find_method
 from ..options import TRACER_OPTIONS, Option, spell
+from ..render.integrators import DEFAULT, find_integrator
+from ..scene.camera import Camera
 from ..tracer import DEFAULT_METHOD
 
 # By the viewer itself; the rays of its pictures are never arrays.

@@ -5,10 +5,10 @@ from collections import OrderedDict
 from collections.abc import Mapping
 from typing import Any
 
-from ..gpu import Gpu
-from ..integrators import DEFAULT
+from ..gl.context import Gpu
 from ..methods import find_method
-from ..scene import Scene
+from ..render.integrators import DEFAULT
+from ..scene.scene import Scene
 from ..tracer import Tracer
 
 KEPT = 3

@@ -14,10 +14,10 @@ import moderngl_window
 import numpy as np
 from imgui_bundle import imgui
 
-from ..camera import Camera
 from ..errors import ContextError, Error
 from ..methods import methods
-from ..scene import load_scene
+from ..scene.camera import Camera
+from ..scene.loading import load_scene
 from . import moves
 from .link import Link
 from .model import MODES, Viewer

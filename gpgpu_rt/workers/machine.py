@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import IO
 
-from ..own_folder import open_lock, own_folder
+from ..disk.own_folder import open_lock, own_folder
 
 Processes = Callable[[], Iterable[int]]     # their numbers, now
 

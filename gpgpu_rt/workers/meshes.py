@@ -5,11 +5,11 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
-from ..content import digest
+from ..disk.files import is_file, read_input, replacing
+from ..disk.own_folder import own_folder
 from ..errors import Error
-from ..files import is_file, read_input, replacing
-from ..own_folder import own_folder
-from ..scenes import catalogue
+from ..scene import catalogue
+from .digest import digest
 
 Files = Mapping[str, bytes]     # by name
 

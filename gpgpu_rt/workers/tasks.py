@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from ..accel.cache import cache_files, give_cache
-from ..gpu import open_gpu
+from ..gl.context import open_gpu
 from ..hits import Hits
-from ..scene import Scene
+from ..scene.scene import Scene
 from ..tracer import Tracer
 
 MOST_TRACERS = 2

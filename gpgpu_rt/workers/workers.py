@@ -11,16 +11,17 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from ..animation import Animation, load_animation
-from ..camera import Camera
-from ..content import digest
 from ..errors import Error, OptionError, how_to_install
 from ..hits import Hits, joined
 from ..methods import find_method
-from ..ray_batch import RayBatch
-from ..region import Region
-from ..scene import Scene, load_scene
+from ..rays.batch import RayBatch
+from ..scene.animation import Animation, load_animation
+from ..scene.camera import Camera
+from ..scene.loading import load_scene
+from ..scene.region import Region
+from ..scene.scene import Scene
 from . import logs, tasks
+from .digest import digest
 from .local import local_cluster
 
 LOCAL = "local"

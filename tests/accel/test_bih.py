@@ -6,7 +6,9 @@ import pytest
 from conftest import RAY_SETS, assert_same_bits, random_soup, soup_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt import accel
+from gpgpu_rt.methods.bih.tree import build_bih
+from gpgpu_rt.methods.bvh.build import build_bvh
+from gpgpu_rt.methods.quality import sah_cost
 
 CASES = {
     "none": lambda: np.zeros((0, 3, 3), np.float32),
@@ -26,7 +28,7 @@ CASES = {
 @pytest.mark.parametrize("name", CASES)
 def test_planes_hold_what_lies_below(name: str, max_leaf: int) -> None:
     triangles = CASES[name]()
-    bih = accel.build_bih(triangles, max_leaf=max_leaf)
+    bih = build_bih(triangles, max_leaf=max_leaf)
     assert np.array_equal(np.sort(bih.order), np.arange(len(triangles)))
     if not len(triangles):
         return
@@ -51,7 +53,7 @@ def test_planes_hold_what_lies_below(name: str, max_leaf: int) -> None:
 
 def test_planes_are_the_tightest() -> None:
     triangles = CASES["soup"]()
-    bih = accel.build_bih(triangles)
+    bih = build_bih(triangles)
     below: dict[int, np.ndarray] = {}
     for node in reversed(range(len(bih.axis))):     # children come after their parent
         if bih.axis[node] == 3:
@@ -68,14 +70,14 @@ def test_planes_are_the_tightest() -> None:
     ({"max_leaf": 0}, "max_leaf"), ({"max_depth": -1}, "max_depth"), ({"bins": 4}, "bins")])
 def test_wrong_options_are_refused(options: dict, message: str) -> None:
     with pytest.raises(rt.OptionError, match=message):
-        accel.build_bih(random_soup(5, 1), **options)
+        build_bih(random_soup(5, 1), **options)
 
 
 def test_it_is_linear_and_no_worse_than_it_should_be() -> None:
     triangles = random_soup(4000, 9, size=0.02)
-    bih, sah = accel.build_bih(triangles), accel.build_bvh(triangles)
+    bih, sah = build_bih(triangles), build_bvh(triangles)
     assert len(bih.axis) < 2 * len(triangles)
-    assert accel.sah_cost(sah) < accel.sah_cost(bih) < 4 * accel.sah_cost(sah)
+    assert sah_cost(sah) < sah_cost(bih) < 4 * sah_cost(sah)
 
 
 @pytest.mark.parametrize("stack_size", [4, 16])

@@ -9,7 +9,11 @@ import trimesh
 from conftest import assert_threaded, random_soup
 
 import gpgpu_rt as rt
-from gpgpu_rt import accel
+from gpgpu_rt.accel.cache import cached
+from gpgpu_rt.methods.bvh.build import build_bvh
+from gpgpu_rt.methods.grid.cells import build_grid
+from gpgpu_rt.methods.grid.proximity import proximity_cloud
+from gpgpu_rt.methods.kdtree.build import build_kdtree
 
 MESHES = {
     "soup": lambda: random_soup(500, 1),
@@ -44,7 +48,7 @@ def listed(runs: np.ndarray, references: np.ndarray, start: np.ndarray, end: np.
 @mesh
 def test_grid_lists_what_lies_in_a_cell(name: str) -> None:
     triangles = MESHES[name]()
-    grid = accel.build_grid(triangles)
+    grid = build_grid(triangles)
     assert len(grid.cell_start) == np.prod(grid.resolution) + 1
     assert (np.diff(grid.cell_start) >= 0).all() and grid.cell_start[-1] == len(grid.references)
     if not len(triangles):
@@ -57,12 +61,12 @@ def test_grid_lists_what_lies_in_a_cell(name: str) -> None:
 
 @pytest.mark.parametrize("resolution", [1, 7, (3, 1, 9)])
 def test_proximity_is_the_chebyshev_distance(resolution) -> None:
-    grid = accel.build_grid(random_soup(4, 9, size=0.02), resolution=resolution)
+    grid = build_grid(random_soup(4, 9, size=0.02), resolution=resolution)
     shape = tuple(grid.resolution)
     occupied = np.argwhere((np.diff(grid.cell_start) > 0).reshape(shape[::-1]))
     cells = np.argwhere(np.ones(shape[::-1], bool))
     expected = np.abs(cells[:, None] - occupied[None]).max(2).min(1)
-    assert (accel.proximity(grid) == expected).all()
+    assert (proximity_cloud(grid) == expected).all()
 
 
 @pytest.mark.parametrize("options", [{"split": "binned"}, {"split": "exact"}, {"build": "zhou"},
@@ -71,7 +75,7 @@ def test_proximity_is_the_chebyshev_distance(resolution) -> None:
 @mesh
 def test_kdtree_lists_what_lies_in_a_leaf(name: str, options: dict) -> None:
     triangles = MESHES[name]()
-    tree = accel.build_kdtree(triangles, **options)
+    tree = build_kdtree(triangles, **options)
     inner = np.flatnonzero(tree.axis < 3)
     parents = tree.parents()
     assert parents[0] == -1 and (parents[tree.left[inner]] == inner).all()
@@ -98,17 +102,17 @@ def test_kdtree_lists_what_lies_in_a_leaf(name: str, options: dict) -> None:
 @mesh
 def test_bvh_is_a_threaded_tree(name: str, build: str) -> None:
     triangles = MESHES[name]()
-    assert_threaded(accel.build_bvh(triangles, build=build), triangles)
+    assert_threaded(build_bvh(triangles, build=build), triangles)
 
 
 def test_ten_thousand_coincident_triangles_end() -> None:
     heap = np.repeat(random_soup(1, 3), 10_000, axis=0)
-    assert accel.build_kdtree(heap).depth < 40
-    assert len(accel.build_kdtree(heap, build="zhou").references) <= 80_000
-    assert accel.build_bvh(heap, build="kay-kajiya").depth < 40
+    assert build_kdtree(heap).depth < 40
+    assert len(build_kdtree(heap, build="zhou").references) <= 80_000
+    assert build_bvh(heap, build="kay-kajiya").depth < 40
 
 
-@pytest.mark.parametrize("build", [accel.build_grid, accel.build_kdtree, accel.build_bvh])
+@pytest.mark.parametrize("build", [build_grid, build_kdtree, build_bvh])
 def test_cache(build, tmp_path, monkeypatch) -> None:
     monkeypatch.setenv("GPGPU_RT_CACHE", str(tmp_path))
     triangles = random_soup(80, 12)
@@ -118,8 +122,8 @@ def test_cache(build, tmp_path, monkeypatch) -> None:
     def counting(given, **options):
         calls.append(1)
         return build(given, **options)
-    first = accel.cached(counting, triangles)
-    again = accel.cached(counting, triangles)
+    first = cached(counting, triangles)
+    again = cached(counting, triangles)
     assert len(calls) == 1
     for name, value in vars(first).items():
         assert np.array_equal(getattr(again, name), value)
@@ -127,14 +131,14 @@ def test_cache(build, tmp_path, monkeypatch) -> None:
     for damage in (lambda b: b[:len(b) // 2], lambda b: b"",
                    lambda b: b[:200] + b"\0" * 64 + b[264:]):
         file.write_bytes(damage(file.read_bytes()))
-        accel.cached(counting, triangles)
+        cached(counting, triangles)
     assert len(calls) == 4
-    accel.cached(counting, triangles + np.float32(1))
+    cached(counting, triangles + np.float32(1))
     assert len(calls) == 5
 
 
 def test_unknown_options() -> None:
     with pytest.raises(rt.OptionError, match="sah"):
-        accel.build_bvh(random_soup(3, 1), build="saah")
+        build_bvh(random_soup(3, 1), build="saah")
     with pytest.raises(rt.OptionError):
-        accel.build_kdtree(random_soup(3, 1), binz=3)
+        build_kdtree(random_soup(3, 1), binz=3)

@@ -12,15 +12,20 @@ import numpy as np
 import pytest
 from conftest import random_soup
 
-from gpgpu_rt import accel
 from gpgpu_rt.accel import cache
+from gpgpu_rt.accel.cache import cached
+from gpgpu_rt.methods.bvh.build import build_bvh
+from gpgpu_rt.methods.bvh.tree import Bvh
+from gpgpu_rt.methods.grid.cells import Grid, build_grid
+from gpgpu_rt.methods.kdtree.build import build_kdtree
 
 STORE = """
 import numpy as np
-from gpgpu_rt import accel
+from gpgpu_rt.accel import cache
+from gpgpu_rt.methods.bvh.build import build_bvh
 triangles = np.random.default_rng(7).random((2000, 3, 3)).astype(np.float32)
 for _ in range(15):
-    accel.cache._store(accel.cache.cache_folder() / "same.npz", accel.build_bvh(triangles))
+    cache._store(cache.cache_folder() / "same.npz", build_bvh(triangles))
 """
 
 HEIGHTS = """
@@ -53,14 +58,14 @@ def files(folder: Path) -> list[str]:
 def test_an_option_may_be_called_build_or_triangles(folder: Path) -> None:
     triangles = random_soup(40, 1)
     for build in ("sah", "kay-kajiya"):
-        bvh = accel.cached(accel.build_bvh, triangles, build=build)
-        expected = accel.build_bvh(triangles, build=build)
+        bvh = cached(build_bvh, triangles, build=build)
+        expected = build_bvh(triangles, build=build)
         assert np.array_equal(bvh.escape, expected.escape)
     assert len(files(folder)) == 2
 
-    def build(given: np.ndarray, /, **options: int) -> accel.Grid:
-        return accel.build_grid(given, resolution=options["triangles"])
-    assert accel.cached(build, triangles, triangles=3).resolution.tolist() == [3, 3, 3]
+    def build(given: np.ndarray, /, **options: int) -> Grid:
+        return build_grid(given, resolution=options["triangles"])
+    assert cached(build, triangles, triangles=3).resolution.tolist() == [3, 3, 3]
 
 
 def test_a_structure_of_ones_own_comes_back(folder: Path, monkeypatch, tmp_path) -> None:
@@ -69,28 +74,28 @@ def test_a_structure_of_ones_own_comes_back(folder: Path, monkeypatch, tmp_path)
     heights = importlib.import_module("heights")
     triangles = random_soup(40, 5)
     for _ in range(2):
-        assert np.array_equal(accel.cached(heights.build, triangles).tops,
+        assert np.array_equal(cached(heights.build, triangles).tops,
                               triangles[:, :, 2].max(axis=1))
     assert heights.calls == 1 and len(files(folder)) == 1
     with pytest.raises(TypeError, match="annotate the dataclass that .*lambda"):
-        accel.cached(lambda given: None, triangles)
+        cached(lambda given: None, triangles)
 
 
 def test_builder_options_triangles_and_text_all_make_another_file(folder, monkeypatch) -> None:
     triangles = random_soup(40, 2)
     nudged = triangles.copy()
     nudged[-1, -1, -1] = np.nextafter(nudged[-1, -1, -1], np.float32(9))
-    accel.cached(accel.build_kdtree, triangles)
-    accel.cached(accel.build_kdtree, nudged)
-    accel.cached(accel.build_kdtree, triangles, bins=5)
-    accel.cached(accel.build_kdtree, triangles, bins=6)
-    accel.cached(accel.build_grid, triangles, resolution=np.array([2, 3, 4]))
-    accel.cached(accel.build_grid, triangles, resolution=np.array([2, 3, 5]))
+    cached(build_kdtree, triangles)
+    cached(build_kdtree, nudged)
+    cached(build_kdtree, triangles, bins=5)
+    cached(build_kdtree, triangles, bins=6)
+    cached(build_grid, triangles, resolution=np.array([2, 3, 4]))
+    cached(build_grid, triangles, resolution=np.array([2, 3, 5]))
     assert len(files(folder)) == 6
-    accel.cached(accel.build_grid, triangles, resolution=[2, 3, 5])
+    cached(build_grid, triangles, resolution=[2, 3, 5])
     assert len(files(folder)) == 6
     monkeypatch.setattr(cache, "_builders_digest", lambda module: "another text")
-    accel.cached(accel.build_kdtree, triangles)
+    cached(build_kdtree, triangles)
     assert len(files(folder)) == 7
 
 
@@ -106,10 +111,10 @@ def test_the_digest_follows_every_file_of_the_builders(tmp_path, monkeypatch) ->
     assert len(digests) == 4
 
 
-@pytest.mark.parametrize("build", [accel.build_grid, accel.build_kdtree, accel.build_bvh])
+@pytest.mark.parametrize("build", [build_grid, build_kdtree, build_bvh])
 def test_fields_come_back_with_their_types(folder: Path, build) -> None:
     triangles = random_soup(30, 3)
-    built = accel.cached(build, triangles)
+    built = cached(build, triangles)
     read = cache._load(next(folder.glob("*.npz")), type(built), 30)
     assert type(read) is type(built)
     for name, value in vars(built).items():
@@ -120,13 +125,13 @@ def test_fields_come_back_with_their_types(folder: Path, build) -> None:
 
 
 def test_one_changed_value_is_never_trusted(folder: Path) -> None:
-    accel.cached(accel.build_bvh, random_soup(30, 4))
+    cached(build_bvh, random_soup(30, 4))
     path, = folder.glob("*.npz")
     with np.load(path) as file:
         arrays = dict(file)
     arrays["escape"][3] += 1
     np.savez(path, **arrays)            # a whole file, but for its checksum
-    assert cache._load(path, accel.Bvh, 30) is None
+    assert cache._load(path, Bvh, 30) is None
 
 
 def test_two_processes_may_store_at_once(folder: Path) -> None:
@@ -135,7 +140,7 @@ def test_two_processes_may_store_at_once(folder: Path) -> None:
                for _ in range(2)]
     path, torn = folder / "same.npz", 0
     while any(process.poll() is None for process in running):
-        torn += path.exists() and cache._load(path, accel.Bvh, 2000) is None
+        torn += path.exists() and cache._load(path, Bvh, 2000) is None
     assert [process.returncode for process in running] == [0, 0]
     assert torn == 0 and files(folder) == ["same.npz"]
 
@@ -146,7 +151,7 @@ def test_a_folder_that_cannot_be_made_only_means_no_cache(tmp_path, monkeypatch)
     for seed in (5, 6):
         with warnings.catch_warnings(record=True) as told:
             warnings.simplefilter("always")
-            assert len(accel.cached(accel.build_bvh, random_soup(30, seed)).order) == 30
+            assert len(cached(build_bvh, random_soup(30, seed)).order) == 30
         assert [f"GPGPU_RT_CACHE: nothing can be kept in {tmp_path / 'file'}" in str(one.message)
                 for one in told] == [True] * (seed == 5)     # once
 
@@ -157,7 +162,7 @@ def test_the_folder_of_nobodys_choice_is_done_without_in_silence(tmp_path, monke
     monkeypatch.delenv("GPGPU_RT_CACHE", raising=False)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        accel.cached(accel.build_bvh, random_soup(30, 5))
+        cached(build_bvh, random_soup(30, 5))
 
 
 def test_a_home_that_is_not_there_is_told_of(monkeypatch) -> None:
@@ -172,12 +177,12 @@ def test_a_failed_write_leaves_nothing(folder: Path, monkeypatch) -> None:
         raise OSError(28, "No space left on device")
     monkeypatch.setattr(np, "savez", fill_up)
     with pytest.warns(UserWarning, match="No space left"):
-        assert len(accel.cached(accel.build_bvh, random_soup(30, 6)).order) == 30
+        assert len(cached(build_bvh, random_soup(30, 6)).order) == 30
     assert files(folder) == []
 
 
 def test_an_empty_name_turns_it_off(tmp_path, monkeypatch) -> None:
     monkeypatch.setenv("GPGPU_RT_CACHE", "")
     monkeypatch.chdir(tmp_path)
-    accel.cached(accel.build_bvh, random_soup(30, 7))
+    cached(build_bvh, random_soup(30, 7))
     assert cache.cache_folder() is None and files(tmp_path) == []

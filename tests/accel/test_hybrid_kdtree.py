@@ -6,9 +6,9 @@ import pytest
 from conftest import random_soup
 
 import gpgpu_rt as rt
-from gpgpu_rt import accel
-from gpgpu_rt.accel.kdtree import LEAF
 from gpgpu_rt.accel.morton import morton_3d
+from gpgpu_rt.methods.kdtree.build import build_kdtree
+from gpgpu_rt.methods.kdtree.tree import LEAF
 
 
 @pytest.mark.parametrize("bits", [1, 2, 3])
@@ -18,7 +18,7 @@ def test_upper_levels_halve_the_box_in_turn(seed: int, bits: int) -> None:
     it is split if any triangle is listed below it."""
     triangles = random_soup(600, seed, size=0.03)
     triangles[300:] += np.float32([0, 3, 2])        # most of the lattice stays empty
-    tree = accel.build_kdtree(triangles, build="hybrid", morton_bits=bits)
+    tree = build_kdtree(triangles, build="hybrid", morton_bits=bits)
     lo, hi = tree.boxes()
     step = (tree.hi.astype(float) - tree.lo) / 2 ** bits
     todo, cells, empty = [(0, np.zeros(3, int), np.full(3, 2 ** bits))], 0, 0

@@ -5,15 +5,15 @@ import numpy as np
 import pytest
 from test_builders import MESHES, mesh
 
-from gpgpu_rt import accel
-from gpgpu_rt.accel import OctantCopies
 from gpgpu_rt.accel.runs import expand, owners
-from gpgpu_rt.methods.bvh_tables import Threads
+from gpgpu_rt.methods.bvh.build import build_bvh
+from gpgpu_rt.methods.bvh.octant_copies import OctantCopies, times_stored
+from gpgpu_rt.methods.bvh.tables import Threads
 
 
 @mesh
 def test_copies_hold_the_same_leaves(name: str) -> None:
-    bvh = accel.build_bvh(MESHES[name]())
+    bvh = build_bvh(MESHES[name]())
     copies = OctantCopies.of(bvh, met_anyway=1)
     for octant in range(8):
         runs = np.stack([copies.first[octant], copies.count[octant]], 1)
@@ -32,7 +32,7 @@ def test_copies_hold_the_same_leaves(name: str) -> None:
 @mesh
 def test_copies_leave_out_boxes_alone(name: str) -> None:
     """The leaves in the same order, each inside what is kept around it; and fewer boxes."""
-    bvh = accel.build_bvh(MESHES[name]())
+    bvh = build_bvh(MESHES[name]())
     whole, fewer = OctantCopies.of(bvh, met_anyway=1), OctantCopies.of(bvh, met_anyway=0.5)
     assert fewer.source.shape[1] < whole.source.shape[1] or bvh.count.size < 8
     for octant in range(8):
@@ -53,7 +53,7 @@ def test_copies_leave_out_boxes_alone(name: str) -> None:
 
 def walk(threads: Threads, octant: int, met: np.ndarray) -> tuple[list[int], list[int]]:
     """Nodes of the tree that a walk tests, and leaves that it enters, where ``met`` says which of
-    the tree's nodes it is in; as glsl/common/shared_subtrees.glsl goes."""
+    the tree's nodes it is in; as glsl/methods/bvh/shared_subtrees.glsl goes."""
     node, after = octant * threads.uniforms["node_count"], -1
     tested, leaves = [], []
     while node >= 0:
@@ -74,7 +74,7 @@ def walk(threads: Threads, octant: int, met: np.ndarray) -> tuple[list[int], lis
 @pytest.mark.parametrize("name", sorted(set(MESHES) - {"empty"}))
 def test_shared_subtrees_are_walked_as_copies_are(name: str, most: int) -> None:
     """The same leaves are entered, whatever is met; and no node is stored twice that is shared."""
-    bvh = accel.build_bvh(MESHES[name]())
+    bvh = build_bvh(MESHES[name]())
     whole, shared = (Threads(bvh, {"octants": True, "shared_subtrees": some})
                      for some in (None, most))
     size = bvh.escape - np.arange(len(bvh.escape))
@@ -100,7 +100,7 @@ def test_shared_subtrees_are_walked_as_copies_are(name: str, most: int) -> None:
 
 def test_shared_subtrees_stand_for_most_of_the_copies() -> None:
     triangles = MESHES["ball"]()
-    bvh = accel.build_bvh(triangles)
+    bvh = build_bvh(triangles)
     whole, shared = OctantCopies.of(bvh), OctantCopies.of(bvh, shared_subtrees=64)
     assert (shared.shared.size + shared.source.size) * 4 < whole.source.size
     assert (shared.below >= 0).any(axis=1).all()
@@ -109,11 +109,11 @@ def test_shared_subtrees_stand_for_most_of_the_copies() -> None:
 @pytest.mark.parametrize("most", [None, 3, 8, 16, 32, 64, 500])
 def test_nodes_are_stored_no_more_often_than_is_told(most: int | None) -> None:
     for name in ("soup", "ball", "slivers"):
-        bvh = accel.build_bvh(MESHES[name]())
+        bvh = build_bvh(MESHES[name]())
         copies = OctantCopies.of(bvh, shared_subtrees=most or 0)
-        assert copies.records <= accel.times_stored(most) * len(bvh.count)
+        assert copies.records <= times_stored(most) * len(bvh.count)
 
 
 def test_no_tree_no_copies() -> None:
-    copies = OctantCopies.of(accel.build_bvh(MESHES["empty"]()), shared_subtrees=8)
+    copies = OctantCopies.of(build_bvh(MESHES["empty"]()), shared_subtrees=8)
     assert copies.source.shape == (8, 0) and not len(copies.shared)

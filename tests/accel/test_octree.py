@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from conftest import random_soup
 
-from gpgpu_rt import accel
 from gpgpu_rt.errors import OptionError
+from gpgpu_rt.methods.ray_engine.octree import Octree, build_octree
 
 
-def located(tree: accel.Octree, points: np.ndarray) -> np.ndarray:
+def located(tree: Octree, points: np.ndarray) -> np.ndarray:
     """(n,) the cell that each of (n, 3) points lies in, by its bounds alone."""
     at = (points - tree.lo.astype(np.float64)) / tree.cell_size.astype(np.float64)
     inside = ((at[:, None] >= tree.corner) & (at[:, None] < tree.corner + tree.span[:, None]))
@@ -30,7 +30,7 @@ def shapes(name: str, seed: int) -> np.ndarray:
 @pytest.mark.parametrize("name", ["soup", "one", "none", "copies", "flat", "far", "small"])
 def test_points_of_triangles_are_listed(name: str, seed: int) -> None:
     triangles = shapes(name, seed)
-    tree = accel.build_octree(triangles)
+    tree = build_octree(triangles)
     assert (tree.span.astype(np.int64)**3).sum() == np.prod(tree.resolution.astype(np.int64))
     assert tree.cell_start[-1] == len(tree.references)
     rng = np.random.default_rng(seed)
@@ -49,7 +49,7 @@ def test_points_of_triangles_are_listed(name: str, seed: int) -> None:
 @pytest.mark.parametrize("seed", [3], ids="seed{}".format)
 def test_cells_are_split_where_it_is_crowded(seed: int) -> None:
     triangles = random_soup(3000, seed, size=0.02)
-    coarse, fine = (accel.build_octree(triangles, leaf_size=size) for size in (30, 4))
+    coarse, fine = (build_octree(triangles, leaf_size=size) for size in (30, 4))
     for tree, size in ((coarse, 30), (fine, 4)):
         crowded = np.diff(tree.cell_start) > size
         assert (tree.span[crowded] == 1).all() and tree.span.max() > 1
@@ -57,7 +57,7 @@ def test_cells_are_split_where_it_is_crowded(seed: int) -> None:
 
 
 def test_the_root_reaches_every_cell() -> None:
-    tree = accel.build_octree(random_soup(500, 4, size=0.05))
+    tree = build_octree(random_soup(500, 4, size=0.05))
     cells = -1 - tree.child[tree.child < 0]
     assert (np.sort(cells) == np.arange(len(tree.span))).all()
     first = tree.child[tree.child >= 0]
@@ -68,5 +68,5 @@ def test_the_root_reaches_every_cell() -> None:
 def test_options() -> None:
     for given in ({"leaf_size": 0}, {"density": -1}, {"leaf": 3}):
         with pytest.raises(OptionError) as caught:
-            accel.build_octree(random_soup(9, 1), **given)
+            build_octree(random_soup(9, 1), **given)
         assert "\n" not in str(caught.value)

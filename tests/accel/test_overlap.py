@@ -8,8 +8,10 @@ from conftest import random_soup
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gpgpu_rt import accel
 from gpgpu_rt.accel.bounds import padding
+from gpgpu_rt.methods.grid.cells import build_grid
+from gpgpu_rt.methods.kdtree.build import build_kdtree
+from gpgpu_rt.methods.quality import quality
 
 # Corners on a lattice: coplanar, coincident, edge-on and zero-area triangles all the time.
 LATTICE = st.lists(st.tuples(*[st.integers(-2, 2)] * 9), min_size=1, max_size=9).map(
@@ -57,7 +59,7 @@ def check_lists(triangles: np.ndarray, lo: np.ndarray, hi: np.ndarray, start: np
 
 
 def check_grid(triangles: np.ndarray, resolution) -> None:
-    grid = accel.build_grid(triangles, resolution=resolution)
+    grid = build_grid(triangles, resolution=resolution)
     rx, ry, rz = grid.resolution
     z, y, x = np.indices((rz, ry, rx)).reshape(3, -1)
     size = (grid.hi.astype(float) - grid.lo) / grid.resolution
@@ -67,7 +69,7 @@ def check_grid(triangles: np.ndarray, resolution) -> None:
 
 
 def check_kdtree(triangles: np.ndarray, **options) -> None:
-    tree = accel.build_kdtree(triangles, **options)
+    tree = build_kdtree(triangles, **options)
     lo, hi = tree.boxes()
     leaf = tree.axis == 3
     assert (lo <= hi).all()
@@ -113,7 +115,7 @@ def test_flat_triangle_in_a_split_plane_is_on_both_sides(axis: int) -> None:
     wall = np.zeros((1, 3, 3), np.float32)
     wall[0, :, (axis + 1) % 3] = [-1, 1, 0]
     wall[0, :, (axis + 2) % 3] = [-1, -1, 1]
-    tree = accel.build_kdtree(wall, empty_bonus=0.9, intersection_cost=100)
+    tree = build_kdtree(wall, empty_bonus=0.9, intersection_cost=100)
     lo, hi = tree.boxes()
     holds = (tree.axis == 3) & (tree.count > 0)
     assert holds.any()
@@ -122,9 +124,9 @@ def test_flat_triangle_in_a_split_plane_is_on_both_sides(axis: int) -> None:
 
 def test_unclipped_kdtree_loses_nothing_and_lists_more() -> None:
     triangles = random_soup(200, 23)
-    clipped = accel.build_kdtree(triangles, max_depth=12)
-    boxes = accel.build_kdtree(triangles, max_depth=12, clip=False)
-    assert accel.quality(boxes)["sah_cost"] > accel.quality(clipped)["sah_cost"]
+    clipped = build_kdtree(triangles, max_depth=12)
+    boxes = build_kdtree(triangles, max_depth=12, clip=False)
+    assert quality(boxes)["sah_cost"] > quality(clipped)["sah_cost"]
     lo, hi = boxes.boxes()
     for node in np.flatnonzero(boxes.axis == 3):
         run = boxes.references[boxes.left[node]:boxes.left[node] + boxes.count[node]]

@@ -17,26 +17,29 @@ import pytest
 from conftest import assert_same_bits, random_soup, soup_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt import accel, threads
-from gpgpu_rt.accel import shared, shevtsov
+from gpgpu_rt import threads
+from gpgpu_rt.accel import shared_arrays as shared
 from gpgpu_rt.accel.bounds import padding
-from gpgpu_rt.accel.sah import Costs
-from gpgpu_rt.accel.sah_kdtree import Rules, root_level
-from gpgpu_rt.rays import random_rays
+from gpgpu_rt.methods.bvh.build import build_bvh
+from gpgpu_rt.methods.kdtree import shevtsov
+from gpgpu_rt.methods.kdtree.build import build_kdtree
+from gpgpu_rt.methods.kdtree.sah import Costs
+from gpgpu_rt.methods.kdtree.sah_growth import Rules, root_level
+from gpgpu_rt.rays.ray_sets import random_rays
 
 SCRIPT = """
 import numpy as np
-from gpgpu_rt import accel
+from gpgpu_rt.methods.kdtree.build import build_kdtree
 random = np.random.default_rng(1).random
 triangles = (random((4000, 1, 3)) + 0.02 * random((4000, 3, 3))).astype(np.float32)
-{guard}accel.build_kdtree(triangles, workers=2)
+{guard}build_kdtree(triangles, workers=2)
 """
 
 # Where threads of a pool that a process got by a fork, or that wait for each other, hang.
 FORKED = """
 import os, signal, sys
 import numpy as np
-from gpgpu_rt import ray_batch
+from gpgpu_rt.rays import batch as ray_batch
 os.sched_getaffinity = lambda process: {0, 1}
 ray_batch.AT_ONCE = 5000
 rays = np.random.default_rng(1).random((2, 20_000, 3))
@@ -100,8 +103,8 @@ def assert_nothing_left(blocks: list[str]) -> None:
     ids=["seed41-2", "seed42-exact-2", "seed43-5"])
 def test_the_tree_is_that_of_one_process(blocks, seed: int, options: dict, workers: int) -> None:
     triangles = random_soup(3000, seed, size=0.03)
-    one = accel.build_kdtree(triangles, **options)
-    several = accel.build_kdtree(triangles, workers=workers, **options)
+    one = build_kdtree(triangles, **options)
+    several = build_kdtree(triangles, workers=workers, **options)
     assert len(one.axis) > 900
     for field in dataclasses.fields(one):
         assert np.array_equal(getattr(one, field.name), getattr(several, field.name)), field.name
@@ -111,7 +114,7 @@ def test_the_tree_is_that_of_one_process(blocks, seed: int, options: dict, worke
 @pytest.mark.parametrize("count", [0, 1, 9])
 def test_a_tree_that_has_no_subtrees_to_deal_out(count: int) -> None:
     triangles = random_soup(count, 44)
-    one, several = (accel.build_kdtree(triangles, workers=w) for w in (1, 3))
+    one, several = (build_kdtree(triangles, workers=w) for w in (1, 3))
     assert np.array_equal(one.references, several.references)
     assert not processes()
 
@@ -154,7 +157,7 @@ def test_no_room_in_shared_memory_is_one_clear_line(monkeypatch) -> None:
         raise OSError(28, "No space left on device")
     monkeypatch.setattr(shared, "SharedMemory", none)
     with pytest.raises(rt.LimitError, match="workers=1"):
-        accel.build_kdtree(random_soup(3000, 49, size=0.03), workers=2)
+        build_kdtree(random_soup(3000, 49, size=0.03), workers=2)
     assert not processes()
 
 
@@ -174,12 +177,12 @@ def test_scripts(tmp_path, guard: str, right: bool) -> None:
 @pytest.mark.parametrize("workers", [0, 1.5, "two", 257])
 def test_numbers_of_workers_that_are_none(workers) -> None:
     with pytest.raises(rt.OptionError, match="workers"):
-        accel.build_kdtree(random_soup(3, 50), workers=workers)
+        build_kdtree(random_soup(3, 50), workers=workers)
 
 
 @pytest.mark.parametrize("seed", [3, 4], ids="seed{}".format)
 @pytest.mark.parametrize("build, options", [
-    (accel.build_kdtree, {}), (accel.build_kdtree, {"split": "exact"}), (accel.build_bvh, {})])
+    (build_kdtree, {}), (build_kdtree, {"split": "exact"}), (build_bvh, {})])
 def test_threads_build_the_same(build: Callable, options: dict, seed: int, monkeypatch) -> None:
     """Whoever is done first. A scene that looks the same along all axes has no cheapest one: the
     first must still win."""

@@ -6,11 +6,11 @@ import pytest
 from conftest import assert_same_bits, random_soup, soup_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt import accel
 from gpgpu_rt.accel.bounds import shrink_flat
-from gpgpu_rt.accel.ray_boxes import RayBoxes
-from gpgpu_rt.record import EXACT_INTEGER
-from gpgpu_rt.reference.watertight import intersect_pairs
+from gpgpu_rt.gl.record import EXACT_INTEGER
+from gpgpu_rt.methods.ray_space.ray_boxes import RayBoxes
+from gpgpu_rt.methods.ray_space.visibility_field import build_visibility_field
+from gpgpu_rt.numerics.watertight import intersect_pairs
 
 METHODS = ("ray-classification", "visibility-field")
 MIB = 1 << 20
@@ -184,7 +184,7 @@ def test_a_camera_from_afar(exact_renderer, method: str) -> None:
 
 def test_lists_are_in_order() -> None:
     scene = soup_scene(150, 60)
-    field = accel.build_visibility_field(scene.triangles)
+    field = build_visibility_field(scene.triangles)
     beam = np.repeat(np.arange(len(field.beam_start) - 1), np.diff(field.beam_start))
     same = beam[1:] == beam[:-1]
     assert (np.diff(field.near)[same] >= 0).all()

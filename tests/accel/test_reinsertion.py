@@ -7,11 +7,13 @@ from conftest import assert_threaded, random_soup
 from test_builders import BUILDS, MESHES
 
 import gpgpu_rt as rt
-from gpgpu_rt import accel
-from gpgpu_rt.accel import reinsertion, tree_order
-from gpgpu_rt.accel.bvh import LooseTree
+from gpgpu_rt.accel import tree_order
 from gpgpu_rt.methods import methods
-from gpgpu_rt.rays import random_rays
+from gpgpu_rt.methods.bvh import reinsertion
+from gpgpu_rt.methods.bvh.build import build_bvh
+from gpgpu_rt.methods.bvh.tree import LooseTree
+from gpgpu_rt.methods.quality import sah_cost
+from gpgpu_rt.rays.ray_sets import random_rays
 
 seeds = pytest.mark.parametrize("seed", range(4))
 
@@ -126,11 +128,11 @@ def test_two_that_would_go_into_one_another() -> None:
 @pytest.mark.parametrize("name", MESHES)
 def test_reinserted_is_a_threaded_tree(name: str, build: str) -> None:
     triangles = MESHES[name]()
-    before, after = (accel.build_bvh(triangles, build=build, reinsertion=rounds)
+    before, after = (build_bvh(triangles, build=build, reinsertion=rounds)
                      for rounds in (0, 2))
     assert_threaded(after, triangles)
     assert after.count.max(initial=0) <= 4
-    assert accel.sah_cost(after) <= accel.sah_cost(before) * 1.001 or not len(triangles)
+    assert sah_cost(after) <= sah_cost(before) * 1.001 or not len(triangles)
 
 
 @pytest.mark.parametrize("build, least", [("sah", 0.03), ("lbvh", 0.1), ("hybrid", 0.04),
@@ -138,7 +140,7 @@ def test_reinserted_is_a_threaded_tree(name: str, build: str) -> None:
 @seeds
 def test_trees_cost_less(build: str, least: float, seed: int) -> None:
     triangles = random_soup(2000, seed, size=0.05)
-    before, after = (accel.sah_cost(accel.build_bvh(triangles, build=build, reinsertion=rounds))
+    before, after = (sah_cost(build_bvh(triangles, build=build, reinsertion=rounds))
                      for rounds in (0, 3))
     assert after < (1 - least) * before
 
@@ -146,14 +148,14 @@ def test_trees_cost_less(build: str, least: float, seed: int) -> None:
 def test_leaves_and_nodes_keep_to_their_limits() -> None:
     triangles = random_soup(600, 1)
     for most in (1, 2, 7):
-        assert accel.build_bvh(triangles, reinsertion=1, max_leaf=most).count.max() <= most
-    assert len(accel.build_bvh(triangles, reinsertion=1, most_nodes=99).count) <= 99
+        assert build_bvh(triangles, reinsertion=1, max_leaf=most).count.max() <= most
+    assert len(build_bvh(triangles, reinsertion=1, most_nodes=99).count) <= 99
 
 
 @pytest.mark.parametrize("scale", [1e-30, 1e-12, 1e12, 1e30])
 def test_whatever_the_scene_s_size(scale: float) -> None:
     triangles = random_soup(300, 5)
-    plain, scaled = (accel.build_bvh(triangles * np.float32(s), build="kay-kajiya", reinsertion=2)
+    plain, scaled = (build_bvh(triangles * np.float32(s), build="kay-kajiya", reinsertion=2)
                      for s in (1, scale))
     assert_threaded(scaled, triangles * np.float32(scale))
     assert len(scaled.count) < 2 * len(triangles) - 1       # leaves were joined
@@ -169,7 +171,7 @@ def test_what_it_does_not_take(options: dict, told: str) -> None:
         rt.Tracer("cornell", "bvh-stack", **options)
     if "build_device" not in options:
         with pytest.raises(rt.OptionError, match="from 0 to 1000"):
-            accel.build_bvh(random_soup(9, 1), **options)
+            build_bvh(random_soup(9, 1), **options)
 
 
 @pytest.mark.parametrize("method", [row.name for row in methods()

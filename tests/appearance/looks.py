@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 import gpgpu_rt as rt
-from gpgpu_rt.appearance.attributes import smooth_normals
-from gpgpu_rt.appearance.light import BACKDROP, Environment, PointLight
-from gpgpu_rt.appearance.material import Material
-from gpgpu_rt.appearance.texture import Texture
-from gpgpu_rt.scenes.shapes import ball, boxes, quad
+from gpgpu_rt.scene.attributes import smooth_normals
+from gpgpu_rt.scene.light import BACKDROP, Environment, PointLight
+from gpgpu_rt.scene.material import Material
+from gpgpu_rt.scene.procedural.shapes import ball, boxes, quad
+from gpgpu_rt.scene.texture import Texture
 
 CAMERA = rt.Camera((0.5, 2.5, 6.0), (0, 0.6, 0), fov=40)
 POINT = PointLight((3, 5, 4), (0.9, 0.8, 0.7))

@@ -9,9 +9,10 @@ import pytest
 
 import gpgpu_rt as rt
 from gpgpu_rt import cli
-from gpgpu_rt.framing import MARGIN, beside, framed, inside
-from gpgpu_rt.scenes import catalogue, walker
-from gpgpu_rt.scenes.shapes import ball, boxes
+from gpgpu_rt.scene import catalogue
+from gpgpu_rt.scene.framing import MARGIN, beside, framed, inside
+from gpgpu_rt.scene.procedural import walker
+from gpgpu_rt.scene.procedural.shapes import ball, boxes
 
 OBJECTS = ("bunny", "buddha", "teapot", "cow", "boulder", "knot", "explosion", "cloth")
 

@@ -6,10 +6,10 @@ import pytest
 from PIL import Image
 
 import gpgpu_rt as rt
-from gpgpu_rt.appearance.attributes import smooth_normals
-from gpgpu_rt.appearance.light import BACKDROP, Environment, PointLight
-from gpgpu_rt.appearance.material import GREY, Material
-from gpgpu_rt.appearance.texture import Texture
+from gpgpu_rt.scene.attributes import smooth_normals
+from gpgpu_rt.scene.light import BACKDROP, Environment, PointLight
+from gpgpu_rt.scene.material import GREY, Material
+from gpgpu_rt.scene.texture import Texture
 
 VERTICES, FACES = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]), [[0, 1, 2], [0, 2, 3]]
 

@@ -6,8 +6,8 @@ import pytest
 from looks import ALONE, everything, plain
 
 import gpgpu_rt as rt
-from gpgpu_rt.appearance.needs import PROPERTIES, Asked, SceneNeeds
-from gpgpu_rt.integrators.plan import Plan
+from gpgpu_rt.render.needs import PROPERTIES, Asked, SceneNeeds
+from gpgpu_rt.render.plan import Plan
 
 SIZE = (24, 16)
 SHADOWS = {"triangle", "direct", "shadow rays"}

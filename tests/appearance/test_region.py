@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.region import Region
+from gpgpu_rt.scene.region import Region
 
 SIZE = (37, 29)
 PICTURES = {
@@ -37,7 +37,7 @@ def test_tiles_make_up_the_picture(scene: str, method: str, asked: dict, exact_r
 
 def test_however_many_waves_it_takes(monkeypatch, exact_renderer) -> None:
     """A part has room for all of its samples at once, where the whole takes one a wave."""
-    monkeypatch.setattr("gpgpu_rt.integrators.path.WAVE", 2048)
+    monkeypatch.setattr("gpgpu_rt.render.path.WAVE", 2048)
     with rt.Tracer("cornell-light", "bvh-packet") as tracer:
         whole = np.asarray(tracer.render(size=SIZE, integrator="path", samples=6))
         part = np.asarray(tracer.render(size=SIZE, integrator="path", samples=6,

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.integrators.path import shown
-from gpgpu_rt.integrators.whitted import places_in_pixel
+from gpgpu_rt.render.path import shown
+from gpgpu_rt.render.whitted import places_in_pixel
 
 
 def sheet(edge: float) -> rt.Scene:

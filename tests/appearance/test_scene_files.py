@@ -12,9 +12,9 @@ import trimesh
 from PIL import Image
 
 import gpgpu_rt as rt
-from gpgpu_rt.appearance import images
-from gpgpu_rt.appearance.scene_keys import OBJECTS, schema
-from gpgpu_rt.appearance.texture import Texture
+from gpgpu_rt.render import images
+from gpgpu_rt.scene.scene_keys import OBJECTS, schema
+from gpgpu_rt.scene.texture import Texture
 
 DOCS = Path(__file__).parents[2] / "docs"
 GOOD: dict[str, Any] = {
@@ -130,7 +130,7 @@ def test_what_a_file_cannot_mean_is_refused_in_one_line(name: str, folder: Path)
 
 
 def test_the_schema_is_that_of_the_keys() -> None:
-    """Written by ``python -c 'import json; from gpgpu_rt.appearance.scene_keys import schema;
+    """Written by ``python -c 'import json; from gpgpu_rt.scene.scene_keys import schema;
     print(json.dumps(schema(), indent=1))' > docs/scene.schema.json``."""
     assert json.loads((DOCS / "scene.schema.json").read_text()) == schema()
 

@@ -6,9 +6,9 @@ import pytest
 from looks import CAMERA, everything
 
 import gpgpu_rt as rt
-from gpgpu_rt.appearance.needs import CUTOFF
-from gpgpu_rt.scenes.shapes import boxes, quad
-from gpgpu_rt.textures import read_texture
+from gpgpu_rt.gl.textures import read_texture
+from gpgpu_rt.render.needs import CUTOFF
+from gpgpu_rt.scene.procedural.shapes import boxes, quad
 
 DIM = rt.Environment.constant((0.25, 0.5, 0.75))
 
@@ -139,8 +139,8 @@ def test_a_square_lamp_lights_a_floor_as_its_form_factor_says() -> None:
 
 def test_smooth_normals_shade_a_ball_as_a_ball() -> None:
     """And a light behind the triangle does not shine through it."""
-    from gpgpu_rt.appearance.attributes import smooth_normals
-    from gpgpu_rt.scenes.shapes import ball
+    from gpgpu_rt.scene.attributes import smooth_normals
+    from gpgpu_rt.scene.procedural.shapes import ball
     triangles = ball(320)
     camera = rt.Camera((0, 0, 6), (0, 0, 0), fov=14)
     light = rt.PointLight((0, 0, 60), (1, 1, 1))

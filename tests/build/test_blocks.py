@@ -4,9 +4,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gpgpu_rt.passes.blocks import BLOCK, reduce_by_blocks, reduce_children
-from gpgpu_rt.passes.streams import StreamRoom
-from gpgpu_rt.texel_layout import CHILDREN, SORT_KEY, VALUES
+from gpgpu_rt.gl.algorithms.blocks import BLOCK, reduce_by_blocks, reduce_children
+from gpgpu_rt.gl.algorithms.records import SORT_KEY, VALUES
+from gpgpu_rt.gl.algorithms.streams import StreamRoom
+from gpgpu_rt.methods.ray_hierarchy.records import CHILDREN, PAIR
 
 BLOCKED = 4 * BLOCK
 # One element, texels, blocks and rows full, one short and one over; several rows.
@@ -62,7 +63,7 @@ def test_four_targets_become_one_stream(gpu, count: int, seed: int) -> None:
     with StreamRoom(gpu) as room:
         children = room.stream(CHILDREN, count + 9, **{
             name: np.concatenate([slots[:, k], np.zeros((9, 3))]) for k, name in enumerate(names)})
-        pairs, kept = reduce_children(room, children, count)
+        pairs, kept = reduce_children(room, children, count, PAIR)
         found = pairs.read(kept)
     expected = slots.reshape(-1, 3)
     expected = expected[expected[:, 0] >= 0]

@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.passes.compact import compact
-from gpgpu_rt.passes.reduce import OPERATIONS, reduce_stream
-from gpgpu_rt.passes.scan import scan
-from gpgpu_rt.passes.sort import flips, sort
-from gpgpu_rt.passes.streams import Stream, StreamRoom, span
-from gpgpu_rt.texel_layout import SORT_KEY, VALUES
+from gpgpu_rt.gl.algorithms.compact import compact
+from gpgpu_rt.gl.algorithms.records import SORT_KEY, VALUES
+from gpgpu_rt.gl.algorithms.reduce import OPERATIONS, reduce_stream
+from gpgpu_rt.gl.algorithms.scan import scan
+from gpgpu_rt.gl.algorithms.sort import flips, sort
+from gpgpu_rt.gl.algorithms.streams import Stream, StreamRoom, span
 
 # One element, blocks and rows full, one short and one over; several rows.
 LENGTHS = (1, 2, 7, 8, 9, 64, 65, 100, 4095, 4096, 4097, 8192, 20_001)
@@ -118,4 +118,5 @@ def test_reading_what_is_drawn_into_is_refused(gpu) -> None:
     with StreamRoom(gpu) as room:
         values = room.stream(VALUES, 10, value=np.zeros((10, 4)))
         with pytest.raises(rt.Error, match="draw"):
-            room.draw("scan", values.called("sums"), [values], defines={"FAN": 8}, elements=9)
+            room.draw("algorithms/scan", values.called("sums"),
+                      [values], defines={"FAN": 8}, elements=9)

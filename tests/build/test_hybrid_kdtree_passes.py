@@ -7,9 +7,10 @@ from conftest import RAY_SETS, assert_same_bits, random_soup, real_scene
 from test_zhou import SCENES as ZHOU_SCENES
 
 import gpgpu_rt as rt
-from gpgpu_rt import accel
-from gpgpu_rt.accel.kdtree import LEAF
-from gpgpu_rt.passes.build import build_kdtree
+from gpgpu_rt.methods.kdtree.build import build_kdtree
+from gpgpu_rt.methods.kdtree.gpu_build.build import build_kdtree_by_passes
+from gpgpu_rt.methods.kdtree.tree import LEAF
+from gpgpu_rt.methods.quality import sah_cost
 
 # At 1e-12 products of the triangle test underflow, and which hits rays find is no tree's to say.
 SCENES = {**ZHOU_SCENES, "small": lambda: random_soup(300, 17) * np.float32(1e-9)}
@@ -52,10 +53,10 @@ def test_a_lattice_of_quads(exact_renderer) -> None:
                                      {"traversal_cost": 0.3, "empty_bonus": 0.6}], ids=str)
 def test_options(exact_renderer, options: dict) -> None:
     triangles = random_soup(500, 2, size=0.05)
-    tree = build_kdtree(exact_renderer, triangles, build="hybrid", **options)
-    other = accel.build_kdtree(triangles, build="hybrid", **options)
+    tree = build_kdtree_by_passes(exact_renderer, triangles, build="hybrid", **options)
+    other = build_kdtree(triangles, build="hybrid", **options)
     assert tree.depth == other.depth or "max_depth" not in options
-    assert accel.sah_cost(tree) == pytest.approx(accel.sah_cost(other), rel=0.1)
+    assert sah_cost(tree) == pytest.approx(sah_cost(other), rel=0.1)
 
 
 @pytest.mark.parametrize("seed, count, size, bits", [
@@ -65,8 +66,8 @@ def test_upper_levels_are_numpys(exact_renderer, seed: int, count: int, size: fl
     """The same planes to the bit; a cell may be touched by widening in one of them alone."""
     triangles = random_soup(count, seed, size)
     triangles[count // 2:] += np.float32([0, 3, 2])     # most of the lattice stays empty
-    one = build_kdtree(exact_renderer, triangles, build="hybrid", morton_bits=bits)
-    other = accel.build_kdtree(triangles, build="hybrid", morton_bits=bits)
+    one = build_kdtree_by_passes(exact_renderer, triangles, build="hybrid", morton_bits=bits)
+    other = build_kdtree(triangles, build="hybrid", morton_bits=bits)
     assert (one.lo == other.lo).all() and (one.hi == other.hi).all()
     todo, inner, empty, torn = [(0, 0, 0)], 0, 0, 0
     while todo:
@@ -92,7 +93,7 @@ def test_upper_levels_are_numpys(exact_renderer, seed: int, count: int, size: fl
     pytest.param(name, marks=pytest.mark.full) for name in ("bunny", "robots", "kitchen"))])
 def test_a_tree_by_passes_is_worth_the_same(exact_renderer, name: str) -> None:
     triangles = SCENES[name]() if name in SCENES else real_scene(name).triangles
-    tree = build_kdtree(exact_renderer, triangles, build="hybrid")
-    other = accel.build_kdtree(triangles, build="hybrid")
-    assert accel.sah_cost(tree) < 1.05 * accel.sah_cost(other)
+    tree = build_kdtree_by_passes(exact_renderer, triangles, build="hybrid")
+    other = build_kdtree(triangles, build="hybrid")
+    assert sah_cost(tree) < 1.05 * sah_cost(other)
     assert len(np.unique(tree.references)) == len(np.unique(other.references))

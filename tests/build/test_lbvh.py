@@ -7,14 +7,15 @@ from conftest import random_soup, real_scene
 from shapes import SCENES
 
 import gpgpu_rt as rt
-from gpgpu_rt import accel
-from gpgpu_rt.accel import lbvh
-from gpgpu_rt.passes.build import build_bvh
+from gpgpu_rt.methods.bvh import lbvh
+from gpgpu_rt.methods.bvh.build import build_bvh
+from gpgpu_rt.methods.bvh.gpu_build.build import build_bvh_by_passes
+from gpgpu_rt.methods.bvh.tree import Bvh
 
 scene = pytest.mark.parametrize("name", SCENES)
 
 
-def assert_same_tree(one: accel.Bvh, other: accel.Bvh) -> None:
+def assert_same_tree(one: Bvh, other: Bvh) -> None:
     assert one.depth == other.depth
     for name in ("escape", "first", "count", "order", "lo", "hi"):
         left, right = getattr(one, name), getattr(other, name)
@@ -26,16 +27,16 @@ def assert_same_tree(one: accel.Bvh, other: accel.Bvh) -> None:
 @scene
 def test_passes_build_the_same_tree(exact_renderer, name: str, options: dict) -> None:
     triangles = SCENES[name]()
-    assert_same_tree(build_bvh(exact_renderer, triangles, build="lbvh", **options),
-                     accel.build_bvh(triangles, build="lbvh", **options))
+    assert_same_tree(build_bvh_by_passes(exact_renderer, triangles, build="lbvh", **options),
+                     build_bvh(triangles, build="lbvh", **options))
 
 
 @pytest.mark.parametrize("name", [
     "bunny", *(pytest.param(name, marks=pytest.mark.full) for name in ("robots", "kitchen"))])
 def test_passes_build_the_same_tree_of_a_real_mesh(exact_renderer, name: str) -> None:
     triangles = real_scene(name).triangles
-    assert_same_tree(build_bvh(exact_renderer, triangles, build="lbvh"),
-                     accel.build_bvh(triangles, build="lbvh"))
+    assert_same_tree(build_bvh_by_passes(exact_renderer, triangles, build="lbvh"),
+                     build_bvh(triangles, build="lbvh"))
 
 
 @pytest.mark.parametrize("bits", [1, 4, 10])
@@ -44,7 +45,7 @@ def test_nodes_share_leading_bits(name: str, bits: int) -> None:
     """By the definition, one node after another: all triangles of a node share the bits at which
     its children part, the left one's next bit is 0 and the right one's 1."""
     triangles = SCENES[name]()
-    bvh = accel.build_bvh(triangles, build="lbvh", morton_bits=bits, max_leaf=1)
+    bvh = build_bvh(triangles, build="lbvh", morton_bits=bits, max_leaf=1)
     code = lbvh.morton_codes(triangles, bits)
     place = np.empty(len(code), np.int64)
     place[np.lexsort([np.arange(len(code)), code])] = np.arange(len(code))
@@ -91,9 +92,9 @@ def test_options_are_refused_in_one_line(wrong: dict, message: str) -> None:
 
 
 def test_too_many_triangles_or_nodes_are_refused(gpu, monkeypatch) -> None:
-    monkeypatch.setattr("gpgpu_rt.passes.build.bvh.EXACT_INTEGER", 8)
+    monkeypatch.setattr("gpgpu_rt.methods.bvh.gpu_build.build.EXACT_INTEGER", 8)
     with pytest.raises(rt.LimitError, match="build on the cpu"):
-        build_bvh(gpu, random_soup(9, 23), build="lbvh")
-    monkeypatch.setattr("gpgpu_rt.passes.build.thread.EXACT_INTEGER", 8)
+        build_bvh_by_passes(gpu, random_soup(9, 23), build="lbvh")
+    monkeypatch.setattr("gpgpu_rt.methods.bvh.gpu_build.thread.EXACT_INTEGER", 8)
     with pytest.raises(rt.LimitError, match="leaves of more triangles"):
-        build_bvh(gpu, random_soup(8, 23), build="lbvh", max_leaf=1)
+        build_bvh_by_passes(gpu, random_soup(8, 23), build="lbvh", max_leaf=1)

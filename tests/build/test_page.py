@@ -9,10 +9,11 @@ import pytest
 from conftest import real_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt import accel
-from gpgpu_rt.methods.bvh_build import BUILD_OPTIONS
-from gpgpu_rt.passes.build import GPU_BUILDS, build_bvh
-from gpgpu_rt.passes.streams import StreamRoom
+from gpgpu_rt.gl.algorithms.streams import StreamRoom
+from gpgpu_rt.methods.bvh.build import build_bvh
+from gpgpu_rt.methods.bvh.builders import BUILD_OPTIONS
+from gpgpu_rt.methods.bvh.gpu_build.build import GPU_BUILDS, build_bvh_by_passes
+from gpgpu_rt.methods.quality import sah_cost
 
 PAGE = Path(__file__).parents[2] / "docs" / "construction.md"
 SCENES = ("bunny", "robots", "kitchen")
@@ -43,8 +44,8 @@ def reinserted() -> dict[tuple[int, str, str], float]:
 @pytest.mark.parametrize("rounds, build, scene", [
     pytest.param(*case, marks=() if case[0] == 1 else pytest.mark.full) for case in reinserted()])
 def test_reinserted_trees_cost_what_the_page_says(rounds: int, build: str, scene: str) -> None:
-    tree = accel.build_bvh(real_scene(scene).triangles, build=build, reinsertion=rounds)
-    assert accel.sah_cost(tree) == pytest.approx(reinserted()[rounds, build, scene], rel=0.006)
+    tree = build_bvh(real_scene(scene).triangles, build=build, reinsertion=rounds)
+    assert sah_cost(tree) == pytest.approx(reinserted()[rounds, build, scene], rel=0.006)
 
 
 @pytest.mark.parametrize("scene, row", [
@@ -57,7 +58,7 @@ def test_trees_are_as_the_page_says(scene: str, row: str) -> None:
     with rt.Tracer(real_scene(scene), "bvh-threaded", build=build, build_device=device,
                    statistics=True) as tracer:
         hits = tracer.trace(*tracer.scene.camera.rays((256, 256)))
-        cost = accel.sah_cost(tracer.accelerator.structure)
+        cost = sah_cost(tracer.accelerator.structure)
     assert cost == pytest.approx(float(costs[row][scene]), rel=0.006)
     assert (hits.nodes_visited + hits.triangles_tested).mean() == pytest.approx(
         float(steps[row][scene]), rel=0.006)
@@ -73,7 +74,7 @@ def test_passes_are_as_many_as_the_page_says(gpu, monkeypatch, scene: str, build
             drawn[_name] += 1
             return _draw(self, *given, **more)
         monkeypatch.setattr(StreamRoom, name, counting)
-    build_bvh(gpu, real_scene(scene).triangles, build=build)
+    build_bvh_by_passes(gpu, real_scene(scene).triangles, build=build)
     said = tables()[2][f"`{build}`"][scene]
     assert said == f"{drawn['draw'] + drawn['scatter']}, {drawn['scatter']}"
 

@@ -9,10 +9,11 @@ from conftest import (
 from shapes import SCENES
 
 import gpgpu_rt as rt
-from gpgpu_rt import accel
-from gpgpu_rt.accel import lbvh
-from gpgpu_rt.passes.build import build_bvh
-from gpgpu_rt.passes.build.sah import SMALL
+from gpgpu_rt.methods.bvh import lbvh
+from gpgpu_rt.methods.bvh.build import build_bvh
+from gpgpu_rt.methods.bvh.gpu_build.build import build_bvh_by_passes
+from gpgpu_rt.methods.bvh.gpu_build.sah import SMALL
+from gpgpu_rt.methods.quality import sah_cost
 
 builds = pytest.mark.parametrize("build", ["sah", "hybrid"])
 BUILT = [(row.name, build) for row in rt.methods() for option in row.options
@@ -24,12 +25,12 @@ BUILT = [(row.name, build) for row in rt.methods() for option in row.options
 @pytest.mark.parametrize("name", SCENES)
 def test_trees_hold_together_and_cost_no_more_than_the_cpus(gpu, build: str, name: str) -> None:
     triangles = SCENES[name]()
-    bvh = build_bvh(gpu, triangles, build=build)
+    bvh = build_bvh_by_passes(gpu, triangles, build=build)
     assert_threaded(bvh, triangles)
     assert bvh.count.max() <= 4
     # Coincident triangles are halved here, and peeled off one by one there.
-    expected = accel.build_bvh(triangles, build=build)
-    assert accel.sah_cost(bvh) <= 1.05 * accel.sah_cost(expected)
+    expected = build_bvh(triangles, build=build)
+    assert sah_cost(bvh) <= 1.05 * sah_cost(expected)
 
 
 @pytest.mark.parametrize("options", [{"bins": 4}, {"max_leaf": 1}, {"max_leaf": 9},
@@ -38,17 +39,17 @@ def test_trees_hold_together_and_cost_no_more_than_the_cpus(gpu, build: str, nam
 def test_options_mean_what_they_mean_on_the_cpu(gpu, build: str, options: dict) -> None:
     triangles = random_soup(1500, 31)
     one, other = (make(triangles, build=build, **options)
-                  for make in (lambda t, **o: build_bvh(gpu, t, **o), accel.build_bvh))
+                  for make in (lambda t, **o: build_bvh_by_passes(gpu, t, **o), build_bvh))
     assert_threaded(one, triangles)
     assert one.count.max() == other.count.max()
     assert len(one.count) == pytest.approx(len(other.count), rel=0.02)
-    assert accel.sah_cost(one) == pytest.approx(accel.sah_cost(other), rel=0.02)
+    assert sah_cost(one) == pytest.approx(sah_cost(other), rel=0.02)
 
 
 @pytest.mark.parametrize("max_depth", [0, 12, 17])
 def test_max_depth_is_kept(gpu, max_depth: int) -> None:
     triangles = random_soup(1500, 38)
-    bvh = build_bvh(gpu, triangles, build="sah", max_depth=max_depth)
+    bvh = build_bvh_by_passes(gpu, triangles, build="sah", max_depth=max_depth)
     assert_threaded(bvh, triangles)
     assert bvh.depth <= max(11, max_depth)
 
@@ -59,7 +60,7 @@ def test_two_heaps_are_parted_first(gpu, axis: int, count: int) -> None:
     """Swept and binned: the root's children are the heaps, in whatever order they came."""
     heaps = random_soup(2 * count, 32)
     heaps[::2, :, axis] += 50
-    bvh = build_bvh(gpu, heaps, build="sah")
+    bvh = build_bvh_by_passes(gpu, heaps, build="sah")
     left = bvh.order[:bvh.first[bvh.escape[1]:][bvh.count[bvh.escape[1]:] > 0][0]]
     assert (np.sort(left) == np.arange(1, 2 * count, 2)).all()
 
@@ -69,9 +70,9 @@ def test_hybrid_parts_clusters_as_lbvh_does(gpu) -> None:
     triangles = random_soup(3000, 33, size=0.02)
     for bits in (1, 2, 4):
         boxes = []
-        for bvh in (build_bvh(gpu, triangles, build="hybrid", morton_bits=bits),
-                    accel.build_bvh(triangles, build="hybrid", morton_bits=bits),
-                    accel.build_bvh(triangles, build="lbvh", morton_bits=bits, max_leaf=1)):
+        for bvh in (build_bvh_by_passes(gpu, triangles, build="hybrid", morton_bits=bits),
+                    build_bvh(triangles, build="hybrid", morton_bits=bits),
+                    build_bvh(triangles, build="lbvh", morton_bits=bits, max_leaf=1)):
             code = lbvh.morton_codes(triangles, bits)[bvh.order]
             leaves = np.cumsum(bvh.count > 0) - (bvh.count > 0)
             start = np.append(bvh.first[bvh.count > 0], len(code))
@@ -84,13 +85,13 @@ def test_hybrid_parts_clusters_as_lbvh_does(gpu) -> None:
 
 @builds
 def test_a_heap_of_one_triangle_ends(gpu, build: str) -> None:
-    bvh = build_bvh(gpu, np.repeat(random_soup(1, 34), 5000, axis=0), build=build)
+    bvh = build_bvh_by_passes(gpu, np.repeat(random_soup(1, 34), 5000, axis=0), build=build)
     assert bvh.depth <= 14 and bvh.count.sum() == 5000
 
 
 @builds
 def test_two_builds_are_one(gpu, build: str) -> None:
-    one, other = (build_bvh(gpu, random_soup(2000, 35), build=build) for _ in range(2))
+    one, other = (build_bvh_by_passes(gpu, random_soup(2000, 35), build=build) for _ in range(2))
     for name in ("escape", "first", "count", "order", "lo", "hi"):
         assert np.array_equal(getattr(one, name), getattr(other, name))
 
@@ -126,7 +127,7 @@ def test_steps_of_a_ray_beside_sah(name: str, build: str, most: float) -> None:
 @pytest.mark.parametrize("name", ["bunny", "robots", "kitchen"])
 def test_real_meshes_cost_what_the_cpus_do(gpu, name: str, build: str) -> None:
     triangles = real_scene(name).triangles
-    bvh = build_bvh(gpu, triangles, build=build)
+    bvh = build_bvh_by_passes(gpu, triangles, build=build)
     assert_threaded(bvh, triangles)
-    expected = accel.sah_cost(accel.build_bvh(triangles, build=build))
-    assert accel.sah_cost(bvh) == pytest.approx(expected, rel=0.01)
+    expected = sah_cost(build_bvh(triangles, build=build))
+    assert sah_cost(bvh) == pytest.approx(expected, rel=0.01)

@@ -8,9 +8,10 @@ import pytest
 from conftest import RAY_SETS, assert_same_bits, random_soup, real_scene, soup_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt import accel
-from gpgpu_rt.accel.zhou_small import bits, population
-from gpgpu_rt.passes.build import build_kdtree
+from gpgpu_rt.methods.kdtree.build import build_kdtree
+from gpgpu_rt.methods.kdtree.gpu_build.build import build_kdtree_by_passes
+from gpgpu_rt.methods.kdtree.tree import KdTree
+from gpgpu_rt.methods.kdtree.zhou_small import bits, population
 
 SCENES = {
     **{f"soup{seed}": (lambda seed=seed: random_soup(700, seed)) for seed in (1, 2)},
@@ -33,7 +34,7 @@ OPTIONS = ({}, {"small": 6, "max_depth": 9}, {"small": 33, "empty_cut": 0.0, "em
 IN_ALL_WAYS = ("soup1", "flat", "few", "rows")      # in the quick suite; in full: everything
 
 
-def assert_same_tree(one: accel.KdTree, other: accel.KdTree) -> None:
+def assert_same_tree(one: KdTree, other: KdTree) -> None:
     for field in dataclasses.fields(one):
         left, right = getattr(one, field.name), getattr(other, field.name)
         assert np.array_equal(left, right), field.name
@@ -46,8 +47,8 @@ def assert_same_tree(one: accel.KdTree, other: accel.KdTree) -> None:
     for name in SCENES for options in OPTIONS])
 def test_passes_build_the_same_tree(exact_renderer, name: str, options: dict) -> None:
     triangles = SCENES[name]()
-    tree = accel.build_kdtree(triangles, build="zhou", **options)
-    assert_same_tree(build_kdtree(exact_renderer, triangles, **options), tree)
+    tree = build_kdtree(triangles, build="zhou", **options)
+    assert_same_tree(build_kdtree_by_passes(exact_renderer, triangles, **options), tree)
     if name == "rows":
         assert len(tree.axis) > 1000
 
@@ -56,8 +57,8 @@ def test_passes_build_the_same_tree(exact_renderer, name: str, options: dict) ->
                                                for name in ("bunny", "robots", "kitchen"))])
 def test_passes_build_the_same_tree_of_a_real_mesh(exact_renderer, name: str) -> None:
     triangles = real_scene(name).triangles
-    assert_same_tree(build_kdtree(exact_renderer, triangles),
-                     accel.build_kdtree(triangles, build="zhou"))
+    assert_same_tree(build_kdtree_by_passes(exact_renderer, triangles),
+                     build_kdtree(triangles, build="zhou"))
 
 
 def test_a_tree_built_on_the_gpu_gives_the_same_hits(exact_renderer) -> None:
@@ -74,17 +75,17 @@ def test_what_the_gpu_does_not_build_is_refused() -> None:
     with pytest.raises(rt.OptionError, match="the gpu builds zhou"):
         rt.Tracer("cornell", "kd-restart", build_device="gpu")
     with pytest.raises(rt.OptionError, match="small"):
-        accel.build_kdtree(random_soup(3, 1), build="zhou", small=65)
+        build_kdtree(random_soup(3, 1), build="zhou", small=65)
 
 
 def test_a_scene_past_what_a_stream_holds(exact_renderer, monkeypatch) -> None:
     triangles = random_soup(900, 36, size=0.02)
-    monkeypatch.setattr("gpgpu_rt.passes.streams.EXACT_INTEGER", 2000)
+    monkeypatch.setattr("gpgpu_rt.gl.algorithms.streams.EXACT_INTEGER", 2000)
     with pytest.raises(rt.LimitError, match="build on the cpu"):
-        build_kdtree(exact_renderer, triangles)
+        build_kdtree_by_passes(exact_renderer, triangles)
     monkeypatch.undo()
-    assert_same_tree(build_kdtree(exact_renderer, triangles),
-                     accel.build_kdtree(triangles, build="zhou"))
+    assert_same_tree(build_kdtree_by_passes(exact_renderer, triangles),
+                     build_kdtree(triangles, build="zhou"))
 
 
 def test_masks() -> None:
@@ -102,7 +103,7 @@ def test_large_nodes_lose_empty_space_and_split_in_the_middle(seed: int) -> None
     """By the definition: walk down from the root while nodes hold more than are few."""
     triangles = random_soup(3000, seed, size=0.02)
     triangles[:5] += np.float32([4, 0, 0])
-    tree = accel.build_kdtree(triangles, build="zhou")
+    tree = build_kdtree(triangles, build="zhou")
     lo, hi = tree.boxes()
     held = np.where(tree.axis == 3, tree.count, 0).astype(int)
     cuts = splits = 0
@@ -128,7 +129,7 @@ def test_large_nodes_lose_empty_space_and_split_in_the_middle(seed: int) -> None
     assert cuts and splits > 20
 
 
-def leaves_of(tree: accel.KdTree, top: int) -> list[int]:
+def leaves_of(tree: KdTree, top: int) -> list[int]:
     found, todo = [], [top]
     while todo:
         node = todo.pop()

@@ -15,8 +15,8 @@ from conftest import soup_scene
 from PIL import Image
 
 import gpgpu_rt as rt
-from gpgpu_rt import rays as ray_sets
-from gpgpu_rt.methods.found import rows_of
+from gpgpu_rt.methods.plugins import rows_of
+from gpgpu_rt.rays import ray_sets
 
 ROOT = Path(rt.__file__).parents[1]
 TEXT = (ROOT / "CONTRIBUTING.md").read_text()
@@ -59,6 +59,21 @@ def test_the_commands_run_as_they_stand(folder: Path, tmp_path: Path) -> None:
         with Image.open(tmp_path / name) as image:
             assert size is None or image.size == size
             assert len(np.unique(np.asarray(image.convert("L")))) > 10
+
+
+def test_a_file_written_for_the_former_modules_loads(folder: Path) -> None:
+    """Files of users name the modules that version 0.1 had."""
+    path = folder / "sweep.py"
+    lines = [line for line in path.read_text().splitlines()
+             if not line.startswith("from gpgpu_rt")]
+    at = lines.index("import numpy as np") + 1
+    lines[at:at] = ["from gpgpu_rt.methods import Accelerator, Method",
+                    "from gpgpu_rt.methods.brute_force import box_uniforms, triangle_table",
+                    "from gpgpu_rt.options import Option", "from gpgpu_rt.record import Record",
+                    "from gpgpu_rt.texel_layout import TRIANGLE"]
+    path.write_text("\n".join(lines))
+    answer = python("-m", "gpgpu_rt", "--methods-from", str(folder), "methods", "sweep")
+    assert answer.returncode == 0 and "sweep" in answer.stdout, answer.stderr
 
 
 CHECKS = ["tests/traversal/test_hits.py::test_soup_matches_brute_force",

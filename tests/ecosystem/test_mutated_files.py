@@ -35,11 +35,11 @@ def test_a_sample_ends_in_success_or_a_line(kind: str, tool, tmp_path: Path) -> 
 
 
 def test_the_kinds_are_all(tool) -> None:
-    assert set(importlib.import_module("file_kinds").KINDS) == set(KINDS)
+    assert set(importlib.import_module("mutating.file_kinds").KINDS) == set(KINDS)
 
 
 def test_a_case_follows_from_its_seed(tool, tmp_path: Path) -> None:
-    write = importlib.import_module("file_kinds").write_case
+    write = importlib.import_module("mutating.file_kinds").write_case
     found = []
     for name in ("one", "again"):
         (tmp_path / name).mkdir()
@@ -54,7 +54,7 @@ def test_what_goes_wrong_is_told(tool, tmp_path: Path, monkeypatch) -> None:
             raise TypeError("of our own")
         while True:
             pass
-    monkeypatch.setattr(importlib.import_module("file_kinds"), "read_case", read)
+    monkeypatch.setattr(importlib.import_module("mutating.file_kinds"), "read_case", read)
     monkeypatch.setattr(tool, "SECONDS", 1)
     assert tool.run_case("mesh", 1, tmp_path) == "TypeError: of our own"
     assert tool.run_case("mesh", 2, tmp_path) == "takes more than 1 s"

@@ -16,7 +16,7 @@ from PIL import Image
 
 import gpgpu_rt as rt
 from gpgpu_rt import cli, trimesh_ray
-from gpgpu_rt.integrators import path as path_tracing
+from gpgpu_rt.render import path as path_tracing
 
 ROOT = Path(rt.__file__).parents[1]
 

@@ -107,7 +107,7 @@ def test_no_figures_at_all_is_a_page_that_says_so(tmp_path: Path, capsys) -> Non
 
 def test_each_figure_has_its_chapter() -> None:
     pytest.importorskip("matplotlib", reason="no matplotlib (extra: figures)")
-    from gpgpu_rt.figures.catalogue import FIGURES
+    from gpgpu_rt.figures.framework.catalogue import FIGURES
     named = [name for chapter in CHAPTERS for name in chapter.figures]
     assert sorted(named) == sorted(FIGURES)
     known = {row.name for row in rt.methods()}

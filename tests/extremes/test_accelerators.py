@@ -7,12 +7,14 @@ from conftest import assert_same_bits, variants
 from watching import Fields, watching
 
 import gpgpu_rt as rt
-from gpgpu_rt import accel
 from gpgpu_rt.accel.bounds import padding
-from gpgpu_rt.accel.image_tree import ImageTree
-from gpgpu_rt.figures.extreme_cases import Case, long_way, make_case
-from gpgpu_rt.figures.extreme_shapes import soup
-from gpgpu_rt.record import EXACT_INTEGER
+from gpgpu_rt.figures.experiments.extreme_cases import Case, long_way, make_case
+from gpgpu_rt.figures.experiments.extreme_shapes import soup
+from gpgpu_rt.gl.record import EXACT_INTEGER
+from gpgpu_rt.methods.bvh.tree import Bvh
+from gpgpu_rt.methods.geometry_image.tree import ImageTree
+from gpgpu_rt.methods.grid.cells import Grid
+from gpgpu_rt.methods.kdtree.tree import KdTree
 
 ROWS = {row.name: row for row in rt.methods()}
 
@@ -30,12 +32,12 @@ def built_on(kind: type) -> list[str]:
     return names
 
 
-KD, GRID, BVH = (built_on(kind) for kind in (accel.KdTree, accel.Grid, accel.Bvh))
+KD, GRID, BVH = (built_on(kind) for kind in (KdTree, Grid, Bvh))
 
 
 # kd-trees ----------------------------------------------------------------------------------------
 
-def plane_rays(tree: accel.KdTree, n: int, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
+def plane_rays(tree: KdTree, n: int, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
     """Rays that start on split planes; a third of them run in their plane, a third all but so."""
     inner = np.flatnonzero(tree.axis != 3)
     node = inner[rng.integers(len(inner), size=n)]
@@ -91,7 +93,7 @@ def test_row_25_triangles_in_split_planes(exact_renderer, method: str, seed: int
 
 # Grids -------------------------------------------------------------------------------------------
 
-def cells_crossed(grid: accel.Grid, origins: np.ndarray, directions: np.ndarray, end: np.ndarray,
+def cells_crossed(grid: Grid, origins: np.ndarray, directions: np.ndarray, end: np.ndarray,
                   shortest: float) -> np.ndarray:
     """Keys ray * cells + cell of what each ray crosses for longer than ``shortest``, float64."""
     origins, directions = origins.astype(np.float64), directions.astype(np.float64)
@@ -109,7 +111,7 @@ def cells_crossed(grid: accel.Grid, origins: np.ndarray, directions: np.ndarray,
     return keys(grid, cell)[inside]
 
 
-def keys(grid: accel.Grid, cell: np.ndarray) -> np.ndarray:
+def keys(grid: Grid, cell: np.ndarray) -> np.ndarray:
     """(n, ..., 3) cells -> (n, ...) keys, one range of them a ray."""
     rx, ry, rz = (int(r) for r in grid.resolution)
     ray = np.arange(len(cell)).reshape(-1, *[1] * (cell.ndim - 2))
@@ -206,14 +208,14 @@ def test_row_34_the_deepest_trees(exact_renderer, method: str, build: str) -> No
 
 def stated_cap(structure: object, triangles: int, stack: bool) -> int:
     """The step bound as docs/extremes.md states it, from an accelerator's depth and size."""
-    if isinstance(structure, accel.Grid):
+    if isinstance(structure, Grid):
         occupied = (np.diff(structure.cell_start) > 0).sum()
         return int(structure.resolution.sum() + len(structure.references) + occupied) + 3
-    if isinstance(structure, accel.KdTree):
+    if isinstance(structure, KdTree):
         leaves = (structure.axis == 3).sum()
         visits = leaves * (2 * structure.depth + 3) + 2 * stack * len(structure.axis)
         return int(visits + len(structure.references))
-    if isinstance(structure, accel.Bvh):
+    if isinstance(structure, Bvh):
         return len(structure.escape) + len(structure.order)
     if isinstance(structure, ImageTree):
         return len(structure.miss) + len(structure.corner)
@@ -227,7 +229,7 @@ def test_row_40_the_cap_follows_from_the_structure(method: str, name: str) -> No
     with rt.Tracer(case.scene, method, statistics=True) as tracer:
         structure = tracer.accelerator.structure
         hits = tracer.trace(case.origins, case.directions)
-        if structure is None or type(structure) in (accel.Grid, accel.KdTree, accel.Bvh,
+        if structure is None or type(structure) in (Grid, KdTree, Bvh,
                                                     ImageTree):
             one_ray = stated_cap(structure, len(case.triangles),
                                  method in ("kd-stack", "kd-texture-stack"))

@@ -13,7 +13,7 @@ from conftest import UNSTRUCTURED, assert_same_bits, variants
 
 import gpgpu_rt as rt
 from gpgpu_rt.accuracy.judge import judge
-from gpgpu_rt.figures.extreme_cases import CASES, Case, make_case, square_case
+from gpgpu_rt.figures.experiments.extreme_cases import CASES, Case, make_case, square_case
 from gpgpu_rt.methods import find_method
 
 QUICK, FULL = 512, 32_768

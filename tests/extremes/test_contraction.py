@@ -13,8 +13,8 @@ import pytest
 from conftest import assert_same_bits
 
 import gpgpu_rt as rt
-from gpgpu_rt.figures.extreme_cases import make_case
-from gpgpu_rt.shader import ROOT
+from gpgpu_rt.figures.experiments.extreme_cases import make_case
+from gpgpu_rt.gl.shader import ROOT
 
 
 @pytest.mark.parametrize("seed", [1, 2])
@@ -47,7 +47,7 @@ def test_row_6_double_hits(seed: int, record_property) -> None:
 def test_precise_stands_before_every_product_of_the_watertight_test() -> None:
     """`precise` is what forbids contraction, so each value that is a sum with a product in it must
     be declared with it."""
-    text = (ROOT / "common/triangle.glsl").read_text()
+    text = (ROOT / "core/triangle.glsl").read_text()
     body = text.split("#ifdef INTERSECTION_WOOP_WATERTIGHT")[1].split("#endif")[0]
     declared = re.findall(r"^\s*(PRECISE )?(?:float|vec[23]) (\w+) =(.*)$", body, re.M)
     products = {name: bool(precise) for precise, name, value in declared if " * " in value}

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.figures.extreme_cases import Case, make_case
-from gpgpu_rt.figures.extreme_shapes import lattice
+from gpgpu_rt.figures.experiments.extreme_cases import Case, make_case
+from gpgpu_rt.figures.experiments.extreme_shapes import lattice
 
 METHODS = [row.name for row in rt.methods()]
 pytestmark = pytest.mark.small

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.figures.extreme_cases import Case, make_case
+from gpgpu_rt.figures.experiments.extreme_cases import Case, make_case
+from gpgpu_rt.gl.precision import FORMATS, Precision
+from gpgpu_rt.numerics.error_bounds import Arithmetic, bound_pairs
 from gpgpu_rt.options import TRACER_OPTIONS
-from gpgpu_rt.precision import FORMATS, Precision
-from gpgpu_rt.reference.error_bounds import Arithmetic, bound_pairs
 
 OFFERED = {option.name: option.choices for option in TRACER_OPTIONS}
 ROWS = {row.name: row for row in rt.methods()}

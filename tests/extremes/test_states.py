@@ -7,9 +7,9 @@ import pytest
 from watching import Fields, watching
 
 import gpgpu_rt as rt
-from gpgpu_rt.figures.extreme_cases import make_case
-from gpgpu_rt.texel_layout import NO_TRIANGLE
-from gpgpu_rt.textures import read_texture
+from gpgpu_rt.figures.experiments.extreme_cases import make_case
+from gpgpu_rt.gl.textures import read_texture
+from gpgpu_rt.rays.records import NO_TRIANGLE
 
 METHODS = {row.name: row for row in rt.methods()}
 SCHEDULED = [(name, schedule) for name, row in METHODS.items() for schedule in row.schedules]

@@ -6,15 +6,15 @@ import pytest
 from conftest import assert_same_bits, soup_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt.gpu import Gpu
-from gpgpu_rt.passes.full_screen import FullScreenPass
-from gpgpu_rt.record import EXACT_INTEGER, TABLE_WIDTH_LOG2, Record
-from gpgpu_rt.textures import read_texture, stream_textures, table_textures
+from gpgpu_rt.gl.context import Gpu
+from gpgpu_rt.gl.full_screen import FullScreenPass
+from gpgpu_rt.gl.record import EXACT_INTEGER, TABLE_WIDTH_LOG2, Record
+from gpgpu_rt.gl.textures import read_texture, stream_textures, table_textures
 
 NUMBER = Record("number", "own:int twice:int")
 PROBE, ANSWER = Record("probe", "index:int"), Record("answer", "index:int own:int twice:int")
 FETCH = """#version 330 core
-#include "common/fetch.glsl"
+#include "core/fetch.glsl"
 #include <streams>
 #include <tables>
 void main() {

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.figures.extreme_cases import Case, make_case
+from gpgpu_rt.figures.experiments.extreme_cases import Case, make_case
+from gpgpu_rt.numerics.error_bounds import distance_bound
 from gpgpu_rt.options import TRACER_OPTIONS
-from gpgpu_rt.reference.error_bounds import distance_bound
 
 METHODS = [row.name for row in rt.methods()]
 INTERSECTIONS = next(o.choices for o in TRACER_OPTIONS if o.name == "intersection")

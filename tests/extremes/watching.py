@@ -7,8 +7,8 @@ from contextlib import contextmanager
 import numpy as np
 
 import gpgpu_rt as rt
-from gpgpu_rt import time_travel
-from gpgpu_rt.texel_layout import HIT
+from gpgpu_rt.inspect import time_travel
+from gpgpu_rt.rays.records import HIT
 
 Fields = dict[str, np.ndarray]
 

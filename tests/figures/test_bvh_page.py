@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.scenes import catalogue
+from gpgpu_rt.scene import catalogue
 
 PAGE = Path(__file__).parents[2] / "docs" / "bvh.md"
 SCENES = ("cornell", "bunny", "robots", "kitchen", "conference")

@@ -15,15 +15,22 @@ import pytest
 
 from gpgpu_rt.bench.engines import CORES, EMBREE
 from gpgpu_rt.bench.workloads import EYE, load, workload
-from gpgpu_rt.figures import (
-    command, cpu, cpu_peak, fig02, fig08, fig10, fig12, fig14, fig26, measure, pages, pass_work,
-    period, provenance, results, scaled, surveyed, table1, verdicts
-)
-from gpgpu_rt.figures.catalogue import FIGURES
-from gpgpu_rt.figures.cell import ON_CPU, Cell
-from gpgpu_rt.figures.comparison import Panel
-from gpgpu_rt.figures.contradictions import CONTRADICTIONS, of_page
-from gpgpu_rt.figures.published_numbers import published
+from gpgpu_rt.figures import command
+from gpgpu_rt.figures.experiments import cpu, cpu_peak, period
+from gpgpu_rt.figures.framework import measure, pages, provenance, results, verdicts
+from gpgpu_rt.figures.framework.catalogue import FIGURES
+from gpgpu_rt.figures.framework.cell import ON_CPU, Cell
+from gpgpu_rt.figures.framework.comparison import Panel
+from gpgpu_rt.figures.framework.contradictions import CONTRADICTIONS, of_page
+from gpgpu_rt.figures.framework.published_numbers import published
+from gpgpu_rt.figures.survey import fig02_shader_pipeline as fig02
+from gpgpu_rt.figures.survey import fig08_teapot_in_stadium as fig08
+from gpgpu_rt.figures.survey import fig10_kdtree_traversal as fig10
+from gpgpu_rt.figures.survey import fig12_eye_rays as fig12
+from gpgpu_rt.figures.survey import fig14_mirrors as fig14
+from gpgpu_rt.figures.survey import fig26_all_methods as fig26
+from gpgpu_rt.figures.survey import pass_work, scaled, surveyed
+from gpgpu_rt.figures.survey import table1_methods as table1
 from gpgpu_rt.hardware.cards import find_card
 
 STRUCTURES = {"grid": "Grid", "ray-engine": "Grid", "ray-tiles": "tuple",
@@ -184,8 +191,8 @@ def test_figure_26_and_table_1_hold_what_the_data_say(tmp_path: Path, monkeypatc
 
 
 @pytest.mark.parametrize("method, some", [
-    ("ray-tiles", "passes/tile_spans.frag"),
-    pytest.param("ray-hierarchy", "build/block_ranks.frag", marks=pytest.mark.full)])
+    ("ray-tiles", "methods/ray_tiles/tile_spans.frag"),
+    pytest.param("ray-hierarchy", "algorithms/block_ranks.frag", marks=pytest.mark.full)])
 def test_loops_of_passes_count_as_often_as_they_turn(method: str, some: str, countable) -> None:
     work = pass_work.measure(load("cornell"), workload("cornell", EYE, 16), method, {})
     card = find_card("G80")
@@ -199,7 +206,7 @@ def test_loops_of_passes_count_as_often_as_they_turn(method: str, some: str, cou
                                                   + sum(loop["scalar"] for loop in one["loops"]))
     unseen = pass_work.unseen(work)
     assert [name.split(" ")[0] for name in unseen] == (
-        ["build/segments.frag"] if method == "ray-hierarchy" else [])
+        ["algorithms/segments.frag"] if method == "ray-hierarchy" else [])
 
 
 @pytest.mark.parametrize("absent", ["matplotlib", "tqdm"])

@@ -8,12 +8,20 @@ import numpy as np
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.accel import build_kdtree
-from gpgpu_rt.figures import fig03, fig04, fig09, fig10, fig11, fig15, fig18, fig19, fig21
-from gpgpu_rt.figures.catalogue import FIGURES
-from gpgpu_rt.figures.small_bvh import Hierarchy, hierarchy
-from gpgpu_rt.figures.small_world import MAX_DEPTH, Walk, World, walk, world
+from gpgpu_rt.figures.diagrams.small_bvh import Hierarchy, hierarchy
+from gpgpu_rt.figures.diagrams.small_world import MAX_DEPTH, Walk, World, walk, world
+from gpgpu_rt.figures.framework.catalogue import FIGURES
+from gpgpu_rt.figures.survey import fig03_stream_processing as fig03
+from gpgpu_rt.figures.survey import fig04_ray_engine as fig04
+from gpgpu_rt.figures.survey import fig09_kdtree as fig09
+from gpgpu_rt.figures.survey import fig10_kdtree_traversal as fig10
+from gpgpu_rt.figures.survey import fig11_restart_and_backtrack as fig11
+from gpgpu_rt.figures.survey import fig15_ropes as fig15
+from gpgpu_rt.figures.survey import fig18_bvh as fig18
+from gpgpu_rt.figures.survey import fig19_threaded_bvh as fig19
+from gpgpu_rt.figures.survey import fig21_geometry_image as fig21
 from gpgpu_rt.methods import find_method
+from gpgpu_rt.methods.kdtree.build import build_kdtree
 
 DIAGRAMS = {"fig03": fig03, "fig04": fig04, "fig09": fig09, "fig10": fig10, "fig11": fig11,
             "fig15": fig15, "fig18": fig18, "fig19": fig19, "fig21": fig21}

@@ -8,7 +8,8 @@ import pytest
 from conftest import real_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt.figures import entry_points, measure
+from gpgpu_rt.figures.experiments import entry_points
+from gpgpu_rt.figures.framework import measure
 
 PAGE = Path(__file__).parents[2] / "docs" / "bvh.md"
 

@@ -11,18 +11,24 @@ import numpy as np
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt import accel
 from gpgpu_rt.bench.workloads import workload
-from gpgpu_rt.figures import (
-    fig05, fig12, fig13, fig14, fig16, fig17, fig20, fig22, measure, published_numbers, results,
-    tree_sizes
-)
-from gpgpu_rt.figures.catalogue import FIGURES, figure_of
-from gpgpu_rt.figures.cell import Cell
 from gpgpu_rt.figures.command import main
-from gpgpu_rt.figures.comparison import Panel
-from gpgpu_rt.figures.kendall import tau_b
-from gpgpu_rt.figures.published_numbers import nanoseconds, published, published_row
+from gpgpu_rt.figures.framework import measure, published_numbers, results
+from gpgpu_rt.figures.framework.catalogue import FIGURES, figure_of
+from gpgpu_rt.figures.framework.cell import Cell
+from gpgpu_rt.figures.framework.comparison import Panel
+from gpgpu_rt.figures.framework.kendall import tau_b
+from gpgpu_rt.figures.framework.published_numbers import nanoseconds, published, published_row
+from gpgpu_rt.figures.survey import fig05_ray_engine_times as fig05
+from gpgpu_rt.figures.survey import fig12_eye_rays as fig12
+from gpgpu_rt.figures.survey import fig13_horn_improvements as fig13
+from gpgpu_rt.figures.survey import fig14_mirrors as fig14
+from gpgpu_rt.figures.survey import fig16_ropes_and_packets as fig16
+from gpgpu_rt.figures.survey import fig17_rope_memory as fig17
+from gpgpu_rt.figures.survey import fig20_whole_images as fig20
+from gpgpu_rt.figures.survey import fig22_large_scenes as fig22
+from gpgpu_rt.figures.survey import tree_sizes
+from gpgpu_rt.methods.kdtree.tree import LEAF as KD_LEAF_AXIS
 
 NOT_PUBLISHED = {("fig22", fig22.FAST), ("fig22", fig22.CPU)}   # rows of ours
 COMPARISONS = [fig12.FIGURE, fig13.FIGURE, fig16.FIGURE, fig20.FIGURE, fig22.FIGURE]
@@ -206,7 +212,7 @@ def test_sizes_with_ropes(tmp_path) -> None:
     found = tree_sizes.measure(scene, {"max_depth": 6})
     with rt.Tracer(scene, "kd-ropes", max_depth=6) as tracer:
         tree = tracer.accelerator.structure
-    leaves = int((tree.axis == accel.KD_LEAF_AXIS).sum())
+    leaves = int((tree.axis == KD_LEAF_AXIS).sum())
     assert tree.depth == 6 and found["leaves"] == leaves
     assert found["bytes"] == 8 * len(tree.axis) + 4 * len(tree.references)
     assert found["bytes_ropes"] == found["bytes"] + 48 * leaves

@@ -9,8 +9,11 @@ import pytest
 from conftest import real_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt import accel
-from gpgpu_rt.figures import frame_times, frames, results
+from gpgpu_rt.figures.experiments import frame_times, frames
+from gpgpu_rt.figures.framework import results
+from gpgpu_rt.methods.bvh.build import build_bvh
+from gpgpu_rt.methods.bvh.refit import Refitter
+from gpgpu_rt.methods.quality import sah_cost
 
 PAGE = Path(__file__).parents[2] / "docs" / "moving-and-large.md"
 
@@ -30,7 +33,7 @@ def test_columns_come_from_the_table() -> None:
     ("bvh-threaded", {}, 0), ("bvh-threaded", {"rebuild_ratio": 0.0}, 2), ("bih", {}, 2)])
 def test_a_measured_cell(method: str, options: dict, rebuilt: int, monkeypatch) -> None:
     """Of a small cloth: both times a frame, and no distance that a new tree would not give."""
-    monkeypatch.setattr("gpgpu_rt.scenes.animation.CLOTH_CELLS", 20)
+    monkeypatch.setattr("gpgpu_rt.scene.procedural.animations.CLOTH_CELLS", 20)
     for cached in (frame_times._start, frame_times._vertices, frame_times._distances):
         cached.cache_clear()
     found = frame_times.measure("cloth", method, options, 16, 2)
@@ -68,13 +71,13 @@ def test_pages_hold_the_measured_numbers(tmp_path) -> None:
                                       ("explosion", (8, 24, 48))])
 def test_how_a_refitted_tree_fares(name: str, at: tuple[int, ...]) -> None:
     page, animation = PAGE.read_text(), rt.load_animation(name)
-    built = accel.build_bvh(animation.scene.triangles)
-    refitter = accel.Refitter.of(built)
+    built = build_bvh(animation.scene.triangles)
+    refitter = Refitter.of(built)
     for frame in at:
         triangles = animation.scene.moved(animation.vertices(frame)).triangles
-        cost = accel.sah_cost(refitter.refit(built, triangles))
-        last, new = cost / accel.sah_cost(built), cost / accel.sah_cost(
-            accel.build_bvh(triangles))
+        cost = sah_cost(refitter.refit(built, triangles))
+        last, new = cost / sah_cost(built), cost / sah_cost(
+            build_bvh(triangles))
         assert f"| {frame} | {last:.3g} | {new:.3g} |" in page
 
 

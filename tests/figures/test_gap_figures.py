@@ -10,8 +10,9 @@ import pytest
 
 import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import EYE, workload
-from gpgpu_rt.figures import gap_work, ideal_hardware, results, retention, simd_width, stacks
-from gpgpu_rt.figures.cell import Cell
+from gpgpu_rt.figures.experiments import gap_work, ideal_hardware, retention, simd_width, stacks
+from gpgpu_rt.figures.framework import results
+from gpgpu_rt.figures.framework.cell import Cell
 from gpgpu_rt.hardware.machines import machines
 
 

@@ -6,11 +6,11 @@ from conftest import real_scene
 from test_kd_page import PAGE, SCENES
 
 import gpgpu_rt as rt
-from gpgpu_rt import accel
+from gpgpu_rt.gl.fragment_pass import FragmentPass
 from gpgpu_rt.methods import find_method
-from gpgpu_rt.passes.build import GPU_KD_BUILDS, build_kdtree
-from gpgpu_rt.passes.fragment_pass import FragmentPass
-from gpgpu_rt.scenes import catalogue
+from gpgpu_rt.methods.kdtree.gpu_build.build import GPU_KD_BUILDS, build_kdtree_by_passes
+from gpgpu_rt.methods.quality import quality
+from gpgpu_rt.scene import catalogue
 
 KD_BUILDS = next(o for o in find_method("kd-stack").options if o.name == "build").choices
 
@@ -38,7 +38,7 @@ def test_trees_are_as_the_page_says(scene: str, build: str) -> None:
     with rt.Tracer(scene, "kd-stack", statistics=True, **options) as tracer:
         tracer.trace(*tracer.scene.camera.rays((256, 256)))
         counters = tracer.statistics.counters
-        tree = accel.quality(tracer.accelerator.structure)
+        tree = quality(tracer.accelerator.structure)
     measured = {"leaves": tree["leaves"], "references": tree["references"],
                 "SAH cost": tree["sah_cost"],
                 "steps a ray": counters["nodes_visited"] + counters["triangles_tested"]}
@@ -59,7 +59,7 @@ def test_passes_are_as_many_as_the_page_says(exact_renderer, monkeypatch, scene:
         drawn.append(1)
         return issue(self, *given, **more)
     monkeypatch.setattr(FragmentPass, "issue", counting)
-    build_kdtree(exact_renderer, real_scene(scene).triangles, build=build)
+    build_kdtree_by_passes(exact_renderer, real_scene(scene).triangles, build=build)
     assert len(drawn) == _numbers()[build, "passes"][scene]
 
 

@@ -8,9 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from gpgpu_rt.figures import fig02, fig26, gap_work, measure, pages, results, retention, works
-from gpgpu_rt.figures.catalogue import FIGURES, figure_of
-from gpgpu_rt.figures.cell import Cell
+from gpgpu_rt.figures.experiments import gap_work, retention
+from gpgpu_rt.figures.framework import measure, pages, results, works
+from gpgpu_rt.figures.framework.catalogue import FIGURES, figure_of
+from gpgpu_rt.figures.framework.cell import Cell
+from gpgpu_rt.figures.survey import fig02_shader_pipeline as fig02
+from gpgpu_rt.figures.survey import fig26_all_methods as fig26
 
 COUNTED = [name for name in FIGURES
            if any(works.work_of(cell).counted for cell in figure_of(name).cells(False))]

@@ -6,10 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from gpgpu_rt.appearance.needs import Asked, SceneNeeds
-from gpgpu_rt.figures import fig01, fig07, measure, needs, needs_times
-from gpgpu_rt.figures.cell import Cell
-from gpgpu_rt.figures.growing import STEPS, scenes
+from gpgpu_rt.figures.experiments import needs, needs_times
+from gpgpu_rt.figures.experiments.growing import STEPS, scenes
+from gpgpu_rt.figures.framework import measure
+from gpgpu_rt.figures.framework.cell import Cell
+from gpgpu_rt.figures.survey import fig01_effects as fig01
+from gpgpu_rt.figures.survey import fig07_proximity_clouds as fig07
+from gpgpu_rt.render.needs import Asked, SceneNeeds
 
 
 @pytest.mark.parametrize("step", range(len(STEPS)))

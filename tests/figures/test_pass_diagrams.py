@@ -8,7 +8,9 @@ import pytest
 from conftest import soup_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt.figures import coherence, fig06, fig23
+from gpgpu_rt.figures.experiments import coherence
+from gpgpu_rt.figures.survey import fig06_grid_streams as fig06
+from gpgpu_rt.figures.survey import fig23_ray_tiles as fig23
 
 
 def test_figure_6_has_purcells_kernels() -> None:

@@ -3,8 +3,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from gpgpu_rt.figures import measure, path_errors, path_noise
-from gpgpu_rt.figures.cell import Cell
+from gpgpu_rt.figures.experiments import path_errors, path_noise
+from gpgpu_rt.figures.framework import measure
+from gpgpu_rt.figures.framework.cell import Cell
 
 
 def test_errors_shrink_with_samples(tmp_path, monkeypatch) -> None:

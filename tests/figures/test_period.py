@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from gpgpu_rt.figures import period, results
+from gpgpu_rt.figures.experiments import period
+from gpgpu_rt.figures.framework import results
 from gpgpu_rt.hardware.cards import find_card
 
 TURNS = {"kd-restart": 100, "packets": 40, "+ push-down": 30, "+ short stack": 20}

@@ -6,8 +6,9 @@ import csv
 import numpy as np
 import pytest
 
-from gpgpu_rt.figures import bundle_errors, caustic_errors, caustics, measure, ray_bundles
-from gpgpu_rt.figures.cell import Cell
+from gpgpu_rt.figures.experiments import bundle_errors, caustic_errors, caustics, ray_bundles
+from gpgpu_rt.figures.framework import measure
+from gpgpu_rt.figures.framework.cell import Cell
 
 
 def test_the_lamp_hangs_under_a_closed_ceiling() -> None:

@@ -7,8 +7,12 @@ import numpy as np
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.figures import fig24, fig25, measure, reduction, small_rays
-from gpgpu_rt.figures.cell import Cell
+from gpgpu_rt.figures.diagrams import small_rays
+from gpgpu_rt.figures.experiments import reduction
+from gpgpu_rt.figures.framework import measure
+from gpgpu_rt.figures.framework.cell import Cell
+from gpgpu_rt.figures.survey import fig24_ray_cones as fig24
+from gpgpu_rt.figures.survey import fig25_ray_hierarchy as fig25
 
 WIDE = 1 + 1e-5    # margins of the cones, and float32
 

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from gpgpu_rt.bench.workloads import EYE
-from gpgpu_rt.figures import measure, ray_space
+from gpgpu_rt.figures.experiments import ray_space
+from gpgpu_rt.figures.framework import measure
 
 
 def test_its_cells_are_few_and_named_apart() -> None:

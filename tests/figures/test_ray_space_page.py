@@ -8,7 +8,7 @@ from conftest import real_scene
 
 import gpgpu_rt as rt
 from gpgpu_rt.bench import workloads
-from gpgpu_rt.figures import coherence
+from gpgpu_rt.figures.experiments import coherence
 
 PAGE = Path(__file__).parents[2] / "docs" / "ray-space.md"
 SCENES = ("bunny", "robots", "kitchen", "conference")

@@ -7,8 +7,9 @@ import json
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.figures import measure, tradeoff
-from gpgpu_rt.figures.cell import Cell
+from gpgpu_rt.figures.experiments import tradeoff
+from gpgpu_rt.figures.framework import measure
+from gpgpu_rt.figures.framework.cell import Cell
 
 
 def test_the_front_is_not_beaten() -> None:

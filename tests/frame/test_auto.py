@@ -9,13 +9,13 @@ import pytest
 from conftest import assert_same_bits, soup_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt import rays as ray_sets
 from gpgpu_rt.bench.workloads import workload
-from gpgpu_rt.builder import Builder
-from gpgpu_rt.choices import COHERENT, INCOHERENT, Choice, Choices
-from gpgpu_rt.choosing import SHARE
-from gpgpu_rt.coherence import coherence
-from gpgpu_rt.ray_batch import RayBatch
+from gpgpu_rt.methods.choices import COHERENT, INCOHERENT, Choice, Choices
+from gpgpu_rt.rays import ray_sets
+from gpgpu_rt.rays.batch import RayBatch
+from gpgpu_rt.rays.coherence import coherence
+from gpgpu_rt.session.builder import Builder
+from gpgpu_rt.session.choosing import SHARE
 
 SIDE = 16
 PAIR = Choices(Choice("bvh-packet", {"packet": (2, 2)}), Choice("kd-restart"))

@@ -14,13 +14,13 @@ from PIL import Image
 import gpgpu_rt as rt
 from gpgpu_rt import cli
 from gpgpu_rt.accuracy.known_rays import check_kinds
-from gpgpu_rt.camera import load_cameras
 from gpgpu_rt.cli import unfinished
-from gpgpu_rt.figures import provenance
-from gpgpu_rt.heat import heat
+from gpgpu_rt.figures.framework import provenance
+from gpgpu_rt.inspect.heat import heat
+from gpgpu_rt.methods.settings import load as load_settings
 from gpgpu_rt.report import page, write_report
 from gpgpu_rt.report.images import MOST_PIXELS, png_uri
-from gpgpu_rt.settings import load as load_settings
+from gpgpu_rt.scene.camera import load_cameras
 from gpgpu_rt.workers import machine
 
 DEEP = "[" * 100_000

@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 import gpgpu_rt as rt
 from gpgpu_rt.accel.quantise import decode, quantise
-from gpgpu_rt.gpu import open_gpu
-from gpgpu_rt.passes.full_screen import FullScreenPass
-from gpgpu_rt.precision import FORMATS, ROUNDINGS, Precision
-from gpgpu_rt.record import PackedRecord
-from gpgpu_rt.textures import make_texture, read_texture, table_textures
+from gpgpu_rt.gl.context import open_gpu
+from gpgpu_rt.gl.full_screen import FullScreenPass
+from gpgpu_rt.gl.precision import FORMATS, ROUNDINGS, Precision
+from gpgpu_rt.gl.record import PackedRecord
+from gpgpu_rt.gl.textures import make_texture, read_texture, table_textures
 
 METHODS = [row.name for row in rt.methods()]
 LOW = ("fp24", "fp16")
@@ -40,7 +40,7 @@ def test_glsl_rounds_as_python_does(name: str, rounding: str, tmp_path) -> None:
     gpu = open_gpu()
     values = awkward_values(3)
     probe = tmp_path / "probe.frag"
-    probe.write_text('#version 330 core\n#include "common/precision.glsl"\n'
+    probe.write_text('#version 330 core\n#include "core/precision.glsl"\n'
                      "uniform sampler2D values;\nout vec4 result;\nvoid main() {\n"
                      "    float x = texelFetch(values, ivec2(gl_FragCoord.xy), 0).x;\n"
                      "    result = vec4(stored(x), R(x), stored(vec2(x)).y, R(vec3(x)).z);\n}\n")
@@ -182,7 +182,7 @@ def test_packed_records_round_trip(tmp_path) -> None:
     tables = table_textures(gpu, record, fields)
     for name, *_ in record.fields:
         probe = tmp_path / "probe.frag"
-        probe.write_text('#version 330 core\n#include "common/fetch.glsl"\n#include <tables>\n'
+        probe.write_text('#version 330 core\n#include "core/fetch.glsl"\n#include <tables>\n'
                          "out vec4 value;\nvoid main() {\n"
                          f"    uint read = mixed_{name}(int(gl_FragCoord.x));\n"
                          "    value = vec4(read & 0xffffu, read >> 16, 0.0, 0.0);\n}\n")

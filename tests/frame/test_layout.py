@@ -1,6 +1,9 @@
 """Records: packer and accessors agree, and an index past what a float holds is refused."""
 from __future__ import annotations
 
+import importlib
+from pathlib import Path
+
 import moderngl
 import numpy as np
 import pytest
@@ -8,15 +11,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gpgpu_rt as rt
-from gpgpu_rt import state_layout, texel_layout
-from gpgpu_rt.gpu import open_gpu
-from gpgpu_rt.passes.full_screen import FullScreenPass
-from gpgpu_rt.precision import PRECISIONS, Precision
-from gpgpu_rt.record import EXACT_INTEGER, Record
-from gpgpu_rt.textures import make_texture, read_texture, table_textures
+from gpgpu_rt.gl.context import open_gpu
+from gpgpu_rt.gl.full_screen import FullScreenPass
+from gpgpu_rt.gl.precision import PRECISIONS, Precision
+from gpgpu_rt.gl.record import EXACT_INTEGER, Record
+from gpgpu_rt.gl.textures import make_texture, read_texture, table_textures
+from gpgpu_rt.traversal.records import STATE
 
-RECORDS = [r for layout in (texel_layout, state_layout) for r in vars(layout).values()
-           if isinstance(r, Record)]
+PACKAGE = Path(rt.__file__).parent
+MODULES = [importlib.import_module(".".join(("gpgpu_rt", *path.relative_to(PACKAGE).parts))[:-3])
+           for path in sorted(PACKAGE.glob("**/*.py"))
+           if path.name in ("records.py", "triangle_table.py")]
+RECORDS = list({id(r): r for module in MODULES for r in vars(module).values()
+                if isinstance(r, Record)}.values())
 pytestmark = pytest.mark.small
 
 
@@ -30,7 +37,7 @@ def test_records_have_names_of_their_own() -> None:
     """GLSL knows a record by its name; one with a define is another form of one so called, and of
     states a program has one, its method's."""
     names = [record.name for record in RECORDS if not getattr(record, "define", "")
-             and record.name != state_layout.STATE.name]
+             and record.name != STATE.name]
     assert len(names) == len(set(names))
 
 
@@ -67,7 +74,7 @@ def test_glsl_reads_what_python_packed(record: Record, storage: str, tmp_path) -
     for field in record.fields:
         probe = tmp_path / "probe.frag"
         probe.write_text(
-            '#version 330 core\n#include "common/fetch.glsl"\n#include <tables>\n'
+            '#version 330 core\n#include "core/fetch.glsl"\n#include <tables>\n'
             "out vec4 value;\nvoid main() {\n"
             f"    {field.type} read = {record.name}_{field.name}(int(gl_FragCoord.x));\n"
             "    value = vec4(" + ", ".join(["vec3(read)" if field.width == 3 else "read"]

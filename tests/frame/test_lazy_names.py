@@ -41,9 +41,9 @@ def test_methods_is_the_function_whatever_was_imported(first: str) -> None:
 
 
 def test_names_and_modules_are_there_when_asked_for() -> None:
-    assert fresh("import gpgpu_rt as rt\nprint(rt.errors.Error is rt.Error, rt.heat.__name__)\n"
+    assert fresh("import gpgpu_rt as rt\nprint(rt.errors.Error is rt.Error, rt.inspect.__name__)\n"
                  "from gpgpu_rt import *\nprint(Tracer is rt.Tracer)"
-                 ) == "True gpgpu_rt.heat\nTrue\n"
+                 ) == "True gpgpu_rt.inspect\nTrue\n"
     assert pickle.loads(pickle.dumps(rt.Camera)) is rt.Camera
     for name in ("Tracr", "no_module", "__wrapped__"):
         with pytest.raises(AttributeError, match=name):

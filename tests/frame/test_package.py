@@ -15,9 +15,9 @@ from PIL import Image
 
 import gpgpu_rt as rt
 from gpgpu_rt import cli
-from gpgpu_rt.gpu import open_gpu
+from gpgpu_rt.gl.context import open_gpu
+from gpgpu_rt.gl.textures import read_texture
 from gpgpu_rt.methods import find_method, register
-from gpgpu_rt.textures import read_texture
 
 METHODS = [row.name for row in rt.methods()]
 
@@ -69,7 +69,7 @@ def test_steps_a_pass_ask_for_the_schedule_that_has_them() -> None:
 
 
 def test_no_context_is_one_clear_line() -> None:
-    code = ("import sys, moderngl, gpgpu_rt.gpu as g\n"
+    code = ("import sys, moderngl, gpgpu_rt.gl.context as g\n"
             "def no(*a, **k): raise Exception('none')\n"
             "moderngl.create_context = no\n"
             "g.OsMesaLoader._open = staticmethod(lambda: (_ for _ in ()).throw("
@@ -277,7 +277,7 @@ BOUNDS = ["--max-wrong", "1e-3", "--max-t-error", "1e-3"]
       "exact"], "split means something with build sah or hybrid alone"),
     (["trace", "cornell", "{}/empty.npz", "-o", "{}/h.npz"], "holds no directions"),
     (["trace", "cornell", "{}/nan.npz", "-o", "{}/h.npz"], "ray 1 is invalid"),
-    (["fly"], "invalid choice"),
+    (["fly"], "no 'fly'; known: accuracy"),
     (["render", "cornell", "-m", "grid", "-m", "bih", "-o", "{}/x.png"], "twice, grid and bih"),
     (["render", "cornell", "-m", "grid", "--density", "3", "--resolution", "4", "-o", "{}/x.png"],
      "exclude each other"),
@@ -331,4 +331,6 @@ def test_every_folder_is_installed() -> None:
     folders = ["gpgpu_rt" + "." * (part != ".") + part.replace("/", ".") * (part != ".")
                for part in (str(path.parent.relative_to(root / "gpgpu_rt"))
                             for path in root.glob("gpgpu_rt/**/__init__.py"))]
-    assert sorted(listed) == sorted([*folders, "gpgpu_rt.glsl", "gpgpu_rt.figures"])
+    figures = [".".join(("gpgpu_rt", *path.parent.relative_to(root).parts))
+               for path in root.glob("figures/**/__init__.py")]
+    assert sorted(listed) == sorted([*folders, *figures, "gpgpu_rt.glsl"])

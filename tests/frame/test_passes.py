@@ -9,12 +9,12 @@ import pytest
 
 import gpgpu_rt as rt
 from gpgpu_rt.errors import Error, ShaderError
-from gpgpu_rt.gpu import Gpu
-from gpgpu_rt.passes.driver import Driver, Setup
-from gpgpu_rt.passes.full_screen import FullScreenPass
-from gpgpu_rt.passes.own_arrays import _kept
+from gpgpu_rt.gl.context import Gpu
+from gpgpu_rt.gl.full_screen import FullScreenPass
+from gpgpu_rt.gl.textures import make_texture, read_texture, release
 from gpgpu_rt.statistics import Statistics
-from gpgpu_rt.textures import make_texture, read_texture, release
+from gpgpu_rt.traversal.driver import Driver, Setup
+from gpgpu_rt.traversal.own_arrays import _kept
 
 pytestmark = pytest.mark.small
 

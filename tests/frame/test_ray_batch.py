@@ -4,9 +4,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gpgpu_rt import ray_batch
-from gpgpu_rt.ray_batch import RayBatch
-from gpgpu_rt.texel_layout import NO_RAY
+from gpgpu_rt.rays import batch as ray_batch
+from gpgpu_rt.rays.batch import RayBatch
+from gpgpu_rt.rays.records import NO_RAY
 
 BOUNDS = np.float32([-1, -1, -1]), np.float32([1, 1, 1])
 BLOCK = 256

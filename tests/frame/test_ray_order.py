@@ -4,9 +4,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gpgpu_rt import ray_order
-from gpgpu_rt.ray_order import RayOrder
-from gpgpu_rt.texel_layout import RAY_TEXELS
+from gpgpu_rt.rays import order as ray_order
+from gpgpu_rt.rays.order import RayOrder
+from gpgpu_rt.rays.records import RAY_TEXELS
 
 BOUNDS = (np.zeros(3), np.ones(3))
 

@@ -10,10 +10,11 @@ import pytest
 from conftest import assert_same_bits, soup_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt import cli, settings
-from gpgpu_rt.choices import Choice, Choices
-from gpgpu_rt.gpu import open_gpu
-from gpgpu_rt.rays import random_rays
+from gpgpu_rt import cli
+from gpgpu_rt.gl.context import open_gpu
+from gpgpu_rt.methods import settings
+from gpgpu_rt.methods.choices import Choice, Choices
+from gpgpu_rt.rays.ray_sets import random_rays
 
 
 @pytest.fixture

@@ -6,11 +6,11 @@ import re
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt import shader
-from gpgpu_rt.gpu import Gpu, open_gpu
-from gpgpu_rt.passes.full_screen import FullScreenPass
-from gpgpu_rt.shader import ROOT, compile_program, resolve
-from gpgpu_rt.textures import make_texture, read_texture
+from gpgpu_rt.gl import shader
+from gpgpu_rt.gl.context import Gpu, open_gpu
+from gpgpu_rt.gl.full_screen import FullScreenPass
+from gpgpu_rt.gl.shader import ROOT, compile_program, resolve
+from gpgpu_rt.gl.textures import make_texture, read_texture
 
 FILES = [p for p in sorted(ROOT.rglob("*")) if p.suffix in (".glsl", ".frag", ".vert")]
 BANNED = {

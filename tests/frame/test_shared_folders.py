@@ -10,22 +10,30 @@ import pytest
 from conftest import random_soup
 
 import gpgpu_rt as rt
-from gpgpu_rt import accel, own_folder
 from gpgpu_rt.accel import cache
+from gpgpu_rt.accel.cache import cached
 from gpgpu_rt.accel.sound import is_sound
 from gpgpu_rt.cli import main
+from gpgpu_rt.disk import own_folder
+from gpgpu_rt.methods.bih.tree import build_bih
+from gpgpu_rt.methods.bvh.build import build_bvh
+from gpgpu_rt.methods.bvh.tree import Bvh
+from gpgpu_rt.methods.grid.cells import build_grid
+from gpgpu_rt.methods.kdtree.build import build_kdtree
+from gpgpu_rt.methods.ray_engine.octree import build_octree
+from gpgpu_rt.methods.ray_space.visibility_field import build_visibility_field
 from gpgpu_rt.workers import machine, meshes
 
-BUILDS = {accel.build_bvh: ["sah", "kay-kajiya", "goldsmith-salmon", "lbvh", "hybrid"],
-          accel.build_kdtree: ["sah", "zhou", "hybrid"], accel.build_bih: [None],
-          accel.build_grid: [None], accel.build_octree: [None],
-          accel.build_visibility_field: [None]}
+BUILDS = {build_bvh: ["sah", "kay-kajiya", "goldsmith-salmon", "lbvh", "hybrid"],
+          build_kdtree: ["sah", "zhou", "hybrid"], build_bih: [None],
+          build_grid: [None], build_octree: [None],
+          build_visibility_field: [None]}
 BUILT = [(build, kind) for build, kinds in BUILDS.items() for kind in kinds]
 
 
 def built(build, kind: str | None, triangles: np.ndarray):
     """A structure as it is built, or as the cache has it."""
-    return accel.cached(build, triangles, **({} if kind is None else {"build": kind}))
+    return cached(build, triangles, **({} if kind is None else {"build": kind}))
 
 
 @pytest.fixture
@@ -107,11 +115,11 @@ def test_what_is_no_lock_is_named(what: str, temporary: Path) -> None:
 def test_a_cache_of_another_user_is_not_believed(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setenv("GPGPU_RT_CACHE", str(tmp_path))
     triangles = random_soup(30, 1)
-    accel.cached(accel.build_bvh, triangles)
+    cached(build_bvh, triangles)
     path, = tmp_path.glob("*.npz")
     monkeypatch.setattr(own_folder, "_ROOT", -1)
     monkeypatch.setattr(os, "geteuid", lambda: 54321)
-    assert cache._load(path, accel.Bvh, 30) is None
+    assert cache._load(path, Bvh, 30) is None
     cache._warn.cache_clear()
     with pytest.warns(UserWarning, match="belongs to another user"):
         assert cache.cache_folder() is None
@@ -173,7 +181,7 @@ def test_indices_that_lead_astray_are_not_believed(build, kind: str | None, harm
 
 
 def test_a_tree_that_turns_back_is_not_believed(tmp_path: Path, monkeypatch) -> None:
-    structure = accel.build_kdtree(random_soup(40, 2))
+    structure = build_kdtree(random_soup(40, 2))
     inner = np.flatnonzero(structure.axis != 3)
     for node, child in ((inner[1], 0), (inner[1], int(structure.left[inner[0]]))):
         left = structure.left.copy()

@@ -9,10 +9,11 @@ import pytest
 
 import gpgpu_rt as rt
 from gpgpu_rt import cli
-from gpgpu_rt import false_colours as colours
-from gpgpu_rt.cli import benching, looking
+from gpgpu_rt.cli import benching
+from gpgpu_rt.cli import passes_heat as looking
 from gpgpu_rt.cli.main import _parser
-from gpgpu_rt.rays import random_rays
+from gpgpu_rt.inspect import false_colours as colours
+from gpgpu_rt.rays.ray_sets import random_rays
 from gpgpu_rt.report.films import film, heat_maps
 
 SCENE = "shirley6"

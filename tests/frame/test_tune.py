@@ -10,16 +10,16 @@ import pytest
 import trimesh
 
 import gpgpu_rt as rt
-from gpgpu_rt import cli, settings
+from gpgpu_rt import cli
 from gpgpu_rt.accuracy import tune as tuning
 from gpgpu_rt.accuracy.candidates import Candidate, accuracy_knobs, option_table, speed_knobs
 from gpgpu_rt.accuracy.confidence import lower_confidence, rays_needed
+from gpgpu_rt.accuracy.error_targets import Finding, Promise
 from gpgpu_rt.accuracy.judge import upper_confidence
 from gpgpu_rt.accuracy.known_rays import Answers, KnownRays
-from gpgpu_rt.accuracy.promise import Finding, Promise
 from gpgpu_rt.accuracy.tune import keeps, tune
-from gpgpu_rt.choices import COHERENT, INCOHERENT
-from gpgpu_rt.methods import find_method
+from gpgpu_rt.methods import find_method, settings
+from gpgpu_rt.methods.choices import COHERENT, INCOHERENT
 
 METHODS = [row.name for row in rt.methods()]
 LOOSE = {"max_wrong": 1e-2, "max_t_error": 1e-2, "t_quantile": 0.99}

@@ -16,7 +16,7 @@ from gpgpu_rt.hardware.emulate import texels_along_morton
 from gpgpu_rt.hardware.program import parse
 from gpgpu_rt.hardware.sample import emulated, tile_pixels
 from gpgpu_rt.hardware.translate import translate
-from gpgpu_rt.methods.row import SCHEDULES
+from gpgpu_rt.traversal.method import SCHEDULES
 
 TILE = (16, 8)
 needs_counts = pytest.mark.usefixtures("countable")
@@ -122,7 +122,7 @@ def test_the_log_of_passes_counts_what_ran(schedule: str) -> None:
         assert ran["down"]["fragments"] + ran["intersect"]["fragments"] >= steps
         assert ran["down"]["written"] == ran["down"]["fragments"] * 4 * 16
     else:
-        assert ran["passes/traverse.frag"]["written"] > 0
+        assert ran["drivers/traverse.frag"]["written"] > 0
 
 
 @needs_counts
@@ -142,7 +142,8 @@ def test_passes_have_operations_and_fetches() -> None:
 
 PAIRS = [(row.name, schedule) for row in rt.methods() for schedule in row.schedules]
 SOME = (("bvh-packet", "loop"), ("ray-tiles", "kernels"))
-UNSEEN = {"build/segments.frag"}    # lines that a vertex program places: loops are not emulated
+# lines that a vertex program places: loops are not emulated
+UNSEEN = {"algorithms/segments.frag"}
 
 
 @needs_counts

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gpgpu_rt.hardware.program import Program, Work
-from gpgpu_rt.time_travel import Pass, travel
+from gpgpu_rt.inspect.time_travel import Pass, travel
 from gpgpu_rt.tracer import Tracer
 
 

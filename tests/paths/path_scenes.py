@@ -7,10 +7,10 @@ import numpy as np
 import trimesh
 
 import gpgpu_rt as rt
-from gpgpu_rt.appearance.attributes import smooth_normals
-from gpgpu_rt.appearance.light import Environment, PointLight
-from gpgpu_rt.appearance.material import Material
-from gpgpu_rt.appearance.texture import Texture
+from gpgpu_rt.scene.attributes import smooth_normals
+from gpgpu_rt.scene.light import Environment, PointLight
+from gpgpu_rt.scene.material import Material
+from gpgpu_rt.scene.texture import Texture
 
 QUAD = [[0, 1, 2], [0, 2, 3]]
 EMITTED = np.array((0.5, 0.4, 0.3))

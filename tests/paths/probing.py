@@ -7,9 +7,9 @@ from pathlib import Path
 import moderngl
 import numpy as np
 
-from gpgpu_rt.gpu import open_gpu
-from gpgpu_rt.passes.full_screen import FullScreenPass
-from gpgpu_rt.textures import make_texture
+from gpgpu_rt.gl.context import open_gpu
+from gpgpu_rt.gl.full_screen import FullScreenPass
+from gpgpu_rt.gl.textures import make_texture
 
 WIDTH = 1024
 
@@ -25,8 +25,8 @@ def evaluate(include: str, body: str, values: np.ndarray) -> np.ndarray:
     kind, prefix = ("u4", "u") if whole else ("f4", "")
     with tempfile.TemporaryDirectory() as folder, gpu:
         probe = Path(folder) / "probe.frag"
-        probe.write_text(f'#version 330 core\n#include "common/precision.glsl"\n'
-                         f'#include "common/{include}.glsl"\n'
+        probe.write_text(f'#version 330 core\n#include "core/precision.glsl"\n'
+                         f'#include "render/{include}.glsl"\n'
                          f"uniform {prefix}sampler2D values;\nout {prefix}vec4 result;\n"
                          "void main() {\n"
                          f"    {prefix}vec4 x = texelFetch(values, ivec2(gl_FragCoord.xy), 0);\n"

@@ -6,8 +6,8 @@ import path_scenes
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.integrators import packed_paths, path
-from gpgpu_rt.integrators.packed_paths import PackedPaths, packed_sizes
+from gpgpu_rt.render import packed_paths, path
+from gpgpu_rt.render.packed_paths import PackedPaths, packed_sizes
 
 SIZE, SAMPLES = (14, 11), 16    # a wave whose texels fill no whole number of squares
 SCENES = {"cornell": path_scenes.cornell_lit, "everything": path_scenes.everything,

@@ -9,13 +9,13 @@ import pytest
 from PIL import Image
 
 import gpgpu_rt as rt
-from gpgpu_rt.appearance import light_choice, needs
-from gpgpu_rt.appearance.luminance import LUMINANCE
-from gpgpu_rt.appearance.material import Material
-from gpgpu_rt.figures.path_errors import cornell_truth, relative_error, truth_noise
-from gpgpu_rt.integrators import path
-from gpgpu_rt.integrators.path_settings import PathSettings
+from gpgpu_rt.figures.experiments.path_errors import cornell_truth, relative_error, truth_noise
 from gpgpu_rt.reference.path import path_picture
+from gpgpu_rt.reference.path_settings import PathSettings
+from gpgpu_rt.render import needs, path
+from gpgpu_rt.scene import light_choice
+from gpgpu_rt.scene.luminance import LUMINANCE
+from gpgpu_rt.scene.material import Material
 
 SCENES = {"furnace": lambda: path_scenes.furnace()[0], "floor": path_scenes.lit_floor,
           "points": lambda: path_scenes.point_lit_floor()[0],
@@ -206,7 +206,8 @@ def test_sums_of_4096_samples_lose_nothing() -> None:
     """Every path finds the same number, which float32 does not hold: so does their mean."""
     scene, light = path_scenes.white_ball()
     with rt.Tracer(scene) as tracer:
-        tracer.render(size=(4, 4), integrator="path", samples=4096, bounces=0)
+        tracer.render(rt.Camera.looking_at(scene.bounds), (4, 4), "path", samples=4096,
+                      bounces=0)
         background = tracer.radiance[0, 0]
         assert (background == np.float32(light)).all()
 
@@ -279,7 +280,7 @@ def test_each_light_brings_exactly_its_own(name: str, adds: set[str]) -> None:
 
 def test_an_empty_scene_shows_its_surroundings() -> None:
     empty = rt.Scene.from_arrays(np.zeros((0, 3)), np.zeros((0, 3), int), lights=(),
-                                 environment=rt.scene.Environment.constant((0.25, 0.5, 1)))
+                                 environment=rt.Environment.constant((0.25, 0.5, 1)))
     assert np.allclose(radiance(empty, (4, 4), 2), (0.25, 0.5, 1))
 
 

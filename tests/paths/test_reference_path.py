@@ -8,13 +8,13 @@ import path_scenes
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.appearance import light_choice
-from gpgpu_rt.appearance.light import Environment
-from gpgpu_rt.appearance.light_choice import LightChoice
-from gpgpu_rt.appearance.material import Material
-from gpgpu_rt.appearance.texture import Texture
-from gpgpu_rt.integrators.path_settings import PathSettings
 from gpgpu_rt.reference.path import PathPicture, path_picture
+from gpgpu_rt.reference.path_settings import PathSettings
+from gpgpu_rt.scene import light_choice
+from gpgpu_rt.scene.light import Environment
+from gpgpu_rt.scene.light_choice import LightChoice
+from gpgpu_rt.scene.material import Material
+from gpgpu_rt.scene.texture import Texture
 
 
 def assert_within_noise(picture: PathPicture, expected: np.ndarray, closeness: float) -> None:

@@ -6,7 +6,7 @@ import pytest
 from conftest import assert_same_bits, soup_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt.camera import Camera
+from gpgpu_rt.scene.camera import Camera
 
 METHODS = ("brute-force", "bvh-threaded", "kd-restart", "kd-packet")
 TILES = (4, 8, 16)

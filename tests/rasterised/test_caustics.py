@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.rasterised.caustics import Caustics, is_closed
-from gpgpu_rt.rasterised.visible import Visible
-from gpgpu_rt.scenes.shapes import ball, boxes, floor, quad
+from gpgpu_rt.render.image_space.caustics import Caustics, is_closed
+from gpgpu_rt.render.image_space.visible import Visible
+from gpgpu_rt.scene.procedural.shapes import ball, boxes, floor, quad
 
 GREY = rt.Material("grey", (0.7, 0.7, 0.7))
 SIZE = (96, 64)

@@ -8,9 +8,9 @@ import pytest
 from conftest import assert_same_bits, random_soup, soup_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt.camera import Camera
 from gpgpu_rt.cli import main
-from gpgpu_rt.rasterised import first_hits as module
+from gpgpu_rt.scene.camera import Camera
+from gpgpu_rt.traversal.stages import first_hits as module
 
 SIZE = (90, 61)
 
@@ -196,10 +196,10 @@ def test_statistics_log_what_the_rasteriser_draws() -> None:
     with rt.Tracer("cornell", statistics=True, rasterised_bounds=8) as tracer:
         tracer.eye_hits(size=(16, 16), first_hits="rasterised")
         drawn = {one["name"] for one in tracer.statistics.pass_log}
-        assert {"passes/first_drawn.frag", "passes/first_verified.frag"} <= drawn
+        assert {"stages/first_drawn.frag", "stages/first_verified.frag"} <= drawn
         tracer.eye_hits(size=(16, 16))
         drawn = {one["name"] for one in tracer.statistics.pass_log}
-        assert {"passes/depth_bounds.frag", "passes/bounded_rays.frag"} <= drawn
+        assert {"stages/depth_bounds.frag", "stages/bounded_rays.frag"} <= drawn
         origins, directions = tracer.scene.camera.rays((4, 4))
         tracer.trace_all(origins, directions)
         assert tracer.statistics.pass_log and tracer.statistics.texture_bytes

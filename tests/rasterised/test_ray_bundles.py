@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.rasterised import visible
-from gpgpu_rt.rasterised.patches import LIFT, areas_and_normals, divided, straight_light
-from gpgpu_rt.rasterised.ray_bundles import RayBundles, half_sphere
-from gpgpu_rt.rasterised.visible import Visible
-from gpgpu_rt.scenes.shapes import ball, boxes, quad
-from gpgpu_rt.textures import release
+from gpgpu_rt.gl.textures import release
+from gpgpu_rt.render.image_space import visible
+from gpgpu_rt.render.image_space.patches import LIFT, areas_and_normals, divided, straight_light
+from gpgpu_rt.render.image_space.ray_bundles import RayBundles, half_sphere
+from gpgpu_rt.render.image_space.visible import Visible
+from gpgpu_rt.scene.procedural.shapes import ball, boxes, quad
 
 INSIDE = rt.Camera((0.3, 0.1, 0.5), (0.0, 0.1, -1.0), fov=90)
 

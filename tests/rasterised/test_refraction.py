@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.camera import Camera
-from gpgpu_rt.rasterised.refraction import LEFT, TOTAL, UNSEEN, Refraction
 from gpgpu_rt.reference.refraction import refract, through_two_borders
-from gpgpu_rt.scenes.shapes import ball, boxes
+from gpgpu_rt.render.image_space.refraction import LEFT, TOTAL, UNSEEN, Refraction
+from gpgpu_rt.scene.camera import Camera
+from gpgpu_rt.scene.procedural.shapes import ball, boxes
 
 SIZE = (64, 48)
 

@@ -9,8 +9,8 @@ from aimed import KINDS, aimed_pairs
 from conftest import soup_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt.reference.error_bounds import FLOAT32, FLOAT64, bound_pairs, distance_bound, gamma
-from gpgpu_rt.reference.watertight import intersect_pairs
+from gpgpu_rt.numerics.error_bounds import FLOAT32, FLOAT64, bound_pairs, distance_bound, gamma
+from gpgpu_rt.numerics.watertight import intersect_pairs
 
 
 def counts(quick: int, full: int) -> list:

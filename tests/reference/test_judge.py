@@ -9,7 +9,7 @@ from conftest import RAY_SETS, soup_scene
 import gpgpu_rt as rt
 from gpgpu_rt.accuracy.judge import CATEGORIES, judge, leaks, upper_confidence
 from gpgpu_rt.hits import INVALID, UNFINISHED
-from gpgpu_rt.reference.error_bounds import bound_pairs
+from gpgpu_rt.numerics.error_bounds import bound_pairs
 
 SEEDS = [1, 2]
 

@@ -7,13 +7,13 @@ import trimesh
 from conftest import real_scene, soup_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt import rays as ray_sets
+from gpgpu_rt.gl.textures import read_texture
 from gpgpu_rt.hits import Hits
-from gpgpu_rt.integrators.lights import light_uniforms
-from gpgpu_rt.ray_batch import RayBatch
-from gpgpu_rt.reference.watertight import intersect_pairs
-from gpgpu_rt.texel_layout import HIT
-from gpgpu_rt.textures import read_texture
+from gpgpu_rt.numerics.watertight import intersect_pairs
+from gpgpu_rt.rays.batch import RayBatch
+from gpgpu_rt.rays.records import HIT
+from gpgpu_rt.reference.spawn import spawn
+from gpgpu_rt.render.lights import light_uniforms
 
 KINDS = ("coordinates", "sizes", "slivers", "ball")
 
@@ -56,7 +56,7 @@ def test_spawned_rays_miss_what_they_leave(kind: str, seed: int, each: int) -> N
     for some in np.split(triangles, 1 if each < 100 else 20):
         hits = hits_on(some, each, rng)
         directions = rng.normal(size=(len(hits), 3)).astype(np.float32)   # both hemispheres
-        origins = ray_sets.spawn(some, hits, directions)
+        origins = spawn(some, hits, directions)
         assert origins.dtype == np.float32
         corners = some[hits.triangle]
         accepted, t, _, _ = intersect_pairs(corners, origins, directions)
@@ -77,7 +77,7 @@ def test_no_self_hit_in_a_trace(method: str, seed: int) -> None:
     scene = soup_scene(300, seed)
     hits = hits_on(scene.triangles, 10, rng)
     directions = rng.normal(size=(len(hits), 3)).astype(np.float32)
-    origins = ray_sets.spawn(scene, hits, directions)
+    origins = spawn(scene, hits, directions)
     with rt.Tracer(scene, method) as tracer:
         again = tracer.trace(origins, directions)
     assert again.hit.any() and not (again.triangle == hits.triangle).any()
@@ -96,21 +96,21 @@ def test_out_of_a_ball_nothing_is_hit_and_into_it_all_hit(seed: int) -> None:
     directions = rng.normal(size=(len(hits), 3)).astype(np.float32)
     directions *= np.sign((directions * normal).sum(1, keepdims=True))
     with rt.Tracer(ball, "bvh-threaded") as tracer:
-        assert not tracer.trace(ray_sets.spawn(ball, hits, directions), directions).hit.any()
-        assert tracer.trace(ray_sets.spawn(ball, hits, -directions), -directions).hit.all()
+        assert not tracer.trace(spawn(ball, hits, directions), directions).hit.any()
+        assert tracer.trace(spawn(ball, hits, -directions), -directions).hit.all()
 
 
 def test_misses_spawn_nothing() -> None:
     scene = soup_scene(10, 1)
     hits = Hits(*np.float32([[1, np.inf], [0.2, 0], [0.3, 0]]), np.int32([3, -1]),
                 np.uint8([0, 0]))
-    origins = ray_sets.spawn(scene, hits, np.ones((2, 3)))
+    origins = spawn(scene, hits, np.ones((2, 3)))
     assert np.isfinite(origins[0]).all() and np.isnan(origins[1]).all()
     with rt.Tracer(scene) as tracer:
         again = tracer.trace(origins, np.ones((2, 3)), invalid="miss")
     assert again.status.tolist() == [0, 1]
     with pytest.raises(ValueError, match="one a hit"):
-        ray_sets.spawn(scene, hits, np.ones((3, 3)))
+        spawn(scene, hits, np.ones((3, 3)))
 
 
 def shadow_rays(tracer: rt.Tracer, size: tuple[int, int]) -> tuple[Hits, np.ndarray, np.ndarray]:
@@ -147,7 +147,7 @@ def test_the_shader_starts_where_numpy_does(exact_renderer, name: str) -> None:
         lit = hits.hit & (end[:, 3] > 0)
         lit_hits = Hits(*(getattr(hits, name)[lit] for name in
                           ("t", "u", "v", "triangle", "status")))
-        origins = ray_sets.spawn(tracer.scene, lit_hits, end[lit, :3])
+        origins = spawn(tracer.scene, lit_hits, end[lit, :3])
         same = (origins == start[lit, :3]).all(axis=1)
         assert lit.sum() > 1000 and same.mean() >= (0.9 if name == "slivers" else 1)
         accepted, t, _, _ = intersect_pairs(tracer.scene.triangles[lit_hits.triangle],

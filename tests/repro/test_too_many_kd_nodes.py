@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from conftest import random_soup
 
-from gpgpu_rt import accel
-from gpgpu_rt.accel import kdtree
+from gpgpu_rt.methods.kdtree import build
+from gpgpu_rt.methods.kdtree.build import build_kdtree
 
 
 def test_a_kd_tree_stays_within_what_floats_can_number(monkeypatch) -> None:
     triangles = random_soup(300, 4)
-    assert len(accel.build_kdtree(triangles).axis) > 2000
-    monkeypatch.setattr(kdtree, "EXACT_INTEGER", 2000)
-    tree = accel.build_kdtree(triangles)
+    assert len(build_kdtree(triangles).axis) > 2000
+    monkeypatch.setattr(build, "EXACT_INTEGER", 2000)
+    tree = build_kdtree(triangles)
     assert len(tree.axis) <= 2000 and len(tree.references) <= 2000
     assert len(set(tree.references.tolist())) == 300

@@ -6,9 +6,10 @@ import pytest
 from PIL import Image
 
 import gpgpu_rt as rt
-from gpgpu_rt.animation import animation_names
 from gpgpu_rt.cli.main import main
-from gpgpu_rt.scenes import catalogue, walker
+from gpgpu_rt.scene import catalogue
+from gpgpu_rt.scene.animation import animation_names
+from gpgpu_rt.scene.procedural import walker
 
 SMALL = ["--size", "16x16"]
 

@@ -10,8 +10,8 @@ from conftest import assert_same_bits, real_scene
 
 import gpgpu_rt as rt
 from gpgpu_rt import cli
-from gpgpu_rt.surfaces.embedding import embed
-from gpgpu_rt.surfaces.surface_mesh import SurfaceMesh
+from gpgpu_rt.scene.surfaces.embedding import embed
+from gpgpu_rt.scene.surfaces.surface_mesh import SurfaceMesh
 
 METHOD = "geometry-image"
 

@@ -20,10 +20,10 @@ import trimesh
 from PIL import Image
 
 import gpgpu_rt as rt
-from gpgpu_rt import budget
-from gpgpu_rt.arrays import read_npz
 from gpgpu_rt.cli import main
-from gpgpu_rt.files import open_input
+from gpgpu_rt.disk import budget
+from gpgpu_rt.disk.arrays import read_npz
+from gpgpu_rt.disk.files import open_input
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 

@@ -12,13 +12,18 @@ import pytest
 from conftest import RAY_SETS, assert_same_bits, random_soup, soup_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt import accel, textures
-from gpgpu_rt.accel import bounds, bvh, kdtree
-from gpgpu_rt.methods import bvh as methods_bvh
-from gpgpu_rt.record import EXACT_INTEGER
-from gpgpu_rt.scenes import catalogue
-from gpgpu_rt.texel_layout import TRIANGLE
-from gpgpu_rt.textures import TABLE_WIDTH, read_texture, table_textures
+from gpgpu_rt.accel import bounds
+from gpgpu_rt.gl import textures
+from gpgpu_rt.gl.record import EXACT_INTEGER
+from gpgpu_rt.gl.textures import TABLE_WIDTH, read_texture, table_textures
+from gpgpu_rt.methods.bvh import build as bvh
+from gpgpu_rt.methods.bvh import rows as methods_bvh
+from gpgpu_rt.methods.bvh.build import build_bvh, node_limit
+from gpgpu_rt.methods.bvh.octant_copies import OctantCopies, times_stored
+from gpgpu_rt.methods.kdtree import build as kdtree
+from gpgpu_rt.methods.kdtree.build import build_kdtree
+from gpgpu_rt.scene import catalogue
+from gpgpu_rt.traversal.triangle_table import TRIANGLE
 
 BUILDS = ["sah", "kay-kajiya", "goldsmith-salmon"]
 
@@ -54,7 +59,7 @@ def test_a_table_is_written_into_where_it_fits(gpu) -> None:
 @pytest.mark.parametrize("build", BUILDS)
 def test_coarsened_trees(build: str, most: int) -> None:
     triangles = random_soup(500, 3)
-    fine, tree = (accel.build_bvh(triangles, build=build, most_nodes=m) for m in (None, most))
+    fine, tree = (build_bvh(triangles, build=build, most_nodes=m) for m in (None, most))
     assert len(tree.escape) <= most
     assert most > len(fine.escape) or len(tree.escape) > most / 5
     assert np.array_equal(np.sort(tree.order), np.arange(500))
@@ -89,11 +94,11 @@ def test_more_nodes_than_can_be_indexed(exact_renderer, method: str, options: di
         monkeypatch.setattr(module, "EXACT_INTEGER", limit)
     with rt.Tracer(scene, method, **options) as tracer:
         tree, shared = tracer.accelerator.structure, options.get("shared_subtrees")
-        copies = accel.times_stored(shared) if "octants" in options else 1
+        copies = times_stored(shared) if "octants" in options else 1
         nodes = len(tree.axis if method.startswith("kd-") else tree.escape)
         assert limit // copies // 8 < nodes <= limit // copies
         if shared:
-            assert accel.OctantCopies.of(tree, shared_subtrees=shared).records <= limit
+            assert OctantCopies.of(tree, shared_subtrees=shared).records <= limit
         assert len(getattr(tree, "references", ())) <= limit
         assert_same_bits(tracer.trace(*rays), expected)
         tracer.update(scene.triangles)
@@ -109,18 +114,18 @@ def test_a_lopsided_tree_shares_less(exact_renderer, monkeypatch) -> None:
     limit = 3 * 110
     for module in (bvh, methods_bvh):
         monkeypatch.setattr(module, "EXACT_INTEGER", limit)
-    built_for_shared = accel.build_bvh(triangles, **accel.node_limit(120, accel.times_stored(16)))
-    assert accel.OctantCopies.of(built_for_shared, shared_subtrees=16).records > limit
+    built_for_shared = build_bvh(triangles, **node_limit(120, times_stored(16)))
+    assert OctantCopies.of(built_for_shared, shared_subtrees=16).records > limit
     with rt.Tracer(scene, "bvh-threaded", **options) as tracer:
         tree = tracer.accelerator.structure
-        assert accel.OctantCopies.of(tree, shared_subtrees=16).records <= limit
+        assert OctantCopies.of(tree, shared_subtrees=16).records <= limit
 
 
 @pytest.mark.parametrize("most", [1, 2, 3, 40, 333, 10**6])
 def test_coarsened_kd_trees(most: int) -> None:
     """Leaves hold what their subtrees' held, each triangle once; planes above stay."""
     triangles = random_soup(200, 3)
-    fine = accel.build_kdtree(triangles)
+    fine = build_kdtree(triangles)
     leaf, left = fine.axis == kdtree.LEAF, fine.left.astype(np.int64)
     loose = kdtree.LooseKdTree(
         fine.axis, fine.split, np.where(leaf, -1, left), np.where(leaf, -1, left + 1),
@@ -145,9 +150,9 @@ def test_coarsened_kd_trees(most: int) -> None:
 
 
 def test_the_limit_is_asked_for_only_where_it_could_be_passed() -> None:
-    assert accel.node_limit(10**6) == accel.node_limit(EXACT_INTEGER // 2) == {}
-    assert accel.node_limit(EXACT_INTEGER // 2 + 1) == {"most_nodes": EXACT_INTEGER}
-    assert accel.node_limit(10**6, 8) == {} and accel.node_limit(1_048_577, 8) == {
+    assert node_limit(10**6) == node_limit(EXACT_INTEGER // 2) == {}
+    assert node_limit(EXACT_INTEGER // 2 + 1) == {"most_nodes": EXACT_INTEGER}
+    assert node_limit(10**6, 8) == {} and node_limit(1_048_577, 8) == {
         "most_nodes": EXACT_INTEGER // 8}
 
 

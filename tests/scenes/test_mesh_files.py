@@ -9,7 +9,7 @@ import trimesh
 from PIL import Image
 
 import gpgpu_rt as rt
-from gpgpu_rt.scenes.mesh_file import read
+from gpgpu_rt.scene.mesh_file import read
 
 KINDS = {"ply": {}, "ascii ply": {"encoding": "ascii"}, "stl": {}, "stl_ascii": {}, "glb": {}}
 

@@ -6,7 +6,7 @@ import pytest
 import trimesh
 
 import gpgpu_rt as rt
-from gpgpu_rt import rays
+from gpgpu_rt.rays import ray_sets as rays
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,8 @@ import pytest
 import trimesh
 
 import gpgpu_rt as rt
-from gpgpu_rt.scene import list_scenes, scene_names
-from gpgpu_rt.scenes import catalogue
+from gpgpu_rt.scene import catalogue
+from gpgpu_rt.scene.loading import list_scenes, scene_names
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32)
 FACES = np.array([[0, 1, 2], [0, 2, 3]])

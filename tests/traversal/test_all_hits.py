@@ -11,7 +11,7 @@ import pytest
 from conftest import RAY_SETS, random_soup, soup_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt.reference.watertight import intersect_pairs
+from gpgpu_rt.numerics.watertight import intersect_pairs
 
 METHODS = {row.name: row for row in rt.methods()}
 
@@ -102,7 +102,7 @@ def test_packets_that_leave_rays_behind_go_on_too(exact_renderer, monkeypatch) -
     rays = rays_through(scene, 3)
     with rt.Tracer(scene, "kd-packet") as tracer:
         expected = tracer.trace_all(*rays)
-    monkeypatch.setattr("gpgpu_rt.passes.packets.PACKET_STEPS", 40)
+    monkeypatch.setattr("gpgpu_rt.traversal.packets.PACKET_STEPS", 40)
     with rt.Tracer(scene, "kd-packet") as tracer:
         hits = tracer.trace_all(*rays)
         assert tracer.statistics.passes > 2 * expected.count.max()

@@ -122,7 +122,7 @@ def test_rays_that_a_packet_leaves_behind_go_alone(exact_renderer, monkeypatch, 
         expected = tracer.trace(*rays)
     with rt.Tracer(scene, "grid", packet=PACKET, step_cap=20) as tracer:
         assert (tracer.trace(*rays).status == 2).any()
-    monkeypatch.setattr("gpgpu_rt.passes.packets.PACKET_STEPS", 20)
+    monkeypatch.setattr("gpgpu_rt.traversal.packets.PACKET_STEPS", 20)
     with rt.Tracer(scene, "grid", packet=PACKET, statistics=statistics) as tracer:
         hits = tracer.trace(*rays)
         assert not hits.status.any()

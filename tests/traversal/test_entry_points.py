@@ -6,7 +6,7 @@ import pytest
 from conftest import RAY_SETS, assert_same_bits, real_scene, soup_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt.texel_layout import ENTRIES
+from gpgpu_rt.traversal.records import ENTRIES
 
 TILES = {row.name: sorted(option.choices) for row in rt.methods() for option in row.options
          if option.name == "entry_points"}

@@ -8,11 +8,11 @@ import pytest
 from conftest import RAY_SETS, assert_same_bits, random_soup, schedules_of
 
 import gpgpu_rt as rt
-from gpgpu_rt import scene_tables
-from gpgpu_rt.accel.image_boxes import image_boxes
-from gpgpu_rt.accel.image_tree import ImageTree, build_image_tree, build_triangle_image
+from gpgpu_rt.gl.textures import read_texture
 from gpgpu_rt.methods import find_method
-from gpgpu_rt.textures import read_texture
+from gpgpu_rt.methods.geometry_image.boxes import image_boxes
+from gpgpu_rt.methods.geometry_image.tree import ImageTree, build_image_tree, build_triangle_image
+from gpgpu_rt.session import scene_tables
 
 ROW = find_method("geometry-image")
 SHAPES = {"square": [(17, 17)], "strip": [(2, 300)], "column": [(130, 3)], "odd": [(7, 12)],

@@ -6,8 +6,10 @@ import pytest
 from conftest import RAY_SETS, assert_same_bits, random_soup, real_scene, soup_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt.accel import KD_LEAF_AXIS, build_kdtree, build_ropes
-from gpgpu_rt.passes.traverse import Traversal
+from gpgpu_rt.methods.kdtree.build import build_kdtree
+from gpgpu_rt.methods.kdtree.ropes import build_ropes
+from gpgpu_rt.methods.kdtree.tree import LEAF as KD_LEAF_AXIS
+from gpgpu_rt.traversal.schedules import Traversal
 
 STEPPING = [row.name for row in rt.methods()
             if row.name.startswith("kd-") and "step" in row.schedules]
@@ -82,7 +84,7 @@ def test_a_stack_lost_between_passes_is_replaced_by_a_restart(monkeypatch) -> No
     rays = RAY_SETS["random"](scene, 600, 6)
     with rt.Tracer(scene, "kd-stack") as tracer:
         whole = tracer.trace(*rays)
-    monkeypatch.setattr("gpgpu_rt.passes.traverse.LOOP_STEPS", 7)
+    monkeypatch.setattr("gpgpu_rt.traversal.schedules.LOOP_STEPS", 7)
     with rt.Tracer(scene, "kd-stack") as tracer:
         assert_same_bits(tracer.trace(*rays), whole)
         assert tracer.statistics.passes > 3
@@ -130,7 +132,7 @@ def test_packets_leave_no_ray_behind(monkeypatch, method: str, packet: tuple[int
     with rt.Tracer(scene, method, packet=packet) as tracer:
         whole = tracer.trace(*rays)
         occluded = tracer.occluded(*rays)
-    monkeypatch.setattr("gpgpu_rt.passes.packets.PACKET_STEPS", 60)
+    monkeypatch.setattr("gpgpu_rt.traversal.packets.PACKET_STEPS", 60)
     with rt.Tracer(scene, method, packet=packet) as tracer:
         hits = tracer.trace(*rays)
         assert tracer.statistics.passes > 2

@@ -6,10 +6,10 @@ import pytest
 from conftest import assert_same_bits, soup_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt import ray_batch
 from gpgpu_rt.hardware.counters import counted
-from gpgpu_rt.ray_batch import RayBatch
-from gpgpu_rt.tile_bounds import SIDE
+from gpgpu_rt.rays import batch as ray_batch
+from gpgpu_rt.rays.batch import RayBatch
+from gpgpu_rt.rays.tile_bounds import SIDE
 
 METHODS = [row.name for row in rt.methods() if any(o.name == "packet" for o in row.options)]
 PACKETS = [(1, 1), (2, 1), (2, 2), (4, 2), (4, 4)]
@@ -158,10 +158,10 @@ def test_what_is_left_out_counts_nothing(exact_renderer, tile: int | None) -> No
         assert tracer.statistics.draw_calls == calls + 2    # hits and counters, a call more each
         left = fragments(tracer)
     assert_same_bits(hits, expected)
-    assert log["passes/packet_none.frag"] == 0
-    assert left["passes/packet.frag"] + \
-        left["passes/packet_none.frag"] == log["passes/packet.frag"]
-    assert left["passes/packet.frag"] <= log["passes/packet.frag"] / 2
+    assert log["drivers/packet_none.frag"] == 0
+    assert left["drivers/packet.frag"] + \
+        left["drivers/packet_none.frag"] == log["drivers/packet.frag"]
+    assert left["drivers/packet.frag"] <= log["drivers/packet.frag"] / 2
     for name in ("nodes_visited", "triangles_tested", "steps"):
         mine, theirs = getattr(hits, name), getattr(expected, name)
         assert ((mine == theirs) | (mine == 0)).all() and (mine == theirs)[hits.hit].all()
@@ -170,7 +170,7 @@ def test_what_is_left_out_counts_nothing(exact_renderer, tile: int | None) -> No
 
 def fragments(tracer: rt.Tracer) -> dict[str, int]:
     """By program, of a call with statistics."""
-    found = {"passes/packet_none.frag": 0}
+    found = {"drivers/packet_none.frag": 0}
     for entry in tracer.statistics.pass_log:
         found[entry["name"]] = found.get(entry["name"], 0) + entry["fragments"]
     return found
@@ -185,7 +185,7 @@ def test_work_is_counted_of_what_is_drawn(exact_renderer, countable,
     with rt.Tracer(scene, "bvh-packet", packet=(4, 2), entry_points=tile) as tracer:
         passes, _ = counted(tracer, lambda: tracer.trace(origins, directions, t_max=t_max.ravel()))
     drawn = {one["name"]: one for one in passes}
-    packets, none = (drawn[f"passes/{name}.frag"] for name in ("packet", "packet_none"))
+    packets, none = (drawn[f"drivers/{name}.frag"] for name in ("packet", "packet_none"))
     assert 0 < packets["fragments"] <= 64 * 32 // 8
     assert packets["fragments"] + none["fragments"] == 64 * 64 // 8
     assert packets["total"]["scalar"] > 0

@@ -8,9 +8,9 @@ import pytest
 from conftest import RAY_SETS, assert_same_bits, random_soup, soup_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt.passes.ray_cones import level_sizes
-from gpgpu_rt.texel_layout import CONE
-from gpgpu_rt.textures import read_texture
+from gpgpu_rt.gl.textures import read_texture
+from gpgpu_rt.methods.ray_hierarchy.cones import level_sizes
+from gpgpu_rt.methods.ray_hierarchy.records import CONE
 
 # So large that no ray starts far outside the scene, where it would be moved.
 LARGE = np.float32([[[-50, -50, -50], [50, 50, -50], [50, -50, 50]]])

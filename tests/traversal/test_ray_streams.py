@@ -6,7 +6,7 @@ import pytest
 from conftest import RAY_SETS, assert_same_bits, soup_scene
 
 import gpgpu_rt as rt
-from gpgpu_rt.passes.ray_streams import RayStreams
+from gpgpu_rt.methods.bvh.ray_streams import RayStreams
 
 COUNTERS = ("nodes_visited", "leaves_visited", "triangles_tested")
 

@@ -10,10 +10,10 @@ from conftest import RAY_SETS, assert_same_bits, real_scene, schedules_of, soup_
 import gpgpu_rt as rt
 from gpgpu_rt import hits
 from gpgpu_rt.bench import workloads
-from gpgpu_rt.figures import coherence
+from gpgpu_rt.figures.experiments import coherence
+from gpgpu_rt.inspect.time_travel import travel
 from gpgpu_rt.methods import find_method
-from gpgpu_rt.ray_batch import RayBatch
-from gpgpu_rt.time_travel import travel
+from gpgpu_rt.rays.batch import RayBatch
 
 SCENE = soup_scene(80, 7)
 OF_NEIGHBOURS = ("ray-tiles", "ray-hierarchy")   # what a ray costs depends on those beside it

@@ -9,15 +9,15 @@ from conftest import soup_scene
 from PIL import Image
 
 import gpgpu_rt as rt
-from gpgpu_rt import false_colours as colours
-from gpgpu_rt.choices import Choice, Choices
 from gpgpu_rt.cli import main
-from gpgpu_rt.heat import KINDS, draw_heat, heat
-from gpgpu_rt.pass_pictures import write_passes
-from gpgpu_rt.passes.traverse import LOOP_STEPS, Traversal
-from gpgpu_rt.ray_batch import RayBatch
-from gpgpu_rt.texel_layout import HIT
-from gpgpu_rt.time_travel import Pass, decode, phase_names, travel
+from gpgpu_rt.inspect import false_colours as colours
+from gpgpu_rt.inspect.heat import KINDS, draw_heat, heat
+from gpgpu_rt.inspect.pass_pictures import write_passes
+from gpgpu_rt.inspect.time_travel import Pass, decode, phase_names, travel
+from gpgpu_rt.methods.choices import Choice, Choices
+from gpgpu_rt.rays.batch import RayBatch
+from gpgpu_rt.rays.records import HIT
+from gpgpu_rt.traversal.schedules import LOOP_STEPS, Traversal
 
 # what is left of passes is no ray's state
 BATCHED = ("ray-engine", "ray-tiles", "ray-hierarchy")

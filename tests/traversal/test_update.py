@@ -6,10 +6,13 @@ import pytest
 from conftest import RAY_SETS, assert_same_bits, random_soup, variants
 
 import gpgpu_rt as rt
-from gpgpu_rt import accel, textures
 from gpgpu_rt.accel.bounds import half_area
+from gpgpu_rt.gl import textures
 from gpgpu_rt.methods import find_method
-from gpgpu_rt.passes import packets
+from gpgpu_rt.methods.bvh.build import build_bvh
+from gpgpu_rt.methods.bvh.refit import Refitter
+from gpgpu_rt.methods.quality import sah_cost
+from gpgpu_rt.traversal import packets
 
 SEED = 41
 COUNT = 300
@@ -104,10 +107,10 @@ def test_the_ratio_decides(ratio: float, rebuilt: bool) -> None:
     triangles = random_soup(COUNT, 5, size=0.02)
     shuffled = triangles[np.random.default_rng(1).permutation(COUNT)]   # the worst that can be
     with rt.Tracer(scene_of(triangles), "bvh-threaded", rebuild_ratio=ratio) as tracer:
-        before = accel.sah_cost(tracer.accelerator.structure)
+        before = sah_cost(tracer.accelerator.structure)
         tracer.update(shuffled)
         assert tracer.statistics.rebuilt == rebuilt
-        after = accel.sah_cost(tracer.accelerator.structure)
+        after = sah_cost(tracer.accelerator.structure)
         assert after < 1.01 * before if rebuilt else after > 1.2 * before
         built = tracer.statistics.build_seconds
         tracer.update(shuffled)     # as it stands: nothing has become worse since
@@ -129,8 +132,8 @@ def test_a_rebuilt_tree_is_the_new_measure() -> None:
 @pytest.mark.parametrize("build", ["sah", "kay-kajiya"])
 def test_refitted_boxes_are_exact(build: str) -> None:
     triangles, after = random_soup(COUNT, 6), random_soup(COUNT, 7)
-    bvh = accel.build_bvh(triangles, build=build)
-    found = accel.Refitter.of(bvh).refit(bvh, after)
+    bvh = build_bvh(triangles, build=build)
+    found = Refitter.of(bvh).refit(bvh, after)
     for node in range(0, len(bvh.escape), 7):
         inside = [i for i in range(node, bvh.escape[node]) if bvh.count[i]]
         corners = np.concatenate([after[bvh.order[bvh.first[i]:bvh.first[i] + bvh.count[i]]]
@@ -138,7 +141,7 @@ def test_refitted_boxes_are_exact(build: str) -> None:
         assert (found.lo[node] == corners.min(0)).all()
         assert (found.hi[node] == corners.max(0)).all()
     assert half_area(found.lo, found.hi, axis=1).min() >= 0
-    same = accel.Refitter.of(bvh).refit(bvh, triangles)
+    same = Refitter.of(bvh).refit(bvh, triangles)
     assert (same.lo == bvh.lo).all() and (same.hi == bvh.hi).all()
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from windowless import settle
 
+from gpgpu_rt.gl.shader import ROOT
 from gpgpu_rt.methods import _TABLE, find_method, register
-from gpgpu_rt.shader import ROOT
 from gpgpu_rt.viewer import Viewer, moves
 
 

@@ -10,9 +10,9 @@ from conftest import VIEW, Clock
 from PIL import Image
 from windowless import METHODS, full, settle
 
-from gpgpu_rt.camera import Camera
 from gpgpu_rt.cli import main
 from gpgpu_rt.methods import find_method
+from gpgpu_rt.scene.camera import Camera
 from gpgpu_rt.viewer import Selection, Viewer, moves
 from gpgpu_rt.viewer.overlay import projected
 from gpgpu_rt.viewer.pace import DIVISORS, MOVING, PATIENCE, Pace

@@ -13,11 +13,11 @@ from PIL import Image
 from windowless import full, settle
 
 import gpgpu_rt as rt
-from gpgpu_rt import false_colours as colours
 from gpgpu_rt.cli import main
-from gpgpu_rt.heat import KINDS, Heat, draw_heat
-from gpgpu_rt.ray_batch import RayBatch
-from gpgpu_rt.time_travel import decode
+from gpgpu_rt.inspect import false_colours as colours
+from gpgpu_rt.inspect.heat import KINDS, Heat, draw_heat
+from gpgpu_rt.inspect.time_travel import decode
+from gpgpu_rt.rays.batch import RayBatch
 from gpgpu_rt.viewer import Viewer, heat_view, moves, ray_path
 from gpgpu_rt.viewer.journey import Journey
 from gpgpu_rt.viewer.ray_path import follow

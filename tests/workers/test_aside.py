@@ -13,11 +13,11 @@ from typing import Any
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt import own_folder
-from gpgpu_rt.figures import aside, measure
-from gpgpu_rt.figures.cell import Cell
-from gpgpu_rt.figures.results import read
-from gpgpu_rt.gpu import is_software, open_gpu
+from gpgpu_rt.disk import own_folder
+from gpgpu_rt.figures.framework import aside, measure
+from gpgpu_rt.figures.framework.cell import Cell
+from gpgpu_rt.figures.framework.results import read
+from gpgpu_rt.gl.context import is_software, open_gpu
 from gpgpu_rt.workers import Workers, machine
 
 pytest.importorskip("distributed")

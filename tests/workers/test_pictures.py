@@ -17,11 +17,12 @@ from PIL import Image
 
 import gpgpu_rt as rt
 from gpgpu_rt import cli
-from gpgpu_rt.animation import animation_names
-from gpgpu_rt.cli import claim, sharing
-from gpgpu_rt.cli.claim import Claim
-from gpgpu_rt.content import digest
+from gpgpu_rt.cli import distributed as sharing
+from gpgpu_rt.cli import folder_lock as claim
+from gpgpu_rt.cli.folder_lock import Claim
+from gpgpu_rt.scene.animation import animation_names
 from gpgpu_rt.workers import Workers
+from gpgpu_rt.workers.digest import digest
 
 pytest.importorskip("distributed")
 
@@ -256,7 +257,7 @@ def test_two_runs_do_not_write_one_output(resume: list, shared: bool, tmp_path, 
 def test_what_a_killed_run_held_is_free(tmp_path) -> None:
     folder = tmp_path / "a.png.unfinished"
     killed = subprocess.run([sys.executable, "-c", (
-        "import os, sys\nfrom pathlib import Path\nfrom gpgpu_rt.cli.claim import Claim\n"
+        "import os, sys\nfrom pathlib import Path\nfrom gpgpu_rt.cli.folder_lock import Claim\n"
         "held = Claim(Path(sys.argv[1]), Path('a.png'))\nos.kill(os.getpid(), 9)"), str(folder)])
     assert killed.returncode == -9 and list(folder.iterdir())
     held = Claim(folder, Path("a.png"))

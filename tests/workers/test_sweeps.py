@@ -13,11 +13,11 @@ from typing import Any
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt import own_folder
-from gpgpu_rt.figures import measure, results, sweep
-from gpgpu_rt.figures.cell import Cell
+from gpgpu_rt.disk import own_folder
 from gpgpu_rt.figures.command import main
-from gpgpu_rt.scenes import catalogue
+from gpgpu_rt.figures.framework import measure, results, sweep
+from gpgpu_rt.figures.framework.cell import Cell
+from gpgpu_rt.scene import catalogue
 from gpgpu_rt.workers import Workers, machine, meshes
 
 pytest.importorskip("distributed")

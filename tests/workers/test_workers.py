@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt import cli, rays
+from gpgpu_rt import cli
 from gpgpu_rt.accel.cache import cache_files, give_cache
+from gpgpu_rt.rays import ray_sets as rays
 from gpgpu_rt.workers import Workers, logs, machine, tasks
 
 pytest.importorskip("distributed")

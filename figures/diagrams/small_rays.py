@@ -1,0 +1,98 @@
+"""Small rays: a row of mirrored rays in a plane and a few triangles there, and what the passes of
+`ray-hierarchy` make of them."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+import gpgpu_rt as rt
+from gpgpu_rt.gl.textures import read_texture
+from gpgpu_rt.methods.ray_hierarchy.records import CHILDREN, CONE
+
+RAYS, TRIANGLES = 64, 9
+THICK = 0.03    # of the triangles, across the plane that rays lie in
+
+
+@dataclass
+class Level:
+    """A level of the hierarchy in world units: (nodes, 3) centres and axes; radii, chords and
+    reaches (nodes,)."""
+
+    centre: np.ndarray
+    radius: np.ndarray
+    axis: np.ndarray
+    chord: np.ndarray
+    reach: np.ndarray
+
+    @property
+    def angle(self) -> np.ndarray:
+        """Half-angles of the cones, radians."""
+        return 2 * np.arcsin(np.minimum(self.chord / 2, 1))
+
+
+@dataclass
+class Round:
+    """A level of the traversal: (n, 2) pairs of triangle and node that came, and for each of them
+    four slots (n, 4, 2), -1 where empty."""
+
+    level: int
+    pairs: np.ndarray
+    slots: np.ndarray
+
+    @property
+    def kept(self) -> int:
+        return int((self.slots[..., 0] >= 0).sum())
+
+
+def rays() -> tuple[np.ndarray, np.ndarray]:
+    """(RAYS, 3) origins on a wavy mirror and directions in the plane z = 0."""
+    x = np.linspace(-1.0, 1.0, RAYS)
+    origins = np.stack([x, 0.04 * np.sin(4 * x), 0 * x], 1)
+    normals = np.stack([-0.16 * np.cos(4 * x), np.ones(RAYS), 0 * x], 1)
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    towards = origins - [0.0, 3.0, 0.0]
+    directions = towards - 2 * (towards * normals).sum(1)[:, None] * normals
+    return (origins.astype(np.float32),
+            (directions / np.linalg.norm(directions, axis=1)[:, None]).astype(np.float32))
+
+
+def scene() -> rt.Scene:
+    """TRIANGLES of them that stand across the plane, in rows over the mirror."""
+    at = np.stack([np.tile([-1.0, 0.0, 1.0], 3), np.repeat([0.9, 1.5, 2.1], 3)], 1)
+    at += 0.15 * np.random.default_rng(5).normal(size=at.shape)
+    corner = np.array([[-0.15, 0.0, -THICK], [0.15, 0.0, -THICK], [0.0, 0.0, 2 * THICK]])
+    corners = np.pad(at, ((0, 0), (0, 1)))[:, None] + corner
+    return rt.Scene.from_arrays(corners.reshape(-1, 3), np.arange(
+        3 * TRIANGLES).reshape(-1, 3), name="small rays")
+
+
+@lru_cache(maxsize=1)
+def traversal() -> tuple[list[Level], list[Round], rt.Hits]:
+    """The hierarchy as it lay in its textures, the stream as it lay in its own level by level, and
+    the hits."""
+    rounds: list[Round] = []
+    with (rt.Tracer(scene(), "ray-hierarchy", top_nodes=1, statistics=True) as tracer,
+          tracer.gpu):
+        driver = tracer._traversal
+        test = driver._test
+
+        def watched(level: int, first: int, count: int) -> int:
+            pairs = driver._pairs[level].read(count)
+            kept = test(level, first, count)
+            fields = driver._streams[CHILDREN.name].read(count)
+            slots = np.stack([fields[field.name][:, :2] for field in CHILDREN.fields], 1)
+            rounds.append(Round(level, np.stack([pairs["triangle"], pairs["x"]], 1), slots))
+            return kept
+        driver._test = watched
+        hits = tracer.trace(*rays(), shape=(1, RAYS))
+        assert driver.cones is not None
+        levels = [_level(image.textures, driver.unit) for image in driver.cones.levels]
+    return levels, rounds, hits
+
+
+def _level(textures: list, unit: float) -> Level:
+    fields = CONE.unpack(np.stack([read_texture(t).reshape(-1, 4) for t in textures], 1))
+    return Level(fields["centre"] / unit, fields["radius"] / unit, fields["axis"],
+                 fields["chord"], fields["reach"] / unit)

@@ -1,0 +1,83 @@
+"""Caustics mapping (Shah, Konttinen, Pattanaik 2007; survey, section 5) beside traced photons."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..framework.cell import Cell
+from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
+from ..framework.results import finished
+from .caustic_errors import PHOTONS, SCENES
+
+HEADS = ("scene", "triangles", "rasterised, ms", "photons traced, ms", "times as fast",
+         "lands off, median", "90 % within", "light lost", "map off", "map off in squares of 8",
+         "light in the map")
+
+
+def cells(full: bool) -> list[Cell]:
+    return [Cell(name, "bvh-packet", (("packet", (4, 4)), ("octants", True)), 384 if full else 160,
+                 "caustics", 5 if full else 1) for name in SCENES]
+
+
+def draw(data: Path, out: Path, full: bool) -> None:
+    """Write out/caustics.csv, .md and .png."""
+    results = finished(cells(full), data)
+    if not results:
+        return
+    rows = [_row(cell.scene, result["caustics"]) for cell, result in results]
+    write_csv(out / "caustics.csv", HEADS, rows)
+    shown = [[row[0], f"{row[1]:,}", *map(number, row[2:5]), f"{row[5]:.3f}", f"{row[6]:.3f}",
+              *(f"{value:.1%}" for value in row[7:])] for row in rows]
+    guesses = results[0][1]["caustics"]["iterations"]
+    note = (f"{results[0][1]['gpu']['renderer']}, {PHOTONS} x {PHOTONS} photons, refractors of 2 "
+            f"to 4 units on a floor of 10, {guesses} guesses; photons traced by bvh-packet 4x4, "
+            "what numpy does between their passes included")
+    write_text(out / "caustics.md", (
+        "# Caustics mapping\n\n"
+        "Photons find their receivers in the light's own image. Beside them the same photons, "
+        "traced as rays through the same refractor and dropped into the same map. Lands off: the "
+        "distance in units between where a photon lands and where its ray does; light lost: of "
+        "the traced photons' light, what those carry that the search loses or that find no way "
+        "out of the refractor; map off: the absolute difference of the two maps, by the light in "
+        "the traced one. " + note + ".\n\n"
+        + markdown_table(HEADS, shown)))
+    figure, axes = plt.subplots(len(results), 4, figsize=(13, 3 * len(results)), squeeze=False)
+    for line, (cell, result) in zip(axes, results):
+        _pictures(line, cell, result["caustics"])
+    figure.tight_layout(rect=(0, 0.03, 1, 1))
+    save_chart(figure, out / "caustics.png", note)
+
+
+def _row(name: str, result: dict[str, Any]) -> list[Any]:
+    at = result["guesses"].index(result["iterations"])
+    ours, theirs = (np.array(result["seconds"][way]) for way in ("rasterised", "traced"))
+    return [name, result["triangles"], 1e3 * float(np.median(ours)),
+            1e3 * float(np.median(theirs)), float(np.median(theirs / ours)),
+            *(result["apart"][at] or (np.nan, np.nan)), max(result["lost"][at], 0.0),
+            result["map_off"], result["blurred_off"], result["brighter"]]
+
+
+def _pictures(line: Any, cell: Cell, result: dict[str, Any]) -> None:
+    shade, hidden = np.array(result["shade"]), np.array(result["hidden"])
+    caustic = {way: np.array(result[way]) for way in ("traced", "rasterised")}
+    white = 1.6 * float(np.quantile(shade, 0.99))
+    for axis, way in zip(line, caustic):
+        light = np.clip((shade + caustic[way]) / white, 0, 1)[:, :, None] ** (1 / 2.2)
+        veiled = 0.75 * light + 0.25 * np.array([0.45, 0.65, 0.85])
+        axis.imshow(np.where(hidden[:, :, None], veiled, light * np.array([1.0, 0.97, 0.9])))
+        axis.set_title(f"{cell.scene}: {way}", fontsize=9)
+    off = (caustic["rasterised"] - caustic["traced"]) / white
+    shown = line[2].imshow(off, cmap="RdBu_r", vmin=-0.5, vmax=0.5)
+    line[2].figure.colorbar(shown, ax=line[2], shrink=0.8)
+    line[2].set_title("rasterised less traced, of white", fontsize=9)
+    for axis in line[:3]:
+        axis.set_xticks([])
+        axis.set_yticks([])
+    apart = np.array([pair or (np.nan, np.nan) for pair in result["apart"]])
+    for k, (text, colour) in enumerate((("median", "#2f6db3"), ("90 % within", "#c98a1b"))):
+        line[3].plot(result["guesses"], apart[:, k], "o-", markersize=3, color=colour, label=text)
+    line[3].set(yscale="log", xlabel="guesses", ylabel="lands off, units")
+    line[3].grid(alpha=0.3, which="both")
+    line[3].legend(fontsize=8, frameon=False)

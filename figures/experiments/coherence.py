@@ -1,0 +1,95 @@
+"""Coherence: how many different nodes the rays of a tile need."""
+from __future__ import annotations
+
+import numpy as np
+
+import gpgpu_rt as rt
+from gpgpu_rt.bench.workloads import Workload
+from gpgpu_rt.methods.bvh.tree import Bvh
+
+TILE = 64    # rays
+
+
+def needed_nodes(bvh: Bvh, origins: np.ndarray, directions: np.ndarray,
+                 t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Which nodes' boxes rays meet before their hits: what any order of traversal must open.
+
+    Parameters
+    ----------
+    origins, directions : (n, 3) float, no NaN among them
+    t : (n,), where each ray's search ends
+
+    Returns
+    -------
+    rays, nodes : (pairs,) int each
+    """
+    with np.errstate(divide="ignore"):
+        inverse = 1.0 / np.where(directions == 0, np.float32(1e-20), directions)
+    rays = np.arange(len(origins))
+    nodes = np.zeros(len(origins), np.int64)
+    found_rays, found_nodes = [], []
+    while len(rays):
+        ends = [(corner[nodes] - origins[rays]) * inverse[rays] for corner in (bvh.lo, bvh.hi)]
+        enters = np.minimum(*ends).max(axis=1)
+        leaves = np.maximum(*ends).min(axis=1)
+        meets = (enters <= leaves) & (leaves >= 0) & (enters <= t[rays])
+        rays, nodes = rays[meets], nodes[meets]
+        found_rays.append(rays)
+        found_nodes.append(nodes)
+        inner = bvh.count[nodes] == 0
+        rays, left = rays[inner], nodes[inner] + 1
+        rays, nodes = np.concatenate([rays, rays]), np.concatenate([left, bvh.escape[left]])
+    return np.concatenate(found_rays), np.concatenate(found_nodes)
+
+
+def distinct_nodes(rays: np.ndarray, nodes: np.ndarray, tile_of: np.ndarray) -> float:
+    """Different nodes a tile, on average over tiles that need one.
+
+    Parameters
+    ----------
+    rays, nodes : pairs, as ``needed_nodes`` gives them
+    tile_of : (n,) int, the tile each ray stands in
+    """
+    most = int(nodes.max(initial=0)) + 1
+    pairs = np.unique(tile_of[rays].astype(np.int64) * most + nodes)
+    return len(pairs) / max(1, len(np.unique(pairs // most)))
+
+
+def tiles_of_image(size: int, side: int = 8) -> np.ndarray:
+    """(size squared,) int: the tile of side x side pixels of each ray of an image."""
+    y, x = np.divmod(np.arange(size * size), size)
+    return (y // side) * -(-size // side) + x // side
+
+
+def tiles_of_order(order: np.ndarray) -> np.ndarray:
+    """(n,) int: the tile of 64 of each ray, from the rays in their order."""
+    tiles = np.empty(len(order), np.int64)
+    tiles[order] = np.arange(len(order)) // TILE
+    return tiles
+
+
+def divergence(steps: np.ndarray, tile_of: np.ndarray) -> float:
+    """What a tile that waits for its longest ray does, as a multiple of what its rays want."""
+    longest = np.zeros(tile_of.max() + 1, np.int64)
+    np.maximum.at(longest, tile_of, steps)
+    return float(longest[tile_of].sum() / max(1, steps.sum()))
+
+
+def measure(scene: rt.Scene, rays: Workload) -> dict[str, float]:
+    """Coherence of a workload: in tiles of 8x8 pixels, and in squares of its sorted order."""
+    shape, t_max = (rays.size, rays.size), np.inf if rays.t_max is None else rays.t_max
+    with rt.Tracer(scene, "bvh-threaded", statistics=True, sort_rays=True) as tracer:
+        hits = tracer.trace(rays.origins, rays.directions, t_max=t_max, shape=shape,
+                            invalid="miss")
+        order = tracer._traversal.order(tracer._rays)
+        bvh = tracer.accelerator.structure
+    live = np.flatnonzero(hits.status == 0)
+    pairs, nodes = needed_nodes(bvh, rays.origins[live], rays.directions[live],
+                                np.minimum(hits.t, t_max)[live])
+    pairs = live[pairs]
+    found = {"nodes_a_ray": len(pairs) / max(1, len(live))}
+    for name, tiles in (("as_they_come", tiles_of_image(rays.size)),
+                        ("sorted", tiles_of_order(order))):
+        found[f"distinct_{name}"] = distinct_nodes(pairs, nodes, tiles)
+        found[f"waiting_{name}"] = divergence(hits.steps, tiles)
+    return found

@@ -1,0 +1,192 @@
+"""Ray tracing on the CPU beside fragment programs: rays a second, and by what the processor could
+compute (survey, section 4.2)."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from gpgpu_rt.bench.engines import CORES, EMBREE
+from gpgpu_rt.gl.context import is_software
+from gpgpu_rt.text_format import titled
+
+from ..framework.cell import ON_CPU, Cell, timed_runs
+from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
+from ..framework.published_numbers import published
+from ..framework.results import read
+from ..framework.trace_times import embree
+from ..survey.fig22_large_scenes import FAST
+from ..survey.fig22_large_scenes import FIGURE as PACKETS
+
+SCENES = ("cornell", "shirley6", "bunny", "robots", "kitchen", "conference", "sodahall")
+HUGE = ("sodahall",)     # its stand-in is built in minutes: at full size only
+COLOURS = ("#c9c9c9", "#8c8c8c", "#3d8b57", "#4b2a70", "#2f6db3")
+
+
+@dataclass(frozen=True)
+class Column:
+    """What traces, and on how many threads; None: as many as the renderer takes."""
+
+    label: str
+    method: str
+    options: tuple[tuple[str, Any], ...] = ()
+    threads: int | None = None
+
+
+def columns() -> list[Column]:
+    """Embree on one thread and on all; then fragment programs, packets and single rays."""
+    packets = next(column for column in PACKETS.columns if column.label == FAST)
+    several = [Column(embree(CORES).name, ON_CPU, (("threads", CORES),), CORES)]
+    return [Column(EMBREE, ON_CPU, (), 1), *(several if CORES > 1 else []),
+            Column(packets.label, packets.method, packets.options),
+            Column("kd-packet", "kd-packet", (("packet", (4, 2)),)),
+            Column("bvh-threaded octants", "bvh-threaded", (("octants", True),))]
+
+
+def cell(scene: str, column: Column, full: bool) -> Cell:
+    return Cell(scene, column.method, column.options, 1024 if full else 512,
+                runs=timed_runs(full))
+
+
+def scenes(full: bool) -> list[str]:
+    return [scene for scene in SCENES if full or scene not in HUGE]
+
+
+def cells(full: bool) -> list[Cell]:
+    return [cell(scene, column, full) for scene in scenes(full) for column in columns()]
+
+
+def said_by_survey() -> dict[str, float]:
+    """Section 4.2's numbers: Mrays/s on Soda Hall, and peak GFLOP/s, of either side."""
+    values = {"cpu": published("text", "sodahall", "mlrta"),
+              "gpu": published("text", "sodahall", "bvh-packet"),
+              "cpu_peak": _peak("Intel Pentium 4 3.2 GHz"),
+              "gpu_peak": _peak("NVIDIA GeForce 8800 GTX")}
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _peak(hardware: str) -> float | None:
+    return published("text", "", "", quantity="peak arithmetic", hardware=hardware)
+
+
+def rows(data: Path, full: bool) -> list[dict[str, Any]]:
+    """A row a scene and column: rays a second, and by GFLOP/s where the processor is the CPU."""
+    found = []
+    for scene in scenes(full):
+        results = [(column, read(cell(scene, column, full), data)) for column in columns()]
+        peaks = [result["peak"] for column, result in results
+                 if result is not None and column.threads == CORES]
+        base = results[0][1]
+        for column, result in results:
+            if result is None:
+                continue
+            peak = result.get("peak")
+            if column.threads is None and peaks:
+                # Of a card it is not known: what its fragment programs were seen to reach.
+                peak = peaks[0] if is_software(result["gpu"]["renderer"]) else {
+                    "nominal": peaks[0]["fragments"]}
+            nominal = peak["nominal"] if peak else None
+            rate = 1e9 / result["ns_per_ray"]
+            found.append({
+                "scene": scene, "triangles": result["scene"]["triangles"],
+                "stand_in": bool(result["scene"]["stand_in"]), "traced_by": column.label,
+                "threads": column.threads, "rays_per_second": rate,
+                "over_one_thread": base["ns_per_ray"] / result["ns_per_ray"] if base else None,
+                "peak_flops": nominal, "rays_per_gflop": 1e9 * rate / nominal if nominal else None,
+                "file": cell(scene, column, full).name})
+    return found
+
+
+def findings(found: list[dict[str, Any]]) -> list[str]:
+    """What section 4.2 asks: how much of the CPU's efficiency fragment programs reach."""
+    survey = said_by_survey()
+    ratio = (survey["gpu"] / survey["gpu_peak"]) / (survey["cpu"] / survey["cpu_peak"])
+    scaled = survey["cpu"] * survey["gpu_peak"] / survey["cpu_peak"]
+    lines = [f"The survey, on Soda Hall: {number(survey['cpu'])} Mrays/s from "
+             f"{number(survey['cpu_peak'])} GFLOP/s on the CPU, {number(survey['gpu'])} from "
+             f"{number(survey['gpu_peak'], 4)} on the card: a GFLOP yields {number(1 / ratio)} "
+             f"times as many rays on the CPU. By GFLOP/s alone the card would reach "
+             f"{number(scaled, 4)} Mrays/s."]
+    for scene in dict.fromkeys(row["scene"] for row in found):
+        mine = [row for row in found if row["scene"] == scene]
+        on_cpu = [row for row in mine if row["threads"] is not None]
+        ours = [row for row in mine if row["threads"] is None]
+        if not on_cpu or not ours:
+            continue
+        best, cpu = (max(side, key=lambda row: row["rays_per_second"]) for side in (ours, on_cpu))
+        line = (f"{scene}: {best['traced_by']} traces "
+                f"{number(best['rays_per_second'] / cpu['rays_per_second'])} times the rays a "
+                f"second of {cpu['traced_by']}")
+        if best["rays_per_gflop"] and cpu["rays_per_gflop"]:
+            apart = cpu["rays_per_gflop"] / best["rays_per_gflop"]
+            line += (f"; a GFLOP yields {number(apart)} times as many rays with embreex, "
+                     f"{number(1 / ratio)} times as many in the survey")
+        lines.append(line + ".")
+    return lines
+
+
+def draw(data: Path, out: Path, full: bool) -> None:
+    """Write out/cpu.csv, .md and .png."""
+    found = rows(data, full)
+    write_csv(out / "cpu.csv", list(found[0]) if found else [], [list(r.values()) for r in found])
+    results = (read(c, data) for c in cells(full))
+    known = max((r for r in results if r is not None and "peak" in r), default=None,
+                key=lambda r: r["peak"]["threads"])     # of the most threads
+    peak = known["peak"] if known else {}
+    table = [[titled(row["scene"], row["stand_in"]), f"{row['triangles']:,}",
+              row["traced_by"], number(row["rays_per_second"] / 1e6),
+              number(row["over_one_thread"]), number((row["peak_flops"] or 0) / 1e9)
+              if row["peak_flops"] else "-",
+              number((row["rays_per_gflop"] or 0) / 1e6) if row["rays_per_gflop"] else "-"]
+             for row in found]
+    clock_is = peak.get("clock_is", "the clock when this was measured")
+    side = cell(SCENES[0], columns()[0], full).size
+    parts = ["# Ray tracing on the CPU, beside fragment programs (section 4.2)\n",
+             "" if known is None else f"Renderer: {known['gpu']['renderer']}; processor: "
+             f"{peak['model']}; measured {known['date']}. {side}x{side} eye rays.\n",
+             markdown_table(("scene", "triangles", "traced by", "Mrays/s", "over one thread",
+                             "peak GFLOP/s", "Mrays/s a GFLOP/s"), table),
+             *(f"* {line}" for line in findings(found)), "", "What must be known:\n",
+             "* Peak is nominal, of single precision: "
+             + ("not known here." if not peak.get("nominal") else
+                f"{number(peak['clock'] / 1e9)} GHz ({clock_is}) times {peak['a_clock']} "
+                "operations a clock, as the processor's flags say, times cores, "
+                f"{peak.get('cores', peak['threads'])} for {peak['threads']} threads. "
+                "numpy's matrix product on all of them reaches "
+                f"{number(peak['attained'] / 1e9)} GFLOP/s, multiply-adds in "
+                f"fragment programs {number(peak.get('fragments', float('nan')) / 1e9)}."),
+             "* On a software renderer fragment programs run on the same processor, with all its "
+             "threads: what differs is the code alone, not the hardware. On a card its peak is "
+             "what multiply-adds in fragment programs reach there.",
+             "* Embree is today's, a BVH by single rays with the vectors of the processor across "
+             "nodes; Reshetov's CPU tracer of 2005 sent packets through a kd-tree. Soda Hall is "
+             "measured at full size only.", ""]
+    write_text(out / "cpu.md", "\n".join(parts))
+    if found:
+        _chart(found, out, known)
+
+
+def _chart(found: list[dict[str, Any]], out: Path, known: dict[str, Any] | None) -> None:
+    labels = list(dict.fromkeys(row["traced_by"] for row in found))
+    places = list(dict.fromkeys(row["scene"] for row in found))
+    figure, (left, right) = plt.subplots(1, 2, figsize=(13, 4.8))
+    for axis, key, unit in ((left, "rays_per_second", "million rays a second (log)"),
+                            (right, "rays_per_gflop", "million rays a GFLOP of peak (log)")):
+        for at, (label, colour) in enumerate(zip(labels, COLOURS)):
+            some = [row for row in found if row["traced_by"] == label and row[key]]
+            axis.bar([places.index(row["scene"]) + 0.16 * (at - 2) for row in some],
+                     [row[key] / 1e6 for row in some], 0.15, color=colour, label=label)
+        axis.set_xticks(range(len(places)), places, rotation=25, ha="right", fontsize=8)
+        axis.set(yscale="log", ylabel=unit)
+        axis.spines[["top", "right"]].set_visible(False)
+    survey = said_by_survey()
+    for side, style in (("cpu", "--"), ("gpu", ":")):
+        right.axhline(survey[side] / survey[f"{side}_peak"], color="#b33a3a", linestyle=style,
+                      linewidth=1, label=f"the survey's {side.upper()}, Soda Hall")
+    handles, names = right.get_legend_handles_labels()
+    figure.legend(handles, names, frameon=False, fontsize=8, ncols=4, loc="upper center",
+                  bbox_to_anchor=(0.5, 0.95))
+    figure.suptitle("Section 4.2: the CPU's own ray tracing beside fragment programs", fontsize=11)
+    figure.tight_layout(rect=(0, 0.04, 1, 0.87))
+    save_chart(figure, out / "cpu.png", "" if known is None else
+               f"Renderer: {known['gpu']['renderer']}; {known['peak']['model']}.")

@@ -1,0 +1,92 @@
+"""What the processor could compute, and what fragment programs reach of it."""
+from __future__ import annotations
+
+import functools
+import re
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gpgpu_rt.bench import roofline
+from gpgpu_rt.gl.context import open_gpu
+
+# Single precision operations a core and a clock, by the widest vectors its flags name: two units
+# that multiply and add (one multiplies and one adds where there is no fused form).
+A_CLOCK = (("avx512f", 64), ("fma", 32), ("avx", 16), ("sse2", 8))
+BASE = Path("/sys/devices/system/cpu/cpu0/cpufreq/base_frequency")   # kHz
+MATRIX = 768   # rows of the matrices whose product is timed
+
+
+@functools.cache
+def peak(count: int) -> dict[str, Any]:
+    """What ``count`` threads could compute, in FLOP/s of single precision.
+
+    Returns
+    -------
+    nominal : clock times operations a clock times cores, None where the clock is not known
+    attained : of numpy's matrix product on all threads, the fastest of some
+    fragments : of multiply-adds in fragment programs of the present renderer
+    model, clock, clock_is, a_clock, cores, threads : what nominal is made of; which clock it is,
+        in words; cores that so many threads can be spread over
+    """
+    told = _cpuinfo()
+    facts = told[0] if told else {}
+    flags = facts.get("flags", "").split()
+    a_clock = next((n for flag, n in A_CLOCK if flag in flags), None)
+    clock, clock_is = clock_of(facts, BASE)
+    cores = min(count, cores_of(told) or count)
+    return {"nominal": clock * a_clock * cores if clock and a_clock else None,
+            "attained": _attained(), "fragments": _of_fragments(),
+            "model": facts.get("model name"), "clock": clock, "clock_is": clock_is,
+            "a_clock": a_clock, "cores": cores, "threads": count}
+
+
+def clock_of(facts: Mapping[str, str], base: Path) -> tuple[float | None, str]:
+    """Hz, and which clock that is: the base clock of the file or of the model's name, where there
+    is one; else the clock of the moment."""
+    try:
+        return 1e3 * float(base.read_text()), "the base clock, as cpufreq says"
+    except (OSError, ValueError):
+        pass
+    named = re.search(r"([0-9.]+) *GHz", facts.get("model name", ""))
+    if named:
+        return 1e9 * float(named[1]), "the base clock, as the model's name says"
+    if "cpu MHz" in facts:
+        return 1e6 * float(facts["cpu MHz"]), "the clock when this was measured, no other is told"
+    return None, "not known"
+
+
+def cores_of(told: Sequence[Mapping[str, str]]) -> int:
+    """Physical cores: threads of one have its numbers in common. 0 where they are not told."""
+    return len({(one["physical id"], one["core id"]) for one in told
+                if "physical id" in one and "core id" in one})
+
+
+def _cpuinfo() -> list[dict[str, str]]:
+    """Each logical processor's entries, or nothing where the system does not tell them."""
+    try:
+        text = Path("/proc/cpuinfo").read_text()
+    except OSError:
+        return []
+    pairs = ([line.split(":", 1) for line in part.splitlines() if ":" in line]
+             for part in text.strip().split("\n\n"))
+    return [{key.strip(): value.strip() for key, value in part} for part in pairs]
+
+
+@functools.cache
+def _of_fragments() -> float:
+    return roofline.peaks(open_gpu()).flops
+
+
+@functools.cache
+def _attained() -> float:
+    one = np.random.default_rng(0).random((MATRIX, MATRIX), np.float32)
+    times = []
+    for _ in range(6):
+        began = time.perf_counter()
+        one @ one
+        times.append(time.perf_counter() - began)
+    return 2.0 * MATRIX ** 3 / min(times)

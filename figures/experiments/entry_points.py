@@ -1,0 +1,114 @@
+"""Entry points and rasterised bounds: what a pass at low resolution spares eye rays.
+
+Multi-level entry points are of Reshetov et al. 2005, a method for CPUs that the survey names;
+bounds by rasterisation are proposed in its section 5, and measured by nobody there.
+"""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from ..framework.cell import Cell, timed_runs
+from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
+from ..framework.results import read
+
+SCENES = ("bunny", "robots", "kitchen", "conference")
+METHODS = (("bvh-threaded", "bvh-threaded", ()),
+           ("bvh-threaded, octants", "bvh-threaded", (("octants", True),)),
+           ("kd-restart", "kd-restart", ()), ("kd-short-stack", "kd-short-stack", ()))
+BOUNDED = METHODS[1:]
+ENTRIES = (("entry_points", 16),)
+BOUNDS = (("rasterised_bounds", 8),)
+HEADS = ("scene", "method", "nodes a ray", "with", "of beams", "fewer by", "entries a tile",
+         "ms", "with", "of it the beams", "faster by")
+BOUND_HEADS = ("scene", "method", "nodes a ray", "with", "fewer by", "ms", "with", "faster by")
+
+
+def cell(scene: str, method: str, options: tuple[tuple[str, Any], ...], full: bool) -> Cell:
+    return Cell(scene, method, options, 512 if full else 128, runs=timed_runs(full))
+
+
+def cells(full: bool) -> list[Cell]:
+    found = []
+    for scene in SCENES:
+        for methods, treatment in ((METHODS, ENTRIES), (BOUNDED, BOUNDS)):
+            for _, method, options in methods:
+                found += [cell(scene, method, options, full),
+                          cell(scene, method, options + treatment, full)]
+    return list(dict.fromkeys(found))
+
+
+def row(scene: str, label: str, plain: dict[str, Any], treated: dict[str, Any]
+        ) -> dict[str, Any]:
+    """What one pair of cells says; nodes that rays or packets visit together count in parts."""
+    nodes, left = (each["counters"]["nodes_visited"] for each in (plain, treated))
+    driver = treated["driver"]
+    beams = driver.get("entry_nodes_visited", 0.0)
+    return {"scene": scene, "method": label, "nodes": nodes, "nodes_left": left,
+            "nodes_of_beams": beams, "fewer_by": nodes / (left + beams),
+            "entries": driver.get("entries"), "ms": plain["median_ms"],
+            "ms_treated": treated["median_ms"],
+            "ms_of_beams": treated.get("beams_ms"),
+            "faster_by": plain["median_ms"] / treated["median_ms"]}
+
+
+def draw(data: Path, out: Path, full: bool) -> None:
+    """Write out/entry_points.csv, .md and .png."""
+    parts: dict[str, list[dict[str, Any]]] = {}
+    notes = []
+    for name, methods, treatment in (("entry points", METHODS, ENTRIES),
+                                     ("bounds", BOUNDED, BOUNDS)):
+        parts[name] = rows = []
+        for scene in SCENES:
+            for label, method, options in methods:
+                plain, treated = (read(cell(scene, method, chosen, full), data)
+                                  for chosen in (options, options + treatment))
+                if plain and treated:
+                    rows.append(row(scene, label, plain, treated))
+                    about = plain["scene"]
+                    notes.append(f"{plain['gpu']['renderer']}, eye rays, "
+                                 f"{cell(scene, method, (), full).size} pixels a side.")
+                    notes += ([f"{scene} is a procedural stand-in."] if about["stand_in"] else [])
+    rows = [{"by": name, **each} for name, found in parts.items() for each in found]
+    if not rows:
+        return
+    note = " ".join(dict.fromkeys(notes))
+    write_csv(out / "entry_points.csv", list(rows[0]), [list(each.values()) for each in rows])
+    write_text(out / "entry_points.md", _page(parts["entry points"], parts["bounds"], note))
+    figure, axes = plt.subplots(1, 2, figsize=(12, 5.2))
+    for axis, (name, found) in zip(axes, parts.items()):
+        _bars(axis, name, found)
+    figure.suptitle("Nodes a ray, without (grey) and with a pass at low resolution", fontsize=11)
+    figure.tight_layout(rect=(0, 0.04, 1, 1))
+    save_chart(figure, out / "entry_points.png", note)
+
+
+def _page(entries: list[dict[str, Any]], bounds: list[dict[str, Any]], note: str) -> str:
+    first = [[r["scene"], r["method"], *(number(r[k]) for k in (
+        "nodes", "nodes_left", "nodes_of_beams", "fewer_by", "entries", "ms", "ms_treated",
+        "ms_of_beams", "faster_by"))] for r in entries]
+    second = [[r["scene"], r["method"], *(number(r[k]) for k in (
+        "nodes", "nodes_left", "fewer_by", "ms", "ms_treated", "faster_by"))] for r in bounds]
+    return ("# Entry points and rasterised bounds\n\n" + note + " Hits are the same bits.\n\n"
+            "## Entry points\n\nBeams around tiles of 16x16 and then 4x4 rays go ahead and leave "
+            "lists of the subtrees that their rays have to search. \"With\" are the nodes that "
+            "rays then visit, \"of beams\" those of all beams shared out among the rays; \"fewer "
+            "by\" counts both.\n\n" + markdown_table(HEADS, first)
+            + "\n## Rasterised bounds\n\nTriangles are drawn over tiles of 8x8 pixels first; what "
+            "they cover, and at which depths, bounds the rays. Drawing visits no node; its time "
+            "is in the sum.\n\n" + markdown_table(BOUND_HEADS, second))
+
+
+def _bars(axis: Any, name: str, rows: list[dict[str, Any]]) -> None:
+    for at, r in enumerate(rows):
+        axis.barh(at - 0.2, r["nodes"], 0.38, color="#c8c8c8")
+        axis.barh(at + 0.2, r["nodes_left"], 0.38, color="#3d8b57")
+        axis.barh(at + 0.2, r["nodes_of_beams"], 0.38, left=r["nodes_left"], color="#c98a1b")
+        axis.text(r["nodes_left"] + r["nodes_of_beams"] + 1, at + 0.2,
+                  f"{number(r['fewer_by'], 2)} times fewer, "
+                  f"{number(r['faster_by'], 2)} times as fast", fontsize=7, va="center")
+    axis.set_yticks(range(len(rows)), [f"{r['scene']}, {r['method']}" for r in rows], fontsize=8)
+    axis.set_xlim(0, 1.35 * max((r["nodes"] for r in rows), default=1))
+    axis.invert_yaxis()
+    axis.set_xlabel(f"{name}: green nodes of rays, ochre of beams")
+    axis.spines[["top", "right"]].set_visible(False)

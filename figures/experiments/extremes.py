@@ -1,0 +1,136 @@
+"""The extremes: every method by every case of the catalogue, in full and in relaxed settings."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import gpgpu_rt as rt
+from gpgpu_rt.options import TRACER_OPTIONS
+
+from ..framework.cell import Cell
+from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
+from ..framework.results import finished
+from .extreme_cases import CASES
+
+PRECISIONS = ({"precision": "fp24"}, {"precision": "fp16"})
+STORED = tuple({"storage": "fp16", "rounding": rounding} for rounding in ("nearest", "chop", "up"))
+CAP = 10_000    # of settings in which rays may go round: far above what most rays need here
+DETAIL = ("grid", "kd-restart", "bvh-threaded")   # where it must be quick, all settings of these
+CATEGORIES = ("leak", "false hit", "wrong triangle", "wrong distance", "unfinished")
+
+
+def settings_of(row: Any) -> list[dict[str, Any]]:
+    """What is measured of a method: as it is, and in every setting that may lose hits."""
+    kd = row.name.startswith("kd-")
+    capped = {"step_cap": CAP} if kd else {}
+    found: list[dict[str, Any]] = [{}, *({**p, **capped} for p in PRECISIONS)]
+    found += [{**stored, **capped} for stored in STORED if kd]
+    found += [{option.name: value, **capped} for option in row.options
+              for value in option.relaxed]
+    if row.name == "bvh-threaded":    # the test is the same in all; one accelerator tells
+        tests = next(o for o in TRACER_OPTIONS if o.name == "intersection")
+        found += [{tests.name: c} for c in tests.choices or () if c != tests.default]
+    return found
+
+
+def cells(full: bool) -> list[Cell]:
+    """Every setting of every method; where it must be quick, the defaults of most, and no method
+    that runs in passes alone."""
+    return [Cell("extremes", row.name, tuple(options.items()), 128 if full else 24, "extremes", 1)
+            for row in rt.methods() if full or "loop" in row.schedules
+            for options in settings_of(row)[:None if full or row.name in DETAIL else 1]]
+
+
+def label(cell: Cell) -> str:
+    return " ".join([cell.method, *(str(v) for k, v in cell.options if k != "step_cap")])
+
+
+def draw(data: Path, out: Path, full: bool) -> None:
+    """Write out/extremes.csv, .md and .png."""
+    results = dict(finished(cells(full), data))
+    if not results:
+        return
+    renderer = next(iter(results.values()))["gpu"]["renderer"]
+    write_csv(out / "extremes.csv",
+              ("row", "case", "setting", "rays", "wrong", "below at 95 %", *CATEGORIES,
+               "within the bound", "missed where float64 hits", "t error, ulp", "t error, bounds",
+               "steps a ray", "most steps", "cap", "capped"),
+              [_csv_row(name, cell, result["cases"][name]) for cell, result in results.items()
+               for name in CASES if name in result["cases"]])
+    plain = {cell.method: result["cases"] for cell, result in results.items() if not cell.options}
+    write_text(out / "extremes.md", "\n".join([
+        f"# The extremes\n\nRenderer: {renderer}. Cases and rows are those of docs/extremes.md. A "
+        "ray is wrong where its answer lies outside the bound derived for float32 and the "
+        "watertight test; in fp24 and fp16 that holds for most distances, so the second table "
+        "splits the rays.\n",
+        "## float32, the defaults\n\nWrong rays; most steps of any ray. No ray was capped unless "
+        "it says so.\n", _plain_table(plain),
+        "## Every setting, over all cases\n\nShares of rays in percent; `ended` is no where the "
+        "step cap stopped rays, which are flagged.\n", _settings_table(results)]))
+    _chart(results, out / "extremes.png", renderer)
+
+
+def _csv_row(name: str, cell: Cell, r: dict[str, Any]) -> list[Any]:
+    return [CASES[name].row, name, label(cell), r["rays"], r["wrong_share"], r["upper_95"],
+            *(r["counts"][c] for c in CATEGORIES), r["within_bound"], r["missed"],
+            r["t_ulps"]["max"], r["t_bounds"]["max"], r["steps"], r["most_steps"], r["cap"],
+            r["capped"]]
+
+
+def _plain_table(plain: dict[str, dict[str, Any]]) -> str:
+    """A row a case: rays, the worst t error, and a method a column."""
+    rows = []
+    for name, kind in CASES.items():
+        mine = {method: cases[name] for method, cases in plain.items() if name in cases}
+        if not mine:
+            continue
+        worst = max(mine.values(), key=lambda r: r["t_bounds"]["max"])
+        cells = [_wrong(r) if r is not None else "-" for r in map(mine.get, plain)]
+        rows.append([kind.row, kind.what, worst["rays"], number(worst["t_ulps"]["max"]),
+                     number(worst["t_bounds"]["max"]), *cells])
+    return markdown_table(("row", "case", "rays", "worst t, ulp", "worst t, bounds", *plain), rows)
+
+
+def _wrong(r: dict[str, Any]) -> str:
+    wrong = sum(r["counts"][c] for c in CATEGORIES)
+    return f"{wrong}; {r['most_steps']}" + (f", {r['capped']} capped" if r["capped"] else "")
+
+
+def _settings_table(results: dict[Cell, dict[str, Any]]) -> str:
+    rows = []
+    for cell, result in results.items():
+        cases = list(result["cases"].values())
+        rays = sum(r["rays"] for r in cases)
+        shares = [number(100 * sum(r["counts"][c] for r in cases) / rays) for c in CATEGORIES]
+        aimed = [r for r in cases if r["closed_leaks"] is not None]
+        leaks = 100 * sum(r["closed_leaks"] for r in aimed) / max(1, sum(r["rays"] for r in aimed))
+        worst = max(r["t_bounds"]["max"] for r in cases)
+        rows.append([label(cell), *shares, number(leaks), number(worst),
+                     number(sum(r["steps"] * r["rays"] for r in cases) / rays),
+                     "no" if any(r["capped"] for r in cases) else "yes"])
+    return markdown_table(("setting", *CATEGORIES, "through closed meshes", "worst t, bounds",
+                           "steps a ray", "ended"), rows)
+
+
+def _chart(results: dict[Cell, dict[str, Any]], path: Path, renderer: str) -> None:
+    """Shares of rays whose hit or miss is wrong, or that did not end: settings by cases."""
+    names = list(CASES)
+    shares = np.full((len(results), len(names)), np.nan)
+    for i, result in enumerate(results.values()):
+        for j, name in enumerate(names):
+            r = result["cases"].get(name)
+            if r is not None:
+                bad = sum(r["counts"][c] for c in ("leak", "false hit", "unfinished"))
+                shares[i, j] = bad / r["rays"] if r["rays"] else 0
+    figure, axis = plt.subplots(figsize=(12, 1.8 + 0.24 * len(results)))
+    shown = np.log10(np.maximum(shares, 1e-4))
+    image = axis.imshow(shown, cmap="magma_r", vmin=-4, vmax=0, aspect="auto")
+    axis.set_xticks(range(len(names)), names, rotation=60, ha="right", fontsize=7)
+    axis.set_yticks(range(len(results)), [label(cell) for cell in results], fontsize=7)
+    bar = figure.colorbar(image, ax=axis, ticks=range(-4, 1))
+    bar.ax.set_yticklabels(["none", "0.1 %", "1 %", "10 %", "100 %"])
+    figure.suptitle("Rays with a wrong hit or miss, or stopped by the cap", fontsize=11)
+    figure.tight_layout(rect=(0, 0.03, 1, 1))
+    save_chart(figure, path, f"Renderer: {renderer}")

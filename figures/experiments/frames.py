@@ -1,0 +1,122 @@
+"""Time a frame of moving scenes: refitted, rebuilt by each build, and kd-trees beside them."""
+from __future__ import annotations
+
+import statistics
+from pathlib import Path
+from typing import Any
+
+import gpgpu_rt as rt
+
+from ..framework.cell import Cell
+from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
+from ..framework.results import read
+
+SCENES = {"cloth": "a cloth waves", "walker": "an animal walks", "explosion": "a mesh flies apart",
+          "bunny": "nothing moves"}
+# That are fast enough for frames, of those a method has, and on what. (The other builds by passes
+# are for graphics hardware: on a software renderer a frame takes them seconds.)
+BUILDS = {"sah": ("cpu",), "lbvh": ("cpu", "gpu"), "hybrid": ("cpu",)}
+REBUILT = ("bih", "kd-short-stack")   # built anew each frame, having nothing to refit
+FULL_ONLY = ("explosion", "bunny")    # what walks moves too, and what stands still need not
+FRAMES, FULL_FRAMES = 3, 12
+
+
+def columns() -> list[tuple[str, str, tuple[tuple[str, Any], ...]]]:
+    """Label, method and options of what is compared: read from the table, so that a method that
+    can follow joins by its row."""
+    found = []
+    for row in rt.methods():
+        own = {option.name: option for option in row.options}
+        best = (("octants", True),) if "octants" in own else ()
+        if row.refit is not None:
+            found.append((f"{row.name} refitted", row.name, best))
+        if row.name == "bvh-threaded":
+            for build, device in ((b, d) for b, devices in BUILDS.items() for d in devices):
+                found.append((f"{row.name} rebuilt, {build} ({device})", row.name, (
+                    *best, ("build", build), ("build_device", device), ("rebuild_ratio", 0.0))))
+        if row.name in REBUILT:
+            found.append((f"{row.name} rebuilt", row.name, ()))
+    return sorted(found, key=lambda column: "rebuilt" in column[0])   # those that refit first
+
+
+def cell(scene: str, method: str, options: tuple[tuple[str, Any], ...], full: bool) -> Cell:
+    return Cell(scene, method, options, 512 if full else 256, "frames",
+                FULL_FRAMES if full else FRAMES)
+
+
+def cells(full: bool) -> list[Cell]:
+    return [cell(scene, method, options, full) for scene in SCENES
+            if full or scene not in FULL_ONLY for _, method, options in columns()]
+
+
+def draw(data: Path, out: Path, full: bool) -> None:
+    """Write out/frames.csv, .md and .png."""
+    rows, notes = [], []
+    for scene in SCENES:
+        for label, method, options in columns():
+            result = read(cell(scene, method, options, full), data)
+            if result is not None:
+                rows.append(_row(scene, label, result))
+                about = result["scene"]
+                notes.append(f"Renderer: {result['gpu']['renderer']}, {result['settings']['size']}"
+                             f"x{result['settings']['size']} eye rays.")
+                if about["stand_in"]:
+                    notes.append(f"{scene} is a procedural stand-in for {about['stand_in']}.")
+    write_csv(out / "frames.csv", list(rows[0]) if rows else [],
+              [list(row.values()) for row in rows])
+    write_text(out / "frames.md", _markdown(rows, list(dict.fromkeys(notes))))
+    if rows:
+        _chart(rows, out)
+
+
+def _row(scene: str, label: str, result: dict[str, Any]) -> dict[str, Any]:
+    times = result["frames"]
+    whole = sum(times["update"]) + sum(times["trace"])
+    return {"scene": scene, "triangles": result["scene"]["triangles"], "method": label,
+            "frames": len(times["update"]), "rebuilt": times["rebuilt"],
+            "update_ms": 1e3 * statistics.median(times["update"]),
+            "trace_ms": 1e3 * statistics.median(times["trace"]),
+            "frames_a_second": len(times["update"]) / whole, "differing": times["differing"]}
+
+
+def _markdown(rows: list[dict[str, Any]], notes: list[str]) -> str:
+    parts = ["# Time a frame of scenes that move\n"]
+    for scene, what in SCENES.items():
+        some = [row for row in rows if row["scene"] == scene]
+        if not some:
+            continue
+        parts.append(f"## {scene}, {some[0]['triangles']:,} triangles: {what}\n")
+        parts.append(markdown_table(
+            ("method", "update, ms", "trace, ms", "frames a second", "rebuilt", "wrong distances"),
+            [[row["method"], number(row["update_ms"]), number(row["trace_ms"]),
+              number(row["frames_a_second"]), f"{row['rebuilt']} of {row['frames']}",
+              row["differing"]] for row in some]))
+    left = [f"{scene} ({SCENES[scene]})" for scene in SCENES
+            if all(row["scene"] != scene for row in rows)]
+    notes = [*notes, "Update: from new vertices to tables in textures, refitting or building, on "
+             "the CPU unless a build says gpu (ray-tiles and ray-hierarchy keep nothing over "
+             "triangles: these alone are written); median over frames, as is trace. Frames a "
+             "second count all frames, those among them that a refitted tree was built anew for.",
+             *([f"Left to FULL=1: {', '.join(left)}."] if left else []),
+             "Wrong distances: rays over all frames whose t is not, to the bit, that of a tree "
+             "built for the frame."]
+    return "\n".join([*parts, *(f"* {note}" for note in notes), ""])
+
+
+def _chart(rows: list[dict[str, Any]], out: Path) -> None:
+    scenes = list(dict.fromkeys(row["scene"] for row in rows))
+    figure, axes = plt.subplots(1, len(scenes), squeeze=False, figsize=(4.6 * len(scenes), 4.4))
+    for axis, scene in zip(axes[0], scenes):
+        some = [row for row in rows if row["scene"] == scene][::-1]
+        for at, row in enumerate(some):
+            axis.barh(at, row["update_ms"], color="#c98a1b")
+            axis.barh(at, row["trace_ms"], left=row["update_ms"], color="#2f6db3")
+            axis.annotate(f" {number(row['frames_a_second'])} /s",
+                          (row["update_ms"] + row["trace_ms"], at), va="center", fontsize=8)
+        axis.set_yticks(range(len(some)), [row["method"] for row in some], fontsize=8)
+        axis.set(title=f"{scene}: {SCENES[scene]}", xlabel="milliseconds a frame")
+        axis.margins(x=0.2)
+        axis.spines[["top", "right"]].set_visible(False)
+    figure.suptitle("Time a frame: update (yellow) and eye rays (blue)", fontsize=11)
+    figure.tight_layout(rect=(0, 0.04, 1, 1))
+    save_chart(figure, out / "frames.png", "Medians over frames; frames a second count them all.")

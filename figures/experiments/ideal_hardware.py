@@ -1,0 +1,172 @@
+"""Hardware for rays (survey, sections 4.4 and 5): triangle and traversal units, and explicit
+transfers, as a cost model over counted work."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from gpgpu_rt.bench.workloads import EYE
+from gpgpu_rt.hardware.cards import find_card
+from gpgpu_rt.hardware.machines import Least, machines, on_card, on_cell, on_prototype, runs
+
+from ..framework.cell import Cell
+from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
+from ..framework.published_numbers import published_row
+from ..framework.results import finished, read
+from .gap_work import DONE
+
+SCENES = ("kitchen", "conference")
+METHODS = ("kd-restart", "kd-stack", "bvh-threaded")
+TEST = ("intersection", "moller-trumbore")   # of their time: the watertight one is of 2013
+CARD, TREE = "G80", "kd-stack"     # prototypes and the Cell keep a stack
+HEADS = ("scene", "method", "machine", "shader ns", "steps ns", "tests ns", "memory ns",
+         "waiting ns", "ns a ray", "Mrays/s", "bound by", "published Mrays/s")
+
+
+def size(full: bool) -> int:
+    """Pixels a side."""
+    return 1024 if full else 256
+
+
+def _cell(scene: str, method: str, full: bool) -> Cell:
+    options = (("octants", True),) if method == "bvh-threaded" else ()
+    return Cell(scene, method, (*options, TEST), size(full), DONE + EYE, 1)
+
+
+def cells(full: bool) -> list[Cell]:
+    return [_cell(scene, method, full) for scene in SCENES for method in METHODS]
+
+
+def leasts(method: str, work: dict[str, Any]) -> dict[str, Least]:
+    """By machine, what the counted work takes at its peak rates."""
+    card, ideal = find_card(CARD), machines()["ideal"]
+    found = {
+        f"{CARD}, shaders alone": on_card(card, work),
+        f"{CARD}, if no ray waited": on_card(card, work, width=1),
+        f"{CARD} and triangle units": on_card(card, work, ideal, "tests"),
+        f"{CARD} and traversal units": on_card(card, work, ideal, "steps"),
+        f"{CARD} and both": on_card(card, work, ideal, "both")}
+    if method == TREE:
+        found |= {name: on_prototype(machines()[name], work) for name in ("RPU", "SaarCOR")}
+        cell = machines()["Cell"]
+        found |= {"Cell, transfers hidden": on_cell(cell, work, True),
+                  "Cell, transfers waited for": on_cell(cell, work, False)}
+    return found
+
+
+def rows(data: Path, full: bool) -> list[list[Any]]:
+    """As HEADS says."""
+    found = []
+    for scene in SCENES:
+        for method in METHODS:
+            result = read(_cell(scene, method, full), data)
+            if result is None:
+                continue
+            for name, least in leasts(method, result["gap"]).items():
+                printed = (machines()["RPU"].published / 1e6
+                           if (name, scene) == ("RPU", "conference") else None)
+                found.append([scene, method, name, *(1e9 * part for part in (
+                    least.shader, least.steps, least.tests, least.memory, least.waiting,
+                    least.seconds)), 1e-6 / least.seconds, least.bound, printed])
+    return found
+
+
+def draw(data: Path, out: Path, full: bool) -> None:
+    """Write out/ideal_hardware.csv, .md and .png."""
+    found = rows(data, full)
+    if not found:
+        return
+    results = [result for _, result in finished(cells(full), data)]
+    heading = results[0]
+    note = (f"Squares of 32x32 out of {size(full)}x{size(full)} eye rays, emulated; every time is "
+            "that of our programs' counted work at a machine's peak rates, none is fitted. "
+            f"{heading['gpu']['renderer']}, commit {heading['commit']}."
+            + (" Procedural stand-ins." if any(r["scene"]["stand_in"] for r in results) else ""))
+    write_csv(out / "ideal_hardware.csv", HEADS, found)
+    sources = [(one.chip, name.replace("_", " "), f"{figure['value']:,} {figure['unit']}",
+                figure["source"] + ("" if figure["read"] else " *"))
+               for one in machines().values() for name, figure in one.figures.items()]
+    write_text(out / "ideal_hardware.md", "# Hardware for rays\n\n"
+               + _paragraph(found, data, full)
+               + "\n\n" + note + "\n\n" + markdown_table(HEADS, [
+                   [number(v) if isinstance(v, float) else "-" if v is None else v for v in row]
+                   for row in found])
+               + "\n## The machines' figures\n\nThose marked * are recalled or assumed, not read. "
+               "The card's own stand in `gpgpu-rt hardware --sources`.\n\n"
+               + markdown_table(("machine", "figure", "value", "source"), sources))
+    scenes = list(dict.fromkeys(row[0] for row in found))
+    figure, axes = plt.subplots(1, len(scenes), figsize=(6.2 * len(scenes), 5.6), squeeze=False)
+    for axis, scene in zip(axes[0], scenes):
+        _bars(axis, [row for row in found if row[0] == scene and row[1] == TREE])
+        axis.set_title(f"{scene}, {TREE}", fontsize=10)
+    figure.suptitle("What units for rays would do: counted work at peak rates", fontsize=11)
+    figure.tight_layout(rect=(0, 0.06, 1, 1))
+    save_chart(figure, out / "ideal_hardware.png", note + " Cross: published.")
+
+
+PARTS = {"shader": "#2f6db3", "steps": "#c98a1b", "tests": "#b33a3a", "memory": "#8c8c8c",
+         "waiting": "#d16fae"}
+
+
+def _bars(axis: Any, mine: list[list[Any]]) -> None:
+    """What each part would take by itself, and what all take together."""
+    for at, row in enumerate(mine):
+        for part, (name, colour) in enumerate(PARTS.items()):
+            if row[3 + part] > 0:
+                axis.barh(at - 0.3 + 0.15 * part, row[3 + part], 0.14, color=colour)
+        axis.plot([row[8]] * 2, [at - 0.4, at + 0.4], color="black", linewidth=1.2)
+        axis.annotate(f"{number(row[9])} M/s", (row[8], at), fontsize=7.5, xytext=(5, -3),
+                      textcoords="offset points")
+        if row[11]:
+            axis.plot(1e3 / row[11], at, "x", color="black", markersize=7)
+    for name, colour in PARTS.items():
+        axis.barh(0, 0, color=colour, label=name)
+    axis.set_yticks(range(len(mine)), [row[2] for row in mine], fontsize=8)
+    axis.invert_yaxis()
+    axis.set(xscale="log", xlabel="nanoseconds a ray; black: all together")
+    low, high = axis.get_xlim()
+    axis.set_xlim(low, 4 * high)
+    axis.legend(frameon=False, fontsize=8, loc="lower right")
+    axis.spines[["top", "right"]].set_visible(False)
+
+
+def _paragraph(found: list[list[Any]], data: Path, full: bool) -> str:
+    """What the survey expects, and what the rows say."""
+    times = {(row[0], row[1], row[2]): row for row in found}
+    scene = next((s for s in reversed(SCENES) if (s, TREE, f"{CARD} and both") in times), None)
+    if scene is None:
+        return "Not measured yet."
+    result = read(_cell(scene, TREE, full), data)
+    assert result is not None
+    mine = {row[2]: row for row in found if row[:2] == [scene, TREE]}
+    alone = mine[f"{CARD}, shaders alone"][8]
+
+    def gain(name: str) -> str:
+        return number(alone / mine[name][8])
+    steps, tests = runs(result["gap"], "steps"), runs(result["gap"], "tests")
+    rpu, hidden = mine["RPU"], mine["Cell, transfers hidden"]
+    rays = rpu[9] * alone / 1e3
+    said = published_row("text", "", "rpu", quantity="speed over GPU ray tracing")
+    assert said is not None
+    clocks = find_card(CARD).clock / machines()["RPU"].clock
+    text = (
+        "The survey would hardwire the triangle test first, then the traversal with a criterion "
+        "that can be programmed, and leave shading to the shaders; it quotes RPU at "
+        f"{said['note']} times graphics hardware. A ray of {scene} takes {number(steps)} steps "
+        f"and {number(tests)} tests ({TREE}). Triangle units alone make it "
+        f"{gain(f'{CARD} and triangle units')} times as fast as shaders alone, traversal units "
+        f"{gain(f'{CARD} and traversal units')}, both {gain(f'{CARD} and both')}, bound by "
+        f"{mine[f'{CARD} and both'][10]}. To have no ray wait for another would by itself "
+        f"give {gain(f'{CARD}, if no ray waited')}. RPU at "
+        f"{number(machines()['RPU'].clock / 1e6)} MHz could trace "
+        f"{number(rpu[9])} Mrays/s, bound by {rpu[10]}")
+    text += f"; published are {number(rpu[11])}. " if rpu[11] else ". "
+    return text + (
+        f"That is {number(rays)} times what the card's shaders could do at their peak, and "
+        f"{number(rays * clocks)} times by clock"
+        + (": not the multiple that the survey quotes. On "
+           if rays * clocks < float(said["value"]) else ". On ")
+        + f"the Cell transfers cost {number(mine['Cell, transfers waited for'][8] / hidden[8])} "
+        "times the time where they are waited for; where another packet goes on meanwhile they "
+        "are taken to cost no time, after Benthin et al., and it is bound by "
+        f"{hidden[10]}, at {number(hidden[9])} Mrays/s.")

@@ -1,0 +1,75 @@
+"""How far path traced pictures are off after how many samples: of a furnace, whose radiance a
+formula gives, and of the Cornell box beside an independent renderer's (see measured/README.md)."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+
+import gpgpu_rt as rt
+
+TRUTH = Path(__file__).parents[1] / "measured" / "cornell-light-64.npz"
+FEWEST = 64
+EMITTED, REFLECTED = np.array((0.5, 0.4, 0.3)), 0.6
+
+
+def furnace() -> tuple[rt.Scene, np.ndarray]:
+    """A closed box whose walls emit and reflect evenly, and the radiance that it is full of."""
+    box = trimesh.creation.box((2, 2, 2))
+    walls = rt.Material(diffuse=(REFLECTED,) * 3, emission=tuple(EMITTED))
+    return rt.Scene.from_arrays(
+        box.vertices, box.faces, materials=(walls,), lights=(), environment=None,
+        camera=rt.Camera((0.1, 0.2, 0.3), (0.9, 0.1, 0.2), fov=90)), EMITTED / (1 - REFLECTED)
+
+
+def cornell_truth() -> tuple[np.ndarray, np.ndarray]:
+    """(64, 64, 3) float64, linear: the scene ``cornell-light`` by Mitsuba 3, and the standard
+    error of that."""
+    with np.load(TRUTH) as kept:
+        return kept["radiance"].astype(np.float64), kept["error"].astype(np.float64)
+
+
+def truth_noise() -> float:
+    """The mean relative error that the truth has itself, of normal noise."""
+    radiance, error = cornell_truth()
+    seen = radiance > 0
+    return float(np.sqrt(2 / np.pi) * (error[seen] / radiance[seen]).mean())
+
+
+def relative_error(found: np.ndarray, truth: np.ndarray) -> float:
+    """The mean over all channels of all pixels that are not black."""
+    seen = truth > 0
+    return float((np.abs(found - truth)[seen] / truth[seen]).mean())
+
+
+def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int) -> dict[str, Any]:
+    """Mean relative errors by number of samples: of the scene's pixels, less the truth's own
+    noise, of the furnace's pixels, and of its mean.
+
+    Parameters
+    ----------
+    options : "samples", at most, and more of the integrator's
+    """
+    furnace_scene, expected = furnace()
+    truth, noise = cornell_truth()[0], truth_noise()
+    found: dict[str, dict[int, float]] = {"scene": {}, "furnace": {}, "furnace_mean": {}}
+    for samples, light in pictures(scene, method, options, size):
+        whole = relative_error(light, truth)
+        found["scene"][samples] = float(np.sqrt(max(whole ** 2 - noise ** 2, 0)))
+    for samples, light in pictures(furnace_scene, method, options, 16):
+        found["furnace"][samples] = relative_error(light, np.broadcast_to(expected, light.shape))
+        found["furnace_mean"][samples] = relative_error(light.mean(axis=(0, 1)), expected)
+    return {**found, "truth_noise": noise}
+
+
+def pictures(scene: rt.Scene, method: str, options: dict[str, Any], size: int
+             ) -> Iterator[tuple[int, np.ndarray]]:
+    """Samples, in powers of two, and the radiance that so many found, (size, size, 3)."""
+    with rt.Tracer(scene, method) as tracer:
+        for power in range(FEWEST.bit_length() - 1, int(options["samples"]).bit_length()):
+            tracer.render(size=(size, size), integrator="path",
+                          **{**options, "samples": 1 << power})
+            yield 1 << power, tracer.radiance.astype(np.float64)

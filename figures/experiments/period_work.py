@@ -1,0 +1,124 @@
+"""What a method does to an image's rays, in the terms of period hardware: cells of "work of" a
+workload, measured by emulating tiles of the image."""
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+import gpgpu_rt as rt
+from gpgpu_rt.bench.workloads import Workload
+from gpgpu_rt.hardware.program import Program
+from gpgpu_rt.hardware.sample import TILE, emulated, program_of, tile_pixels
+from gpgpu_rt.traversal.schedules import ProgramKey
+
+WORK = "period work of "
+# 1024 pixels branch alike, in a loop that takes a step a turn; a kernel a pass
+SQUARES, KERNELS = " in squares", " by kernels"
+TOGETHER = 1 << 20         # all fragments at once: the passes that a kernel a pass needs
+WIDTHS = (1, 2, 32, 48, 1024, TOGETHER)
+SQUARE = (32, 32)
+FEW = {"grid": (1, 2)}     # thousands of triangles a ray: fewer tiles will do
+ENOUGH = 32                # triangles of which brute force shows what each costs
+# Pixels a side that the whole image is looked at with, and of blocks that stay together: packets
+# of pixels that lie apart would be others.
+EVERY, BLOCK = 256, 4
+
+
+def measure(scene: rt.Scene, rays: Workload, method: str, options: dict[str, Any],
+            manner: str) -> dict[str, Any]:
+    """Counts of the tiles' fragments, by region of the program and by width."""
+    square = manner == SQUARES
+    tile = SQUARE if square else TILE
+    pixels = tile_pixels(rays.size, tile, FEW.get(method, (2, 2) if square else (3, 2)))
+    origins, directions = rays.origins[pixels], rays.directions[pixels]
+    t_max: Any = np.inf if rays.t_max is None else rays.t_max[pixels].ravel()
+    some, more = _some_triangles(scene) if method == "brute-force" else (scene, 1.0)
+    with rt.Tracer(some, method, **options) as tracer:
+        run, watch = emulated(tracer, origins, directions, rays.any_hit, t_max, tile, WIDTHS,
+                              flat=square)
+        whole = _whole(tracer, rays, pixels) if method != "brute-force" else {}
+    program = run.program
+    inner = _inside(program, program.loops[-1]) if more > 1 else set()
+    regions = [{"vector": w.vector, "scalar": w.scalar, "fetches": dict(w.fetches),
+                "loop": at in program.loops, "parent": program.parents[at],
+                "runs": {str(width): float(run.runs[width][at]) * (more if at in inner else 1)
+                         for width in WIDTHS}} for at, w in enumerate(program.work)]
+    found = {"rays": int(np.isfinite(origins).all(axis=2).sum()), "pixels": int(pixels.size),
+             "fragments": run.fragments, "texel_bytes": watch.texel_bytes,
+             "written_bytes": watch.written_bytes, "regions": regions, **whole}
+    if manner == KERNELS:
+        found["kernels"] = _kernels(some, method, options, program, regions)
+    return found
+
+
+def _whole(tracer: rt.Tracer, rays: Workload,
+           pixels: np.ndarray) -> dict[str, dict[str, float]]:
+    """Of the whole ``image`` and of the ``tiles``, by the shaders' own counters: steps a pixel,
+    and rays. Tiles stand in the middle of their shares of the image, where there is more to hit
+    than at its edges, or less."""
+    apart = max(1, rays.size // EVERY)
+    some = np.arange(rays.size) // BLOCK % apart == apart // 2
+    image = np.arange(rays.size ** 2).reshape(rays.size, rays.size)[some][:, some]
+    found = {}
+    with tracer.counting():
+        for name, chosen in (("image", image), ("tiles", pixels)):
+            t_max: Any = np.inf if rays.t_max is None else rays.t_max[chosen].ravel()
+            origins = rays.origins[chosen]
+            (tracer.occluded if rays.any_hit else tracer.trace)(
+                origins, rays.directions[chosen], t_max=t_max, invalid="miss")
+            found[name] = {"steps": tracer.statistics.counters["steps"],
+                           "rays": float(np.isfinite(origins).all(axis=2).mean())}
+    return found
+
+
+def image_scale(work: dict[str, Any]) -> float:
+    """Times the work of the tiles that a pixel of the whole image takes."""
+    if "image" not in work or not work["tiles"]["steps"]:
+        return 1.0
+    return work["image"]["steps"] / work["tiles"]["steps"]
+
+
+def counted_rays(work: dict[str, Any]) -> float:
+    """Rays that so many pixels of the whole image have as the tiles have."""
+    return work["pixels"] * work["image"]["rays"] if "image" in work else work["rays"]
+
+
+def _some_triangles(scene: rt.Scene) -> tuple[rt.Scene, float]:
+    """The first triangles of a scene, and how many times as many it has."""
+    corners = scene.triangles[:ENOUGH].reshape(-1, 3)
+    few = rt.Scene.from_arrays(corners, np.arange(len(corners)).reshape(-1, 3))
+    return few, len(scene) / len(few)
+
+
+def _inside(program: Program, region: int) -> set[int]:
+    """A region and all within it."""
+    found = {region}
+    for at, parent in enumerate(program.parents):
+        if parent in found:
+            found.add(at)
+    return found
+
+
+def _kernels(scene: rt.Scene, method: str, options: dict[str, Any], program: Program,
+             regions: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Of each kernel as a pass of its own: what its program does, and how often it runs.
+
+    The loop program nests one loop a kernel in an outer one, in the order of their phases.
+    """
+    with rt.Tracer(scene, method, **options, schedule="kernels") as tracer:
+        tracer.trace(*scene.camera.rays((16, 16)))
+        passes = {key.kernel: one for key, one in tracer._traversal._programs.items()
+                  if isinstance(key, ProgramKey) and key.kernel}
+        texts = {kernel: tracer.gpu.text_of(one.program) for kernel, one in passes.items()}
+        names = tracer.method.kernels
+    found = []
+    for kernel, loop in enumerate(program.loops[1:], 1):
+        if kernel not in texts:
+            continue
+        work = program_of(texts[kernel]).flattened(0)
+        runs = regions[loop]["runs"]
+        found.append({"name": names[kernel - 1], "vector": work.vector, "scalar": work.scalar,
+                      "fetches": dict(work.fetches), "runs": runs["1"],
+                      "passes": runs[str(TOGETHER)]})
+    return found

@@ -1,0 +1,88 @@
+"""The rasteriser as a helper (survey, section 5): first hits, beside the traced truth.
+
+"rasterised" hits are proved to be the traced ones; of "verified" ones each is a hit of its ray,
+but one that comes before may be missing. What the proof costs, and what is wrong without it.
+"""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..framework.cell import Cell
+from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
+from ..framework.results import finished, read
+from .first_hit_times import ratio
+
+SCENES = ("bunny", "robots", "kitchen", "conference")
+METHOD, OPTIONS = "bvh-packet", (("packet", (4, 4)), ("octants", True))
+KINDS = ("rasterised", "verified")
+HEADS = ("scene", "triangles", "drawn", "first hits", "ms", "traced, ms", "times as fast",
+         "in doubt", "share", "wrong", "share")
+
+
+def cells(full: bool) -> list[Cell]:
+    return [Cell(name, METHOD, OPTIONS, 1024 if full else 256, "first hits", 9 if full else 3)
+            for name in SCENES]
+
+
+def rows(data: Path, full: bool) -> list[list[Any]]:
+    found = []
+    for cell, result in finished(cells(full), data):
+        for kind in KINDS:
+            hits, traced = result["first_hits"][kind], result["first_hits"]["traced"]
+            rays, wrong = cell.size ** 2, len(hits["wrong"])
+            found.append([cell.scene, result["scene"]["triangles"], hits["drawn"], kind,
+                          1e3 * float(np.median(hits["seconds"])),
+                          1e3 * float(np.median(traced["seconds"])),
+                          ratio(result["first_hits"], kind), hits["retraced"],
+                          hits["retraced"] / rays, wrong, wrong / rays])
+    return found
+
+
+def draw(data: Path, out: Path, full: bool) -> None:
+    """Write out/rasterised.csv, .md and .png."""
+    found = rows(data, full)
+    if not found:
+        return
+    write_csv(out / "rasterised.csv", HEADS, found)
+    shown = [[row[0], f"{row[1]:,}", f"{row[2]:,}", row[3], *map(number, row[4:7]), row[7],
+              f"{row[8]:.4%}", row[9], f"{row[10]:.4%}"] for row in found]
+    result = finished(cells(full), data)[0][1]
+    note = (f"{result['gpu']['renderer']}, {result['settings']['size']} pixels a side, "
+            f"traced and in doubt by {METHOD} 4x4 with octants; taken in turns, medians.")
+    write_text(out / "rasterised.md", (
+        "# First hits from the rasteriser\n\n"
+        "Rasterised hits are the traced ones to the bit, proved by pixel; rays for which that "
+        "fails are in doubt, and traced. Verified hits are hits of their rays, but where the "
+        "rasteriser missed a triangle before them nobody asks. " + note + "\n\n"
+        + markdown_table(HEADS, shown)))
+    figure, (left, *maps) = plt.subplots(1, 3, figsize=(13, 4.4))
+    for k, (kind, colour) in enumerate(zip(KINDS, ("#2f6db3", "#c98a1b"))):
+        some = [row for row in found if row[3] == kind]
+        left.bar([i + 0.38 * k - 0.19 for i in range(len(some))], [row[6] for row in some], 0.36,
+                 label=kind, color=colour)
+        left.set_xticks(range(len(some)), [row[0] for row in some])
+    left.axhline(1, color="#8c8c8c", linewidth=0.8)
+    left.set_ylabel("times as fast as traced")
+    left.legend(fontsize=8, frameon=False)
+    for axis, cell in zip(maps, (cells(full)[0], cells(full)[-1])):
+        _draw_map(axis, cell, read(cell, data))
+    figure.suptitle("First hits from the rasteriser", fontsize=11)
+    figure.tight_layout(rect=(0, 0.05, 1, 1))
+    save_chart(figure, out / "rasterised.png", note)
+
+
+def _draw_map(axis: Any, cell: Cell, result: dict[str, Any] | None) -> None:
+    """Where verified hits are wrong: at silhouettes and where surfaces nearly coincide."""
+    axis.set_xticks([])
+    axis.set_yticks([])
+    axis.set_xlim(0, cell.size)
+    axis.set_ylim(cell.size, 0)
+    axis.set_aspect("equal")
+    if result is not None:
+        wrong = np.array(result["first_hits"]["verified"]["wrong"], int)
+        axis.scatter(wrong % cell.size, wrong // cell.size, s=3, color="#b33a3a", linewidths=0)
+        axis.set_title(f"{cell.scene}: {len(wrong)} verified hits that are not the first",
+                       fontsize=9)

@@ -1,0 +1,94 @@
+"""Ray bundles by peeled projections (survey, section 5), beside traced ones and path tracing."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..framework.cell import Cell
+from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
+from ..framework.results import finished
+from .bundle_errors import HUNG
+
+SCENES = ("cornell-light", HUNG)
+HEADS = ("scene", "pixels a projection", "layers", "gathered, ms", "by traced bundles, ms",
+         "times as fast", "off the traced bundles, RMSE", "places more than 5 % off",
+         "off the path tracer, RMSE", "median", "bias")
+
+
+def cells(full: bool) -> list[Cell]:
+    options = {"patch": 0.1, "directions": 128 if full else 32, "between": 48 if full else 16,
+               "resolutions": (64, 256) if full else (32, 128),
+               "samples": 512 if full else 128, "packet": (4, 4), "octants": True}
+    return [Cell(name, "bvh-packet", tuple(options.items()), 48 if full else 32, "ray bundles", 1)
+            for name in SCENES]
+
+
+def draw(data: Path, out: Path, full: bool) -> None:
+    """Write out/ray_bundles.csv, .md and .png."""
+    results = finished(cells(full), data)
+    if not results:
+        return
+    rows = [_row(cell.scene, row) for cell, result in results
+            for row in result["bundles"]["by_resolution"]]
+    write_csv(out / "ray_bundles.csv", HEADS, rows)
+    shown = [[row[0], row[1], row[2], *map(number, row[3:6]), f"{row[6]:.1%}", f"{row[7]:.1%}",
+              f"{row[8]:.1%}", f"{row[9]:.1%}", f"{row[10]:+.1%}"] for row in rows]
+    cell, result = results[0]
+    bundles = result["bundles"]
+    note = (f"{result['gpu']['renderer']}, {cell.size} x {cell.size} pixels of four places each, "
+            f"{bundles['directions']} directions both ways, {bundles['between']} between "
+            f"{bundles['by_resolution'][0]['patches']:,} patches; path tracer "
+            f"{bundles['samples']} samples a pixel, its own noise {bundles['path_noise']:.1%}")
+    write_text(out / "ray_bundles.md", (
+        "# Ray bundles\n\n"
+        "Diffuse light gathered by parallel projections whose layers are peeled. Beside it the "
+        "same bundles ray by ray, traced through the same patches, which tells what the "
+        "projections' pixels cost; and the path tracer, which tells what patches and few "
+        "directions do. Pixels of the lamp, of edges, and those beside them are left out of the "
+        "last three columns. "
+        + note + ".\n\n"
+        + markdown_table(HEADS, shown)))
+    figure, axes = plt.subplots(len(results), 4, figsize=(13, 3.3 * len(results)), squeeze=False)
+    for line, (cell, result) in zip(axes, results):
+        _pictures(line, cell, result["bundles"])
+    figure.tight_layout(rect=(0, 0.04, 1, 1))
+    save_chart(figure, out / "ray_bundles.png", note)
+
+
+def _row(name: str, row: dict[str, Any]) -> list[Any]:
+    ours, theirs = (float(np.median(row[way])) for way in ("gather", "traced"))
+    pairs = float(np.median(np.array(row["traced"]) / np.array(row["gather"])))
+    return [name, row["resolution"], row["layers"], 1e3 * ours, 1e3 * theirs, pairs, row["off"],
+            row["apart"], row["rmse"], row["median"], row["bias"]]
+
+
+def _pictures(line: Any, cell: Cell, result: dict[str, Any]) -> None:
+    path, best = np.array(result["path"]), result["by_resolution"][-1]
+    picture = np.array(best["picture"])
+    for axis, image, title in ((line[0], path, "path tracer"),
+                               (line[1], picture, f"bundles, {best['resolution']} pixels")):
+        axis.imshow(np.clip(image, 0, 1) ** (1 / 2.2))
+        axis.set_title(f"{cell.scene}: {title}", fontsize=9)
+    off = (picture - path).sum(2) / np.maximum(path.sum(2), 1e-3)
+    shown = line[2].imshow(np.where(np.array(result["out"]), np.nan, off), cmap="RdBu_r",
+                           vmin=-0.5, vmax=0.5)
+    line[2].set_title("relative difference (grey: left out)", fontsize=9)
+    line[2].set_facecolor("0.8")
+    line[2].figure.colorbar(shown, ax=line[2], shrink=0.8)
+    for axis in line[:3]:
+        axis.set_xticks([])
+        axis.set_yticks([])
+    pixels = [row["resolution"] for row in result["by_resolution"]]
+    for word, text, colour in (("off", "off the traced bundles", "#2f6db3"),
+                               ("rmse", "off the path tracer", "#b33a3a")):
+        line[3].plot(pixels, [100 * row[word] for row in result["by_resolution"]], "o-",
+                     color=colour, label=text)
+    line[3].axhline(100 * result["path_noise"], color="#8c8c8c", linewidth=0.8,
+                    linestyle="--", label="noise of the path tracer")
+    line[3].set(xscale="log", xlabel="pixels a side of a projection", ylabel="relative RMSE, %")
+    line[3].set_ylim(0)
+    line[3].set_xticks(pixels, [str(p) for p in pixels])
+    line[3].minorticks_off()
+    line[3].legend(fontsize=8, frameon=False)

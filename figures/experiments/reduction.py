@@ -1,0 +1,56 @@
+"""Stream reduction: elements a second by blocks, by the whole stream, and of a scan alone."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from ..framework.cell import Cell
+from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
+from ..framework.results import finished
+from .reduction_times import rates
+
+HEADS = ("elements", "kept", "scan alone, M/s", "by blocks, M/s", "whole stream, M/s",
+         "blocks over scan", "blocks over whole")
+KEPT = (0.05, 0.25, 0.5, 1.0)
+
+
+def cells(full: bool) -> list[Cell]:
+    return [Cell("streams", "blocks", (("kept", kept),), side, "reduction")
+            for side in ((256, 1024, 2048) if full else (256, 1024)) for kept in KEPT]
+
+
+def rows(data: Path, full: bool) -> list[list[Any]]:
+    found = []
+    for cell, result in finished(cells(full), data):
+        rate = rates(cell.size ** 2, result["seconds"])
+        found.append([cell.size ** 2, dict(cell.options)["kept"],
+                      *(rate[name] / 1e6 for name in ("scan", "blocks", "whole")),
+                      rate["over scan"], rate["over whole"]])
+    return found
+
+
+def draw(data: Path, out: Path, full: bool) -> None:
+    """Write out/reduction.csv, .md and .png."""
+    found = rows(data, full)
+    write_csv(out / "reduction.csv", HEADS, found)
+    shown = [[f"{row[0]:,}", *map(number, row[1:])] for row in found]
+    write_text(out / "reduction.md", (
+        "# Stream reduction by blocks\n\n"
+        "Roger et al. (2007) scan within blocks of 64 elements, send each block's line to its "
+        "place and search the block for what stands there; Horn (2005) scans the whole stream and "
+        "searches all of it. Beside them a scan of the flags alone, which the latter begins with. "
+        "Times were taken in turns in one process; medians.\n\n" + markdown_table(HEADS, shown)))
+    if not found:
+        return
+    figure, axis = plt.subplots(figsize=(7.2, 3.8))
+    names = [f"{row[0]:,}\n{row[1]:.0%} kept" for row in found]
+    for k, (label, colour) in enumerate((("scan alone", "#8c8c8c"), ("by blocks", "#2f6db3"),
+                                         ("whole stream", "#c98a1b"))):
+        axis.bar([i + 0.27 * (k - 1) for i in range(len(found))], [row[2 + k] for row in found],
+                 0.25, label=label, color=colour)
+    axis.set_xticks(range(len(found)), names, fontsize=7)
+    axis.set_ylabel("million elements a second")
+    axis.legend(fontsize=8, frameon=False)
+    axis.set_title("Stream reduction", fontsize=10)
+    figure.tight_layout(rect=(0, 0.05, 1, 1))
+    save_chart(figure, out / "reduction.png", "Elements before the reduction.")

@@ -1,0 +1,60 @@
+"""What stream reduction takes, by blocks and by the whole stream, beside a scan alone."""
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from gpgpu_rt.gl.algorithms.blocks import reduce_by_blocks
+from gpgpu_rt.gl.algorithms.compact import compact
+from gpgpu_rt.gl.algorithms.records import SORT_KEY, VALUES
+from gpgpu_rt.gl.algorithms.scan import scan
+from gpgpu_rt.gl.algorithms.streams import Stream, StreamRoom
+from gpgpu_rt.gl.context import open_gpu
+from gpgpu_rt.workers.machine import alone
+
+WARM_UPS = 1
+
+
+def measure(length: int, kept: float, runs: int) -> dict[str, list[float]]:
+    """Seconds of each run by name, taken in turns: "scan" of the flags alone, "blocks", "whole".
+
+    Parameters
+    ----------
+    length : elements
+    kept : share of them that is kept, at random
+    """
+    gpu = open_gpu()
+    flags = np.random.default_rng(length).random(length) < kept
+    with gpu, StreamRoom(gpu) as room:
+        items = room.stream(SORT_KEY, length, index=np.arange(length))
+        values = room.stream(VALUES, length, value=np.repeat(flags[:, None], 4, 1))
+        tasks: dict[str, Callable[[], Stream]] = {
+            "scan": lambda: scan(room, values),
+            "blocks": lambda: reduce_by_blocks(room, items, values),
+            "whole": lambda: compact(room, items, values)}
+        seconds: dict[str, list[float]] = {name: [] for name in tasks}
+        with alone():
+            for turn in range(WARM_UPS + runs):
+                for name, task in tasks.items():
+                    began = time.perf_counter()
+                    result = task()
+                    gpu.finish()
+                    took = time.perf_counter() - began
+                    if turn >= WARM_UPS:
+                        seconds[name].append(took)
+                    if name != "scan":
+                        assert (result.read()["index"] == np.flatnonzero(flags)).all()
+                    room.drop(result)
+    return seconds
+
+
+def rates(length: int, seconds: dict[str, list[float]]) -> dict[str, Any]:
+    """Elements a second by name, and the blocks' rate over the others', medians of the runs."""
+    median = {name: statistics.median(times) for name, times in seconds.items()}
+    return {**{name: length / took for name, took in median.items()},
+            "over scan": median["scan"] / median["blocks"],
+            "over whole": median["whole"] / median["blocks"]}

@@ -1,0 +1,67 @@
+"""What being literal costs: the three schedules, and steps a pass (survey, section 4.3)."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from ..framework.cell import Cell, timed_runs
+from ..framework.output import (
+    COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
+)
+from ..framework.results import read
+
+STEPS = (1, 4, 16, 64)
+METHODS = ("bvh-threaded", "kd-restart")
+
+
+def _cell(method: str, full: bool, **options: Any) -> Cell:
+    return Cell("bunny", method, tuple(options.items()), 512 if full else 256,
+                runs=timed_runs(full))
+
+
+def _cells_of(method: str, full: bool) -> dict[str, Cell]:
+    return {"loop": _cell(method, full, schedule="loop"),
+            **{f"step, K = {k}": _cell(method, full, schedule="step", steps_per_pass=k)
+               for k in reversed(STEPS)},
+            "kernels": _cell(method, full, schedule="kernels")}
+
+
+def cells(full: bool) -> list[Cell]:
+    return [cell for method in METHODS for cell in _cells_of(method, full).values()]
+
+
+def draw(data: Path, out: Path, full: bool) -> None:
+    """Write out/schedules.csv, .md and .png."""
+    rows, renderer = [], "?"
+    figure, axis = plt.subplots(figsize=(8, 4.8))
+    for method in METHODS:
+        results = {label: read(c, data) for label, c in _cells_of(method, full).items()}
+        loop = results["loop"]
+        if loop is None:
+            continue
+        renderer = loop["gpu"]["renderer"]
+        mine = [[method, label, r["median_ms"], r["median_ms"] / loop["median_ms"], r["wall_ms"],
+                 r["statistics"]["passes"], r["statistics"]["draw_calls"],
+                 r["statistics"]["queries"]] for label, r in results.items() if r is not None]
+        rows += mine
+        axis.plot([r[1] for r in mine], [r[3] for r in mine], "o-", color=COLOURS[method],
+                  label=method)
+        for row in mine:
+            axis.annotate(number(row[3], 2), (row[1], row[3]), fontsize=8, xytext=(0, 6),
+                          textcoords="offset points", ha="center")
+    heads = ("method", "schedule", "ms", "over loop", "ms arrays in to arrays out", "passes",
+             "draw calls", "queries")
+    write_csv(out / "schedules.csv", heads, rows)
+    size = 512 if full else 256
+    write_text(out / "schedules.md", f"# The three schedules\n\nbunny, {size}x{size} eye rays; "
+               f"renderer: {renderer}. `kernels` is how Purcell and Foley ran, `step` runs on "
+               "each ray the kernel it asks for, K times a pass, `loop` is Horn's single pass. "
+               "Every schedule gives the same hits.\n\n" + markdown_table(
+                   heads, [[number(v) if isinstance(v, float) else v for v in row]
+                           for row in rows]))
+    axis.set(yscale="log", ylabel="time over loop")
+    axis.legend(frameon=False)
+    axis.spines[["top", "right"]].set_visible(False)
+    figure.suptitle(f"Schedules: bunny, {size}x{size} eye rays", fontsize=11)
+    figure.tight_layout(rect=(0, 0.05, 1, 1))
+    save_chart(figure, out / "schedules.png", f"Renderer: {renderer}")

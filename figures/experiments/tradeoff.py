@@ -1,0 +1,185 @@
+"""Speed against accuracy: what precision, intersection test and intervals buy and cost."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import gpgpu_rt as rt
+from gpgpu_rt.accuracy.candidates import option_table, precisions
+from gpgpu_rt.accuracy.known_rays import WRONG
+
+from ..framework.cell import Cell
+from ..framework.output import (
+    COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
+)
+from ..framework.results import finished
+from ..framework.works import picture_size
+
+SCENES = ("bunny", "cornell")
+# All options of these; of the others precision alone, half floats where it must be quick (packets
+# compute as their rays would alone, and take seconds to compile).
+DETAIL = ("kd-restart", "bvh-threaded")
+# These have a quarter of the rays, as methods that run in passes alone have, and on the bunny full
+# precision alone: minutes in any other.
+SLOW = ("ray-classification", "visibility-field")
+MARKERS = {"fp32": "o", "fp24": "s", "fp16": "^"}
+
+
+def scenes(full: bool) -> tuple[str, ...]:
+    """The scenes of the figure, one where it must be quick."""
+    return SCENES if full else SCENES[:1]
+
+
+def _options(row: rt.Method, scene: str, full: bool) -> list[dict[str, Any]]:
+    """What is measured of a method: every precision, and every other value of what may lose hits,
+    in full precision. The slowest have full precision alone on the first scene; where it must be
+    quick, packets as well, and most of the others that and half floats."""
+    table = option_table(row.name)
+    found: list[dict[str, Any]] = [{}]
+    if row.name in SLOW and scene == SCENES[0]:
+        return found
+    brief = not full and row.name not in DETAIL
+    found += [{"precision": word} for word in precisions(row.name)
+              if word != "fp32" and (not brief or word == "fp16" and not row.packet)]
+    if brief:
+        return found
+    for name, option in table.items():
+        values = option.choices if name == "intersection" else option.relaxed
+        found += [{name: value} for value in values or () if value != option.default]
+    return found
+
+
+def cells_of(scene: str, full: bool) -> list[Cell]:
+    """The cells of one scene. ``brute-force`` would take minutes and hits what the grid hits; so
+    would, on the bunny, a method that runs in passes alone."""
+    found = []
+    for row in rt.methods():
+        if row.name == "brute-force" or (scene == SCENES[0] and "loop" not in row.schedules):
+            continue
+        slow = row.name in SLOW or "loop" not in row.schedules
+        size = (192 if full else 64) // (2 if slow else 1)
+        runs = 1 if slow and not full else 3
+        found += [Cell(scene, row.name, tuple(options.items()), size, "accuracy", runs)
+                  for options in _options(row, scene, full)]
+    return found
+
+
+def cells(full: bool) -> list[Cell]:
+    return [cell for scene in scenes(full) for cell in cells_of(scene, full)]
+
+
+def pareto(points: Sequence[tuple[float, float]]) -> list[int]:
+    """Indices of the (rate, error) that no other one beats in both, by falling rate."""
+    order = sorted(range(len(points)), key=lambda i: (-points[i][0], points[i][1]))
+    kept: list[int] = []
+    for i in order:
+        if not kept or points[i][1] < points[kept[-1]][1]:
+            kept.append(i)
+    return kept
+
+
+def draw(data: Path, out: Path, full: bool) -> None:
+    """Write out/tradeoff.csv, .md and .png."""
+    rows, renderer, stand_ins, on_front = [], "?", [], []
+    figure, axes = plt.subplots(2, len(scenes(full)), squeeze=False,
+                                figsize=(1.5 + 5.6 * len(scenes(full)), 8.4))
+    for column, scene in enumerate(scenes(full)):
+        results = [result for _, result in finished(cells_of(scene, full), data)]
+        if not results:
+            continue
+        renderer = results[0]["gpu"]["renderer"]
+        if results[0]["scene"]["stand_in"]:
+            stand_ins.append(f"{scene} is a procedural stand-in for "
+                             f"{results[0]['scene']['stand_in']}.")
+        mine = [_row(scene, r["accuracy"]) for r in results]
+        rows += mine
+        front = pareto([(row["rays_per_second"], row["upper_95"]) for row in mine])
+        on_front += [f"{scene}: " + ", ".join(_label(mine[i]) for i in front)]
+        _plot(axes[0][column], mine, "drawn_wrong", front)
+        _plot(axes[1][column], [row for row in mine if row["t_error_999"] is not None],
+              "t_error_999", [])
+        axes[0][column].set_title(scene, fontsize=10)
+    heads = list(rows[0]) if rows else []
+    write_csv(out / "tradeoff.csv", heads, [list(row.values()) for row in rows])
+    write_text(out / "tradeoff.md", _page(rows, renderer, stand_ins, on_front, full))
+    axes[0][0].set_ylabel("share of rays with a wrong hit or miss (log)")
+    axes[1][0].set_ylabel("relative error of t, 99.9 % of right hits (log)")
+    handles = [plt.Line2D([], [], marker=marker, linestyle="", color="#555555", label=word)
+               for word, marker in MARKERS.items()]
+    handles += [plt.Line2D([], [], marker="o", linestyle="", color="#555555", fillstyle="none",
+                           label="none wrong: 95 % bound")]
+    handles += [plt.Line2D([], [], marker="o", linestyle="", label=row.name,
+                           color=COLOURS.get(row.name, "#555555"))
+                for row in rt.methods() if row.name in {one["method"] for one in rows}]
+    columns = 5 if full else 4
+    figure.legend(handles=handles, frameon=False, fontsize=8, ncols=columns, loc="lower center",
+                  bbox_to_anchor=(0.5, 0.02))
+    figure.suptitle("Speed against accuracy", fontsize=11)
+    lines = -(-len(handles) // columns)
+    figure.tight_layout(rect=(0, 0.03 + 0.02 * lines, 1, 1))
+    save_chart(figure, out / "tradeoff.png", f"Renderer: {renderer}. " + " ".join(stand_ins))
+
+
+def _row(scene: str, found: dict[str, Any]) -> dict[str, Any]:
+    score, image = found["all"], found["image"] or {}
+    options = {name: value for name, value in found["options"].items()
+               if name not in ("precision", "step_cap")}
+    return {"scene": scene, "method": found["method"], "precision": found["precision"],
+            "options": " ".join(f"{k}={v}" for k, v in options.items()), "rays": score["rays"],
+            **{name.replace(" ", "_"): score["counts"][name] for name in WRONG},
+            "wrong_share": score["wrong_share"], "upper_95": score["upper_95"],
+            "drawn_wrong": score["wrong_share"] or score["upper_95"],
+            "t_error_999": (score["t_error"] or {}).get("99.9 %"),
+            "t_ulps_999": (score["t_ulps"] or {}).get("99.9 %"), "rmse": image.get("rmse"),
+            "flip": image.get("flip"), "rays_per_second": score["rays_per_second"],
+            "texture_bytes": found["texture_bytes"]}
+
+
+def _label(row: dict[str, Any]) -> str:
+    return " ".join(filter(None, (row["method"], row["precision"], row["options"])))
+
+
+def _plot(axis: Any, rows: list[dict[str, Any]], key: str, front: list[int]) -> None:
+    for row in rows:
+        none_wrong = key == "drawn_wrong" and not row["wrong_share"]
+        axis.plot(row["rays_per_second"] / 1e6, max(row[key], 1e-9),
+                  MARKERS.get(row["precision"], "D"), color=COLOURS.get(row["method"], "#555555"),
+                  fillstyle="none" if none_wrong else "full", markersize=6)
+    # What differs from the default is written once, at the fastest method that has it.
+    fastest = {row["options"]: row for row in sorted(rows, key=lambda r: r["rays_per_second"])}
+    for at, (options, row) in enumerate(fastest.items()):
+        if options:
+            axis.annotate(options.split("=")[-1],
+                          (row["rays_per_second"] / 1e6, max(row[key], 1e-9)), fontsize=6,
+                          xytext=(6, 5 * (at % 3) - 5), textcoords="offset points",
+                          color="#444444")
+    steps = sorted((rows[i]["rays_per_second"] / 1e6, rows[i][key]) for i in front)
+    axis.plot([x for x, _ in steps], [y for _, y in steps], "-", color="#bbbbbb", zorder=0)
+    axis.set(xscale="log", yscale="log", xlabel="million rays a second (log)")
+    axis.margins(x=0.15)
+    axis.spines[["top", "right"]].set_visible(False)
+
+
+def _page(rows: list[dict[str, Any]], renderer: str, stand_ins: list[str],
+          on_front: list[str], full: bool) -> str:
+    heads = ("scene", "method", "precision", "options", "rays", *WRONG, "wrong share",
+             "at most (95 %)", "t error 99.9 %", "RMSE", "FLIP", "Mrays/s", "MB")
+    table = [[row["scene"], row["method"], row["precision"], row["options"] or "-",
+              f"{row['rays']:,}", *(row[name.replace(" ", "_")] for name in WRONG),
+              number(row["wrong_share"], 2), number(row["upper_95"], 2),
+              number(row["t_error_999"], 2), number(row["rmse"], 2), number(row["flip"], 2),
+              number(row["rays_per_second"] / 1e6), number(row["texture_bytes"] / 1e6)]
+             for row in rows]
+    picture = picture_size(next(iter(cells(full))).size)
+    parts = ["# Speed against accuracy\n", f"Renderer: {renderer}. Eye, random, vertex-aimed and "
+             "edge-aimed rays in equal shares, against the float64 reference; RMSE and FLIP are "
+             f"of a picture, {picture} pixels a side. A share of zero is "
+             "drawn hollow, at its upper 95 % confidence bound. Rays that a step cap stopped "
+             "count as unfinished." + ("" if full else " FULL=1 measures low precision of "
+                                       + ", ".join(SLOW) + " and packets too, which takes "
+                                       "minutes, and fp24 and the options of every method."),
+             *stand_ins, "", markdown_table(heads, table),
+             "Not beaten in both rate and the bound on the wrong share:\n",
+             "\n".join(f"* {line}" for line in on_front), ""]
+    return "\n".join(parts)

@@ -1,0 +1,43 @@
+"""What it takes a method to follow triangles that moved: building, and `Tracer.update`."""
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+import gpgpu_rt as rt
+from gpgpu_rt.accel.cache import uncached
+from gpgpu_rt.workers.machine import alone
+
+SWAY = 0.01    # how far a corner goes at most, over the scene's diagonal
+
+
+def measure(scene: rt.Scene, method: str, options: Mapping[str, Any], runs: int) -> dict[str, Any]:
+    """Seconds of the first build and of updates, each of which moves all corners.
+
+    Returns
+    -------
+    build, update : float, the latter a median
+    rebuilt : bool, whether the last update built the structure anew
+    size : float, bytes of all tables
+    tables : list of str, their records
+    """
+    still = scene.triangles
+    diagonal = float(np.linalg.norm(np.ptp(still.reshape(-1, 3), axis=0)))
+    seconds = []
+    with alone(), uncached(), rt.Tracer(scene, method, **options) as tracer:
+        build = tracer.statistics.build_seconds
+        for turn in range(1, runs + 1):
+            # A wave through space: corners that coincide move alike.
+            wave = np.sin(turn + 9 * still[..., ::-1] / diagonal)
+            moved = still + np.float32(SWAY * diagonal / np.sqrt(3)) * wave
+            began = time.perf_counter()
+            tracer.update(moved.astype(np.float32))
+            seconds.append(time.perf_counter() - began)
+        return {"build": build, "update": statistics.median(seconds),
+                "rebuilt": bool(tracer.statistics.rebuilt),
+                "size": sum(tracer.statistics.table_bytes.values()),
+                "tables": list(tracer.statistics.table_bytes)}

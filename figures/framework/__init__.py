@@ -1,0 +1,1 @@
+"""What figures are made with: cells, measuring, comparison, verdicts and pages."""

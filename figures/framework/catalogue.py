@@ -1,0 +1,74 @@
+"""Catalogue: every figure and table there is, the survey's own and those beyond it."""
+from __future__ import annotations
+
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import Any
+
+from .. import experiments, survey
+
+# A figure's name -> its title. Its module lies in ``survey/``, where its name begins with the
+# figure's, or in ``experiments/``.
+FIGURES = {
+    "fig01": "Figure 1: reflections, soft shadows, refraction",
+    "fig02": "Figure 2: the shader pipeline, as a pass of this program goes through it",
+    "fig03": "Figure 3: a pass as stream processing",
+    "fig04": "Figure 4: the organisation of the Ray Engine",
+    "fig05": "Figure 5: a picture by the Ray Engine, and where the time goes",
+    "fig06": "Figure 6: ray tracing in a grid as streams and kernels",
+    "fig07": "Figure 7: a picture by the grid with proximity clouds",
+    "fig08": "Figure 8: a teapot in a stadium",
+    "fig09": "Figure 9: a kd-tree, and its nodes",
+    "fig10": "Figure 10: the traversal of a kd-tree, step by step",
+    "fig11": "Figure 11: kd-restart against kd-backtrack",
+    "fig12": "Figure 12: eye rays by brute force, grid and kd-trees",
+    "fig13": "Figure 13: restart, packets, push-down, short stack",
+    "fig14": "Figure 14: mirrors upon mirrors, with and without packets",
+    "fig15": "Figure 15: a kd-tree with ropes",
+    "fig16": "Figure 16: ropes for single rays and packets",
+    "fig17": "Figure 17: what ropes add to a kd-tree's size",
+    "fig18": "Figure 18: a bounding volume hierarchy of boxes",
+    "fig19": "Figure 19: the same hierarchy, threaded",
+    "fig20": "Figure 20: whole images by grid, kd-trees and threaded BVHs",
+    "fig21": "Figure 21: a geometry image, and the pyramids over it",
+    "fig22": "Figure 22: packets over a BVH and along ropes, to very large scenes",
+    "fig23": "Figure 23: the hierarchical ray engine, tiles of rays against triangles",
+    "fig24": "Figure 24: the hierarchy of cones over rays",
+    "fig25": "Figure 25: the traversal of a ray hierarchy",
+    "fig26": "Figure 26: every method at 10,000 triangles, relative to the Ray Engine",
+    "table1": "Table 1: what the methods are, and do",
+    "cpu": "Ray tracing on the CPU: rays a second, and a GFLOP (section 4.2)",
+    "entry_points": "Entry points and rasterised bounds",
+    "period": "Period hardware: predicted against published",
+    "retention": "Data retention: bytes that no pass keeps for the next",
+    "simd_width": "Wide SIMD: what rays that branch alike make each other wait",
+    "stacks": "Stack against stackless: rays in flight that fit",
+    "ideal_hardware": "Hardware for rays: triangle and traversal units, explicit transfers",
+    "ray_sorting": "Ray sorting: its price, what it buys, and how alike rays are",
+    "rasterised": "First hits from the rasteriser: what their proof costs",
+    "refraction": "Refraction by two passes of the rasteriser, beside the truth",
+    "caustics": "Caustics mapping, beside traced photons",
+    "ray_bundles": "Ray bundles by peeled projections, beside traced ones and the path tracer",
+    "frames": "Time a frame of moving scenes: refitted, rebuilt, and kd-trees",
+    "needs": "What a scene needs: renderers derived from ten scenes, beside one for all",
+    "path_noise": "Path tracing: what is off after how many samples, Sobol' and random",
+    "reduction": "Stream reduction by blocks, beside a scan",
+    "ray_space": "Tables over rays: ray classification and the visibility field",
+    "schedules": "The three schedules: what being literal costs",
+    "extremes": "The extremes: what is wrong where, and how each method ends",
+    "tradeoff": "Speed against accuracy: precision, intersection tests, intervals",
+}
+
+
+def figure_of(name: str) -> Any:
+    """What has ``cells(full)`` to measure and ``draw(data, out, full)``."""
+    folder = survey if of_survey(name) else experiments
+    found = next(module.name for module in iter_modules(folder.__path__)
+                 if module.name == name or of_survey(name) and module.name.startswith(name + "_"))
+    module = import_module(f"{folder.__name__}.{found}")
+    return getattr(module, "FIGURE", module)
+
+
+def of_survey(name: str) -> bool:
+    """Whether it is one of the survey's own figures and tables."""
+    return name.startswith(("fig", "table"))

@@ -1,0 +1,255 @@
+"""A table of times by scene and method beside the published one: the form of Figures 12, 13, 16
+and 20."""
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from gpgpu_rt.text_format import titled
+
+from . import verdicts
+from .cell import Cell
+from .kendall import tau_b
+from .output import COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
+from .published_numbers import nanoseconds, published_row, published_triangles
+from .results import read
+
+LOW = 0.8    # tau-b below this is explained
+TIE = 1.05   # published numbers this near are ties
+
+
+@dataclass(frozen=True)
+class Panel:
+    """A column of the survey's table and a part of ours: a scene and what is traced there, in
+    the words of the published numbers."""
+
+    scene: str
+    rays: str | None = None   # None where a figure has one kind
+
+    @property
+    def label(self) -> str:
+        return self.scene if self.rays is None else f"{self.scene}, {self.rays}"
+
+
+@dataclass(frozen=True)
+class Column:
+    """A method of the table, and what the published numbers call it."""
+
+    label: str
+    method: str
+    options: tuple[tuple[str, Any], ...] = ()
+    published_options: str = ""
+    published_method: str | None = None   # where theirs is another one: tau-b leaves it out
+    only: str | None = None               # the one kind of rays it traces
+    skips: tuple[str, ...] = ()           # scenes it is not measured on
+
+
+Results = dict[tuple[Panel, str], dict[str, Any]]   # by panel and a column's label
+Rows = dict[Panel, list[dict[str, Any]]]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A figure: its panels, its columns and how a cell is measured.
+
+    ``cell`` makes the cell of (panel, column, full size or quick); ``remarks`` says in sentences
+    what the measured results show.
+    """
+
+    name: str
+    title: str
+    source: str
+    panels: tuple[Panel, ...]
+    columns: tuple[Column, ...]
+    cell: Callable[[Panel, Column, bool], Cell]
+    notes: tuple[str, ...]
+    remarks: Callable[[Results], list[str]] = lambda results: []
+    full_only: tuple[str, ...] = ()       # scenes that the quick size leaves out
+
+    def pairs(self, full: bool) -> list[tuple[Panel, Column]]:
+        """What is measured: the columns of every panel."""
+        return [(panel, column) for panel in self.panels for column in self.columns
+                if column.only in (None, panel.rays) and panel.scene not in column.skips
+                and (full or panel.scene not in self.full_only)]
+
+    def cells(self, full: bool) -> list[Cell]:
+        return [self.cell(panel, column, full) for panel, column in self.pairs(full)]
+
+    def draw(self, data: Path, out: Path, full: bool) -> None:
+        """Write out/NAME.csv, .md and .png from the measured cells."""
+        results = self._results(data, full)
+        rows: Rows = {}
+        for panel, column in self.pairs(full):
+            if (panel, column.label) in results:
+                rows.setdefault(panel, []).append(
+                    self._row(panel, column, results[panel, column.label]))
+        taus = {panel: self._tau(panel, results) for panel in rows}
+        flat = [row for chosen in rows.values() for row in chosen]
+        heads = list(flat[0]) if flat else []
+        write_csv(out / f"{self.name}.csv", heads, [list(row.values()) for row in flat])
+        write_text(out / f"{self.name}.md", self._markdown(rows, taus, results))
+        if rows:
+            self._chart(rows, taus, out, results)
+
+    def judge(self, data: Path, full: bool) -> verdicts.Verdict:
+        """Whether order and ratios of the methods are the published ones."""
+        results = self._results(data, full)
+        groups, stand_ins = {}, []
+        for panel in dict.fromkeys(panel for panel, _ in results):
+            ordered = self._ordered(panel, results)
+            groups[panel.label] = ([ours["ns_per_ray"] for _, ours, _ in ordered],
+                                   [theirs for _, _, theirs in ordered])
+            if any(ours["scene"]["stand_in"] for _, ours, _ in ordered):
+                stand_ins.append(panel.label)
+        return verdicts.of_groups(groups, stand_ins)
+
+    def _results(self, data: Path, full: bool) -> Results:
+        """What is measured of it."""
+        found = {(panel, column.label): read(self.cell(panel, column, full), data)
+                 for panel, column in self.pairs(full)}
+        return {key: result for key, result in found.items() if result is not None}
+
+    def _published(self, panel: Panel, column: Column) -> dict[str, str] | None:
+        return published_row(self.name, panel.scene, column.published_method or column.method,
+                             column.published_options, panel.rays)
+
+    def _row(self, panel: Panel, column: Column, result: dict[str, Any]) -> dict[str, Any]:
+        theirs = self._published(panel, column)
+        counters = result["counters"]
+        return {"scene": panel.scene, "rays": panel.rays,
+                "triangles": result["scene"]["triangles"],
+                "stand_in": bool(result["scene"]["stand_in"]), "method": column.label,
+                "size": result["settings"]["size"], "median_ms": result["median_ms"],
+                "ns_per_ray": result["ns_per_ray"],
+                "published": None if theirs is None else float(theirs["value"]),
+                "published_unit": None if theirs is None else theirs["unit"],
+                "published_ns_per_ray": nanoseconds(theirs),
+                **{name: counters.get(name) for name in ("steps", "nodes_visited",
+                                                         "triangles_tested")},
+                "passes": result["statistics"].get("passes")}
+
+    def _ordered(self, panel: Panel, results: Results
+                 ) -> list[tuple[Column, dict[str, Any], float]]:
+        """What tau-b orders: columns, our results and the published nanoseconds."""
+        found = [(column, results.get((panel, column.label)),
+                  nanoseconds(self._published(panel, column)))
+                 for column in self.columns if column.published_method is None]
+        return [(c, ours, theirs) for c, ours, theirs in found if ours and theirs]
+
+    def _tau(self, panel: Panel, results: Results) -> float:
+        ordered = self._ordered(panel, results)
+        return tau_b([ours["ns_per_ray"] for _, ours, _ in ordered],
+                     [theirs for _, _, theirs in ordered])
+
+    def _explained(self, panel: Panel, results: Results) -> list[str]:
+        """Pairs of methods that stand in the other order here than published, with what each
+        does for a ray: sentences, the pair that the paper sets furthest apart first."""
+        pairs = []
+        ordered = self._ordered(panel, results)
+        for one, ours, theirs in ordered:
+            for other, others, their_others in ordered:
+                ratio = others["ns_per_ray"] / ours["ns_per_ray"]
+                if ratio > 1 and their_others / theirs < 1 / TIE:
+                    pairs.append((their_others / theirs, ratio, one.label, other.label, ours,
+                                  others))
+        return [f"{one} takes 1/{number(ratio)} of the time of {other} here, {number(1 / theirs)} "
+                f"times it in the paper: {_work(one, ours)} against {_work(other, others)}."
+                for theirs, ratio, one, other, ours, others in sorted(pairs, key=lambda p: p[0])]
+
+    def _differences(self, results: Results) -> list[str]:
+        """What is not as it was published, in sentences."""
+        first = next(iter(results.values()), None)
+        lines = [] if first is None else [
+            f"Renderer: {first['gpu']['renderer']} ({first['gpu']['backend']}), measured "
+            f"{first['date']}; published: {self.source}. Compare orders and ratios within a "
+            "scene, not absolute numbers."]
+        lines.append("Cameras are ours: the papers' are not published.")
+        scenes = {panel.scene: result["scene"] for (panel, _), result in results.items()}
+        for scene, about in scenes.items():
+            count = published_triangles(self.name, scene)
+            if about["stand_in"]:
+                lines.append(f"{scene} is a procedural stand-in for {about['stand_in']}.")
+            elif count is not None and count != about["triangles"]:
+                lines.append(f"{scene} has {about['triangles']:,} triangles here, {count:,} "
+                             "in the paper: another edition of the model.")
+        return lines + list(self.notes)
+
+    def _markdown(self, rows: Rows, taus: dict[Panel, float], results: Results) -> str:
+        parts = [f"# {self.title}\n"]
+        for panel, chosen in rows.items():
+            best = min(row["ns_per_ray"] for row in chosen)
+            theirs = [row for row in chosen if row["published"] is not None]
+            their_best = min((row["published_ns_per_ray"] for row in theirs), default=1.0)
+            unit = theirs[0]["published_unit"] if theirs else ""
+            table = [[row["method"], f"{row['size']}x{row['size']}", number(row["median_ms"]),
+                      number(row["ns_per_ray"]), number(row["ns_per_ray"] / best),
+                      number(row["published"], 4), "-" if row["published"] is None
+                      else number(row["published_ns_per_ray"] / their_best),
+                      *(number(row[name]) for name in ("steps", "nodes_visited",
+                                                       "triangles_tested")),
+                      row["passes"] or "-"] for row in chosen]
+            title = titled(panel.label, chosen[0]["stand_in"])
+            parts.append(f"## {title}, {chosen[0]['triangles']:,} triangles: tau-b "
+                         f"{number(taus[panel], 2)}\n")
+            parts.append(markdown_table(
+                ("method", "rays", "ms", "ns a ray", "time over fastest", f"published {unit}",
+                 "published time over fastest", "steps a ray", "nodes a ray", "triangles a ray",
+                 "passes"), table))
+            explained = self._explained(panel, results) if taus[panel] < LOW else []
+            if explained:
+                parts.append("Where the order differs:\n\n" + "\n".join(
+                    f"* {line}" for line in explained) + "\n")
+        parts.append("tau-b: how far our order of the methods agrees with the published one, 1 "
+                     "the same, -1 reversed; published numbers within 5 % count as ties.\n")
+        for head, lines in (("What the counters show", self.remarks(results)),
+                            ("What differs", self._differences(results))):
+            if lines:
+                parts.append(f"{head}:\n\n" + "\n".join(f"* {line}" for line in lines) + "\n")
+        return "\n".join(parts)
+
+    def _chart(self, rows: Rows, taus: dict[Panel, float], out: Path, results: Results) -> None:
+        kinds = list(dict.fromkeys(panel.rays for panel in rows))
+        wide = max(sum(panel.rays == kind for panel in rows) for kind in kinds)
+        figure, axes = plt.subplots(len(kinds), wide, squeeze=False,
+                                    figsize=(3.3 * wide, 1.2 + 4.4 * len(kinds)))
+        free = {kind: list(row) for kind, row in zip(kinds, axes)}
+        for panel, chosen in rows.items():
+            _bars(free[panel.rays].pop(0), panel, chosen, taus[panel])
+        for axis in sum(free.values(), []):
+            axis.remove()
+        for axis in axes[:, 0]:
+            axis.set_ylabel("nanoseconds a ray (log)")
+        figure.suptitle(f"{self.title}\nplain: measured here; hatched: published", fontsize=11)
+        figure.tight_layout(rect=(0, 0.07 / len(kinds), 1, 1))
+        save_chart(figure, out / f"{self.name}.png", "  ".join(self._differences(results)[:2]))
+
+
+def _bars(axis: Any, panel: Panel, chosen: list[dict[str, Any]], tau: float) -> None:
+    """One panel: for each method our time and the published one."""
+    for at, row in enumerate(chosen):
+        colour = COLOURS.get(row["method"], "#555555")
+        pairs = ((at - 0.2, row["ns_per_ray"], {}),
+                 (at + 0.2, row["published_ns_per_ray"], {"hatch": "///", "alpha": 0.45}))
+        for x, height, style in pairs:
+            if height is not None:
+                axis.bar(x, height, 0.38, color=colour, edgecolor="white", **style)
+                axis.annotate(number(height), (x, height), ha="center", va="bottom",
+                              fontsize=6.5, rotation=90, xytext=(0, 2),
+                              textcoords="offset points")
+    axis.set_yscale("log")
+    axis.margins(y=0.22)
+    axis.set_xticks(range(len(chosen)),
+                    [row["method"].replace("bvh-threaded ", "bvh\n") for row in chosen],
+                    rotation=35, ha="right", fontsize=8)
+    kind = "\n(stand-in)" if chosen[0]["stand_in"] else "\n"
+    axis.set_title(f"{panel.label}{kind} tau-b {number(tau, 2)}", fontsize=10)
+    axis.spines[["top", "right"]].set_visible(False)
+
+
+def _work(label: str, result: dict[str, Any]) -> str:
+    """What a method does for a ray, in words."""
+    counters = result["counters"]
+    return (f"{label} visits {number(counters['nodes_visited'])} nodes and tests "
+            f"{number(counters['triangles_tested'])} triangles a ray")

@@ -1,0 +1,124 @@
+"""Measuring: runs cells and keeps each as a JSON file; figures only read those.
+
+A cell that was finished with the same settings on the same renderer is not measured again.
+"""
+from __future__ import annotations
+
+import datetime
+import json
+import os
+import sys
+import time
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from gpgpu_rt.bench.workloads import load
+from gpgpu_rt.disk.files import replacing
+from gpgpu_rt.gl.context import is_software, open_gpu
+from gpgpu_rt.hardware.compiler import check_countable
+from gpgpu_rt.hardware.program import NotCountable
+from gpgpu_rt.threads import cores
+from gpgpu_rt.workers import Workers
+from gpgpu_rt.workers.machine import helped, taken
+
+from . import sweep
+from .aside import Aside, Result, worth_workers
+from .cell import Cell
+from .results import LEFT_OUT, commit, left_out, read, settings
+from .works import work_of
+
+
+def measure(cells: Iterable[Cell], data: Path, again: bool = False,
+            workers: Workers | None = None) -> None:
+    """Measure every cell that is not finished, each written when it is done: interrupting loses
+    those that run. By ``workers``; or without, what is timed in this process, and beside it the
+    rest by a process for each other core, where there is enough of it. A line says which cells
+    are left out as this machine does not count instructions."""
+    data.mkdir(parents=True, exist_ok=True)
+    todo = [cell for cell in dict.fromkeys(cells) if again or read(cell, data) is None]
+    with tqdm(total=len(todo), unit="cell", dynamic_ncols=True) as progress:
+        for cell, result in _results(todo, workers, progress):
+            progress.set_description(_words(cell))
+            _write(cell, result, data)
+            progress.update()
+    for reason, count in left_out(todo, data).items():
+        print(f"figures: {count} of {len(todo)} cells left out: {reason}", file=sys.stderr)
+
+
+def _results(todo: list[Cell], workers: Workers | None,
+             progress: tqdm) -> Iterator[tuple[Cell, Result]]:
+    rest = [cell for cell in todo if not work_of(cell).timed]
+    if workers is not None:
+        if todo:
+            yield from sweep.results(todo, workers, measured)
+    elif not worth_workers(len(rest)):
+        with taken(lambda: _say_waiting(progress)):
+            yield from _here(todo, progress)
+    else:
+        os.environ.setdefault("MESA_DISK_CACHE_MULTI_FILE", "1")     # `helped` says why
+        timed = [cell for cell in todo if work_of(cell).timed]
+        with Workers(count=min(cores() - 1, len(rest))) as them, helped(
+                them.processes), taken(lambda: _say_waiting(progress)):
+            yield from _beside(Aside(sweep.by_scene(rest), them, measured), timed, progress)
+
+
+def _beside(aside: Aside, timed: list[Cell],
+            progress: tqdm) -> Iterator[tuple[Cell, Result]]:
+    """Cells that are timed here, and the others, which are measured meanwhile."""
+    others = iter(aside.take, None)
+    order = (timed, others) if is_software(open_gpu().renderer) else (others, timed)
+    for cells in order:
+        for found in _here(cells, progress):
+            yield found
+            yield from aside.done()
+        if cells is others:
+            yield from aside.done(wait=True)
+
+
+def _say_waiting(progress: tqdm) -> None:
+    progress.set_description("waiting: another process times something on this machine")
+
+
+def _here(cells: Iterable[Cell], progress: tqdm) -> Iterator[tuple[Cell, Result]]:
+    for cell in cells:
+        progress.set_description(_words(cell))
+        yield cell, measured(cell)
+
+
+def measured(cell: Cell) -> Result:
+    """What `run` finds, and the seconds of processor time that this process spent on it."""
+    began = time.process_time()
+    result = run(cell)
+    result["processor_seconds"] = time.process_time() - began
+    return result
+
+
+def _write(cell: Cell, result: dict[str, Any], data: Path) -> None:
+    with replacing(data / cell.name) as path:
+        path.write_text(json.dumps(result, indent=1, default=str))
+
+
+def _words(cell: Cell) -> str:
+    return " ".join((cell.scene, cell.method, *(f"{k}={v}" for k, v in cell.options)))
+
+
+def run(cell: Cell) -> dict[str, Any]:
+    """Measure one cell: of what, on what, when, and what was found; or why it is left out."""
+    work = work_of(cell)
+    try:
+        if work.counted:
+            check_countable()    # before anything is traced for it
+        found = work.measure(cell, cell.work.removeprefix(work.name))
+    except NotCountable as reason:
+        found = {LEFT_OUT: " ".join(str(reason).split())}
+    heading = {"settings": settings(cell), "gpu": open_gpu().info(), "commit": commit(),
+               "date": datetime.date.today().isoformat()}
+    if work.catalogued:
+        scene = load(cell.scene)
+        heading["scene"] = {"name": scene.name, "triangles": len(scene),
+                            "stand_in": scene.stand_in, "file": Path(scene.source).name,
+                            "camera": scene.camera.to_dict()}
+    return {**heading, **found}

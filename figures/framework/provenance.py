@@ -1,0 +1,77 @@
+"""Where a figure's numbers come from: a JSON file beside its page, with renderer and commit.
+
+``out/NAME.json`` is written when the page is drawn. It holds the table under the figure, its
+verdict, and the cells it was made of: file, settings, renderer, commit and date of each. Diagrams
+have no cells; what they show was read from passes that ran when they were drawn, and the file says
+on what.
+"""
+from __future__ import annotations
+
+import csv
+import datetime
+import importlib.metadata
+import json
+from collections.abc import Iterable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from gpgpu_rt.disk.files import read_json, replacing
+from gpgpu_rt.gl.context import open_gpu
+
+from .cell import Cell
+from .results import commit, finished
+from .verdicts import Verdict
+
+
+def sources(cells: Iterable[Cell], data: Path) -> list[dict[str, Any]]:
+    """Of each finished cell: its file, and what it was measured with."""
+    return [{"file": cell.name, "settings": result["settings"],
+             "renderer": result.get("gpu", {}).get("renderer"),
+             "commit": result.get("commit"), "date": result.get("date"),
+             "processor_seconds": result.get("processor_seconds")}
+            for cell, result in finished(cells, data)]
+
+
+def record(name: str, cells: Iterable[Cell], data: Path, out: Path, full: bool,
+           judged: Verdict | None = None) -> None:
+    """Write out/NAME.json for a page that was drawn; ``judged`` is what came of it."""
+    table = out / f"{name}.csv"
+    rows: list[dict[str, str]] = []
+    if table.exists():
+        with table.open(newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+    held = {"figure": name, "size": "full" if full else "quick",
+            "drawn": {"renderer": open_gpu().renderer, "commit": commit(),
+                      "date": datetime.date.today().isoformat(),
+                      "version": importlib.metadata.version("gpgpu_rt")},
+            "verdict": judged and asdict(judged), "cells": sources(cells, data), "rows": rows}
+    with replacing(out / f"{name}.json") as path:
+        path.write_text(json.dumps(held, indent=1))
+
+
+def held(name: str, out: Path) -> dict[str, Any] | None:
+    """What out/NAME.json holds; None where no such page was drawn."""
+    try:
+        found = read_json(out / f"{name}.json")
+    except (OSError, ValueError):
+        return None
+    whole = isinstance(found, dict) and "verdict" in found and (out / f"{name}.md").exists()
+    return found if whole else None
+
+
+def spent(pages: Iterable[dict[str, Any]]) -> tuple[float, int]:
+    """Processor seconds of measuring what pages were made of, each cell once; and of how many
+    cells nothing is known: a version measured them that did not say."""
+    said = {cell["file"]: cell["processor_seconds"] for page in pages for cell in page["cells"]}
+    return (sum(seconds for seconds in said.values() if seconds is not None),
+            sum(seconds is None for seconds in said.values()))
+
+
+def summary(held: dict[str, Any]) -> str:
+    """One line: how many cells, of which commits, renderers and days."""
+    cells = held["cells"] or [held["drawn"]]
+    words = [", ".join(sorted({str(cell[key]) for cell in cells}))
+             for key in ("renderer", "commit", "date")]
+    count = f"{len(held['cells'])} cells" if held["cells"] else "drawn from passes as they ran"
+    return f"{count}; {words[0]}; commit {words[1]}; {words[2]}"

@@ -1,0 +1,68 @@
+"""Results: a JSON file a finished cell, read where its settings are those asked for."""
+from __future__ import annotations
+
+import functools
+import importlib.metadata
+import json
+import subprocess
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from gpgpu_rt.disk.files import read_json
+from gpgpu_rt.gl.context import open_gpu
+
+from .cell import Cell
+from .works import work_of
+
+LEFT_OUT = "left out"     # the key of the reason in the file of a cell that could not be measured
+
+
+def settings(cell: Cell) -> dict[str, Any]:
+    """What must be equal for a finished cell to count."""
+    return {**asdict(cell), "options": dict(cell.options), "renderer": open_gpu().renderer,
+            "scene_sha256": work_of(cell).digest(cell),
+            "version": importlib.metadata.version("gpgpu_rt")}
+
+
+def as_kept(found: dict[str, Any]) -> dict[str, Any]:
+    """As it comes back from a JSON file."""
+    return json.loads(json.dumps(found))
+
+
+def read(cell: Cell, data: Path) -> dict[str, Any] | None:
+    """A finished cell, or None: not there, left out, damaged, or of other settings."""
+    result = _held(cell, data)
+    return None if result is None or LEFT_OUT in result else result
+
+
+def left_out(cells: Iterable[Cell], data: Path) -> dict[str, int]:
+    """Why cells could not be measured here -> how many."""
+    held = (_held(cell, data) for cell in dict.fromkeys(cells))
+    return Counter(result[LEFT_OUT] for result in held if result and LEFT_OUT in result)
+
+
+def _held(cell: Cell, data: Path) -> dict[str, Any] | None:
+    try:
+        result = read_json(data / cell.name)
+        return result if result["settings"] == as_kept(settings(cell)) else None
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def finished(cells: Iterable[Cell], data: Path) -> list[tuple[Cell, dict[str, Any]]]:
+    """The cells that are finished, each once and in order, with their results."""
+    found = ((cell, read(cell, data)) for cell in dict.fromkeys(cells))
+    return [(cell, result) for cell, result in found if result is not None]
+
+
+@functools.cache
+def commit() -> str | None:
+    """The commit of this package's own tree, or None outside one."""
+    try:
+        return subprocess.run(["git", "describe", "--always", "--dirty"], text=True, check=True,
+                              capture_output=True, cwd=Path(__file__).parent).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return None

@@ -1,0 +1,158 @@
+"""Works: what the cells of the figures can be asked to measure, a row each.
+
+A cell's `work` begins with a row's name; what follows it names a workload or a manner. A work
+that no row names is a workload itself: its rays are traced and timed.
+"""
+from __future__ import annotations
+
+import functools
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import gpgpu_rt as rt
+from gpgpu_rt.accuracy.measure import Yardstick
+from gpgpu_rt.bench.workloads import Workload, load, workload
+from gpgpu_rt.workers.machine import alone
+
+from ..experiments import (
+    bundle_errors, caustic_errors, coherence, extreme_runs, first_hit_times, frame_times, gap_work,
+    needs_times, path_errors, period_work, reduction_times, refraction_errors, update_times
+)
+from ..survey import pass_work, tree_sizes
+from . import trace_times
+from .cell import Cell
+
+COHERENCE = "coherence of "
+
+
+@functools.cache
+def _digest_of(name: str) -> str:
+    return hashlib.sha256(rt.load_scene(name).triangles).hexdigest()
+
+
+@functools.cache
+def _digest_of_made(made: Any, name: str) -> str:
+    return hashlib.sha256(made.scene_of(name).triangles).hexdigest()
+
+
+def _of_catalogue(cell: Cell) -> str:
+    return _digest_of(cell.scene)
+
+
+def _of_made(made: Any) -> Callable[[Cell], str]:
+    """Of scenes that `made` makes; its others are the catalogue's."""
+    return lambda cell: (_digest_of_made(made, cell.scene) if cell.scene in made.MADE
+                         else _digest_of(cell.scene))
+
+
+@dataclass(frozen=True)
+class Work:
+    """What cells measure whose work begins with `name`."""
+
+    name: str
+    measure: Callable[[Cell, str], dict[str, Any]]    # of a cell, and of what follows the name
+    timed: bool = True          # something of it is: that it does within `machine.alone`
+    catalogued: bool = True     # whether the cell's scene is one that `load_scene` knows
+    digest: Callable[[Cell], str] = _of_catalogue   # tells a stand-in from the mesh in its place
+    counted: bool = False       # whether it takes the instructions of programs
+
+
+def _rays(cell: Cell, name: str) -> Workload:
+    return workload(cell.scene, name, cell.size)
+
+
+def picture_size(size: int) -> int:
+    """Pixels a side of the picture that is judged beside size squared rays of each kind."""
+    return min(256, 2 * size)
+
+
+@functools.lru_cache(maxsize=1)
+def _yardstick(name: str, size: int) -> Yardstick:
+    side = picture_size(size)
+    return Yardstick(load(name), size ** 2, size=(side, side))
+
+
+def _accuracy(cell: Cell, _: str) -> dict[str, Any]:
+    """Errors against the float64 reference, and the time on the same rays."""
+    row = _yardstick(cell.scene, cell.size).measure(cell.method, dict(cell.options), cell.runs,
+                                                    alone)
+    return {"rays": row["all"]["rays"], "warm_ups": trace_times.WARM_UPS,
+            "median_ms": 1e3 * row["all"]["seconds"],
+            "ns_per_ray": 1e9 / row["all"]["rays_per_second"], "accuracy": row}
+
+
+def _period_work(cell: Cell, name: str) -> dict[str, Any]:
+    """What period hardware would have to do for the rays."""
+    manner = next((m for m in (period_work.SQUARES, period_work.KERNELS) if name.endswith(m)), "")
+    return {"work": period_work.measure(load(cell.scene), _rays(cell, name.removesuffix(manner)),
+                                        cell.method, dict(cell.options), manner)}
+
+
+def _gap_work(kind: str) -> Work:
+    return Work(kind, lambda cell, rays: {"gap": gap_work.measure(
+        kind, load(cell.scene), _rays(cell, rays), cell.method, dict(cell.options))}, timed=False,
+        counted=kind == gap_work.DONE)
+
+
+WORKS = (
+    # A cell of size squared rays by extreme case.
+    Work("extremes", lambda cell, _: {"warm_ups": 0, "cases": extreme_runs.measure(
+        cell.method, dict(cell.options), cell.size ** 2)},
+        timed=False, catalogued=False, digest=lambda cell: extreme_runs.digest()),
+    # Of a stream of size squared elements.
+    Work("reduction", lambda cell, _: {
+        "warm_ups": reduction_times.WARM_UPS,
+        "seconds": reduction_times.measure(cell.size ** 2, dict(cell.options)["kept"], cell.runs)},
+        catalogued=False, digest=lambda cell: ""),
+    # Rasterised approximations beside the traced truth.
+    Work("refraction", lambda cell, _: {
+        "warm_ups": trace_times.WARM_UPS,
+        "refraction": refraction_errors.measure(cell.scene, cell.method, dict(cell.options),
+                                                cell.size, cell.runs)},
+         catalogued=False,
+         digest=lambda cell: "" if cell.scene == "ball" else _of_catalogue(cell)),
+    Work("caustics", lambda cell, _: {
+        "warm_ups": trace_times.WARM_UPS,
+        "caustics": caustic_errors.measure(cell.scene, cell.method, dict(cell.options),
+                                           cell.size, cell.runs)},
+         catalogued=False, digest=_of_made(caustic_errors)),
+    Work("ray bundles", lambda cell, _: {
+        "warm_ups": trace_times.WARM_UPS,
+        "bundles": bundle_errors.measure(cell.scene, cell.method, dict(cell.options),
+                                         cell.size, cell.runs)},
+         catalogued=False, digest=_of_made(bundle_errors)),
+    Work("first hits", lambda cell, _: {"first_hits": first_hit_times.measure(
+        load(cell.scene), cell.method, dict(cell.options), cell.size, cell.runs)}),
+    # By samples up to those of the options.
+    Work("path errors", lambda cell, _: {"errors": path_errors.measure(
+        load(cell.scene), cell.method, dict(cell.options), cell.size)}, timed=False),
+    # Pictures of the step of `growing` that the options name.
+    Work("needs", lambda cell, _: {"needs": needs_times.measure(
+        dict(cell.options)["step"], cell.method, cell.size, cell.runs, cell.scene)},
+        digest=lambda cell: needs_times.digest(cell.scene, dict(cell.options)["step"])),
+    # Size squared rays of each kind of `known_rays`, judged.
+    Work("accuracy", _accuracy),
+    # What the kd-tree of the options holds.
+    Work("tree", lambda cell, _: {"tree": tree_sizes.measure(
+        load(cell.scene), dict(cell.options))}, timed=False),
+    Work("updates", lambda cell, _: {"updates": update_times.measure(
+        load(cell.scene), cell.method, dict(cell.options), cell.runs)}),
+    # `runs` frames of a scene that moves.
+    Work("frames", lambda cell, _: {"frames": frame_times.measure(
+        cell.scene, cell.method, dict(cell.options), cell.size, cell.runs)}),
+    Work(COHERENCE, lambda cell, rays: {"coherence": coherence.measure(
+        load(cell.scene), _rays(cell, rays))}, timed=False),
+    Work(period_work.WORK, _period_work, timed=False, counted=True),
+    Work(pass_work.PASSES, lambda cell, rays: {"passes": pass_work.measure(
+        load(cell.scene), _rays(cell, rays), cell.method, dict(cell.options))}, timed=False,
+        counted=True),
+    *map(_gap_work, gap_work.KINDS),
+)
+TRACED = Work("", lambda cell, _: trace_times.measure(cell))
+
+
+def work_of(cell: Cell) -> Work:
+    """The row of a cell."""
+    return next((work for work in WORKS if cell.work.startswith(work.name)), TRACED)

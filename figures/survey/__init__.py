@@ -1,0 +1,1 @@
+"""The survey's figures and tables, named after what they show."""

@@ -1,0 +1,41 @@
+"""Figure 1: reflections on a statue, soft shadows, refraction through a teapot."""
+from __future__ import annotations
+
+from pathlib import Path
+
+from ..framework.cell import Cell
+from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
+from ..framework.results import finished
+from . import lit_pictures
+from .lit_pictures import HEADS, cell, picture
+
+METHOD = "bvh-threaded"
+PANELS = {"statue": "reflections", "soft-shadows": "soft shadows", "glass-teapot": "refraction"}
+
+
+def cells(full: bool) -> list[Cell]:
+    return [cell(scene, METHOD, full) for scene in PANELS]
+
+
+def draw(data: Path, out: Path, full: bool) -> None:
+    """Write out/fig01.csv, .md and .png."""
+    rows = [row for c in cells(full) if (row := lit_pictures.row_of(c, data)) is not None]
+    if not rows:
+        return
+    _, known = finished(cells(full), data)[0]
+    size = cells(full)[0].size
+    write_csv(out / "fig01.csv", HEADS, rows)
+    write_text(out / "fig01.md", "# Figure 1: what rays do beyond the eye's\n\n"
+               f"Whitted's ray tracing at {size}x{size}, all rays by {METHOD}; renderer: "
+               f"{known['gpu']['renderer']}. The survey's pictures are of other scenes: these are "
+               "built-in stand-ins that show the same effects. Rays are those of every wave, "
+               "empty ones of branches that ended included.\n\n" + markdown_table(
+                   HEADS, [[number(v) if isinstance(v, float) else v for v in r] for r in rows]))
+    figure, axes = plt.subplots(1, len(PANELS), figsize=(11, 4.2))
+    for axis, (scene, says) in zip(axes, PANELS.items()):
+        axis.imshow(picture(cell(scene, METHOD, full)))
+        axis.set_axis_off()
+        axis.set_title(f"{says}: {scene}", fontsize=9)
+    figure.suptitle(f"Figure 1: {METHOD}, {size}x{size}", fontsize=11)
+    figure.tight_layout(rect=(0, 0.04, 1, 1))
+    save_chart(figure, out / "fig01.png", f"Renderer: {known['gpu']['renderer']}")

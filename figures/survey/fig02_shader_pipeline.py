@@ -1,0 +1,194 @@
+"""Figure 2: the shader pipeline, stage by stage, as real passes of this program go through it.
+
+What a stage takes and gives is read from the linked programs, from queries around their draws and
+from what was bound: a full-screen pass of `kd-restart`, whose rays are fragments, and a pass of
+the `ray-engine`, whose vertices are corners of quads that carry triangles.
+"""
+from __future__ import annotations
+
+import importlib.resources
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import moderngl
+
+import gpgpu_rt as rt
+from gpgpu_rt.gl.pass_log import PassLog
+
+from ..diagrams.plan import INK, PALE, SPLITS, TRIANGLE, VISITED
+from ..diagrams.small_world import MAX_DEPTH, world
+from ..framework.cell import Cell
+from ..framework.output import markdown_table, plt, save_chart, write_csv, write_text
+from .fig03_stream_processing import SIDE, arrow, box, heading, rays
+
+SHOWN = (("kd-restart", "drivers/traverse.frag", {"max_depth": MAX_DEPTH, "schedule": "loop"}),
+         ("ray-engine", "methods/ray_engine/quads.frag",
+          {"resolution": (4, 4, 1), "batch": 128, "queue": 4}))
+STAGES = ("vertex buffer", "vertex program", "rasteriser", "fragment program", "frame buffer")
+HEADS = ("method", *STAGES, "textures")
+FULL_SCREEN = "drivers/full_screen.vert"
+_SAMPLER = re.compile(r"uniform\s+[iu]?sampler2D\s+(\w+)")
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A draw as it went down the pipeline.
+
+    method, vertex, fragment : whose, and its programs
+    attributes : name -> how many numbers a vertex has of it
+    primitives, fragments : that the rasteriser was given, and that the frame buffer took
+    textures : sampled, name -> (width, height, channels, type)
+    by_fragments : the textures that the fragment program samples: all but those that the text of
+        the vertex program declares
+    targets : drawn into, (width, height, channels, type) each
+    """
+
+    method: str
+    vertex: str
+    fragment: str
+    attributes: dict[str, int]
+    primitives: int
+    fragments: int
+    textures: dict[str, tuple[int, int, int, str]]
+    by_fragments: tuple[str, ...]
+    targets: tuple[tuple[int, int, int, str], ...]
+
+
+@dataclass
+class Recorder(PassLog):
+    """A log that keeps each draw by itself, with its primitives."""
+
+    method: str = ""
+    found: list[Drawn] = field(default_factory=list)
+
+    @contextmanager
+    def drawing(self, name: str, program: moderngl.Program, texts: tuple[str, str],
+                target: moderngl.Framebuffer,
+                textures: Mapping[str, moderngl.Texture]) -> Iterator[None]:
+        query = target.ctx.query(samples=not self._in_query, primitives=True)
+        with query:
+            yield
+        members = {key: program[key] for key in program}
+        attributes = {key: member.dimension * member.array_length
+                      for key, member in members.items()
+                      if isinstance(member, moderngl.Attribute) and not key.startswith("gl_")}
+        own = name.replace(".frag", ".vert")
+        self.found.append(Drawn(
+            self.method, own if _exists(own) else FULL_SCREEN, name, attributes,
+            query.primitives, 0 if self._in_query else query.samples,
+            {key: _shape(texture) for key, texture in textures.items()},
+            tuple(key for key in textures if key not in set(_SAMPLER.findall(texts[0]))),
+            tuple(map(_shape, target.color_attachments))))
+
+
+def _exists(name: str) -> bool:
+    return (importlib.resources.files("gpgpu_rt.glsl") / name).is_file()
+
+
+def _shape(texture: moderngl.Texture) -> tuple[int, int, int, str]:
+    return texture.width, texture.height, texture.components, texture.dtype
+
+
+@lru_cache(maxsize=1)
+def shown() -> tuple[Drawn, ...]:
+    """The largest draw of each program in SHOWN, over Figure 3's rays."""
+    found = []
+    for method, fragment, options in SHOWN:
+        with rt.Tracer(world().scene, method, **options) as tracer:
+            log = tracer.gpu.log = Recorder(method=method)
+            try:
+                tracer.trace(*rays(), shape=(SIDE, SIDE))
+            finally:
+                tracer.gpu.log = None
+        found.append(max((one for one in log.found if one.fragment == fragment),
+                         key=lambda one: one.primitives))
+    return tuple(found)
+
+
+def words(one: Drawn) -> dict[str, str]:
+    """Stage -> what it holds or does in this draw."""
+    inputs = ", ".join(f"{name} ({count})" for name, count in one.attributes.items())
+    width, height = one.targets[0][:2]
+    return {"vertex buffer": f"attributes (numbers each): {inputs or 'none'}",
+            "vertex program": one.vertex,
+            "rasteriser": f"{one.primitives} triangle{'s' * (one.primitives != 1)} in "
+                          f"{width}x{height} pixels",
+            "fragment program": one.fragment,
+            "frame buffer": f"{one.fragments} fragments into {len(one.targets)} "
+                            f"target{'s' * (len(one.targets) != 1)} of {width}x{height}, "
+                            f"{sum(shape[2] for shape in one.targets)} floats each",
+            "textures": ", ".join(
+                f"{name} {w}x{h}x{channels} {kind}"
+                + ("" if name in one.by_fragments else " (by the vertex program)")
+                for name, (w, h, channels, kind) in one.textures.items())}
+
+
+def cells(full: bool) -> list[Cell]:
+    return []
+
+
+def draw(data: Path, out: Path, full: bool) -> None:
+    """Write out/fig02.csv, .md and .png."""
+    lines = [[one.method, *words(one).values()] for one in shown()]
+    write_csv(out / "fig02.csv", HEADS, lines)
+    write_text(out / "fig02.md", (
+        "# Figure 2: the shader pipeline, as passes of this program go through it\n\n"
+        f"Two draws over {SIDE * SIDE} rays. Vertex and fragment programs are programmable, what "
+        "lies between is not. A full-screen pass needs the first half of the pipeline only to "
+        "issue one fragment a ray; the Ray Engine sends triangles down it, a quad each over the "
+        "rays that may hit them, and lets blending keep the nearest. Triangles and fragments are "
+        "counted by queries around the draw; attributes and textures are what was left of the "
+        "programs after linking. What is drawn into becomes a texture of a later pass.\n\n"
+        + markdown_table(HEADS, lines)))
+    figure, axes = plt.subplots(len(lines), 1, figsize=(13, 8.6))
+    for axis, one in zip(axes, shown()):
+        draw_pipeline(axis, one)
+    figure.suptitle("Figure 2: the shader pipeline, as passes of this program go through it",
+                    fontsize=12)
+    figure.tight_layout(rect=(0, 0.03, 1, 0.98))
+    save_chart(figure, out / "fig02.png", "Blue: programmable stages. Textures, width x height x "
+               "channels: green tables that are read at computed places, black streams that are "
+               "read at the fragment's own.")
+
+
+def draw_pipeline(axis: Any, one: Drawn) -> None:
+    axis.set(xlim=(0, 110), ylim=(0, 42))
+    axis.axis("off")
+    heading(axis, 55, 40, f"{one.method}: {one.vertex}, {one.fragment}")
+    said = words(one)
+    for at, stage in enumerate(STAGES):
+        x = 1 + 22 * at
+        box(axis, x, 22, 18, 13, stage, _wrapped(said[stage]),
+            VISITED if "program" in stage else "white")
+        if at:
+            arrow(axis, (x - 4, 28.5), (x, 28.5))
+    names = list(one.textures)
+    across = min(5, max(1, len(names)))
+    for at, name in enumerate(names):
+        w, h, channels, kind = one.textures[name]
+        box(axis, 1 + 22 * (at % across), 8 - 7.5 * (at // across), 19, 6.4, name,
+            f"{w}x{h}x{channels} {kind}", "white", TRIANGLE if name.endswith("_table") else INK)
+        user = "fragment" if name in one.by_fragments else "vertex"
+        axis.annotate("", xy=(76 if user == "fragment" else 32, 22), xytext=(
+            10.5 + 22 * (at % across), 14.4), arrowprops={
+                "arrowstyle": "-|>", "color": PALE, "lw": 1.2})
+    axis.annotate("", xy=(102, 15.5), xytext=(102, 22), arrowprops={
+        "arrowstyle": "-|>", "color": SPLITS[1], "lw": 1.4})
+    axis.text(103, 18.5, "read by a\nlater pass", fontsize=7.5, color=SPLITS[1], va="center")
+    axis.text(1, 16.4, "textures", fontsize=8.5, color=INK)
+
+
+def _wrapped(text: str, width: int = 27) -> str:
+    """Lines of at most so many letters, broken at blanks."""
+    lines = [""]
+    for word in text.split(" "):
+        if lines[-1] and len(lines[-1]) + 1 + len(word) > width:
+            lines.append(word)
+        else:
+            lines[-1] = f"{lines[-1]} {word}".strip()
+    return "\n".join(lines)

@@ -1,0 +1,228 @@
+"""Figure 3: the graphics pipeline as a stream processor, drawn from a method's real passes.
+
+Streams and tables come from the records of the method's row, what a pass samples and draws into
+from the program that was linked for it, and the list of passes from a trace that was watched.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.patches import FancyBboxPatch, Rectangle
+
+import gpgpu_rt as rt
+from gpgpu_rt.gl.record import Record
+from gpgpu_rt.inspect.time_travel import watching
+from gpgpu_rt.methods import find_method
+from gpgpu_rt.rays.records import HIT, RAY_TEXELS
+
+from ..diagrams.plan import INK, PALE, SPLITS, TRIANGLE, VISITED
+from ..diagrams.small_world import MAX_DEPTH, world
+from ..framework.cell import Cell
+from ..framework.output import markdown_table, plt, save_chart, write_csv, write_text
+
+METHOD, SHOWN, SIDE = "kd-restart", "down", 16     # the kernel drawn; rays a side of the tile
+HEADS = ("pass", "kernel", "reads streams", "gathers from tables", "writes", "rays, pass by pass")
+COLOURS = {"init": PALE, "down": SPLITS[0], "intersect": TRIANGLE}
+
+
+@dataclass(frozen=True)
+class Pass:
+    """A pass as it was issued.
+
+    kernel : "init", or one of the method's
+    samples : textures its program samples
+    targets : render targets it draws into, by the names of the streams they are
+    source, target : which of the two buffers it read ("" for none) and wrote: A or B
+    rays : rays it ran on
+    """
+
+    kernel: str
+    samples: tuple[str, ...]
+    targets: tuple[str, ...]
+    source: str
+    target: str
+    rays: int
+
+
+def streams(method: str) -> dict[str, str]:
+    """Texture -> what its channels hold, of the streams a method's passes read."""
+    return {**texels_of(RAY_TEXELS), **written(method)}
+
+
+def written(method: str) -> dict[str, str]:
+    """Texture -> what its channels hold, of those a method's passes write."""
+    return {**texels_of(find_method(method).state), **texels_of(HIT)}
+
+
+def tables(method: str) -> dict[str, str]:
+    """Texture -> its record's fields, of the tables that a method's passes gather from."""
+    return {f"{record.name}_table": ", ".join(field.name for field in record.fields)
+            for record in find_method(method).tables if isinstance(record, Record)}
+
+
+def texels_of(record: Record) -> dict[str, str]:
+    """Texture of a stream -> the fields in its channels."""
+    return {f"{record.name}_texel_{texel}": ", ".join(
+        field.name + (f".{'xyzw'[:field.width]}" if field.width > 1 else "")
+        for field in record.fields if field.texel == texel) for texel in range(record.texels)}
+
+
+def rays() -> tuple[np.ndarray, np.ndarray]:
+    """Origins and directions, (SIDE^2, 3): from the small world's eye to all sides."""
+    angle = np.linspace(0, 2 * np.pi, SIDE * SIDE, endpoint=False)
+    return (np.tile(world().origin, (len(angle), 1)),
+            np.column_stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)]))
+
+
+@lru_cache(maxsize=None)
+def passes(method: str = METHOD) -> tuple[Pass, ...]:
+    """The passes of one trace of ``rays()`` under the schedule `kernels`."""
+    found: list[Pass] = []
+    with rt.Tracer(world().scene, method, schedule="kernels", mask_interval=2,
+                   max_depth=MAX_DEPTH) as tracer:
+        sides: dict[int, str] = {}
+        stepped = np.zeros(SIDE * SIDE, np.int32)
+
+        def look(kernel: str, source: Any, target: Any) -> None:
+            program = tracer._traversal.program_of(kernel)
+            for buffer in (target, source):
+                if buffer is not None and id(buffer) not in sides:
+                    sides[id(buffer)] = "AB"[len(sides)]
+            steps = target.fields(tracer.method.state.name)["steps"]
+            # A target keeps what early depth rejects: those of its texels are from before.
+            ran = steps > stepped if source is not None else np.ones(len(steps), bool)
+            stepped[ran] = steps[ran]
+            attached = {texture.glo: name for name, texture in target.samplers().items()}
+            found.append(Pass(
+                kernel, tuple(sorted(program.samplers)),
+                tuple(attached[texture.glo] for texture in target.target.color_attachments),
+                "" if source is None else sides[id(source)], sides[id(target)],
+                int(ran.sum())))
+        with watching(tracer, look):
+            tracer.trace(*rays(), shape=(SIDE, SIDE))
+    return tuple(found)
+
+
+def cells(full: bool) -> list[Cell]:
+    return []
+
+
+def draw(data: Path, out: Path, full: bool) -> None:
+    """Write out/fig03.csv, .md and .png."""
+    row, every = find_method(METHOD), passes()
+    write_csv(out / "fig03.csv", ("pass", "kernel", "from", "to", "rays"),
+              [[at, one.kernel, one.source, one.target, one.rays]
+               for at, one in enumerate(every, 1)])
+    kinds = {one.kernel: one for one in reversed(every)}
+    lines = [[str(1 + [p.kernel for p in every].index(kernel)), kernel,
+              ", ".join(name for name in kinds[kernel].samples if name in streams(METHOD)),
+              ", ".join(name for name in kinds[kernel].samples if name in tables(METHOD)) or "-",
+              ", ".join(kinds[kernel].targets),
+              " + ".join(str(p.rays) for p in every if p.kernel == kernel)]
+             for kernel in ("init", *row.kernels)]
+    write_text(out / "fig03.md", f"# Figure 3: a pass as stream processing\n\nThe passes of "
+               f"`{METHOD}` under the schedule `kernels`, {SIDE * SIDE} rays by {len(every)} "
+               "passes. The graphics pipeline's words stand beside those of stream computation: "
+               "a pass is a kernel, a texel a stream element, a full-screen triangle issues it. "
+               "A table is read at computed places (a gather), a stream only at the fragment's "
+               "own. What a program samples is what was left of it after linking.\n\n"
+               + markdown_table(HEADS, lines))
+    figure, (axis, strip) = plt.subplots(2, 1, figsize=(12, 8.6), height_ratios=(5.2, 1))
+    draw_pass(axis, kinds[SHOWN], row)
+    draw_list(strip, every)
+    figure.suptitle(f"Figure 3: a pass as stream processing ({METHOD}, kernel {SHOWN}; in "
+                    "parentheses the words of stream computation)", fontsize=12)
+    figure.tight_layout(rect=(0, 0.04, 1, 1))
+    save_chart(figure, out / "fig03.png", "Textures: those of the method's records that the "
+               "linked program samples and draws into. Pale: declared, but not read by this "
+               "kernel. Passes are issued in pairs: some find no ray left.")
+
+
+def draw_pass(axis: Any, shown: Pass, row: Any) -> None:
+    axis.set(xlim=(0, 100), ylim=(0, 72))
+    axis.axis("off")
+    heading(axis, 15, 70, "textures, one texel a ray\n(input streams)")
+    ends = stack_boxes(axis, 1, 61, streams(METHOD), shown.samples)
+    heading(axis, 85, 70, "render targets, one texel a ray\n(output streams)")
+    starts = stack_boxes(axis, 71, 61, written(METHOD), shown.targets)
+    heading(axis, 62, 26, "textures read at computed\nplaces (gather)")
+    gathered = tables(METHOD)
+    order = sorted(gathered, key=lambda name: name not in shown.samples)   # those read on top
+    gathers = stack_boxes(axis, 36, 16, {name: gathered[name] for name in order}, shown.samples)
+    stages = (("full-screen triangle", "(issue the kernel)", 61),
+              ("rasteriser", "(a fragment a stream element)", 52.5),
+              ("early depth", f"(mask: only rays that wait for {shown.kernel})", 44),
+              ("fragment program", f"(kernel {shown.kernel})\ndrivers/traverse.frag with "
+               f"{row.glsl}", 33.5))
+    for at, (name, meaning, y) in enumerate(stages):
+        last = at == len(stages) - 1
+        box(axis, 36, y - 2 * last, 28, 8 if last else 6, name, meaning,
+            VISITED if last else "white")
+        if not last:
+            arrow(axis, (50, y), (50, y - 2.5 if at < 2 else 39.5))
+    middle = 35.5
+    for name, y in ends.items():
+        if name in shown.samples:
+            arrow(axis, (29, y), (36, middle))
+    for name, y in starts.items():
+        if name in shown.targets:
+            arrow(axis, (64, middle), (71, y))
+    top = max(gathers.values()) + 2.4
+    arrow(axis, (50, top), (50, 31.5))
+    axis.text(85, min(starts.values()) - 6, "the next pass reads what this one wrote:\nstate and "
+              "hit go to and fro between\ntwo buffers, A and B", ha="center", va="top",
+              fontsize=8.5, color=SPLITS[1])
+
+
+def draw_list(axis: Any, every: tuple[Pass, ...]) -> None:
+    """Every pass in its turn: colour by kernel, height by rays."""
+    most = max(one.rays for one in every)
+    for at, one in enumerate(every):
+        axis.add_patch(Rectangle((at + 0.06, 0), 0.88, one.rays / most,
+                                 facecolor=COLOURS.get(one.kernel, SPLITS[1])))
+        axis.text(at + 0.5, one.rays / most + 0.03, str(one.rays), fontsize=6, ha="center",
+                  color="#777777")
+        axis.text(at + 0.5, -0.06, f"{one.source}{'→' if one.source else ''}{one.target}",
+                  fontsize=5.5, ha="center", va="top", color="#777777")
+    for at, kernel in enumerate(dict.fromkeys(one.kernel for one in every)):
+        axis.text(len(every) * (0.55 + 0.14 * at), 1.0, f"■ {kernel}", fontsize=9,
+                  color=COLOURS.get(kernel, SPLITS[1]))
+    axis.set(xlim=(0, len(every)), ylim=(-0.25, 1.2), xticks=[], yticks=[], ylabel="rays")
+    axis.set_title(f"all {len(every)} passes of one trace, from which buffer to which",
+                   fontsize=9)
+    axis.spines[["top", "left", "right", "bottom"]].set_visible(False)
+
+
+def heading(axis: Any, x: float, y: float, text: str) -> None:
+    axis.text(x, y, text, ha="center", va="center", fontsize=9.5, color=INK)
+
+
+def stack_boxes(axis: Any, x: float, y: float, textures: dict[str, str],
+                used: tuple[str, ...]) -> dict[str, float]:
+    """Textures one below the other; the height of each one's middle."""
+    middles = {}
+    for at, (name, holds) in enumerate(textures.items()):
+        bottom = y - 6.6 * at
+        box(axis, x, bottom, 28, 5.4, name, holds, "white", INK if name in used else PALE)
+        middles[name] = bottom + 2.7
+    return middles
+
+
+def box(axis: Any, x: float, y: float, width: float, height: float, title: str, text: str,
+        colour: str = "white", ink: str = INK) -> None:
+    axis.add_patch(FancyBboxPatch((x, y), width, height, facecolor=colour, edgecolor=ink,
+                                  boxstyle="round,pad=0,rounding_size=0.8", linewidth=1.2))
+    lines = text.count("\n")
+    axis.text(x + width / 2, y + height - 1.9, title, ha="center", va="center", fontsize=9,
+              color=ink)
+    axis.text(x + width / 2, y + (height - 1.9) / 2 - 0.4 + 0.2 * lines, text, ha="center",
+              va="center", fontsize=7.5, color=ink)
+
+
+def arrow(axis: Any, start: tuple[float, float], end: tuple[float, float]) -> None:
+    axis.annotate("", xy=end, xytext=start, arrowprops={
+        "arrowstyle": "-|>", "color": INK, "lw": 1.2, "shrinkA": 0, "shrinkB": 0})

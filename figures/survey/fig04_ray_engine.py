@@ -1,0 +1,189 @@
+"""Figure 4: the organisation of the Ray Engine, drawn from the passes of a trace that was watched.
+
+What a pass samples and draws into comes from the program that was linked for it, what crosses
+between host and graphics hardware from the tracer's own statistics.
+"""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import gpgpu_rt as rt
+from gpgpu_rt.rays.records import RAY_TEXELS
+
+from ..diagrams.plan import INK, PALE, RAY, SPLITS, TRIANGLE, VISITED
+from ..diagrams.small_world import world
+from ..framework.cell import Cell
+from ..framework.output import markdown_table, plt, save_chart, write_csv, write_text
+from .fig03_stream_processing import arrow, box, heading, rays, texels_of
+
+METHOD, SIDE = "ray-engine", 16
+SETTINGS = {"resolution": (4, 4, 1), "batch": 128, "queue": 4}
+HEADS = ("pass", "program", "samples", "writes", "kept where several meet", "drawn as")
+TITLES = {"KEEP_NEAREST": "nearest t", "KEEP_FIRST": "lowest triangle there",
+          "hits": "hits of the batch"}
+
+
+@dataclass(frozen=True)
+class Pass:
+    """A pass over a batch as it was issued.
+
+    name : what it keeps
+    samples : textures its program samples, in any stage
+    targets : textures it draws into
+    blends : how fragments of the same ray are reduced to one
+    batch, quads : the batch's number, and the quads drawn; 0 for one rectangle over the batch
+    """
+
+    name: str
+    program: str
+    samples: tuple[str, ...]
+    targets: tuple[str, ...]
+    blends: str
+    batch: int
+    quads: int
+
+
+@contextmanager
+def watching(engine: Any, found: list[Pass]) -> Iterator[None]:
+    """Within, the passes of an engine over its batches are noted."""
+    room_for = engine._room_for
+    batches = [0]
+
+    def watched(*asked: Any) -> Any:
+        room = room_for(*asked)
+        batches[0] += 1
+        if "draw_quads" in vars(room):
+            return room
+        draw_quads, draw_left = room.draw_quads, room.draw_left
+
+        def quads(keep: str, any_hit: bool, samplers: Any, accelerator: Any, buffer: Any,
+                  count: int, depth_end: float) -> None:
+            draw_quads(keep, any_hit, samplers, accelerator, buffer, count, depth_end)
+            program = room._quads[keep, any_hit]
+            found.append(Pass(keep, "quads.vert, quads.frag", tuple(sorted(program.samplers)),
+                              _names(room, room.targets[keep]), "MIN blending", batches[0], count))
+
+        def left(program: Any, samplers: Any, target: Any) -> None:
+            draw_left(program, samplers, target)
+            names = {texture.glo: name for name, texture in target.samplers().items()}
+            found.append(Pass("hits", program.name.split("/")[-1],
+                              tuple(sorted(program.samplers)),
+                              tuple(names[t.glo] for t in target.target.color_attachments),
+                              "-", batches[0], 0))
+        room.draw_quads, room.draw_left = quads, left
+        return room
+    engine._room_for = watched
+    try:
+        yield
+    finally:
+        del engine._room_for
+
+
+def _names(room: Any, target: Any) -> tuple[str, ...]:
+    names = {texture.glo: name for name, texture in room.samplers().items()}
+    return tuple(names[texture.glo] for texture in target.color_attachments)
+
+
+@lru_cache(maxsize=1)
+def passes() -> tuple[tuple[Pass, ...], dict[str, float], rt.Hits]:
+    """The passes of one trace of Figure 3's rays, what it moved and took, and its hits."""
+    found: list[Pass] = []
+    with rt.Tracer(world().scene, METHOD, statistics=True, **SETTINGS) as tracer:
+        with watching(tracer._traversal, found):
+            hits = tracer.trace(*rays(), shape=(SIDE, SIDE))
+        return tuple(found), dict(tracer.statistics.split), hits
+
+
+def cells(full: bool) -> list[Cell]:
+    return []
+
+
+def draw(data: Path, out: Path, full: bool) -> None:
+    """Write out/fig04.csv, .md and .png."""
+    every, split, hits = passes()
+    write_csv(out / "fig04.csv", ("batch", "pass", "samples", "writes", "quads"),
+              [[one.batch, one.name, " ".join(one.samples), " ".join(one.targets), one.quads]
+               for one in every])
+    kinds = {one.name: one for one in reversed(every)}
+    lines = [[TITLES[name], kinds[name].program, ", ".join(kinds[name].samples),
+              ", ".join(kinds[name].targets), kinds[name].blends,
+              "a quad a pair of queue and triangle" if kinds[name].quads else
+              "one rectangle over the batch"] for name in TITLES]
+    write_text(out / "fig04.md", (
+        "# Figure 4: the organisation of the Ray Engine (Carr et al. 2002)\n\n"
+        f"The passes of `{METHOD}` over {SIDE * SIDE} rays: {int(split['batches'])} batches of at "
+        f"most {SETTINGS['batch']} rays, {int(split['quads'])} quads, {int(split['pairs'])} pairs "
+        f"of ray and triangle, for {int(hits.leaves_visited.sum())} visits of cells that list "
+        "some. The host walks, queues and keeps each ray's nearest hit; graphics hardware only "
+        "intersects. Unlike the paper's, its triangles lie on the graphics hardware, and a quad "
+        "brings a number; sending the corners with each quad would add 36 bytes to its 20.\n\n"
+        + markdown_table(HEADS, lines)
+        + f"\nUp went {int(split['bytes_up']):,} bytes, down came {int(split['bytes_down']):,}: "
+        f"{split['bytes_up'] / len(hits):.0f} and {split['bytes_down'] / len(hits):.0f} a ray.\n"))
+    figure, (axis, strip) = plt.subplots(2, 1, figsize=(12, 8.6), height_ratios=(5, 1.2))
+    draw_engine(axis, kinds, split)
+    draw_batches(strip, every)
+    figure.suptitle("Figure 4: the organisation of the Ray Engine", fontsize=12)
+    figure.tight_layout(rect=(0, 0.04, 1, 1))
+    save_chart(figure, out / "fig04.png", "Textures: what the linked programs sample and draw "
+               "into. Bytes: of this trace, all batches together.")
+
+
+def draw_engine(axis: Any, kinds: dict[str, Pass], split: dict[str, float]) -> None:
+    """Host on the left, graphics hardware on the right, what crosses between them."""
+    axis.set(xlim=(0, 112), ylim=(0, 72))
+    axis.axis("off")
+    for x, width, name in ((1, 30, "host"), (46, 65, "graphics hardware")):
+        axis.add_patch(plt.Rectangle((x, 1), width, 66, fill=False, edgecolor=PALE,
+                                     linestyle="--"))
+        heading(axis, x + width / 2, 69.5, name)
+    steps = (("rays", "origin, direction, interval;\nthe nearest hit so far", 52),
+             ("walk", "each ray through the grid to the\nnext cell that lists triangles", 36),
+             ("queues", "a cell's rays side by side;\na batch when they are long", 20),
+             ("nearest", "a hit that is nearer, or as near\nand lower, is kept", 4))
+    for name, meaning, y in steps:
+        box(axis, 3, y, 26, 10, name, meaning, VISITED)
+    arrow(axis, (16, 52), (16, 46))
+    arrow(axis, (16, 36), (16, 30))
+    axis.annotate("", xy=(3, 57), xytext=(3, 9), arrowprops={
+        "arrowstyle": "-|>", "color": INK, "lw": 1.2, "connectionstyle": "arc3,rad=-0.13"})
+    held = {**texels_of(RAY_TEXELS), "triangle_table": "corners and rows of triangles",
+            "quads": "rectangle over a queue, row of a triangle"}
+    places = {}
+    for at, (name, holds) in enumerate(held.items()):
+        y = 56 - 9 * at
+        box(axis, 48, y, 27, 7, name, holds, "white", TRIANGLE if name == "triangle_table" else
+            INK)
+        places[name] = y + 3.5
+    for at, (name, one) in enumerate((name, kinds[name]) for name in TITLES):
+        y = 53 - 17 * at
+        box(axis, 82, y, 27, 11, TITLES[name], f"{one.program}\nwrites {', '.join(one.targets)}\n"
+            f"{one.blends if one.blends != '-' else 'one fragment a ray'}", VISITED)
+        for source in (*one.samples, *(("quads",) if one.quads else ())):
+            if source in places:
+                axis.plot([75, 82], [places[source], y + 5.5], color=PALE, lw=0.9, zorder=0)
+        if at:
+            arrow(axis, (95.5, y + 17), (95.5, y + 11))
+    axis.annotate("", xy=(48, 40), xytext=(29, 26), arrowprops={"arrowstyle": "-|>", "color": RAY,
+                                                                "lw": 2.2})
+    axis.text(38.5, 41, f"up\n{int(split['bytes_up']):,}\nbytes", ha="center", color=RAY,
+              fontsize=9)
+    axis.annotate("", xy=(29, 9), xytext=(82, 22), arrowprops={"arrowstyle": "-|>", "color": RAY,
+                                                               "lw": 2.2})
+    axis.text(38.5, 15, f"down\n{int(split['bytes_down']):,}\nbytes", ha="center", color=RAY,
+              fontsize=9)
+
+
+def draw_batches(axis: Any, every: tuple[Pass, ...]) -> None:
+    """Quads of each batch, in their turn."""
+    quads = {one.batch: one.quads for one in every if one.quads}
+    axis.bar(list(quads), list(quads.values()), color=SPLITS[0], width=0.85)
+    axis.set(xlabel="batch", ylabel="quads", xticks=list(quads))
+    axis.tick_params(labelsize=6)
+    axis.spines[["top", "right"]].set_visible(False)
+    axis.set_title("each batch is uploaded, drawn in three passes and read back", fontsize=9)

@@ -1,0 +1,50 @@
+"""Figure 6: streaming ray tracing in a grid (Purcell et al. 2002), from its real passes."""
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+
+import gpgpu_rt as rt
+
+from ..diagrams.flow import HEADS, draw_flow, table_rows
+from ..diagrams.issued_passes import PassLog, logged
+from ..diagrams.small_world import world
+from ..framework.cell import Cell
+from ..framework.output import markdown_table, plt, save_chart, write_csv, write_text
+
+SIDE = 16     # pixels
+WORDS = {"eye_rays": "generate eye rays", "init": "a ray enters the grid, or misses it",
+         "traverse": "one step from cell to cell",
+         "intersect": "one triangle of the cell's list",
+         "surfaces": "shade hits, make shadow rays",
+         "picture": "what shadow rays left of the light"}
+COUNTING = ("classify", "mask", "tile_counts", "everywhere")
+
+
+@lru_cache(maxsize=None)
+def passes() -> PassLog:
+    """Those of one picture of the small world, eye and shadow rays."""
+    with rt.Tracer(world().scene, "grid", schedule="kernels", mask_interval=2) as tracer:
+        with logged(tracer, COUNTING) as log:
+            tracer.render(size=(SIDE, SIDE))
+    return log
+
+
+def cells(full: bool) -> list[Cell]:
+    return []
+
+
+def draw(data: Path, out: Path, full: bool) -> None:
+    """Write out/fig06.csv, .md and .png."""
+    log = passes()
+    write_csv(out / "fig06.csv", ("pass", "kernel"),
+              [[at, one.kernel] for at, one in enumerate(log.issued, 1)])
+    write_text(out / "fig06.md", "# Figure 6: ray tracing in a grid as streams and kernels\n\n"
+               f"The passes of one picture of {SIDE} x {SIDE} pixels by `grid` under the schedule "
+               "`kernels`; those that only count rays are left out.\n\n"
+               + markdown_table(HEADS, table_rows(log, WORDS)))
+    figure, axis = plt.subplots(figsize=(10, 6.5))
+    draw_flow(axis, log, WORDS)
+    figure.suptitle("Figure 6: streaming ray tracing in a uniform grid", fontsize=12)
+    save_chart(figure, out / "fig06.png", "Kernels with how often each was issued. Green: tables, "
+               "read at computed places. Dots: streams, blue written, violet read.")

@@ -1,0 +1,100 @@
+"""Figure 8: the teapot in a stadium, which a uniform grid cannot resolve."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import gpgpu_rt as rt
+from gpgpu_rt.disk.files import replacing
+
+from ..framework import verdicts
+from ..framework.cell import Cell, timed_runs
+from ..framework.output import (
+    COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
+)
+from ..framework.results import finished, read
+
+RATIOS = (1.0, 1e-1, 1e-2, 1e-3, 1e-4)
+METHODS = (("grid", (("resolution", 50),)), ("kd-restart", ()), ("kd-backtrack", ()),
+           ("bvh-threaded", ()))
+
+
+def cell(ratio: float, method: str, options: tuple, full: bool) -> Cell:
+    return Cell(f"stadium:{ratio:g}", method, options, 512 if full else 192, runs=timed_runs(full))
+
+
+def cells(full: bool) -> list[Cell]:
+    return [cell(ratio, *method, full) for ratio in RATIOS for method in METHODS]
+
+
+TIMES = 8    # "up to 8 times" the kd-trees are faster than the grid, says the survey
+
+
+def results_of(ratio: float, data: Path, full: bool) -> dict[str, dict[str, Any] | None]:
+    """By method, at one size of the pot."""
+    return {name: read(cell(ratio, name, options, full), data) for name, options in METHODS}
+
+
+def gain(results: dict[str, dict[str, Any] | None]) -> float | None:
+    """The grid's time over the better kd-tree's."""
+    times = [found["ns_per_ray"] for name in ("grid", "kd-restart", "kd-backtrack")
+             if (found := results[name]) is not None]
+    return times[0] / min(times[1:]) if len(times) == 3 else None
+
+
+def judge(data: Path, full: bool) -> verdicts.Verdict:
+    """Whether the grid falls behind as the pot shrinks, and as far as the survey says."""
+    gains = [g for ratio in RATIOS if (g := gain(results_of(ratio, data, full))) is not None]
+    if len(gains) < len(RATIOS):
+        return verdicts.of_claims({})
+    said = ", ".join(number(g) for g in gains)
+    return verdicts.of_claims({
+        f"the grid takes {said} times the better kd-tree's time as the pot shrinks, and is slower "
+        "in the end": gains[-1] > 1,
+        "it is farther behind in the smallest than in the largest": gains[-1] > gains[0],
+        f"by {TIMES} times or more": max(gains) >= TIMES})
+
+
+def draw(data: Path, out: Path, full: bool) -> None:
+    """Write out/fig08.csv, .md, .png and the picture fig08-stadium.png."""
+    rows, gains = [], []
+    for ratio in RATIOS:
+        results = results_of(ratio, data, full)
+        for name, result in results.items():
+            if result is not None:
+                rows.append([ratio, name, result["ns_per_ray"], result["counters"]["steps"],
+                             result["counters"]["nodes_visited"],
+                             result["counters"]["triangles_tested"]])
+        found = gain(results)
+        if found is not None:
+            gains.append((ratio, found))
+    heads = ("teapot over stadium", "method", "ns a ray", "steps a ray", "nodes a ray",
+             "triangles a ray")
+    write_csv(out / "fig08.csv", heads, rows)
+    renderer = next((r["gpu"]["renderer"] for _, r in finished(cells(full), data)), "?")
+    text = [f"# Figure 8: a teapot in a stadium\n\nRenderer: {renderer}. The camera keeps the pot "
+            "equally large in view while its surroundings grow; the grid has 50 cells an axis.\n",
+            markdown_table(heads, [[number(v) if isinstance(v, float) else v for v in row]
+                                   for row in rows]),
+            "Time of the grid over the better kd-tree (the survey: "
+            f"\"up to {TIMES} times\" over its scenes):\n",
+            markdown_table([f"{r:g}" for r, _ in gains], [[number(g) for _, g in gains]])]
+    write_text(out / "fig08.md", "\n".join(text))
+    figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.6))
+    for name, _ in METHODS:
+        mine = [row for row in rows if row[1] == name]
+        left.plot([r[0] for r in mine], [r[2] for r in mine], "o-", color=COLOURS[name],
+                  label=name)
+        right.plot([r[0] for r in mine], [r[5] for r in mine], "o-", color=COLOURS[name],
+                   label=name)
+    for axis, label in ((left, "nanoseconds a ray"), (right, "triangles tested a ray")):
+        axis.set(xscale="log", yscale="log", xlabel="size of the teapot over the stadium",
+                 ylabel=label)
+        axis.invert_xaxis()
+        axis.spines[["top", "right"]].set_visible(False)
+    left.legend(frameon=False)
+    figure.suptitle("Figure 8: a teapot in a stadium", fontsize=11)
+    figure.tight_layout(rect=(0, 0.05, 1, 1))
+    save_chart(figure, out / "fig08.png", f"Renderer: {renderer}. Eye rays, schedule loop.")
+    with rt.Tracer("stadium:0.1") as tracer, replacing(out / "fig08-stadium.png") as path:
+        tracer.render(size=(512, 512)).save(path)

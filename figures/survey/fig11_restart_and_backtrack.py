@@ -1,0 +1,80 @@
+"""Figure 11: kd-restart against kd-backtrack, the nodes each visits for the same ray."""
+from __future__ import annotations
+
+from collections import defaultdict
+from pathlib import Path
+
+from ..diagrams.plan import VISITED, draw_ground, draw_marks, draw_ray, draw_tree
+from ..diagrams.small_world import Walk, World, walk, world
+from ..framework.cell import Cell
+from ..framework.output import markdown_table, plt, save_chart, write_csv, write_text
+
+METHODS = ("kd-restart", "kd-backtrack")
+HEADS = ("method", "visit", "kernel", "node", "t_min", "t_max")
+
+
+def cells(full: bool) -> list[Cell]:
+    return []
+
+
+def rows(small: World, found: Walk) -> list[list[str]]:
+    """A row a visit, with the interval the ray has behind it."""
+    visits = [step for step in found.steps if step.visited is not None]
+    return [[found.method, str(number), step.kernel, small.name(step.visited),
+             f"{step.after['t_min']:.3f}", f"{step.after['t_max']:.3f}"]
+            for number, step in enumerate(visits, 1)]
+
+
+def turns(found: Walk) -> dict[int, list[int]]:
+    """Node -> the turns, from 1, in which it was visited."""
+    numbers = defaultdict(list)
+    for turn, node in enumerate(found.visited, 1):
+        numbers[node].append(turn)
+    return dict(numbers)
+
+
+def intervals(found: Walk) -> list[float]:
+    """t at which the ray took up its interval anew."""
+    return sorted({step.after["t_min"] for step in found.steps} - {found.steps[0].before["t_min"]})
+
+
+def draw(data: Path, out: Path, full: bool) -> None:
+    """Write out/fig11.csv, .md and .png."""
+    small = world()
+    walks = [walk(method) for method in METHODS]
+    table = [row for found in walks for row in rows(small, found)]
+    write_csv(out / "fig11.csv", HEADS, table)
+    counts = {found.method: len(found.visited) for found in walks}
+    text = ["# Figure 11: kd-restart against kd-backtrack\n",
+            "The same ray, and its visits in order. Behind a leaf without a hit kd-restart takes "
+            "up the rest of the interval at the root; kd-backtrack climbs, a parent a step, to "
+            "the first ancestor whose box the rest still crosses, and descends from there.\n"]
+    for found in walks:
+        text.append(f"* {found.method}, {counts[found.method]} visits: "
+                    + " ".join(map(small.name, found.visited)))
+    least = min(counts, key=lambda name: counts[name])
+    text.append(f"\nBoth visit the same leaves. Here {least} needs fewer visits: in a tree this "
+                "low the root is as near as any ancestor, and a climb reads each node on its way "
+                "up and the last one again on its way down.\n")
+    write_text(out / "fig11.md", "\n".join(text) + "\n" + markdown_table(HEADS, table))
+    figure, axes = plt.subplots(1, 3, figsize=(14, 6), width_ratios=(0.75, 1, 1))
+    leaves = {node: VISITED for node in walks[0].visited if small.is_leaf(node)}
+    draw_ground(axes[0], small, leaves)
+    draw_ray(axes[0], small, float(walks[0].hits.t[0]))
+    draw_marks(axes[0], small, {t: f"{t:.3f}" for t in intervals(walks[0])})
+    parents = small.parents
+    for axis, found in zip(axes[1:], walks):
+        edges = {pair for one, two in zip(found.visited, found.visited[1:])
+                 for pair in ((one, two), (two, one)) if parents[pair[1]] == pair[0]}
+        draw_tree(axis, small, {node: VISITED for node in found.visited}, edges,
+                  {node: _wrapped(numbers) for node, numbers in turns(found).items()},
+                  planes=False)
+        axis.set_title(f"{found.method}: {counts[found.method]} visits", fontsize=10)
+    figure.suptitle("Figure 11: restart against backtrack, the same ray", fontsize=12)
+    figure.tight_layout(rect=(0, 0.05, 1, 1))
+    save_chart(figure, out / "fig11.png", "Red numbers: in which turns a node was visited, up "
+               "or down. Along the ray: t at which it took up the rest of its interval.")
+
+
+def _wrapped(numbers: list[int]) -> str:
+    return "\n".join(", ".join(map(str, numbers[at:at + 2])) for at in range(0, len(numbers), 2))

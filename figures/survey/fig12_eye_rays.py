@@ -1,0 +1,51 @@
+"""Figure 12: primary rays by brute force, grid, kd-restart and kd-backtrack (Foley 2005)."""
+from __future__ import annotations
+
+from ..framework.cell import Cell, timed_runs
+from ..framework.comparison import Column, Comparison, Panel, Results
+from ..framework.output import number
+from ..framework.published_numbers import published
+
+GRID = {"cornell": 2}   # cells an axis, as published; 50 for the other scenes
+
+
+def _cell(panel: Panel, column: Column, full: bool) -> Cell:
+    options = (("resolution", GRID.get(panel.scene, 50)),) if column.method == "grid" else ()
+    slow = column.method == "brute-force" and panel.scene != "cornell"
+    size = 512 if full else (32 if slow else 256)
+    return Cell(panel.scene, column.method, options, size, runs=3 if slow else timed_runs(full))
+
+
+def _remarks(results: Results) -> list[str]:
+    """What the two kd methods differ in: nodes, the bytes they lie in, and time."""
+    lines = []
+    for panel in FIGURE.panels:
+        restart, backtrack = (results.get((panel, f"kd-{name}")) for name in ("restart",
+                                                                              "backtrack"))
+        if restart is None or backtrack is None:
+            continue
+        theirs = [published("fig12", panel.scene, f"kd-{name}") for name in ("backtrack",
+                                                                             "restart")]
+        nodes, time = (_over(backtrack, restart, key) for key in ("nodes_visited", "ns_per_ray"))
+        lines.append(f"{panel.scene}: kd-backtrack visits {number(nodes)} times the nodes of "
+                     f"kd-restart, the climb's among them, and takes {number(time)} times its "
+                     f"time, {number(theirs[0] / theirs[1])} times in the paper.")
+    return lines
+
+
+def _over(one: dict, other: dict, key: str) -> float:
+    return one["counters"].get(key, one.get(key)) / other["counters"].get(key, other.get(key))
+
+
+FIGURE = Comparison(
+    "fig12", "Figure 12: eye rays, time by method (Foley and Sugerman 2005)",
+    "Foley and Sugerman 2005, 512x512, card not named in the survey",
+    tuple(map(Panel, ("cornell", "bunny", "robots", "kitchen"))),
+    tuple(Column(name, name) for name in ("brute-force", "grid", "kd-restart", "kd-backtrack")),
+    _cell,
+    ("Our schedule is `loop`, the whole traversal in a pass; the paper's passes are our "
+     "`kernels` (see schedules.md for what that costs).",
+     "At the quick size brute force is measured with fewer rays; compare by time a ray.",
+     "A node that kd-backtrack climbs to has a box and a parent to fetch, which no other step "
+     "has."),
+    _remarks)

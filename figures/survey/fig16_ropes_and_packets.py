@@ -1,0 +1,76 @@
+"""Figure 16: ropes for single rays and for packets (Popov et al. 2007)."""
+from __future__ import annotations
+
+from gpgpu_rt.bench.engines import EMBREE as CPU
+from gpgpu_rt.bench.workloads import EYE
+
+from ..framework.cell import ON_CPU, Cell, timed_runs
+from ..framework.comparison import Column, Comparison, Panel, Results
+from ..framework.output import number
+from ..framework.published_numbers import published
+
+WORK = {"primary": EYE, "primary+secondary": "picture"}
+SINGLE, PACKET = "kd-ropes", "kd-ropes-packet"
+SCENES = ("shirley6", "bunny", "fairyforest", "conference")
+STAND_IN = ("fairyforest",)
+LEFT_OUT = ("The fairy forest, a procedural stand-in of the same triangle count where its mesh is "
+            "not at hand, is measured at full size only.")
+
+
+def _cell(panel: Panel, column: Column, full: bool) -> Cell:
+    assert panel.rays is not None
+    return Cell(panel.scene, column.method, (), 1024 if full else 512, WORK[panel.rays],
+                timed_runs(full))
+
+
+def _remarks(results: Results) -> list[str]:
+    """Packets over single rays, and both over the CPU, beside what was published."""
+    lines = []
+    for panel in FIGURE.panels:
+        single, packet = (results.get((panel, label)) for label in (SINGLE, PACKET))
+        if single is None or packet is None:
+            continue
+        ours = single["ns_per_ray"] / packet["ns_per_ray"]
+        theirs = _rate(panel, PACKET) / _rate(panel, SINGLE)
+        fetched = [r["counters"]["nodes_visited"] for r in (single, packet)]
+        lines.append(f"{panel.label}: packets have {number(ours)} times the rate of single rays, "
+                     f"{number(theirs)} times it in the paper; nodes fetched an eye ray "
+                     f"{number(fetched[0])} and {number(fetched[1])}.")
+        cpu = results.get((panel, CPU))
+        if cpu is not None:
+            over = [cpu["ns_per_ray"] / r["ns_per_ray"] for r in (single, packet)]
+            paper = [_rate(panel, label) / _rate(panel, "rope-single-cpu")
+                     for label in (SINGLE, PACKET)]
+            frustum = published("fig16", panel.scene, "openrt-frustum-packet")
+            lines.append(
+                f"{panel.label}, over the CPU: {number(over[0])} single and {number(over[1])} in "
+                f"packets, over embreex; in the paper {number(paper[0])} and {number(paper[1])} "
+                "over single rays along ropes on an Opteron" + (
+                    "." if frustum is None else
+                    f", {number(_rate(panel, SINGLE) / frustum)} and "
+                    f"{number(_rate(panel, PACKET) / frustum)} over OpenRT's frustum packets."))
+    return lines
+
+
+def _rate(panel: Panel, method: str) -> float:
+    rate = published("fig16", panel.scene, method, rays=panel.rays)
+    assert rate is not None
+    return rate
+
+
+FIGURE = Comparison(
+    "fig16", "Figure 16: ropes, single rays and packets (Popov et al. 2007)",
+    "Popov et al. 2007, 1024x1024, GeForce 8800 GTX and Opteron 2.6 GHz",
+    tuple(Panel(scene, rays) for scene in SCENES for rays in WORK),
+    (Column(CPU, ON_CPU, published_method="rope-single-cpu", only="primary"),
+     Column(SINGLE, SINGLE), Column(PACKET, PACKET)),
+    _cell,
+    ("The CPU here is today's, and so is its ray tracer: Embree's BVH by embreex, one thread, no "
+     "ropes. The published number beside it is Popov's single rays along ropes on an Opteron, so "
+     "tau-b leaves that row out; on a software renderer both run on the same CPU.",
+     "Primary + secondary is here a whole picture: eye rays, shading and a shadow ray a hit. "
+     "Which secondary rays the paper traced the survey does not say. Counters are of the eye "
+     "rays, times a pixel; a packet's are shared out among its rays.",
+     "Packets are 2x2, the paper's as wide as a warp. At the quick size neighbouring rays are "
+     "twice as far apart as at 1024x1024, and packets share less.", LEFT_OUT),
+    _remarks, full_only=STAND_IN)

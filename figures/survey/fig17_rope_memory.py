@@ -1,0 +1,141 @@
+"""Figure 17: what ropes add to a kd-tree's size (Popov et al. 2007)."""
+from __future__ import annotations
+
+from pathlib import Path
+
+from gpgpu_rt.text_format import titled
+
+from ..framework import verdicts
+from ..framework.cell import Cell
+from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
+from ..framework.published_numbers import published, published_triangles
+from ..framework.results import read
+from .fig16_ropes_and_packets import LEFT_OUT, SCENES, STAND_IN
+from .tree_sizes import NODE_BYTES, REFERENCE_BYTES
+
+# Ours, what the published numbers call it, and the scale and name of the table's column.
+QUANTITIES = (("leaves", "leaves", 1, "leaves"),
+              ("empty_leaves", "empty leaves", 1, "empty leaves"),
+              ("references_per_leaf", "references per triangle", 1,
+               "references a leaf that has any"),
+              ("bytes", "kd-tree size", 2 ** 20, "MiB"),
+              ("bytes_ropes", "kd-tree size with ropes", 2 ** 20, "MiB with ropes"),
+              ("overhead", "rope overhead", 1, "overhead"))
+# The depth at which the tree has about as many leaves as the paper's, where the default has not.
+DEPTH = {"conference": 34}
+LOWEST, HIGHEST, SLACK = 3.06, 3.30, 0.1   # the published overheads, and how near ours shall be
+
+
+def cell(scene: str, **options: int) -> Cell:
+    return Cell(scene, "kd-ropes", tuple(options.items()), work="tree", size=0)
+
+
+def _trees(full: bool) -> list[tuple[str, dict[str, int]]]:
+    """Scenes and build options: the defaults, and at full size for some scenes a depth besides."""
+    return [(scene, options) for scene in SCENES if full or scene not in STAND_IN
+            for options in ({}, *([{"max_depth": DEPTH[scene]}] if full and scene in DEPTH
+                                  else ()))]
+
+
+def cells(full: bool) -> list[Cell]:
+    return [cell(scene, **options) for scene, options in _trees(full)]
+
+
+def judge(data: Path, full: bool) -> verdicts.Verdict:
+    """Whether ropes make real scenes' trees as much larger as published."""
+    claims = {}
+    for scene, options in _trees(full):
+        result = read(cell(scene, **options), data)
+        if result is None or result["scene"]["stand_in"] or scene in DEPTH and not options:
+            continue    # at the depth where leaves are as many as the paper's, if there is one
+        overhead = result["tree"]["overhead"]
+        claims[f"{scene}'s tree is {number(overhead)} times as large with ropes, within "
+               f"{SLACK:.0%} of {LOWEST:.2f} to {HIGHEST:.2f}"] = _within(overhead)
+    return verdicts.of_claims(claims)
+
+
+def _within(overhead: float) -> bool:
+    return LOWEST * (1 - SLACK) <= overhead <= HIGHEST * (1 + SLACK)
+
+
+def draw(data: Path, out: Path, full: bool) -> None:
+    """Write out/fig17.csv, .md and .png."""
+    results, rows, lines = {}, [], []
+    for scene, options in _trees(full):
+        result = read(cell(scene, **options), data)
+        if result is None:
+            continue
+        tree, about, triangles = result["tree"], result["scene"], published_triangles(
+            "fig17", scene)
+        if not options:
+            results[scene] = result
+            rows.append([scene, "published", triangles, *_published(scene)])
+            if about["stand_in"]:
+                lines.append(f"{scene} is a procedural stand-in for {about['stand_in']}.")
+            elif triangles != about["triangles"]:
+                lines.append(f"{scene} has {about['triangles']:,} triangles here, {triangles:,} "
+                             "in the paper: another edition of the model.")
+        words = ", ".join(("here", *(f"{k}={v}" for k, v in options.items())))
+        rows.append([scene, words, about["triangles"],
+                     *(tree[key] / scale for key, _, scale, _ in QUANTITIES)])
+        lines.append(_verdict(scene, words, tree))
+    if not full:
+        lines += [LEFT_OUT, *(f"So is the {scene} at depth {depth}, where its tree has about as "
+                              "many leaves as the paper's." for scene, depth in DEPTH.items())]
+    heads = ("scene", "tree", "triangles", *(head for *_, head in QUANTITIES))
+    write_csv(out / "fig17.csv", heads, rows)
+    table = [[*row[:2], *(f"{value:,}" if isinstance(value, int) else f"{value:,.0f}"
+                          for value in row[2:5]), *(number(value) for value in row[5:])]
+             for row in rows]
+    write_text(out / "fig17.md", "\n".join((
+        "# Figure 17: what ropes add to a kd-tree (Popov et al. 2007)\n",
+        f"Bytes as in the paper's records: {NODE_BYTES} a node, {REFERENCE_BYTES} a reference, "
+        "and 48 a leaf for six ropes and a box. Its table says \"references\" without saying to "
+        "what; its sizes come out if it counts references a leaf that is not empty, and so does "
+        "this one. The survey says that each node has six ropes; the sizes say that leaves alone "
+        "have.\n", markdown_table(heads, table), "\n".join(f"* {line}" for line in lines), "")))
+    _chart(results, out)
+
+
+def _published(scene: str) -> list[float]:
+    """A row of the survey's table, scaled as ours."""
+    values = [published("fig17", scene, "kd-ropes", quantity=name) for _, name, *_ in QUANTITIES]
+    return [(value or float("nan")) / scale
+            for value, (_, _, scale, _) in zip(values, QUANTITIES)]
+
+
+def _verdict(scene: str, words: str, tree: dict[str, float]) -> str:
+    leaves, triangles_a_leaf = _published(scene)[0], tree["references"] / tree["leaves"]
+    return (f"{scene}, {words} (depth {tree['depth']}): ropes make it {number(tree['overhead'])} "
+            f"times as large, {'within' if _within(tree['overhead']) else 'not within'} "
+            f"{SLACK:.0%} of the published {LOWEST:.2f} to {HIGHEST:.2f}. It has "
+            f"{number(tree['leaves'] / leaves)} times the published leaves and "
+            f"{number(triangles_a_leaf)} references a leaf, empty ones counted: the more, the "
+            "smaller the ropes' share.")
+
+
+def _chart(results: dict[str, dict], out: Path) -> None:
+    figure, axis = plt.subplots(figsize=(7.5, 4.6))
+    for at, (scene, result) in enumerate(results.items()):
+        theirs = [published("fig17", scene, "kd-ropes", quantity=name) or 0
+                  for name in ("kd-tree size", "kd-tree size with ropes")]
+        pairs = ((-0.2, (result["tree"]["bytes"], result["tree"]["bytes_ropes"]),
+                  result["tree"]["overhead"], 1.0, ""),
+                 (0.2, theirs, _published(scene)[-1], 0.45, "///"))
+        for shift, sizes, overhead, alpha, hatch in pairs:
+            bare, whole = (size / 2 ** 20 for size in sizes)
+            for bottom, height, colour in ((0, bare, "#2f6db3"), (bare, whole - bare, "#df8a6a")):
+                axis.bar(at + shift, height, 0.38, bottom, color=colour, alpha=alpha,
+                         hatch=hatch, edgecolor="white")
+            axis.annotate(f"x {number(overhead)}", (at + shift, whole), ha="center",
+                          va="bottom", fontsize=8)
+    axis.set_xticks(range(len(results)), [
+        titled(scene, result["scene"]["stand_in"])
+        for scene, result in results.items()], fontsize=9)
+    axis.set(yscale="log", ylabel="MiB (log)", ylim=(0.02, None))
+    axis.margins(y=0.15)
+    axis.spines[["top", "right"]].set_visible(False)
+    figure.suptitle("Figure 17: a kd-tree (blue) and what ropes add (red)\nplain: here; hatched: "
+                    "published", fontsize=11)
+    figure.tight_layout(rect=(0, 0.05, 1, 1))
+    save_chart(figure, out / "fig17.png", "Records as in Popov et al. 2007.")

@@ -1,0 +1,70 @@
+"""Figure 23: the hierarchical ray engine (Szécsi 2006), from the real passes of `ray-tiles`."""
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+
+import gpgpu_rt as rt
+
+from ..diagrams.flow import HEADS, draw_flow, table_rows
+from ..diagrams.issued_passes import PassLog, logged
+from ..framework.cell import Cell
+from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
+
+SCENE, SIDE, TILE = "boulder", 64, 8
+WORDS = {"tile_spans": "middle of a tile's rays", "tile_cones": "enclosing cone of the tile",
+         "tile_ends": "how far the tile still searches",
+         "tile_pairs": "cone test (vertices), then ray-triangle: MIN of t",
+         "tile_pairs, again": "the lowest triangle at that t: MIN of index",
+         "tile_hits": "u, v and state of each ray"}
+
+
+@lru_cache(maxsize=None)
+def passes() -> tuple[PassLog, list[tuple[int, int]]]:
+    """Those of one image of eye rays; and by batch: pairs of a triangle and a tile, and those that
+    their cones let through."""
+    scene = rt.load_scene(SCENE)
+    rays = scene.camera.rays((SIDE, SIDE))
+    with rt.Tracer(scene, "ray-tiles", tile=TILE) as tracer, logged(tracer) as log:
+        tracer.trace(*rays)
+        for name, texture in tracer._buffers.side(0).samplers().items():
+            log.names[texture.glo] = name.rsplit("_texel_", 1)[0]
+    tiles, found = (SIDE // TILE) ** 2, []
+    with rt.Tracer(scene, "ray-tiles", tile=TILE, statistics=True) as tracer:
+        everything, before = tracer.accelerator.structure, 0.0
+        for steps, (_, count) in enumerate(everything, 1):
+            tracer._traversal.step_cap = steps
+            through = tracer.trace(*rays).nodes_visited.sum() / TILE ** 2
+            found.append((count * tiles, round(through - before)))
+            before = through
+    return log, found
+
+
+def cells(full: bool) -> list[Cell]:
+    return []
+
+
+def draw(data: Path, out: Path, full: bool) -> None:
+    """Write out/fig23.csv, .md and .png."""
+    log, batches = passes()
+    write_csv(out / "fig23.csv", ("batch", "pairs", "through"),
+              [[at, *pair] for at, pair in enumerate(batches, 1)])
+    pairs, through = (sum(column) for column in zip(*batches))
+    write_text(out / "fig23.md", "# Figure 23: the hierarchical ray engine\n\nThe passes of "
+               f"`ray-tiles` over {SIDE} x {SIDE} eye rays in tiles of {TILE} x {TILE}, {SCENE}. "
+               f"Of {pairs:,} pairs of a triangle and a tile the vertex stage let "
+               f"{through:,} through ({number(100 * through / pairs)} %); only these reach the "
+               "intersection. No structure over triangles exists.\n\n"
+               + markdown_table(HEADS, table_rows(log, WORDS)))
+    figure, (axis, strip) = plt.subplots(2, 1, figsize=(10, 8.5), height_ratios=(4, 1))
+    draw_flow(axis, log, WORDS)
+    strip.bar(range(1, 1 + len(batches)), [all_ for all_, _ in batches], color="#c8c8c8")
+    strip.bar(range(1, 1 + len(batches)), [some for _, some in batches], color="#3d8b57")
+    strip.set(yscale="log", xlabel="batch of triangles", ylabel="pairs (log)")
+    strip.set_title("pairs of a triangle and a tile: grey all, green those whose cone meets it",
+                    fontsize=9)
+    strip.spines[["top", "right"]].set_visible(False)
+    figure.suptitle("Figure 23: the hierarchical ray engine (ray-tiles)", fontsize=12)
+    figure.tight_layout(rect=(0, 0.03, 1, 1))
+    save_chart(figure, out / "fig23.png", "Green: what is given: rays, and the table of "
+               "triangles. Dots: streams, blue written, violet read.")

@@ -1,0 +1,103 @@
+"""Figure 25: the traversal of a ray hierarchy, the stream level by level."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import gpgpu_rt as rt
+
+from ..diagrams.small_rays import RAYS, TRIANGLES, Round, traversal
+from ..framework.cell import Cell
+from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
+
+HEADS = ("level", "pairs", "slots written", "empty slots", "pairs after the reduction",
+         "of all pairs there are")
+SCENE, SIDE = "bunny", 64    # where it is counted what streams hold of a mesh
+
+
+def cells(full: bool) -> list[Cell]:
+    return []
+
+
+def rows() -> list[list[Any]]:
+    """A round a line: level of the nodes that come, and what becomes of their children."""
+    _, rounds, _ = traversal()
+    return [[one.level, len(one.pairs), one.slots[..., 0].size,
+             int((one.slots[..., 0] < 0).sum()), one.kept,
+             number(one.kept / (TRIANGLES * RAYS / 4 ** (one.level - 1)))] for one in rounds]
+
+
+def counted(scene: rt.Scene, side: int) -> list[list[Any]]:
+    """Pairs by level for side x side eye rays: tested, kept, and how many there are at all."""
+    found: dict[int, list[int]] = {}
+    with rt.Tracer(scene, "ray-hierarchy") as tracer:
+        driver = tracer._traversal
+        test = driver._test
+
+        def watched(level: int, first: int, count: int) -> int:
+            kept = test(level, first, count)
+            at = found.setdefault(level, [0, 0])
+            at[0], at[1] = at[0] + count, at[1] + kept
+            return kept
+        driver._test = watched
+        tracer.trace(*scene.camera.rays((side, side)))
+        assert driver.cones is not None
+        nodes = [level.length for level in driver.cones.levels]
+    return [[level, nodes[level - 1], tested, kept, number(kept / (nodes[level - 1] * len(scene)))]
+            for level, (tested, kept) in sorted(found.items(), reverse=True)]
+
+
+def draw(data: Path, out: Path, full: bool) -> None:
+    """Write out/fig25.csv, .md and .png."""
+    _, rounds, hits = traversal()
+    scene = rt.load_scene(SCENE)
+    write_csv(out / "fig25.csv", HEADS, rows())
+    write_text(out / "fig25.md", (
+        "# Figure 25: the traversal of a ray hierarchy\n\n"
+        f"{TRIANGLES} triangles meet the root over {RAYS} rays (those of Figure 24). Each pair of "
+        "a triangle and a node writes the node's four children to four targets, empty where no "
+        "ray of theirs may hit the triangle; stream reduction puts the others side by side, and "
+        f"so on down to the rays, of which {int(hits.hit.sum())} hit something after "
+        f"{int(hits.triangles_tested.sum())} tests.\n\n"
+        + markdown_table(HEADS, rows())
+        + f"\nThe same for {SIDE} x {SIDE} eye rays of {SCENE}, {len(scene):,} triangles"
+        + (f" (a stand-in for {scene.stand_in})" if scene.stand_in else "") + ":\n\n"
+        + markdown_table(("level", "nodes below", "pairs", "pairs after the reduction",
+                          "of all pairs there are"), counted(scene, SIDE))))
+    figure, axes = plt.subplots(2 * len(rounds), 1, figsize=(10.4, 7.2), height_ratios=[
+        1, 2.2] * len(rounds))
+    for k, one in enumerate(rounds):
+        stream(axes[2 * k], one)
+        targets(axes[2 * k + 1], one)
+    figure.suptitle("Figure 25: pairs of triangle and node, level by level", fontsize=11)
+    figure.tight_layout(rect=(0, 0.04, 1, 0.99), h_pad=0.4)
+    save_chart(figure, out / "fig25.png", "A colour is a triangle, a number a node; "
+               "white slots are empty. Read from the passes' own textures.")
+
+
+def stream(axis: Any, one: Round) -> None:
+    strip(axis, one.pairs[None], f"level {one.level}: {len(one.pairs)} pairs of a triangle and a "
+          "node, whose number stands there")
+
+
+def targets(axis: Any, one: Round) -> None:
+    strip(axis, one.slots.transpose(1, 0, 2),
+          f"their children in four targets: {one.slots[..., 0].size} slots, {one.kept} kept")
+
+
+def strip(axis: Any, pairs: np.ndarray, title: str) -> None:
+    """(h, n, 2) slots in the colours of their triangles, with the nodes' numbers in them."""
+    rows, columns = np.nonzero(pairs[..., 0] >= 0)
+    shown = np.ones((*pairs.shape[:2], 3))
+    triangles, nodes = pairs[rows, columns].T
+    shown[rows, columns] = plt.cm.tab10(triangles % 10)[:, :3]
+    axis.imshow(shown, aspect="auto", interpolation="nearest")
+    for row, column, node in zip(rows, columns, nodes):
+        axis.text(column, row, str(node), ha="center", va="center", fontsize=7, color="white")
+    for edge in range(1, pairs.shape[1]):
+        axis.axvline(edge - 0.5, color="#dddddd", lw=0.6)
+    axis.set_title(title, fontsize=8, loc="left", pad=2)
+    axis.set_xticks([])
+    axis.set_yticks([])

@@ -1,0 +1,265 @@
+"""Figure 26: every method at 10,000 triangles, relative to the Ray Engine: measured here,
+predicted on a GeForce 8800 GTX, scaled again as the survey did, and as published."""
+from __future__ import annotations
+
+import math
+import statistics
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from gpgpu_rt.gl.context import is_software
+from gpgpu_rt.hardware.cards import find_card
+from gpgpu_rt.hardware.model import loop_work, predict
+
+from ..experiments import period
+from ..experiments.period_work import counted_rays, image_scale
+from ..framework import verdicts
+from ..framework.cell import Cell
+from ..framework.kendall import tau_b
+from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
+from ..framework.results import read
+from .pass_work import counted, unseen
+from .scaled import CHIP, scaled, speeds
+from .surveyed import BASE, Entry, entries, published_speed
+
+ON_SOFTWARE = ("Measured on a software renderer: rasterising, blending and the bus cost what "
+               "memory costs.")
+COLUMNS = (("measured", "#3d8b57"), ("predicted", "#2f6db3"), ("scaled", "#c98a1b"),
+           ("published", "#8c8c8c"))
+NOTES = (
+    "The survey gives one number a paper; which of the paper's methods it is of, and which scenes "
+    "it began with, it does not say. Its figure has no numbers of its own: they are Table 1's.",
+    "Measured and predicted: eye rays of `tenk`, 24 balls on a floor, 10,000 triangles.",
+    "Predicted: work counted by emulation (by passes, where a method runs in many) and the "
+    "figures of the card, as on the page of period hardware; a packet's rays are the lanes of "
+    "a warp. The Ray Engine's host is left out: its passes and transfers stand for it, so that it "
+    "is predicted too fast, and all others too slow beside it.",
+    "Measured: the Ray Engine's host is numpy.",
+    "Zhou's paper is of building kd-trees: its row is the kd-tree with a full stack, built so.")
+
+
+@dataclass(frozen=True)
+class Row:
+    """An entry: nanoseconds a ray, measured and predicted, and speeds over the Ray Engine's."""
+
+    entry: Entry
+    measured_ns: float | None
+    predicted_ns: float | None
+    bound: str
+    measured: float | None = None
+    predicted: float | None = None
+    scaled: tuple[float, float] | None = None
+    published: float | None = None
+
+
+def cells(full: bool) -> list[Cell]:
+    """Of the entries, and those that the card's constant is fitted to."""
+    return [*(cell for entry in entries() for cell in (entry.measured(full), entry.counted(full))),
+            *period.cells(full, CHIP)]
+
+
+def predicted_ns(entry: Entry, result: dict[str, Any], share: float) -> tuple[float, str]:
+    """Nanoseconds a ray on the card, and what they are bound by."""
+    card = find_card(CHIP)
+    if "passes" in result:
+        work, rays = counted(card, result["passes"]), result["passes"]["rays"]
+    else:
+        done = result["work"]
+        lanes = math.prod(period.WARP_PACKET) if entry.packed else 1
+        work = loop_work(card, done, card.branch_width // lanes).scaled(image_scale(done))
+        rays = counted_rays(done)
+    found = predict(card, work, share)
+    return 1e9 * found.seconds / max(rays, 1), found.bound
+
+
+def fitted(data: Path) -> period.Fit | None:
+    """The card's constant; None where nothing is there that it could be fitted to."""
+    return period.fit(period.rows(data)).get(CHIP)
+
+
+def rows(data: Path, full: bool) -> list[Row]:
+    """Every entry of which something is measured."""
+    card, found = fitted(data), []
+    for entry in entries():
+        timed, work = (read(cell, data) for cell in (entry.measured(full), entry.counted(full)))
+        ns, bound = (None, "-") if work is None or card is None else predicted_ns(
+            entry, work, card.share)
+        if timed is not None or work is not None:
+            found.append(Row(entry, timed["ns_per_ray"] if timed else None, ns, bound))
+    base = next((row for row in found if row.entry.source == BASE), None)
+    again = speeds(scaled())
+    return [Row(row.entry, row.measured_ns, row.predicted_ns, row.bound,
+                _over(base.measured_ns if base else None, row.measured_ns),
+                _over(base.predicted_ns if base else None, row.predicted_ns),
+                again.get(row.entry.source or ""), published_speed(row.entry.source))
+            for row in found]
+
+
+def _over(base: float | None, ns: float | None) -> float | None:
+    return base / ns if base and ns else None
+
+
+def value(row: Row, column: str) -> float | None:
+    """A speed over the Ray Engine's; of the two ways to scale, their geometric mean."""
+    if column == "scaled":
+        return math.sqrt(math.prod(row.scaled)) if row.scaled else None
+    return getattr(row, column)
+
+
+def agreement(found: list[Row], one: str, other: str) -> tuple[float, float, int]:
+    """tau-b of two columns, by what factor their ratios are off, and over how many methods."""
+    pairs = [(a, b) for row in found
+             if (a := value(row, one)) and (b := value(row, other))]
+    if len(pairs) < 2:
+        return math.nan, math.nan, len(pairs)
+    ours, theirs = zip(*pairs)
+    return tau_b(ours, theirs), verdicts.off_by(ours, theirs), len(pairs)
+
+
+def claims(found: list[Row], column: str) -> list[str]:
+    """What the survey reads off its figure, held against a column: sentences."""
+    lines = []
+    for says, chosen in (("packets over single rays", lambda row: row.entry.row.packet),
+                         ("with a stack over without one", lambda row: row.entry.row.stack)):
+        # Of the same papers in every column; trees alone, as others have neither.
+        sides = {side: [v for row in found if (v := value(row, column)) and row.published
+                        and _tree(row) and chosen(row) is side] for side in (True, False)}
+        if all(sides.values()):
+            a, b = (statistics.geometric_mean(sides[side]) for side in (True, False))
+            lines.append(f"{column}, {says}: {number(a / b)} times as fast in the geometric mean, "
+                         f"of {len(sides[True])} and {len(sides[False])} methods over trees")
+    return lines
+
+
+def _tree(row: Row) -> bool:
+    return row.entry.method.startswith(("kd-", "bvh-", "bih"))
+
+
+def packet_pairs(found: list[Row]) -> list[str]:
+    """Each packet method beside the single rays of the same structure."""
+    by_name = {row.entry.method: row for row in found if row.entry.method != "kd-stack"}
+    lines = []
+    for packet, single in (("kd-packet", "kd-short-stack"), ("kd-ropes-packet", "kd-ropes"),
+                           ("bvh-packet", "bvh-stack")):
+        if packet in by_name and single in by_name:
+            gains = [_over(getattr(by_name[single], name), getattr(by_name[packet], name))
+                     for name in ("measured_ns", "predicted_ns")]
+            lines.append(f"{packet} over {single}: {number(gains[0])} times as fast measured, "
+                         f"{number(gains[1])} times predicted")
+    return lines
+
+
+def judge(data: Path, full: bool) -> verdicts.Verdict:
+    """Of the measured column against the published one; predicted and scaled are said beside."""
+    found = rows(data, full)
+    pairs = [(1 / row.measured, 1 / row.published) for row in found
+             if row.measured and row.published]
+    said = verdicts.of_groups({"all methods": tuple(zip(*pairs))} if pairs else {})
+    return verdicts.Verdict(said.word, said.why + " " + "; ".join(
+        f"{name}: {_agreed(found, name, 'published')}" for name, _ in COLUMNS[1:3]) + ".")
+
+
+def _agreed(found: list[Row], one: str, other: str) -> str:
+    tau, off, count = agreement(found, one, other)
+    return f"tau-b {number(tau, 2)}, off by a factor of {number(off)}, {count} methods"
+
+
+def draw(data: Path, out: Path, full: bool) -> None:
+    """Write out/fig26.csv, .md and .png."""
+    found = rows(data, full)
+    heads = ("source", "method", "measured_ns", "predicted_ns", "bound", "measured", "predicted",
+             "scaled_by_arithmetic", "scaled_by_bandwidth", "published")
+    write_csv(out / "fig26.csv", heads, [
+        (row.entry.source, row.entry.label, row.measured_ns, row.predicted_ns, row.bound,
+         row.measured, row.predicted, *(row.scaled or (None, None)), row.published)
+        for row in found])
+    write_text(out / "fig26.md", _page(found, data, full))
+    if any(row.measured for row in found):
+        _chart(found, out)
+
+
+def _page(found: list[Row], data: Path, full: bool) -> str:
+    known = next((r for e in entries() if (r := read(e.measured(full), data))), None)
+    said, card = judge(data, full), fitted(data)
+    table = [[row.entry.source or "-", row.entry.label, number(row.measured_ns),
+              number(row.predicted_ns), row.bound, number(row.measured), number(row.predicted),
+              "-" if row.scaled is None else " to ".join(map(number, sorted(row.scaled))),
+              number(row.published)] for row in found]
+    cards = [[row.source, row.card.name, number(row.rate / 1e6), ", ".join(row.scenes)]
+             for row in scaled()]
+    pairs = [("measured", "published"), ("predicted", "published"), ("scaled", "published"),
+             ("measured", "predicted")]
+    parts = [
+        "# Figure 26: every method at 10,000 triangles, relative to the Ray Engine\n",
+        f"**{said.word}**: {said.why}\n",
+        "" if known is None else f"Measured on: {known['gpu']['renderer']}, {known['date']}. "
+        f"Predicted and scaled to: {find_card(CHIP).name}"
+        + ("" if card is None else f", of whose rates programs reach {number(card.share)}, fitted "
+           f"to {card.says()} of the page of [period hardware](period.md)") + ".\n",
+        markdown_table(("source", "method here", "measured ns a ray", "predicted ns a ray",
+                        "bound by", "measured", "predicted", "scaled again", "published"), table),
+        "The last four columns: how many times as fast as the Ray Engine. Scaled again: what the "
+        "survey prints of a paper's rates, by the ratio of the cards' arithmetic and by that of "
+        "their bandwidth; at 10,000 triangles as a line between scenes has it:\n",
+        markdown_table(("source", "card", "Mrays/s at 10,000 triangles, or at the nearest",
+                        "from"), cards),
+        "## How the columns agree\n",
+        markdown_table(("", "", "tau-b", "ratios off by a factor of", "methods"), [
+            [one, other, number(tau, 2), number(off), count] for one, other in pairs
+            for tau, off, count in (agreement(found, one, other),)]),
+        "## What the survey reads off it\n",
+        "Packets generally outperform single rays; methods with and without a stack have similar "
+        "performance (section 4.1):\n",
+        *(f"* {line}." for name, _ in COLUMNS for line in claims(found, name)),
+        *(f"* {line}." for line in packet_pairs(found)), "",
+        "## What must be known\n", *(f"* {note}" for note in NOTES),
+        *([f"* {ON_SOFTWARE}"] if known and is_software(known["gpu"]["renderer"]) else []),
+        *(f"* {note}" for note in _least(data, full)), ""]
+    return "\n".join(parts)
+
+
+def _least(data: Path, full: bool) -> list[str]:
+    """Of which passes less is predicted than they do."""
+    results = {e.label: r for e in entries() if (r := read(e.counted(full), data))}
+    return [f"Predicted, {label}: of {', '.join(names)} one turn of each loop is counted, the "
+            "least; how often they turn is not known, as a vertex program places them."
+            for label, r in results.items() if "passes" in r and (names := unseen(r["passes"]))]
+
+
+def _chart(found: list[Row], out: Path) -> None:
+    some = [row for row in found if row.entry.source]
+    rest = [row for row in found if not row.entry.source]
+    shown = sorted(some, key=lambda row: row.published or 0) + rest
+    figure, axis = plt.subplots(figsize=(13, 5.6))
+    for at, (column, colour) in enumerate(COLUMNS):
+        pairs = [(x, v) for x, row in enumerate(shown) if (v := value(row, column))]
+        shift = 0.2 * (at - 1.5)
+        axis.bar([x + shift for x, _ in pairs], [v for _, v in pairs], 0.19, color=colour,
+                 label=column + (" again, arithmetic to bandwidth" if column == "scaled" else ""))
+        for x, v in pairs:
+            # Clear of the line from one way of scaling to the other; the number is the bar's.
+            top = max(shown[x].scaled or (v,)) if column == "scaled" else v
+            axis.annotate(number(v, 2), (x + shift, top), ha="center", fontsize=6, rotation=90,
+                          va="bottom" if top >= 1 else "top", textcoords="offset points",
+                          xytext=(0, 2 if top >= 1 else -2))
+        if column == "scaled":
+            for x, row in enumerate(shown):
+                if row.scaled:
+                    axis.plot([x + shift] * 2, row.scaled, color="#5c3d00", linewidth=1)
+    axis.axhline(1, color="#555555", linewidth=0.8)
+    axis.axvline(len(some) - 0.5, color="#bbbbbb", linewidth=0.8)
+    axis.set_yscale("log")
+    axis.margins(x=0.01, y=0.16)
+    axis.set_xticks(range(len(shown)), [
+        (f"{row.entry.source}\n" if row.entry.source else "") + row.entry.label for row in shown],
+        rotation=55, ha="right", fontsize=7)
+    axis.set_ylabel("speed over the Ray Engine's (log)")
+    axis.legend(frameon=False, fontsize=8, ncols=4, loc="lower right", bbox_to_anchor=(1, 1))
+    axis.spines[["top", "right"]].set_visible(False)
+    figure.suptitle("Figure 26: eye rays at 10,000 triangles; left the survey's rows, right what "
+                    "it gives no number for", fontsize=11)
+    figure.tight_layout(rect=(0, 0.03, 1, 1))
+    save_chart(figure, out / "fig26.png",
+               f"measured against published: {_agreed(found, 'measured', 'published')}; "
+               f"predicted: {_agreed(found, 'predicted', 'published')}")

@@ -1,0 +1,37 @@
+"""Pictures with mirrors, glass and lamps as cells: what each took, and the picture itself."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import gpgpu_rt as rt
+
+from ..framework.cell import Cell
+from ..framework.results import read
+
+HEADS = ("picture", "method", "triangles", "s", "rays traced", "M rays/s", "passes", "MiB")
+
+
+def cell(scene: str, method: str, full: bool) -> Cell:
+    return Cell(scene, method, (), 512 if full else 144, "picture", runs=1)
+
+
+def row_of(cell: Cell, data: Path) -> list[Any] | None:
+    """What HEADS names, or None where it was not measured. Rays that ended earlier on their branch
+    are traced as empty ones, and count."""
+    found = read(cell, data)
+    if found is None:
+        return None
+    cost, seconds = found["statistics"], found["median_ms"] / 1e3
+    rays = cost["waves"] * cell.size ** 2
+    return [cell.scene, cell.method, found["scene"]["triangles"], seconds, rays,
+            rays / seconds / 1e6, cost["passes"] + sum(cost["picture_passes"].values()),
+            cost["texture_bytes"] / 2**20]
+
+
+def picture(cell: Cell) -> np.ndarray:
+    """(size, size, 3) uint8."""
+    with rt.Tracer(cell.scene, cell.method) as tracer:
+        return np.asarray(tracer.render(size=(cell.size, cell.size)))

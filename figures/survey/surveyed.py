@@ -1,0 +1,108 @@
+"""The methods of the survey's Table 1 and Figure 26, as rows of this package's method table.
+
+The survey gives one number a paper, and not of which of its methods: the one that the paper ends
+with stands for it. What the table of methods has besides (other methods of the same papers, and of
+papers the survey gives no number for) is measured too.
+"""
+from __future__ import annotations
+
+import csv
+import functools
+import importlib.resources
+from dataclasses import dataclass
+from typing import Any
+
+import gpgpu_rt as rt
+from gpgpu_rt.bench.workloads import EYE
+
+from ..experiments.period import TEST, WARP_PACKET
+from ..experiments.period_work import WORK
+from ..framework.cell import Cell, timed_runs
+from .pass_work import PASSES
+
+SCENE = "tenk"            # 10,000 triangles, as Table 1 is of
+BASE = "Carr et al. 2002"    # the Ray Engine, that all others are relative to
+PREDICTED_SIZE = 1024     # tiles of such an image are emulated: neighbouring rays as published
+SLOW = {"brute-force": 64, "kd-texture-stack": 64, "ray-tiles": 128,   # pixels a side, quick size
+        "ray-hierarchy": 64, "visibility-field": 128}
+Options = tuple[tuple[str, Any], ...]
+
+# Source, in the survey's words -> the method and options that stand for it.
+STANDS_FOR: dict[str, tuple[str, Options]] = {
+    "Purcell et al. 2002": ("grid", ()),
+    "Carr et al. 2002": ("ray-engine", ()),
+    "Thrane and Simonsen 2005": ("bvh-threaded", (("build", "goldsmith-salmon"),)),
+    "Foley and Sugerman 2005": ("kd-restart", ()),
+    "Carr et al. 2006": ("geometry-image", ()),
+    "Szecsi 2006": ("ray-tiles", ()),
+    "Roger et al. 2007": ("ray-hierarchy", ()),
+    "Günther et al. 2007": ("bvh-packet", ()),
+    "Horn et al. 2007": ("kd-packet", ()),
+    "Popov et al. 2007": ("kd-ropes-packet", ()),
+    "Budge et al. 2008": ("kd-stack", ()),
+    "Zhou et al. 2008": ("kd-stack", (("build", "zhou"),)),
+}
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A method with options; ``source`` is the row of Table 1 that it stands for, or None."""
+
+    method: str
+    options: Options = ()
+    source: str | None = None
+
+    @property
+    def label(self) -> str:
+        return " ".join((self.method, *(str(value) for _, value in self.options)))
+
+    @property
+    def row(self) -> rt.Method:
+        return next(row for row in rt.methods() if row.name == self.method)
+
+    @property
+    def packed(self) -> bool:
+        """Whether its packets' rays are the lanes of a warp on the card, as in Figures 16, 22."""
+        return self.row.packet
+
+    def measured(self, full: bool) -> Cell:
+        """Eye rays of the scene, timed here."""
+        return Cell(SCENE, self.method, self.options, self._size(full), EYE, runs=timed_runs(full))
+
+    def _size(self, full: bool, quick: int = 256) -> int:
+        return 512 if full else min(quick, SLOW.get(self.method, quick))
+
+    def counted(self, full: bool) -> Cell:
+        """The work of the same rays: emulated where one program does all, else pass by pass."""
+        if "loop" not in self.row.schedules:
+            return Cell(SCENE, self.method, self.options, self._size(full, 128), PASSES + EYE,
+                        runs=1)
+        options = (*self.options, TEST, *((("packet", WARP_PACKET),) if self.packed else ()))
+        return Cell(SCENE, self.method, options, PREDICTED_SIZE, WORK + EYE, runs=1)
+
+
+def entries() -> list[Entry]:
+    """Those of the survey's rows in their order, then every other method of the table."""
+    surveyed = [Entry(method, options, source)
+                for source, (method, options) in STANDS_FOR.items()]
+    known = {entry.method for entry in surveyed}
+    return surveyed + [Entry(row.name) for row in rt.methods() if row.name not in known]
+
+
+@functools.cache
+def table1() -> dict[str, dict[str, str]]:
+    """The survey's Table 1 as it is printed, source -> column -> text."""
+    file = importlib.resources.files("gpgpu_rt.figures") / "published" / "table1.csv"
+    with file.open(newline="", encoding="utf-8") as lines:
+        return {row["source"]: row for row in csv.DictReader(lines)}
+
+
+def published_speed(source: str | None) -> float | None:
+    """How many times as fast as the Ray Engine the survey makes it; None where it does not say."""
+    value = table1()[source]["relative_performance"] if source else ""
+    return float(value) if value else None
+
+
+def updated(entry: Entry) -> Cell:
+    """How a method follows triangles that moved."""
+    return Cell(SCENE, entry.method, entry.options, 0, "updates", runs=3)

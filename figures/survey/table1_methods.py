@@ -1,0 +1,171 @@
+"""Table 1: what the methods are and do, of the method table and measured, beside the survey's."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..framework import verdicts
+from ..framework.cell import Cell
+from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
+from ..framework.results import read
+from . import fig26_all_methods as fig26
+from .surveyed import STANDS_FOR, Entry, entries, published_speed, table1, updated
+
+# The survey's words for a structure begin so -> classes that are of that kind.
+KINDS = {"Uniform Grid": {"Grid"}, "BVH": {"Bvh", "ImageTree"}, "kD-tree": {"KdTree"},
+         "Ray-Space": {"nothing"}, "N/A": {"nothing"}}
+NOTHING = ("tuple", "NoneType")     # what methods without a structure over triangles keep
+COLUMNS = ("acceleration_structure", "dynamic_geometry", "packet_tracing", "stack",
+           "implementation")
+NOTES = (
+    "Structure: the class that the tracer built, and the records that its programs read.",
+    "Dynamic: whether the row's method follows moved triangles without building its structure "
+    "anew (`refit` or nothing to build), as `Tracer.update` was seen to do. Zhou's answer was a "
+    "build fast enough for every frame: what building takes here stands beside it.",
+    "Implementation: all are fragment programs here; nothing is in a streaming language.",
+    "Packets: Popov's are both, single rays and packets, two methods here. N/A of the survey's is "
+    "not held against ours.")
+
+
+@dataclass(frozen=True)
+class Line:
+    """A source's row: the survey's words and ours, column by column."""
+
+    entry: Entry
+    theirs: dict[str, str]
+    ours: dict[str, str]
+    build: float
+    update: float
+    rebuilt: bool
+    size: float
+
+    def agrees(self, column: str) -> bool | None:
+        """Whether both say the same; None where the survey says N/A of a yes or no."""
+        theirs, ours = self.theirs[column], self.ours[column]
+        if column == "acceleration_structure":
+            kind = next(kind for kind in KINDS if theirs.startswith(kind))
+            return ours.split(" ")[0] in KINDS[kind]
+        if theirs == "N/A":
+            return None
+        return ours in theirs.split("/")
+
+
+def cells(full: bool) -> list[Cell]:
+    return [*fig26.cells(full), *(updated(entry) for entry in _surveyed())]
+
+
+def _surveyed() -> list[Entry]:
+    return [entry for entry in entries() if entry.source]
+
+
+def lines(data: Path, full: bool) -> Iterator[Line]:
+    """A line a source that is measured, in the survey's order."""
+    for entry in _surveyed():
+        timed, moved = read(entry.measured(full), data), read(updated(entry), data)
+        if timed is None or moved is None:
+            continue
+        row, found = entry.row, moved["updates"]
+        built = timed["structure"]
+        records = ", ".join(sorted(name for name in found["tables"] if name != "triangle"))
+        still = not found["rebuilt"] or built in NOTHING
+        ours = {"acceleration_structure": ("nothing" if built in NOTHING else built)
+                + (f" ({records})" if records else ""),
+                "dynamic_geometry": "Y" if still else "N",
+                "packet_tracing": "Packet" if row.packet else "Mono",
+                "stack": "Stack-based" if row.stack else "Stackless", "implementation": "Shader"}
+        yield Line(entry, table1()[entry.source or ""], ours, found["build"], found["update"],
+                   found["rebuilt"], found["size"])
+
+
+def judge(data: Path, full: bool) -> verdicts.Verdict:
+    """The worse of two: the relative performance by Figure 26's rule, and the properties, of which
+    more than half must agree, or else they contradict."""
+    found = list(lines(data, full))
+    if not found:
+        return verdicts.of_claims({})
+    scores = [line.agrees(column) for line in found for column in COLUMNS]
+    speed = fig26.judge(data, full)
+    differ = [f"{line.entry.source}, {column.replace('_', ' ')}: {line.ours[column]}, not "
+              f"{line.theirs[column]}" for column in COLUMNS[:-1] for line in found
+              if line.agrees(column) is False]
+    stated = len(scores) - scores.count(None)
+    word = speed.word if 2 * scores.count(True) > stated else verdicts.CONTRADICTED
+    return verdicts.Verdict(
+        word, f"Relative performance: {speed.why} Properties: {scores.count(True)} of "
+        f"{stated} that the survey states are the same here"
+        + (f"; differing, implementation left out: {'; '.join(differ)}" if differ else "") + ".")
+
+
+def draw(data: Path, out: Path, full: bool) -> None:
+    """Write out/table1.csv, .md and .png."""
+    found = list(lines(data, full))
+    speeds = {row.entry.source: row for row in fig26.rows(data, full)}
+    heads = ("source", "method", *(f"{who}_{column}" for column in COLUMNS
+                                   for who in ("survey", "here")),
+             "survey_relative", "measured_relative", "predicted_relative", "build_seconds",
+             "update_seconds", "rebuilt", "table_bytes")
+    write_csv(out / "table1.csv", heads, [
+        (line.entry.source, line.entry.label,
+         *(words[column] for column in COLUMNS for words in (line.theirs, line.ours)),
+         published_speed(line.entry.source), speeds[line.entry.source].measured,
+         speeds[line.entry.source].predicted, line.build, line.update, line.rebuilt, line.size)
+        for line in found])
+    said = judge(data, full)
+    parts = [
+        "# Table 1: what the methods are\n", f"**{said.word}**: {said.why}\n",
+        "A cell holds the survey's word; where ours is another one, both, the survey's first.\n",
+        markdown_table(("source", "method here", *(c.replace("_", " ") for c in COLUMNS),
+                        "relative performance", "measured here", "predicted, 8800 GTX"),
+                       [[line.entry.source, line.entry.label,
+                         *(_cell(line, column) for column in COLUMNS),
+                         number(published_speed(line.entry.source)),
+                         number(speeds[line.entry.source].measured),
+                         number(speeds[line.entry.source].predicted)] for line in found]),
+        "What it takes to follow triangles that moved, here:\n",
+        markdown_table(("source", "method here", "build, ms", "update, ms", "update", "tables, "
+                        "KiB"), [[line.entry.source, line.entry.label, number(1e3 * line.build),
+                                  number(1e3 * line.update),
+                                  "nothing to build" if line.ours[COLUMNS[0]] == "nothing"
+                                  else "built anew" if line.rebuilt else "refitted",
+                                  number(line.size / 1024)] for line in found]),
+        "## What must be known\n", *(f"* {note}" for note in NOTES), ""]
+    write_text(out / "table1.md", "\n".join(parts))
+    if found:
+        _chart(found, out)
+
+
+def _cell(line: Line, column: str) -> str:
+    theirs, ours = line.theirs[column], line.ours[column]
+    if column == "acceleration_structure":
+        return f"{theirs}; {ours}"
+    return theirs if line.agrees(column) else f"{theirs} / {ours}"
+
+
+def _chart(found: list[Line], out: Path) -> None:
+    """Which properties agree: a field a source and property."""
+    colours = {True: "#cfe8d5", False: "#f3c9c0", None: "#eeeeee"}
+    figure, axis = plt.subplots(figsize=(12, 0.42 * len(found) + 1.6))
+    for y, line in enumerate(found):
+        for x, column in enumerate(COLUMNS):
+            axis.add_patch(plt.Rectangle((x, y), 1, 1, facecolor=colours[line.agrees(column)],
+                                         edgecolor="white"))
+            ours = line.ours[column].split(" (")[0]
+            axis.text(x + 0.5, y + 0.5, f"{line.theirs[column]} | {ours}", ha="center",
+                      va="center", fontsize=7.5)
+    axis.set(xlim=(0, len(COLUMNS)), ylim=(len(found), 0))
+    axis.set_xticks([x + 0.5 for x in range(len(COLUMNS))],
+                    [column.replace("_", " ") for column in COLUMNS])
+    axis.xaxis.tick_top()
+    axis.set_yticks([y + 0.5 for y in range(len(found))],
+                    [f"{line.entry.source}: {line.entry.label}" for line in found], fontsize=8)
+    axis.tick_params(length=0)
+    axis.spines[:].set_visible(False)
+    figure.suptitle("Table 1: the survey's word | ours; green the same, red another, grey N/A",
+                    fontsize=11)
+    figure.tight_layout(rect=(0, 0.04, 1, 1))
+    save_chart(figure, out / "table1.png", "Ours: of the method table, the structure that was "
+               "built, and updates that were timed.")
+
+
+assert set(STANDS_FOR) == set(table1()), "every row of Table 1 has a method that stands for it"

@@ -1,0 +1,22 @@
+"""Sizes of a scene's kd-tree, without and with ropes, in the records of Popov et al. 2007."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import gpgpu_rt as rt
+from gpgpu_rt.methods.kdtree.ropes import build_ropes
+from gpgpu_rt.methods.quality import quality
+
+NODE_BYTES, REFERENCE_BYTES = 8, 4   # the survey's Figure 17 confirms both, and Ropes.bytes a leaf
+
+
+def measure(scene: rt.Scene, options: Mapping[str, Any]) -> dict[str, float]:
+    """Counts of the tree that ``options`` build, and its bytes: ``bytes`` of nodes and references,
+    ``bytes_ropes`` with six ropes and a box in every leaf, ``overhead`` the one over the other."""
+    with rt.Tracer(scene, "kd-restart", **options) as tracer:
+        tree = tracer.accelerator.structure
+    found = quality(tree)
+    bare = NODE_BYTES * found["nodes"] + REFERENCE_BYTES * found["references"]
+    with_ropes = bare + build_ropes(tree, push_down=False).bytes
+    return {**found, "bytes": bare, "bytes_ropes": with_ropes, "overhead": with_ropes / bare}

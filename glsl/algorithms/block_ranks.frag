@@ -1,0 +1,20 @@
+#version 330 core
+// The scan within blocks of 4 BLOCK elements (Roger, Assarsson, Holzschuch 2007; survey 3.6.2): how
+// many elements of its block are kept, up to and including each of these four.
+//
+// Departure: Roger et al. sum up the nulls before an element, by doubling in log s passes; we sum up
+// what is kept, four elements a texel, in one pass.
+
+#include <records>
+#include "core/stream.glsl"
+
+void main() {
+    int i = element();
+    float before = 0.0;
+    for (int k = i - i % BLOCK; k < i; ++k) {
+        before += dot(flags_load(table_texel(k)).value, vec4(1.0));
+    }
+    vec4 flag = flags_load(table_texel(i)).value;
+    vec2 pair = vec2(flag.x, flag.x + flag.y);
+    ranks_store(Ranks(before + vec4(pair, pair.y + flag.z, pair.y + flag.z + flag.w)));
+}

@@ -1,0 +1,12 @@
+#version 330 core
+// How many elements of each block are kept.
+
+#include <records>
+#include "core/stream.glsl"
+
+uniform int texels;   // of the ranks
+
+void main() {
+    int last = min(BLOCK * (element() + 1), texels) - 1;
+    totals_store(Totals(vec4(ranks_load(table_texel(last)).value.w, 0.0, 0.0, 0.0)));
+}

@@ -1,0 +1,20 @@
+#version 330 core
+// A level of a reduction: COMBINE over FAN neighbours at a time (the "reduce" of stream programming;
+// the upward half of Blelloch's scan, "Prefix Sums and Their Applications", 1990, with COMBINE +).
+
+#include <records>
+#include "core/stream.glsl"
+
+uniform int elements;   // of the level below
+
+#define SUM(a, b) ((a) + (b))
+
+void main() {
+    int first = FAN * element();
+    vec4 value = values_load(table_texel(first)).value;
+    for (int i = first + 1; i < min(first + FAN, elements); ++i) {
+        vec4 other = values_load(table_texel(i)).value;
+        value = COMBINE(value, other);
+    }
+    reduced_store(Reduced(value));
+}

@@ -1,0 +1,26 @@
+#version 330 core
+// A level of a scan on the way down: what stands before the block of FAN elements, from the level
+// above, and the elements before this one in it (survey 3.6.2: stream reduction begins with a scan;
+// D. Horn, "Stream Reduction Operations for GPGPU Applications", GPU Gems 2, 2005).
+//
+// Departure: Horn doubles the distance in log2 n passes over all n; here, as in Blelloch's tree, the
+// work of all levels together is proportional to n, and a wider fan halves their number again.
+
+#include <records>
+#include "core/stream.glsl"
+
+uniform int elements;   // of this level; there is one sum more, the total
+
+void main() {
+    int i = element();
+    int block = i / FAN;
+#ifdef CARRY
+    vec4 sum = carry_load(table_texel(block)).value;
+#else
+    vec4 sum = vec4(0.0);
+#endif
+    for (int k = FAN * block; k < min(i, elements); ++k) {
+        sum += values_load(table_texel(k)).value;
+    }
+    sums_store(Sums(sum));
+}

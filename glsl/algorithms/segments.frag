@@ -1,0 +1,41 @@
+#version 330 core
+// An element's place in its block's line is its rank there; a binary search in the block's ranks finds
+// where it comes from.
+//
+// Departure: Roger et al. interpolate the place along the line; the fragment's own coordinates say the
+// same without rounding.
+
+#include <records>
+#include "core/fetch.glsl"
+
+flat in int block;
+flat in int block_start;
+flat in int block_total;
+
+uniform int texels;   // of the ranks
+
+void main() {
+    ivec2 texel = ivec2(gl_FragCoord.xy);
+    int place = (texel.y << TABLE_WIDTH_LOG2) + texel.x - block_start;
+    float rank = float(place);
+    // A texel has four elements at most: those before and behind this one take up so many.
+    int lo = BLOCK * block + place / 4;
+    int hi = min(BLOCK * (block + 1), texels) - 1 - (block_total - 1 - place) / 4;
+    while (lo < hi) {
+        int middle = (lo + hi) >> 1;
+        if (ranks_load(table_texel(middle)).value.w > rank) {
+            hi = middle;
+        } else {
+            lo = middle + 1;
+        }
+    }
+    bvec4 before = lessThanEqual(ranks_load(table_texel(lo)).value, vec4(rank));
+    int lane = int(dot(vec4(before), vec4(1.0)));
+#ifdef CHILDREN
+    Children c = children_load(table_texel(lo));
+    ivec3 pair = lane < 2 ? (lane == 0 ? c.first : c.second) : (lane == 2 ? c.third : c.fourth);
+    pair_store(Pair(pair.x, pair.y, pair.z));
+#else
+    STORE(LOAD(table_texel(4 * lo + lane)));
+#endif
+}

@@ -1,0 +1,12 @@
+#version 330 core
+// Stream reduction: which element the i-th kept one is (Horn 2005; survey 3.6.2).
+
+#include <records>
+#include "core/stream.glsl"
+#include "algorithms/search.glsl"
+
+uniform int elements;   // before the reduction
+
+void main() {
+    source_store(Source(find_flagged(element(), 0, elements)));
+}

@@ -1,9 +1,0 @@
-// The planes that binned SAH weighs: ends of BINS equal bins between the outermost sides of a node's
-// pieces, as gpgpu_rt/accel/sah.py has them, four at a time along each axis; GROUPS times four.
-
-vec4 group_planes(Box box, int axis, int group) {
-    float lo = box.lo[axis], hi = box.hi[axis];
-    vec4 number = vec4(4 * group) + vec4(0.0, 1.0, 2.0, 3.0);
-    PRECISE vec4 planes = lo + (hi - lo) * (number / float(BINS));
-    return mix(planes, vec4(hi), greaterThanEqual(number, vec4(BINS)));
-}

@@ -1,9 +1,0 @@
-#version 330 core
-// The triangle of each slot, without its key.
-
-#include <records>
-#include "common/stream.glsl"
-
-void main() {
-    source_store(Source(sort_key_load(table_texel(element())).index));
-}

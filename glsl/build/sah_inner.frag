@@ -1,9 +1,0 @@
-#version 330 core
-// Flags the nodes of the level that are split.
-
-#include <records>
-#include "common/stream.glsl"
-
-void main() {
-    values_store(Values(vec4(float(split_load(table_texel(element())).taken > 0))));
-}

@@ -1,9 +1,0 @@
-#version 330 core
-// The triangle of each slot, when no node is left to split.
-
-#include <records>
-#include "common/stream.glsl"
-
-void main() {
-    source_store(Source(slot_load(table_texel(element())).triangle));
-}

@@ -1,9 +1,0 @@
-#version 330 core
-// Flags the slots that begin a leaf.
-
-#include <records>
-#include "common/stream.glsl"
-
-void main() {
-    values_store(Values(vec4(float(slot_load(table_texel(element())).starts))));
-}

@@ -1,9 +1,0 @@
-#version 330 core
-// References of each node of the finished tree.
-
-#include <records>
-#include "common/stream.glsl"
-
-void main() {
-    values_store(Values(vec4(built_load(table_texel(element())).count, 0.0, 0.0, 0.0)));
-}

@@ -1,5 +1,0 @@
-// How bright linear RGB is: gpgpu_rt/appearance/luminance.py.
-
-float luminance(vec3 colour) {
-    return dot(colour, vec3(0.2126, 0.7152, 0.0722));
-}

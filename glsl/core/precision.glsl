@@ -1,0 +1,75 @@
+// Emulation of period number formats: STORAGE_FORMAT is what textures hold, ARITHMETIC_FORMAT what
+// every result of a kernel is rounded to. Kernels write R(a * b) for a result; without a format R
+// and `stored` are nothing and cost nothing. The twin of gpgpu_rt/gl/precision.py.
+//
+// A result is rounded after it was computed in float32; rounding twice differs from a unit
+// of that width in at most some tenths of a percent of products and quotients.
+
+const float INFINITE = uintBitsToFloat(0x7f800000u);   // where a ray without an end ends
+
+#if defined(STORAGE_FORMAT) || defined(ARITHMETIC_FORMAT)
+
+float rounded(float x, uint dropped, float smallest, float quantum, float largest) {
+    uint below = (1u << dropped) - 1u;
+    uint bits = floatBitsToUint(x);
+    float multiple = x / quantum;
+#if defined(ROUNDING_NEAREST)
+    bits += (below >> 1) + ((bits >> dropped) & 1u);
+    multiple = roundEven(multiple);
+#elif defined(ROUNDING_UP)
+    bits += x > 0.0 ? below : 0u;
+    multiple = ceil(multiple);
+#else
+    multiple = trunc(multiple);
+#endif
+    float normal = uintBitsToFloat(bits & ~below);
+    float result = clamp(abs(x) < smallest ? multiple * quantum : normal, -largest, largest);
+    return abs(x) <= 3.402823466e38 ? result : x;   // infinity is no number to round
+}
+
+#endif
+
+#ifdef STORAGE_FORMAT
+float stored(float x) {
+    return rounded(x, STORAGE_FORMAT);
+}
+vec2 stored(vec2 v) {
+    return vec2(stored(v.x), stored(v.y));
+}
+vec3 stored(vec3 v) {
+    return vec3(stored(v.xy), stored(v.z));
+}
+vec4 stored(vec4 v) {
+    return vec4(stored(v.xy), stored(v.zw));
+}
+#else
+#define stored(x) (x)
+#endif
+
+#ifdef ARITHMETIC_FORMAT
+float R(float x) {
+    return rounded(x, ARITHMETIC_FORMAT);
+}
+vec2 R(vec2 v) {
+    return vec2(R(v.x), R(v.y));
+}
+vec3 R(vec3 v) {
+    return vec3(R(v.xy), R(v.z));
+}
+#else
+#define R(x) (x)
+#define ARITHMETIC_UNIT 5.9604645e-8   // of float32
+#endif
+
+// Sums and products of which each result is rounded.
+
+float R_dot(vec3 a, vec3 b) {
+    PRECISE vec3 p = R(a * b);
+    return R(R(p.x + p.y) + p.z);
+}
+
+vec3 R_cross(vec3 a, vec3 b) {
+    PRECISE vec3 p = R(a.yzx * b.zxy);
+    PRECISE vec3 q = R(a.zxy * b.yzx);
+    return R(p - q);
+}

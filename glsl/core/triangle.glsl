@@ -1,0 +1,177 @@
+// Ray against triangle. All tests read the same record and report u, v with
+// p = (1 - u - v) v0 + u v1 + v v2; none culls back faces, and a triangle without area is never
+// hit.
+//
+// INTERSECTION_WOOP_WATERTIGHT: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2013,
+// without its fallback to a wider format. Each edge function is computed from its two vertices
+// alone and only changes sign for the neighbour across the edge, so no ray slips between two
+// triangles. The axes are permuted without a swap: both windings are accepted.
+// We add that the ray must pass through the sheared triangle's box. Rounding never turns the sign of
+// an edge function but can make it zero, and three zeros are a hit: without the box a tiny triangle
+// is "hit" from far away. The comparisons are exact, so the box loses no ray that is inside.
+//
+// INTERSECTION_MOLLER_TRUMBORE: Moeller and Trumbore, "Fast, Minimum Storage Ray/Triangle
+// Intersection", 1997, with the determinant compared to zero alone.
+//
+// INTERSECTION_PLUCKER: signed volumes of the ray and each edge (Plucker coordinates; Amanatides and
+// Choi 1997), vertices moved to the ray's origin. Zero is widened by one ulp of the volumes' sum.
+//
+// INTERSECTION_KENSLER_SHIRLEY: Kensler and Shirley, "Optimizing Ray-Triangle Intersection via
+// Automated Search", 2006: the ordering with two cross products, of which one is the normal.
+
+#ifdef IMAGE_CELLS
+#include "methods/geometry_image/image_triangles.glsl"
+#endif
+
+// Hits are in the order of (t, index). A ray that goes on behind a hit (AFTER_HIT) has that hit's t
+// as t_min, and of what lies at just that t it takes what comes later in the order.
+void accept(Ray ray, float t, float u, float v, int index, inout Hit hit) {
+#ifdef AFTER_HIT
+    bool ahead = t > ray.t_min || (t == ray.t_min && index > ray.after);
+#else
+    bool ahead = t >= ray.t_min;
+#endif
+    if (ahead && (t < hit.t || (t == hit.t && index < hit.triangle))) {
+        hit = Hit(t, u, v, index);
+    }
+}
+
+#ifdef INTERSECTION_WOOP_WATERTIGHT
+
+// A corner as the ray sees it, from its place relative to the origin with the axes permuted: sheared
+// onto the ray's axis, and its depth along it.
+vec3 sheared(Ray ray, vec3 p) {
+    PRECISE vec2 xy = R(p.xy - R(ray.shear.xy * p.z));
+    return vec3(xy, p.z);
+}
+
+float edge_function(vec3 p, vec3 q) {
+    PRECISE float area = R(R(p.x * q.y) - R(p.y * q.x));
+    return area;
+}
+
+// What signs three numbers have, from the order of their bits as integers: of floats llvmpipe's minimum
+// also asks whether they are numbers, and comparisons joined by `and` wait for one another. Bits that are
+// no number count for any sign: then so are those of det and t, and nothing is hit.
+
+const uint MINUS_ZERO = 0x80000000u;    // without a sign bit, above those of what is not negative
+
+bool none_below_zero(vec3 v) {
+    uvec3 bits = floatBitsToUint(v);
+    return max(max(bits.x, bits.y), bits.z) <= MINUS_ZERO;
+}
+
+bool none_above_zero(vec3 v) {
+    ivec3 bits = floatBitsToInt(v);
+    return max(max(bits.x, bits.y), bits.z) <= 0;
+}
+
+bool all_above_zero(vec3 v) {
+    ivec3 bits = floatBitsToInt(v);
+    return min(min(bits.x, bits.y), bits.z) > 0;
+}
+
+bool all_below_zero(vec3 v) {
+    uvec3 bits = floatBitsToUint(v);
+    return min(min(bits.x, bits.y), bits.z) > MINUS_ZERO;
+}
+
+// Triangle i by its corners relative to the origin, axes permuted.
+void test_corners(Ray ray, vec3 v0, vec3 v1, vec3 v2, int i, inout Hit hit) {
+    vec3 a = sheared(ray, v0);
+    vec3 b = sheared(ray, v1);
+    vec3 c = sheared(ray, v2);
+    float w0 = edge_function(c, b);
+    float w1 = edge_function(a, c);
+    float w2 = edge_function(b, a);
+    PRECISE float det = R(R(w0 + w1) + w2);
+    vec3 w = vec3(w0, w1, w2);
+    bool inside = none_below_zero(w) || none_above_zero(w);
+    vec3 x = vec3(a.x, b.x, c.x);
+    vec3 y = vec3(a.y, b.y, c.y);
+    bool beside = all_above_zero(x) || all_below_zero(x);
+    bool over = all_above_zero(y) || all_below_zero(y);
+    if (inside && !beside && !over && det != 0.0) {
+        PRECISE float inv_det = R(1.0 / det);
+        PRECISE float depth = R(R(R(w0 * a.z) + R(w1 * b.z)) + R(w2 * c.z));
+        PRECISE float t = R(R(depth * ray.shear.z) * inv_det);
+        accept(ray, t, R(w1 * inv_det), R(w2 * inv_det), triangle_index(i), hit);
+    }
+}
+
+// A corner relative to an origin whose axes are permuted already.
+vec3 seen_from(vec3 start, bvec2 dominant, vec3 corner) {
+    PRECISE vec3 p = R(permuted(dominant, corner) - start);
+    return p;
+}
+
+void test_triangle(Ray ray, int i, inout Hit hit) {
+    COUNT(triangles_tested);
+    vec3 start = permute(ray, ray.origin);
+    test_corners(ray, seen_from(start, ray.dominant, triangle_v0(i)),
+                 seen_from(start, ray.dominant, triangle_v1(i)),
+                 seen_from(start, ray.dominant, triangle_v2(i)), i, hit);
+}
+
+#endif
+#ifdef INTERSECTION_MOLLER_TRUMBORE
+
+void test_triangle(Ray ray, int i, inout Hit hit) {
+    COUNT(triangles_tested);
+    vec3 v0 = triangle_v0(i);
+    vec3 e1 = R(triangle_v1(i) - v0);
+    vec3 e2 = R(triangle_v2(i) - v0);
+    vec3 p = R_cross(ray.direction, e2);
+    float det = R_dot(e1, p);
+    float inv_det = R(1.0 / det);
+    vec3 s = R(ray.origin - v0);
+    float u = R(R_dot(s, p) * inv_det);
+    vec3 q = R_cross(s, e1);
+    float v = R(R_dot(ray.direction, q) * inv_det);
+    if (det != 0.0 && u >= 0.0 && v >= 0.0 && R(u + v) <= 1.0) {
+        accept(ray, R(R_dot(e2, q) * inv_det), u, v, triangle_index(i), hit);
+    }
+}
+
+#endif
+#ifdef INTERSECTION_PLUCKER
+
+void test_triangle(Ray ray, int i, inout Hit hit) {
+    COUNT(triangles_tested);
+    vec3 a = R(triangle_v0(i) - ray.origin);
+    vec3 b = R(triangle_v1(i) - ray.origin);
+    vec3 c = R(triangle_v2(i) - ray.origin);
+    float w0 = R_dot(ray.direction, R_cross(c, b));
+    float w1 = R_dot(ray.direction, R_cross(a, c));
+    float w2 = R_dot(ray.direction, R_cross(b, a));
+    float sum = R(R(w0 + w1) + w2);
+    float ulp = 2.0 * ARITHMETIC_UNIT * abs(sum);
+    vec3 normal = R_cross(R(b - a), R(c - a));
+    float det = R_dot(ray.direction, normal);
+    bool inside = min(min(w0, w1), w2) >= -ulp || max(max(w0, w1), w2) <= ulp;
+    if (inside && det != 0.0 && sum != 0.0) {
+        accept(ray, R(R_dot(a, normal) / det), R(w1 / sum), R(w2 / sum), triangle_index(i), hit);
+    }
+}
+
+#endif
+#ifdef INTERSECTION_KENSLER_SHIRLEY
+
+void test_triangle(Ray ray, int i, inout Hit hit) {
+    COUNT(triangles_tested);
+    vec3 v0 = triangle_v0(i);
+    vec3 e1 = R(triangle_v1(i) - v0);
+    vec3 e2 = R(triangle_v2(i) - v0);
+    vec3 normal = R_cross(e1, e2);
+    float det = R_dot(ray.direction, normal);
+    float inv_det = R(1.0 / det);
+    vec3 s = R(v0 - ray.origin);
+    vec3 r = R_cross(s, ray.direction);
+    float u = R(R_dot(e2, r) * inv_det);
+    float v = -R(R_dot(e1, r) * inv_det);
+    if (det != 0.0 && u >= 0.0 && v >= 0.0 && R(u + v) <= 1.0) {
+        accept(ray, R(R_dot(normal, s) * inv_det), u, v, triangle_index(i), hit);
+    }
+}
+
+#endif

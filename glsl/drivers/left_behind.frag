@@ -1,0 +1,22 @@
+#version 330 core
+// The rays that packets left behind, for a single-ray method to trace; all others have an empty
+// interval.
+
+#include "core/precision.glsl"
+#include "core/phase.glsl"
+#include <streams>
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    Rays ray = rays_load(pixel);
+    bool left_behind = state_load(pixel).phase > DONE;
+    Single_rays single;
+    single.origin = ray.origin;
+    single.direction = ray.direction;
+    single.t_min = left_behind ? ray.t_min : 1.0;
+    single.t_max = left_behind ? ray.t_max : -1.0;
+#ifdef AFTER_HIT
+    single.after = ray.after;
+#endif
+    single_rays_store(single);
+}

@@ -1,0 +1,19 @@
+#version 330 core
+// What a candidate brings to its ray.
+
+#include <records>
+#include "core/fetch.glsl"
+
+flat in int number;
+
+void main() {
+    Tested candidate = tested_load(table_texel(number));
+#ifdef LOWEST
+    lowest_store(Lowest(candidate.triangle));
+#elif defined(HITS)
+    Met met = met_load(table_texel(number));
+    hit_store(Hit(candidate.t, met.u, met.v, candidate.triangle));
+#else
+    least_store(Least(candidate.t, vec2(0.0), 1));
+#endif
+}

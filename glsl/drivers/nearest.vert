@@ -1,0 +1,27 @@
+#version 330 core
+// Sends each candidate to its ray: blending keeps the least t there, and counts. With LOWEST only those
+// come that have the least t, and blending keeps the lowest triangle: a depth buffer of 24 bits could
+// not tell them apart. With HITS only that triangle comes.
+
+#include <sources>
+#include "core/fetch.glsl"
+
+uniform ivec2 size;   // of the rays' texture
+
+flat out int number;
+
+void main() {
+    number = gl_VertexID;
+    Tested candidate = tested_load(table_texel(number));
+    ivec2 pixel = ivec2(candidate.x, candidate.y);
+    bool drawn = true;
+#ifdef LOWEST
+    drawn = candidate.triangle >= 0 && candidate.t == least_load(pixel).t;
+#endif
+#ifdef HITS
+    drawn = candidate.triangle >= 0 && candidate.t == least_load(pixel).t
+            && candidate.triangle == lowest_load(pixel).triangle;
+#endif
+    vec2 clip = 2.0 * (vec2(pixel) + 0.5) / vec2(size) - 1.0;
+    gl_Position = drawn ? vec4(clip, 0.0, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
+}

@@ -1,0 +1,41 @@
+#version 330 core
+// The rays' part of a packet's step under the schedule `step`: every ray whose packet stands at a
+// triangle tests it. A ray's state is what became of its packet.
+
+#include "core/precision.glsl"
+#include "core/fetch.glsl"
+#include <streams>
+#include <tables>
+#include "core/stats.glsl"
+#include "core/slack.glsl"
+#include "core/ray.glsl"
+#include "core/hit.glsl"
+#include "core/triangle.glsl"
+#include "core/phase.glsl"
+#include "drivers/packet.glsl"
+#include "drivers/packet_turns.glsl"
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    Packet_state packet = packet_state_load(pixel / PACKET_SIZE);
+    Ray ray = ray_setup(rays_load(pixel));
+#ifdef START
+    Hit hit = no_hit(ray.t_max);
+#else
+    Hit hit = hit_load(pixel);
+#endif
+#ifdef STATISTICS
+    counters = Counters(0, 0, 0);
+#endif
+    bool present = ray.t_min <= ray.t_max && octant_of(ray) == packet.turn;
+    if (packet.phase == INTERSECT && present && !search_over(hit)) {
+        test_triangle(ray, packet.cursor, hit);
+    }
+    state_store(State(packet.phase, packet.steps));
+    hit_store(hit_stored(hit));
+#ifdef STATISTICS
+    Packet_counters counted = packet_counters_load(pixel / PACKET_SIZE);
+    counters_store(Counters(counted.nodes_visited, counted.leaves_visited,
+                            counted.triangles_tested));
+#endif
+}

@@ -1,0 +1,55 @@
+#version 330 core
+// Photons of a caustic, a pixel each of what the light sees of a refractor, or of a mirror (Shah,
+// Konttinen and Pattanaik, "Caustics Mapping: An Image-Space Technique for Real-Time Caustics", TVCG
+// 2007; survey, section 5): where they leave it, in which direction, and how much light they carry.
+// BORDERS: 0 a mirror, 1 a surface with another medium behind it, 2 a closed mesh, through which the way
+// is that of image-space refraction, as in the paper.
+//
+// Departures: a photon carries the solid angle of its pixel where the paper counts visible pixels and
+// shares the light out evenly; what Fresnel's equations reflect is taken off; and photons that find no
+// exit, or are totally reflected inside, are dropped.
+
+#include "stages/cover.glsl"
+#include "render/fresnel.glsl"
+#if BORDERS == 2
+#include "image_space/image_refraction.glsl"
+#elif BORDERS == 1
+uniform float ior;
+#else
+uniform float reflectance;
+#endif
+
+in vec3 place;
+in vec3 blended;
+in float inward;
+
+layout(location = 0) out vec4 leaving;    // direction, and flux for a light of one watt a steradian
+layout(location = 1) out vec4 start;
+
+void main() {
+    vec3 view = normalize(place - eye);
+    vec3 normal = normalize(blended);
+    float slanted = slant(gl_FragCoord.xy);
+    float flux = 4.0 * length(right) * length(up) / (size.x * size.y * slanted * slanted * slanted);
+    start = vec4(place, 1.0);
+#if BORDERS == 2
+    if (gl_FrontFacing) {
+        discard;
+    }
+    Through found = through_both(place, normal, inward);
+    flux *= 1.0 - fresnel(clamp(-dot(view, normal), 0.0, 1.0), ior);
+    flux *= 1.0 - fresnel(clamp(dot(found.inside, found.normal), 0.0, 1.0), 1.0 / ior);
+    leaving = vec4(found.outside, found.kind == LEFT ? flux : 0.0);
+    start.xyz = found.exit;
+#else
+    float into = dot(view, normal);
+    vec3 towards = into < 0.0 ? normal : -normal;
+#if BORDERS == 1
+    float behind = into < 0.0 ? ior : 1.0 / ior;
+    float share = 1.0 - fresnel(abs(into), behind);
+    leaving = vec4(refract(view, towards, 1.0 / behind), share * flux);
+#else
+    leaving = vec4(reflect(view, towards), reflectance * flux);
+#endif
+#endif
+}

@@ -1,0 +1,19 @@
+#version 330 core
+// A corner of a transparent mesh (see refraction_front.frag).
+
+#include "stages/cover.glsl"
+
+in vec3 corner;
+in vec3 normal;
+in float inner;     // how far it is to the other side against the normal
+
+out vec3 place;
+out vec3 blended;
+out float inward;
+
+void main() {
+    place = corner;
+    blended = normal;
+    inward = inner;
+    gl_Position = clip_place(corner);
+}

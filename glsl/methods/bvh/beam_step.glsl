@@ -1,0 +1,18 @@
+// What a beam does at a node of a threaded BVH: it goes on past a node that it misses, and down an inner
+// one that about half of its rays or more meet, but into no subtree that octants share. Where it does
+// neither, rays enter the tree.
+
+#include "core/quantised.glsl"
+#include "methods/bvh/bvh_nodes.glsl"
+
+uniform int node_count;
+
+bool goes_on(Tile_beam beam, int node, out int next, out int escape) {
+    vec3 a = bvh_node_lo(node);
+    vec3 b = bvh_node_hi(node);
+    Beam_interval interval = beam_interval(beam, min(a, b), max(a, b));
+    escape = bvh_node_escape(node);
+    bool down = is_met(interval) && by_most(interval) && bvh_node_first(node) == -1;
+    next = down ? node + 1 : escape;
+    return down || !is_met(interval);
+}

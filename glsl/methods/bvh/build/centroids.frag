@@ -1,0 +1,10 @@
+#version 330 core
+// The middle of each box.
+
+#include <records>
+#include "core/stream.glsl"
+#include "methods/bvh/build/middle.glsl"
+
+void main() {
+    values_store(Values(vec4(middle_of(box_load(table_texel(element()))), 0.0)));
+}

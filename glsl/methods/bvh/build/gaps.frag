@@ -1,0 +1,41 @@
+#version 330 core
+// The inner nodes of the binary tree over sorted codes, one a gap between neighbours (Lauterbach et
+// al. 2009). A gap's span is found by looking ever farther to both sides and then nearer again.
+//
+// Nodes of a few triangles are no nodes of ours: with MOST_BITS a gap that parts at that bit or later
+// (clusters for the hybrid build), else one that spans at most max_leaf triangles.
+
+#include <records>
+#include "core/stream.glsl"
+#include "methods/bvh/build/radix.glsl"
+
+uniform int max_leaf;
+
+// The last slot in the direction that shares `bits` with slot i.
+int reach(int i, int direction, int bits) {
+    ivec2 code = slot_code(i);
+    int width = 1;
+    while (shared_bits(code, i, i + direction * width) >= bits) {
+        width <<= 1;
+    }
+    int at = width >> 1;
+    for (int more = width >> 2; more > 0; more >>= 1) {
+        if (shared_bits(code, i, i + direction * (at + more)) >= bits) {
+            at += more;
+        }
+    }
+    return i + direction * at;
+}
+
+void main() {
+    int gap = element();
+    int bits = gap_bits(gap);
+    int first = reach(gap, -1, bits), last = reach(gap, 1, bits);
+#ifdef MOST_BITS
+    bool kept = bits < MOST_BITS;
+#else
+    bool kept = last - first >= max_leaf;
+#endif
+    int parent = parent_gap(first, last);
+    interval_store(Interval(kept ? first : -1, last, parent, int(parent == last)));
+}

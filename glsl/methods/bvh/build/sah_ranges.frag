@@ -1,0 +1,14 @@
+#version 330 core
+// How far the middles of a node's triangles spread; the upper corner is negated, so that blending
+// takes the minimum of both.
+
+#include <records>
+#include "core/fetch.glsl"
+#include "methods/bvh/build/middle.glsl"
+
+flat in int triangle;
+
+void main() {
+    vec3 middle = middle_of(box_load(table_texel(triangle)));
+    range_store(Range(middle, -middle));
+}

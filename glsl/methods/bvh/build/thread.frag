@@ -1,0 +1,21 @@
+#version 330 core
+// A node of the threaded hierarchy: its box, and the first node after its subtree, which has a leaf
+// for every leaf that starts in its span and one inner node fewer.
+
+#include <records>
+#include "core/fetch.glsl"
+#include "methods/bvh/build/thread.glsl"
+
+uniform int nodes;   // of the whole tree
+
+flat in int source;
+
+void main() {
+    Interval node = interval_load(table_texel(source));
+    Node_box box = node_box_load(table_texel(source));
+    int held = int(sums_load(table_texel(node.last + 1)).value.x
+                   - sums_load(table_texel(node.first)).value.x);
+    int escape = node_place(node) + 2 * held - 1;
+    bvh_node_store(Bvh_node(box.lo, escape < nodes ? escape : -1, box.hi,
+                            held == 1 ? node.first : -1));
+}

@@ -1,0 +1,19 @@
+#version 330 core
+// The box of each triangle, in the units that `unit` leads to; with ORDERED of the triangle in each
+// slot.
+
+#include <records>
+#include "core/stream.glsl"
+
+uniform float unit;   // a power of two: exact
+
+void main() {
+#ifdef ORDERED
+    int i = source_load(table_texel(element())).index;
+#else
+    int i = element();
+#endif
+    Triangle triangle = triangle_load(table_texel(i));
+    box_store(Box(unit * min(min(triangle.v0, triangle.v1), triangle.v2),
+                  unit * max(max(triangle.v0, triangle.v1), triangle.v2)));
+}

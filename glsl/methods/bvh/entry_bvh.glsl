@@ -1,0 +1,61 @@
+// Entry points of a threaded BVH, after Reshetov, Soupikov, Hurley, "Multi-Level Ray Tracing
+// Algorithm", SIGGRAPH 2005 (see stages/entry_points.frag). The beam enters what it meets, as a ray
+// does, and leaves as an entry each node that it meets and that is a leaf, a portal of what octants
+// share, or that about half of its rays miss. Where the list is full but for one entry, that one is all
+// the rest of the walk.
+//
+// Departure: a list in the place of the paper's one node, which here would soon be the root.
+
+#include "methods/bvh/beam_step.glsl"
+
+void walk(Tile_beam beam, ivec2 tile) {
+#ifdef OCTANTS
+    if (is_mixed(beam.signs)) {
+        emit(WHOLE_TREE);
+        return;
+    }
+    int root = node_count * octant_of(beam.signs);
+#else
+    int root = 0;
+#endif
+    int node = node_count > 0 ? root : -1;
+    int end = -1;
+    bool begins = false;   // the next node is a subtree's, which ends where its escape index says
+    int above = 0;
+#ifdef UPPER
+    node = -1;
+#endif
+    bool on = node_count > 0;
+    while (on) {
+#ifdef UPPER
+        if (node == end) {
+            int code = entry_code(tile / FAN, above);
+            ++above;
+            on = code != LIST_END;
+            node = on ? entry_node(code, root) : -1;
+            end = -1;
+            begins = on && !is_rest(code);
+            above = is_rest(code) ? ENTRIES : above;
+        }
+#endif
+        if (on && (entries == ENTRIES - 1 || visited >= MOST_VISITS)) {
+            emit(rest_from(node));
+            on = false;
+        }
+        if (on) {
+            ++visited;
+            int next;
+            int escape;
+            bool past = goes_on(beam, node, next, escape);
+            end = begins ? escape : end;
+            begins = false;
+            if (!past) {
+                emit(node);
+            }
+            node = next;
+#ifndef UPPER
+            on = node != -1;
+#endif
+        }
+    }
+}

@@ -1,0 +1,18 @@
+#version 330 core
+// What a filtered stream leaves, side by side and in its order: those elements whose flag FLAG is set.
+
+#include <records>
+#include "core/stream.glsl"
+#include "algorithms/search.glsl"
+
+uniform int base;        // the first element that is drawn
+uniform int elements;    // before the reduction
+
+void main() {
+    Visited from = visited_load(table_texel(find_flagged(element() - base, 0, elements)));
+#ifdef FAR
+    queued_store(Queued(from.far, from.x, from.y, from.far_t));
+#else
+    queued_store(Queued(from.near, from.x, from.y, from.near_t));
+#endif
+}

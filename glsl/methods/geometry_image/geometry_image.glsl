@@ -1,0 +1,87 @@
+// Geometry images: Carr, Hoberock, Crane and Hart, "Fast GPU Ray Tracing of Dynamic Meshes using
+// Geometry Images", Graphics Interface 2006 (survey, section 3.5, Figure 21). The mesh is an image of
+// positions; each 2 x 2 texels are a quad of two triangles. Boxes of coarser and coarser quads are a
+// min and a max pyramid, which passes compute anew whenever positions change (pyramid.frag); which
+// node follows which never changes and is baked into the pyramids' fourth channels: the first child
+// on a hit, on a miss the next sibling or the nearest ancestor's.
+//
+// Departures: an image need not be square or a power of two, nodes outside it are not there. Several
+// charts are a forest in one pair of textures, each root's miss link leading to the next root, where
+// the paper traces once an image: all of them share t in registers, and no state is written between
+// them. `level` stops a ray at quads of so many levels up, in the very same pyramids. A mesh that is
+// no image is one of single triangles along a Morton curve: the same quadtree over unconnected cells.
+// With FRONT_TO_BACK links are baked eight times, so that the child nearer to rays of a direction
+// octant comes first (as bvh_threaded.glsl has it, but the boxes are there once).
+
+#include "core/octant.glsl"
+
+uniform int roots[8];   // by octant of directions; -1 where there is nothing
+
+#ifdef FRONT_TO_BACK
+uniform int node_count;
+
+int miss_link(Ray ray, int i) {
+    return pyramid_link_miss(node_count * direction_octant(ray.direction) + i);
+}
+
+int hit_link(Ray ray, int i) {
+    return pyramid_link_hit(node_count * direction_octant(ray.direction) + i);
+}
+#else
+int miss_link(Ray ray, int i) {
+    return min_pyramid_miss(i);
+}
+
+int hit_link(Ray ray, int i) {
+    return max_pyramid_hit(i);
+}
+#endif
+
+void init(Ray ray, out State state) {
+    state.node = roots[direction_octant(ray.direction)];
+    state.cursor = 0;
+    state.phase = state.node >= 0 ? TRAVERSE : DONE;
+}
+
+void traverse(Ray ray, inout State state, inout Hit hit) {
+    COUNT(nodes_visited);
+    int i = state.node;
+    vec2 interval = box_interval(ray, min_pyramid_lo(i), max_pyramid_hi(i));
+    bool entered = max(interval.x, ray.t_min) <= min(interval.y, hit.t);
+    int below = hit_link(ray, i);
+    state.node = entered && below >= 0 ? below : miss_link(ray, i);
+    if (entered && below < 0) {
+        COUNT(leaves_visited);
+        state.cursor = -1 - below;
+        state.phase = INTERSECT;
+    } else if (state.node < 0) {
+        state.phase = DONE;
+    }
+}
+
+// A triangle without area is shrunk to its first corner, as the table of every other method has it.
+void test_half(Ray ray, vec3 v0, vec3 v1, vec3 v2, bool flat_one, int face, inout Hit hit) {
+    image_v0 = v0;
+    image_v1 = flat_one ? v0 : v1;
+    image_v2 = flat_one ? v0 : v2;
+    image_face = face;
+    test_triangle(ray, face, hit);
+}
+
+void intersect(Ray ray, inout State state, inout Hit hit) {
+    int i = state.cursor;
+    int corner = image_cell_corner(i);
+    int across = image_cell_across(i);
+    int down = image_cell_down(i);
+    int face = image_cell_face(i);
+    int beside = corner + abs(across);
+    vec3 a = position_at(corner);
+    vec3 b = position_at(beside);
+    vec3 c = position_at(beside + abs(down));
+    test_half(ray, a, b, c, across < 0, face, hit);
+#ifndef SINGLE_TRIANGLES
+    vec3 d = position_at(corner + abs(down));
+    test_half(ray, a, c, d, down < 0, face + 1, hit);
+#endif
+    state.phase = state.node < 0 || search_over(hit) ? DONE : TRAVERSE;
+}

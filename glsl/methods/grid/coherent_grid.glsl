@@ -1,0 +1,214 @@
+// Coherent grid traversal: Wald, Ize, Kensler, Knoll, Parker, "Ray Tracing Animated Scenes using
+// Coherent Grid Traversal", SIGGRAPH 2006. The rays of a packet walk the grid of grid.glsl
+// together, slice by slice along their dominant axis. In each slice they span a rectangle of cells,
+// and all of them test the triangles of all its cells, but for those that lie outside of the
+// packet's frustum (vertex_culling.glsl; only the watertight test has a frustum to rely on).
+//
+// Departures: the rectangle is that of what each ray still searches, and not four planes moved on
+// by four additions: arithmetic costs less here than cells, and rays that have hit, or begin further
+// on, widen nothing. No mailboxes: a triangle in several cells is tested in each, with the same answer.
+// Rays of another dominant axis, or another sign along it, wait for their turn.
+
+#include "drivers/packet_turns.glsl"
+
+uniform ivec3 grid_resolution;
+uniform vec3 cell_size;
+
+bool through = false;   // the walk of the present rays has ended
+float t_exit[RAYS];
+float t_enter[RAYS];
+
+// Of the turn, axes permuted as the watertight test does: the dominant one last.
+bvec2 major;
+bool forward;
+vec3 grid_lo;
+vec3 size;
+ivec3 resolution;
+ivec3 strides;
+
+int slice;
+ivec2 first_cell;       // of the rectangle
+ivec2 last_cell;
+ivec2 cell;             // the one to look into next; past the last row at the rectangle's end
+
+#ifdef INTERSECTION_WOOP_WATERTIGHT
+#define PRESENT(r) (rays[r].t_min < NEVER)
+#include "drivers/vertex_culling.glsl"
+#endif
+
+bool is_settled(int r) {
+    return t_turn[r] == NEVER && (through || rays[r].t_min == NEVER);
+}
+
+// Turns ------------------------------------------------------------------------------------------
+
+// The dominant axis, and the sign along it.
+int major_of(Ray ray) {
+    int axis = ray.dominant.x ? 0 : ray.dominant.y ? 1 : 2;
+    return 2 * axis + (permute(ray, ray.inv_dir).z < 0.0 ? 1 : 0);
+}
+
+void start_ray(int r) {
+    Ray ray = rays[r];
+    vec2 interval = box_interval(ray, scene_lo, scene_hi);
+    t_enter[r] = max(interval.x, ray.t_min);
+    t_exit[r] = min(interval.y, ray.t_max);
+    octant[r] = major_of(ray);
+    t_turn[r] = t_enter[r] <= t_exit[r] && ray.t_min <= ray.t_max ? ray.t_min : NEVER;
+    rays[r].t_min = NEVER;
+}
+
+void start_packet() {
+    EACH(start_ray)
+}
+
+float start;            // where along the major axis the first ray begins
+
+void take_turn(int r) {
+    bool comes = octant[r] == turn;
+    rays[r].t_min = comes ? t_turn[r] : through ? NEVER : rays[r].t_min;
+    t_turn[r] = comes ? NEVER : t_turn[r];
+    float along = permuted(major, rays[r].direction).z;
+    float origin = permuted(major, forward ? rays[r].hi_origin : rays[r].lo_origin).z;
+    float at = R(origin + R(t_enter[r] * along));
+    start = rays[r].t_min == NEVER ? start : forward ? min(start, at) : max(start, at);
+}
+
+ivec3 permuted_cells(ivec3 v) {
+    return major.x ? v.yzx : (major.y ? v.zxy : v);
+}
+
+// To before the first slice.
+void begin_turn() {
+    major = bvec2(turn < 2, turn < 4);
+    forward = turn % 2 == 0;
+    start = forward ? NEVER : -NEVER;
+    EACH(take_turn)
+#ifdef INTERSECTION_WOOP_WATERTIGHT
+    bound_frustum();
+#endif
+    grid_lo = permuted(major, scene_lo);
+    size = permuted(major, cell_size);
+    resolution = permuted_cells(grid_resolution);
+    strides = permuted_cells(ivec3(1, grid_resolution.x, grid_resolution.x * grid_resolution.y));
+    float place = R(R(start - grid_lo.z) / size.z);
+    slice = int(clamp(floor(place), 0.0, float(resolution.z - 1))) - (forward ? 1 : -1);
+    cell = ivec2(0);
+    last_cell = ivec2(-1);
+    through = false;
+}
+
+// Slices -----------------------------------------------------------------------------------------
+
+float near_plane;
+float far_plane;
+bool any_ahead;         // a ray searches in this slice or further on
+vec2 lo;
+vec2 hi;
+
+// What a ray still searches in the slice. Times are a little widened, as boxes are (slack.glsl).
+void cross_slice(int r) {
+    Ray ray = rays[r];
+    float inv = permuted(major, ray.inv_dir).z;
+    vec3 lower = permuted(major, ray.hi_origin);
+    vec3 upper = permuted(major, ray.lo_origin);
+    float t_near = R(R(near_plane - (forward ? upper.z : lower.z)) * inv);
+    float t_far = R(R(far_plane - (forward ? lower.z : upper.z)) * inv);
+    float t_end = min(t_exit[r], hits[r].t);
+    bool ahead = ray.t_min < NEVER && t_near <= t_end;
+    any_ahead = any_ahead || ahead;
+    float begin = max(t_near, t_enter[r]);
+    float end = min(t_far, t_end);
+    vec2 direction = permuted(major, ray.direction).xy;
+    vec2 from = R(begin * direction);
+    vec2 to = R(end * direction);
+    bool here = ahead && begin <= end;
+    lo = here ? min(lo, R(lower.xy + min(from, to))) : lo;
+    hi = here ? max(hi, R(upper.xy + max(from, to))) : hi;
+}
+
+// On to the next slice; false behind the last that a ray searches in.
+bool enter_slice() {
+    ++steps;
+    slice += forward ? 1 : -1;
+    near_plane = R(grid_lo.z + R(float(slice + (forward ? 0 : 1)) * size.z));
+    far_plane = R(grid_lo.z + R(float(slice + (forward ? 1 : 0)) * size.z));
+    any_ahead = false;
+    lo = vec2(NEVER);
+    hi = vec2(-NEVER);
+    EACH(cross_slice)
+    vec2 most = vec2(resolution.xy - 1);
+    first_cell = ivec2(clamp(floor(R(R(lo - grid_lo.xy) / size.xy)), vec2(0.0), most));
+    last_cell = ivec2(clamp(floor(R(R(hi - grid_lo.xy) / size.xy)), vec2(0.0), most));
+    last_cell.y = lo.x <= hi.x ? last_cell.y : -1;   // no ray is in it
+    cell = first_cell;
+    return any_ahead && slice >= 0 && slice < resolution.z;
+}
+
+// Cells ------------------------------------------------------------------------------------------
+
+bool any_left;
+
+// A ray that found any hit is settled.
+void leave_ray(int r) {
+    rays[r].t_min = search_over(hits[r]) ? NEVER : rays[r].t_min;
+    any_left = any_left || rays[r].t_min < NEVER;
+}
+
+// The triangles of a cell, from an entry of its list on; false when no ray has anything left to find,
+// or steps ran out.
+bool intersect(int cursor) {
+    COUNT(leaves_visited);
+    int next = reference_triangle(cursor);
+    do {
+        tested = next;
+        ++cursor;
+        next = reference_triangle(cursor);
+#ifdef INTERSECTION_WOOP_WATERTIGHT
+        bool outside = culled(tested);
+        while (outside && next >= 0) {
+            tested = next;
+            ++cursor;
+            next = reference_triangle(cursor);
+            outside = culled(tested);
+        }
+        if (!outside) {
+            EACH(test_ray)
+        }
+#else
+        EACH(test_ray)
+#endif
+        ++steps;
+    } while (next >= 0 && steps < step_limit);
+    any_left = true;
+#ifdef ANY_HIT
+    any_left = false;
+    EACH(leave_ray)
+#endif
+    through = !any_left;
+    return any_left && next < 0;
+}
+
+// To the next cell that lists triangles, and through these; false when the rays whose turn it is
+// are through, or out of steps.
+bool step_packet() {
+    int cursor = -1;
+    bool on = true;
+    do {
+        if (cell.y > last_cell.y) {
+            on = enter_slice();
+        }
+        while (on && cursor < 0 && cell.y <= last_cell.y && steps < step_limit) {
+            COUNT(nodes_visited);
+            ++steps;
+            cursor = grid_cell_first(cell.x * strides.x + cell.y * strides.y + slice * strides.z);
+            bool wraps = cell.x == last_cell.x;
+            cell = wraps ? ivec2(first_cell.x, cell.y + 1) : cell + ivec2(1, 0);
+        }
+    } while (on && cursor < 0 && steps < step_limit);
+    through = !on;
+    if (cursor >= 0) {
+        on = intersect(cursor);
+    }
+    return on && steps < step_limit;
+}

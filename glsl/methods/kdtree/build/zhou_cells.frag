@@ -1,0 +1,32 @@
+#version 330 core
+// The children of a level: 2 k and 2 k + 1 are the left and the right one of its k-th inner node.
+// With PREFIXES what a node carries is the prefix of codes that it stands for.
+
+#include <records>
+#include "core/stream.glsl"
+#include "methods/kdtree/build/zhou.glsl"
+
+uniform int cells;
+
+FIND_OWNER(inner_owner, ranks_load)
+
+void main() {
+    int child = element();
+    int parent = inner_owner(child >> 1, 0, 0, cells), side = child & 1;
+    Parent_cell above = parent_cell_load(table_texel(parent));
+    Decision decision = decision_load(table_texel(parent));
+    int first = int(starts_load(table_texel(parent)).value.x);
+    int count = int(sums_load(table_texel(first + above.count)).value[side]
+                    - sums_load(table_texel(first)).value[side]);
+    int futile = decision.futile;
+#ifdef PREFIXES
+    futile = 2 * futile + side;
+#endif
+    Cell cell = Cell(above.lo, count, above.hi, futile, parent);
+    if (side == 0) {
+        cell.hi[decision.axis] = decision.plane;
+    } else {
+        cell.lo[decision.axis] = decision.plane;
+    }
+    cell_store(cell);
+}

@@ -1,0 +1,14 @@
+#version 330 core
+// The pieces of the root: each triangle whole, its box padded.
+
+#include <records>
+#include "core/stream.glsl"
+
+uniform float pad;
+
+void main() {
+    int i = element();
+    Triangle triangle = triangle_load(table_texel(i));
+    piece_store(Piece(min(min(triangle.v0, triangle.v1), triangle.v2) - pad, i,
+                      max(max(triangle.v0, triangle.v1), triangle.v2) + pad, 0));
+}

@@ -1,0 +1,15 @@
+#version 330 core
+// What a level's nodes take up: pieces of large nodes, pieces of small ones, small nodes that are
+// not empty, chunks of large nodes.
+
+#include <records>
+#include "core/stream.glsl"
+
+uniform int small;
+
+void main() {
+    int count = cell_load(table_texel(element())).count;
+    bool large = count > small;
+    values_store(Values(vec4(large ? count : 0, large ? 0 : count, !large && count > 0,
+                             large ? (count + CHUNK - 1) / CHUNK : 0)));
+}

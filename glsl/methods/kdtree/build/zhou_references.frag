@@ -1,0 +1,26 @@
+#version 330 core
+// A reference of the finished tree: the leaf that it belongs to, and of that leaf's pieces the one
+// of its rank. A leaf without a mask has its pieces side by side.
+
+#include <records>
+#include "core/stream.glsl"
+#include "methods/kdtree/build/zhou.glsl"
+
+uniform int nodes;
+
+FIND_OWNER(leaf_owner, sums_load)
+
+void main() {
+    int slot = element();
+    int leaf = leaf_owner(slot, 0, 0, nodes);
+    int rank = slot - int(sums_load(table_texel(leaf)).value.x);
+    Built built = built_load(table_texel(leaf));
+    uvec2 mask = mask_bits(built.mask);
+    int at = rank;
+    if (mask != uvec2(0u)) {
+        for (; rank >= 0; --rank) {
+            at = take_bit(mask);
+        }
+    }
+    source_store(Source(piece_load(table_texel(built.base + at)).triangle));
+}

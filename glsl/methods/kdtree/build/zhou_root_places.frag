@@ -1,0 +1,16 @@
+#version 330 core
+// The places of a level's small roots, in the list of small nodes.
+
+#include <records>
+#include "core/stream.glsl"
+#include "methods/kdtree/build/zhou.glsl"
+
+uniform int cells;
+uniform int first_root;
+
+FIND_OWNER(root_owner, starts_load)
+
+void main() {
+    Above above = above_load(table_texel(root_owner(element() - first_root, 2, 0, cells)));
+    place_store(Place(above.at, above.pair));
+}

@@ -1,0 +1,18 @@
+#version 330 core
+// Whether a piece has a part left and right of its node's plane.
+
+#include <records>
+#include "core/stream.glsl"
+#include "methods/kdtree/build/zhou_half.glsl"
+
+void main() {
+    Piece piece = piece_load(table_texel(element()));
+    Decision decision = decision_load(table_texel(piece.node));
+    vec4 sides = vec4(0.0);
+    for (int side = 0; side < 2; ++side) {
+        Piece part = piece;
+        sides[side] = float(decision.axis < 3
+                            && take_half(part, decision.axis, decision.plane, side));
+    }
+    values_store(Values(sides));
+}

@@ -1,0 +1,28 @@
+#version 330 core
+// Nodes in each node's subtree, from the leaves up: 1, and what the children's are. A small root has
+// its size from the list of small nodes.
+
+#include <records>
+#include "core/stream.glsl"
+
+#ifdef LARGE
+uniform int first_root;
+#endif
+
+void main() {
+    int i = element();
+    int rank = int(ranks_load(table_texel(i)).value.x);
+    bool inner = int(ranks_load(table_texel(i + 1)).value.x) > rank;
+    float size = 1.0;
+    if (inner) {
+        size += below_load(table_texel(2 * rank)).value.x
+            + below_load(table_texel(2 * rank + 1)).value.x;
+    }
+#ifdef LARGE
+    int root = int(starts_load(table_texel(i)).value.z);
+    if (int(starts_load(table_texel(i + 1)).value.z) > root) {
+        size = roots_load(table_texel(first_root + root)).value.x;
+    }
+#endif
+    values_store(Values(vec4(size, 0.0, 0.0, 0.0)));
+}

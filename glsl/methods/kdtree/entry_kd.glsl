@@ -1,0 +1,65 @@
+// Entry points of a kd-tree, after Reshetov, Soupikov, Hurley, "Multi-Level Ray Tracing Algorithm",
+// SIGGRAPH 2005 (see stages/entry_points.frag). The beam goes down front to back and leaves as entries
+// the leaves with triangles that it meets, and the nodes that about half of its rays miss. Leaves
+// without triangles are left out, which is what the paper's trees are built for.
+//
+// Departure: a list, in the order of the way, in the place of the paper's one node: what lies between
+// its subtrees no ray visits. Every node on the stack has a place in the list kept for it, so none
+// overflows.
+
+#include "core/axis.glsl"
+
+int stack[ENTRIES];
+int stacked = 0;
+
+void push(int node) {
+    for (int i = 0; i < ENTRIES; ++i) {   // see emit
+        stack[i] = i == stacked ? node : stack[i];
+    }
+    ++stacked;
+}
+
+void walk(Tile_beam beam, ivec2 tile) {
+    Beam_interval scene = beam_interval(beam, scene_lo, scene_hi);
+    if (scene.outer.x > scene.outer.y) {
+        return;
+    }
+    if (is_mixed(beam.signs)) {   // no order is all rays'
+        emit(WHOLE_TREE);
+        return;
+    }
+#ifdef UPPER
+    for (int i = ENTRIES - 1; i >= 0; --i) {   // the first one on top
+        int code = entry_code(tile / FAN, i);
+        if (code != LIST_END) {
+            push(entry_node(code, 0));
+        }
+    }
+#else
+    push(0);
+#endif
+    while (stacked > 0) {
+        --stacked;
+        int node = stack[stacked];
+        int axis = kd_node_axis(node);
+        int left = kd_node_left(node);
+        int count = kd_node_count(node);
+        ++visited;
+        Beam_interval interval = beam_interval(beam, kd_bounds_lo(node), kd_bounds_hi(node));
+        bool met = is_met(interval) && (axis < LEAF || count > 0);
+        bool room = entries + stacked + 2 <= ENTRIES && visited < MOST_VISITS;
+        if (met && axis < LEAF && by_most(interval) && room) {
+            int negative = (beam.signs >> axis) & 1;
+            int near = left + negative;
+            int far = left + 1 - negative;
+            if ((count & (2 - negative)) == 0) {
+                push(far);
+            }
+            if ((count & (1 + negative)) == 0) {
+                push(near);
+            }
+        } else if (met) {
+            emit(node);
+        }
+    }
+}

@@ -1,0 +1,40 @@
+// kd-backtrack: Foley and Sugerman 2005, section 4 (survey, section 3.4, Figure 11 right). A ray
+// that leaves a leaf without a hit climbs, one parent a step, to the first ancestor whose box the
+// rest of its interval still crosses, and descends from there.
+//
+// A box ends at planes of the tree, and its exit is computed by the expression that gave the leaf
+// its end: the two compare as equal, so the climb stops at the ancestor whose far child is next.
+// The interval is clipped to that ancestor's box, else its last leaf would claim what lies beyond.
+
+#include "methods/kdtree/kd_common.glsl"
+
+void start_search(inout State state) {
+}
+
+void take_only_child(inout State state) {
+}
+
+void pass_far_child(int far, float t_max, inout State state) {
+}
+
+void leave_leaf(inout State state, Hit hit) {
+    if (is_settled(state, hit)) {
+        state.phase = DONE;
+    } else {
+        state.t_min = resumed(state.t_max);
+        state.t_max = state.t_exit;
+        state.phase = CLIMB;
+    }
+}
+
+void climb(Ray ray, inout State state, inout Hit hit) {
+    COUNT(nodes_visited);
+    state.node = kd_bounds_parent(state.node);
+    float t_leave = box_exit(ray, kd_bounds_lo(state.node), kd_bounds_hi(state.node));
+    if (t_leave > state.t_min) {
+        state.t_max = min(t_leave, state.t_exit);
+        state.phase = DOWN;
+    } else if (state.node == 0) {
+        state.phase = DONE;   // bounds stored in few bits may end before the scene does
+    }
+}

@@ -1,0 +1,30 @@
+// kd-push-down: Horn, Sugerman, Houston, Hanrahan, "Interactive k-D Tree GPU Raytracing", I3D 2007
+// (survey, section 3.4, Figure 13). As long as a descent needs one child only, the whole rest of
+// the interval lies in it: a restart begins at the last such node, not at the root.
+//
+// Departure: each restart looks for such a node again, and not the first descent alone; the rest
+// of the interval only shrinks, so what held it still holds it.
+
+#include "methods/kdtree/kd_common.glsl"
+
+void start_search(inout State state) {
+    state.pushed = state.node;
+    state.pushing = 1;
+}
+
+void take_only_child(inout State state) {
+    state.pushed = state.pushing != 0 ? state.node : state.pushed;
+}
+
+void pass_far_child(int far, float t_max, inout State state) {
+    state.pushing = 0;
+}
+
+void leave_leaf(inout State state, Hit hit) {
+    if (is_settled(state, hit)) {
+        settle(state, hit);
+    } else {
+        search_rest(state.pushed, state);
+        state.pushing = 1;
+    }
+}

@@ -1,0 +1,21 @@
+// kd-restart: Foley and Sugerman 2005, section 4 (survey, section 3.4, Figure 11 left). A ray that
+// leaves a leaf without a hit takes the rest of its interval and starts over at the root.
+
+#include "methods/kdtree/kd_common.glsl"
+
+void start_search(inout State state) {
+}
+
+void take_only_child(inout State state) {
+}
+
+void pass_far_child(int far, float t_max, inout State state) {
+}
+
+void leave_leaf(inout State state, Hit hit) {
+    if (is_settled(state, hit)) {
+        settle(state, hit);
+    } else {
+        search_rest(root_of(state), state);
+    }
+}

@@ -1,0 +1,39 @@
+// kd-ropes: Popov, Günther, Seidel, Slusallek, "Stackless KD-Tree Traversal for High Performance
+// GPU Ray Tracing", Eurographics 2007 (survey, section 3.4, Figures 15 to 17). A leaf holds its
+// box and, for each face, a rope: the node behind that face, pushed down to the smallest one that
+// the face lies against. A ray leaves through the face it meets first and descends from the rope.
+//
+// Departures: instead of the entry point, its t is compared with the planes', by the expression
+// that gives the faces' t: a point on a plane belongs to the side that the direction points to, an
+// edge or a corner is passed face by face, and t never falls, so no two leaves can send a ray to
+// and fro.
+
+#include "methods/kdtree/kd_common.glsl"
+#include "methods/kdtree/ropes.glsl"
+
+void start_search(inout State state) {
+}
+
+void take_only_child(inout State state) {
+}
+
+void pass_far_child(int far, float t_max, inout State state) {
+}
+
+void leave_leaf(inout State state, Hit hit) {
+    state.phase = FOLLOW_ROPE;
+}
+
+void follow_rope(Ray ray, inout State state, inout Hit hit) {
+    int leaf = kd_node_axis(state.node) - LEAF;
+    vec3 exits = planes_t(ray, faces_ahead(leaf, goes_down(ray)));
+    float t_leave = min_component(exits);
+    int rope = rope_taken(exits, t_leave, ropes_ahead(leaf, goes_down(ray)));
+    state.phase = DOWN;
+    if (hit.t < t_leave || t_leave >= state.t_exit || rope < 0) {
+        state.phase = DONE;
+    }
+    state.node = max(rope, 0);
+    state.t_min = max(state.t_min, resumed(t_leave));
+    state.t_max = state.t_exit;
+}

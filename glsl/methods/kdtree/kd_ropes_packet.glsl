@@ -1,0 +1,151 @@
+// kd-ropes-packet: Popov, Günther, Seidel, Slusallek, "Stackless KD-Tree Traversal for High
+// Performance GPU Ray Tracing", Eurographics 2007 (survey, section 3.4, Figure 16). The rays of a
+// packet share the node that is fetched; each has a node and a t of its own, and those that are
+// elsewhere wait. Ropes are not pushed down: a leaf's rope names the root of the sibling subtree,
+// where rays that left by different leaves meet again.
+//
+// The next node is where the ray is that is furthest behind: those ahead of it wait, so that a leaf
+// which several meet is fetched and tested for all of them at once.
+//
+// Departure: rays of another octant or, where rays share the triangle's axes (packet_axes.glsl), of
+// another dominant axis take turns, so that those of a turn leave a box by the same three planes.
+
+#define PRESENT(r) (ray_node[r] == node)
+#ifdef INTERSECTION_WOOP_WATERTIGHT
+#define SHARED_AXES
+#endif
+
+#include "methods/kdtree/ropes.glsl"
+#include "drivers/packet_turns.glsl"
+
+const int SETTLED = 1 << 24;   // a node above every index
+
+float t_min[RAYS];
+int ray_node[RAYS];
+int node;
+
+#include "drivers/packet_axes.glsl"
+
+bool is_settled(int r) {
+    return ray_node[r] == SETTLED && t_turn[r] == NEVER;
+}
+
+void start_ray(int r) {
+    Ray ray = rays[r];
+    vec2 interval = box_interval(ray, scene_lo, scene_hi);
+    t_min[r] = max(interval.x, ray.t_min);
+    bool enters = t_min[r] <= min(interval.y, ray.t_max) && ray.t_min <= ray.t_max;
+    octant[r] = direction_octant(ray.inv_dir) + shared_axis(ray);
+    t_turn[r] = enters ? t_min[r] : NEVER;
+    ray_node[r] = SETTLED;
+}
+
+void take_turn(int r) {
+    bool comes = t_turn[r] != NEVER && octant[r] == turn;
+    ray_node[r] = comes ? 0 : ray_node[r];
+    t_turn[r] = comes ? NEVER : t_turn[r];
+}
+
+float t_front;   // where the ray is that is furthest behind
+
+void find_front(int r) {
+    t_front = ray_node[r] == SETTLED ? t_front : min(t_front, t_min[r]);
+}
+
+void choose_node(int r) {
+    node = t_min[r] == t_front ? min(node, ray_node[r]) : node;
+}
+
+bool next_node() {
+    node = SETTLED;
+    t_front = INFINITE;
+    EACH(find_front)
+    EACH(choose_node)
+    return node != SETTLED;
+}
+
+void start_packet() {
+    EACH(start_ray)
+}
+
+// From the root.
+void begin_turn() {
+    EACH(take_turn)
+#ifdef SHARED_AXES
+    EACH(find_start)
+#endif
+    next_node();
+}
+
+float plane;
+int axis;
+int left;
+int next;
+int near;
+int far;
+
+void split_ray(int r) {
+    bool takes_far = plane_t(rays[r], axis, plane) <= t_min[r];
+    int child = takes_far ? far : near;
+    bool here = ray_node[r] == node;
+    ray_node[r] = here ? child : ray_node[r];
+    next = here && t_min[r] == t_front ? min(next, child) : next;
+}
+
+vec3 faces;
+ivec3 ropes;
+
+void follow_rope(int r) {
+    vec3 exits = planes_t(rays[r], faces);
+    float t_leave = min_component(exits);
+    int rope = rope_taken(exits, t_leave, ropes);
+    // Without a hit, hit.t is the ray's own end.
+    bool settled = hits[r].t < t_leave || rope < 0 || search_over(hits[r]);
+    bool here = ray_node[r] == node;
+    ray_node[r] = here ? (settled ? SETTLED : rope) : ray_node[r];
+    t_min[r] = here ? max(t_min[r], t_leave) : t_min[r];
+}
+
+// Down to a leaf, through its triangles, and along the ropes of the rays that are there.
+bool step_packet() {
+    axis = kd_node_axis(node);
+    left = kd_node_left(node);
+    if (axis < LEAF && steps < step_limit) {
+        do {
+            COUNT(nodes_visited);
+            ++steps;
+            plane = kd_node_split(node);
+            next = SETTLED;
+            near = left + (turn >> axis & 1);
+            far = left + (~turn >> axis & 1);
+            EACH(split_ray)
+            node = next;
+            axis = kd_node_axis(node);
+            left = kd_node_left(node);
+        } while (axis < LEAF && steps < step_limit);
+    }
+    if (axis < LEAF) {   // out of steps
+        return false;
+    }
+    COUNT(nodes_visited);
+    COUNT(leaves_visited);
+    ++steps;
+    int end = left + kd_node_count(node);
+    if (left < end) {
+        do {
+            tested = reference_triangle(left);
+            test_rays();
+            ++left;
+            ++steps;
+        } while (left < end && steps < step_limit);
+    }
+    if (left < end) {
+        return false;
+    }
+    int leaf = axis - LEAF;
+    bvec3 down = notEqual(ivec3(turn) & ivec3(1, 2, 4), ivec3(0));
+    faces = faces_ahead(leaf, down);
+    ropes = ropes_ahead(leaf, down);
+    EACH(follow_rope)
+    return next_node();
+}

@@ -1,0 +1,44 @@
+// kd-stack: the full stack a ray, in a local array, as CUDA made possible: Budge, Anderson,
+// Garth, Joy, "A straightforward CUDA implementation for interactive ray-tracing", RT 2008, and
+// Zhou, Hou, Wang, Guo, "Real-time KD-tree construction on graphics hardware", SIGGRAPH Asia 2008
+// (survey, section 3.4). STACK_SIZE is no less than the tree's depth, which no ray can exceed, unless
+// asked smaller: a ray that overflows it stops and is flagged.
+//
+// The array lives as long as one pass. A ray that the renderer's limit on loops sends into a
+// second pass finds its stack empty there and starts over at the root with what is left.
+
+#include "methods/kdtree/kd_common.glsl"
+
+int stacked = 0;
+int stack_node[STACK_SIZE + 1];
+float stack_t_max[STACK_SIZE + 1];
+
+void start_search(inout State state) {
+    stacked = 0;
+}
+
+void take_only_child(inout State state) {
+}
+
+void pass_far_child(int far, float t_max, inout State state) {
+    stack_node[stacked] = far;
+    stack_t_max[stacked] = t_max;
+    ++stacked;
+    if (stacked > STACK_SIZE) {
+        state.phase = OVERFLOWN;
+    }
+}
+
+void leave_leaf(inout State state, Hit hit) {
+    if (is_settled(state, hit)) {
+        settle(state, hit);
+    } else if (stacked > 0) {
+        --stacked;
+        state.t_min = resumed(state.t_max);
+        state.t_max = stack_t_max[stacked];
+        state.node = stack_node[stacked];
+        state.phase = DOWN;
+    } else {
+        search_rest(root_of(state), state);
+    }
+}

@@ -1,0 +1,35 @@
+#version 330 core
+// A ball around each triangle, centre and radius in the hierarchy's units: as small as one can be for
+// a triangle with an angle of 90 degrees or more, else around the middle of its circle. Whichever centre
+// rounding leaves, the radius is measured from it and widened.
+
+#include "core/precision.glsl"
+#include "core/stream.glsl"
+#include <tables>
+#include <records>
+#include "methods/ray_hierarchy/cone_units.glsl"
+
+void main() {
+    int i = element();
+    vec3 a = unit * triangle_v0(i);
+    vec3 ab = unit * triangle_v1(i) - a;
+    vec3 ac = unit * triangle_v2(i) - a;
+    vec3 bc = ac - ab;
+    float b = dot(ab, ab), c = dot(ac, ac), across = dot(ab, ac);
+    float opposite = dot(bc, bc);
+    float area = b * c - across * across;   // squared, four times
+    vec3 centre = 0.5 * ab;                 // of the longest side
+    if (opposite >= b && opposite >= c) {
+        centre = 0.5 * (ab + ac);
+    } else if (c >= b) {
+        centre = 0.5 * ac;
+    }
+    bool acute = across > 0.0 && b > across && c > across && area > 1e-4 * b * c;
+    if (acute) {
+        centre = (c * (b - across) * ab + b * (c - across) * ac) / (2.0 * area);
+    }
+    centre += a;
+    float radius = max(max(length(a - centre), length(unit * triangle_v1(i) - centre)),
+                       length(unit * triangle_v2(i) - centre));
+    ball_store(Ball(vec4(centre, radius * WIDENED + TINY)));
+}

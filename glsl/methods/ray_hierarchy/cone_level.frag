@@ -1,0 +1,22 @@
+#version 330 core
+// A level of a ray hierarchy from the one below, as a mipmap is made: up to four nodes become one.
+
+#include "core/precision.glsl"
+#include <streams>
+#include "methods/ray_hierarchy/ray_hierarchy.glsl"
+
+uniform ivec2 fan;     // nodes of the level below that become one, by axis: four
+uniform ivec2 below;   // nodes there
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    Cone children[4];
+    for (int k = 0; k < 4; ++k) {
+        ivec2 node = fan * pixel + ivec2(k % fan.x, k / fan.x);
+        children[k] = no_cone();
+        if (all(lessThan(node, below))) {
+            children[k] = cone_load(node);
+        }
+    }
+    cone_store(cone_over(children));
+}

@@ -1,0 +1,15 @@
+#version 330 core
+// The lowest level of a ray hierarchy: a node a ray; none for a ray that is over.
+
+#include "core/precision.glsl"
+#include <streams>
+#include "core/phase.glsl"
+#include "methods/ray_hierarchy/ray_hierarchy.glsl"
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    Rays ray = rays_load(pixel);
+    bool live = state_load(pixel).phase > DONE;
+    float end = hit_load(pixel).t;
+    cone_store(live ? cone_of_ray(ray.origin, ray.direction, ray.t_min, end) : no_cone());
+}

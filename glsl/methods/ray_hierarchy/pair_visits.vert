@@ -1,0 +1,13 @@
+#version 330 core
+// Sends each pair to its node, where blending counts how many come.
+
+#include <sources>
+#include "core/fetch.glsl"
+
+uniform int base;
+uniform ivec2 size;   // nodes of the level
+
+void main() {
+    Pair pair = pair_load(table_texel(base + gl_VertexID));
+    gl_Position = vec4(2.0 * (vec2(pair.x, pair.y) + 0.5) / vec2(size) - 1.0, 0.0, 1.0);
+}

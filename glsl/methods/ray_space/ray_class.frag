@@ -1,0 +1,15 @@
+#version 330 core
+// Writes which five-dimensional box each ray lies in: what the host makes lists for.
+
+#include "core/precision.glsl"
+#include "core/fetch.glsl"
+#include <streams>
+#include "core/slack.glsl"
+#include "core/ray.glsl"
+#include "core/box.glsl"
+#include "methods/ray_space/ray_class.glsl"
+
+void main() {
+    Ray ray = ray_setup(rays_load(ivec2(gl_FragCoord.xy)));
+    ray_class_store(Ray_class(box_of(ray)));
+}

@@ -1,0 +1,28 @@
+#version 330 core
+// A tile's rays, second pass: the cone that holds them, see methods/ray_tiles/cone.glsl. Its radius takes in the
+// slack that every method's boxes have for the rounding of the triangle test (core/slack.glsl),
+// here a sphere around the slack's box.
+
+#include "core/precision.glsl"
+#include <streams>
+#include "core/slack.glsl"
+#include "methods/ray_tiles/cone.glsl"
+#include "core/ray_tile.glsl"
+
+const float COSINE_MARGIN = 16.0 * 5.9604645e-8;   // two unit vectors and a dot product: below 12u
+
+void main() {
+    Tile_span span = tile_span_load(ivec2(gl_FragCoord.xy));
+    float radius = 0.0;
+    float cosine = 1.0;
+    FOR_RAYS_OF_TILE(pixel) {
+        Rays ray = rays_load(pixel);
+        if (ray.t_min <= ray.t_max) {
+            float away = length_above(ray.origin - span.centre);
+            radius = max(radius, away + 1.7320509 * largest(box_slack(ray.origin)));
+            cosine = min(cosine, dot(normalize(ray.direction), span.axis));
+        }
+    }
+    tile_cone_store(Tile_cone(span.centre, radius * (1.0 + MARGIN), span.axis,
+                              cosine - COSINE_MARGIN));
+}

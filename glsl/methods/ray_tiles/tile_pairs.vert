@@ -1,0 +1,44 @@
+#version 330 core
+// A pair of a triangle and a tile of rays: the tile's square, or where no ray of the tile can meet the
+// triangle, something outside. So the vertex stage rejects a pair, and the fragment stage sees only
+// what passes. Triangles stream through in their order, each once a tile.
+//
+// With `equal` nothing is rejected for being out of reach: a t that lost its bits among numbers too
+// small for floats may be shorter than the way to its triangle, which has to be found again.
+//
+// Departure: with POINTS the square is a point as large as the tile, which runs this program once a
+// pair where a quad runs it four times.
+
+#include <constants>
+#include "core/fetch.glsl"
+#include <sources>
+#include <tables>
+#include "methods/ray_tiles/cone.glsl"
+
+uniform int first_triangle;
+uniform bool equal;       // as in the fragment program
+uniform ivec2 tiles;      // across and down
+
+flat out int triangle;
+
+void main() {
+    int count = tiles.x * tiles.y;
+#ifdef POINTS
+    int pair = gl_VertexID;
+    vec2 place = vec2(0.5);
+    gl_PointSize = float(TILE);
+#else
+    int pair = gl_InstanceID;
+    vec2 place = vec2(gl_VertexID & 1, gl_VertexID >> 1);
+#endif
+    triangle = first_triangle + pair / count;
+    int number = pair % count;
+    ivec2 tile = ivec2(number % tiles.x, number / tiles.x);
+    Tile_cone cone = tile_cone_load(tile);
+    Tile_end end = tile_end_load(tile);
+    gl_Position = vec4((vec2(tile) + place) * 2.0 / vec2(tiles) - 1.0, 0.0, 1.0);
+    if (cone_misses(cone.apex, cone.radius, cone.axis, cone.cosine, end.reach, !equal, end.lines != 0,
+                    triangle_v0(triangle), triangle_v1(triangle), triangle_v2(triangle))) {
+        gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+    }
+}

@@ -1,0 +1,47 @@
+// The light that a vertex of a path asks: chosen from a table by Walker's alias method (1977), as
+// gpgpu_rt/scene/light_choice.py makes it, and a place on it. What surrounds the scene has no
+// place: asked_surroundings.glsl goes on from there.
+
+uniform int light_count;
+uniform float light_density;    // of places by area, over the luminance of their emission
+
+struct AskedLight {
+    vec3 place;
+    vec3 normal;        // of a triangle's; zero for a point
+    vec3 strength;      // radiance of a triangle; of a point, irradiance over its probability
+    float blur;         // how far before its place the light itself may be met
+    bool far;           // it is what surrounds the scene
+};
+
+AskedLight ask_light(vec4 random) {
+    int entry = min(int(random.x * float(light_count)), light_count - 1);
+    int light = random.y < light_choice_keep(entry) ? light_choice_light(entry)
+                                                    : light_choice_alias(entry);
+    AskedLight asked = AskedLight(vec3(0.0), vec3(0.0), vec3(0.0), 0.0, false);
+#ifdef ASKED_SURROUNDINGS
+    asked.far = light == far_light;
+#endif
+#ifdef POINT_LIGHTS
+    if (light < 0 && !asked.far) {
+        asked.place = point_light_position(-1 - light);
+        asked.strength = point_light_strength(-1 - light);
+    }
+#endif
+#ifdef AREA_LIGHTS
+    if (light >= 0) {
+        vec3 v0 = triangle_v0(light);
+        vec3 edge_u = triangle_v1(light) - v0;
+        vec3 edge_v = triangle_v2(light) - v0;
+        vec2 uv = sample_triangle(random.zw);
+        asked.place = v0 + uv.x * edge_u + uv.y * edge_v;
+        asked.normal = normalize(cross(edge_u, edge_v));
+#ifdef MATERIALS
+        asked.strength = emission_radiance(surface_material(light));
+#else
+        asked.strength = emission_radiance(only_material);
+#endif
+        asked.blur = place_error(asked.place, edge_u, edge_v);
+    }
+#endif
+    return asked;
+}

@@ -1,0 +1,16 @@
+#version 330 core
+// What a packed path has found goes back to the texel that it came from: a point a path.
+
+#include <sources>
+#include "stages/sorted_place.glsl"
+
+uniform ivec2 size;         // of the wave
+uniform int squares_a_row;   // squares of the textures that paths are in
+
+flat out ivec2 source;
+
+void main() {
+    source = sorted_pixel(gl_VertexID, squares_a_row);
+    Came_from from = came_from_load(source);
+    gl_Position = vec4(2.0 * (vec2(from.x, from.y) + 0.5) / vec2(size) - 1.0, 0.0, 1.0);
+}

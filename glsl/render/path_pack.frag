@@ -1,0 +1,32 @@
+#version 330 core
+// Paths that go on, side by side: a ray, what it weighs, what its path has found, and the texel of the
+// wave that it came from. Texels past the last one take an empty ray.
+
+#include "core/precision.glsl"
+#include <streams>
+#include "core/fetch.glsl"
+#include "stages/sorted_place.glsl"
+
+uniform int squares_a_row;       // squares of the textures drawn into
+uniform int from_squares_a_row;  // and of those that paths come from
+uniform int kept;
+
+void main() {
+    int place = sorted_place(ivec2(gl_FragCoord.xy), squares_a_row);
+    int source = source_load(table_texel(min(place, kept - 1))).index;
+    ivec2 texel = sorted_pixel(source, from_squares_a_row);
+    Rays ray = rays_load(texel);
+    Walk walk = walk_load(texel);
+    if (place >= kept) {
+        ray = Rays(vec3(0.0), 1.0, vec3(0.0, 0.0, 1.0), -1.0);
+        walk = Walk(vec3(0.0), 0.0);
+    }
+    rays_store(ray);
+    walk_store(walk);
+    radiance_store(radiance_load(texel));
+#ifdef PACKED
+    came_from_store(came_from_load(texel));
+#else
+    came_from_store(Came_from(texel.x, texel.y));
+#endif
+}

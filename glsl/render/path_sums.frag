@@ -1,0 +1,31 @@
+#version 330 core
+// What the samples of each pixel have found so far, one after another, so that the sums do not depend
+// on how many samples a wave holds; and nothing of them is lost: what each addition rounds off is
+// kept and taken to the next (Kahan, "Further Remarks on Reducing Truncation Errors", CACM 1965).
+
+#include "core/precision.glsl"
+#include <streams>
+#include "render/walk.glsl"
+#include "render/luminance.glsl"
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    Sums sums = sums_load(pixel);
+    PRECISE vec4 sum = sums.total;
+    PRECISE vec4 lost = sums.lost;
+    for (int y = 0; y < block.y; ++y) {
+        for (int x = 0; x < block.x; ++x) {
+            ivec2 texel = pixel * block + ivec2(x, y);
+            vec3 light = radiance_load(texel).sum;
+            float bright = luminance(light);
+            PRECISE vec4 value = vec4(light, bright * bright) - lost;
+            PRECISE vec4 next = sum + value;
+            PRECISE vec4 kept = next - sum;
+            if (walk_sample(texel) < samples) {
+                lost = kept - value;
+                sum = next;
+            }
+        }
+    }
+    next_sums_store(Next_sums(sum, lost));
+}

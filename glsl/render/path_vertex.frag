@@ -1,0 +1,151 @@
+#version 330 core
+// A vertex of every path (Kajiya 1986): what it finds there, the shadow ray towards the light that it
+// asks, and the ray that it goes on by, if any. The twin, in float64, names the papers and says
+// what is weighed how: gpgpu_rt/reference/path.py.
+
+#include "core/fetch.glsl"
+#include "core/precision.glsl"
+#include <streams>
+#include <tables>
+#include "core/stats.glsl"
+#include "core/slack.glsl"
+#include "core/ray.glsl"
+#include "core/hit.glsl"
+#include "core/triangle.glsl"
+#include "render/spawn.glsl"
+#include "render/surface.glsl"
+#include "render/surroundings.glsl"
+#include "render/walk.glsl"
+#include "render/both_ways.glsl"
+#include "render/sample.glsl"
+#ifdef DIELECTRICS
+#include "render/fresnel.glsl"
+#endif
+#include "render/scatter.glsl"
+#ifdef SHADOWS
+#include "render/luminance.glsl"
+#include "render/light_end.glsl"
+#ifdef ASKED_SURROUNDINGS
+#include "render/asked_surroundings.glsl"
+#endif
+#include "render/asked_light.glsl"
+#endif
+
+uniform int vertex;         // its number; the eye's is 0
+uniform bool last;          // paths turn no more
+uniform int roulette;       // the vertex from which they end by chance
+uniform float most_survive;
+
+// A ray without end that leaves the hit to this side; the offset of its start may take several tries.
+Rays leave(inout Spawn spawn, vec3 direction) {
+    Rays ray = Rays(vec3(0.0), spawn_t_min(), direction, INFINITE);
+    for (int tries = 0; tries < SPAWN_TRIES; ++tries) {
+        ray.origin = spawn_origin(spawn);
+        if (!spawn_hits_itself(spawn, ray) || !spawn_further(spawn)) {
+            break;
+        }
+    }
+    return ray;
+}
+
+#ifdef SHADOWS
+// Light that arrives by way of the vertex unless something is between.
+vec3 light_asked(Hit hit, Surface surface, Scatter scatter, ivec2 texel, inout Rays shadow) {
+    vec4 random = walk_random(texel, vertex, 1u);
+    AskedLight light = ask_light(random);
+    Spawn spawn = spawn_setup(hit, surface.flat_normal);
+#ifdef ASKED_SURROUNDINGS
+    if (light.far) {
+        vec3 direction;
+        vec3 arrives = surroundings_asked(surface, scatter, random, direction);
+        if (max(max(arrives.r, arrives.g), arrives.b) > 0.0) {
+            shadow = leave(spawn, direction);
+        }
+        return arrives;
+    }
+#endif
+    vec3 to_light = light.place - spawn_origin(spawn);
+    float distance = length(to_light);
+    vec3 direction = stored(to_light / distance);
+    float density;
+    vec3 found = scattered(surface, scatter, direction, density) * light.strength;
+    float facing = 1.0;
+#ifdef AREA_LIGHTS
+    if (light.normal != vec3(0.0)) {
+        // The place is as likely, seen from here, as bright d^2 / facing; ``density`` is how likely
+        // the path would have come there by itself.
+        facing = abs(dot(light.normal, direction));
+        float bright = light_density * luminance(light.strength);
+        found *= facing * power_weight(bright * distance * distance, facing * density);
+    }
+#endif
+    if (max(max(found.r, found.g), found.b) > 0.0) {
+        shadow = leave(spawn, direction);
+        // A start that has moved since it aimed looks past the place by as much.
+        shadow.t_max = shadow_end(dot(light.place - shadow.origin, direction),
+                                  light.blur + spawn.offset, facing);
+    }
+    return found;
+}
+#endif
+
+void main() {
+    ivec2 texel = ivec2(gl_FragCoord.xy);
+    Rays ray = rays_load(texel);
+    Hit hit = hit_load(texel);
+    Walk walk = walk_load(texel);
+    Rays none = Rays(vec3(0.0), 1.0, vec3(0.0, 0.0, 1.0), -1.0);
+    Rays next_ray = none;
+    Rays shadow = none;
+    Next_walk next_walk = Next_walk(vec3(0.0), 0.0);
+    vec3 lit = vec3(0.0);
+    vec3 direct = vec3(0.0);
+    if (ray.t_max >= 0.0 && !hit_found(hit)) {
+        vec3 radiance = surroundings(ray.direction);
+        lit = walk.weight * radiance;
+#ifdef ASKED_SURROUNDINGS
+        lit *= surroundings_share(ray.direction, radiance, walk.density);
+#endif
+    } else if (ray.t_max >= 0.0) {
+        Surface surface = surface_at(ray, hit);
+#ifdef EMITTERS
+        vec3 emission = emission_radiance(surface.material);
+        float share = 1.0;
+#ifdef AREA_LIGHTS
+        float bright = light_density * luminance(emission);
+        if (walk.density > 0.0 && bright > 0.0) {
+            float found = walk.density * abs(dot(surface.flat_normal, ray.direction));
+            share = found * power_weight(found, bright * hit.t * hit.t);
+        }
+#endif
+        lit = walk.weight * emission * share;
+#endif
+        if (!last) {
+            Scatter scatter = scatter_of(surface, ray.direction);
+#ifdef SHADOWS
+            if (light_count > 0 && scatters(scatter)) {
+                direct = walk.weight * light_asked(hit, surface, scatter, texel, shadow);
+            }
+#endif
+            vec4 random = walk_random(texel, vertex, 0u);
+            Onward next = onward(surface, scatter, random);
+            vec3 weight = walk.weight * next.weight;
+            float most = max(max(weight.r, weight.g), weight.b);
+            float chance = vertex >= roulette ? min(most, most_survive) : 1.0;
+            if (most > 0.0 && random.y < chance) {
+                next_walk = Next_walk(weight / chance, next.density);
+                vec3 direction = stored(normalize(next.direction));
+                Spawn spawn = spawn_setup(hit, next.side);
+                next_ray = leave(spawn, direction);
+            }
+        }
+    }
+    next_rays_store(Next_rays(next_ray.origin, next_ray.t_min, next_ray.direction,
+                              next_ray.t_max));
+    next_walk_store(next_walk);
+    lit_store(Lit(lit));
+#ifdef SHADOWS
+    shadow_rays_store(Shadow_rays(shadow.origin, shadow.t_min, shadow.direction, shadow.t_max));
+    direct_store(Direct(direct));
+#endif
+}

@@ -1,0 +1,27 @@
+#version 330 core
+// The picture, as sRGB: what was gathered; or, of a scene with one light and no bounces, light that
+// always arrives and direct light where no shadow ray hit.
+
+#include <streams>
+#include "core/hit.glsl"
+
+out vec4 colour;
+
+#ifdef GATHERED
+uniform float sample_share;     // of the sum: 1 over how often the picture was drawn
+#endif
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+#ifdef GATHERED
+    vec3 light = radiance_load(pixel).sum * sample_share;
+#else
+    vec3 light = lit_load(pixel).ambient;
+#ifdef SHADOWS
+    light += hit_found(hit_load(pixel)) ? vec3(0.0) : direct_load(pixel).light;
+#endif
+#endif
+    light = clamp(light, 0.0, 1.0);
+    colour = vec4(mix(12.92 * light, 1.055 * pow(light, vec3(1.0 / 2.4)) - 0.055,
+                      step(0.0031308, light)), 1.0);
+}

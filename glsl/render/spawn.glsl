@@ -1,0 +1,91 @@
+// Where a ray that leaves a hit starts: off the triangle by the errors with which the hit point is
+// known and the triangle seen, so that the ray does not hit what it leaves. The twin of `spawn` in
+// gpgpu_rt/rays/ray_sets.py. Needs the triangles in the scene's order.
+//
+// The point. p = b0 v0 + u v1 + v v2 lies in the plane for any u, v if b0 = 1 - u - v. As rounded b0
+// is off by a unit of 1 (1 - u) and one of b0; each term has a product and up to two sums to go
+// through, the last sum adds the offset, and the texture may round to twice its unit: per axis
+//     (8 units + 2 STORAGE_UNIT) sum |b_i v_i| + 1 unit of |v0|
+// bound it, as gamma(7) sum |b_i v_i| does for pbrt, whose b0 is no difference. Along the normal n
+// this amounts to at most the sum over axes weighted by |n|.
+//
+// The test. From so near it sees vertices no further than l, the distance from p to the furthest.
+// Subtracting the origin is one rounding, shearing four, weights, products and sums three: each
+// displaces what is seen by up to a unit of l, which is a distance along the normal whatever the
+// ray's direction (t is then off by that over the cosine). Eight units of l clear most triangles.
+//
+// Not those that are much longer than high, seen along the ray or in fact: their edge functions have
+// errors of 33 units of l^2 (gpgpu_rt/reference/error_bounds.py, step 5, with |a| <= l), three of them times
+// depths up to l, over twice the area A: not before 110 units of l^3 / 2A would be safe. Instead of
+// so much (the sliver's length at an aspect of 10^5) the test itself is asked, and the offset doubled
+// while it says that the ray hits its own triangle. The bound tells that this ends.
+
+#ifndef STORAGE_UNIT
+#define STORAGE_UNIT 0.0
+#endif
+
+const float FLOAT_UNIT = 5.9604645e-8;
+const int SPAWN_TRIES = 24;   // from 8 units of l to l
+
+struct Spawn {
+    vec3 point;
+    vec3 normal;     // of unit length, on the side to leave to
+    float offset;
+    float most;      // offset
+    int triangle;
+};
+
+Spawn spawn_setup(Hit hit, vec3 normal) {
+    vec3 v0 = triangle_v0(hit.triangle);
+    vec3 v1 = triangle_v1(hit.triangle);
+    vec3 v2 = triangle_v2(hit.triangle);
+    PRECISE float b0 = 1.0 - hit.u - hit.v;
+    PRECISE vec3 p0 = b0 * v0;
+    PRECISE vec3 p1 = hit.u * v1;
+    PRECISE vec3 p2 = hit.v * v2;
+    PRECISE vec3 point = p0 + p1 + p2;
+    vec3 error = (8.0 * FLOAT_UNIT + 2.0 * STORAGE_UNIT) * (abs(p0) + abs(p1) + abs(p2))
+               + FLOAT_UNIT * abs(v0);
+    vec3 off = abs(normal) * error;
+    vec3 reach = max(max(abs(v0 - point), abs(v1 - point)), abs(v2 - point));
+    float most = max(max(reach.x, reach.y), reach.z);
+    float seen = 8.0 * ARITHMETIC_UNIT * most;
+    return Spawn(point, normal, off.x + off.y + off.z + seen, most, hit.triangle);
+}
+
+// The origin at the present offset, as a ray texture will hold it.
+vec3 spawn_origin(Spawn spawn) {
+    PRECISE vec3 shift = spawn.normal * spawn.offset;
+    PRECISE vec3 origin = spawn.point + shift;
+    return stored(origin);
+}
+
+float least_of(uint dropped, float smallest, float quantum, float largest) {
+    return quantum;
+}
+
+// A ray that starts off its surface meets nothing at t = 0: such a hit is a product that vanished.
+float spawn_t_min() {
+    float t_min = 1.17549435e-38;
+#ifdef STORAGE_FORMAT
+    t_min = max(t_min, least_of(STORAGE_FORMAT));
+#endif
+#ifdef ARITHMETIC_FORMAT
+    t_min = max(t_min, least_of(ARITHMETIC_FORMAT));
+#endif
+    return t_min;
+}
+
+// Whether the offset could be doubled.
+bool spawn_further(inout Spawn spawn) {
+    bool further = 2.0 * spawn.offset <= spawn.most;
+    spawn.offset *= further ? 2.0 : 1.0;
+    return further;
+}
+
+// Whether the ray, as its texture will hold it, hits the triangle that it leaves.
+bool spawn_hits_itself(Spawn spawn, Rays texels) {
+    Hit hit = no_hit(INFINITE);
+    test_triangle(ray_setup(texels), spawn.triangle, hit);
+    return hit_found(hit);
+}

@@ -1,0 +1,26 @@
+// A tile's entry list, as rays and smaller tiles read it (written by stages/entry_points.frag):
+// nodes at which the subtrees begin that rays of the tile have to search, in the order of the walk.
+// A texel holds four; the texels of a tile lie `across` texels apart.
+
+const int LIST_END = -1;
+const int WHOLE_TREE = -(1 << 24);
+
+uniform int entry_tiles_across;
+
+int entry_code(ivec2 tile, int i) {
+    int code = entry_list_load(ivec2(tile.x + (i >> 2) * entry_tiles_across, tile.y)).codes[i & 3];
+    return i < ENTRIES ? code : LIST_END;
+}
+
+// The last entry may stand for all that follows a node in the walk, not for its subtree alone.
+int rest_from(int node) {
+    return -2 - node;
+}
+
+bool is_rest(int code) {
+    return code < LIST_END;
+}
+
+int entry_node(int code, int root) {
+    return code == WHOLE_TREE ? root : is_rest(code) ? -2 - code : code;
+}

@@ -1,0 +1,28 @@
+#version 330 core
+// An eye ray against a triangle that comes before its hit in some pixel nearby: if it does in this
+// one, the ray is in doubt.
+
+#include "core/precision.glsl"
+#include "core/fetch.glsl"
+#include <streams>
+#include <tables>
+#include "core/stats.glsl"
+#include "core/slack.glsl"
+#include "core/ray.glsl"
+#include "core/hit.glsl"
+#include "core/triangle.glsl"
+
+flat in int rival;
+
+out float in_doubt;
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    Hit shown = hit_load(pixel);
+    Hit hit = shown;
+    test_triangle(ray_setup(rays_load(pixel)), rival, hit);
+    if (hit.triangle == shown.triangle) {
+        discard;
+    }
+    in_doubt = 1.0;
+}

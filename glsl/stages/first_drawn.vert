@@ -1,0 +1,18 @@
+#version 330 core
+// A corner of a triangle as the rasteriser sees it: eye rays are rasterisation (survey, section 5).
+
+#include <constants>
+#include "core/fetch.glsl"
+#include <tables>
+#include "stages/cover.glsl"
+
+in int row;
+
+flat out float drawn;
+
+void main() {
+    int corner = gl_VertexID % 3;
+    drawn = float(row);
+    gl_Position = clip_place(corner == 0 ? triangle_v0(row)
+                             : corner == 1 ? triangle_v1(row) : triangle_v2(row));
+}

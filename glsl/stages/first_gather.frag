@@ -1,0 +1,17 @@
+#version 330 core
+// The eye rays in doubt, side by side, to be traced; texels past the last take an empty ray.
+
+#include "core/precision.glsl"
+#include <streams>
+
+uniform sampler2D places;      // of the rays, counted row by row; -1 for none
+uniform int image_width;
+
+void main() {
+    int place = int(texelFetch(places, ivec2(gl_FragCoord.xy), 0).x);
+    Rays ray = rays_load(ivec2(max(place, 0) % image_width, max(place, 0) / image_width));
+    if (place < 0) {
+        ray = Rays(ray.origin, 1.0, ray.direction, -1.0);
+    }
+    rays_store(ray);
+}

@@ -1,0 +1,101 @@
+#version 330 core
+// Entry points of packets: Reshetov, Soupikov, Hurley, "Multi-Level Ray Tracing Algorithm", SIGGRAPH 2005
+// (survey, section 4.3). One fragment a tile of rays sends a beam through the tree and leaves where the
+// tile's packets begin.
+//
+// Departures: unless rays came with bounds (BOUNDED), the beam is around PROBES x PROBES rays of the tile
+// and a margin, as to read all rays takes longer than the nodes that are spared. So a packet begins here
+// only where all its rays lie within the beam, to the last bit, and else at the root
+// (drivers/packet_entry.glsl). The paper's entry is one node, the deepest that holds every leaf its beam
+// meets; here it is the first node where rays enter, with what the beam meets next. Of BOUNDED tiles
+// whose beam meets nothing no packet is drawn at all (drivers/packet_tiles.vert).
+
+#include "core/precision.glsl"
+#include "core/fetch.glsl"
+#include <streams>
+#include <tables>
+#include "core/slack.glsl"
+#include "core/ray.glsl"
+#include "stages/tile_beam.glsl"
+
+const int PROBES = 3;
+#ifdef BOUNDED
+const float MARGIN = 0.0;
+#else
+const float MARGIN = 0.125;   // of what probes differ by
+#endif
+const int MOST_VISITS = 500;  // a beam that goes on for so long leaves the rest to its packets
+
+uniform ivec2 ray_texture_size;
+
+void widen(inout vec3 least, inout vec3 most) {
+    vec3 margin = MARGIN * (most - least);
+    least -= margin;
+    most += margin;
+}
+
+// The beam around the rays of a tile, or the probes; its octant's signs stay what theirs are.
+Tile_beam beam_of(ivec2 tile) {
+    Rays probe;
+#ifdef BOUNDED
+    Tile_bounds bounds = tile_bounds_load(tile);
+    vec3 least = bounds.least;
+    vec3 most = bounds.most;
+    int live = bounds.live;
+    probe = rays_load(min(TILE * tile, ray_texture_size - 1));
+    Ray ray = ray_setup(probe);
+    vec3 nearest = ray.hi_origin;
+    vec3 farthest = ray.lo_origin;
+    float t_min = ray.t_min;
+#else
+    vec3 nearest = vec3(BEAM_END);       // what corners are measured from, least and most
+    vec3 farthest = vec3(-BEAM_END);
+    vec3 least = vec3(BEAM_END);         // components of directions
+    vec3 most = vec3(-BEAM_END);
+    float t_min = BEAM_END;
+    int live = 0;
+    for (int k = 0; k < PROBES * PROBES; ++k) {
+        ivec2 place = ivec2(k % PROBES, k / PROBES) * (TILE - 1) / (PROBES - 1);
+        probe = rays_load(min(TILE * tile + place, ray_texture_size - 1));
+        Ray ray = ray_setup(probe);
+        if (ray.t_min <= ray.t_max) {
+            nearest = min(nearest, ray.hi_origin);
+            farthest = max(farthest, ray.lo_origin);
+            least = min(least, ray.direction);
+            most = max(most, ray.direction);
+            t_min = min(t_min, ray.t_min);
+            ++live;
+        }
+    }
+#endif
+    bvec3 negative = lessThan(most, vec3(0.0));
+    bvec3 positive = greaterThanEqual(least, vec3(0.0));
+    widen(nearest, farthest);
+    widen(least, most);
+    probe.direction = mix(least, max(least, vec3(0.0)), positive);
+    vec3 inv_hi = ray_setup(probe).inv_dir;
+    probe.direction = mix(most, min(most, vec3(-TINY_DIRECTION)), negative);
+    vec3 inv_lo = ray_setup(probe).inv_dir;
+    ivec3 down = 1 - ivec3(positive);
+    ivec3 up = 1 - ivec3(negative);
+    int signs = down.x + 2 * down.y + 4 * down.z + 8 * (up.x + 2 * up.y + 4 * up.z);
+    return Tile_beam(farthest, t_min, nearest, BEAM_END, inv_lo, signs, inv_hi, live);
+}
+
+// Where the rays of a beam, which agree in their octant, enter the tree.
+void enter(Tile_beam beam, inout Packet_entry entry);
+
+#include <walk>
+
+void main() {
+    Tile_beam beam = beam_of(ivec2(gl_FragCoord.xy));
+    Packet_entry entry = Packet_entry(NO_LINK, NO_LINK, NO_LINK, NO_LINK, beam.inv_lo, NO_LINK,
+                                      beam.inv_hi, beam.t_min, beam.lo_origin, 0, beam.hi_origin, 1);
+#ifdef BOUNDED
+    entry.met = beam.live;
+#endif
+    if (beam.live > 0 && !is_mixed(beam.signs)) {
+        enter(beam, entry);
+    }
+    packet_entry_store(entry);
+}

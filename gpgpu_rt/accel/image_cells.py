@@ -1,0 +1,17 @@
+"""Image cells: the triangles of a geometry image, from the sizes of its charts."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+
+def cell_faces(shapes: Sequence[tuple[int, int]]) -> np.ndarray:
+    """(n, 3) int64, texels of the triangles of charts with these (rows, columns)."""
+    faces, texel = [np.zeros((0, 3), np.int64)], 0
+    for rows, columns in shapes:
+        a = (texel + np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).reshape(-1)
+        b, c, d = a + 1, a + columns + 1, a + columns
+        faces.append(np.stack([a, b, c, a, c, d], axis=1).reshape(-1, 3))
+        texel += rows * columns
+    return np.concatenate(faces)

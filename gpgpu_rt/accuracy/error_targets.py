@@ -1,0 +1,140 @@
+"""Promise: the bounds a tuned tracer keeps, and by how much an answer misses them."""
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..errors import OptionError
+from ..methods.choices import COHERENT, INCOHERENT
+from .confidence import LEVEL, lower_confidence, rays_needed
+from .judge import upper_confidence
+from .known_rays import KINDS, Answers, Score, check_kinds
+
+MOST_RAYS = 1 << 23
+ALL = "all"
+OWN_KIND = {COHERENT: "eye", INCOHERENT: "random"}    # what a choice for such rays is timed on
+
+
+@dataclass(frozen=True)
+class Promise:
+    """What is asked of a tracer, over rays drawn in equal shares from ``kinds``.
+
+    Attributes
+    ----------
+    max_wrong : share of rays with a wrong hit or miss, by its upper 95 % confidence bound
+    max_t_error : relative error of t that a share ``t_quantile`` of the right hits stays within,
+        by the 95 % confidence bound of that quantile
+    max_bytes : texture bytes with 2^18 rays in flight, those of a 512 x 512 picture; None: any
+    """
+
+    max_wrong: float
+    max_t_error: float
+    max_bytes: int | None = None
+    t_quantile: float = 0.999
+    kinds: tuple[str, ...] = KINDS
+
+    def __post_init__(self) -> None:
+        check_kinds(self.kinds)
+        for name in ("max_wrong", "t_quantile"):
+            if not 0 < getattr(self, name) < 1:
+                raise OptionError(f"{name} is {getattr(self, name):g}; give a share between 0 "
+                                  "and 1")
+        if not self.max_t_error > 0:
+            raise OptionError(f"max_t_error is {self.max_t_error:g}; give a number above 0")
+        if self.max_bytes is not None and self.max_bytes < 1:
+            raise OptionError(f"max_bytes is {self.max_bytes}; give a number above 0")
+        if self.rays_needed() > MOST_RAYS:
+            raise OptionError(
+                f"bounds of {self.max_wrong:g} wrong and a t quantile of {self.t_quantile:g} take "
+                f"{self.rays_needed():,} rays to prove; {MOST_RAYS:,} are the most here, which "
+                f"prove a share of {3 / MOST_RAYS:.2g}")
+
+    def rays_needed(self, hit_share: float = 1.0) -> int:
+        """Rays below which nothing is proved, however good; ``hit_share`` of them have a t."""
+        for_t = rays_needed(1 - self.t_quantile) / max(hit_share, 1e-3)
+        return max(rays_needed(self.max_wrong), math.ceil(for_t))
+
+    def split(self) -> dict[str, tuple[Promise, str | None]]:
+        """Rays -> what is promised of a choice for them, and the kind that it is timed on.
+
+        For ``COHERENT`` and ``INCOHERENT`` apart, where there are eye rays and random ones to time
+        with; rays aimed at vertices and edges belong to both. Else for ``ALL``, timed on all its
+        kinds; also under a bound on bytes, which two structures would take together.
+        """
+        if self.max_bytes is not None or not set(OWN_KIND.values()) <= set(self.kinds):
+            return {ALL: (self, None)}
+        return {rays: (replace(self, kinds=tuple(kind for kind in self.kinds if kind == own
+                                                 or kind not in OWN_KIND.values())), own)
+                for rays, own in OWN_KIND.items()}
+
+    def to_dict(self) -> dict[str, Any]:
+        return {**asdict(self), "kinds": list(self.kinds), "confidence": LEVEL,
+                "t_decided_by": f"{self.t_quantile:g} quantile, at its upper confidence bound"}
+
+
+@dataclass
+class Finding:
+    """What a candidate's answers on known rays say of a promise.
+
+    Attributes
+    ----------
+    score : Score
+    t_error : relative error of t at the quantile's upper confidence bound; inf where the rays
+        are too few to tell
+    t_lower : the same at its lower confidence bound
+    """
+
+    score: Score
+    t_error: float
+    t_lower: float
+
+    @classmethod
+    def of(cls, answers: Answers, quantile: float) -> Finding:
+        errors = np.sort(answers.t_error[~np.isnan(answers.t_error)])[::-1]
+        above, below = _ranks(len(errors), 1 - quantile)
+        return cls(answers.score(), float(errors[above]) if above >= 0 else math.inf,
+                   float(errors[below]) if below < len(errors) else 0.0)
+
+    def misses(self, promise: Promise, texture_bytes: int) -> dict[str, float]:
+        """Bound -> how many times too large, for the bounds that are not kept."""
+        # Where the rays are too few for an upper bound, it is at least as large as the lower one.
+        t_error = self.t_error
+        if math.isinf(t_error) and self.t_lower > promise.max_t_error:
+            t_error = self.t_lower
+        ratios = {"wrong": self.score.upper_95 / promise.max_wrong,
+                  "t error": t_error / promise.max_t_error}
+        if promise.max_bytes is not None:
+            ratios["bytes"] = texture_bytes / promise.max_bytes
+        return {name: ratio for name, ratio in ratios.items() if ratio > 1}
+
+    def is_hopeless(self, promise: Promise) -> bool:
+        """Whether these rays, too few to prove a promise, already disprove it."""
+        return (lower_confidence(self.score.wrong, self.score.rays) > promise.max_wrong
+                or self.t_lower > promise.max_t_error)
+
+
+def _ranks(count: int, share: float) -> tuple[int, int]:
+    """Places, in falling order, of the errors that bound a quantile from above and from below.
+
+    So few errors lie above the first that no more than ``share`` of all rays do; so many lie at
+    or above the second that ``share`` of all rays do. -1 and ``count`` where there is none.
+    """
+    end = min(count, 100 + int(3 * share * count))     # both are near share * count
+    above, high = -1, end
+    while high - above > 1:
+        middle = (above + high) // 2
+        if upper_confidence(middle, count) <= share:
+            above = middle
+        else:
+            high = middle
+    below, low = end, 0
+    while below > low:
+        middle = (below + low) // 2
+        if lower_confidence(middle + 1, count) >= share:
+            below = middle
+        else:
+            low = middle + 1
+    return above, below if below < end else count

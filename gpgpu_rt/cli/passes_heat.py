@@ -1,0 +1,105 @@
+"""The commands that look into a traversal: ``passes`` and ``heat``."""
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+
+from ..disk.files import check_writable, replacing
+from ..errors import OptionError
+from ..inspect.heat import KINDS, draw_heat, heat
+from ..inspect.pass_pictures import MOST_PICTURES, write_passes
+from ..methods import find_method
+from ..scene.loading import load_scene
+from ..text_format import counted
+from ..tracer import Tracer
+from .camera import add_camera, camera_of
+from .frames import IMAGES
+from .progress import tenths, told
+from .shared import (
+    Command, add_method, add_methods, add_options, options_for, print_json, print_stand_in,
+    print_table, size_word
+)
+
+
+def add_commands(command: Command) -> None:
+    """Declare the commands; ``command(name, run, text)`` makes a parser."""
+    sub = command("passes", _passes, "the state of every ray after every pass, as pictures, a GIF "
+                  "and JSON")
+    sub.add_argument("scene", help="a scene's name or a mesh file")
+    add_method(sub, "a method's name", required=True)
+    sub.add_argument("-o", "--output", required=True, metavar="FOLDER", help="made where missing")
+    sub.add_argument("--size", type=size_word, default=(256, 256), metavar="WIDTHxHEIGHT",
+                     help="eye rays; default 256x256")
+    sub.add_argument("--every", type=int, metavar="N", help="a picture of each so many passes; "
+                     f"default: so that there are about {MOST_PICTURES}")
+    sub.add_argument("--states", action="store_true", help="write states and hits as .npz too")
+    add_camera(sub)
+    add_options(sub)
+    sub = command("heat", _heat, "what each pixel's ray costs, by methods side by side on one "
+                  "scale")
+    sub.add_argument("scene", help="a scene's name or a mesh file")
+    add_methods(sub)
+    sub.add_argument("--what", choices=tuple(KINDS), default="steps", help="what is counted; "
+                     "default %(default)s")
+    sub.add_argument("-o", "--output", required=True, metavar="IMAGE.png")
+    sub.add_argument("--size", type=size_word, default=(256, 256), metavar="WIDTHxHEIGHT",
+                     help="eye rays; default 256x256")
+    sub.add_argument("--max", type=float, dest="highest", metavar="N", help="what the scale ends "
+                     "at; default: what 99 %% of the rays of each method keep below")
+    add_camera(sub)
+    add_options(sub)
+
+
+def _passes(chosen: argparse.Namespace) -> None:
+    if chosen.every is not None and chosen.every < 1:
+        raise OptionError(f"--every {chosen.every} must be at least 1")
+    options = options_for(chosen, chosen.method)
+    with Tracer(load_scene(chosen.scene), chosen.method,
+                **_in_passes(chosen.method, options)) as tracer, told(
+                    "pass", tenths("pass")) as progress:
+        found = write_passes(tracer, Path(chosen.output), chosen.size, chosen.every,
+                             chosen.states, camera_of(chosen, tracer.scene.camera),
+                             progress=progress)
+    if chosen.json:
+        return print_json(found)
+    print_stand_in(tracer.scene)
+    rows = found["passes"]
+    pictures = sum("picture" in row for row in rows)
+    print(f"wrote {counted(pictures, 'picture')}, passes.gif and passes.json to {chosen.output}")
+    served = sum(sum(row["served"].values()) for row in rows)
+    print(f"{found['method']}, {found['options']['schedule']}: {counted(len(rows), 'pass')}, "
+          f"{counted(served, 'kernel run')} for {counted(found['rays'], 'ray')}, of "
+          f"which {found['rays_hit']:,} hit")
+
+
+def _heat(chosen: argparse.Namespace) -> None:
+    check_writable(chosen.output)
+    if os.path.splitext(chosen.output)[1].lower() not in IMAGES:
+        raise OptionError(f"cannot tell an image format from {chosen.output}; end it in .png")
+    if chosen.highest is not None and not chosen.highest > 0:
+        raise OptionError(f"--max {chosen.highest:g} must be above 0")
+    scene, maps = load_scene(chosen.scene), []
+    for method in chosen.methods:
+        options = options_for(chosen, method)
+        options = (_in_passes(method, options) if chosen.what == "passes"
+                   else {**options, "statistics": True})
+        with Tracer(scene, method, **options) as tracer:
+            maps.append(heat(tracer, chosen.what, chosen.size, camera_of(chosen, scene.camera)))
+    with replacing(chosen.output) as path:
+        draw_heat(maps, chosen.what, scene.title, chosen.highest).save(path)
+    rows = [{"method": method, "map": one.title, **one.summary()}
+            for method, one in zip(chosen.methods, maps)]
+    if chosen.json:
+        return print_json({**scene.facts(), "what": chosen.what, "size": chosen.size,
+                           "output": chosen.output, "methods": rows})
+    print_stand_in(scene)
+    print(f"wrote {chosen.output}: {KINDS[chosen.what]}")
+    print_table(("method", "mean", "median", "99 %", "most"),
+                [(row["map"], f"{row['mean']:.2f}", f"{row['median']:g}",
+                  f"{row['quantile_99']:g}", f"{row['max']:g}") for row in rows])
+
+
+def _in_passes(method: str, options: dict) -> dict:
+    """A schedule that has passes where none was asked: under ``loop`` there is one."""
+    return options if "schedule" in options else find_method(method).in_passes(options)

@@ -1,0 +1,1 @@
+"""What lies on disk: files read and written whole, their budget, and folders of one's own."""

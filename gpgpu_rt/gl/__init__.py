@@ -1,0 +1,1 @@
+"""The engine: contexts, programs, records, textures and passes."""

@@ -1,0 +1,1 @@
+"""Scan, sort, reduction and compaction of streams by fragment passes."""

@@ -1,0 +1,81 @@
+"""Stream reduction by blocks, with lines that take each block's elements to their place.
+
+D. Roger, U. Assarsson, N. Holzschuch, "Efficient Stream Reduction on the GPU", 2007 (survey,
+3.6.2). A block has a constant number of elements s: each of those kept finds its source in log s
+steps, where in the whole stream of n (`compact`) it takes log n, and only the blocks' totals are
+scanned.
+"""
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import moderngl
+
+from ..record import Record
+from ..textures import TABLE_WIDTH
+from .records import VALUES
+from .scan import scan
+from .streams import Stream, StreamRoom, rows_of
+
+BLOCK = 16      # texels of a block, with four elements each
+
+
+def reduce_by_blocks(room: StreamRoom, stream: Stream, flags: Stream) -> Stream:
+    """The elements of ``stream`` whose flag is 1, in their order; as `compact`.
+
+    Parameters
+    ----------
+    flags : VALUES, as many as elements, 0 or 1 in the first channel
+    """
+    record = stream.record
+    defines = {"LOAD": f"{record.name}_load", "STORE": f"{record.name}_store"}
+    ranks, starts, count = _ranks(room, flags.called("kept"), -(-stream.length // 4), {},
+                                  elements=stream.length)
+    kept = room.stream(record, count)
+    _segments(room, kept, stream, ranks, starts, defines)
+    return kept
+
+
+def reduce_children(room: StreamRoom, children: Stream, count: int, pair: Record,
+                    into: Stream | None = None) -> tuple[Stream, int]:
+    """The pairs that the first ``count`` elements of ``children`` hold, and how many they are.
+
+    Parameters
+    ----------
+    pair : the record of a pair, of which an element of ``children`` holds four
+    into : a stream of pairs, which they are drawn into if it is long enough
+    """
+    defines = {"CHILDREN": True}
+    ranks, starts, kept = _ranks(room, children, count, defines)
+    if into is None or into.length < kept:
+        if into is not None:
+            room.drop(into)
+        into = room.stream(pair, 1 << max(10, (kept - 1).bit_length()))
+    _segments(room, into, children, ranks, starts, defines)
+    return into, kept
+
+
+def _ranks(room: StreamRoom, source: Stream, texels: int, defines: Mapping[str, object],
+           **uniforms: object) -> tuple[Stream, Stream, int]:
+    """Of each element its rank in its block, four a texel; where the blocks start, and the sum."""
+    flags = room.stream(VALUES, texels).called("flags")
+    room.draw("algorithms/block_flags", flags, [source], count=texels, defines=defines, **uniforms)
+    ranks = room.stream(VALUES, texels).called("ranks")
+    room.draw("algorithms/block_ranks", ranks, [flags], count=texels, defines={"BLOCK": BLOCK})
+    totals = room.stream(VALUES, -(-texels // BLOCK)).called("totals")
+    room.draw("algorithms/block_totals", totals, [ranks], count=totals.length,
+              defines={"BLOCK": BLOCK}, texels=texels)
+    starts = scan(room, totals).called("starts")
+    room.drop(flags, totals)
+    ranks.length = texels
+    return ranks, starts, int(starts.read_one(starts.length - 1)["value"][0])
+
+
+def _segments(room: StreamRoom, target: Stream, source: Stream, ranks: Stream, starts: Stream,
+              defines: Mapping[str, object]) -> None:
+    """Draw each block's line, two where it crosses the end of a row; drop ranks and starts."""
+    target.target.viewport = (0, 0, 2 * TABLE_WIDTH, rows_of(target.length))
+    room.scatter("algorithms/segments", target, [source, ranks, starts], 4 * (starts.length - 1),
+                 mode=moderngl.LINES, defines={"BLOCK": BLOCK, **defines}, texels=ranks.length)
+    target.target.viewport = (0, 0, TABLE_WIDTH, rows_of(target.length))
+    room.drop(ranks, starts)

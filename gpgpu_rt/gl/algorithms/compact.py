@@ -1,0 +1,40 @@
+"""Stream reduction: the elements that are kept, in their order, side by side."""
+from __future__ import annotations
+
+from .records import SOURCE
+from .scan import scan
+from .streams import Stream, StreamRoom
+
+
+def compact(room: StreamRoom, stream: Stream, flags: Stream) -> Stream:
+    """The elements of ``stream`` whose flag is 1 (D. Horn, GPU Gems 2, 2005).
+
+    Parameters
+    ----------
+    flags : VALUES, as many as elements, 0 or 1 in the first channel
+
+    One number is read back: how many elements are kept, which is how many are drawn.
+    """
+    sums = scan(room, flags)
+    sources = kept_sources(room, sums)
+    kept = gather(room, stream, sources)
+    room.drop(sums, sources)
+    return kept
+
+
+def kept_sources(room: StreamRoom, sums: Stream) -> Stream:
+    """SOURCE: for every kept element where it stands, from the scan of the flags."""
+    kept = int(sums.read_one(sums.length - 1)["value"][0])
+    sources = room.stream(SOURCE, kept)
+    room.draw("algorithms/source", sources,
+              [sums.called("sums")], count=kept, elements=sums.length - 1)
+    return sources
+
+
+def gather(room: StreamRoom, stream: Stream, sources: Stream) -> Stream:
+    """Element ``sources[i]`` of the stream for each i."""
+    record = stream.record
+    gathered = room.stream(record, sources.length)
+    room.draw("algorithms/gather", gathered, [stream, sources], count=sources.length,
+              defines={"LOAD": f"{record.name}_load", "STORE": f"{record.name}_store"})
+    return gathered

@@ -1,0 +1,207 @@
+"""Streams: lists of records in textures, and the passes that read some and draw one.
+
+A stream is what stream programming of 2002-2007 calls so: element i of n lies at texel i, in rows
+of TABLE_WIDTH texels, and a pass runs a fragment program once an element. ``table_texel(i)`` is
+where any other element is gathered from. For a scatter, points are drawn instead, one or several
+an element, whose vertex stage reads the element and chooses the texel they cover.
+"""
+from __future__ import annotations
+
+import copy
+import dataclasses
+from collections.abc import Iterable, Mapping, Sequence
+from types import TracebackType
+
+import moderngl
+import numpy as np
+
+from ...errors import LimitError
+from ..context import Gpu
+from ..full_screen import FullScreenPass, Rectangles
+from ..primitive_pass import PrimitivePass
+from ..record import EXACT_INTEGER, TABLE_WIDTH_LOG2, Record
+from ..textures import (
+    TABLE_WIDTH, note_moved, read_texture, release, stream_samplers, stream_textures, write_texture
+)
+
+
+class Stream:
+    """n records in textures of their own, to be read, or drawn into.
+
+    Parameters
+    ----------
+    record : what an element holds; its name is the stream's in GLSL
+    length : elements
+    arrays : by field name, (n,) or (n, width): the elements, where they are known already
+    """
+
+    def __init__(self, gpu: Gpu, record: Record, length: int,
+                 arrays: Mapping[str, np.ndarray] | None = None) -> None:
+        if length > EXACT_INTEGER + 1:
+            raise LimitError(f"a stream of {length:,} elements is past 2^24, the last index a "
+                             "float texel holds exactly; take a smaller scene, or build on the "
+                             "cpu")
+        self.gpu, self.record, self.length = gpu, record, length
+        self.textures = stream_textures(gpu, record, (TABLE_WIDTH, rows_of(length)))
+        self.target = gpu.context.framebuffer(self.textures)
+        if arrays:
+            self.write(arrays)
+
+    def called(self, name: str) -> Stream:
+        """The same elements under another name in GLSL."""
+        other = copy.copy(self)
+        other.record = dataclasses.replace(self.record, name=name)
+        return other
+
+    def samplers(self) -> dict[str, moderngl.Texture]:
+        """Sampler name -> texture."""
+        return stream_samplers(self.record.name, self.textures)
+
+    def write(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Take the elements from the host."""
+        packed = self.record.pack(**arrays)
+        padded = np.zeros((rows_of(self.length) * TABLE_WIDTH, 4), np.float32)
+        for texel, texture in enumerate(self.textures):
+            padded[:self.length] = packed[:, texel]
+            write_texture(texture, padded)
+
+    def read(self, count: int | None = None) -> dict[str, np.ndarray]:
+        """The first ``count`` elements (all) by field name."""
+        count = self.length if count is None else count
+        texels = [read_texture(texture).reshape(-1, 4)[:count] for texture in self.textures]
+        return self.record.unpack(np.stack(texels, 1))
+
+    def read_one(self, i: int) -> dict[str, np.ndarray]:
+        """Element i alone."""
+        corner = (i % TABLE_WIDTH, i // TABLE_WIDTH, 1, 1)
+        note_moved(self.textures[0], down=16 * len(self.textures))
+        texels = [np.frombuffer(self.target.read(corner, 4, attachment=k, dtype="f4"), np.float32)
+                  for k in range(len(self.textures))]
+        return {name: value[0]
+                for name, value in self.record.unpack(np.stack(texels)[None]).items()}
+
+    def release(self) -> None:
+        release(self.target, self.textures)
+
+
+class StreamRoom:
+    """Streams and programs of one task; leaving the room releases them all.
+
+    Parameters
+    ----------
+    folder : under ``glsl/``, where the task's programs lie whose names say no folder
+    """
+
+    def __init__(self, gpu: Gpu, folder: str = "algorithms") -> None:
+        self.gpu, self.folder, self.draws = gpu, folder, 0
+        self._streams: list[Stream] = []
+        self._passes: dict[object, FullScreenPass] = {}
+        self._points: dict[object, PrimitivePass] = {}
+        self._rectangles = Rectangles(gpu, 3)
+        self._span: tuple[int, int] | None = None
+
+    def __enter__(self) -> StreamRoom:
+        self.gpu.context.enable_only(moderngl.NOTHING)
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        self.gpu.context.enable_only(moderngl.NOTHING)
+        self.gpu.context.blend_equation = moderngl.FUNC_ADD
+        self.release()
+
+    def stream(self, record: Record, length: int, **arrays: np.ndarray) -> Stream:
+        """A stream of ``length`` records, with their fields where they are known already."""
+        stream = Stream(self.gpu, record, length, arrays)
+        self._streams.append(stream)
+        return stream
+
+    def drop(self, *streams: Stream) -> None:
+        """Release some streams before the others, for their memory."""
+        for stream in streams:
+            self._streams = [other for other in self._streams if other.target is not stream.target]
+            stream.release()
+
+    def draw(self, fragment: str, target: Stream, reads: Sequence[Stream] = (), *,
+             first: int = 0, count: int | None = None,
+             defines: Mapping[str, object] | None = None, **uniforms: object) -> None:
+        """Run a program once for each element first ... first + count - 1.
+
+        Parameters
+        ----------
+        reads : the streams it gathers from; of two called alike the first is read
+        """
+        count = target.length - first if count is None else count
+        if count <= 0:
+            return
+        records, samplers = _sources(reads, target.record)
+        key = (fragment, records, tuple(sorted((defines or {}).items())))
+        if key not in self._passes:
+            self._passes[key] = FullScreenPass(self.gpu, f"{self._entry(fragment)}.frag", defines,
+                                               {"records": records})
+        self.draws += 1
+        program = self._passes[key]
+        program.set(last_element=first + count - 1, **uniforms)
+        if self._span != (first, count):
+            self._span = (first, count)
+            self._rectangles.write(span(first, count))
+        program.draw(target.target, samplers, rectangles=self._rectangles)
+
+    def scatter(self, program: str, target: Stream, reads: Sequence[Stream], vertices: int, *,
+                mode: int = moderngl.POINTS, defines: Mapping[str, object] | None = None,
+                **uniforms: object) -> None:
+        """Draw points, or lines, into the texels that the program's vertex stage chooses.
+
+        Where several points meet in a texel the blending in force decides.
+        """
+        if vertices <= 0:
+            return
+        records, samplers = _sources(reads, target.record)
+        sources, _ = _sources(reads)
+        words = "".join(f"#define {name} {value}\n" for name, value in (defines or {}).items())
+        key = (program, records, words)
+        if key not in self._points:
+            self._points[key] = PrimitivePass(
+                self.gpu, f"{self._entry(program)}.frag", f"{self._entry(program)}.vert",
+                virtual={"records": words + records, "sources": words + sources})
+        self.draws += 1
+        drawn = self._points[key]
+        drawn.set(**uniforms, target_rows=rows_of(target.length))
+        drawn.draw(target.target, samplers, mode, vertices)
+
+    def _entry(self, program: str) -> str:
+        return program if "/" in program else f"{self.folder}/{program}"
+
+    def release(self) -> None:
+        release(self._streams, self._passes, self._points, self._rectangles)
+        self._streams, self._passes, self._points = [], {}, {}
+
+
+def rows_of(length: int) -> int:
+    """Rows of texels that a stream takes, one at least."""
+    return max(1, -(-length // TABLE_WIDTH))
+
+
+def span(first: int, count: int) -> np.ndarray:
+    """The texels of elements first ... first + count - 1 as at most three rectangles, (k, 4)."""
+    (top, left), (bottom, right) = (divmod(i, TABLE_WIDTH) for i in (first, first + count))
+    if top == bottom:
+        parts = [(left, top, right, top + 1)]
+    else:
+        parts = [(left, top, TABLE_WIDTH, top + 1), (0, top + 1, TABLE_WIDTH, bottom),
+                 (0, bottom, right, bottom + 1)]
+    return np.array([(x0, y0, x1, y1) for x0, y0, x1, y1 in parts if x0 < x1 and y0 < y1],
+                    np.float32).reshape(-1, 4)
+
+
+def _sources(reads: Iterable[Stream],
+             written: Record | None = None) -> tuple[str, dict[str, moderngl.Texture]]:
+    """The records' GLSL, and the samplers of those that are read."""
+    glsl = {} if written is None else {written.name: written.stream_glsl(True)}
+    samplers: dict[str, moderngl.Texture] = {}
+    for stream in reads:
+        glsl.setdefault(stream.record.name, stream.record.stream_glsl(False))
+        for name, texture in stream.samplers().items():
+            samplers.setdefault(name, texture)
+    text = f"#define TABLE_WIDTH_LOG2 {TABLE_WIDTH_LOG2}\n"
+    return text + "\n".join(glsl.values()), samplers

@@ -1,0 +1,305 @@
+"""The one place that makes an OpenGL context: EGL, OSMesa or a window that is there already."""
+from __future__ import annotations
+
+import ctypes
+import ctypes.util
+import functools
+import os
+import re
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import moderngl
+
+from ..errors import ContextError, LimitError, OptionError, did_you_mean
+
+if TYPE_CHECKING:
+    from .pass_log import PassLog
+
+BACKENDS = ("egl", "osmesa")
+GL_VERSION = 330
+SOFTWARE = ("llvmpipe", "softpipe", "swrast")     # renderers that run on the processor
+
+HINT = ("install the Mesa libraries (Debian, Ubuntu: apt-get install libegl1 libgl1 "
+        "libgl1-mesa-dri, or libosmesa6 for OSMesa), then try `gpgpu-rt info`")
+
+
+class OsMesaLoader:
+    """An off-screen Mesa context in the shape moderngl wants its loaders to have.
+
+    The 1 x 1 buffer only exists because OSMesa demands one: all drawing goes to framebuffers.
+    """
+
+    PROFILE, CORE, MAJOR, MINOR, FORMAT, RGBA, DEPTH_BITS = (
+        0x33, 0x34, 0x36, 0x37, 0x22, 0x1908, 0x30)
+    GL_UNSIGNED_BYTE = 0x1401
+
+    def __init__(self) -> None:
+        self.library = self._open()
+        attributes = (ctypes.c_int * 11)(
+            self.FORMAT, self.RGBA, self.DEPTH_BITS, 24, self.PROFILE, self.CORE,
+            self.MAJOR, 3, self.MINOR, 3, 0)
+        self.library.OSMesaCreateContextAttribs.restype = ctypes.c_void_p
+        self.library.OSMesaGetProcAddress.restype = ctypes.c_void_p
+        self.library.OSMesaGetProcAddress.argtypes = [ctypes.c_char_p]
+        self.library.OSMesaMakeCurrent.argtypes = [
+            ctypes.c_void_p, ctypes.c_void_p, ctypes.c_uint, ctypes.c_int, ctypes.c_int]
+        self.handle = self.library.OSMesaCreateContextAttribs(attributes, None)
+        if not self.handle:
+            raise ContextError(f"OSMesa gives no OpenGL 3.3 core context; {HINT}")
+        self.pixel = (ctypes.c_ubyte * 4)()
+        self.__enter__()
+
+    @staticmethod
+    def _open() -> ctypes.CDLL:
+        names = ["libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so",
+                 ctypes.util.find_library("OSMesa")]
+        for name in filter(None, names):
+            try:
+                return ctypes.CDLL(name)
+            except OSError:
+                continue
+        raise ContextError(f"no libOSMesa found; {HINT}")
+
+    def load_opengl_function(self, name: str) -> int:
+        """Address of a GL function, 0 where there is none."""
+        return self.library.OSMesaGetProcAddress(name.encode()) or 0
+
+    load = load_opengl_function
+
+    def __enter__(self) -> OsMesaLoader:
+        if not self.library.OSMesaMakeCurrent(self.handle, self.pixel, self.GL_UNSIGNED_BYTE,
+                                              1, 1):
+            raise ContextError("OSMesa refused to make its context current")
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        pass
+
+    def release(self) -> None:
+        if self.handle:
+            self.library.OSMesaDestroyContext(ctypes.c_void_p(self.handle))
+            self.handle = None
+
+
+def is_software(renderer: str) -> bool:
+    """Whether it is one that runs on the processor, not on a graphics card."""
+    return any(word in renderer.lower() for word in SOFTWARE)
+
+
+def threads_of(renderer: str) -> int | None:
+    """The threads that such a renderer draws by in this process, asked once it has a context;
+    None for one on a graphics card, or where the system does not tell."""
+    if not is_software(renderer):
+        return None
+    if "llvmpipe" not in renderer.lower():
+        return 1
+    tasks, found = Path("/proc/self/task"), set()
+    if not tasks.is_dir():
+        return None
+    for task in tasks.iterdir():
+        with suppress(OSError):     # one that has just ended
+            found.add((task / "comm").read_text().strip())
+    # LP_NUM_THREADS=0 makes none, and whoever asks then draws.
+    return max(1, sum(bool(re.fullmatch(r"llvmpipe-\d+", name)) for name in found))
+
+
+class Gpu:
+    """A moderngl context and what this package must know of it.
+
+    Entering it makes the context current in this thread and keeps other threads out until it is
+    left: threads that trace take turns.
+
+    Parameters
+    ----------
+    context : moderngl.Context
+    backend : str, "egl", "osmesa" or "window"
+    """
+
+    def __init__(self, context: moderngl.Context, backend: str) -> None:
+        if context.version_code < GL_VERSION:
+            raise ContextError(f"OpenGL 3.3 is needed, {context.info['GL_RENDERER']} offers "
+                               f"{context.version_code / 100:.1f}; update the driver")
+        self.context = context
+        context.extra = self    # there, so that who has a texture alone finds it
+        self.backend = backend
+        self.renderer: str = context.info["GL_RENDERER"]
+        self.version: str = context.info["GL_VERSION"]
+        self.max_texture_size: int = context.info["GL_MAX_TEXTURE_SIZE"]
+        self.max_draw_buffers: int = context.info["GL_MAX_DRAW_BUFFERS"]
+        # softpipe's gl_VertexID begins anew every 4096; 4092 are whole lines and triangles.
+        self.most_vertices = 4092 if self.renderer.startswith("softpipe") else None
+        self.programs: dict[Any, moderngl.Program] = {}   # filled by gl/shader.py
+        self.log: PassLog | None = None    # that a call's passes are written to
+        self.watch: Any = None    # is told of passes before they are drawn, where one is asked for
+        self.whole = False    # whether passes leave nothing out that they know to be empty
+        self.keeps_own_arrays: bool | None = None   # traversal/own_arrays.py finds out
+        self._rest: moderngl.Framebuffer | None = None
+        self._entered = 0
+        self._turn = threading.RLock()
+        self._process = os.getpid()
+
+    def __enter__(self) -> Gpu:
+        if self._process != os.getpid():
+            raise ContextError("an OpenGL context does not outlive a fork; start processes by "
+                               "\"spawn\", or make the first Tracer after forking")
+        self._turn.acquire()
+        self._entered += 1
+        self.context.__enter__()
+        return self
+
+    def __exit__(self, *exception: Any) -> None:
+        """The context stays current for who entered it further out."""
+        self._entered -= 1
+        if not self._entered:
+            self.context.__exit__(*exception)
+        self._turn.release()
+
+    @contextmanager
+    def watched(self, watch: Any, whole: bool = False) -> Iterator[None]:
+        """Within, ``watch.note(pass, target, textures)`` is called before each draw; passes are
+        drawn on the ``whole`` of their targets, or as ever."""
+        before = self.watch, self.whole
+        self.watch, self.whole = watch, whole
+        try:
+            yield
+        finally:
+            self.watch, self.whole = before
+
+    def drawing(self, name: str, program: moderngl.Program, target: moderngl.Framebuffer,
+                textures: Mapping[str, moderngl.Texture]) -> AbstractContextManager[None]:
+        """Around every draw: where there is a log, it is written there."""
+        if self.log is None:
+            return nullcontext()
+        return self.log.drawing(name, program, self.text_of(program), target, textures)
+
+    def note_moved(self, up: int = 0, down: int = 0) -> None:
+        """Write bytes that went up or came down into the log of passes, where there is one."""
+        if self.log is not None:
+            self.log.uploaded += up
+            self.log.read_back += down
+
+    def text_of(self, program: moderngl.Program) -> tuple[str, str]:
+        """The (vertex, fragment) text that a program was compiled from."""
+        return next(texts for texts, one in self.programs.items() if one is program)
+
+    def query(self) -> Any:
+        """An occlusion query of the host's: ``with`` it, then ``samples``."""
+        query = self.context.query(samples=True)
+        return query if self.log is None else self.log.hosts(query)
+
+    def check_size(self, width: int, height: int, what: str) -> None:
+        """Raise LimitError before GL is asked for a texture it cannot hold (it fails silently)."""
+        limit = self.max_texture_size
+        if width > limit or height > limit:
+            raise LimitError(f"{what} needs a {width} x {height} texture, {self.renderer} holds "
+                             f"{limit} x {limit}; trace fewer rays at a time or a smaller scene")
+
+    def check_error(self, what: str) -> None:
+        """Raise LimitError when GL recorded an error: out of memory does not raise by itself."""
+        error = self.context.error
+        if error != "GL_NO_ERROR":
+            raise LimitError(f"OpenGL says {error} after {what} on {self.renderer}")
+
+    def release(self, framebuffer: moderngl.Framebuffer) -> None:
+        """Release a framebuffer, another one bound first.
+
+        moderngl would go on believing the released one bound, and bind it again: a GL error.
+        """
+        if self._rest is None:
+            self._rest = self.context.simple_framebuffer((1, 1))
+        self._rest.use()
+        framebuffer.release()
+
+    def finish(self) -> None:
+        """Wait until everything issued so far has run."""
+        self.context.finish()
+
+    def info(self) -> dict[str, Any]:
+        """What `gpgpu-rt info` prints and every measurement records."""
+        return {"backend": self.backend, "renderer": self.renderer, "version": self.version,
+                "max_texture_size": self.max_texture_size,
+                "max_draw_buffers": self.max_draw_buffers}
+
+
+def _create_egl() -> Gpu:
+    device = os.environ.get("GPGPU_RT_EGL_DEVICE")
+    if device is not None and not device.isdigit():
+        raise OptionError(f"GPGPU_RT_EGL_DEVICE is {device!r}, it takes a device index: 0, 1, ...")
+    settings = {} if device is None else {"device_index": int(device)}
+    try:
+        context = moderngl.create_context(standalone=True, backend="egl", require=GL_VERSION,
+                                          **settings)
+    except Exception as failure:   # moderngl raises bare Exception for everything
+        hint = HINT if device is None else "set GPGPU_RT_EGL_DEVICE to another index, or unset it"
+        raise ContextError(f"EGL gives no OpenGL 3.3 context ({failure}); {hint}") from failure
+    return Gpu(context, "egl")
+
+
+def _create_osmesa() -> Gpu:
+    return Gpu(moderngl.create_context(require=GL_VERSION, context=OsMesaLoader()), "osmesa")
+
+
+_making = threading.Lock()
+
+
+def _shared(backend: str) -> Gpu:
+    with _making:    # two threads would each make one
+        return _made(backend)
+
+
+@functools.lru_cache(maxsize=None)
+def _made(backend: str) -> Gpu:
+    gpu = {"egl": _create_egl, "osmesa": _create_osmesa}[backend]()
+    # Making it made it current here, where no other thread could have it.
+    gpu.context.__exit__(None, None, None)
+    return gpu
+
+
+def open_gpu(context: str | moderngl.Context | Gpu | None = None) -> Gpu:
+    """The context to draw with: one a process and backend, made at the first call.
+
+    Parameters
+    ----------
+    context : "auto", "egl", "osmesa", a moderngl.Context (a window's, say), a Gpu, or None
+        None takes the environment variable ``GPGPU_RT_CONTEXT``, else "auto": EGL, then OSMesa.
+
+    Raises
+    ------
+    ContextError
+        where no context can be had; the message says what to install.
+    """
+    if isinstance(context, Gpu):
+        return context
+    if isinstance(context, moderngl.Context):
+        return context.extra if isinstance(context.extra, Gpu) else Gpu(context, "window")
+    if not isinstance(context, str | None):
+        raise OptionError(f"context is {context!r}; give auto, egl, osmesa, a moderngl.Context, a "
+                          "Gpu or None")
+    choice = context or os.environ.get("GPGPU_RT_CONTEXT") or "auto"
+    if choice in BACKENDS:
+        return _shared(choice)
+    if choice != "auto":
+        raise OptionError(f"context {choice!r} is none of auto, egl, osmesa"
+                          + did_you_mean(choice, ("auto", *BACKENDS)))
+    failures = []
+    for backend in BACKENDS:
+        try:
+            return _shared(backend)
+        except ContextError as failure:
+            if backend == "egl" and "GPGPU_RT_EGL_DEVICE" in os.environ:
+                raise      # who names a device means no other
+            failures.append(f"{backend}: {failure}".split(";")[0])
+    raise ContextError(f"no OpenGL context ({'; '.join(failures)}); {HINT}")
+
+
+def probe() -> Iterator[tuple[str, Gpu | ContextError]]:
+    """Each backend with its Gpu, or with the error that says why it is not there."""
+    for backend in BACKENDS:
+        try:
+            yield backend, _shared(backend)
+        except ContextError as failure:
+            yield backend, failure

@@ -1,0 +1,131 @@
+"""Number formats of period hardware: what textures hold, and how kernels round.
+
+``storage`` is what the geometric channels of ray, state, hit and node textures hold;
+``arithmetic`` is what each result of a kernel is rounded to. Indices stay exact whatever these
+are. The same rounding stands in ``glsl/core/precision.glsl``; a test holds the two to the same
+bits.
+
+fp16 is s10e5 with denormals, as OpenEXR and NV30 have it. fp24 is ATI's s16e7 of R300 to R500,
+without denormals, emulated in float32. No source says for certain how those units rounded: hence
+the option ``rounding``. A finite value past the largest becomes the largest, so that infinity
+keeps its one meaning, "no end".
+"""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, overload
+
+import numpy as np
+
+from .record import PackedRecord, Record
+
+PRECISIONS = ("fp32", "fp24", "fp16")
+ROUNDINGS = ("nearest", "chop", "up")
+
+
+@dataclass(frozen=True)
+class Format:
+    """A floating point format inside float32.
+
+    Attributes
+    ----------
+    mantissa_bits : explicit bits of the mantissa
+    smallest : the smallest normal number
+    quantum : what numbers below ``smallest`` are multiples of; the same where there are none
+    largest : the largest finite number
+    """
+
+    mantissa_bits: int
+    smallest: float
+    quantum: float
+    largest: float
+
+    @property
+    def unit(self) -> float:
+        """Unit roundoff to nearest."""
+        return 2.0 ** -(self.mantissa_bits + 1)
+
+    def round(self, values: np.ndarray, rounding: str = "nearest") -> np.ndarray:
+        """Float32 values rounded to this format, as float32: to nearest (ties to even), towards
+        zero (``chop``), or towards plus infinity (``up``)."""
+        x = np.ascontiguousarray(values, np.float32)
+        dropped = np.uint32(23 - self.mantissa_bits)
+        if not dropped:
+            return x
+        below = np.uint32((1 << int(dropped)) - 1)
+        bits = x.view(np.uint32)
+        with np.errstate(over="ignore", invalid="ignore"):
+            multiple = x / np.float32(self.quantum)
+            if rounding == "nearest":
+                bits = bits + (below >> np.uint32(1)) + ((bits >> dropped) & np.uint32(1))
+                multiple = np.rint(multiple)
+            elif rounding == "up":
+                bits = bits + np.where(x > 0, below, np.uint32(0))
+                multiple = np.ceil(multiple)
+            else:
+                multiple = np.trunc(multiple)
+            normal = (bits & ~below).view(np.float32)
+            rounded = np.where(np.abs(x) < np.float32(self.smallest),
+                               multiple * np.float32(self.quantum), normal)
+            rounded = np.clip(rounded, np.float32(-self.largest), np.float32(self.largest))
+        return np.where(np.isfinite(x), rounded, x).astype(np.float32)
+
+
+FORMATS = {
+    "fp32": Format(23, 2.0 ** -126, 2.0 ** -126, float(np.finfo(np.float32).max)),
+    "fp24": Format(16, 2.0 ** -62, 2.0 ** -62, (2 - 2.0 ** -16) * 2.0 ** 63),
+    "fp16": Format(10, 2.0 ** -14, 2.0 ** -24, 65504.0),
+}
+
+
+@dataclass(frozen=True)
+class Precision:
+    """The precision of a tracer, from its options ``storage``, ``arithmetic`` and ``rounding``."""
+
+    storage: str = "fp32"
+    arithmetic: str = "fp32"
+    rounding: str = "nearest"
+
+    @classmethod
+    def of(cls, options: Mapping[str, Any]) -> Precision:
+        return cls(options["storage"], options["arithmetic"], options["rounding"])
+
+    @overload
+    def layout(self, record: Record) -> Record: ...
+
+    @overload
+    def layout(self, record: PackedRecord) -> PackedRecord: ...
+
+    def layout(self, record: Record | PackedRecord) -> Record | PackedRecord:
+        """The record as its textures hold it."""
+        return record if isinstance(record, PackedRecord) else record.stored(self.storage)
+
+    def stored(self, values: np.ndarray) -> np.ndarray:
+        """Geometric values as textures hold them, in float32."""
+        return FORMATS[self.storage].round(values, self.rounding)
+
+    def stored_fields(self, record: Record | PackedRecord,
+                      arrays: Mapping[str, np.ndarray]) -> Mapping[str, np.ndarray]:
+        """A table's fields with the geometric ones rounded; integers stay."""
+        if isinstance(record, PackedRecord):
+            return arrays
+        integer = {field.name for field in record.fields if field.is_integer}
+        return {name: values if name in integer else self.stored(values)
+                for name, values in arrays.items()}
+
+    def defines(self) -> dict[str, object]:
+        """What ``core/precision.glsl`` reads."""
+        return {**_format_defines("STORAGE", self.storage),
+                **_format_defines("ARITHMETIC", self.arithmetic),
+                "ROUNDING_" + self.rounding.upper(): True}
+
+
+def _format_defines(prefix: str, name: str) -> dict[str, object]:
+    """Nothing for fp32: its programs hold no trace of rounding."""
+    if name == "fp32":
+        return {}
+    chosen = FORMATS[name]
+    constants = (chosen.smallest, chosen.quantum, chosen.largest)
+    arguments = ", ".join([f"{23 - chosen.mantissa_bits}u", *(f"{c:.9e}" for c in constants)])
+    return {prefix + "_FORMAT": arguments, prefix + "_UNIT": f"{chosen.unit:.9e}"}

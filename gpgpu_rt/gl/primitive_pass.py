@@ -1,0 +1,51 @@
+"""A pass over primitives: points that scatter, quads over what they bound, a mesh's triangles."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import moderngl
+
+from .context import Gpu
+from .fragment_pass import FragmentPass
+from .textures import release
+
+
+class PrimitivePass(FragmentPass):
+    """Draws primitives whose vertices come from a buffer or, without one, are made by the vertex
+    program from their numbers alone.
+
+    Parameters
+    ----------
+    fragment, vertex, defines, virtual : as for ``FragmentPass``
+    """
+
+    def __init__(self, gpu: Gpu, fragment: str, vertex: str,
+                 defines: Mapping[str, object] | None = None,
+                 virtual: Mapping[str, str] | None = None) -> None:
+        super().__init__(gpu, fragment, defines, virtual, vertex)
+        self._buffer: moderngl.Buffer | None = None
+        self._geometry: moderngl.VertexArray | None = None
+
+    def take(self, buffer: moderngl.Buffer, layout: str, *attributes: str) -> None:
+        """Draw the vertices of a buffer from now on.
+
+        Parameters
+        ----------
+        layout : in moderngl's words, "3f 1i" a vertex or "4f/i" an instance
+        attributes : one a word; what the program does not read is passed over
+        """
+        if self._buffer is not buffer:
+            release(self._geometry)
+            self._buffer, self._geometry = buffer, self.gpu.context.vertex_array(
+                self.program, [(buffer, layout, *attributes)], skip_errors=True)
+
+    def draw(self, target: moderngl.Framebuffer, textures: Mapping[str, moderngl.Texture],
+             mode: int, vertices: int = -1, instances: int = 1) -> None:
+        """Draw them; ``issue`` says what the parameters are."""
+        if self._geometry is None:
+            self._geometry = self.gpu.context.vertex_array(self.program, [])
+        self.issue(self._geometry, target, textures, mode, vertices, instances)
+
+    def release(self) -> None:
+        release(self._geometry)
+        self._buffer = self._geometry = None

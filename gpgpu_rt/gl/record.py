@@ -1,0 +1,368 @@
+"""Records: what a declaration of fields means, packed by numpy and read by GLSL.
+
+A declaration reads like the texels: ``"v0:vec3 index:int | v1:vec3 last:int | v2:vec3"``.
+Types are float (the default), vec2, vec3, vec4, int, ivec3 and ivec4. Integers are stored as float
+values, exact up to 2^24 either side of zero, and packing raises where one is past that.
+
+Fields that are no integers are geometric: they follow the option ``storage``. Under fp16 they move
+to texels of their own, in half float textures, and integers keep their float32 ones.
+"""
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from ..errors import LimitError
+
+TABLE_WIDTH_LOG2 = 12     # tables are 4096 texels wide: shifts and masks, no division
+EXACT_INTEGER = 1 << 24   # float32 holds every integer up to here
+FIELD_TYPES = {"float": 1, "int": 1, "vec2": 2, "vec3": 3, "vec4": 4, "ivec3": 3,
+               "ivec4": 4}    # and how many channels each takes
+
+
+@dataclass(frozen=True)
+class Field:
+    """A field of a record: its GLSL type and where it stands."""
+
+    name: str
+    type: str
+    texel: int
+    channel: int
+
+    @property
+    def width(self) -> int:
+        return FIELD_TYPES[self.type]
+
+    @property
+    def swizzle(self) -> str:
+        return "xyzw"[self.channel:self.channel + self.width]
+
+    @property
+    def is_integer(self) -> bool:
+        return self.type in ("int", "ivec3", "ivec4")
+
+    def of(self, texels: np.ndarray) -> np.ndarray:
+        """(...) or (..., k) of (..., 4), texels that it stands in."""
+        values = texels[..., self.channel:self.channel + self.width]
+        values = values[..., 0] if self.width == 1 else values
+        return values.astype(np.int32) if self.is_integer else values
+
+    def decode(self, texel: str) -> str:
+        """GLSL that reads the field from a texel."""
+        value = f"{texel}.{self.swizzle}"
+        return f"{self.type}({value})" if self.is_integer else value
+
+    def encode(self, value: str) -> str:
+        """GLSL that turns the field's value into what its channels hold."""
+        floats = {"int": "float", "ivec3": "vec3", "ivec4": "vec4"}
+        return f"{floats[self.type]}({value})" if self.is_integer else value
+
+
+@dataclass(frozen=True)
+class Plane:
+    """Texels of a record that lie in textures of one type.
+
+    ``suffix`` tells a table's textures apart; ``components`` is 1, 2 or 4 (three-channel targets
+    are not portable); ``dtype`` is f4 or f2.
+    """
+
+    suffix: str
+    first: int
+    texels: int
+    components: int
+    dtype: str
+
+
+@dataclass(frozen=True)
+class Record:
+    """A record named ``name`` (GLSL prefix) whose texels are declared in ``layout``.
+
+    ``half_texels`` of them, the first ones, lie in half float textures; ``storage`` is the format
+    that geometric fields are rounded to. Both come from ``stored``. ``uniform_texels`` of a stream
+    are the same for all its records: a program reads them from uniforms, not from textures.
+    GLSL may ask: RAYS_TEXEL_0_UNIFORM is then defined.
+    ``define`` is a GLSL define that comes with a stream's accessors, for a program that does
+    something else with fields which only some records of that name have. ``constants`` are names
+    and integers that its fields may hold in the place of others, known to GLSL by those names.
+    """
+
+    name: str
+    layout: str
+    storage: str = "fp32"
+    half_texels: int = 0
+    uniform_texels: tuple[int, ...] = ()
+    define: str = ""
+    constants: tuple[tuple[str, int], ...] = ()
+
+    @lru_cache(maxsize=None)
+    def stored(self, storage: str) -> Record:
+        """This record under the option ``storage``; under fp16 regrouped, geometric first."""
+        if storage != "fp16":
+            return replace(self, storage=storage)
+        groups = [_cut_into_texels(f for f in self.fields if f.is_integer is integer)
+                  for integer in (False, True)]
+        return replace(self, layout=" | ".join(groups[0] + groups[1]), storage=storage,
+                       half_texels=len(groups[0]))
+
+    def extended(self, more: str) -> Record:
+        """This record with more texels behind its own."""
+        return replace(self, layout=f"{self.layout} | {more}")
+
+    @cached_property
+    def fields(self) -> tuple[Field, ...]:
+        found = []
+        for texel, texel_fields in enumerate(self.layout.split("|")):
+            channel = 0
+            for word in texel_fields.split():
+                name, _, kind = word.partition(":")
+                field = Field(name, kind or "float", texel, channel)
+                channel += field.width
+                if channel > 4:
+                    raise ValueError(f"record {self.name}: texel {texel} has over four channels")
+                found.append(field)
+        return tuple(found)
+
+    @property
+    def texels(self) -> int:
+        """Texels a record takes."""
+        return self.layout.count("|") + 1
+
+    @cached_property
+    def planes(self) -> tuple[Plane, ...]:
+        """The types of texture that the record's texels lie in."""
+        half = self.half_texels
+        parts = (("_half", 0, half, "f2"), ("", half, self.texels - half, "f4"))
+        planes = []
+        for suffix, first, texels, dtype in parts:
+            used = max((f.channel + f.width for f in self.fields
+                        if first <= f.texel < first + texels), default=0)
+            if used:
+                planes.append(Plane(suffix, first, texels, 4 if used == 3 else used, dtype))
+        return tuple(planes)
+
+    def plane_of(self, texel: int) -> Plane:
+        return next(p for p in self.planes if p.first <= texel < p.first + p.texels)
+
+    def pack(self, **arrays: np.ndarray) -> np.ndarray:
+        """Records from one array a field: (n, texels, 4) float32.
+
+        Parameters
+        ----------
+        arrays : as for ``pack_into``
+
+        Raises
+        ------
+        LimitError
+            as ``pack_into``
+        """
+        packed = np.empty((len(next(iter(arrays.values()))), self.texels, 4), np.float32)
+        self.pack_into(packed.swapaxes(0, 1), **arrays)
+        return packed
+
+    def pack_into(self, planes: Sequence[np.ndarray | None] | np.ndarray,
+                  **arrays: np.ndarray) -> None:
+        """Write records from one array a field.
+
+        Parameters
+        ----------
+        planes : (n, 4) float32 each, whatever its strides, one a texel; None is left out
+        arrays : (n,) or (n, width) each, by field name; a field left out is zero
+
+        Raises
+        ------
+        LimitError
+            where an int field is past 2^24, or there are more records than floats can index.
+        """
+        unknown = set(arrays) - {f.name for f in self.fields}
+        if unknown:
+            raise ValueError(f"record {self.name} has no field {', '.join(sorted(unknown))}")
+        count = len(next(iter(arrays.values())))
+        check_count(self.name, count)
+        given = [field for field in self.fields if field.name in arrays]
+        filled = {(f.texel, f.channel + k) for f in given for k in range(f.width)}
+        for texel, channel in set(np.ndindex(self.texels, 4)) - filled:
+            if planes[texel] is not None:
+                planes[texel][:, channel] = 0
+        for field in given:
+            if planes[field.texel] is None:
+                continue
+            values = np.asarray(arrays[field.name])
+            if field.is_integer and count and np.abs(values).max() > EXACT_INTEGER:
+                raise LimitError(f"{self.name}.{field.name} is past 2^24, the last integer a "
+                                 "float texel holds exactly; take a smaller scene")
+            values = values.reshape(count, field.width)
+            for k in range(field.width):    # by channel: numpy is slow along short axes
+                planes[field.texel][:, field.channel + k] = values[:, k]
+
+    def unpack(self, texels: np.ndarray) -> dict[str, np.ndarray]:
+        """The inverse of ``pack``: (..., texels, 4) -> arrays (...) or (..., width) by field name;
+        those of float fields are views."""
+        return self.unpack_planes(np.moveaxis(texels, -2, 0))
+
+    def field(self, name: str) -> Field:
+        """The field of a name."""
+        return next(field for field in self.fields if field.name == name)
+
+    def unpack_planes(self, planes: Sequence[np.ndarray] | np.ndarray) -> dict[str, np.ndarray]:
+        """``unpack`` of (..., 4) each, one a texel."""
+        return {f.name: f.of(planes[f.texel]) for f in self.fields}
+
+    def table_glsl(self) -> str:
+        """Accessors of a table record: ``kd_node_split(i)`` and one a field."""
+        lines = [_table_glsl("sampler2D", self.name + plane.suffix) for plane in self.planes]
+        for f in self.fields:
+            plane = self.plane_of(f.texel)
+            place = f"i * {plane.texels} + {f.texel - plane.first}"
+            fetch = f"TABLE_FETCH({self.name}{plane.suffix}, {place})"
+            lines.append(f"{f.type} {self.name}_{f.name}(int i) {{ return {f.decode(fetch)}; }}")
+        return "\n".join(lines)
+
+    def stream_glsl(self, writes: bool, first_target: int = 0) -> str:
+        """Struct and load of a stream record; with ``writes``, rounding to its storage and store.
+
+        ``first_target`` is the render target of the record's first texel.
+        """
+        name, struct = self.name, self.name.capitalize()
+        lines = ['#include "core/texel.glsl"']
+        lines += [f"#define {self.define}"] if self.define else []
+        lines += [f"#define {name.upper()}_TEXEL_{k}_UNIFORM" for k in self.uniform_texels]
+        for constant, value in self.constants:     # of two such records one declares it
+            lines += [f"#ifndef {constant}", f"#define {constant} {value}", "#endif"]
+        lines += [f"struct {struct} {{"]
+        lines += [f"    {f.type} {f.name};" for f in self.fields] + ["};"]
+        kinds = ["vec4" if k in self.uniform_texels else "sampler2D" for k in range(self.texels)]
+        lines += [f"uniform {kind} {name}_texel_{k};" for k, kind in enumerate(kinds)]
+        sampled = [k for k, kind in enumerate(kinds) if kind == "sampler2D"]
+        if sampled:
+            lines.append(f"vec2 {name}_texel_step = "
+                         f"1.0 / vec2(textureSize({name}_texel_{sampled[0]}, 0));")
+        lines += [f"{struct} {name}_load(ivec2 pixel) {{", f"    {struct} record;"]
+        for k in range(self.texels):
+            value = f"{name}_texel_{k}"
+            if k in sampled:
+                value = f"TEXEL({value}, {name}_texel_step, pixel)"
+            lines.append(f"    vec4 texel_{k} = {value};")
+        for f in self.fields:
+            lines.append(f"    record.{f.name} = {f.decode(f'texel_{f.texel}')};")
+        lines += ["    return record;", "}"]
+        if writes:
+            lines += [f"{struct} {name}_stored({struct} record) {{"]
+            if self.storage != "fp32":
+                lines += [f"    record.{f.name} = stored(record.{f.name});"
+                          for f in self.fields if not f.is_integer]
+            lines += ["    return record;", "}"]
+            for k in range(self.texels):
+                lines.append(f"layout(location = {first_target + k}) out vec4 {name}_target_{k};")
+            lines += [f"void {name}_store({struct} record) {{",
+                      f"    record = {name}_stored(record);"]
+            for k in range(self.texels):
+                lines.append(f"    {name}_target_{k} = vec4(0.0);")
+            for f in self.fields:
+                value = f.encode(f"record.{f.name}")
+                lines.append(f"    {name}_target_{f.texel}.{f.swizzle} = {value};")
+            lines.append("}")
+        return "\n".join(lines)
+
+
+@dataclass(frozen=True)
+class PackedRecord:
+    """A table record of bit fields in integer texels, four channels each.
+
+    ``"lo:16 hi:16 | link:32"`` reads from the lowest bit of each channel up. GLSL reads
+    ``name_lo(i)``, a uint.
+    """
+
+    name: str
+    layout: str
+
+    @cached_property
+    def fields(self) -> tuple[tuple[str, int, int, int], ...]:
+        """Name, channel, lowest bit and number of bits of each field."""
+        found = []
+        for channel, word in enumerate(self.layout.split("|")):
+            shift = 0
+            for field in word.split():
+                name, _, bits = field.partition(":")
+                found.append((name, channel, shift, int(bits)))
+                shift += int(bits)
+            if shift > 32:
+                raise ValueError(f"record {self.name}: channel {channel} has over 32 bits")
+        return tuple(found)
+
+    @property
+    def channels(self) -> int:
+        used = self.layout.count("|") + 1
+        return used if used < 4 else 4 * self.texels
+
+    @property
+    def texels(self) -> int:
+        """Texels a record takes."""
+        return (self.layout.count("|") + 4) // 4
+
+    def pack(self, **arrays: np.ndarray) -> np.ndarray:
+        """(n, texels, channels of one) uint32 from one (n,) array a field; LimitError where one
+        does not fit."""
+        packed = np.zeros((len(next(iter(arrays.values()))), self.channels), np.uint32)
+        for name, channel, shift, bits in self.fields:
+            values = np.asarray(arrays[name]).astype(np.int64)
+            if len(values) and (values.min() < 0 or values.max() >= 1 << bits):
+                raise LimitError(f"{self.name}.{name} does not fit its {bits} bits; take a "
+                                 "smaller scene, or no quantised nodes")
+            packed[:, channel] |= (values << shift).astype(np.uint32)
+        return packed.reshape(len(packed), self.texels, self.channels // self.texels)
+
+    @property
+    def planes(self) -> tuple[Plane, ...]:
+        """As of a Record: one texture of integers."""
+        return (Plane("", 0, self.texels, self.channels // self.texels, "u4"),)
+
+    def table_glsl(self) -> str:
+        """Accessors: ``quantised_node_lo_x(i)`` and one a field."""
+        lines = [_table_glsl("usampler2D", self.name)]
+        for name, channel, shift, bits in self.fields:
+            place = f"i * {self.texels} + {channel // 4}" if self.texels > 1 else "i"
+            texel = f"TABLE_FETCH({self.name}, {place}).{'xyzw'[channel % 4]}"
+            value = texel if bits == 32 else f"({texel} >> {shift}) & {(1 << bits) - 1}u"
+            lines.append(f"uint {self.name}_{name}(int i) {{ return {value}; }}")
+        return "\n".join(lines)
+
+
+def _table_glsl(sampler: str, name: str) -> str:
+    """What TABLE_FETCH(name, i) reads: the texture, and the distance of its rows."""
+    return (f"uniform {sampler} {name}_table;\n"
+            f"float {name}_table_row = 1.0 / float(textureSize({name}_table, 0).y);")
+
+
+def check_count(name: str, count: int) -> None:
+    """Raise LimitError for more records than a state in float texels can point at."""
+    if count > EXACT_INTEGER:
+        raise LimitError(f"{count} {name} records are past 2^24, the last index a float texel "
+                         "holds exactly; take a smaller scene or a coarser build")
+
+
+def _cut_into_texels(fields: Iterable[Field]) -> list[str]:
+    """Fields in order, as many a texel as fit: the parts of a layout."""
+    texels: list[str] = []
+    used = 4
+    for field in fields:
+        word = f"{field.name}:{field.type}"
+        if used + field.width > 4:
+            texels.append(word)
+            used = field.width
+        else:
+            texels[-1] += f" {word}"
+            used += field.width
+    return texels
+
+
+def streams_glsl(reads: Iterable[Record], writes: Iterable[Record]) -> str:
+    """What ``#include <streams>`` stands for in a pass: streams that it reads, and those that it
+    writes, on the render targets in their order."""
+    texts, target = [record.stream_glsl(writes=False) for record in reads], 0
+    for record in writes:
+        texts.append(record.stream_glsl(True, target))
+        target += record.texels
+    return "\n".join(texts)

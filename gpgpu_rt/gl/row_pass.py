@@ -1,0 +1,52 @@
+"""A pass whose vertex program makes its geometry, a few vertices for each number it is given."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import moderngl
+import numpy as np
+
+from .context import Gpu
+from .fragment_pass import FragmentPass
+from .textures import release
+
+
+class RowPass(FragmentPass):
+    """Draws ``vertices`` vertices for each of a list of integers, the attribute of the program.
+
+    Parameters
+    ----------
+    vertex, fragment : files under ``glsl/``
+    attribute : what the vertex program calls the integer
+    vertices : vertices an integer; primitives are triangles, or points where it is 1
+    """
+
+    def __init__(self, gpu: Gpu, vertex: str, fragment: str, attribute: str, vertices: int,
+                 defines: Mapping[str, object], virtual: Mapping[str, str]) -> None:
+        super().__init__(gpu, fragment, defines, virtual, vertex)
+        self.attribute, self.vertices = attribute, vertices
+        self._buffer: moderngl.Buffer | None = None
+        self._geometry: moderngl.VertexArray | None = None
+
+    def draw(self, target: moderngl.Framebuffer, textures: Mapping[str, moderngl.Texture],
+             rows: np.ndarray, uniforms: Mapping[str, object]) -> None:
+        """Draw (n,) or (n, k) int ``rows``; more may be given than the program reads."""
+        if not len(rows):
+            return
+        data = np.repeat(rows.astype(np.int32), self.vertices, axis=0)
+        if self._buffer is None or self._buffer.size < data.nbytes:
+            release(self._geometry, self._buffer)
+            self._buffer = self.gpu.context.buffer(reserve=max(1 << 16, 2 * data.nbytes),
+                                                   dynamic=True)
+            self._geometry = self.gpu.context.vertex_array(
+                self.program, [(self._buffer, f"{rows[0].size}i", self.attribute)])
+        assert self._geometry is not None
+        self._buffer.write(data)
+        self.gpu.note_moved(up=data.nbytes)
+        self.set(**uniforms)
+        mode = moderngl.POINTS if self.vertices == 1 else moderngl.TRIANGLES
+        self.issue(self._geometry, target, textures, mode, len(data))
+
+    def release(self) -> None:
+        release(self._geometry, self._buffer)
+        self._geometry = self._buffer = None

@@ -1,0 +1,197 @@
+"""The one place that compiles: resolves includes and defines, and words compile errors.
+
+A program is an entry file, ``.frag`` or ``.vert``, that begins with ``#version`` and includes
+what it needs: ``#include "core/hit.glsl"`` names a file under ``glsl/``, ``#include <records>`` a
+text that Python generated (the accessors of the records in use). Each file is included once.
+
+Lines are traced back to their files by a table of ours and not by ``#line``: Mesa reports an
+undeclared name in file 0 whatever ``#line`` said.
+"""
+from __future__ import annotations
+
+import functools
+import importlib.resources
+import re
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+import moderngl
+
+from ..errors import ShaderError
+from .context import Gpu
+
+ROOT = Path(str(importlib.resources.files("gpgpu_rt.glsl")))
+
+MOST_PROGRAMS = 512      # kept for who asks for them again: on a software renderer, a MiB each
+
+_INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"(?P<file>[^"]+)"|<(?P<virtual>\w+)>)\s*$')
+_VERSION = re.compile(r"^\s*#\s*version\b")
+# "0:12(5): error" (Mesa), "0(12) : error" (NVIDIA), "ERROR: 0:12:" (others)
+_LOCATION = re.compile(r"(?P<a>\d+):(?P<b>\d+)(?:\(\d+\))?:|(?P<c>\d+)\((?P<d>\d+)\)\s*:")
+
+# Contraction to FMA breaks the watertight test; `precise` forbids it where a driver offers it.
+_PREAMBLE = """#extension GL_ARB_gpu_shader5 : enable
+#ifdef GL_ARB_gpu_shader5
+#define PRECISE precise
+#else
+#define PRECISE
+#endif"""
+
+
+@dataclass
+class Source:
+    """A resolved program text, and where its lines came from.
+
+    Attributes
+    ----------
+    runs : (lines before it, file, its first line there, lines) of lines that stand together
+    """
+
+    text: str
+    runs: list[tuple[int, str, int, int]] = field(default_factory=list)
+
+    def origin(self, line: int) -> tuple[str, int] | None:
+        """File and line that a line of the text, counted from 1, came from."""
+        for before, name, first, count in self.runs:
+            if before < line <= before + count:
+                return name, first + line - before - 1
+        return None
+
+
+class _Run(NamedTuple):
+    """Lines of a file up to an include, or up to the version."""
+
+    first: int
+    lines: tuple[str, ...]
+    include: re.Match[str] | None
+    version: bool
+
+
+@functools.lru_cache(maxsize=1024)     # the same texts make up hundreds of programs
+def _runs(text: str) -> tuple[_Run, ...]:
+    found, first = [], 1
+    lines = text.splitlines()
+    for at, line in enumerate(lines, 1):
+        if "#" not in line:
+            continue
+        include, version = _INCLUDE.match(line), bool(_VERSION.match(line))
+        if include or version:
+            found.append(_Run(first, tuple(lines[first - 1:at - bool(include)]), include, version))
+            first = at + 1
+    return (*found, _Run(first, tuple(lines[first - 1:]), None, False))
+
+
+def resolve(entry: str, defines: Mapping[str, object] | None = None,
+            virtual: Mapping[str, str] | None = None) -> Source:
+    """The text of ``entry`` with every include in place.
+
+    Parameters
+    ----------
+    entry : path of the entry file, relative to ``glsl/`` or absolute
+    defines : name -> value; True defines without a value, None and False leave out
+    virtual : name -> generated text for ``#include <name>``; a value that begins with
+        ``file:`` stands for that file, relative to ``glsl/`` or absolute
+
+    Raises
+    ------
+    ShaderError
+        for a file that is missing, an unknown virtual include or a cycle.
+    """
+    virtual = virtual or {}
+    source = Source("")
+    lines: list[str] = []
+    done: set[str] = set()
+
+    def put(name: str, first: int, added: Sequence[str]) -> None:
+        source.runs.append((len(lines), name, first, len(added)))
+        lines.extend(added)
+
+    def add(name: str, text: str, chain: tuple[str, ...]) -> None:
+        for run in _runs(text):
+            put(name, run.first, run.lines)
+            at = run.first + len(run.lines)
+            if run.include:
+                include_one(run.include, name, at, (*chain, name))
+            if run.version and not chain:
+                for line in (*_PREAMBLE.splitlines(), *_define_lines(defines or {})):
+                    put(name, at - 1, (line,))
+
+    def include_one(include: re.Match[str], by: str, at: int, chain: tuple[str, ...]) -> None:
+        name = include["file"] or f"<{include['virtual']}>"
+        text = None
+        if include["virtual"]:
+            if include["virtual"] not in virtual:
+                raise ShaderError(f"{by}:{at}: nothing was generated for {name}")
+            text = virtual[include["virtual"]]
+            if text.startswith("file:"):
+                name, text = text.removeprefix("file:"), None
+        if name in chain:
+            raise ShaderError(f"{by}:{at}: include cycle {' -> '.join((*chain, name))}")
+        if name not in done:
+            done.add(name)
+            add(name, _read(name, f"{by}:{at}: ") if text is None else text, chain)
+
+    add(entry, _read(entry, ""), ())
+    source.text = "\n".join(lines) + "\n"
+    return source
+
+
+def _read(name: str, where: str) -> str:
+    try:
+        return (ROOT / name).read_text()   # an absolute name replaces ROOT
+    except OSError as failure:
+        raise ShaderError(f"{where}cannot read {name} ({failure.strerror})") from failure
+
+
+def _define_lines(defines: Mapping[str, object]) -> list[str]:
+    return [f"#define {name}" + ("" if value is True else f" {value}")
+            for name, value in sorted(defines.items()) if value is not None and value is not False]
+
+
+def compile_program(gpu: Gpu, fragment: str, defines: Mapping[str, object] | None = None,
+                    virtual: Mapping[str, str] | None = None,
+                    vertex: str = "drivers/full_screen.vert") -> moderngl.Program:
+    """A linked program, the same object again for the same text.
+
+    Raises
+    ------
+    ShaderError
+        that names file, line and the defines in force.
+    """
+    vertex_source = resolve(vertex, {}, virtual)
+    source = resolve(fragment, defines, virtual)
+    key = (vertex_source.text, source.text)
+    program = gpu.programs.pop(key, None)
+    if program is None:
+        _let_go(gpu)
+        try:
+            program = gpu.context.program(vertex_shader=vertex_source.text,
+                                          fragment_shader=source.text)
+        except moderngl.Error as failure:
+            raise ShaderError(_word_log(str(failure), source, defines or {})) from failure
+    gpu.programs[key] = program    # the last one that was asked for
+    return program
+
+
+def _let_go(gpu: Gpu) -> None:
+    """Make room for a program: those asked for longest ago go, if nobody has them."""
+    for key in list(gpu.programs):
+        if len(gpu.programs) < MOST_PROGRAMS:
+            return
+        if sys.getrefcount(gpu.programs[key]) == 2:    # the table's, and that of the question
+            gpu.programs.pop(key).release()
+
+
+def _word_log(log: str, source: Source, defines: Mapping[str, object]) -> str:
+    def name_file(match: re.Match[str]) -> str:
+        origin = source.origin(int(match["b"] or match["d"]))
+        return match[0] if origin is None else "{}:{}:".format(*origin)
+
+    first = next((line for line in log.splitlines() if "error" in line.lower()
+                  and _LOCATION.search(line)), None)
+    message = _LOCATION.sub(name_file, first or " ".join(log.split())[:300], count=1)
+    in_force = " ".join(line.removeprefix("#define ") for line in _define_lines(defines))
+    return f"{message.strip()} [defines: {in_force or 'none'}]"

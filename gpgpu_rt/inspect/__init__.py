@@ -1,0 +1,1 @@
+"""Looking into a traversal: its passes, costs and programs."""

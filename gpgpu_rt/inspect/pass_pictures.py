@@ -1,0 +1,201 @@
+"""Pictures of every pass: what each ray waits for, where it is, and what it has hit so far."""
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from ..disk.files import WRITING, check_writable, read_json, replacing
+from ..errors import Error
+from ..hits import Hits
+from ..rays.batch import RayBatch
+from ..scene.camera import Camera
+from ..tracer import Tracer
+from . import false_colours as colours
+from .time_travel import Pass, decode, phase_names, travel
+
+PLACES = ("node", "cell", "cursor", "first")    # the field that says where a ray is
+MOST_PICTURES = 200     # about, unless more are asked for
+MOST_FRAMES = 150       # of the GIF; the first and the last pass are always among them
+FRAME_MS, LAST_MS = 80, 1500
+
+
+def write_passes(tracer: Tracer, folder: Path, size: tuple[int, int], every: int | None = None,
+                 states: bool = False, camera: Camera | None = None,
+                 most: int = MOST_PICTURES,
+                 progress: Callable[[int, int], object] = lambda done, of: None
+                 ) -> dict[str, Any]:
+    """Trace a picture's eye rays and write what stands in the textures after each pass.
+
+    ``pass_0000.png`` and on, ``passes.gif`` of up to MOST_FRAMES of them, and ``passes.json``;
+    with ``states`` also ``pass_0000.npz``: the fields of each ray's state and hit. What the
+    ``passes.json`` of an earlier run lists there is removed. All take their places when the last
+    one is done: interrupted, it leaves the folder as it was.
+
+    Parameters
+    ----------
+    folder : made where it is missing
+    size : (width, height) pixels
+    every : pictures of each so many passes; those of the first and the last are always written
+    states : write them too
+    camera : by default the scene's own
+    most : pictures, about, where ``every`` is None
+    progress : is told passes done, and of how many
+
+    Returns
+    -------
+    What the JSON holds.
+    """
+    with _room(folder), tempfile.TemporaryDirectory(prefix=WRITING, dir=folder) as made:
+        found = _write(tracer, Path(made), size, every, states, camera, most, progress)
+        before, written = _listed(folder), [path.name for path in Path(made).iterdir()]
+        for name in written:
+            os.replace(Path(made) / name, folder / name)
+        with replacing(folder / "passes.json") as path:
+            path.write_text(json.dumps(found, indent=1, default=str) + "\n", encoding="utf-8")
+        for old in before.difference(written):
+            (folder / old).unlink(missing_ok=True)
+    return found
+
+
+def _write(tracer: Tracer, folder: Path, size: tuple[int, int], every: int | None, states: bool,
+           camera: Camera | None, most: int,
+           progress: Callable[[int, int], object]) -> dict[str, Any]:
+    origins, directions = (camera or tracer.scene.camera).rays(size)
+    first = tracer.trace(origins, directions)    # also compiles: the JSON's seconds are of tracing
+    expected = tracer.statistics.passes
+    step = every or -(-expected // most)
+    painter = _Painter(tracer, RayBatch(origins, directions, bounds=tracer.scene.bounds), first)
+    passes: list[dict[str, Any]] = []
+    held: list[Pass] = []
+
+    def keep(one: Pass) -> None:
+        name = f"pass_{one.number:04d}"
+        painter.picture(one).save(folder / f"{name}.png")
+        passes[-1]["picture"] = f"{name}.png"
+        if states:
+            np.savez_compressed(folder / f"{name}.npz",
+                                **{f"state_{k}": v for k, v in one.state.items()},
+                                **{f"hit_{k}": v for k, v in one.hit.items()})
+            passes[-1]["states"] = f"{name}.npz"
+
+    def look(one: Pass) -> None:
+        passes.append(one.to_dict())
+        held[:] = [one]
+        if one.number % step == 0:
+            keep(one)
+            held.clear()
+        progress(len(passes), max(len(passes), expected))
+
+    hits = travel(tracer, origins, directions, look)
+    if held:
+        keep(held[0])
+    found = {**tracer.scene.facts(), "method": tracer.method.name, "gpu": tracer.gpu.info(),
+             "size": list(size),
+             "options": {k: v for k, v in tracer.options.items() if k != "context"},
+             "phases": {str(k): v for k, v in phase_names(tracer).items()},
+             "rays_hit": int(hits.hit.sum()), "rays": len(hits), "passes": passes}
+    _write_gif(folder, [one["picture"] for one in passes if "picture" in one])
+    return found
+
+
+def _listed(folder: Path) -> set[str]:
+    """The pictures and states that the JSON of an earlier run lists."""
+    try:
+        passes = read_json(folder / "passes.json")["passes"]
+        names = {one[key] for one in passes for key in ("picture", "states") if key in one}
+        return {name for name in names if Path(name).name == name}
+    except (OSError, ValueError, KeyError, TypeError):
+        return set()
+
+
+@contextmanager
+def _room(folder: Path) -> Iterator[None]:
+    """A folder to write into, made where it is missing; gone again if nothing came of it."""
+    is_new = not folder.exists()
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as failure:
+        raise Error(f"cannot make the folder {folder}: {failure.strerror}; give another one, in a "
+                    "folder that is there") from failure
+    check_writable(folder / "passes.json")
+    try:
+        yield
+    except BaseException as failure:
+        if is_new and not any(folder.iterdir()):
+            folder.rmdir()
+        if isinstance(failure, OSError):
+            raise Error(f"cannot write into {folder}: {failure.strerror or failure}") from failure
+        raise
+
+
+def _write_gif(folder: Path, pictures: list[str]) -> None:
+    chosen = np.unique(np.linspace(0, len(pictures) - 1, min(len(pictures), MOST_FRAMES)).round())
+    # Few rays are left late: most colours are among the first passes.
+    palette = colours.palette([np.asarray(_rgb(folder / pictures[len(pictures) * k // 8]))
+                               for k in (0, 1, 2, 4)])
+    frames = [_rgb(folder / pictures[k]).quantize(palette=palette, dither=Image.Dither.NONE)
+              for k in chosen.astype(int)]
+    frames[0].save(folder / "passes.gif", save_all=True, append_images=frames[1:], loop=0,
+                   optimize=False, duration=[FRAME_MS] * (len(frames) - 1) + [LAST_MS])
+
+
+def _rgb(path: Path) -> Image.Image:
+    with Image.open(path) as picture:
+        return picture.convert("RGB")
+
+
+def phase_pixels(phases: np.ndarray, names: Mapping[int, str]) -> np.ndarray:
+    """(n, 3) uint8: the colour of what each of n rays waits for."""
+    shown = np.zeros((len(phases), 3), np.uint8)
+    for phase in names:
+        shown[phases == phase] = colours.category(phase)
+    return shown
+
+
+def distance_pixels(hits: Hits, lo: float, hi: float) -> np.ndarray:
+    """(n, 3) uint8: t between ``lo`` and ``hi``, and grey where there is no hit."""
+    shown = np.full((len(hits), 3), colours.NOTHING, np.uint8)
+    shown[hits.hit] = colours.ramp((hits.t[hits.hit] - lo) / max(hi - lo, 1e-30))
+    return shown
+
+
+class _Painter:
+    """Three panels a pass: phase, place and t, each pixel a ray."""
+
+    def __init__(self, tracer: Tracer, batch: RayBatch, hits: Hits) -> None:
+        self.tracer, self.batch, self.size = tracer, batch, batch.size
+        t = hits.t[hits.hit]
+        self.lo, self.hi = (float(t.min()), float(t.max())) if len(t) else (0.0, 1.0)
+        self.names = phase_names(tracer)
+
+    def picture(self, one: Pass) -> Image.Image:
+        tracer = self.tracer
+        place = next((name for name in PLACES if name in one.state), "phase")
+        over = one.state["phase"] <= 0
+        wheres = colours.scrambled(one.state[place])
+        wheres[over] = colours.OVER
+        distance = distance_pixels(decode(self.batch, one), self.lo, self.hi)
+        phases = phase_pixels(one.state["phase"], self.names)
+        panels = [(title, colours.enlarged(p.reshape(self.size[1], self.size[0], 3)))
+                  for title, p in (("what each ray waits for", phases),
+                                   (f"{place}: a colour for each number", wheres),
+                                   ("t of the nearest hit so far", distance))]
+        width = panels[0][1].width
+        served = ", ".join(f"{count:,} {name}" for name, count in one.served.items()) or "none"
+        head = [f"{tracer.scene.title}, {tracer.method.name}, {tracer.options['schedule']}: pass "
+                f"{one.number}, kernel {'of each ray' if one.kernel == 'all' else one.kernel}",
+                f"rays served: {served}; live: {one.live:,} of {len(over):,}"]
+        legend = colours.stacked([
+            colours.swatches([*((name, colours.category(phase))
+                                for phase, name in self.names.items()),
+                              ("no hit yet", colours.NOTHING)], max(3 * width, 300)),
+            colours.colour_bar(self.hi, "t of a hit", max(width, 200), self.lo)])
+        return colours.sheet(panels, head, legend)

@@ -1,0 +1,1 @@
+"""The bounding interval hierarchy (Waechter and Keller 2006)."""

@@ -1,0 +1,55 @@
+"""bih: the bounding interval hierarchy (Waechter and Keller 2006)."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ...accel.cache import cached
+from ...options import Option
+from ...traversal.method import Accelerator, Method
+from ...traversal.triangle_table import TRIANGLE, triangle_table
+from ..bvh.tables import last_of_leaves
+from .records import BIH_BOUNDS, BIH_NODE, BIH_STATE
+from .tree import LEAF, build_bih
+
+ROOT = 6    # the side of the root, which is nobody's child
+
+
+def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
+    bih = cached(build_bih, triangles, max_leaf=options["max_leaf"])
+    nodes = len(bih.axis)
+    lo, hi = bih.boxes()
+    side = np.full(nodes, ROOT)
+    inner = np.flatnonzero(bih.axis != LEAF)
+    side[bih.child[inner]] = bih.axis[inner]
+    side[bih.child[inner] + 1] = bih.axis[inner] + 3
+    first, count = np.where(bih.count > 0, bih.child, 0), bih.count
+    tables = {**triangle_table(triangles, bih.order, last_of_leaves(first, count, bih.order)),
+              BIH_NODE.name: {"left_hi": bih.left_hi, "right_lo": bih.right_lo,
+                              "axis": bih.axis, "child": bih.child},
+              BIH_BOUNDS.name: {"lo": lo, "hi": hi, "parent": bih.parents(), "side": side}}
+    uniforms = {"scene_lo": tuple(bih.lo), "scene_hi": tuple(bih.hi), "node_count": nodes}
+    # A node is entered once and left upwards once; with a stack it is popped once besides.
+    bound = (3 if options["stack_size"] else 2) * nodes + len(bih.order)
+    return Accelerator(tables, uniforms, bound, bih, boxes=bih.boxes)
+
+
+ROWS = (Method(
+    name="bih",
+    summary="two planes a node, where its children end and begin; up the parents after each leaf",
+    citation="Waechter and Keller 2006",
+    glsl="methods/bih/bih.glsl",
+    kernels=("down", "intersect", "climb"),
+    state=BIH_STATE,
+    tables=(TRIANGLE, BIH_NODE, BIH_BOUNDS),
+    prepare=_prepare,
+    options=(
+        Option("max_leaf", 4, "triangles up to which a node is a leaf", int, minimum=1),
+        Option("stack_size", 0, "entries of a stack in a local array, which lives a pass; 0: "
+               "up the parents alone", int, choices=(0, 4, 16), define="STACK_SIZE"),
+    ),
+    own_array=lambda options: options["stack_size"] > 0,
+    fixed_defines={"ROOT": ROOT},
+),)

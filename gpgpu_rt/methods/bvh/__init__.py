@@ -1,0 +1,1 @@
+"""Bounding volume hierarchies: threaded, with a stack, and by packets."""

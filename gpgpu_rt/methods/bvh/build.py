@@ -1,0 +1,54 @@
+"""Build: a bounding volume hierarchy by one of its builders, then improved and threaded."""
+from __future__ import annotations
+
+import numpy as np
+
+from ...accel.bounds import as_triangles
+from ...accel.options import choose, in_range
+from ...gl.record import EXACT_INTEGER
+from . import hybrid, insertion, lbvh, median, sah
+from .reinsertion import reinserted
+from .tree import MAX_LEAF, Bvh
+
+MOST_ROUNDS = 1000  # of reinsertion
+BUILDERS = {"sah": sah.build, "kay-kajiya": median.build, "goldsmith-salmon": insertion.build,
+            "lbvh": lbvh.build, "hybrid": hybrid.build}
+
+
+def node_limit(triangles: int, copies: float = 1) -> dict[str, int]:
+    """``most_nodes`` for `build_bvh`, where a tree over so many triangles could have more nodes
+    than a float holds indices of, all of its ``copies`` together; else nothing."""
+    most = int(EXACT_INTEGER / copies)
+    return {"most_nodes": most} if 2 * triangles - 1 > most else {}
+
+
+def build_bvh(triangles: np.ndarray, *, build: str = "sah", reinsertion: int = 0,
+              most_nodes: int | None = None, **options: object) -> Bvh:
+    """Build a bounding volume hierarchy.
+
+    Parameters
+    ----------
+    triangles : (n, 3, 3) float32, world units
+    build : "sah", "kay-kajiya", "goldsmith-salmon", "lbvh" or "hybrid"
+    reinsertion : rounds in which subtrees of what was built, down to single triangles, go where
+        they cost less; leaves are made of these in the end. See `reinsertion.py`
+    most_nodes : past it leaves hold more triangles; None for as many nodes as the build makes
+    options : of that builder: see `sah.build`, `median.build`, `insertion.build`,
+        `lbvh.build`, `hybrid.build`
+
+    Raises
+    ------
+    OptionError, SceneError
+    """
+    builder = BUILDERS[choose("build", build, BUILDERS)]
+    triangles = as_triangles(triangles)
+    if in_range("reinsertion", reinsertion, 0, MOST_ROUNDS, int):
+        max_leaf = in_range("max_leaf", options.pop("max_leaf", MAX_LEAF), 1, 1 << 20, int)
+        single = {"max_leaf": 1} if builder in (sah.build, lbvh.build, hybrid.build) else {}
+        tree = reinserted(builder(triangles, **options, **single), triangles, reinsertion)
+        tree = tree.with_leaves(triangles, max_leaf)
+    else:
+        tree = builder(triangles, **options)
+    if most_nodes is not None:
+        tree = tree.coarsened(in_range("most_nodes", most_nodes, 1, EXACT_INTEGER, int))
+    return tree.thread(triangles)

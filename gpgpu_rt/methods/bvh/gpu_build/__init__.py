@@ -1,0 +1,1 @@
+"""Construction of bounding volume hierarchies by fragment passes."""

@@ -1,0 +1,31 @@
+"""Median build: halve the triangles by centroid down to single ones.
+
+T. L. Kay, J. T. Kajiya, "Ray tracing complex scenes", SIGGRAPH 1986, section 4, as Thrane and
+Simonsen (2005) used it for binary trees of axis-aligned boxes. Kay and Kajiya cycle through
+the axes (`axis="cycle"`); the default cuts the axis along which the centroids spread most.
+"""
+from __future__ import annotations
+
+import numpy as np
+
+from ...accel.options import choose, refuse_unknown
+from . import top_down
+from .tree import LooseTree
+
+
+def build(triangles: np.ndarray, *, axis: str = "longest", **unknown: object) -> LooseTree:
+    """Median splits: n leaves of one triangle, ceil(log2 n) levels.
+
+    axis : "longest" or "cycle"
+    """
+    refuse_unknown(build, unknown)
+    choose("axis", axis, ("longest", "cycle"))
+
+    def halve(level: top_down.TriangleLevel) -> tuple[np.ndarray, np.ndarray]:
+        if axis == "longest":
+            axes = level.extents().argmax(axis=0)
+        else:
+            axes = np.full(len(level.count), level.depth % 3)
+        return axes, level.count // 2
+
+    return top_down.build(triangles, halve)

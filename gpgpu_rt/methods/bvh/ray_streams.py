@@ -1,0 +1,268 @@
+"""Ray streams: rays with the nodes that they are at, filtered in passes, compacted in between."""
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import moderngl
+
+from ...gl.algorithms.records import VALUES
+from ...gl.algorithms.scan import scan
+from ...gl.algorithms.streams import Stream, StreamRoom, span
+from ...gl.full_screen import FullScreenPass, Rectangles
+from ...gl.precision import Precision
+from ...gl.record import EXACT_INTEGER, Record, streams_glsl
+from ...gl.textures import release, texture_bytes
+from ...rays.records import COUNTERS, HIT, NO_TRIANGLE
+from ...rays.textures import RayTextures, StateBuffer, StateBuffers
+from ...statistics import Statistics
+from ...traversal.driver import Samplers, Setup
+from ...traversal.method import Accelerator
+from ...traversal.ray_image import RayImage
+from ...traversal.records import LEAST, LOWEST, TESTED
+from ...traversal.schedules import UNFINISHED, method_defines, method_texts
+from .records import MET, QUEUED, TALLY, VISITED
+
+NEAR, FAR, LEAF = "xyz"   # channels of a filtered stream's flags
+
+
+class RayStreams:
+    """Runs `bvh-packet` with the option ``streams``; see ``Driver``.
+
+    All elements that wait are one stream, used as a stack. The last ``stream_size`` of them go
+    through a pass that tests both children; their farther children are put back, then their nearer
+    ones, which so come first; those at leaves test triangles. Where fewer wait, other rays begin.
+
+    Between two takes the stream is no longer than ``stream_size`` a level of the tree: what is put
+    back lies a level deeper than what was taken, and leaves put nothing back.
+
+    Attributes
+    ----------
+    lengths : of the last run, elements that went through each pass
+    """
+
+    def __init__(self, setup: Setup) -> None:
+        self.gpu, self.method, self.options = setup.gpu, setup.method, setup.options
+        self.precision = Precision.of(setup.options)
+        self.statistics_on = bool(setup.options["statistics"])
+        self.tallied = self.statistics_on or setup.options["step_cap"] is not None
+        self.room = StreamRoom(setup.gpu, "methods/bvh")
+        self.lengths: list[int] = []
+        self._programs: dict[object, FullScreenPass] = {}
+        self._rectangles = Rectangles(setup.gpu, 3)
+        self._streams: dict[str, Stream] = {}
+        self._targets: dict[tuple[str, ...], moderngl.Framebuffer] = {}
+        self._images: dict[str, RayImage] = {}
+        self._size: tuple[int, int] | None = None
+        self.follow(setup.samplers, setup.accelerator, setup.step_cap)
+
+    def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
+        """Read these tables from now on: the same records and defines, triangles that moved."""
+        self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
+
+    def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
+            any_hit: bool = False) -> tuple[StateBuffer, int]:
+        """Trace every ray; where the hits are, and how many rays the step cap stopped."""
+        context, drawn = self.gpu.context, self.room.draws
+        context.enable_only(moderngl.NOTHING)
+        context.blend_func = moderngl.ONE, moderngl.ONE
+        self._make_room(buffers.size)
+        begun, final = buffers.side(0), buffers.side(1)
+        hits = RayImage(self.gpu, self.precision.layout(HIT), buffers.size,
+                        begun.streams[HIT.name])
+        try:
+            self._over_rays(rays, None, begun, any_hit)
+            self._filter_all(rays, hits, any_hit)
+            self._over_rays(rays, hits, final, any_hit)
+            stopped = self._stopped(final, buffers, statistics)
+        finally:
+            hits.release()
+            context.enable_only(moderngl.NOTHING)
+            context.blend_equation = moderngl.FUNC_ADD
+        statistics.passes += 2 + len(self.lengths)
+        statistics.draw_calls += self.room.draws - drawn
+        statistics.driver.update(streams=len(self.lengths), elements=sum(self.lengths))
+        return final, stopped
+
+    # Passes ---------------------------------------------------------------------------------
+
+    def _filter_all(self, rays: RayTextures, hits: RayImage, any_hit: bool) -> None:
+        """Until no element waits and no ray is left to begin."""
+        self.lengths = []
+        if not self.accelerator.uniforms["node_count"]:
+            return
+        count, begun, waiting = rays.size[0] * rays.size[1], 0, 0
+        size = self._stream_size(count)
+        while waiting or begun < count:
+            if waiting < size and begun < count:
+                some = min(size - waiting, count - begun)
+                self._draw("stream_start", ("queued",), [rays.record], rays.samplers(), waiting,
+                           some, base=waiting, first_ray=begun, width=rays.size[0],
+                           root=self.accelerator.uniforms["root"], **rays.uniforms())
+                begun, waiting = begun + some, waiting + some
+            taken = min(size, waiting)
+            waiting += self._filter(rays, hits, waiting - taken, taken, any_hit) - taken
+
+    def _filter(self, rays: RayTextures, hits: RayImage, first: int, count: int,
+                any_hit: bool) -> int:
+        """Bring ``count`` elements from ``first`` on a level down; how many go on from there."""
+        self.lengths.append(count)
+        tally = [TALLY] if self.tallied else []
+        self._draw("stream_visit", ("visited", "values"),
+                   [rays.record, hits.record, QUEUED, *tally],
+                   {**rays.samplers(), **hits.samplers(), **self._streams["queued"].samplers(),
+                    **(self._images["tally"].samplers() if tally else {})},
+                   0, count, any_hit, base=first, step_cap=self.step_cap, **rays.uniforms())
+        visited, flags = self._streams["visited"], self._streams["values"].called("values")
+        flags.length = count
+        if self.tallied:
+            self._tally([visited, flags], count)
+        sums = scan(self.room, flags)
+        near, far, leaves = (int(n) for n in sums.read_one(count)["value"][:3])
+        self._take(sums, FAR, self._streams["queued"], first, far)
+        self._take(sums, NEAR, self._streams["queued"], first + far, near)
+        self._take(sums, LEAF, self._streams["leaves"], 0, leaves)
+        self.room.drop(sums)
+        if leaves:
+            self._test_leaves(rays, hits, leaves, any_hit)
+        return near + far
+
+    def _take(self, sums: Stream, flag: str, target: Stream, first: int, count: int) -> None:
+        """The elements with a flag, put into ``target`` from ``first`` on."""
+        self.room.draw("stream_take", target, [self._streams["visited"], sums],
+                       first=first, count=count, defines={"FLAG": flag, "FAR": flag == FAR},
+                       base=first, elements=sums.length - 1)
+
+    def _test_leaves(self, rays: RayTextures, hits: RayImage, count: int, any_hit: bool) -> None:
+        """Test the triangles of leaves; of each ray the least t, and its lowest triangle."""
+        self._draw("stream_leaves", ("tested", "met"), [rays.record, hits.record, QUEUED],
+                   {**rays.samplers(), **hits.samplers(),
+                    **self._streams["leaves"].called("queued").samplers()},
+                   0, count, any_hit, **rays.uniforms())
+        tested, met = self._streams["tested"], self._streams["met"]
+        least, lowest = self._images["least"], self._images["lowest"]
+        least.target.clear(math.inf)
+        lowest.target.clear(NO_TRIANGLE)
+        self._blend((moderngl.MIN, moderngl.FUNC_ADD))
+        self._scatter("drivers/nearest", least, [tested], count)
+        self._blend(moderngl.MIN)
+        self._scatter("drivers/nearest", lowest, [tested, least], count, "LOWEST")
+        self.gpu.context.enable_only(moderngl.NOTHING)
+        # What it holds was rounded when it was tested.
+        exact = replace(hits.record, storage="fp32")
+        target = RayImage(self.gpu, exact, hits.size, hits.textures)
+        self._scatter("drivers/nearest", target, [tested, met, least, lowest], count, "HITS")
+        target.release()
+        if self.tallied:
+            self._tally([tested, met], count, "LEAVES")
+
+    def _tally(self, reads: Sequence[Stream], count: int, word: str | None = None) -> None:
+        self._blend(moderngl.FUNC_ADD)
+        self._scatter("stream_tally", self._images["tally"], reads, count, word)
+        self.gpu.context.enable_only(moderngl.NOTHING)
+
+    def _scatter(self, program: str, target: RayImage, reads: Sequence[Stream | RayImage],
+                 count: int, word: str | None = None) -> None:
+        """A point an element, drawn at its ray."""
+        self.room.scatter(program, target, reads, count,
+                          defines={word: True} if word else {}, size=target.size)
+
+    def _blend(self, equation: int | tuple[int, int]) -> None:
+        self.gpu.context.enable_only(moderngl.BLEND)
+        self.gpu.context.blend_equation = equation
+
+    def _draw(self, name: str, targets: tuple[str, ...], reads: list[Record], textures: Samplers,
+              first: int, count: int, any_hit: bool = False, **uniforms: object) -> None:
+        """Draw elements ``first`` ... of streams by a program that reads these records."""
+        streams = [self._streams[target] for target in targets]
+        program = self._program(f"methods/bvh/{name}", reads,
+                                [stream.record for stream in streams], any_hit)
+        program.set(last_element=first + count - 1, **self.accelerator.uniforms)
+        program.set(**uniforms)
+        self._rectangles.write(span(first, count))
+        if targets not in self._targets:
+            self._targets[targets] = self.gpu.context.framebuffer(
+                [texture for stream in streams for texture in stream.textures])
+        program.draw(self._targets[targets], {**self.samplers, **textures},
+                     rectangles=self._rectangles)
+        self.room.draws += 1
+
+    def _over_rays(self, rays: RayTextures, hits: RayImage | None, target: StateBuffer,
+                   any_hit: bool) -> None:
+        """The pass over all rays that begins, without ``hits``, or ends."""
+        reads = [rays.record] if hits is None else [TALLY] if self.tallied else []
+        layout = self.precision.layout
+        writes = [layout(self.method.state), layout(HIT)]
+        writes += [COUNTERS] if self.statistics_on else []
+        program = self._program("methods/bvh/stream_rays", reads,
+                                writes, any_hit, START=hits is None)
+        program.set(step_cap=self.step_cap, **rays.uniforms())
+        textures = {**rays.samplers(), **(hits.samplers() if hits is not None else {})}
+        for image in self._images.values():
+            textures |= image.samplers()
+        program.draw(target.target, textures)
+        self.room.draws += 1
+
+    def _stopped(self, final: StateBuffer, buffers: StateBuffers, statistics: Statistics) -> int:
+        if not self.tallied:
+            return 0
+        program = self._program("drivers/classify", [self.precision.layout(self.method.state)], [])
+        program.set(phase=UNFINISHED)
+        return program.count(buffers.mask, final.samplers(), statistics)
+
+    # Programs and textures ------------------------------------------------------------------
+
+    def _program(self, name: str, reads: list[Record], writes: list[Record], any_hit: bool = False,
+                 **defines: object) -> FullScreenPass:
+        key = (name, tuple(reads), tuple(writes), any_hit, tuple(sorted(defines.items())))
+        if key not in self._programs:
+            counts = self.statistics_on and COUNTERS in writes
+            self._programs[key] = FullScreenPass(
+                self.gpu, f"{name}.frag",
+                {**method_defines(self.method, self.accelerator, self.options, any_hit),
+                 **defines, "TALLIED": self.tallied, "STATISTICS": counts},
+                {**method_texts(self.method, self.options),
+                 "streams": streams_glsl(reads, writes)})
+        return self._programs[key]
+
+    def _stream_size(self, rays: int) -> int:
+        """Elements that go through a pass at most."""
+        levels = self.accelerator.stack_levels + 3
+        nodes = int(self.accelerator.uniforms["node_count"]) + 1
+        return min(self.options["stream_size"], EXACT_INTEGER // levels, rays * nodes)
+
+    def _make_room(self, size: tuple[int, int]) -> None:
+        if self._size == size:
+            if self.tallied:
+                self._images["tally"].target.clear()
+            return
+        self._release_room()
+        length = self._stream_size(size[0] * size[1])
+        levels = self.accelerator.stack_levels + 3
+        nodes = int(self.accelerator.uniforms["node_count"]) + 1
+        waiting = min(length * levels, size[0] * size[1] * nodes)
+        for name, record, elements in (
+                ("queued", QUEUED, max(waiting, length)), ("leaves", QUEUED, length),
+                ("visited", VISITED, length), ("values", VALUES, length),
+                ("tested", TESTED, length), ("met", MET, length)):
+            self._streams[name] = self.room.stream(record, elements)
+        images = [LEAST, LOWEST, *([TALLY] if self.tallied else [])]
+        self._images = {record.name: RayImage(self.gpu, record, size) for record in images}
+        self._size = size       # now that all of it is there
+        if self.tallied:
+            self._images["tally"].target.clear()
+
+    def bytes(self) -> int:
+        """Bytes of the streams, and of what blending makes."""
+        return sum(texture_bytes(part.textures)
+                   for part in (*self._streams.values(), *self._images.values()))
+
+    def _release_room(self) -> None:
+        release(self._targets, self._images)
+        self.room.drop(*self._streams.values())
+        self._targets, self._images, self._streams, self._size = {}, {}, {}, None
+
+    def release(self) -> None:
+        self._release_room()
+        release(self._programs, self._rectangles, self.room)

@@ -1,0 +1,184 @@
+"""The BVH family: one tree, threaded, or with a stack that a packet shares."""
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...gl.record import EXACT_INTEGER
+from ...options import Option
+from ...traversal.method import (
+    ENTRY_POINTS, PACKET, PACKET_ENTRIES, VERTEX_CULLING, Accelerator, Method, Stepwise,
+    check_culling, stack_defines, with_entries
+)
+from ...traversal.packet_steps import PacketSteps
+from ...traversal.packets import PacketTraversal
+from ...traversal.records import BVH_ENTERING, STACK_ENTRY, STATE, TREE_STATE
+from ...traversal.triangle_table import TRIANGLE, triangle_table
+from .build import node_limit
+from .builders import BUILD_OPTIONS, built_bvh
+from .octant_copies import OctantCopies, times_stored
+from .ray_streams import RayStreams
+from .records import (
+    BVH_NODE, BVH_PAIR, PACKET_SHARED_STATE, PACKET_STACK_STATE, PACKET_STATE, SHARED_WAY_OUT
+)
+from .refit import REBUILD_RATIO, Refitter
+from .tables import Layout, Options, Pairs, Threads, last_of_leaves, scene_box
+from .tree import Bvh
+
+LayoutOf = Callable[[Options], type[Layout]]
+
+
+@dataclass
+class _Kept:
+    """What a tree's tables keep when its boxes change.
+
+    last : (m,) int32, 1 where a leaf's run of triangles ends
+    refitter : once it was asked for
+    """
+
+    layout: Layout
+    last: np.ndarray
+    refitter: Refitter | None = None
+
+
+def _built(triangles: np.ndarray, options: Options) -> Bvh:
+    def limited(copies: float) -> Bvh:
+        return built_bvh(triangles, options, **node_limit(len(triangles), copies))
+    if not options.get("octants"):
+        return limited(1)
+    shared = options["shared_subtrees"]
+    bvh = limited(times_stored(shared))
+    if shared and 8 * len(bvh.escape) > EXACT_INTEGER and (
+            OctantCopies.of(bvh, shared_subtrees=shared).records > EXACT_INTEGER):
+        return limited(8)       # lopsided: it shares less than trees do
+    return bvh
+
+
+def _accelerator(bvh: Bvh, kept: _Kept, triangles: np.ndarray,
+                 options: Options) -> Accelerator:
+    layout = kept.layout
+    fields, uniforms = layout.fields(bvh, options)
+    lo, hi = scene_box(bvh)
+    width, height = options.get("packet", (1, 1))
+    ends = 1 if options.get("entry_points") else 0    # a list's end is a step that visits nothing
+    return Accelerator(
+        {**triangle_table(triangles, bvh.order, kept.last), layout.record(options).name: fields},
+        {"scene_lo": tuple(lo), "scene_hi": tuple(hi), **layout.uniforms, **uniforms},
+        # A packet takes at most the steps that its rays would take one after another.
+        step_bound=(len(bvh.escape) + len(bvh.order) + ends) * width * height, structure=bvh,
+        defines=stack_defines(layout.stack_levels) if layout.stack_levels else {},
+        stack_levels=layout.stack_levels, kept=kept, boxes=lambda: layout.boxes(bvh))
+
+
+def _family(layout_of: LayoutOf) -> dict[str, Any]:
+    """How the rows whose nodes lie so are built, tables made for a tree that is there, and boxes
+    fitted again."""
+    def adopt(bvh: Bvh, triangles: np.ndarray, options: Options) -> Accelerator:
+        kept = _Kept(layout_of(options)(bvh, options),
+                     last_of_leaves(bvh.first, bvh.count, bvh.order))
+        return _accelerator(bvh, kept, triangles, options)
+
+    def prepare(triangles: np.ndarray, options: Options) -> Accelerator:
+        check_culling(options)
+        return adopt(_built(triangles, options), triangles, options)
+
+    def refit(accelerator: Accelerator, triangles: np.ndarray, options: Options) -> Accelerator:
+        kept: _Kept = accelerator.kept
+        if kept.refitter is None:
+            kept.refitter = Refitter.of(accelerator.structure)
+        bvh = kept.refitter.refit(accelerator.structure, triangles)
+        return _accelerator(bvh, kept, triangles, options)
+
+    return {"prepare": prepare, "adopt": adopt, "refit": refit,
+            "choose_tables": lambda options: (TRIANGLE, layout_of(options).record(options))}
+
+
+_OCTANTS = Option("octants", False, "eight copies threaded front to back, one a direction octant",
+                  bool, define="OCTANTS")
+_SHARED = Option("shared_subtrees", None, "with octants, subtrees of at most so many nodes stand "
+                 "once for all eight: with 64, half the bytes at 0.8 to 0.95 of the speed", int,
+                 minimum=3, maximum=EXACT_INTEGER, optional=True, define="SHARED_SUBTREES",
+                 goes_with=("octants", (True,)))
+_QUANTISE = Option("quantise_nodes", None, "bits a bound, rounded outward: the same hits from "
+                   "smaller nodes", int, choices=(8, 16), optional=True, define="QUANTISED_NODES")
+_INTERVAL_TEST = Option("interval_test", False, "one test of a box for all rays of a packet, by "
+                        "interval arithmetic", bool, define="INTERVAL_TEST")
+_STREAMS = Option("streams", False, "no packets: a stream of rays and their nodes, filtered in "
+                  "passes; kernels only", bool, excludes=(
+                      "packet", "octants", "interval_test", "vertex_culling", "entry_points"))
+_STREAM_SIZE = Option("stream_size", 1 << 15, "with streams, the most elements of a stream that "
+                      "go through a pass; fewer follow the order of nodes more closely", int,
+                      minimum=1, goes_with=("streams", (True,)))
+_REBUILD = Option("rebuild_ratio", REBUILD_RATIO, "a tree refitted to triangles that moved "
+                  "is built anew when its SAH cost is so many times that of the last build; 0: "
+                  "always", float, minimum=0)
+
+
+def _stepwise(options: Options) -> Stepwise:
+    """Two texels or three a packet, and what a push takes up where there is a stack."""
+    if options.get("octants"):
+        state = PACKET_SHARED_STATE if options.get("shared_subtrees") else PACKET_STATE
+        return Stepwise(state, ("traverse", "intersect"))
+    return Stepwise(PACKET_STACK_STATE, ("traverse", "intersect", "push", "pop"), STACK_ENTRY)
+
+
+def _own_array(options: Options) -> bool:
+    """Under ``step`` the stack lies in textures; with octants, and of streams, there is none."""
+    return (options["schedule"] == "loop"
+            and not options.get("octants") and not options.get("streams"))
+
+
+def _stack_row(name: str, summary: str, **more: Any) -> Method:
+    """A row of Günther's method: its state is what single rays are left with."""
+    return Method(
+        name=name, summary=summary, citation="Günther et al. 2007",
+        glsl="methods/bvh/bvh_packet.glsl", kernels=("step_packet",),
+        state=STATE, tables=(TRIANGLE, BVH_PAIR),
+        schedules=("step", "loop"), drivers={
+            "step": PacketSteps, "loop": PacketTraversal},
+        packet_state=_stepwise, single="bvh-threaded", stack=True, own_array=_own_array,
+        **more)
+
+
+def _threaded_form(row: Method, options: Options) -> Method:
+    """With a list of subtrees to go through, and a way out of shared ones."""
+    row = with_entries(BVH_ENTERING)(row, options)
+    shared = options["shared_subtrees"]
+    return replace(row, state=row.state.extended(SHARED_WAY_OUT)) if shared else row
+
+
+def _packet_form(packets: Method, options: Options) -> Method:
+    """Packets, whose beams walk as their nodes lie; or the stream that has none."""
+    if options["streams"]:
+        return replace(packets, schedules=("kernels",), drivers={
+            "kernels": RayStreams})
+    nodes = "threads" if options["octants"] else "pairs"
+    return replace(packets, entry_walk=f"methods/bvh/packet_entry_{nodes}.glsl")
+
+
+ROWS = (
+    Method(
+        name="bvh-threaded",
+        summary="BVH in depth-first order, escape indices instead of a stack",
+        citation="Thrane and Simonsen 2005",
+        glsl="methods/bvh/bvh_threaded.glsl",
+        kernels=("traverse", "intersect"),
+        state=TREE_STATE,
+        tables=(TRIANGLE, BVH_NODE),
+        options=(*BUILD_OPTIONS, _OCTANTS, _SHARED, _QUANTISE, ENTRY_POINTS, _REBUILD),
+        entry_walk="methods/bvh/entry_bvh.glsl", form=_threaded_form,
+        **_family(lambda options: Threads)),
+    _stack_row(
+        "bvh-stack", "BVH with a stack a ray, the nearer child first",
+        options=(*BUILD_OPTIONS, _QUANTISE, _REBUILD), **_family(lambda options: Pairs)),
+    _stack_row(
+        "bvh-packet", "several rays a fragment with one stack, the child first that most meet",
+        options=(*BUILD_OPTIONS, PACKET, _OCTANTS, _SHARED, _QUANTISE,
+                 _INTERVAL_TEST, VERTEX_CULLING, PACKET_ENTRIES, _STREAMS, _STREAM_SIZE, _REBUILD),
+        packet=True,
+        form=_packet_form,
+        **_family(lambda options: Threads if options["octants"] else Pairs)),
+)

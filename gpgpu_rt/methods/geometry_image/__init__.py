@@ -1,0 +1,1 @@
+"""Geometry images as hierarchies (Carr et al. 2006)."""

@@ -1,0 +1,68 @@
+"""Image boxes: an image tree's boxes on the host, and links that lead through it front to back.
+
+Rays need no boxes from here, fragment passes make those. The order in which children come only
+makes a search shorter or longer, so links stay as they are when positions change.
+"""
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from .tree import ImageTree
+
+
+def image_boxes(tree: ImageTree, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(m, 3) float32 each: the lower and upper corner of every node over (texels, 3) positions."""
+    lo, hi = (np.empty((len(tree.miss), 3), np.float32) for _ in range(2))
+    for height, (begin, end) in enumerate(pairwise(tree.levels)):
+        first, last = tree.first[begin:end], tree.last[begin:end]
+        if height:
+            parts = [np.minimum(first + k, last) for k in range(4)]
+        else:
+            parts = [first, first + 1, last - 1, last]
+        below = (lo, hi) if height else (positions, positions)
+        lo[begin:end] = np.minimum.reduce([below[0][part] for part in parts])
+        hi[begin:end] = np.maximum.reduce([below[1][part] for part in parts])
+    return lo, hi
+
+
+def octant_links(tree: ImageTree, positions: np.ndarray
+                 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Links for rays of each octant of directions: those whose component a is negative exactly
+    where bit a of the octant is set.
+
+    Returns
+    -------
+    miss, hit : (8, m) int32, as in ImageTree, children nearest first by their centres
+    roots : (8,) int32
+    """
+    lo, hi = image_boxes(tree, positions)
+    signs = 1 - 2 * (np.arange(8)[:, None] >> np.arange(3) & 1)
+    depth = signs @ (lo.astype(np.float64) + hi).T
+    miss, hit = np.empty((2, 8, len(tree.miss)), np.int32)
+    hit[:] = tree.hit
+    parent = np.full(len(tree.miss), -1)
+    for begin, end in pairwise(tree.levels[1:]):
+        spread = np.arange(begin, end)
+        count = tree.last[begin:end] - tree.first[begin:end] + 1
+        children = np.repeat(tree.first[begin:end] - np.cumsum(count) + count, count)
+        parent[children + np.arange(len(children))] = np.repeat(spread, count)
+    roots = np.flatnonzero(parent < 0)
+    entry = np.full(8, -1, np.int32)
+    for octant in range(8):
+        if len(roots):
+            ordered = roots[np.argsort(depth[octant, roots], kind="stable")]
+            miss[octant, ordered] = np.append(ordered[1:], -1)
+            entry[octant] = ordered[0]
+        for begin, end in reversed(list(pairwise(tree.levels))[:-1]):
+            nodes = np.arange(begin, end)
+            nodes = nodes[parent[begin:end] >= 0]
+            ordered = nodes[np.lexsort((depth[octant, nodes], parent[nodes]))]
+            above = parent[ordered]
+            ends = np.append(above[1:] != above[:-1], True)
+            miss[octant, ordered] = np.where(ends, miss[octant, above], np.append(ordered[1:], -1))
+            first = np.append(True, ends[:-1])[:len(ordered)]
+            inner = tree.hit[above[first]] >= 0
+            hit[octant, above[first][inner]] = ordered[first][inner]
+    return miss, hit, entry

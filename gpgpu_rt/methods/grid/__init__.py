@@ -1,0 +1,1 @@
+"""Uniform grids (Purcell et al. 2002; Karlsson and Ljungstedt 2004)."""

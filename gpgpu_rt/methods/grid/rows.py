@@ -1,0 +1,92 @@
+"""grid and grid-proximity: uniform grids (Purcell et al. 2002; Karlsson and Ljungstedt 2004), and
+packets on the first of them (Wald et al. 2006)."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ...accel.cache import cached
+from ...options import Option
+from ...traversal.method import PACKET, Accelerator, Method
+from ...traversal.packets import PacketTraversal
+from ...traversal.records import STATE
+from ...traversal.triangle_table import REFERENCE, TRIANGLE, triangle_table
+from .cells import build_grid
+from .proximity import proximity_cloud
+from .records import GRID_CELL, GRID_STATE
+
+SENTINEL = -1   # ends a cell's list
+
+
+def _prepare(triangles: np.ndarray, options: Mapping[str, Any], proximity: bool) -> Accelerator:
+    grid = cached(build_grid, triangles, resolution=options["resolution"],
+                  density=options["density"])
+    counts = np.diff(grid.cell_start)
+    occupied = counts > 0
+    # Each occupied cell's list is one longer, by its sentinel.
+    first = grid.cell_start[:-1] + np.cumsum(occupied) - occupied
+    references = np.insert(grid.references, grid.cell_start[1:][occupied], SENTINEL)
+    empty = -proximity_cloud(grid) if proximity else np.full(len(counts), -1)
+    tables = {**triangle_table(triangles),
+              GRID_CELL.name: {"first": np.where(occupied, first, empty)},
+              REFERENCE.name: {"triangle": references}}
+    uniforms = {"scene_lo": tuple(grid.lo), "scene_hi": tuple(grid.hi),
+                "grid_resolution": tuple(int(r) for r in grid.resolution),
+                "cell_size": tuple(grid.cell_size)}
+    # A ray visits no cell twice: at most one per plane of the grid, and each list once.
+    bound = int(grid.resolution.sum()) + len(references) + 3
+    return Accelerator(tables, uniforms, bound, grid)
+
+
+_GRID_OPTIONS = (
+    Option("resolution", None, "cells an axis: a number or x,y,z; none: by density", object,
+           excludes=("density",)),
+    Option("density", 5.0, "cells aimed at per triangle, where no resolution is given", float,
+           minimum=1e-6),
+)
+
+
+_PACKET = replace(PACKET, default=(1, 1), help="rays a fragment; several walk the grid slice by "
+                  "slice together (Wald et al. 2006)")
+
+
+def _prepare_packets(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
+    prepared = _prepare(triangles, options, False)
+    # Each turn takes a ray at least, and looks into each slice, cell and list at most once.
+    grid, (width, height) = prepared.structure, options["packet"]
+    once = len(grid.cell_start) + len(prepared.tables[REFERENCE.name]["triangle"])
+    prepared.step_bound = (once + int(grid.resolution.max()) + 2) * width * height
+    return prepared
+
+
+def _row(name: str, summary: str, citation: str, proximity: bool, **more: Any) -> Method:
+    return Method(
+        name=name, summary=summary, citation=citation,
+        glsl="methods/grid/grid.glsl",
+        kernels=("traverse", "intersect"),
+        state=GRID_STATE,
+        tables=(TRIANGLE, GRID_CELL, REFERENCE),
+        prepare=lambda triangles, options: _prepare(triangles, options, proximity),
+        fixed_defines={"PROXIMITY": proximity}, **more)
+
+
+def _form(single: Method, options: Mapping[str, Any]) -> Method:
+    """Purcell's walk of single rays, or with packets Wald's."""
+    if options["packet"] == (1, 1):
+        return single
+    return replace(
+        single, glsl="methods/grid/coherent_grid.glsl", kernels=("step_packet",),
+        state=STATE, prepare=_prepare_packets,
+        schedules=("loop",), drivers={"loop": PacketTraversal}, packet=True,
+        single="grid")
+
+
+ROWS = (
+    _row("grid", "uniform grid, a cell or a list entry a step; or packets, slice by slice",
+         "Purcell et al. 2002", False, options=(*_GRID_OPTIONS, _PACKET), form=_form),
+    _row("grid-proximity", "uniform grid with proximity clouds: empty cells in one jump",
+         "Karlsson and Ljungstedt 2004", True, options=_GRID_OPTIONS),
+)

@@ -1,0 +1,1 @@
+"""Kd-trees: restart, backtrack, push-down, stacks and ropes."""

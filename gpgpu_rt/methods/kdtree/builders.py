@@ -1,0 +1,64 @@
+"""Who builds a kd-tree, and on what: the options that all kd methods share."""
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ...accel.cache import cached
+from ...errors import OptionError
+from ...gl.context import open_gpu
+from ...options import Option
+from .build import build_kdtree
+from .gpu_build.build import GPU_KD_BUILDS, build_kdtree_by_passes
+from .sah import Costs
+from .tree import KdTree
+
+BUILD_OPTIONS = (
+    Option("build", "sah", "who builds the tree: by the surface area heuristic throughout, or "
+           "large nodes at their middle as zhou does, or the upper levels by codes",
+           choices=("sah", "zhou", "hybrid")),
+    Option("build_device", "cpu", "what builds it: numpy, or fragment passes (zhou and hybrid)",
+           choices=("cpu", "gpu")),
+    Option("split", "binned", "where the builds sah and hybrid try split planes",
+           choices=("binned", "exact"), goes_with=("build", ("sah", "hybrid"))),
+    Option("morton_bits", None, "bits of an axis in the codes of the build hybrid; none: 2", int,
+           minimum=1, goes_with=("build", ("hybrid",))),
+    Option("workers", 1, "processes of the build sah", int, minimum=1,
+           goes_with=("build", ("sah",))),
+    Option("traversal_cost", Costs.traversal, "cost of a node, for the surface area "
+           "heuristic", float,
+           minimum=0),
+    Option("intersection_cost", Costs.intersection, "cost of a triangle, in the same unit",
+           float, minimum=1e-6),
+    Option("empty_bonus", Costs.empty_bonus, "share of its cost that a split is spared when it "
+           "cuts off a fifth or more as empty", float, minimum=0),
+    Option("max_depth", None, "deepest leaf; none: 8 + 1.3 log2 of the triangles", int, minimum=0),
+)
+
+
+def built_kdtree(triangles: np.ndarray, options: Mapping[str, Any]) -> KdTree:
+    """The tree that a method's options ask for; one built on the CPU may come from the cache.
+
+    Parameters
+    ----------
+    triangles : (n, 3, 3) float32
+    options : resolved, those of BUILD_OPTIONS and the tracer's ``context`` among them
+    """
+    build = options["build"]
+    chosen = {option.name: options[option.name] for option in BUILD_OPTIONS
+              if option.fits(options) and options[option.name] is not None}
+    device = chosen.pop("build_device")
+    if device == "gpu":
+        if build not in GPU_KD_BUILDS:
+            raise OptionError(f"build {build} of a kd-tree has no passes; the gpu builds "
+                              f"{', '.join(GPU_KD_BUILDS)}")
+        return build_kdtree_by_passes(open_gpu(options["context"]), triangles, **chosen)
+    if "workers" not in chosen:
+        return cached(build_kdtree, triangles, **chosen)
+    # Workers change the time and not the tree: it is kept under the same name.
+    parallel = functools.update_wrapper(
+        functools.partial(build_kdtree, workers=chosen.pop("workers")), build_kdtree)
+    return cached(parallel, triangles, **chosen)

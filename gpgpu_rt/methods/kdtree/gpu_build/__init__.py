@@ -1,0 +1,1 @@
+"""Construction of kd-trees by fragment passes."""

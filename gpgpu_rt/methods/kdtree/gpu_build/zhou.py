@@ -1,0 +1,40 @@
+"""Zhou's kd-tree by fragment passes (Zhou et al. 2008): `methods.kdtree.zhou`, node for node.
+
+Large nodes are split level by level, then small ones by masks (`zhou_small`), then every node is
+sent to its place in depth-first order (`zhou_order`). The host reads back how many nodes and
+pieces a level has, which is how much it draws next, and at the end the tree.
+"""
+from __future__ import annotations
+
+import numpy as np
+
+from ....accel.bounds import scene_box
+from ....gl.algorithms.streams import StreamRoom
+from ....traversal.triangle_table import TRIANGLE
+from .. import zhou as cpu
+from ..tree import KdTree
+from .zhou_large import Halving, grow_large, joined
+from .zhou_order import finish
+from .zhou_small import grow_small
+
+
+def build(room: StreamRoom, triangles: np.ndarray, **options: object) -> KdTree:
+    """Options as in `methods.kdtree.zhou.build`.
+
+    Parameters
+    ----------
+    triangles : (n, 3, 3) float32, one at least
+    """
+    rules = cpu.rules_of(triangles, **options)
+    return build_by(room, triangles, rules, Halving(rules))
+
+
+def build_by(room: StreamRoom, triangles: np.ndarray, rules: cpu.ZhouRules,
+             way: Halving) -> KdTree:
+    """Build with large nodes split in this way."""
+    v0, v1, v2 = triangles.transpose(1, 0, 2)
+    source = room.stream(TRIANGLE, len(triangles), v0=v0, v1=v1, v2=v2)
+    large = grow_large(room, source, triangles, rules, way)
+    pieces = joined(room, large.small + large.stuck)
+    small = grow_small(room, large, pieces, rules)
+    return finish(room, large, small, pieces, rules, scene_box(triangles))

@@ -1,0 +1,184 @@
+"""The kd-tree family: one tree, and per method what its traversal adds to it."""
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from ...gl.record import Record
+from ...options import Option
+from ...traversal.method import (
+    ENTRY_POINTS, PACKET, SCHEDULES, VERTEX_CULLING, Accelerator, Method, check_culling,
+    stack_defines, with_entries
+)
+from ...traversal.packets import PacketTraversal
+from ...traversal.records import ENTRIES, KD_ENTERING, STACK_ENTRY, STATE
+from ...traversal.triangle_table import REFERENCE, TRIANGLE, triangle_table
+from .builders import BUILD_OPTIONS, built_kdtree
+from .records import (
+    KD_BOUNDS, KD_LEAF, KD_NODE, KD_PUSH_DOWN_STATE, KD_SHORT_STACK_STATE, KD_STATE,
+    KD_TEXTURE_STACK_STATE
+)
+from .ropes import build_ropes
+from .tree import LEAF as KD_LEAF_AXIS
+
+_OPEN = np.float32(3e38)
+_TABLES = (TRIANGLE, KD_NODE, REFERENCE)
+
+_NOT_EXACT = ("strict", "nudge-relative", "nudge-absolute")
+_OPTIONS = (*BUILD_OPTIONS, Option(
+    "interval", "exact", "where a ray takes up its interval after a leaf: exactly at its end, or "
+    "as others do it", choices=("exact", *_NOT_EXACT), define="INTERVAL", relaxed=_NOT_EXACT))
+_PUSH_DOWN = Option("push_down", True, "restart at the last node that holds the whole rest of the "
+                    "interval, not at the root", bool, define="PUSH_DOWN")
+SIBLINGS, PUSHED = "siblings", "pushed"
+
+
+def _ropes(default: str) -> Option:
+    return Option(
+        "ropes", default, "where a leaf's ropes lead: to the root of the sibling subtree, where a "
+        "packet's rays meet again, or pushed down to the smallest node that has the whole face",
+        choices=(SIBLINGS, PUSHED))
+
+
+_FULL_STACK = Option("stack_size", None, "levels; none: the tree's depth, which suffices", int,
+                     minimum=1)
+
+
+def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
+    """The tables and bounds that every method of the family needs."""
+    check_culling(options)
+    tree = built_kdtree(triangles, options)
+    leaf = tree.axis == KD_LEAF_AXIS
+    # An inner node's count tells which children are empty leaves: 1 the left, 2 the right one.
+    empty = np.append(leaf & (tree.count == 0), False)
+    child = np.where(leaf, 0, tree.left)
+    count = np.where(leaf, tree.count, empty[child] + 2 * empty[child + 1])
+    tables = {**triangle_table(triangles),
+              KD_NODE.name: {"split": tree.split, "left": tree.left, "count": count,
+                             "axis": np.where(leaf, 3 + np.cumsum(leaf) - 1, tree.axis)},
+              REFERENCE.name: {"triangle": tree.references}}
+    uniforms = {"scene_lo": tuple(tree.lo), "scene_hi": tuple(tree.hi)}
+    # Every leaf is entered at most once, after a descent from the root and a climb back to it.
+    bound = int(leaf.sum()) * (2 * tree.depth + 3) + len(tree.references)
+    return Accelerator(tables, uniforms, bound, tree, boxes=tree.boxes)
+
+
+def _prepare_bounds(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
+    prepared = _prepare(triangles, options)
+    lo, hi = prepared.structure.boxes()
+    prepared.tables[KD_BOUNDS.name] = {"lo": lo, "hi": hi,
+                                       "parent": prepared.structure.parents()}
+    return prepared
+
+
+def _with_boxes(prepare: Callable[..., Accelerator]) -> Callable[..., Accelerator]:
+    """As ``prepare``, and where rays begin at listed nodes with the boxes of all nodes. Faces of
+    the scene's box are open there: rays are held to that box itself, whatever bits bounds have."""
+    def prepare_boxes(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
+        prepared = prepare(triangles, options)
+        if options["entry_points"]:
+            tree = prepared.structure
+            lo, hi = tree.boxes()
+            prepared.tables[KD_BOUNDS.name] = {"lo": np.where(lo <= tree.lo, -_OPEN, lo),
+                                               "hi": np.where(hi >= tree.hi, _OPEN, hi)}
+            prepared.step_bound += ENTRIES + 1
+        return prepared
+    return prepare_boxes
+
+
+def _prepare_stack(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
+    prepared = _prepare(triangles, options)
+    asked, depth = options["stack_size"], max(1, prepared.structure.depth)
+    prepared.stack_levels = asked or depth
+    prepared.defines = {"STACK_SIZE": asked} if asked else stack_defines(depth)
+    # Each node below the root is pushed and popped at most once.
+    prepared.step_bound += 2 * len(prepared.structure.axis)
+    return prepared
+
+
+def _prepare_ropes(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
+    prepared = _prepare(triangles, options)
+    ropes = build_ropes(prepared.structure, options["ropes"] == PUSHED)
+    fields = {"lo": ropes.lo, "hi": ropes.hi}
+    for axis, letter in enumerate("xyz"):
+        fields["rope_lo_" + letter] = ropes.rope_lo[:, axis]
+        fields["rope_hi_" + letter] = ropes.rope_hi[:, axis]
+    prepared.tables[KD_LEAF.name] = fields
+    return prepared
+
+
+def _for_packets(prepared: Accelerator, options: Mapping[str, Any]) -> Accelerator:
+    """A packet takes at most the steps that its rays would take one after another."""
+    prepared.step_bound *= options["packet"][0] * options["packet"][1]
+    return prepared
+
+
+def _packet_row(name: str, summary: str, citation: str, single: str, **more: Any) -> Method:
+    """The row of a packet method: its state is what single rays are left with."""
+    return Method(
+        name=name, summary=summary, citation=citation,
+        glsl=f"methods/kdtree/{name.replace('-', '_')}.glsl", kernels=("step_packet",),
+        state=STATE, schedules=("loop",),
+        drivers={"loop": PacketTraversal}, packet=True, single=single, **more)
+
+
+def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
+         state: Record = KD_STATE, tables: tuple[Record, ...] = (),
+         options: tuple[Option, ...] = (),
+         prepare: Callable[..., Accelerator] = _prepare, **more: Any) -> Method:
+    """A row from what a method adds to the family's kernels, state, tables and options."""
+    return Method(
+        name=name, summary=summary, citation=citation,
+        glsl=f"methods/kdtree/{name.replace('-', '_')}.glsl",
+        kernels=("down", "intersect", *kernels),
+        state=state, tables=(*_TABLES, *tables), prepare=prepare,
+        options=(*_OPTIONS, *options), **more)
+
+
+def _entering_row(name: str, summary: str, citation: str, state: Record = KD_STATE,
+                  options: tuple[Option, ...] = (),
+                  prepare: Callable[..., Accelerator] = _prepare, **more: Any) -> Method:
+    """The row of a method whose rays may begin at listed nodes."""
+    return _row(name, summary, citation, state=state, options=(*options, ENTRY_POINTS),
+                prepare=_with_boxes(prepare), entry_walk="methods/kdtree/entry_kd.glsl",
+                form=with_entries(KD_ENTERING), choose_tables=lambda options: (
+                    (*_TABLES, KD_BOUNDS) if options["entry_points"] else _TABLES), **more)
+
+
+ROWS = (
+    _entering_row("kd-restart", "kd-tree, from the root again after each leaf",
+                  "Foley and Sugerman 2005"),
+    _row("kd-backtrack", "kd-tree, up the parents after each leaf", "Foley and Sugerman 2005",
+         ("climb",), tables=(KD_BOUNDS,), prepare=_prepare_bounds),
+    _entering_row("kd-push-down",
+                  "kd-restart, from the last node that holds the rest of the interval",
+                  "Horn et al. 2007", state=KD_PUSH_DOWN_STATE),
+    _entering_row(
+        "kd-short-stack", "kd-push-down with a stack of a few far children", "Horn et al. 2007",
+        state=KD_SHORT_STACK_STATE,
+        options=(Option("stack_size", 3, "entries of the stack", int, choices=(1, 2, 3, 4),
+                        define="STACK_SIZE"), _PUSH_DOWN), stack=True),
+    _entering_row("kd-stack", "kd-tree with a full stack a ray, in a local array",
+                  "Budge et al. 2008", options=(_FULL_STACK,), prepare=_prepare_stack,
+                  schedules=("loop",), stack=True, own_array=lambda options: True),
+    _row("kd-texture-stack", "kd-tree with a full stack a ray, in the tiles of a texture",
+         "Ernst et al. 2004", ("push", "pop"), state=KD_TEXTURE_STACK_STATE,
+         options=(_FULL_STACK,), prepare=_prepare_stack, stack_entry=STACK_ENTRY,
+         schedules=tuple(s for s in SCHEDULES if s != "loop"), stack=True),
+    _row("kd-ropes", "kd-tree, from leaf to leaf along ropes", "Popov et al. 2007",
+         ("follow_rope",), tables=(KD_LEAF,), options=(_ropes(PUSHED),), prepare=_prepare_ropes),
+    _packet_row("kd-packet", "several rays a fragment, with push-down and short stack",
+                "Horn et al. 2007", "kd-short-stack", tables=_TABLES,
+                prepare=lambda triangles, options: _for_packets(_prepare(triangles, options),
+                                                                options),
+                options=(*BUILD_OPTIONS, PACKET, VERTEX_CULLING, _PUSH_DOWN, Option(
+                    "stack_size", 3, "entries of the stack; 0: restarts alone", int,
+                    choices=(0, 1, 2, 3, 4), define="STACK_SIZE")), stack=True),
+    _packet_row("kd-ropes-packet", "several rays a fragment, along ropes that meet at siblings",
+                "Popov et al. 2007", "kd-ropes", tables=(*_TABLES, KD_LEAF),
+                prepare=lambda triangles, options: _for_packets(
+                    _prepare_ropes(triangles, options), options),
+                options=(*BUILD_OPTIONS, PACKET, _ropes(SIBLINGS))),
+)

@@ -1,0 +1,159 @@
+"""SAH growth: a kd-tree grown level by level, all nodes of a level split together."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...accel.bounds import scene_box, triangle_boxes
+from ...accel.clip import clip_bounds
+from ...accel.options import in_range
+from ...accel.runs import expand, owners, run_starts
+from ...threads import Run
+from .sah import Costs, Level, best_splits
+from .tree import LEAF, MOST_REFERENCES, LooseKdTree
+
+
+def sah_costs(traversal_cost: float, intersection_cost: float, empty_bonus: float) -> Costs:
+    """The constants of the heuristic, checked."""
+    return Costs(in_range("traversal_cost", traversal_cost, 0, 1e6),
+                 in_range("intersection_cost", intersection_cost, 1e-6, 1e6),
+                 in_range("empty_bonus", empty_bonus, 0, 0.999))
+
+
+@dataclass(frozen=True)
+class Rules:
+    """How nodes are split: see `build_kdtree`.
+
+    pad : widening of boxes, world units
+    """
+
+    costs: Costs
+    split: str
+    bins: int
+    max_depth: int
+    pad: np.float32
+
+
+def grow(level: Level, depth: int, vertices: np.ndarray | None, rules: Rules,
+         enough: int | None = None, run: Run = map) -> tuple[Record, Level | None]:
+    """Split a level, and the levels below it, until no split pays.
+
+    Parameters
+    ----------
+    depth : of the level
+    vertices : (3, 3, n) float32, vertex, axis, triangle; None bounds references by their boxes
+    enough : stop above the first level with as many nodes
+
+    Returns
+    -------
+    the nodes so far, and the level that is still to be split: None where all are done
+    """
+    record = Record()
+    limit = MOST_REFERENCES * len(level.triangle) + 4096
+    while enough is None or len(level.count) < enough:
+        nodes = np.zeros(0, np.int64)
+        if depth < rules.max_depth and record.kept + len(level.triangle) <= limit:
+            best = best_splits(level, rules.costs, rules.split, rules.bins, run)
+            nodes = np.flatnonzero(best.cost < rules.costs.intersection * level.count)
+        if not len(nodes):
+            record.add(level, nodes)
+            return record, None
+        axis, plane = best.axis[nodes], best.plane[nodes]
+        record.add(level, nodes, axis, plane)
+        level = children(level, nodes, axis, plane, vertices, rules.pad, run)
+        depth += 1
+    return record, level
+
+
+def root_level(triangles: np.ndarray, pad: np.float32) -> Level:
+    """The whole scene as a level of one node."""
+    lo, hi = scene_box(triangles)
+    box_lo, box_hi = triangle_boxes(triangles)
+    return Level(lo[:, None], hi[:, None], np.array([len(triangles)]),
+                 np.arange(len(triangles), dtype=np.int32),
+                 np.concatenate([box_lo - pad, box_hi + pad]))
+
+
+def children(level: Level, nodes: np.ndarray, axis: np.ndarray, plane: np.ndarray,
+             vertices: np.ndarray | None, pad: np.float32, run: Run = map) -> Level:
+    """The children of the given nodes: all left ones, then all right ones, so that the
+    references stay in the order of their nodes when they are merely filtered twice."""
+    count = level.count[nodes]
+    index = expand(run_starts(level.count)[nodes], count)
+    owner = owners(count)
+    row, cut = axis.astype(np.int64)[owner], plane[owner]
+    flat, width = level.box.reshape(-1), level.box.shape[1]
+    lo, hi = flat.take(row * width + index), flat.take((row + 3) * width + index)
+    goes_left = (lo < cut) | (hi <= cut)
+    goes_right = hi > cut
+    pick = np.arange(len(nodes))
+    left_hi, right_lo = level.hi[:, nodes], level.lo[:, nodes]
+    left_hi[axis, pick] = right_lo[axis, pick] = plane
+    sides = ((goes_left, level.lo[:, nodes], left_hi), (goes_right, right_lo, level.hi[:, nodes]))
+    across = np.flatnonzero(goes_left & goes_right)
+    parts = run(lambda one: _child(level, index, owner, across, *one, vertices, pad), sides)
+    joined = [np.concatenate(pair, axis=-1) for pair in zip(*parts)]
+    return Level(*joined)
+
+
+def _child(level: Level, index: np.ndarray, owner: np.ndarray, across: np.ndarray,
+           side: np.ndarray, lo: np.ndarray, hi: np.ndarray, vertices: np.ndarray | None,
+           pad: np.float32) -> tuple[np.ndarray, ...]:
+    """One child of every split node, as the fields of a Level.
+
+    across : the positions in `index` of references on both sides, which are clipped
+    """
+    triangle, node = level.triangle[index[across]], owner[across]
+    box_lo, box_hi = lo[:, node], hi[:, node]
+    if vertices is None:
+        old = level.box[:, index[across]]
+        box = np.concatenate([np.maximum(old[:3], box_lo), np.minimum(old[3:], box_hi)])
+    else:
+        part_lo, part_hi = clip_bounds(vertices, triangle, box_lo - pad, box_hi + pad)
+        empty = part_lo[0] > part_hi[0]
+        side = side.copy()
+        side[across[empty]] = False
+        box = np.concatenate([np.maximum(part_lo - pad, box_lo),
+                             np.minimum(part_hi + pad, box_hi)])
+        box = box[:, ~empty]
+    clipped = np.zeros(len(index), bool)
+    clipped[across] = True
+    kept = np.flatnonzero(side)
+    result = level.box.take(index[kept], axis=1)
+    result[:, clipped[kept]] = box
+    count = np.bincount(owner[kept], minlength=lo.shape[1])
+    return lo, hi, count, level.triangle[index[kept]], result
+
+
+class Record:
+    """Collects the nodes of a tree level by level."""
+
+    def __init__(self) -> None:
+        self.fields: list[tuple[np.ndarray, ...]] = []
+        self.references: list[np.ndarray] = []
+        self.nodes = self.kept = 0
+
+    def add(self, level: Level, inner: np.ndarray, axis: np.ndarray | None = None,
+            plane: np.ndarray | None = None) -> None:
+        """Append a level; `axis` and `plane` belong to its inner nodes, the next level holds
+        their left children and then their right ones."""
+        n, split_count = len(level.count), len(inner)
+        axes, planes = np.full(n, LEAF, np.int8), np.zeros(n, np.float32)
+        first, second = np.full(n, -1, np.int64), np.full(n, -1, np.int64)
+        count = level.count.copy()
+        if split_count:
+            axes[inner], planes[inner], count[inner] = axis, plane, 0
+            first[inner] = self.nodes + n + np.arange(split_count)
+            second[inner] = first[inner] + split_count
+        leaves = np.flatnonzero(first < 0)
+        index = expand(run_starts(level.count)[leaves], level.count[leaves])
+        self.references.append(level.triangle[index])
+        self.fields.append((axes, planes, first, second, count))
+        self.nodes += n
+        self.kept += len(index)
+
+    def loose(self) -> LooseKdTree:
+        axis, plane, first, second, count = map(np.concatenate, zip(*self.fields))
+        return LooseKdTree(axis, plane, first, second, run_starts(count), count,
+                           np.concatenate(self.references))

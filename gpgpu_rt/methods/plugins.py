@@ -1,0 +1,195 @@
+"""Methods that a user wrote: files in folders of their own, taken into the table by name.
+
+A file is Python and has ``ROWS``, as the files of this package have; CONTRIBUTING.md shows one.
+"""
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import re
+import sys
+import traceback
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import Error, MethodError
+from ..gl import record as gl_record
+from ..gl.record import FIELD_TYPES, PackedRecord, Record
+from ..gl.shader import ROOT
+from ..options import Option
+from ..traversal import triangle_table
+from ..traversal.assembly import driver_class
+from ..traversal.method import SCHEDULES, Accelerator, Method
+
+VARIABLE = "GPGPU_RT_METHODS"
+_NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
+_MOST_KERNELS = 4    # that drivers/traverse.frag can tell apart
+# The modules that method files written for version 0.1 import, by their names at that time.
+_FORMER_NAMES = {"gpgpu_rt.record": gl_record, "gpgpu_rt.texel_layout": triangle_table}
+
+
+def named_folders() -> list[Path]:
+    """The folders that the environment variable GPGPU_RT_METHODS names, separated as in PATH."""
+    return [Path(one) for one in os.environ.get(VARIABLE, "").split(os.pathsep) if one]
+
+
+def name_folder(folder: Path) -> None:
+    """Have processes that this one starts take the folder's methods too."""
+    if folder not in named_folders():
+        os.environ[VARIABLE] = os.pathsep.join(map(str, [*named_folders(), folder]))
+
+
+def files_of(folder: Path) -> list[Path]:
+    """The files of methods in a folder, by name; those that begin with "_" are helpers."""
+    if not folder.is_dir():
+        raise MethodError(f"there is no folder of methods {folder}; make it, or take it out of "
+                          f"--methods-from and {VARIABLE}")
+    return sorted(path for path in folder.glob("*.py") if not path.name.startswith(("_", "test_")))
+
+
+def rows_of(path: Path) -> list[Method]:
+    """The rows of a file, checked.
+
+    Raises
+    ------
+    MethodError
+        where it does not run, or a row is not one: names file and line
+    """
+    place = hashlib.sha256(os.fsencode(path.resolve())).hexdigest()[:12]    # two folders may have
+    name = f"gpgpu_rt_method_{path.stem}_{place}"                           # files of one name
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    for former, present in _FORMER_NAMES.items():
+        sys.modules.setdefault(former, present)
+    sys.modules[name] = module      # its classes can be pickled, and dataclasses look there
+    try:
+        spec.loader.exec_module(module)
+    except (Exception, SystemExit) as failure:
+        del sys.modules[name]
+        raise MethodError(f"{_place(path, failure)}: {type(failure).__name__}: "
+                          f"{_message(failure)}") from failure
+    rows = getattr(module, "ROWS", None)
+    if not isinstance(rows, (list, tuple)) or not all(isinstance(row, Method) for row in rows):
+        raise MethodError(f"{path}: has no ROWS; end it with ROWS = (Method(...),)")
+    for row in rows:
+        _check(row, path)
+    return [replace(row, prepare=_guarded(row, path)) for row in rows]
+
+
+def take(folder: Path, register: Callable[[Method], Method]) -> None:
+    """Put all methods of a folder into the table."""
+    for path in files_of(folder):
+        for row in rows_of(path):
+            try:
+                register(row)
+            except Error as failure:
+                raise MethodError(f"{path}: {failure}; give it another name") from failure
+
+
+def _check(row: Method, path: Path) -> None:
+    """What would otherwise end in the middle of a traversal."""
+    where = f"{path}, method {row.name!r}"
+    if not isinstance(row.name, str) or not _NAME.fullmatch(row.name):
+        raise MethodError(f"{where}: a name is words of a-z and 0-9 with - between them")
+    _check_kinds(row, where)
+    missing = {"phase", "steps"} - {field.name for field in row.state.fields}
+    if missing:
+        raise MethodError(f"{where}: its state has no {' and no '.join(sorted(missing))}; "
+                          'add "phase:int steps:int"')
+    if not 1 <= len(row.kernels) <= _MOST_KERNELS:
+        raise MethodError(f"{where}: has {len(row.kernels)} kernels; give 1 to {_MOST_KERNELS}")
+    unknown = (set(row.schedules) | set(row.drivers)) - set(SCHEDULES)
+    if unknown or not row.schedules:
+        raise MethodError(f"{where}: schedules are some of {', '.join(SCHEDULES)}")
+    for named in row.drivers.values():
+        try:
+            driver_class(named)
+        except MethodError as failure:
+            raise MethodError(f"{where}: {failure}") from failure
+    if not (ROOT / row.glsl).is_file():     # an absolute name replaces ROOT
+        raise MethodError(f"{where}: there is no GLSL file {row.glsl}; a file beside this one is "
+                          "Path(__file__).with_name(...)")
+
+
+def _check_kinds(row: Method, where: str) -> None:
+    """That what a row holds is of the kinds that its class declares."""
+    if not isinstance(row.state, Record):
+        raise MethodError(f"{where}: its state is {row.state!r}; give a Record")
+    if not isinstance(row.glsl, (str, Path)):
+        raise MethodError(f"{where}: glsl is {row.glsl!r}; give a file's name")
+    if not callable(row.prepare):
+        raise MethodError(f"{where}: prepare is {row.prepare!r}; give a function")
+    for name, values, kinds, what in (
+            ("kernels", row.kernels, str, "names"), ("schedules", row.schedules, str, "names"),
+            ("options", row.options, Option, "Options"),
+            ("tables", row.tables, (Record, PackedRecord), "Records")):
+        if not isinstance(values, (tuple, list)):
+            raise MethodError(f"{where}: {name} is {values!r}; give a tuple of {what}")
+        wrong = [one for one in values if not isinstance(one, kinds)]
+        if wrong:
+            raise MethodError(f"{where}: {name} holds {wrong[0]!r}; give {what} alone")
+    for record in (row.state, *row.tables):
+        for word in record.layout.replace("|", " ").split():
+            field, _, kind = word.partition(":")
+            if not (kind.isdecimal() if isinstance(record, PackedRecord)
+                    else (kind or "float") in FIELD_TYPES) or not field.isidentifier():
+                known = "bits" if isinstance(record, PackedRecord) else ", ".join(FIELD_TYPES)
+                raise MethodError(f"{where}: record {record.name} has a field {word!r}; its type "
+                                  f"is one of: {known}")
+        try:
+            _ = record.fields
+        except ValueError as failure:       # too much in a texel
+            raise MethodError(f"{where}: {failure}") from failure
+
+
+def _guarded(row: Method, path: Path) -> Callable[..., Accelerator]:
+    """Its ``prepare``, whose mistakes are said in a line; GPGPU_RT_TRACEBACK shows the rest."""
+    def prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
+        where = f"{path}, method {row.name!r}"
+        try:
+            made = row.prepare(triangles, options)
+        except Error:
+            raise
+        except Exception as failure:
+            raise MethodError(f"{_place(path, failure)}: {type(failure).__name__} in prepare: "
+                              f"{_message(failure)}") from failure
+        if not isinstance(made, Accelerator):
+            raise MethodError(f"{where}: prepare returns {type(made).__name__}; return an "
+                              "Accelerator")
+        missing = {"scene_lo", "scene_hi"} - set(made.uniforms)
+        if missing:     # rays would miss what lies on the faces of boxes, silently
+            raise MethodError(f"{where}: prepare gives no {' and no '.join(sorted(missing))}, by "
+                              "which boxes are widened; add **box_uniforms(triangles)")
+        missing = {record.name for record in row.tables_for(options)} - set(made.tables)
+        if missing:
+            raise MethodError(f"{where}: prepare makes no table {' and none '.join(missing)}; "
+                              "add its fields, or take it out of tables")
+        for record, fields in made.tables.items():
+            rows = {name: len(values) for name, values in fields.items()
+                    if isinstance(values, np.ndarray)}
+            if len(set(rows.values())) > 1:
+                told = ", ".join(f"{name} {count}" for name, count in rows.items())
+                raise MethodError(f"{where}: the fields of table {record} have different numbers "
+                                  f"of rows: {told}; give each as many")
+        return made
+    return prepare
+
+
+def _place(path: Path, failure: BaseException) -> str:
+    """The file, and the last line of it that ran."""
+    if isinstance(failure, SyntaxError) and failure.lineno:
+        return f"{failure.filename}:{failure.lineno}"
+    lines = [frame.lineno for frame in traceback.extract_tb(failure.__traceback__)
+             if frame.filename == str(path)]
+    return f"{path}:{lines[-1]}" if lines else str(path)
+
+
+def _message(failure: BaseException) -> str:
+    text = failure.msg if isinstance(failure, SyntaxError) else str(failure)
+    return " ".join(text.split()) or "no message"

@@ -1,0 +1,86 @@
+"""Quality: the SAH cost, depth, counts and bytes of a built accelerator."""
+from __future__ import annotations
+
+from dataclasses import fields
+
+import numpy as np
+
+from ..accel.bounds import half_area
+from .bih.tree import Bih
+from .bvh.tree import Bvh
+from .grid.cells import Grid
+from .kdtree.tree import LEAF, KdTree
+
+Structure = Grid | KdTree | Bvh | Bih
+
+
+def sah_cost(structure: Structure, *, traversal_cost: float = 1.0,
+             intersection_cost: float = 1.0) -> float:
+    """What a random line through the scene's box costs, if it hits nothing.
+
+    A node (or cell) costs `traversal_cost` and each of its triangles `intersection_cost`,
+    times its surface area over the scene's: a line that meets the scene meets it that often.
+    """
+    return _cost(_areas(structure), traversal_cost, intersection_cost)
+
+
+def _cost(areas: tuple[np.ndarray, np.ndarray, float], traversal: float,
+          intersection: float) -> float:
+    area, references, root = areas
+    if root <= 0:
+        return float(traversal)
+    return float(np.sum(area * (traversal + intersection * references)) / root)
+
+
+def quality(structure: Structure, *, traversal_cost: float = 1.0,
+            intersection_cost: float = 1.0) -> dict[str, int | float]:
+    """Figures of merit, by name.
+
+    `references_per_leaf` counts the leaves (or cells) that are not empty;
+    `references_per_triangle` counts the triangles that are referenced.
+    """
+    areas, counts = _areas(structure), _leaf_counts(structure)
+    filled = int(np.count_nonzero(counts))
+    references = int(counts.sum())
+    triangles = len(np.unique(_references(structure)))
+    return {
+        "sah_cost": _cost(areas, traversal_cost, intersection_cost),
+        "depth": 0 if isinstance(structure, Grid) else structure.depth,
+        "nodes": len(areas[0]),
+        "leaves": len(counts),
+        "empty_leaves": len(counts) - filled,
+        "references": references,
+        "references_per_leaf": references / max(filled, 1),
+        "references_per_triangle": references / max(triangles, 1),
+        "bytes": sum(value.nbytes for value in _arrays(structure)),
+    }
+
+
+def _arrays(structure: Structure) -> list[np.ndarray]:
+    values = [getattr(structure, field.name) for field in fields(structure)]
+    return [value for value in values if isinstance(value, np.ndarray)]
+
+
+def _references(structure: Structure) -> np.ndarray:
+    return structure.order if isinstance(structure, Bvh | Bih) else structure.references
+
+
+def _leaf_counts(structure: Structure) -> np.ndarray:
+    if isinstance(structure, Grid):
+        return np.diff(structure.cell_start)
+    if isinstance(structure, KdTree):
+        return structure.count[structure.axis == LEAF]
+    return structure.count[structure.count > 0]
+
+
+def _areas(structure: Structure) -> tuple[np.ndarray, np.ndarray, float]:
+    """Each node's surface area and references, and the area of the scene, in float64."""
+    if isinstance(structure, Grid):
+        size = structure.cell_size.astype(np.float64)
+        cells = np.diff(structure.cell_start)
+        area = np.full(len(cells), half_area(np.zeros(3), size))
+        root = half_area(structure.lo.astype(np.float64), structure.hi.astype(np.float64))
+        return area, cells, float(root)
+    lo, hi = (structure.lo, structure.hi) if isinstance(structure, Bvh) else structure.boxes()
+    area = half_area(lo.astype(np.float64), hi.astype(np.float64), axis=1)
+    return area, structure.count, float(area[0]) if len(area) else 0.0

@@ -1,0 +1,1 @@
+"""The Ray Engine (Carr, Hall and Hart 2002)."""

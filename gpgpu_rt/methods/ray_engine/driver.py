@@ -1,0 +1,164 @@
+"""The Ray Engine: the host walks rays and queues them by cell, passes intersect batches."""
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import moderngl
+import numpy as np
+
+from ...accel.runs import chunks, expand
+from ...gl.full_screen import FullScreenPass
+from ...gl.record import Record
+from ...gl.textures import read_texture, release, texture_bytes
+from ...rays.records import RAY_AFTER_HIT, RAY_TEXELS
+from ...rays.textures import RayTextures, StateBuffer, StateBuffers
+from ...statistics import Statistics
+from ...traversal.driver import Samplers, Setup
+from ...traversal.method import Accelerator
+from ...traversal.schedules import UNFINISHED
+from .quads import BatchRoom, Runs
+from .ray_trip import RayTrip
+
+MOST_QUADS = 1 << 20       # a draw; a batch with more is drawn in parts
+QUAD = np.dtype([("rectangle", "<f4", 4), ("row", "<i4")])
+
+
+class RayEngine:
+    """Drives a method whose host walks cells; see ``Driver``, and
+    ``glsl/methods/ray_engine/ray_engine.glsl``.
+
+    A round takes the queues that are long enough, or all where none is, in batches, and walks
+    their rays on. Of a ray only what it has hit so far goes up and comes down with its batch.
+    """
+
+    def __init__(self, setup: Setup) -> None:
+        self.setup, self.gpu, self.method = setup, setup.gpu, setup.method
+        self.options = setup.options
+        self.follow(setup.samplers, setup.accelerator, setup.step_cap)
+        self._room: BatchRoom | None = None
+        self._quads: moderngl.Buffer | None = None
+
+    def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
+        """Read these tables from now on: the same records and defines, triangles that moved."""
+        self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
+        self.grid = accelerator.structure
+
+    def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
+            any_hit: bool = False) -> tuple[StateBuffer, int]:
+        """Trace every ray; where the hits are, and how many rays the step cap stopped."""
+        self.gpu.context.enable_only(moderngl.NOTHING)
+        split = statistics.split
+        for name in ("traversal_seconds", "transfer_seconds", "intersection_seconds",
+                     "host_intersection_seconds", "bytes_up", "bytes_down", "batches",
+                     "quads", "pairs", "host_rays"):
+            split.setdefault(name, 0.0 if name.endswith("seconds") else 0)
+        with clocked(split, "transfer_seconds"):
+            texels = np.stack([read_texture(texture).reshape(-1, 4)
+                               for texture in rays.complete().textures], axis=1)
+            split["bytes_down"] += texture_bytes(rays.textures)
+        trip = RayTrip(self.accelerator, self.options, self.step_cap,
+                       RAY_AFTER_HIT if rays.after_hit else RAY_TEXELS, texels, any_hit)
+        with clocked(split, "traversal_seconds"):
+            waiting = trip.enter(trip.walk.start(trip.hit["t"]))
+        while len(waiting):
+            with clocked(split, "traversal_seconds"):
+                chosen, waiting, alone = trip.ready(waiting)
+            if len(alone):
+                with clocked(split, "host_intersection_seconds"):
+                    trip.intersect_here(alone, split)
+            for begin in range(0, len(chosen), self.options["batch"]):
+                self._batch(trip, chosen[begin:begin + self.options["batch"]], statistics)
+            with clocked(split, "traversal_seconds"):
+                onward = trip.onward(np.concatenate([chosen, alone]))
+                waiting = np.concatenate([waiting, onward])
+        final = buffers.side(0)
+        with clocked(split, "transfer_seconds"):
+            trip.write(final, self.method.state.name)
+            split["bytes_up"] += texture_bytes(final.textures)
+            self.gpu.finish()
+        return final, int((trip.phase == UNFINISHED).sum())
+
+    # A batch --------------------------------------------------------------------------------
+
+    def _batch(self, trip: RayTrip, chosen: np.ndarray, statistics: Statistics) -> None:
+        """Intersect rays, (k,) int sorted by cell, with what their cells list."""
+        split, room = statistics.split, self._room_for(len(trip.phase), trip.record)
+        with clocked(split, "traversal_seconds"):
+            runs = Runs.of(trip.walk.key[chosen])
+            corners, owner = runs.rectangles()
+            listed = trip.walk.listed[runs.cell][owner]
+            starts = self.grid.cell_start[runs.cell].astype(np.int64)[owner]
+            fields = trip.fields(chosen)
+            depth_end = max(float(trip.walk.t_exit[chosen].max()), 1e-30)
+        with clocked(split, "transfer_seconds"):
+            split["bytes_up"] += room.upload(fields)
+            self.gpu.finish()
+        parts = chunks(listed, MOST_QUADS)
+        for part in parts:
+            with clocked(split, "traversal_seconds"):
+                quads = np.zeros(int(listed[part].sum()), QUAD)
+                quads["rectangle"] = np.repeat(corners[part], listed[part], axis=0)
+                quads["row"] = self.grid.references[expand(starts[part], listed[part])]
+            with clocked(split, "transfer_seconds"):
+                buffer = self._buffer(quads)
+                split["bytes_up"] += quads.nbytes
+                self.gpu.finish()
+            with clocked(split, "intersection_seconds"):
+                for keep in room.passes:
+                    room.draw_quads(keep, trip.any_hit, self.samplers, self.accelerator, buffer,
+                                    len(quads), depth_end)
+                self._draw(room.left(), trip.rays, room.hits, room.hits, statistics)
+                self.gpu.finish()
+            statistics.passes += len(room.passes)
+            statistics.draw_calls += len(room.passes)
+            split["quads"] += len(quads)
+            with clocked(split, "transfer_seconds"):
+                hits, size = room.read(len(chosen))
+                split["bytes_down"] += size
+            with clocked(split, "traversal_seconds"):
+                trip.take(chosen, hits)
+        split["batches"] += 1
+        split["pairs"] += int((runs.count * trip.walk.listed[runs.cell]).sum())
+
+    def _draw(self, program: FullScreenPass, rays: dict[str, np.ndarray], source: StateBuffer,
+              target: StateBuffer, statistics: Statistics) -> None:
+        """The last pass over a batch: what its rays hit."""
+        assert self._room is not None
+        program.set(**self.accelerator.uniforms)
+        self._room.draw_left(program, self.samplers, target)
+        statistics.passes += 1
+        statistics.draw_calls += 1
+
+    def _buffer(self, quads: np.ndarray) -> moderngl.Buffer:
+        if self._quads is None or self._quads.size < quads.nbytes:
+            release(self._quads)
+            size = 1 << max(16, int(quads.nbytes - 1).bit_length())
+            self._quads = self.gpu.context.buffer(reserve=size, dynamic=True)
+        self._quads.write(quads)
+        self.gpu.note_moved(up=quads.nbytes)
+        return self._quads
+
+    def _room_for(self, rays: int, record: Record) -> BatchRoom:
+        rays = min(rays, self.options["batch"])
+        room = self._room
+        if room is None or room.size[0] * room.size[1] < rays or room.record != record:
+            release(self._room)
+            self._room = BatchRoom(self.setup, rays, self.options["nearest"] == "depth", record)
+        return self._room
+
+    def bytes(self) -> int:
+        """Bytes of a batch's textures."""
+        return self._room.bytes() if self._room is not None else 0
+
+    def release(self) -> None:
+        release(self._room, self._quads)
+
+
+@contextmanager
+def clocked(split: dict[str, float], name: str) -> Iterator[None]:
+    """Add the seconds that go by within to an entry."""
+    began = time.perf_counter()
+    yield
+    split[name] += time.perf_counter() - began

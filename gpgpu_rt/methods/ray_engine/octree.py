@@ -1,0 +1,159 @@
+"""Octree: cells that are halved along every axis where many triangles lie; record and build.
+
+A. S. Glassner, "Space subdivision for fast ray tracing", 1984; N. A. Carr, J. D. Hall, J. C. Hart,
+"The ray engine", Graphics Hardware 2002, walked one on the host. A triangle goes into the cells
+that it overlaps by the tests of `grid.py`, level after level from the root, each for all nodes at
+once.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...accel.bounds import as_triangles, padding, scene_box
+from ...accel.options import in_range, refuse_unknown
+from ...accel.runs import chunks
+from ...accel.sound import alike, are_runs, named, within
+from ..grid.cells import FINEST_CELL, USUAL_REFERENCES, Shapes
+
+MOST_LEVELS = 9         # 512 of the finest cells an axis
+CHUNK = 1 << 18         # pairs of triangle and cell tested at a time
+
+
+@dataclass(frozen=True)
+class Octree:
+    """An octree over a cube; its leaves are the cells, in order of their level.
+
+    Places are counted in cells of the finest level, from the cube's lower corner.
+
+    lo, hi : (3,) float32, the padded scene box, world units; the cube begins at lo
+    resolution : (3,) int32, finest cells an axis, 2^levels
+    cell_size : (3,) float32, world units, of the finest cells
+    child : (nodes,) int32, the first of eight children, x fastest, or -1 minus the cell
+    corner : (cells, 3) int32, the lower corner of each cell
+    span : (cells,) int32, how many finest cells it is wide
+    cell_start : (cells + 1,) int32, the run of references of each cell
+    references : (m,) int32, triangles, ascending within a cell
+    """
+
+    lo: np.ndarray
+    hi: np.ndarray
+    resolution: np.ndarray
+    cell_size: np.ndarray
+    child: np.ndarray
+    corner: np.ndarray
+    span: np.ndarray
+    cell_start: np.ndarray
+    references: np.ndarray
+
+    def is_sound(self, triangles: int) -> bool:
+        """Whether it could have been built over so many triangles; see ``accel/sound.py``."""
+        cells, nodes = len(self.span), np.arange(len(self.child))
+        if not within(self.child, len(nodes), -cells):
+            return False
+        inner = self.child >= 0
+        eight, leaf = self.child[inner].astype(np.int64), -1 - self.child[~inner].astype(np.int64)
+        # Each node but the root is among the eight of one node, and each cell is one leaf.
+        return (len(nodes) == 1 + 8 * len(eight) and bool((eight > nodes[inner]).all())
+                and np.array_equal(np.sort(eight), 1 + 8 * np.arange(len(eight)))
+                and np.array_equal(np.sort(leaf), np.arange(cells))
+                and alike(named(self, "lo hi cell_size"), "f", 3)
+                and len(self.resolution) == 3 and within(self.resolution, 1 << 24, 1)
+                and len(set(self.resolution.tolist())) == 1
+                and alike(named(self, "corner"), "i", cells, 3)
+                and alike(named(self, "span"), "i", cells)
+                and bool((self.corner >= 0).all() and (self.span >= 1).all()
+                         and (self.corner + self.span[:, None] <= self.resolution.max()).all())
+                and within(self.references, triangles)
+                and are_runs(self.cell_start, len(self.references), cells))
+
+
+def build_octree(triangles: np.ndarray, *, leaf_size: int = 8, density: float = 2.0,
+                 **unknown: object) -> Octree:
+    """Build an octree.
+
+    Parameters
+    ----------
+    triangles : (n, 3, 3) float32, world units
+    leaf_size : triangles in a cell above which it is split
+    density : it may be so deep that an even tree had eight times as many cells a triangle, and no
+        deeper; it is not split further where triangles would lie in 64 cells on average
+
+    Raises
+    ------
+    OptionError, SceneError
+    """
+    refuse_unknown(build_octree, unknown)
+    leaf_size = in_range("leaf_size", leaf_size, 1, 1 << 24, int)
+    density = in_range("density", density, 1e-9, 1e9)
+    triangles = as_triangles(triangles)
+    lo, hi = scene_box(triangles)
+    edge = float((hi.astype(np.float64) - lo).max())
+    levels = _levels(len(triangles), edge / (FINEST_CELL * float(padding(triangles))), density)
+    # Pairs of the level at hand: a triangle, and the node that it overlaps.
+    triangle, node = np.arange(len(triangles)), np.zeros(len(triangles), np.int64)
+    place, first, child, leaves = np.zeros((1, 3), np.int64), 0, [], []
+    cells, kept = 0, 0
+    for level in range(levels + 1):
+        count = np.bincount(node, minlength=len(place))
+        split = count > leaf_size
+        if level == levels or kept + 8 * count[split].sum() > USUAL_REFERENCES * (
+                len(triangles) + 64):
+            split[:] = False
+        # Children follow this level's nodes, in the order of their parents.
+        inner, leaf = np.cumsum(split) - 1, np.cumsum(~split) - 1
+        child.append(np.where(split, first + len(place) + 8 * inner, -1 - cells - leaf))
+        span = 1 << (levels - level)
+        ends = ~split[node]
+        leaves.append((place[~split] * span, np.full((~split).sum(), span),
+                       (cells + leaf[node[ends]]) << 32 | triangle[ends]))
+        cells, kept = cells + int((~split).sum()), kept + int(ends.sum())
+        first += len(place)
+        if not split.any():
+            break
+        shapes = Shapes(triangles, lo, lo + edge, np.full(3, 2 << level))
+        offsets = np.stack([np.arange(8) & 1, np.arange(8) >> 1 & 1, np.arange(8) >> 2], 1)
+        triangle, node = _handed_down(shapes, triangle[~ends], inner[node[~ends]],
+                                      2 * place[split], offsets)
+        place = (2 * place[split][:, None] + offsets).reshape(-1, 3)
+    corner, spans, keys = (np.concatenate(parts) for parts in zip(*leaves))
+    keys.sort()
+    return Octree(
+        lo, hi, np.full(3, 1 << levels, np.int32),
+        np.full(3, edge / (1 << levels), np.float32), np.concatenate(child).astype(np.int32),
+        corner.astype(np.int32), spans.astype(np.int32),
+        np.searchsorted(keys >> 32, np.arange(cells + 1)).astype(np.int32),
+        (keys & 0xffffffff).astype(np.int32))
+
+
+def _levels(triangles: int, finest: float, density: float) -> int:
+    """Levels below the root: as many as the density asks for, and cells are `finest` at most an
+    axis."""
+    wanted = np.ceil(np.log2(max(8 * density * triangles, 1)) / 3)
+    return int(np.clip(min(wanted, np.floor(np.log2(max(finest, 1)))), 0, MOST_LEVELS))
+
+
+def _handed_down(shapes: Shapes, triangle: np.ndarray, parent: np.ndarray, corner: np.ndarray,
+                 offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of triangle and child, from those of triangle and parent.
+
+    Parameters
+    ----------
+    triangle, parent : (k,) int64
+    corner : (parents, 3) int64, the place of each one's first child
+    offsets : (8, 3) int64
+    """
+    triangles, nodes = [triangle[:0]], [parent[:0]]
+    for part in chunks(np.full(len(triangle), 8), CHUNK):
+        # Which of the two children along each axis a triangle's box overlaps.
+        begin = shapes.first[triangle[part]] - corner[parent[part]]
+        end = begin + shapes.cell_count[triangle[part]]
+        along = np.stack([(begin <= 0) & (end > 0), (begin <= 1) & (end > 1)])
+        boxes = np.logical_and.reduce([along[offsets[:, a], :, a] for a in range(3)])
+        which, pair = np.nonzero(boxes)
+        who, above = triangle[part][pair], parent[part][pair]
+        kept = np.flatnonzero(shapes.overlap(who, corner[above] + offsets[which]))
+        triangles.append(who[kept])
+        nodes.append(8 * above[kept] + which[kept])
+    return np.concatenate(triangles), np.concatenate(nodes)

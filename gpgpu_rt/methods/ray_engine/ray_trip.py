@@ -1,0 +1,126 @@
+"""A trip: rays on their way through a grid, what the host knows of each and does with them."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ...accel.runs import chunks, expand
+from ...gl.precision import FORMATS, Precision
+from ...gl.record import Record
+from ...numerics.watertight import intersect_pairs
+from ...rays.records import COUNTERS, HIT, NO_TRIANGLE
+from ...rays.textures import StateBuffer
+from ...traversal.method import Accelerator
+from ...traversal.schedules import DONE, UNFINISHED
+from ...traversal.triangle_table import TRIANGLE
+from .octree_walk import cell_walk
+from .quads import Runs
+
+MOST_PAIRS = 1 << 20       # that the host intersects at once
+
+
+class RayTrip:
+    """Rays of one call.
+
+    Attributes
+    ----------
+    record, rays : what is known of each, and its fields
+    walk : where they are
+    hit : fields of HIT, the nearest so far; t begins as t_max
+    tested, leaves : (n,) int32 counters
+    phase : (n,) int32, DONE, or UNFINISHED where the step cap stopped it
+    """
+
+    def __init__(self, accelerator: Accelerator, options: Mapping[str, Any], step_cap: int,
+                 record: Record, texels: np.ndarray, any_hit: bool) -> None:
+        self.accelerator, self.options, self.step_cap = accelerator, options, step_cap
+        self.record, self.rays = record, record.unpack(texels)
+        self.grid, self.any_hit, rays = accelerator.structure, any_hit, self.rays
+        unit = FORMATS[Precision.of(options).arithmetic].unit
+        self.walk = cell_walk(self.grid, rays, unit)
+        count = len(rays["t_max"])
+        self.hit = {"t": rays["t_max"].copy(), "u": np.zeros(count, np.float32),
+                    "v": np.zeros(count, np.float32),
+                    "triangle": np.full(count, NO_TRIANGLE, np.int32)}
+        self.tested, self.leaves, self.phase = np.zeros((3, count), np.int32)
+
+    def enter(self, rays: np.ndarray) -> np.ndarray:
+        """Rays that came to a cell: those that may still test its list. Cells and tests are steps,
+        and past the cap no ray goes on."""
+        steps = (self.walk.nodes_visited[rays] + self.tested[rays]
+                 + self.walk.listed[self.walk.key[rays]])
+        on = steps <= self.step_cap
+        self.phase[rays[~on]] = UNFINISHED
+        return rays[on]
+
+    def ready(self, waiting: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Rays sorted by cell whose queues are long enough, those that wait on, and those of
+        queues so short that the host intersects them."""
+        waiting = waiting[np.argsort(self.walk.key[waiting], kind="stable")]
+        queues = Runs.of(self.walk.key[waiting])
+        length = np.repeat(queues.count, queues.count)
+        taken = length >= self.options["queue"]
+        if not taken.any():
+            taken[:] = True
+        here = taken & (length < self.options["cpu_below"])
+        return waiting[taken & ~here], waiting[~taken], waiting[here]
+
+    def fields(self, chosen: np.ndarray) -> dict[str, np.ndarray]:
+        """The fields of the rays' record, t_max where a hit would be the nearest."""
+        return {**{name: values[chosen] for name, values in self.rays.items()},
+                "t_max": self.hit["t"][chosen]}
+
+    def take(self, rays: np.ndarray, found: dict[str, np.ndarray]) -> None:
+        """Keep the hits found that are nearer than those known, or as near and lower."""
+        t, known = found["t"], self.hit["t"][rays]
+        better = (found["triangle"] != NO_TRIANGLE) & (
+            (t < known) | ((t == known) & (found["triangle"] < self.hit["triangle"][rays])))
+        for name, values in self.hit.items():
+            values[rays[better]] = found[name][better]
+
+    def intersect_here(self, rays: np.ndarray, split: dict[str, float]) -> None:
+        """Intersect rays on the host, by the watertight test's twin in numpy."""
+        key = self.walk.key[rays]
+        counts = self.walk.listed[key]
+        triangles = self.accelerator.tables[TRIANGLE.name]
+        for part in chunks(counts, MOST_PAIRS):
+            some, many = rays[part], counts[part]
+            owner = np.repeat(some, many)
+            row = self.grid.references[expand(
+                self.grid.cell_start[key[part]].astype(np.int64), many)]
+            corners = np.stack([triangles[name].make(row) for name in ("v0", "v1", "v2")], axis=1)
+            accepted, t, u, v = intersect_pairs(corners, self.rays["origin"][owner],
+                                                self.rays["direction"][owner])
+            t_min = self.rays["t_min"][owner]
+            accepted &= (t >= t_min) & (t <= self.hit["t"][owner])
+            if "after" in self.rays:    # as accept() of core/triangle.glsl has it
+                accepted &= (t > t_min) | (row > self.rays["after"][owner])
+            at = np.flatnonzero(accepted)
+            at = at[np.lexsort((row[at], t[at], owner[at]))]
+            at = at[np.diff(owner[at], prepend=-1) != 0]     # the first of each ray
+            self.take(owner[at], {"t": t[at], "u": u[at], "v": v[at], "triangle": row[at]})
+            split["pairs"] += len(row)
+        split["host_rays"] += len(rays)
+
+    def onward(self, rays: np.ndarray) -> np.ndarray:
+        """From a cell whose list is tested to the next; rays that are to test that one."""
+        self.leaves[rays] += 1
+        self.tested[rays] += self.walk.listed[self.walk.key[rays]]
+        if self.any_hit:
+            rays = rays[self.hit["triangle"][rays] == NO_TRIANGLE]
+        return self.enter(self.walk.onward(rays, self.hit["t"]))
+
+    def write(self, final: StateBuffer, state: str) -> None:
+        """Leave the outcome where the tracer looks for it."""
+        visited = self.walk.nodes_visited
+        steps = np.minimum(visited + self.tested, self.step_cap)
+        over = (self.phase == DONE) & (visited + self.tested > self.step_cap)
+        self.phase[over] = UNFINISHED
+        steps[self.phase == UNFINISHED] = self.step_cap
+        final.write(state, phase=self.phase, steps=steps)
+        final.write(HIT.name, **self.hit)
+        if COUNTERS.name in final.records:
+            final.write(COUNTERS.name, nodes_visited=visited, leaves_visited=self.leaves,
+                        triangles_tested=self.tested)

@@ -1,0 +1,70 @@
+"""ray-engine: the host walks cells, fragments intersect (Carr, Hall and Hart 2002)."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ...accel.cache import cached
+from ...errors import OptionError
+from ...options import Option
+from ...traversal.method import Accelerator, Method
+from ...traversal.records import STATE
+from ...traversal.triangle_table import TRIANGLE, triangle_table
+from ..grid.cells import Grid, build_grid
+from .driver import RayEngine
+from .octree import Octree, build_octree
+
+
+def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
+    plain = (options["intersection"] == "woop-watertight" and options["storage"] == "fp32"
+             and options["arithmetic"] == "fp32")
+    if options["cpu_below"] > 1 and not plain:
+        raise OptionError(f"cpu_below={options['cpu_below']}: the host knows the watertight test "
+                          "in fp32 alone; leave it at 0 with any other")
+    grid = _cells(triangles, options)
+    uniforms = {"scene_lo": tuple(grid.lo), "scene_hi": tuple(grid.hi)}
+    # As of the method grid: a cell is visited once, its list tested once.
+    bound = (int(grid.resolution.sum()) + len(grid.references)
+             + int((np.diff(grid.cell_start) > 0).sum()) + 3)
+    return Accelerator(triangle_table(triangles), uniforms, bound, grid)
+
+
+def _cells(triangles: np.ndarray, options: Mapping[str, Any]) -> Grid | Octree:
+    if options["cells"] == "grid":
+        return cached(build_grid, triangles, resolution=options["resolution"],
+                      density=options["density"])
+    return cached(build_octree, triangles, leaf_size=options["leaf_size"],
+                  density=options["density"])
+
+
+ROWS = (Method(
+    name="ray-engine",
+    summary="the host walks a grid or an octree, a quad a triangle intersects rays queued by cell",
+    citation="Carr et al. 2002",
+    glsl="methods/ray_engine/ray_engine.glsl",
+    kernels=("intersect",),
+    state=STATE,
+    tables=(TRIANGLE,),
+    prepare=_prepare,
+    options=(
+        Option("cells", "grid", "what the host walks", choices=("grid", "octree")),
+        Option("leaf_size", 8, "triangles above which an octree's cell is split", int, minimum=1,
+               goes_with=("cells", ("octree",))),
+        Option("resolution", None, "cells an axis: a number or x,y,z; none: by density", object,
+               excludes=("density",), goes_with=("cells", ("grid",))),
+        Option("density", 2.0, "cells aimed at per triangle, where no resolution is given", float,
+               minimum=1e-6),
+        Option("nearest", "blend", "how the nearest hit of a ray is kept: MIN blending in float, "
+               "or the depth test in 24 bits", choices=("blend", "depth"), relaxed=("depth",)),
+        Option("batch", 16_384, "most rays a batch holds", int, minimum=1),
+        Option("queue", 64, "rays a cell's queue waits for, while others are longer", int,
+               minimum=1),
+        Option("cpu_below", 0, "queues of fewer rays the host intersects itself; bits are the "
+               "same where the renderer rounds as IEEE says and keeps subnormal numbers", int,
+               minimum=0),
+    ),
+    schedules=("kernels",),
+    drivers={"kernels": RayEngine},
+),)

@@ -1,0 +1,1 @@
+"""A hierarchy over rays, none over triangles."""

@@ -1,0 +1,72 @@
+"""Cones over rays: the levels of a ray hierarchy, each made from the one below like a mipmap."""
+from __future__ import annotations
+
+from ...gl.context import Gpu
+from ...gl.full_screen import FullScreenPass
+from ...gl.precision import Precision
+from ...gl.record import Record
+from ...gl.textures import release, texture_bytes
+from ...rays.records import HIT
+from ...rays.textures import RayTextures, StateBuffer
+from ...traversal.ray_image import RayImage
+from .records import CONE
+
+
+def level_sizes(size: tuple[int, int]) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
+    """(width, height) of every level, rays first; and how many nodes of a level become one of the
+    next, by axis: four, in a square or where there is one row or column along that."""
+    sizes, fans = [size], []
+    while len(sizes) == 1 or sizes[-1] != (1, 1):
+        width, height = sizes[-1]
+        fan = (2, 2) if min(width, height) > 1 or width == height else (
+            (4, 1) if height == 1 else (1, 4))
+        fans.append(fan)
+        sizes.append((-(-width // fan[0]), -(-height // fan[1])))
+    return sizes, fans
+
+
+class RayCones:
+    """The hierarchy over the rays of a texture.
+
+    Attributes
+    ----------
+    levels : CONE for every node, the rays' own level first
+    fans : how many nodes of a level become one of the next, by axis
+    """
+
+    def __init__(self, gpu: Gpu, size: tuple[int, int], state: Record,
+                 precision: Precision) -> None:
+        self.size = size
+        sizes, self.fans = level_sizes(size)
+        self.levels = [RayImage(gpu, CONE, each) for each in sizes]
+        self.gpu, self.state, self.precision = gpu, state, precision
+        self._rays: dict[Record, FullScreenPass] = {}
+        self._level = FullScreenPass(gpu, "methods/ray_hierarchy/cone_level.frag",
+                                     precision.defines(), {"streams": CONE.stream_glsl(True)})
+
+    def build(self, rays: RayTextures, states: StateBuffer, unit: float) -> None:
+        """Make every level, of the rays that are not over."""
+        if rays.record not in self._rays:
+            layout = self.precision.layout
+            texts = [record.stream_glsl(False) for record in (rays.record, layout(self.state),
+                                                              layout(HIT))]
+            self._rays[rays.record] = FullScreenPass(
+                self.gpu, "methods/ray_hierarchy/cone_rays.frag", self.precision.defines(),
+                {"streams": "\n".join([*texts, CONE.stream_glsl(True)])})
+        program = self._rays[rays.record]
+        program.set(unit=unit, **rays.uniforms())
+        program.draw(self.levels[0].target, {**rays.samplers(), **states.samplers()})
+        for below, level, fan in zip(self.levels, self.levels[1:], self.fans):
+            self._level.set(unit=unit, fan=fan, below=below.size)
+            self._level.draw(level.target, below.samplers())
+
+    def top(self, nodes: int) -> int:
+        """The lowest level of at most so many nodes, above the rays."""
+        return next(k for k, level in enumerate(self.levels)
+                    if k and (level.length <= nodes or k == len(self.levels) - 1))
+
+    def bytes(self) -> int:
+        return sum(texture_bytes(level.textures) for level in self.levels)
+
+    def release(self) -> None:
+        release(self.levels, self._rays, self._level)

@@ -1,0 +1,303 @@
+"""A stream of pairs, triangle and node of a hierarchy over the rays, reduced level by level."""
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import moderngl
+
+from ...gl.algorithms.blocks import reduce_children
+from ...gl.algorithms.records import VALUES
+from ...gl.algorithms.streams import Stream, StreamRoom, span
+from ...gl.full_screen import FullScreenPass, Rectangles
+from ...gl.precision import Precision
+from ...gl.record import Record
+from ...gl.textures import release, texture_bytes
+from ...rays.records import COUNTERS, HIT, NO_TRIANGLE
+from ...rays.textures import RayTextures, StateBuffer, StateBuffers
+from ...statistics import Statistics
+from ...traversal.driver import Samplers, Setup
+from ...traversal.method import Accelerator
+from ...traversal.records import LEAST, LOWEST, TESTED
+from ...traversal.schedules import UNFINISHED, kernel_defines, method_defines, method_texts
+from .cones import RayCones, RayImage
+from .records import CHILDREN, PAIR, VISITS
+
+GROWTH = 4      # each batch of triangles has so many times those of the one before
+
+
+class RayHierarchy:
+    """Runs `ray-hierarchy`; see ``Driver``.
+
+    Triangles go through in batches, the first ones small: what they hit shortens the rays, and the
+    hierarchy is made anew before the next batch. A batch begins as all its triangles with each
+    node of a topmost level. ``stream_size`` pairs at a time are tested against four children each;
+    what is left of these goes down to the rays before the next ones are taken, so that no stream
+    is longer than four times that, however many pairs there are.
+    """
+
+    def __init__(self, setup: Setup) -> None:
+        self.gpu, self.method, self.options = setup.gpu, setup.method, setup.options
+        self.precision = Precision.of(setup.options)
+        self.statistics_on = bool(setup.options["statistics"])
+        self.room = StreamRoom(setup.gpu, "methods/ray_hierarchy")
+        self.cones: RayCones | None = None
+        self._programs: dict[object, FullScreenPass] = {}
+        self._rectangles = Rectangles(setup.gpu, 3)
+        self._images: list[RayImage] = []
+        self._visits: list[RayImage] = []
+        self._pairs: dict[int, Stream] = {}
+        self._streams: dict[str, Stream] = {}
+        self._balls: Stream | None = None
+        self.follow(setup.samplers, setup.accelerator, setup.step_cap)
+
+    def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
+        """Read these tables from now on: triangles that moved."""
+        self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
+        self.unit, self.triangles = accelerator.uniforms["unit"], accelerator.step_bound
+        if self._balls is not None:
+            self.room.drop(self._balls)
+            self._balls = None
+
+    def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
+            any_hit: bool = False) -> tuple[StateBuffer, int]:
+        """Trace every ray; where the hits are, and how many rays the step cap stopped."""
+        self.gpu.context.enable_only(moderngl.NOTHING)
+        self.gpu.context.blend_func = moderngl.ONE, moderngl.ONE
+        drawn = self.room.draws
+        try:
+            self._make_room(buffers.size)
+            trace = _Trace(self, rays, buffers, statistics, any_hit)
+            trace.run()
+            stopped = self._stopped(trace.now, buffers, statistics)
+        finally:
+            self.gpu.context.enable_only(moderngl.NOTHING)
+            self.gpu.context.blend_equation = moderngl.FUNC_ADD
+        statistics.draw_calls += self.room.draws - drawn
+        return trace.now, stopped
+
+    # Passes ---------------------------------------------------------------------------------
+
+    def _draw(self, program: FullScreenPass, rays: RayTextures, source: StateBuffer | None,
+              target: StateBuffer, statistics: Statistics) -> None:
+        """A pass over the rays' states."""
+        textures = {**self.samplers, **rays.samplers(), **(source.samplers() if source else {})}
+        for image in self._images + self._visits[:1]:
+            textures |= image.samplers()
+        program.set(step_cap=self.step_cap, **rays.uniforms(), **self.accelerator.uniforms)
+        if self.cones is not None:
+            program.set(fan=self.cones.fans[0])
+        program.draw(target.target, textures)
+        statistics.passes += 1
+        statistics.draw_calls += 1
+
+    def _test(self, level: int, first: int, count: int) -> int:
+        """Pairs of a level against their nodes' children; how many pairs of the level below."""
+        assert self.cones is not None and self._balls is not None
+        pairs, below = self._pairs[level], self.cones.levels[level - 1]
+        children = self.stream(CHILDREN, count)
+        self.room.draw("pair_children", children, [pairs, below, self._balls],
+                       count=count, defines=self.precision.defines(), base=first, unit=self.unit,
+                       fan=self.cones.fans[level - 1], below=below.size)
+        if self.statistics_on:
+            self._count(level, first, count)
+        self._pairs[level - 1], kept = reduce_children(self.room, children, count, PAIR,
+                                                       self._pairs.get(level - 1))
+        return kept
+
+    def _count(self, level: int, first: int, count: int) -> None:
+        """Each pair is a visit of its node's children by all rays below."""
+        visits = self._visits[level - 1]
+        self.blend(moderngl.FUNC_ADD)
+        self.room.scatter("pair_visits", visits, [self._pairs[level]], count, base=first,
+                          size=visits.size)
+        self.gpu.context.enable_only(moderngl.NOTHING)
+
+    def hand_down_visits(self) -> None:
+        """What each node has been visited, those above it included."""
+        assert self.cones is not None
+        self.blend(moderngl.FUNC_ADD)
+        for level in range(len(self._visits) - 1, 0, -1):
+            above, below = self._visits[level], self._visits[level - 1]
+            program = self.program("methods/ray_hierarchy/visits_below", [(VISITS, True)], {
+                "above": VISITS.stream_glsl(False).replace("visits", "above").replace(
+                    "Visits", "Above")})
+            program.set(fan=self.cones.fans[level])
+            program.draw(below.target, above.samplers("above"))
+        self.gpu.context.enable_only(moderngl.NOTHING)
+
+    def nearest_of(self, pairs: int, first: int, rays: RayTextures, before: StateBuffer,
+                   any_hit: bool) -> None:
+        """Test ``pairs`` rays' triangles; of each ray the least t, and its lowest triangle."""
+        nearest, lowest = self._images
+        candidates = self.stream(TESTED, pairs)
+        program = self.program("methods/ray_hierarchy/pair_hits", [
+            (rays.record, False), (self.precision.layout(HIT), False), (PAIR, False),
+            (TESTED, True)], {}, any_hit, STATISTICS=False)
+        program.set(base=first, last_element=pairs - 1, **self.accelerator.uniforms,
+                    **rays.uniforms())
+        self._rectangles.write(span(0, pairs))
+        program.draw(candidates.target, {
+            **self.samplers, **rays.samplers(), **before.samplers(), **self._pairs[0].samplers()},
+            rectangles=self._rectangles)
+        nearest.target.clear(math.inf)
+        lowest.target.clear(NO_TRIANGLE)
+        self.blend((moderngl.MIN, moderngl.FUNC_ADD))
+        self.room.scatter("drivers/nearest", nearest,
+                          [candidates], pairs, size=nearest.size)
+        self.blend(moderngl.MIN)
+        self.room.scatter("drivers/nearest", lowest, [candidates, nearest], pairs,
+                          defines={"LOWEST": True}, size=nearest.size)
+        self.gpu.context.enable_only(moderngl.NOTHING)
+
+    def blend(self, equation: int | tuple[int, int]) -> None:
+        self.gpu.context.enable_only(moderngl.BLEND)
+        self.gpu.context.blend_equation = equation
+
+    def start_pairs(self, first: int, count: int, level: int) -> None:
+        """``count`` triangles with each node of a level."""
+        assert self.cones is not None
+        nodes = self.cones.levels[level].size
+        pairs = count * nodes[0] * nodes[1]
+        stream = self._pairs.get(level)
+        if stream is None or stream.length < pairs:
+            if stream is not None:
+                self.room.drop(stream)
+            stream = self._pairs[level] = self.room.stream(PAIR, max(1024, pairs))
+        self.room.draw("pair_start", stream, count=pairs, first_triangle=first,
+                       nodes=nodes)
+
+    def make_balls(self) -> None:
+        """A ball around every triangle, where they are now."""
+        if self._balls is not None or not self.triangles:
+            return
+        self._balls = self.room.stream(VALUES, self.triangles).called("ball")
+        program = self.program("methods/ray_hierarchy/balls", [(self._balls.record, True)])
+        program.set(last_element=self.triangles - 1, unit=self.unit)
+        self._rectangles.write(span(0, self.triangles))
+        program.draw(self._balls.target, self.samplers, rectangles=self._rectangles)
+
+    def _stopped(self, final: StateBuffer, buffers: StateBuffers, statistics: Statistics) -> int:
+        program = self.program(
+            "drivers/classify", [(self.precision.layout(self.method.state), False)])
+        program.set(phase=UNFINISHED)
+        return program.count(buffers.mask, final.samplers(), statistics)
+
+    # Programs and textures ------------------------------------------------------------------
+
+    def program(self, name: str, records: list[tuple[Record, bool]],
+                more: Mapping[str, str] | None = None, any_hit: bool = False,
+                **defines: object) -> FullScreenPass:
+        """The program ``glsl/<name>.frag``, which reads and (True) writes these records."""
+        key = (name, tuple(records), any_hit, tuple(sorted(defines.items())))
+        if key not in self._programs:
+            texts, target = list((more or {}).values()), 0
+            for record, writes in records:
+                texts.append(record.stream_glsl(writes, target))
+                target += record.texels if writes else 0
+            text = "\n".join(texts)
+            self._programs[key] = FullScreenPass(
+                self.gpu, f"{name}.frag",
+                {**method_defines(self.method, self.accelerator, self.options, any_hit),
+                 **kernel_defines(self.method.kernels), **defines},
+                {**method_texts(self.method, self.options), "streams": text, "records": text})
+        return self._programs[key]
+
+    def take(self, rays: RayTextures, any_hit: bool, word: str | None) -> FullScreenPass:
+        """The pass that STARTs, FINISHes, or takes up what blending has left."""
+        layout = self.precision.layout
+        records = [(rays.record, False), (LEAST, False), (LOWEST, False), (VISITS, False),
+                   (layout(self.method.state), True), (layout(HIT), True)]
+        records += [(COUNTERS, True)] if self.statistics_on else []
+        return self.program("methods/ray_hierarchy/take_nearest", records, {}, any_hit,
+                            **({word: True} if word else {}))
+
+    def stream(self, record: Record, length: int) -> Stream:
+        """A stream that is used again and again, at least so long."""
+        found = self._streams.get(record.name)
+        if found is None or found.length < length:
+            if found is not None:
+                self.room.drop(found)
+            length = min(1 << max(10, (length - 1).bit_length()), 4 * self.options["stream_size"])
+            found = self._streams[record.name] = self.room.stream(record, length)
+        return found
+
+    def _make_room(self, size: tuple[int, int]) -> None:
+        self.make_balls()
+        if self.cones is None or self.cones.size != size:
+            self._release_images()
+            self.cones = RayCones(self.gpu, size, self.method.state, self.precision)
+            self._images = [RayImage(self.gpu, record, size) for record in (LEAST, LOWEST)]
+            if self.statistics_on:
+                self._visits = [RayImage(self.gpu, VISITS, level.size)
+                                for level in self.cones.levels[1:]]
+        for visits in self._visits:
+            visits.target.clear()
+
+    def bytes(self) -> int:
+        """Bytes of the hierarchy, of what blending makes, and of the streams."""
+        images = [*self._images, *self._visits, *self._pairs.values(), *self._streams.values()]
+        images += [self._balls] if self._balls is not None else []
+        return (sum(texture_bytes(image.textures) for image in images)
+                + (self.cones.bytes() if self.cones is not None else 0))
+
+    def _release_images(self) -> None:
+        release(self._images, self._visits, self.cones)
+        self.cones, self._images, self._visits = None, [], []
+
+    def release(self) -> None:
+        self._release_images()
+        release(self._programs, self._rectangles, self.room)
+
+
+class _Trace:
+    """One run: which batches, and which side of the buffers holds the rays' present states."""
+
+    def __init__(self, owner: RayHierarchy, rays: RayTextures, buffers: StateBuffers,
+                 statistics: Statistics, any_hit: bool) -> None:
+        self.owner, self.rays, self.buffers = owner, rays, buffers
+        self.statistics, self.any_hit = statistics, any_hit
+        self.now = buffers.side(0)
+
+    def run(self) -> None:
+        owner, chunk = self.owner, self.owner.options["stream_size"]
+        owner._draw(owner.take(self.rays, self.any_hit, "START"), self.rays, None, self.now,
+                    self.statistics)
+        assert owner.cones is not None
+        top = owner.cones.top(owner.options["top_nodes"])
+        most = max(1, chunk // owner.cones.levels[top].length)
+        first, batch = 0, owner.options["first_batch"]
+        while first < owner.triangles:
+            owner.cones.build(self.rays, self.now, owner.unit)
+            self.statistics.draw_calls += len(owner.cones.levels)
+            count = min(batch, owner.triangles - first)
+            for start in range(first, first + count, most):
+                some = min(most, first + count - start)
+                owner.start_pairs(start, some, top)
+                self._descend(top, some * owner.cones.levels[top].length)
+            first, batch = first + count, GROWTH * batch
+        owner.hand_down_visits()
+        self._take("FINISH")
+
+    def _descend(self, level: int, pairs: int) -> None:
+        """Bring the pairs of a level down to the rays, some at a time."""
+        chunk = self.owner.options["stream_size"] * (1 if level else 4)
+        for first in range(0, pairs, chunk):
+            count = min(chunk, pairs - first)
+            if level:
+                kept = self.owner._test(level, first, count)
+                self.statistics.passes += 1
+                if kept:
+                    self._descend(level - 1, kept)
+            else:
+                self.owner.nearest_of(count, first, self.rays, self.now, self.any_hit)
+                self.statistics.passes += 1
+                self.statistics.draw_calls += 1
+                self._take(None)
+
+    def _take(self, word: str | None) -> None:
+        """Every ray takes up what was found for it."""
+        other = self.buffers.side(1 if self.now is self.buffers.side(0) else 0)
+        self.owner._draw(self.owner.take(self.rays, self.any_hit, word), self.rays, self.now,
+                         other, self.statistics)
+        self.now = other

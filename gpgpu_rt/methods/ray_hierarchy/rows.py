@@ -1,0 +1,54 @@
+"""ray-hierarchy: spheres and cones over the rays, and none over the triangles."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ...options import Option
+from ...traversal.method import Accelerator, Method, nothing_kept
+from ...traversal.records import STATE
+from ...traversal.triangle_table import TRIANGLE, box_uniforms, triangle_table
+from .driver import RayHierarchy
+
+MOST_BITS = 100     # of the scale: a float's exponent has room for it and for what is scaled
+
+
+def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
+    return Accelerator(triangle_table(triangles),
+                       {"unit": unit_of(triangles), **box_uniforms(triangles)},
+                       step_bound=len(triangles))
+
+
+def unit_of(triangles: np.ndarray) -> float:
+    """A power of two that brings the size of a scene of (n, 3, 3) triangles near 1."""
+    extent = np.float64(0)
+    if len(triangles):
+        corners = triangles.reshape(-1, 3)
+        extent = (corners.max(axis=0).astype(np.float64) - corners.min(axis=0)).max()
+    exponent = int(np.clip(np.frexp(extent)[1], -MOST_BITS, MOST_BITS))
+    return float(np.ldexp(1.0, -exponent))
+
+
+ROWS = (Method(
+    name="ray-hierarchy",
+    summary="cones over the rays; pairs of triangles and cones, a stream reduced level by level",
+    citation="Roger, Assarsson and Holzschuch 2007",
+    glsl="methods/ray_hierarchy/ray_hierarchy.glsl",
+    kernels=("intersect",),
+    state=STATE,
+    tables=(TRIANGLE,),
+    prepare=_prepare,
+    refit=nothing_kept(_prepare),
+    options=(
+        Option("stream_size", 1 << 16, "pairs of a triangle and a node tested at a time", int,
+               minimum=1),
+        Option("first_batch", 64, "triangles that go through the hierarchy before it is made "
+               "anew; four times as many each time after", int, minimum=1),
+        Option("top_nodes", 4, "nodes at most of the level where the stream begins", int,
+               minimum=1)),
+    schedules=("kernels",),
+    drivers={"kernels": RayHierarchy},
+    dynamic=True,
+),)

@@ -1,0 +1,1 @@
+"""Ray classification and visibility fields: structures over rays."""

@@ -1,0 +1,124 @@
+"""Beams: everything that the rays of a five-dimensional box can reach, and what overlaps it.
+
+J. Arvo, D. Kirk, "Fast Ray Tracing by Ray Classification", SIGGRAPH 1987. A beam is the box of its
+origins swept along its directions: convex, and bounded by the plane behind it and by four that
+lean as far as its directions do (their "linear separation"). Tests are in float64, padded, and
+keep what they are not sure of.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...accel.bounds import largest
+from ...accel.runs import expand
+from ..bvh.tree import Bvh
+from .frames import RaySpace, in_frame
+
+PAIRS = 1 << 22      # beams times triangles that are sorted out at once
+
+
+@dataclass(frozen=True)
+class Beams:
+    """m beams up one axis' frame: (m,) float64 bounds of their planes, padding included.
+
+    behind : lowest depth
+    slopes : ((m,), (m,)) lowest and highest direction, along each of the two axes across
+    limits : the same: lowest x - slope z at the first, highest at the second
+    """
+
+    behind: np.ndarray
+    slopes: tuple[tuple[np.ndarray, np.ndarray], ...]
+    limits: tuple[tuple[np.ndarray, np.ndarray], ...]
+
+    @classmethod
+    def of(cls, lo: np.ndarray, hi: np.ndarray, first: np.ndarray, last: np.ndarray,
+           space: RaySpace) -> Beams:
+        """From boxes of origins in the frame, (m, 3), and of directions, (m, 2)."""
+        pad, slopes, limits = 3 * space.pad, [], []
+        for a in (0, 1):
+            low, high = first[:, a] - space.direction_pad, last[:, a] + space.direction_pad
+            slopes.append((low, high))
+            limits.append((lo[:, a] - np.maximum(low * lo[:, 2], low * hi[:, 2]) - pad,
+                           hi[:, a] - np.minimum(high * lo[:, 2], high * hi[:, 2]) + pad))
+        return cls(lo[:, 2] - pad, tuple(slopes), tuple(limits))
+
+    def meet_boxes(self, beam: np.ndarray, lo: np.ndarray, hi: np.ndarray,
+                   box: np.ndarray) -> np.ndarray:
+        """(k,) bool: whether beam[i] may overlap box[i] of the frame's (n, 3) corners."""
+        z_lo, z_hi = lo[box, 2], hi[box, 2]
+        kept = z_hi >= self.behind[beam]
+        for a in (0, 1):
+            (low, high), (least, most) = self.slopes[a], self.limits[a]
+            slope = low[beam]
+            kept &= hi[box, a] - np.minimum(slope * z_lo, slope * z_hi) >= least[beam]
+            slope = high[beam]
+            kept &= lo[box, a] - np.maximum(slope * z_lo, slope * z_hi) <= most[beam]
+        return kept
+
+    def meet_triangles(self, beam: np.ndarray, corners: np.ndarray,
+                       triangle: np.ndarray) -> np.ndarray:
+        """The same of triangles: their corners in the frame, (3, 3, n), axis by axis and corner by
+        corner."""
+        depth = corners[2][:, triangle]
+        kept = largest(depth) >= self.behind[beam]
+        for a in (0, 1):
+            (low, high), (least, most) = self.slopes[a], self.limits[a]
+            across = corners[a][:, triangle]
+            kept &= largest(across - low[beam] * depth) >= least[beam]
+            kept &= -largest(high[beam] * depth - across) <= most[beam]
+        return kept
+
+
+class Candidates:
+    """The triangles of a scene as beams along one axis and sign meet them, nearest first.
+
+    Attributes
+    ----------
+    corners : (3, 3, n), axis by axis of the frame, corner by corner
+    near : (n,) float32, where each triangle begins along the axis, counted against it for
+        ``negative``: exact
+    order : (n,) int64, triangles by that
+    """
+
+    def __init__(self, triangles: np.ndarray, tree: Bvh, axis: int, negative: bool) -> None:
+        self.tree = tree
+        self.corners = in_frame(triangles, axis, negative).transpose(2, 1, 0).copy()
+        lo, hi = in_frame(tree.lo, axis, negative), in_frame(tree.hi, axis, negative)
+        self.lo, self.hi = np.minimum(lo, hi), np.maximum(lo, hi)
+        along = triangles[:, :, axis]
+        self.near = -along.max(axis=1) if negative else along.min(axis=1)
+        self.order = np.argsort(self.near, kind="stable")
+        self.rank = np.empty(len(self.order), np.int64)
+        self.rank[self.order] = np.arange(len(self.order))
+
+    def of(self, beams: Beams) -> tuple[np.ndarray, np.ndarray]:
+        """What each of m beams may meet: triangles of all, beam by beam and nearest first, and
+        how many of each, (m,) int64."""
+        m, n = len(beams.behind), len(self.order)
+        if not n:
+            return np.zeros(0, np.int64), np.zeros(m, np.int64)
+        beam, triangle = self._descend(beams)
+        kept = beams.meet_triangles(beam, self.corners, triangle)
+        keys = beam[kept] * n + self.rank[triangle[kept]]
+        keys.sort()
+        return self.order[keys % n], np.bincount(keys // n, minlength=m)
+
+    def _descend(self, beams: Beams) -> tuple[np.ndarray, np.ndarray]:
+        """Pairs of beam and triangle whose leaf's box the beam meets; a level of all at once."""
+        tree, found = self.tree, []
+        beam = np.arange(len(beams.behind))
+        node = np.zeros(len(beam), np.int64)
+        while len(node):
+            kept = beams.meet_boxes(beam, self.lo, self.hi, node)
+            beam, node = beam[kept], node[kept]
+            leaf = tree.count[node] > 0
+            count = tree.count[node[leaf]]
+            found.append((np.repeat(beam[leaf], count),
+                          tree.order[expand(tree.first[node[leaf]], count)]))
+            left = node[~leaf] + 1
+            beam = np.concatenate([beam[~leaf], beam[~leaf]])
+            node = np.concatenate([left, tree.escape[left].astype(np.int64)])
+        pairs = [np.concatenate(part) for part in zip(*found)]
+        return pairs[0], pairs[1]

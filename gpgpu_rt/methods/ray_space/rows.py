@@ -1,0 +1,97 @@
+"""ray-classification and visibility-field: tables over rays (Arvo and Kirk 1987; Mortensen et al.
+2007)."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ...accel.cache import cached
+from ...options import Option
+from ...traversal.method import SCHEDULES, Accelerator, Method
+from ...traversal.records import LIST_STATE
+from ...traversal.triangle_table import TRIANGLE, triangle_table
+from ..bvh.build import build_bvh
+from .driver import RayClasses
+from .frames import ray_space
+from .ray_boxes import RayBoxes
+from .records import BEAM, BEAM_ENTRY, BEAM_STATE, CANDIDATE, RAY_BOX
+from .visibility_field import AXES, build_visibility_field, half_size
+
+
+def _prepare_boxes(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
+    space = ray_space(triangles, options["arithmetic"])
+    tree = cached(build_bvh, triangles)
+    boxes = RayBoxes(triangles, tree, space, options["origin_cells"], options["direction_cells"],
+                     options["min_rays"], options["budget"])
+    tables = {**triangle_table(triangles), RAY_BOX.name: {"first": boxes.directory},
+              CANDIDATE.name: {"triangle": boxes.triangle, "near": boxes.near}}
+    cell = (space.hi.astype(np.float64) - space.lo) / options["origin_cells"]
+    uniforms = {"scene_lo": tuple(space.lo), "scene_hi": tuple(space.hi),
+                "origin_cells": options["origin_cells"],
+                "direction_cells": options["direction_cells"], "box_count": boxes.cells,
+                "origin_cell_size": tuple(cell.tolist()), "scene_centre": tuple(space.centre),
+                "far_origin": space.far}
+    return Accelerator(tables, uniforms, len(triangles) + 1, boxes)
+
+
+def _prepare_field(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
+    space = ray_space(triangles, options["arithmetic"])
+    field = cached(build_visibility_field, triangles, budget=options["budget"],
+                   directions=options["directions"], tiles=options["tiles"],
+                   arithmetic=options["arithmetic"])
+    start = field.beam_start
+    tables = {**triangle_table(triangles),
+              BEAM.name: {"first": start[:-1], "entries": np.diff(start)},
+              BEAM_ENTRY.name: {"triangle": field.triangle, "near": field.near, "far": field.far,
+                                "reach": field.reach}}
+    uniforms = {"scene_lo": tuple(space.lo), "scene_hi": tuple(space.hi),
+                "directions": field.directions, "tiles": field.tiles,
+                "beam_count": len(start) - 1 - AXES, "scene_centre": tuple(space.centre),
+                "half_size": tuple(half_size(space)), "far_origin": space.far}
+    return Accelerator(tables, uniforms, len(triangles) + SEARCH_STEPS, field)
+
+
+SEARCH_STEPS = 32   # halvings of a list, at most
+_BUDGET = "MiB that its lists may take; past them they are of larger boxes of rays"
+
+ROWS = (
+    Method(
+        name="ray-classification",
+        summary="a box of rays, found by one lookup, lists what they may hit, nearest first",
+        citation="Arvo and Kirk 1987",
+        glsl="methods/ray_space/ray_classification.glsl",
+        kernels=("intersect",),
+        state=LIST_STATE,
+        tables=(TRIANGLE, RAY_BOX, CANDIDATE),
+        prepare=_prepare_boxes,
+        options=(
+            Option("origin_cells", 8, "finest boxes of origins an axis, a power of two", int,
+                   minimum=1),
+            Option("direction_cells", 16, "finest boxes of directions across a face of the "
+                   "direction cube, a power of two", int, minimum=1),
+            Option("min_rays", 1, "rays of a call that a box must hold to get a list", int,
+                   minimum=1),
+            Option("budget", 128.0, _BUDGET, float, minimum=0.0),
+        ),
+        drivers=dict.fromkeys(SCHEDULES, RayClasses),
+    ),
+    Method(
+        name="visibility-field",
+        summary="parallel beams for cells of directions: one lookup, then in order",
+        citation="Mortensen et al. 2007",
+        glsl="methods/ray_space/visibility_field.glsl",
+        kernels=("search", "intersect"),
+        state=BEAM_STATE,
+        tables=(TRIANGLE, BEAM, BEAM_ENTRY),
+        prepare=_prepare_field,
+        options=(
+            Option("directions", None, "cells of directions across a face of the direction cube; "
+                   "none: by the budget", int, minimum=1),
+            Option("tiles", None, "tiles across a cell's plane of beams; none: by the budget", int,
+                   minimum=1),
+            Option("budget", 64.0, _BUDGET, float, minimum=0.0),
+        ),
+    ),
+)

@@ -1,0 +1,1 @@
+"""Tiles of rays against every triangle (Szecsi 2006)."""

@@ -1,0 +1,54 @@
+"""ray-tiles: every triangle against cones around tiles of rays."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ...options import Option
+from ...traversal.method import Accelerator, Method, nothing_kept
+from ...traversal.records import STATE
+from ...traversal.triangle_table import TRIANGLE, box_uniforms, triangle_table
+from .driver import RayTiles
+
+FIRST_BATCH = 64    # triangles; each batch is twice the last one
+
+
+def batches(triangles: int) -> tuple[tuple[int, int], ...]:
+    """First triangle and number of triangles of each batch.
+
+    Between two batches tiles learn how far their rays still search. Batches double, so that a few
+    triangles shorten the search early and a million takes no more than 15 batches.
+    """
+    found, first, count = [], 0, FIRST_BATCH
+    while first < triangles:
+        found.append((first, min(count, triangles - first)))
+        first, count = first + count, 2 * count
+    return tuple(found)
+
+
+def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
+    parts = batches(len(triangles))
+    return Accelerator(triangle_table(triangles), box_uniforms(triangles), step_bound=len(parts),
+                       structure=parts)
+
+
+ROWS = (Method(
+    name="ray-tiles",
+    summary="nothing over triangles: each is drawn over the tiles of rays whose cone it meets",
+    citation="Szécsi 2006",
+    glsl="methods/ray_tiles/cone.glsl",
+    kernels=("draw",),
+    state=STATE,
+    tables=(TRIANGLE,),
+    prepare=_prepare,
+    refit=nothing_kept(_prepare),
+    options=(
+        Option("tile", 8, "rays a side of a tile", int, choices=(8, 4, 16)),
+        Option("pairs", "points", "what a triangle is drawn over a tile as: a point of its size, "
+               "or a quad", choices=("points", "quads"))),
+    schedules=("kernels",),
+    drivers={"kernels": RayTiles},
+    dynamic=True,
+),)

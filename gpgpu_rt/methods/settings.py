@@ -1,0 +1,227 @@
+"""Settings: methods and options that were measured on one scene and renderer, kept as a file.
+
+`tune` writes them, as a file of the user's and in the cache folder, where ``method="auto"`` finds
+them again by the scene's triangles and the renderer.
+"""
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import warnings
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from ..accel.cache import cache_folder
+from ..disk.files import read_json, replacing
+from ..disk.own_folder import is_own
+from ..errors import Error, OptionError, SettingsError, nearest_names
+from ..scene.scene import Scene
+from . import find_method
+from .choices import COHERENT, INCOHERENT, PASSING, RAYS, Choice, Choices
+
+FORMAT = 2
+ONE_CHOICE = 1    # the format before, of one choice for all rays
+# What is used where nothing was tuned: right to the bit, and never far from the fastest. Packets
+# take eye and shadow rays twice as fast as single rays, and others slower: docs/accuracy.md has by
+# how much. The interval test, which makes them faster still on large images of eye rays, is left
+# out: mirror rays, coherent by any measure of neighbours, then take twice to three times what
+# single rays do. What entry points bring stands in docs/bvh.md.
+SAFE_DEFAULT = {
+    COHERENT: ("bvh-packet", {"packet": (4, 2), "octants": True, "quantise_nodes": 16,
+                              "entry_points": 32}),
+    INCOHERENT: ("bvh-threaded", {"octants": True, "quantise_nodes": 16})}
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Choices, and what they were measured on.
+
+    Attributes
+    ----------
+    scene : "name", "triangles" (how many) and "sha256" of the scene's triangles
+    renderer : OpenGL's name for what it was measured on
+    choices : for coherent rays and for others; they may be the same
+    """
+
+    scene: dict[str, Any]
+    renderer: str
+    choices: Choices
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the file, whole or not at all."""
+        entries = {"format": FORMAT, "scene": self.scene, "renderer": self.renderer,
+                   **asdict(self.choices)}
+        with replacing(path) as temporary:
+            temporary.write_text(json.dumps(entries, indent=1) + "\n", encoding="utf-8")
+
+    def check_fits(self, scene: Scene, renderer: str, where: str = "settings") -> None:
+        """Raise SettingsError, naming the difference, for another scene or renderer."""
+        here = describe(scene)
+        advice = "tune again, or pass force=True (--force)"
+        if here["sha256"] != self.scene["sha256"]:
+            same_name = here["name"] == self.scene["name"]
+            raise SettingsError(
+                f"{where}: measured on scene {self.scene['name']} with {self.scene['triangles']} "
+                f"triangles, this is {here['name']} with {here['triangles']}"
+                + (f", triangles of another content ({self.scene['sha256'][:8]} against "
+                   f"{here['sha256'][:8]})" if same_name else "") + f"; {advice}")
+        if renderer != self.renderer:
+            raise SettingsError(f"{where}: measured on renderer {self.renderer!r}, this is "
+                                f"{renderer!r}; {advice}")
+
+
+def describe(scene: Scene) -> dict[str, Any]:
+    """A scene's name, its number of triangles and the SHA-256 of their float32 coordinates."""
+    return {"name": scene.name, "triangles": len(scene),
+            "sha256": hashlib.sha256(scene.triangles).hexdigest()}
+
+
+def load(path: str | os.PathLike[str]) -> Settings:
+    """Settings from a file.
+
+    Raises
+    ------
+    SettingsError
+        a file that cannot be read, or naming the key that is missing or of no use
+    """
+    try:
+        entries = read_json(path)
+    except OSError as failure:
+        raise SettingsError(f"cannot read settings from {path}: {failure.strerror}") from failure
+    except ValueError as failure:
+        raise SettingsError(f"{path}: not JSON ({failure}); write it with `gpgpu-rt tune`"
+                            ) from failure
+    if not isinstance(entries, dict):
+        raise SettingsError(f"{path}: expected an object; write it with `gpgpu-rt tune`")
+    return _checked(entries, str(path))
+
+
+def store(settings: Settings) -> Path | None:
+    """Keep settings where `find` looks; the file, or None where nothing can be kept."""
+    path = _path(settings.scene["sha256"], settings.renderer)
+    if path is None:
+        return None
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        settings.save(path)
+    except (OSError, Error):
+        return None
+    return path
+
+
+def find(scene: Scene, renderer: str) -> Settings | None:
+    """The settings kept for a scene and a renderer; None where there are none, or, with a warning,
+    none of any use."""
+    path = _path(describe(scene)["sha256"], renderer)
+    try:
+        if path is None or not path.is_file() or not is_own(path.stat()):
+            return None
+        settings = load(path)
+        settings.check_fits(scene, renderer)
+    # Damaged, of a version with other methods or options, or in a folder that is closed to us.
+    except (Error, OSError) as failure:
+        _warn_of_default(failure, 4)
+        return None
+    return settings
+
+
+def automatic(scene: Scene, renderer: str, options: Mapping[str, Any]
+              ) -> tuple[Choices, Settings | None]:
+    """The choices of ``method="auto"``, and the settings they came from.
+
+    Those kept for the scene and renderer, where they agree with what the caller asks for; else a
+    safe default: what is there for coherent rays gives way where it does not go with the options,
+    its entry points first.
+    """
+    found = find(scene, renderer)
+    if found is not None:
+        try:
+            return found.choices.with_options(options, "settings"), found
+        except OptionError as failure:
+            _warn_of_default(failure, 3)
+    coherent, incoherent = (Choice(SAFE_DEFAULT[rays][0], {**SAFE_DEFAULT[rays][1], **options})
+                            for rays in RAYS)
+    plain = Choice(coherent.method, {name: value for name, value in coherent.options.items()
+                                     if name != "entry_points" or name in options})
+    try:
+        incoherent.resolved()
+    except OptionError as failure:
+        raise OptionError(f"method auto takes {coherent.method} for coherent rays and "
+                          f"{incoherent.method} for others: {failure}; or name the method that "
+                          "such an option is for") from failure
+    fitting = next((choice for choice in (coherent, plain)
+                    if find_method(choice.method).takes(choice.options)), incoherent)
+    return Choices(fitting, incoherent), None
+
+
+def _warn_of_default(failure: Error, level: int) -> None:
+    warnings.warn(f"auto takes a safe default, not what `tune` kept: {failure}",
+                  stacklevel=level + 1)
+
+
+def _path(digest: str, renderer: str) -> Path | None:
+    folder = cache_folder()
+    if folder is None:
+        return None
+    key = hashlib.sha256(f"{digest} {renderer}".encode()).hexdigest()
+    return folder / f"settings-{key}.json"
+
+
+_KEYS: dict[str, type] = {"format": int, "scene": dict, "renderer": str}
+_CHOICE_KEYS: dict[str, type] = {"method": str, "options": dict, "promise": dict,
+                                 "measured": dict}
+_SCENE_KEYS: dict[str, type] = {"name": str, "triangles": int, "sha256": str}
+
+
+def _checked(entries: dict[str, Any], where: str) -> Settings:
+    single = entries.get("format") == ONE_CHOICE and entries["format"] is not True
+    _check_keys(entries, {**_KEYS, **(_CHOICE_KEYS if single else dict.fromkeys(RAYS, dict))},
+                where, "")
+    if not single and entries["format"] != FORMAT:
+        raise SettingsError(f"{where}: format is {entries['format']}, this version reads "
+                            f"{ONE_CHOICE} and {FORMAT}; write it anew with `gpgpu-rt tune`")
+    _check_keys(entries["scene"], _SCENE_KEYS, where, "scene.")
+    if single:
+        choices = Choices.one(_choice({name: entries[name] for name in _CHOICE_KEYS}, where, ""))
+    else:
+        choices = Choices(*(_choice(entries[rays], where, f"{rays}.") for rays in RAYS))
+    return Settings(entries["scene"], entries["renderer"], choices)
+
+
+def _choice(entries: dict[str, Any], where: str, prefix: str) -> Choice:
+    _check_keys(entries, _CHOICE_KEYS, where, prefix)
+    try:
+        find_method(entries["method"])
+    except OptionError as failure:
+        raise SettingsError(f"{where}: {prefix}method: {failure}") from None
+    given = entries["options"]
+    for name in PASSING:
+        if name in given:
+            raise SettingsError(f"{where}: {prefix}options.{name} is not for a settings file; "
+                                "remove it")
+    try:
+        known = Choice(entries["method"], given).resolved()[1]
+    except OptionError as failure:
+        raise SettingsError(f"{where}: {prefix}options: {failure}") from None
+    # JSON has no tuples: what the options make of a list is what was saved.
+    own = {name: known[name] if isinstance(value, list) else value
+           for name, value in given.items()}
+    return Choice(**{**entries, "options": own})
+
+
+def _check_keys(entries: Mapping[str, Any], known: Mapping[str, type], where: str,
+                prefix: str) -> None:
+    for name in entries:
+        if name not in known:
+            raise SettingsError(f"{where}: no key {prefix}{name} is known"
+                                + nearest_names(name, known))
+    for name, kind in known.items():
+        if name not in entries:
+            raise SettingsError(f"{where}: {prefix}{name} is missing; write the file with "
+                                "`gpgpu-rt tune`")
+        if not isinstance(entries[name], kind) or isinstance(entries[name], bool):
+            raise SettingsError(f"{where}: {prefix}{name} is {entries[name]!r}; it must be "
+                                f"{kind.__name__}")

@@ -1,1 +1,0 @@
-"""Rasterisation as a helper of ray tracing (survey, section 5)."""

@@ -1,0 +1,369 @@
+"""Rays on their way in, as texels, and hits on their way out."""
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from numbers import Integral
+
+import numpy as np
+
+from ..gl.precision import Precision
+from ..hits import INVALID, Hits
+from ..numerics.error_bounds import FLOAT32
+from ..threads import cores, threads
+from .far_origins import approach
+from .order import RayOrder
+from .records import NO_RAY, NO_TRIANGLE, RAY_TEXELS
+from .tile_bounds import SIDE, TileBounds
+
+# Rays laid out at a time, at least and at most: of fewer, threads wait for the interpreter longer
+# than they work, more are in no cache any more when their bounds are found.
+FEW, AT_ONCE = 1 << 16, 1 << 18
+ROW = 1024   # rays in a row of the texture where the caller gave no shape
+MANY = 5     # a share of 1 in so many: more is written by columns, less ray by ray
+# Of a block: which rays are invalid, as indices; the exponents and the shifts of all, None where
+# none has one; and where all start, None where that differs.
+_Laid = tuple[np.ndarray, np.ndarray | None, np.ndarray | None, np.ndarray | None]
+_ON_MISS = {"t": np.inf, "u": 0, "v": 0, "triangle": -1}
+
+
+class RayBatch:
+    """Rays as arrays, checked, rounded to float32 and laid out as texels.
+
+    A direction is scaled by the power of two that brings its largest component into [0.5, 1), and
+    t with it: exact, so that kernels meet directions of one size whatever length the caller's
+    have. An origin far outside ``bounds`` is advanced along its ray (see ``approach``). ``Hits``
+    come back in the caller's units. An end of the interval that is smaller than 2^-126 once it is
+    scaled moves inwards, to 0 or to 2^-126: a renderer may flush it to 0. An empty interval stays
+    empty.
+
+    Parameters
+    ----------
+    origins, directions : (n, 3) or (h, w, 3) float, world units
+    t_min, t_max : scalars, or one a ray; both ends count
+    shape : (h, w) of the tile the rays form, or None: the shape of the arrays, else rows of 1024
+    invalid : "raise" or "miss": what becomes of a ray with a NaN, an infinity or a zero direction
+    bounds : the scene's (lo, hi), or None to leave every origin as it is
+    tiled : whether tiles of the textures are to be bounded
+
+    Attributes
+    ----------
+    count : rays
+    shape : (n,) of the rays, or the (h, w) of ``shape`` or the arrays
+    size : (width, height) of their textures
+    start : (4,) float32, origin and t_min where all rays have the same, are valid and do not begin
+        behind their origin, else None
+    tiles : bounds of the tiles, or None where nobody asked, the textures are too wide, or rays
+        were put in an order
+    order : in which they lie there, once they were put in one
+    sort_seconds : what that took so far, and hits back into the rays' own
+
+    Raises
+    ------
+    ValueError
+        for arrays that do not fit, and under "raise" for the first invalid ray.
+    """
+
+    def __init__(self, origins: np.ndarray, directions: np.ndarray,
+                 t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf,
+                 shape: tuple[int, int] | None = None, invalid: str = "raise",
+                 bounds: tuple[np.ndarray, np.ndarray] | None = None,
+                 tiled: bool = False) -> None:
+        if invalid not in ("raise", "miss"):
+            raise ValueError(f'invalid is "raise" or "miss", not {invalid!r}')
+        origins, directions = (_rays_array(origins, "origins"),
+                               _rays_array(directions, "directions"))
+        if origins.shape != directions.shape:
+            raise ValueError(f"origins {origins.shape} and directions {directions.shape} differ")
+        if shape is None and origins.ndim == 3:
+            shape = origins.shape[:2]
+        origins, directions = origins.reshape(-1, 3), directions.reshape(-1, 3)
+        self.count = len(origins)
+        if shape is not None:
+            _check_shape(shape, self.count)
+        self.shape: tuple[int, ...] = (self.count,) if shape is None else tuple(shape)
+        t_min, t_max = (self._one_a_ray(t, name) for t, name in ((t_min, "t_min"),
+                                                                 (t_max, "t_max")))
+        width = shape[1] if shape is not None else max(1, min(self.count, ROW))
+        height = shape[0] if shape is not None else -(-self.count // width)
+        self.size = (max(1, width), max(1, height))
+        # A texture apart from the other: one that is not written to takes no memory.
+        planes = [np.empty((self.size[0] * self.size[1], 4), np.float32)
+                  for _ in range(RAY_TEXELS.texels)]
+        self._planes, self._given, self.sort_seconds = planes, planes, 0.0
+        self.order: RayOrder | None = None
+        _put(planes, slice(self.count, None), NO_RAY)
+        at_once, self.tiles = min(max(FEW, -(-self.count // cores())), AT_ONCE), None
+        across = SIDE * self.size[0]
+        if tiled and across <= AT_ONCE:     # blocks of whole tiles
+            at_once = max(at_once // across, 1) * across
+            self.tiles = TileBounds(self.size)
+        blocks = [slice(first, min(first + at_once, self.count))
+                  for first in range(0, self.count, at_once)]
+
+        def lay(part: slice) -> _Laid:
+            laid = _lay_out([plane[part] for plane in planes], origins[part], directions[part],
+                            t_min[part], t_max[part], bounds)
+            if self.tiles is not None:      # now, as they are still in the core's cache
+                self.tiles.see(part.start // self.size[0], self._rows(part), laid[3])
+            return laid
+        laid = list(threads(self.count)(lay, blocks))
+        self.invalid = np.concatenate([np.empty(0, np.intp), *(
+            part.start + bad for part, (bad, *_) in zip(blocks, laid))])
+        if invalid == "raise" and len(self.invalid):
+            first = int(self.invalid[0])
+            raise ValueError(f"ray {first} is invalid: origin {origins[first]}, direction "
+                             f"{directions[first]}, t_min {t_min[first]}, t_max {t_max[first]}; "
+                             'entries must be finite and a direction not zero (invalid="miss", '
+                             "or --invalid miss, makes such rays misses)")
+        self._exponents = _joined(blocks, [exponents for _, exponents, *_ in laid])
+        self._shift = _joined(blocks, [shift for _, _, shift, _ in laid])
+        starts = [start for *_, start in laid]
+        alike = bool(starts) and all(_same(start, starts[0]) for start in starts)
+        self.start = starts[0] if alike else None
+        self._starts = list(zip(blocks, starts))    # those that have none are laid out already
+        if not alike:
+            self._lay_out_starts()
+
+    def _one_a_ray(self, t: float | np.ndarray, name: str) -> np.ndarray:
+        t = _float32(t, name).reshape(-1)
+        if len(t) not in (1, self.count):
+            raise ValueError(
+                f"{name} holds {len(t)} values for {self.count} rays: one, or one each")
+        return np.broadcast_to(t, self.count)
+
+    def _rows(self, part: slice) -> list[np.ndarray]:
+        """(rows, width, 4) each: the rows of the textures that some rays begin."""
+        width = self.size[0]
+        rows = slice(part.start, -(-part.stop // width) * width)
+        return [plane[rows].reshape(-1, width, 4) for plane in self._planes]
+
+    def _lay_out_starts(self) -> None:
+        for part, start in self._starts:
+            if start is not None:
+                self._given[0][part] = start
+        self._starts = []
+
+    def texels(self, texel: int) -> np.ndarray:
+        """(height, width, 4) float32, what the texture of a texel of RAY_TEXELS holds."""
+        if not texel:
+            self._lay_out_starts()
+        return self._planes[texel].reshape(*self.size[::-1], 4)
+
+    def sample(self, rows: np.ndarray, columns: np.ndarray) -> dict[str, np.ndarray]:
+        """The fields of the rays in some rows and columns of the textures, shaped as these are
+        together."""
+        width, height = self.size
+        planes = [plane.reshape(height, width, 4)[rows, columns] for plane in self._planes]
+        if self.start is not None:
+            planes[0][...] = self.start
+        return RAY_TEXELS.unpack_planes(planes)
+
+    def given_units(self, t: np.ndarray, rays: slice | np.ndarray) -> np.ndarray:
+        """(k,) float32 t of the programs, of the rays chosen, in the caller's units."""
+        with np.errstate(over="ignore"):
+            if self._shift is not None:
+                t = (t + self._shift[rays]).astype(np.float32)
+            return t if self._exponents is None else np.ldexp(t, -self._exponents[rays])
+
+    def put_in_order(self, bounds: tuple[np.ndarray, np.ndarray],
+                     precision: Precision = Precision()) -> None:
+        """Lay rays that are alike side by side; see ``RayOrder``."""
+        began = time.perf_counter()
+        self._lay_out_starts()
+        given = [plane[:self.count] for plane in self._given]
+        self.order = RayOrder(given, bounds, precision)
+        self.size, self._planes = self.order.size, self.order.planes(given)
+        self.tiles = None
+        self.sort_seconds += time.perf_counter() - began
+
+    def given_fields(self) -> dict[str, np.ndarray]:
+        """(n,) or (n, 3) float32 by field of RAY_TEXELS, copies: the rays in the order given."""
+        self._lay_out_starts()
+        fields = RAY_TEXELS.unpack_planes(self._given)
+        return {name: values[:self.count].copy() for name, values in fields.items()}
+
+    def by_ray(self, texels: np.ndarray) -> np.ndarray:
+        """What a texture of ``size`` holds, (k, 4) row by row, ray by ray: (n, 4)."""
+        if self.order is None:
+            return texels[:self.count]
+        began = time.perf_counter()
+        found = self.order.back(texels)
+        self.sort_seconds += time.perf_counter() - began
+        return found
+
+    def hits(self, fields: Mapping[str, np.ndarray]) -> Hits:
+        """Hits in the caller's units from the fields of HIT, (n,) each.
+
+        Parameters
+        ----------
+        fields : as for `hits_of`; entries behind the last ray's do not count
+        """
+        fields = {name: values[:self.count] for name, values in fields.items()}
+        if "t" in fields:
+            fields["t"] = self.given_units(fields["t"], slice(None))
+        hits = hits_of(fields)
+        hits.status, hits.shape = self.status(), self.shape
+        return hits
+
+    def status(self) -> np.ndarray:
+        """(n,) uint8, what is known before anything is traced: which rays are invalid."""
+        status = np.zeros(self.count, np.uint8)
+        status[self.invalid] = INVALID
+        return status
+
+
+def _lay_out(planes: list[np.ndarray], origins: np.ndarray, directions: np.ndarray,
+             t_min: np.ndarray, t_max: np.ndarray,
+             bounds: tuple[np.ndarray, np.ndarray] | None) -> _Laid:
+    """A block of rays into (n, 4) each, one a texel, without the start that all share."""
+    size, bad = _size(directions), np.zeros(len(origins), bool)
+    alike = _alike(origins)
+    if not (size.min() > 0 and size.max() < np.inf
+            and np.isfinite(origins[:1] if alike else origins).all()
+            and _numbers(t_min) and _numbers(t_max)):
+        well = np.isfinite(size) & (size > 0) & ~np.isnan(t_min) & ~np.isnan(t_max)
+        for along in origins.T:
+            well &= np.isfinite(along)
+        bad = ~well
+        np.copyto(size, 0.5, where=bad)
+        middle = np.zeros(3) if bounds is None else (bounds[0] + bounds[1]) / 2    # not far off
+        origins, alike = origins.copy(), False
+        for along, value in zip(origins.T, middle):
+            np.copyto(along, value, where=bad, casting="same_kind")
+    exponents, shift = _exponents(size), None
+    with np.errstate(over="ignore", invalid="ignore"):
+        if exponents is not None:
+            directions = np.ldexp(directions, -exponents[:, None])
+        t_min = _normal(t_min, exponents, FLOAT32.tiny, 0.0)
+        t_max = _normal(t_max, exponents, 0.0, -FLOAT32.tiny)
+        near = alike and bounds is not None and approach(
+            origins[:1], directions[:1], *bounds)[1] is None
+        if bounds is not None and not near:
+            origins, shift = approach(origins, directions, *bounds)
+            if shift is not None:
+                t_min, t_max, alike = t_min - shift, t_max - shift, False
+        # An empty ray is one whose t_max is -1: that only a t_min below could make it live.
+        start = np.float32([*origins[0], t_min[0]]) if (
+            alike and _alike(t_min) and t_min[0] >= 0) else None
+        into = planes if start is None else [None, *planes[1:]]
+        RAY_TEXELS.pack_into(into, origin=origins, direction=directions, t_min=t_min, t_max=t_max)
+    ill = np.flatnonzero(bad)
+    if MANY * len(ill) < len(bad):
+        _put(planes, ill, NO_RAY)
+    else:
+        for plane, texel in zip(planes, NO_RAY):
+            for along, value in zip(plane.T, texel):
+                np.copyto(along, value, where=bad)
+    return ill, exponents, shift, start
+
+
+def _put(planes: list[np.ndarray], at: slice | np.ndarray, texels: np.ndarray) -> None:
+    for plane, texel in zip(planes, texels):
+        plane[at] = texel
+
+
+def _alike(values: np.ndarray) -> bool:
+    """Whether all of (n,) or (n, k) are the same, and numbers."""
+    if not values.strides[0]:
+        values = values[:1]
+    if (values[:1] != values[len(values) // 2]).any():     # most that differ do so here
+        return False
+    # Each against the one before it, in one row: numpy is slow along short axes.
+    width, row = values[0].size, values.reshape(-1)
+    return bool((row[width:] == row[:-width]).all() and not np.isnan(values[0]).any())
+
+
+def _same(one: np.ndarray | None, other: np.ndarray | None) -> bool:
+    return one is not None and other is not None and bool((one == other).all())
+
+
+def _joined(blocks: list[slice], parts: list[np.ndarray | None]) -> np.ndarray | None:
+    """One a ray from one a ray of each block, 0 where a block has none; None where all have."""
+    some = [part for part in parts if part is not None]
+    if not some:
+        return None
+    return np.concatenate([np.zeros(block.stop - block.start, some[0].dtype) if part is None
+                           else part for block, part in zip(blocks, parts)])
+
+
+def _normal(t: np.ndarray, exponents: np.ndarray | None, above: float, below: float
+            ) -> np.ndarray:
+    """(n,) float32 ends of intervals times 2^exponents. Where a product is no normal number, which
+    a renderer may flush to 0, ``above`` stands for a positive and ``below`` for a negative one."""
+    given = t if t.strides[0] else t[:1]
+    scaled = given if exponents is None else np.ldexp(given, exponents)
+    tiny = (np.abs(scaled) < FLOAT32.tiny) & (given != 0)
+    if tiny.any():
+        scaled = np.where(tiny, np.where(given > 0, above, below), scaled).astype(np.float32)
+    return scaled if len(scaled) == len(t) else np.broadcast_to(scaled, len(t))
+
+
+def _numbers(values: np.ndarray) -> bool:
+    """Whether none of (n,) is NaN; one that stands for all is looked at once."""
+    return not np.isnan(values if values.strides[0] else values[:1]).any()
+
+
+def _size(directions: np.ndarray) -> np.ndarray:
+    """(n,) the largest component of (n, 3), by columns: numpy is slow along short axes."""
+    size = np.abs(directions[:, 0])
+    for axis in (1, 2):
+        np.maximum(size, np.abs(directions[:, axis]), out=size)
+    return size
+
+
+def _exponents(size: np.ndarray) -> np.ndarray | None:
+    """(n,) int, of the power of two times [0.5, 1) that each of (n,) is; None where all are 0."""
+    if not len(size) or (size.min() >= 0.5 and size.max() < 1):
+        return None
+    return np.frexp(size)[1]
+
+
+def hits_of(fields: Mapping[str, np.ndarray]) -> Hits:
+    """Hits from the fields of HIT, in the units they are in.
+
+    Parameters
+    ----------
+    fields : (n,) each of HIT's, just read: they are taken over, and changed where rays missed; of
+        any hit perhaps the triangles alone: all else is 0 then
+    """
+    missed = fields["triangle"] == NO_TRIANGLE
+
+    def column(name: str) -> np.ndarray:
+        found = np.ascontiguousarray(fields[name])      # together, not a column of what was read
+        np.copyto(found, _ON_MISS[name], where=missed, casting="unsafe")
+        return found
+    run = threads(len(missed))
+    found = dict.fromkeys(_ON_MISS, np.broadcast_to(np.float32(0), len(missed)))
+    found |= zip(fields, run(column, fields))
+    return Hits(**found, status=np.zeros(len(missed), np.uint8))
+
+
+def _check_shape(shape: tuple[int, int], count: int) -> None:
+    """Raise ValueError where rays form no such tile."""
+    sides = np.asarray(shape, object)
+    if sides.shape != (2,) or not all(isinstance(side, Integral) and side >= 0 for side in sides):
+        raise ValueError(f"shape is {shape!r}; give (height, width), two whole numbers, or None")
+    if shape[0] * shape[1] != count:
+        raise ValueError(f"shape {tuple(shape)} does not hold {count} rays")
+
+
+def _float32(values: float | np.ndarray, name: str) -> np.ndarray:
+    """Infinite where a number is past what these hold."""
+    try:
+        array = np.asarray(values)
+        if array.dtype.kind not in "biuf":
+            raise ValueError(f"these are {array.dtype}")
+    except ValueError as failure:
+        raise ValueError(f"{name} must be numbers ({failure})") from failure
+    if array.dtype == np.float32:
+        return array
+    with np.errstate(over="ignore"):
+        return array.astype(np.float32)
+
+
+def _rays_array(values: np.ndarray, name: str) -> np.ndarray:
+    array = _float32(values, name)
+    if array.ndim not in (2, 3) or array.shape[-1] != 3:
+        raise ValueError(f"{name} must be (n, 3) or (h, w, 3), not {array.shape}")
+    return array

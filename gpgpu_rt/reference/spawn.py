@@ -1,0 +1,73 @@
+"""Spawn: where rays that leave a hit start; the twin of ``glsl/render/spawn.glsl``."""
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..accel.bounds import unit_normals
+from ..hits import Hits
+from ..numerics.error_bounds import FLOAT32, gamma
+from ..numerics.watertight import intersect_pairs
+
+_SPAWN_TRIES = 24                                # from _SEEN of a triangle's extent to all of it
+_SEEN = np.float32(8 * FLOAT32.unit)
+
+
+def spawn(scene: Any, hits: Hits, directions: np.ndarray) -> np.ndarray:
+    """Origins from which rays leave hits without hitting what they leave.
+
+    A ray starts beside its hit's triangle, on the side it goes to, by the error of the hit point
+    and that with which the watertight test sees the triangle in float32. Long thin triangles are
+    seen with larger errors: there the test itself is asked and the distance doubled while it says
+    that the ray hits its own triangle, up to the triangle's extent. ``glsl/render/spawn.glsl``
+    derives the distance.
+
+    Parameters
+    ----------
+    scene : Scene, or (m, 3, 3) triangles, world units
+    hits : of n rays
+    directions : (n, 3), where the new rays go; rounded to float32
+
+    Returns
+    -------
+    (n, 3) float32, NaN where there was no hit: tracing such rays takes ``invalid="miss"``
+    """
+    triangles = np.asarray(getattr(scene, "triangles", scene), np.float32)
+    directions = np.asarray(directions, np.float32)
+    if directions.shape != (len(hits), 3):
+        raise ValueError(f"directions have shape {directions.shape}; give ({len(hits)}, 3), one a "
+                         "hit")
+    origins = np.full((len(hits), 3), np.nan, np.float32)
+    some = np.flatnonzero(hits.hit & np.isfinite(directions).all(1) & (directions != 0).any(1))
+    corners, leaving = triangles[hits.triangle[some]], directions[some]
+    u, v = (np.asarray(b, np.float32)[some, None] for b in (hits.u, hits.v))
+    point, error, reach = _hit_points(corners, u, v)
+    normal = unit_normals(corners)
+    with np.errstate(over="ignore"):
+        away = (normal.astype(np.float64) * leaving).sum(axis=1, keepdims=True) < 0
+        normal = np.where(away, -normal, normal)
+        distance = (np.abs(normal) * error).sum(axis=1, keepdims=True) + _SEEN * reach
+        rest = np.arange(len(some))
+        for _ in range(_SPAWN_TRIES):
+            start = point[rest] + normal[rest] * distance[rest]
+            origins[some[rest]] = start
+            accepted, t, _, _ = intersect_pairs(corners[rest], start, leaving[rest])
+            rest = rest[accepted & (t >= 0) & (2 * distance[rest] <= reach[rest])[:, 0]]
+            if not len(rest):
+                break
+            distance[rest] *= np.float32(2)
+    return origins
+
+
+def _hit_points(corners: np.ndarray, u: np.ndarray, v: np.ndarray
+                ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points (k, 3) of triangles at u, v (k, 1), all float32; how far each component is off,
+    and how far along any axis the furthest corner is, (k, 1)."""
+    unit = np.float32(FLOAT32.unit)
+    v0, v1, v2 = corners.transpose(1, 0, 2)
+    parts = (np.float32(1) - u - v) * v0, u * v1, v * v2
+    point = parts[0] + parts[1] + parts[2]
+    error = np.float32(gamma(8)) * sum(np.abs(p) for p in parts) + unit * np.abs(v0)
+    reach = np.abs(corners - point[:, None]).max(axis=(1, 2))[:, None]
+    return point, error, reach

@@ -1,0 +1,1 @@
+"""Pictures: integrators, and what a scene needs of them."""

@@ -1,0 +1,1 @@
+"""Image-space helpers: refraction, caustics and ray bundles by the rasteriser."""

@@ -1,0 +1,58 @@
+"""Images: the textures of all materials in one, a rectangle each."""
+from __future__ import annotations
+
+import numpy as np
+
+from ..errors import LimitError
+from ..scene.scene import Scene
+from ..scene.texture import Texture
+
+WIDTH, HEIGHT = 8192, 16384     # of all, unless one alone is wider; renderers hold that
+
+
+def places(scene: Scene) -> dict[str, np.ndarray]:
+    """Where each material's image lies: the fields of IMAGE, zeros for none."""
+    corners = np.zeros((len(scene.materials), 4), np.int32)
+    found = {id(t): (x, y) for t, x, y in _shelved(scene)}   # of those in use
+    for k, material in enumerate(scene.materials):
+        t = material.texture
+        if t is not None and id(t) in found:
+            corners[k] = *found[id(t)], t.texels.shape[1], t.texels.shape[0]
+    return dict(zip(("x", "y", "width", "height"), corners.T))
+
+
+def atlas(scene: Scene) -> np.ndarray:
+    """(height, width, 4) float32: the images on shelves; a single black texel if none.
+
+    Raises
+    ------
+    LimitError
+        they need more rows than a texture has
+    """
+    shelved = _shelved(scene)
+    width = max((x + t.texels.shape[1] for t, x, y in shelved), default=1)
+    height = max((y + t.texels.shape[0] for t, x, y in shelved), default=1)
+    if height > HEIGHT:
+        raise LimitError(f"{scene.name}: its textures add up to {height} rows of {width} texels, "
+                         f"past {HEIGHT}; make them smaller")
+    texels = np.zeros((height, width, 4), np.float32)
+    for t, x, y in shelved:
+        texels[y:y + t.texels.shape[0], x:x + t.texels.shape[1], :3] = t.texels
+    return texels
+
+
+def _shelved(scene: Scene) -> list[tuple[Texture, int, int]]:
+    """The textures, each once, and their first columns and rows: the highest ones first, side by
+    side as long as there is room."""
+    textures = {id(m.texture): m.texture for m in scene.used_materials if m.texture is not None}
+    width = max([WIDTH] + [t.texels.shape[1] for t in textures.values()])
+    found = []
+    x = y = shelf = 0
+    for t in sorted(textures.values(), key=lambda t: -t.texels.shape[0]):
+        if x + t.texels.shape[1] > width:
+            x, y = 0, y + shelf
+        if x == 0:
+            shelf = t.texels.shape[0]
+        found.append((t, x, y))
+        x += t.texels.shape[1]
+    return found

@@ -1,0 +1,143 @@
+"""Catalogue: the named scenes, where each is looked for, and what is built instead."""
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import SceneError, nearest_names
+from .camera import Camera, load_cameras
+from .mesh_file import SUFFIXES
+from .procedural import animations as animation
+from .procedural import buildings, cornell, creatures, images, lit, outdoors, rooms, walker
+from .procedural.built import Built
+from .procedural.painting import by_part, cornell_walls
+
+Paint = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True)
+class Row:
+    """A named scene.
+
+    Attributes
+    ----------
+    triangles : of the procedural version
+    make : builds it; one that takes an argument is named as in ``stadium:1e-3``
+    stand_in : what the procedural version stands in for, None where it is the real thing
+    original : where a user gets the original
+    light : position for the mesh of this name, None for one beside the camera
+    paint : colours for a mesh that comes without
+    """
+
+    name: str
+    triangles: int
+    make: Callable[..., Built]
+    stand_in: str | None
+    original: str
+    light: tuple[float, float, float] | None = None
+    paint: Paint | None = None
+    takes_argument: bool = False
+
+
+_BART = "BART (Lext, Assarsson, Moeller), Chalmers: "
+
+ROWS: dict[str, Row] = {row.name: row for row in (
+    Row("cornell", 32, cornell.make, None, "built in from Cornell University's published data",
+        (0.0, 1.9, 0.0), cornell_walls),
+    Row("bunny", 69_451, creatures.bunny, "the Stanford bunny",
+        "Stanford 3D Scanning Repository: bun_zipper.ply"),
+    Row("robots", 71_708, outdoors.robots, "BART's robots", _BART + "the robots scene at t = 0",
+        (-1.0, 6.0, -200.0), by_part),
+    Row("kitchen", 110_561, rooms.kitchen, "BART's kitchen", _BART + "the kitchen scene at t = 0",
+        (3.1, 2.1, 3.3), by_part),
+    Row("cows", 23_218, creatures.cows, "Thrane and Simonsen's Cows, whose triangle count and "
+        "arrangement are not published", "not to be found"),
+    Row("conference", 282_641, rooms.conference, "the conference room",
+        "McGuire Computer Graphics Archive: Conference Room (331,179 triangles, not the papers' "
+        "edition)", (300.0, 560.0, -250.0), by_part),
+    Row("fairyforest", 174_117, outdoors.fairyforest, "the Utah fairy forest",
+        "Utah 3D Animation Repository: Fairy Forest"),
+    Row("sodahall", buildings.SODA_HALL, buildings.sodahall, "Soda Hall",
+        "UC Berkeley's Walkthru group: Soda Hall"),
+    Row("powerplant", buildings.POWER_PLANT, buildings.powerplant, "the Power Plant",
+        "UNC Chapel Hill's GAMMA group: Power Plant"),
+    Row("shirley6", 804, rooms.shirley6, "Shirley's scene 6", "not to be found"),
+    Row("buddha", 100_000, creatures.buddha, "the Buddha of Figure 1, here a tenth of the "
+        "original's 1,087,716 triangles", "Stanford 3D Scanning Repository: Happy Buddha"),
+    Row("tenk", 10_000, outdoors.tenk, None, "built in: 10,000 triangles for Table 1"),
+    Row("stadium", 8_000, outdoors.stadium, None, "built in: a teapot in a stadium, "
+        "stadium:RATIO sets teapot over stadium", takes_argument=True),
+    Row("teapot", 6_320, creatures.teapot, "the Utah teapot",
+        "Martin Newell's teapot, tessellated"),
+    Row("cloth", 49_928, animation.cloth, None, "built in: a sheet that waves, frame by frame"),
+    Row("walker", 28_412, walker.walker, None, "built in: an animal that walks round a meadow, "
+        "frame by frame"),
+    Row("explosion", 69_451, animation.explosion, None, "built in: the bunny's stand-in, "
+        "flying apart frame by frame"),
+    Row("boulder", 49_152, images.boulder, None, "built in: a geometry image of six charts"),
+    Row("knot", 36_864, images.knot, None, "built in: a swept surface, one geometry image"),
+    Row("cornell-light", 38, lit.cornell_light, None, "built in: the Cornell box under its lamp"),
+    Row("statue", 100_002, lit.statue, "the mirrored statue of Figure 1", "as buddha"),
+    Row("glass-teapot", 12_002, lit.glass_teapot, "the glass teapot of Figures 1 and 7",
+        "Martin Newell's teapot, tessellated"),
+    Row("soft-shadows", 6_000, lit.soft_shadows, "the soft shadows of Figure 7",
+        "not to be found"),
+    Row("cow", 5_804, creatures.cow, "Viewpoint's cow",
+        "common-3d-test-models: cow.obj (Viewpoint Animation Engineering)"),
+)}
+
+
+def find(text: str) -> tuple[Row, float | None] | None:
+    """The row a scene's name stands for, with its argument; None where the text is a path.
+
+    Raises
+    ------
+    SceneError
+        for a name that is neither: the nearest ones are suggested.
+    """
+    name, _, argument = text.partition(":")
+    row = ROWS.get(name) or ROWS.get(name.replace("-", ""))    # soda-hall is sodahall
+    if row is not None and not argument:
+        return row, None
+    if row is not None and row.takes_argument:
+        try:
+            value = float(argument)
+        except ValueError:
+            value = np.nan
+        if not 0 < value <= 1:
+            raise SceneError(f"scene {text!r}: {argument!r} is no ratio; give a number above 0 "
+                             "and at most 1, as in stadium:1e-3")
+        return row, value
+    path = Path(text)
+    if path.suffix or path.parent != Path(".") or os.path.exists(text):
+        return None
+    raise SceneError(f"no scene {text!r}{nearest_names(text, ROWS)} (or give a mesh file's path)")
+
+
+def folders() -> list[Path]:
+    """Where meshes are looked for: the folders of GPGPU_RT_SCENES, then ./scenes."""
+    words = os.environ.get("GPGPU_RT_SCENES", "").split(os.pathsep)
+    given = [Path(word) for word in words if word]
+    for folder in given:
+        if not folder.is_dir():
+            warnings.warn(f"GPGPU_RT_SCENES: there is no folder {folder}", stacklevel=2)
+    return [*given, Path("scenes")]
+
+
+def mesh_path(name: str) -> Path | None:
+    """The mesh of a named scene, or None; one that takes an argument is always built."""
+    if ROWS[name].takes_argument:
+        return None
+    candidates = (folder / (name + suffix) for folder in folders() for suffix in SUFFIXES)
+    return next((path for path in candidates if path.is_file()), None)
+
+
+def camera_beside(path: Path) -> Camera | None:
+    """The camera of a mesh, from the ``cameras.json`` beside it."""
+    cameras = path.parent / "cameras.json"
+    return load_cameras(cameras).get(path.stem) if cameras.is_file() else None

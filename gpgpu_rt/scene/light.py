@@ -1,0 +1,134 @@
+"""Lights: points and surroundings; triangles that emit are lights too, by their material."""
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..errors import SceneError
+from .image_light import ImageLight
+from .texture import Texture
+from .values import Vector, vector
+
+BLACK: Vector = (0.0, 0.0, 0.0)
+SKY_LOW, SKY_HIGH = np.array((0.86, 0.88, 0.90)), np.array((0.42, 0.55, 0.72))
+
+
+@dataclass(frozen=True)
+class PointLight:
+    """A point light.
+
+    Attributes
+    ----------
+    position : (3,), world units
+    intensity : (3,), what arrives at a surface that faces the light, at any distance (there is
+        no falloff, as OpenGL's lights had none unless told): white reflects it as it is. As
+        irradiance, this is pi times as much
+    """
+
+    position: Any
+    intensity: Any = (1.0, 1.0, 1.0)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "position", vector(self.position, "light: position"))
+        object.__setattr__(self, "intensity", vector(self.intensity, "light: intensity", 0))
+
+
+@dataclass(frozen=True)
+class Environment:
+    """What rays meet that miss everything.
+
+    Make one by ``constant``, ``sky`` or ``surrounded``, or take ``BACKDROP``.
+
+    Attributes
+    ----------
+    kind : "backdrop": a pale sky behind the scene, and a little light from everywhere, as pictures
+        of bare meshes have it; "sky": two colours; "image"
+    zenith, ground : (3,) radiance from straight above and below, linear in the height between
+    image : all directions, equirectangular: the middle column is -z, the top row +y
+    """
+
+    kind: str
+    zenith: Any = BLACK
+    ground: Any = BLACK
+    image: Texture | None = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        if self.kind not in ("backdrop", "sky", "image"):
+            raise SceneError(f"environment: kind is {self.kind!r}; give backdrop, sky or image")
+        for name in ("zenith", "ground"):
+            object.__setattr__(self, name, vector(getattr(self, name), f"environment: {name}", 0))
+        if (self.image is not None) != (self.kind == "image"):
+            raise SceneError(f"environment: a {self.kind} "
+                             f"{'has no' if self.image is not None else 'needs an'} image")
+
+    @classmethod
+    def constant(cls, colour: Any) -> Environment:
+        """The same radiance from everywhere: ``colour``, (3,) linear RGB, 0 or more."""
+        return cls("sky", colour, colour)
+
+    @classmethod
+    def sky(cls, zenith: Any, ground: Any) -> Environment:
+        """Radiance from ``zenith`` above to ``ground`` below, (3,) linear RGB each, by a
+        direction's height."""
+        return cls("sky", zenith, ground)
+
+    @classmethod
+    def surrounded(cls, image: Texture) -> Environment:
+        """An equirectangular ``image`` of all directions, linear radiance."""
+        return cls("image", image=image)
+
+    @property
+    def emits(self) -> bool:
+        """Whether any light comes from it."""
+        return self.kind == "backdrop" or any(self.zenith) or any(self.ground) or (
+            self.image is not None and bool(self.image.texels.any()))
+
+    @cached_property
+    def image_light(self) -> ImageLight | None:
+        """How its image lights; None without one."""
+        return None if self.image is None else ImageLight.of(self.image.texels)
+
+    def radiance(self, directions: np.ndarray) -> np.ndarray:
+        """(n, 3) float64 from (n, 3) unit directions, as ``render/surroundings.glsl`` has it."""
+        d = np.asarray(directions, np.float64)
+        if self.kind == "backdrop":
+            up = np.clip((d[:, 1:2] + 0.3) / 1.2, 0, 1)
+            return SKY_LOW + (SKY_HIGH - SKY_LOW) * up * up * (3 - 2 * up)
+        if self.kind == "sky":
+            up = 0.5 + 0.5 * d[:, 1:2]
+            return np.asarray(self.ground) * (1 - up) + np.asarray(self.zenith) * up
+        assert self.image is not None
+        uv = np.stack([0.5 + np.arctan2(d[:, 0], -d[:, 2]) / (2 * np.pi),
+                       0.5 + np.arcsin(np.clip(d[:, 1], -1, 1)) / np.pi], axis=1)
+        # Filtered like any texture, but for the rows: the poles are not neighbours.
+        margin = 0.5 / self.image.texels.shape[0]
+        return self.image.sample(np.stack([uv[:, 0], np.clip(uv[:, 1], margin, 1 - margin)], 1))
+
+    def ambient(self) -> np.ndarray:
+        """(4, 3) float64: what white that faces n reflects of it, unshadowed, is row 0 plus n
+        times the others. Exact for a sky; for an image, what its constant and linear spherical
+        harmonics give (Ramamoorthi and Hanrahan 2001 keep one order more): Whitted's ambient term
+        claims no more. Nothing for a backdrop, which has its own formula."""
+        if self.kind == "backdrop":
+            return np.zeros((4, 3))
+        if self.image is None:
+            zenith, ground = np.asarray(self.zenith), np.asarray(self.ground)
+            return np.stack([(zenith + ground) / 2, np.zeros(3), (zenith - ground) / 3,
+                             np.zeros(3)])
+        texels = self.image.texels.astype(np.float64)
+        height, width = texels.shape[:2]
+        theta = np.pi * (0.5 - (np.arange(height) + 0.5) / height)
+        phi = 2 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
+        d = np.stack(np.broadcast_arrays(
+            np.cos(theta)[:, None] * np.sin(phi), np.sin(theta)[:, None] * np.ones(width),
+            -np.cos(theta)[:, None] * np.cos(phi)), axis=-1)
+        weight = np.cos(theta)[:, None, None] / (np.cos(theta).sum() * width)
+        mean = (texels * weight).sum((0, 1))
+        slope = 3 * np.einsum("hwa,hwc->ac", d, texels * weight)
+        return np.concatenate([mean[None], 2 / 3 * slope])
+
+
+BACKDROP = Environment("backdrop")

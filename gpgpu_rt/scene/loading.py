@@ -1,0 +1,109 @@
+"""Loading: a scene from a name, a file or a trimesh object."""
+from __future__ import annotations
+
+import os
+import warnings
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import trimesh
+
+from ..errors import SceneError, memory_limited
+from ..text_format import printable
+from . import catalogue, mesh_file
+from .framing import beside, inside
+from .light import PointLight
+from .scene import Scene, check_vertices
+from .scene_file import read_scene
+from .surfaces.geometry_image import GeometryImage
+
+
+@memory_limited
+def load_scene(source: str | os.PathLike | trimesh.Trimesh | trimesh.Scene | Scene) -> Scene:
+    """A scene by its name, or from a mesh file or a trimesh object.
+
+    Parameters
+    ----------
+    source : a name of `scene_names()`, the path of a PLY, OBJ, STL or glTF file (or whatever
+        else trimesh reads), of a scene file (.json) or of a `GeometryImage` (.npz), a trimesh
+        object, or a Scene, which is returned as it is
+
+    Raises
+    ------
+    SceneError
+        no such name or file, or a file that cannot be read
+    """
+    if isinstance(source, Scene):
+        return source
+    if isinstance(source, (trimesh.Trimesh, trimesh.Scene)):
+        return Scene.from_trimesh(source)
+    if not isinstance(source, (str, os.PathLike)):
+        raise SceneError(f"cannot load a scene from {type(source).__name__}; give a name, a mesh "
+                         "file, a trimesh object or a Scene")
+    if not os.fspath(source):
+        raise SceneError("no scene is named; give a name of `gpgpu-rt scenes`, or a mesh file")
+    named = catalogue.find(os.fspath(source))
+    if named is None:
+        return _read(Path(source))
+    row, argument = named
+    path = catalogue.mesh_path(row.name)
+    if path is not None:
+        return _read(path, row)
+    made = row.make() if argument is None else row.make(argument)
+    said = {"lights": (PointLight(made.light, made.intensity),), **made.appearance}
+    return Scene(os.fspath(source), made.triangles, made.colours, camera=made.camera,
+                 stand_in=row.stand_in, source="built in", charts=made.charts, **said)
+
+
+def _read(path: Path, row: catalogue.Row | None = None) -> Scene:
+    """The scene of a mesh file, with the camera of the `cameras.json` beside it."""
+    if path.suffix.lower() == ".json":
+        return read_scene(path, load_scene)
+    if path.suffix.lower() == ".npz":
+        return GeometryImage.load(path).scene(name=printable(path.stem), source=str(path),
+                                              camera=catalogue.camera_beside(path))
+    mesh = mesh_file.read(path)
+    check_vertices(mesh.vertices, str(path))
+    camera = catalogue.camera_beside(path)
+    light: PointLight | None = None
+    if row is not None:
+        light = PointLight(row.light) if row.light else None
+        if mesh.colours is None and row.paint and len(mesh.faces):
+            mesh.colours = row.paint(mesh.vertices, mesh.faces)
+    scene = Scene.from_arrays(mesh.vertices, mesh.faces,
+                              name=row.name if row else printable(path.stem),
+                              colours=mesh.colours, camera=camera, light=light, source=str(path),
+                              **mesh.appearance())
+    room = inside(scene.triangles, scene.camera) if camera is None else None
+    if room is None:
+        return scene
+    warnings.warn(f"{path}: is a room, so the camera stands inside; --eye and --target put the "
+                  "camera elsewhere", stacklevel=3)
+    lights = scene.lights if light else (beside(room, scene.triangles),)
+    return replace(scene, camera=room, lights=lights)
+
+
+def scene_names() -> list[str]:
+    """The names that `load_scene` knows; `stadium` also takes a ratio, as in `stadium:1e-3`."""
+    return list(catalogue.ROWS)
+
+
+def list_scenes() -> list[dict[str, Any]]:
+    """A row for each named scene: `name`, `triangles` (None where its mesh cannot be read),
+    `found` (the mesh's path, "built in" or "stand-in"), `original` (where a user gets it)."""
+    rows = []
+    for row in catalogue.ROWS.values():
+        path = catalogue.mesh_path(row.name)
+        triangles: int | None = row.triangles
+        found = "stand-in" if row.stand_in else "built in"
+        if path is not None:
+            found = str(path)
+            try:
+                triangles = len(mesh_file.read(path).faces)
+            except SceneError:
+                triangles = None
+        rows.append({"name": row.name, "triangles": triangles, "found": found,
+                     "stand_in": row.stand_in if path is None else None,
+                     "original": row.original})
+    return rows

@@ -1,0 +1,183 @@
+"""Mesh file: arrays and materials as a file gives them; what is not OBJ, trimesh reads."""
+from __future__ import annotations
+
+import contextlib
+import io
+import logging
+import os
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+
+from ..disk.budget import check_triangles
+from ..disk.files import open_input
+from ..errors import LimitError, SceneError
+from .declared import check_declared, ply_faces, ply_header, whole_text
+from .material import Material
+from .mesh import Mesh, fill_normals, filled, unlike
+from .mesh_material import Resolver, Textures, material_of
+from .obj_file import UNPAINTED, read_obj
+from .texture import quietly
+
+SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".gltf")
+_HARMLESS = ("failed to extract face_normals",)     # of an STL file: they follow from the corners
+
+
+def read(path: Path, groups: bool = False) -> Mesh:
+    """The mesh of a file; nothing is merged, reordered or dropped.
+
+    Parameters
+    ----------
+    groups : whether an OBJ file's parts are its groups
+
+    Raises
+    ------
+    SceneError
+        no such file, one that cannot be read, that has no triangle, or that names a texture which
+        is missing
+    LimitError
+        what takes more memory than the budget
+    """
+    try:
+        open_input(path).close()
+        check_declared(path)
+        with trimeshs_notes(path):
+            mesh = (read_obj(path, groups) if path.suffix.lower() == ".obj" else _read(path))
+        if path.suffix.lower() == ".ply" and len(mesh.faces) < (
+                declared := ply_faces(ply_header(path))):
+            raise ValueError(f"{declared} faces declared, {len(mesh.faces)} found")
+    except LimitError:
+        raise
+    except SceneError as failure:
+        prefix = "" if str(failure).startswith(str(path)) else f"{path}: "
+        raise SceneError(f"{prefix}{failure}") from None
+    except FileNotFoundError as failure:
+        name = failure.filename
+        missing = "" if name is None or os.fspath(path) == name else f" {name}"
+        raise SceneError(f"{path}: no such file{missing}; check the path") from None
+    except MemoryError:
+        raise LimitError(f"{path}: not enough memory for this mesh; take a smaller mesh") from None
+    except Exception as error:  # trimesh raises whatever its parsers meet
+        said = getattr(error, "strerror", None) or str(error)
+        reason = " ".join(said.split())[:160] or type(error).__name__
+        raise SceneError(f"{path}: cannot read this mesh ({reason}); is it whole, and of the type "
+                         f"its name says?") from None
+    if not len(mesh.faces):
+        raise SceneError(f"{path}: has no triangles, only points or lines; give a mesh with faces")
+    return mesh
+
+
+def _read(path: Path) -> Mesh:
+    """The mesh of a file that trimesh reads."""
+    suffix = path.suffix.lower()
+    kind = "".join(s.lower() for s in path.suffixes[-2:]) if suffix in (".gz", ".bz2") else suffix
+    text = whole_text(path)
+    with open_input(path) if text is None else io.BytesIO(text) as file, quietly():
+        return flatten(trimesh.load_scene(
+            file, file_type=kind[1:], process=False,
+            resolver=Resolver(path, uris=suffix in (".gltf", ".glb"))))
+
+
+@contextlib.contextmanager
+def trimeshs_notes(path: Path) -> Iterator[None]:
+    """Within it, what trimesh logs with a traceback becomes one line, or nothing where it does not
+    matter."""
+    log, said = logging.getLogger("trimesh"), _Notes()
+    before = log.propagate
+    log.addHandler(said)
+    log.propagate = False
+    try:
+        yield
+    finally:
+        log.propagate = before
+        log.removeHandler(said)
+    for line in dict.fromkeys(said.lines):
+        if line not in _HARMLESS:
+            warnings.warn(f"{path}: {line}", stacklevel=4)
+
+
+class _Notes(logging.Handler):
+    def __init__(self) -> None:
+        super().__init__(logging.WARNING)
+        self.lines: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.lines.append(" ".join(record.getMessage().split())[:160])
+
+
+def flatten(mesh: trimesh.Trimesh | trimesh.Scene) -> Mesh:
+    """The arrays of a mesh, or of each instance in a scene, placed by its transform."""
+    if not isinstance(mesh, trimesh.Scene):
+        return _join([(mesh, None, "mesh")])
+    placed = [(node, *mesh.graph[node]) for node in mesh.graph.nodes_geometry]
+    faces = [len(getattr(mesh.geometry[name], "faces", ())) for _, _, name in placed]
+    if len(placed) > len(mesh.geometry):
+        check_triangles(sum(faces), "its instances")
+    return _join([(mesh.geometry[name], transform, node) for node, transform, name in placed])
+
+
+def _join(placed: list[tuple[Any, np.ndarray | None, str]]) -> Mesh:
+    """One mesh of several, each with its transform and name."""
+    vertices, faces, count = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], 0
+    colours: list[np.ndarray | None] = []
+    corners: dict[str, list[np.ndarray | None]] = {"normals": [], "uv": []}
+    materials: list[Material | None] = []
+    names, textures = [], Textures()
+    for mesh, transform, name in placed:
+        if not isinstance(mesh, trimesh.Trimesh):
+            continue  # point clouds and curves have no surface
+        points, turned = np.asarray(mesh.vertices, np.float64), np.eye(3)
+        if transform is not None and not np.array_equal(transform, np.eye(4)):
+            points = points @ transform[:3, :3].T + transform[:3, 3]
+            turned = np.linalg.inv(transform[:3, :3])
+        triangles = np.asarray(mesh.faces, np.int64)
+        vertices.append(points)
+        faces.append(triangles + count)
+        names.append(name)
+        materials.append(material_of(mesh.visual, textures))
+        colours.append(_colours(mesh, materials[-1]))
+        whole = _whole(mesh)
+        normals = mesh.vertex_normals if "vertex_normals" in mesh._cache.cache and whole else None
+        uv = getattr(mesh.visual, "uv", None) if whole else None
+        corners["normals"].append(None if normals is None else normals[triangles] @ turned)
+        corners["uv"].append(None if uv is None or len(uv) != len(points) else uv[triangles])
+        count += len(points)
+    sizes = [len(f) for f in faces[1:]]
+    joined = None
+    if any(colour is not None for colour in colours):
+        joined = np.concatenate([np.full((n, 3), UNPAINTED) if c is None else c
+                                 for n, c in zip(sizes, colours)]).astype(np.float32)
+    points, triangles = np.concatenate(vertices), np.concatenate(faces)
+    part_of = np.repeat(np.arange(len(sizes)), sizes)
+    shared, rows = unlike(materials)
+    normals, uv = filled(corners["normals"], sizes, 3), filled(corners["uv"], sizes, 2)
+    found = Mesh(points, triangles, joined, shared, rows[part_of].astype(np.int32), normals, uv,
+                 tuple(names), part_of.astype(np.int32))
+    if _in_range(triangles, len(points)):   # else whoever takes the faces names the first
+        fill_normals(found)
+    return found
+
+
+def _whole(mesh: trimesh.Trimesh) -> bool:
+    """Whether no face names a vertex that is not there."""
+    return _in_range(mesh.faces, len(mesh.vertices))
+
+
+def _in_range(faces: np.ndarray, count: int) -> bool:
+    return not len(faces) or 0 <= faces.min() <= faces.max() < count
+
+
+def _colours(mesh: trimesh.Trimesh, material: Material | None) -> np.ndarray | None:
+    """(n, 3) in [0, 1], the colours of a mesh's faces, vertices or material, or None."""
+    visual = mesh.visual
+    if not _whole(mesh):
+        return None  # whoever takes the faces says which one is out of range
+    if visual.kind == "face":
+        return visual.face_colors[:, :3] / 255.0
+    if visual.kind == "vertex":
+        return visual.vertex_colors[mesh.faces, :3].mean(axis=1) / 255.0
+    return None if material is None else np.broadcast_to(material.diffuse, (len(mesh.faces), 3))

@@ -1,0 +1,173 @@
+"""Mesh material: what a material of an OBJ or glTF file, as trimesh holds it, says here."""
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+import numpy as np
+import trimesh
+from PIL import Image
+
+from ..disk.budget import check_texels
+from ..disk.files import is_file, open_input, read_input
+from ..errors import SceneError
+from .material import LEAST_ROUGHNESS, Material
+from .texture import Texture, quietly
+from .values import LARGEST
+
+SMOOTHEST = 0.05    # a metal's roughness up to which it is a mirror
+GREY = trimesh.visual.color.DEFAULT_COLOR   # what trimesh says where a file says nothing
+
+
+class Textures:
+    """The textures of a mesh's materials, each image one.
+
+    Parameters
+    ----------
+    folder : of the mesh file, for images that trimesh does not read; None without a file
+    """
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self.folder = folder
+        self._made: dict[Any, tuple[Any, Texture]] = {}
+
+    def of(self, image: Any, name: str) -> Texture | None:
+        """The texture of a PIL image, or of an image file in the folder; None for none."""
+        if image is None or isinstance(image, str) and self.folder is None:
+            return None
+        key = image if isinstance(image, str) else id(image)
+        if key not in self._made:
+            # With the image, so that no other one takes its identity.
+            self._made[key] = image, (
+                Texture.load(self.folder / image) if isinstance(image, str) and self.folder
+                else Texture.from_image(image, f"{name}'s texture"))
+        return self._made[key][1]
+
+    def mean(self, image: Any, name: str) -> np.ndarray:
+        """(3,) the mean of that texture, linear; white for none."""
+        texture = self.of(image, name)
+        return np.ones(3) if texture is None else texture.texels.mean((0, 1), np.float64)
+
+
+def material_of(visual: Any, textures: Textures) -> Material | None:
+    """The material of a trimesh visual, or None where it has none.
+
+    Parameters
+    ----------
+    textures : those made before, to be shared
+    """
+    material = getattr(visual, "material", None)
+    if material is None:
+        return None
+    said = material.__dict__
+    if "_data" in said:
+        return _of_gltf(str(getattr(material, "name", None) or "material"), said["_data"],
+                        textures)
+    image, main = said.get("image"), np.asarray(material.main_color)
+    # Of a texture that no colour is said with, trimesh's grey would take more than half.
+    plain = np.ones(3) if image is not None and np.array_equal(main, GREY) else main[:3] / 255
+    return of_mtl(str(said.get("_name") or "material"), said.get("kwargs") or {}, textures, image,
+                  plain)
+
+
+def of_mtl(name: str, said: Mapping[str, Any], textures: Textures, image: Any = None,
+           plain: np.ndarray | None = None) -> Material:
+    """Wavefront MTL: illum 3, 5 and 8 mirror by Ks; 4, 6, 7 and 9, which know transparency, let
+    light through with Ni; Ks with an exponent Ns is glossy where illum says that highlights are
+    on.
+
+    Parameters
+    ----------
+    said : words by their keys in small letters
+    image : the diffuse texture, where ``said`` does not name its file
+    plain : (3,) the diffuse share where no Kd is said
+    """
+    image = " ".join(said.get("map_kd") or ()) or image
+    if plain is None:
+        plain = GREY[:3] / 255 if image is None else np.ones(3)
+    model = int(_numbers(said.get("illum"), [0])[0])
+    diffuse = np.clip(_numbers(said.get("kd"), plain), 0, 1)
+    specular = np.clip(_numbers(said.get("ks"), [0, 0, 0]), 0, 1)
+    glow = " ".join(said.get("map_ke") or ()) or None
+    emission = np.maximum(_numbers(said.get("ke"), [float(glow is not None)] * 3), 0)
+    emission = emission * textures.mean(glow, name)
+    ior = float(_numbers(said.get("ni"), [0])[0])
+    if model in (4, 6, 7, 9) and ior > 0:
+        return Material(name, ior=ior, emission=emission)
+    texture = textures.of(image, name)
+    specular = np.minimum(specular, 1 - diffuse)
+    if model in (3, 5, 8):
+        return Material(name, diffuse, mirror=specular, emission=emission, texture=texture)
+    exponent = float(_numbers(said.get("ns"), [0])[0])
+    if model == 2 and exponent > 0 and specular.any():
+        roughness = np.clip(np.sqrt(2 / (exponent + 2)), LEAST_ROUGHNESS, 1)
+        return Material(name, diffuse, glossy=specular, roughness=float(roughness),
+                        emission=emission, texture=texture)
+    return Material(name, diffuse, emission=emission, texture=texture)
+
+
+def _of_gltf(name: str, said: Mapping[str, Any], textures: Textures) -> Material:
+    """glTF's metals reflect their base colour, as a mirror or, rough, into a lobe; the rest is
+    diffuse. The 4 % that other surfaces reflect are left out, and what does not say how metallic
+    it is counts as no metal (the format's default is all metal, which few files mean). Only a
+    diffuse share varies with a texture: a metal is tinted by its mean, and a lamp shines by it."""
+    factor = said.get("baseColorFactor")    # trimesh has it in bytes
+    base = np.ones(3) if factor is None else np.asarray(factor, np.float64)[:3] / 255
+    image = said.get("baseColorTexture")
+    metal = float(np.clip(_numbers(said.get("metallicFactor"), [0])[0], 0, 1))
+    rough = float(_numbers(said.get("roughnessFactor"), [1])[0])
+    emission = np.maximum(_numbers(said.get("emissiveFactor"), [0, 0, 0]), 0)
+    if emission.any():
+        emission = emission * textures.mean(said.get("emissiveTexture"), name)
+    part = "mirror" if rough <= SMOOTHEST else "glossy"
+    reflected = np.minimum(base * textures.mean(image, name), 1) * metal if metal else np.zeros(3)
+    return Material(name, base * (1 - metal), **{part: reflected},
+                    roughness=float(np.clip(rough ** 2, LEAST_ROUGHNESS, 1)), emission=emission,
+                    texture=textures.of(image, name) if metal < 1 else None)
+
+
+class Resolver(trimesh.resolvers.FilePathResolver):
+    """Finds the files that a mesh file names, regular ones alone.
+
+    Parameters
+    ----------
+    path : the mesh file
+    uris : whether names are URIs, as in glTF: a space may stand as %20
+    """
+
+    def __init__(self, path: Path, uris: bool = False) -> None:
+        super().__init__(str(path))
+        self.folder, self.uris = path.parent, uris
+
+    def get(self, name: str) -> bytes:
+        """What is in the file of a name; OSError for none that can be read."""
+        name = name.strip()
+        plain = self.folder / unquote(name)
+        return read_input(plain if self.uris and is_file(plain) else self.folder / name)
+
+
+def check_image(path: Path, image: Path) -> None:
+    """Raise SceneError where an image that the file at ``path`` names cannot be read: trimesh goes
+    on without it. LimitError where it is too large."""
+    if not is_file(image):
+        known = "" if not image.name.startswith("-") else " (options before it are not read)"
+        raise SceneError(f"{path}: no such texture {image.name}{known}; put it there, or leave it "
+                         "out of the file")
+    try:
+        with open_input(image) as file, quietly(), Image.open(file) as found:
+            check_texels(*found.size, str(image))
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as failure:
+        raise SceneError(f"{path}: {image.name} is no image that can be read; replace it, or "
+                         "leave it out of the file") from failure
+
+
+def _numbers(value: Any, default: Sequence[float] | np.ndarray) -> np.ndarray:
+    try:
+        array = np.asarray(default if value is None else value, np.float64).reshape(-1)
+    except (TypeError, ValueError, OverflowError):
+        array = np.empty(0)
+    if len(array) != len(default) or not np.isfinite(array).all():
+        array = np.asarray(default, np.float64)
+    return np.clip(array, -LARGEST, LARGEST)

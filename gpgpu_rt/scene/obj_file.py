@@ -1,0 +1,249 @@
+"""OBJ file: Wavefront's mesh format, read in time that grows with the file's size alone.
+
+trimesh's reader takes time and memory for each run of a material, gives a run the values that all
+of its corners have, and stacks quads apart; here every corner keeps what the file says of it, and
+every face its place.
+"""
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ..disk.files import decoded, is_file, read_input
+from .mesh import Mesh, fill_normals, filled, unlike
+from .mesh_material import Textures
+from .mtl_file import Library, read_library
+
+UNPAINTED = 0.7     # colour of faces without one, in a file that colours others
+_AFTER = (32, 9, 10)    # what ends a word: a blank, a tab or the line's end
+
+
+def read_obj(path: Path, groups: bool) -> Mesh:
+    """The mesh of a file; polygons are cut into triangles, one after another.
+
+    Parameters
+    ----------
+    groups : whether the parts are the file's groups, or its objects where there are none; else
+        there is one part
+
+    Raises
+    ------
+    ValueError
+        in words that say which line is wrong
+    SceneError
+        a texture that a material names cannot be read
+    """
+    text = _Text(read_input(path))
+    points = text.numbers(b"v", 3)
+    corners = _Corners.of(text, len(points))
+    n = len(corners.place)
+    vertex_colours = points[:, 3:] if points.shape[1] == 6 else None
+    names, material_of = text.named_before(b"usemtl", corners.line, "")
+    libraries = _libraries(path, text)
+    textures = Textures(path.parent)
+    made = [libraries[name].material(textures) if name in libraries else None for name in names]
+    shared, rows = unlike(made)
+    known = np.array([m is not None for m in made], bool)[material_of]
+    colours = None
+    if known.any() or vertex_colours is not None:
+        colours = np.full((n, 3), UNPAINTED, np.float32)
+        if vertex_colours is not None:
+            shares = np.clip(np.nan_to_num(vertex_colours), 0, 1)
+            colours = shares[corners.place].mean(axis=1).astype(np.float32)
+        if known.any():
+            diffuse = np.array([m.diffuse if m else (0, 0, 0) for m in made], np.float32)
+            colours[known] = diffuse[material_of[known]]
+    word = b"g" if len(text.rows(b"g")) else b"o"
+    parts, part_of = (text.named_before(word, corners.line, path.name) if groups
+                      else ([path.name], np.zeros(n, np.int64)))
+    uv = filled([_picked(text.numbers(b"vt", 1), corners.uv, 2)], [n], 2)
+    normals = filled([_picked(text.numbers(b"vn", 3), corners.normal, 3)], [n], 3)
+    mesh = Mesh(points[:, :3], corners.place, colours, shared, rows[material_of].astype(np.int32),
+                normals, uv, tuple(parts), part_of.astype(np.int32))
+    fill_normals(mesh)
+    return mesh
+
+
+def _picked(values: np.ndarray, at: np.ndarray, width: int) -> np.ndarray | None:
+    """(n, 3, width) values of corners, zeros for a face without one for each; None where no face
+    has any."""
+    some = ((at >= 0) & (at < len(values))).all(axis=1)
+    if not some.any():
+        return None
+    if values.shape[1] < width:     # a curve's single coordinate
+        values = np.pad(values, ((0, 0), (0, width - values.shape[1])))
+    found = np.zeros((len(at), 3, width))
+    found[some] = values[at[some], :width]
+    return found
+
+
+def _libraries(path: Path, text: _Text) -> dict[str, Library]:
+    """The materials of all libraries that the file names, by name; a library that cannot be read
+    is warned of."""
+    found: dict[str, Library] = {}
+    for row in text.rows(b"mtllib"):
+        name = text.body(row, b"mtllib")
+        library = path.parent / name
+        try:
+            found.update(read_library(library))
+        except (OSError, ValueError) as failure:
+            why = (f"no such file of materials {name}" if not is_file(library)
+                   and isinstance(failure, FileNotFoundError) else
+                   f"the file of materials {name} cannot be read "
+                   f"({getattr(failure, 'strerror', None) or failure})")
+            warnings.warn(f"{path}: {why}; its surfaces are grey", stacklevel=6)
+    return found
+
+
+class _Corners(NamedTuple):
+    """Triangles of the faces: (n, 3) int64 rows of vertices, texture coordinates and normals, each
+    -1 where the file has none; and (n,) the line of each."""
+
+    place: np.ndarray
+    uv: np.ndarray
+    normal: np.ndarray
+    line: np.ndarray
+
+    @classmethod
+    def of(cls, text: _Text, points: int) -> _Corners:
+        """The corners of a file's faces, checked against its number of vertices."""
+        rows = text.rows(b"f")
+        words = [text.lines[row][1:].split() for row in rows.tolist()]
+        sides = np.fromiter(map(len, words), np.int64, len(words))
+        indices = _indices([word for face in words for word in face])
+        line = np.repeat(rows, sides)
+        for column, word in enumerate((b"v", b"vt", b"vn")):
+            _count_from_zero(indices[:, column], text.rows(word), line)
+        wrong = (indices[:, 0] < 0) | (indices[:, 0] >= points)
+        if wrong.any():
+            first = int(np.argmax(wrong))
+            raise ValueError(f"line {line[first] + 1}: a face names a vertex that is not among "
+                             f"the {points}")
+        first = np.cumsum(sides) - sides
+        at, face = _fans(first, sides)
+        picked = indices[at]
+        return cls(picked[..., 0], picked[..., 1], picked[..., 2], rows[face])
+
+
+def _fans(first: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 3) corners of the triangles that faces are cut into, and (n,) the face of each; a face
+    of fewer than three corners is left out. A quad is 0 1 2, 2 3 0; a larger face a fan."""
+    count = np.maximum(sides - 2, 0)
+    face = np.repeat(np.arange(len(sides)), count)
+    step = np.arange(len(face)) - np.repeat(np.cumsum(count) - count, count)
+    at = first[face, None] + np.stack([np.zeros_like(step), step + 1, step + 2], axis=1)
+    turned = (sides[face] == 4) & (step == 1)
+    at[turned] = at[turned][:, [1, 2, 0]]
+    return at, face
+
+
+def _indices(words: Sequence[bytes]) -> np.ndarray:
+    """(n, 3) int64 indices as corners have them: v, v/vt, v//vn or v/vt/vn; 0 for none."""
+    missing = {0: b"/0/0", 1: b"/0", 2: b""}
+    try:
+        whole = b"/".join([word + missing[word.count(b"/")] for word in words])
+    except KeyError:
+        raise ValueError("a corner of a face has more than three indices") from None
+    for _ in range(2):
+        whole = whole.replace(b"//", b"/0/")
+    numbers = (whole + b"0" if whole.endswith(b"/") else whole).split(b"/") if whole else []
+    if max(map(len, numbers), default=0) > 18:
+        raise ValueError("an index of a face has more than 18 digits")
+    return np.fromiter(map(int, numbers), np.int64, len(numbers)).reshape(-1, 3)
+
+
+def _count_from_zero(index: np.ndarray, declared: np.ndarray, line: np.ndarray) -> None:
+    """Let indices, in place, count from 0: a negative one counts back from the last value that is
+    declared before its line. -1 stands for none, -2 for one before the first."""
+    back = index < 0
+    if back.any():
+        before = np.searchsorted(declared, line[back])
+        index[back] = np.maximum(before + index[back], -2)
+    index[~back] -= 1
+
+
+class _Text:
+    """Lines of an OBJ file, found by their first word."""
+
+    def __init__(self, content: bytes) -> None:
+        if b"\r" in content:
+            content = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+        content = content.replace(b"\\\n", b" ")     # a line that goes on
+        self.lines = content.split(b"\n")
+        if re.search(rb"^[ \t]", content, re.MULTILINE):
+            self.lines = [line.lstrip(b" \t") for line in self.lines]
+            content = b"\n".join(self.lines)
+        # What begins each line, as bytes: a line's end where it is shorter.
+        buffer = np.frombuffer(content + b"\n" * 8, np.uint8)
+        ends = np.flatnonzero(buffer[:len(content) + 1] == 10)
+        self._starts = np.concatenate([[0], ends[:-1] + 1])
+        self._buffer = buffer
+        self._found: dict[bytes, np.ndarray] = {}
+
+    def rows(self, word: bytes) -> np.ndarray:
+        """The numbers of the lines that begin with a word, ascending."""
+        if word not in self._found:
+            some = np.ones(len(self._starts), bool)
+            for k, letter in enumerate(word):
+                some &= self._buffer[np.minimum(self._starts + k, len(self._buffer) - 1)] == letter
+            rows = np.flatnonzero(some)
+            after = self._buffer[np.minimum(self._starts[rows] + len(word),
+                                            len(self._buffer) - 1)]
+            self._found[word] = rows[np.isin(after, _AFTER)]
+        return self._found[word]
+
+    def body(self, row: int, word: bytes) -> str:
+        """What follows the word of a line."""
+        return decoded(self.lines[row][len(word):].strip())
+
+    def columns(self, word: bytes) -> int:
+        """How many numbers each of the lines of a word has at least."""
+        rows = self.rows(word).tolist()
+        return min((len(self.lines[row].split(None, 7)) - 1 for row in rows), default=0)
+
+    def numbers(self, word: bytes, least: int) -> np.ndarray:
+        """(n, least or more) float64, the numbers of the lines of a word.
+
+        Raises
+        ------
+        ValueError
+            naming the first line with fewer numbers than ``least``, or with something else
+        """
+        rows = self.rows(word).tolist()
+        width = min(max(self.columns(word), least), 6)
+        words = [self.lines[row].split(None, width + 1)[1:width + 1] for row in rows]
+        try:
+            flat = [float(one) for line in words for one in line]
+        except ValueError:
+            flat = []
+        if len(flat) != width * len(rows):
+            raise ValueError(self._what_is_wrong(rows, words, least))
+        return np.array(flat, np.float64).reshape(-1, width)
+
+    def _what_is_wrong(self, rows: Sequence[int], words: Sequence[Sequence[bytes]],
+                       least: int) -> str:
+        for row, line in zip(rows, words):
+            try:
+                whole = len(list(map(float, line))) >= least
+            except ValueError:
+                whole = False
+            if not whole:
+                return f"line {row + 1} is {decoded(self.lines[row])[:40]!r}; give numbers"
+        return "its numbers do not add up"
+
+    def named_before(self, word: bytes, lines: np.ndarray, default: str
+                     ) -> tuple[list[str], np.ndarray]:
+        """Names, each once, and which of them the last line of a word before each of ``lines``
+        gives; ``default`` where there is none."""
+        rows = self.rows(word)
+        said = [default, *(self.body(row, word) or default for row in rows.tolist())]
+        used, which = np.unique(np.searchsorted(rows, lines), return_inverse=True)
+        names = list(dict.fromkeys(said[k] for k in used.tolist()))
+        place = {name: k for k, name in enumerate(names)}
+        return names, np.array([place[said[k]] for k in used.tolist()], np.int64)[
+            which.reshape(-1)] if len(used) else np.zeros(len(lines), np.int64)

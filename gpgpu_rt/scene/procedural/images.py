@@ -1,0 +1,66 @@
+"""Images: built-in scenes that are geometry images, a chart or several."""
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from ...accel.image_cells import cell_faces
+from ..camera import Camera
+from .built import Built
+from .shapes import noise
+
+STONE, BRASS = (0.58, 0.55, 0.50), (0.72, 0.56, 0.28)
+
+
+def boulder() -> Built:
+    """A closed rock of six charts, the sides of a cube blown up, whose borders are shared to the
+    bit: 49,152 triangles."""
+    cells = 64
+    along = 2 * np.arange(cells + 1) - cells
+    charts = []
+    for axis, side in itertools.product(range(3), (-cells, cells)):
+        # Rows and columns so that faces look outward.
+        one, two = ((axis + 1) % 3, (axis + 2) % 3)[::1 if side < 0 else -1]
+        chart = np.empty((cells + 1, cells + 1, 3), np.int64)
+        chart[..., axis], chart[..., one], chart[..., two] = side, along[:, None], along
+        charts.append(chart)
+    # Each point of a border is computed once, for all charts that meet there.
+    lattice, place = np.unique(np.reshape(charts, (-1, 3)), axis=0, return_inverse=True)
+    points = np.tan(lattice / cells * (np.pi / 4))
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    points *= (1 + 0.07 * noise(points, 0.9, 5) + 0.015 * noise(points, 0.25, 6))[:, None]
+    points[:, 1] *= 0.8
+    shapes = ((cells + 1, cells + 1),) * 6
+    camera = Camera((1.6, 1.4, 2.9), (0.0, 0.0, 0.0), fov=42)
+    return Built(_triangles(points[place.reshape(-1)], shapes), np.array(STONE), camera,
+                 (-1.5, 4.0, 3.0), charts=shapes)
+
+
+def knot() -> Built:
+    """A trefoil, swept: one chart, closed both ways. 36,864 triangles."""
+    rows, columns = 384, 48
+    t = 2 * np.pi * np.arange(rows + 1) / rows
+    t[-1] = 0
+    ring = np.stack([np.cos(2 * t), 0 * t, np.sin(2 * t)], axis=1)
+    out = np.cos(3 * t)[:, None] * ring + np.sin(3 * t)[:, None] * (0.0, 1.0, 0.0)
+    path = ring + 0.45 * out
+    ahead = np.roll(path[:-1], -1, axis=0) - np.roll(path[:-1], 1, axis=0)
+    ahead = np.concatenate([ahead, ahead[:1]])
+    aside = np.cross(ahead, out)
+    aside /= np.linalg.norm(aside, axis=1, keepdims=True)
+    angle = 2 * np.pi * np.arange(columns + 1) / columns
+    angle[-1] = 0
+    radius = 0.2 * (1 + 0.12 * np.cos(6 * angle))[:, None]
+    points = path[:, None] + radius * (np.cos(angle)[:, None] * out[:, None]
+                                       + np.sin(angle)[:, None] * aside[:, None])
+    points[-1], points[:, -1] = points[0], points[:, 0]
+    points[-1, -1] = points[0, 0]
+    shapes = ((rows + 1, columns + 1),)
+    camera = Camera((0.6, 3.0, 3.4), (0.0, -0.05, 0.0), fov=46)
+    return Built(_triangles(points.reshape(-1, 3), shapes), np.array(BRASS), camera,
+                 (-2.0, 5.0, 2.0), charts=shapes)
+
+
+def _triangles(points: np.ndarray, shapes: tuple[tuple[int, int], ...]) -> np.ndarray:
+    return points.astype(np.float32)[cell_faces(shapes)]

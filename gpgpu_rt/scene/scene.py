@@ -1,0 +1,299 @@
+"""Scene: triangles with materials, lights and a camera, from arrays, a mesh or a name."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import trimesh
+
+from ..accel.image_cells import cell_faces
+from ..errors import SceneError, memory_limited
+from ..text_format import titled
+from . import mesh_file
+from .attributes import corner_values, material_rows, smooth_normals
+from .camera import Camera
+from .framing import beside, framed
+from .light import BACKDROP, Environment, PointLight
+from .material import Material
+
+
+@dataclass(eq=False)
+class Scene:
+    """What is rendered. Make one with `load_scene`, `from_arrays` or `from_trimesh`.
+
+    Attributes
+    ----------
+    name : how tables and figures call it
+    triangles : (n, 3, 3) float32, world units, in the order of the faces as given
+    colours : (n, 3) float32, diffuse reflectance of each triangle in [0, 1]; its material adds
+        whatever else it reflects, and a texture that this is multiplied with
+    lights : the point lights; one alone may be given as it is. Triangles of a material that emits
+        are lights too
+    camera : the camera a picture is taken with unless another is given
+    stand_in : what a procedural scene stands in for, None for a real one
+    source : where it was found
+    faces : (n, 3) int32, the vertices of each triangle in the array it was made from; None where
+        it was not made from indexed triangles
+    charts : (rows, columns) of texels of each image, where the triangles are the cells of a
+        geometry image (see `GeometryImage`); empty for any other mesh
+    materials : what ``material_of`` counts; one that is diffuse by default
+    material_of : (n,) int32, the material of each triangle; by default the first
+    normals : (n, 3, 3) float32 unit normals of each triangle's corners, between which shading
+        blends, zeros for a flat triangle; or None: all are flat
+    uv : (n, 3, 2) float32 texture coordinates of each triangle's corners, or None
+    environment : what surrounds the scene; None is darkness
+    moving : whether the triangles are going to move
+    """
+
+    name: str
+    triangles: np.ndarray = field(repr=False)
+    colours: np.ndarray = field(repr=False)
+    lights: tuple[PointLight, ...]
+    camera: Camera
+    stand_in: str | None = None
+    source: str = "arrays"
+    faces: np.ndarray | None = field(default=None, repr=False)
+    charts: tuple[tuple[int, int], ...] = ()
+    materials: tuple[Material, ...] = (Material(),)
+    material_of: np.ndarray | None = field(default=None, repr=False)
+    normals: np.ndarray | None = field(default=None, repr=False)
+    uv: np.ndarray | None = field(default=None, repr=False)
+    environment: Environment | None = BACKDROP
+    moving: bool = False
+
+    def __post_init__(self) -> None:
+        with np.errstate(over="ignore"):    # what overflows is named below
+            self.triangles = np.ascontiguousarray(self.triangles, np.float32)
+        if self.triangles.ndim != 3 or self.triangles.shape[1:] != (3, 3):
+            raise SceneError(f"{self.name}: triangles have shape {self.triangles.shape}; "
+                             "give (n, 3, 3)")
+        if not np.isfinite(self.triangles).all():
+            finite = np.isfinite(self.triangles).all(axis=(1, 2))
+            raise SceneError(f"{self.name}: triangle {np.argmin(finite)} has a vertex that is not "
+                             "finite; repair or drop it")
+        self.colours = _colours(self.colours, len(self.triangles), self.name)
+        cells = sum((rows - 1) * (columns - 1) for rows, columns in self.charts)
+        if self.charts and 2 * cells != len(self):
+            raise SceneError(f"{self.name}: charts of {cells} cells have {2 * cells} triangles, "
+                             f"not {len(self)}; leave charts out for another mesh")
+        if self.charts and self.faces is None:
+            self.faces = cell_faces(self.charts).astype(np.int32)
+        self.lights = (self.lights,) if isinstance(self.lights, PointLight) else tuple(self.lights)
+        self.materials = tuple(self.materials)
+        self.material_of = material_rows(self.material_of, len(self), self.materials, self.name)
+        self.normals = corner_values(self.normals, len(self), 3, self.name, "normals")
+        self.uv = corner_values(self.uv, len(self), 2, self.name, "uv")
+        textured = [m.name for m in self.used_materials if m.texture is not None]
+        if textured and self.uv is None:
+            raise SceneError(f"{self.name}: material {textured[0]} has a texture, but the mesh no "
+                             "texture coordinates; give uv")
+
+    def __len__(self) -> int:
+        return len(self.triangles)
+
+    @property
+    def title(self) -> str:
+        """Its name, and whether it is a stand-in, as pictures have it."""
+        return titled(self.name, self.stand_in)
+
+    def facts(self) -> dict[str, Any]:
+        """What JSON says of it."""
+        return {"scene": self.name, "triangles": len(self), "source": self.source,
+                "stand_in": self.stand_in}
+
+    @property
+    def light(self) -> PointLight:
+        """The first point light."""
+        if not self.lights:
+            raise SceneError(f"{self.name}: has no point light; give lights")
+        return self.lights[0]
+
+    @light.setter
+    def light(self, light: PointLight) -> None:
+        self.lights = (light, *self.lights[1:])
+
+    @property
+    def used_materials(self) -> tuple[Material, ...]:
+        """Those that some triangle has."""
+        used = np.bincount(self.material_of, minlength=len(self.materials))  # type: ignore
+        return tuple(m for m, count in zip(self.materials, used) if count)
+
+    @property
+    def emitters(self) -> np.ndarray:
+        """(k,) int rows of the triangles that emit light and have an area."""
+        emits = np.array([m.emits for m in self.materials])
+        if not emits.any():
+            return np.zeros(0, np.int64)
+        rows = np.flatnonzero(emits[self.material_of])
+        corners = self.triangles[rows].astype(np.float64)
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        return rows[normal.any(axis=1)]
+
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """(lo, hi), (3,) float32 each, world units; zeros where there are no triangles."""
+        if not len(self):
+            return np.zeros(3, np.float32), np.zeros(3, np.float32)
+        axes = self.triangles.transpose(2, 0, 1)    # one at a time: numpy is slow on short axes
+        return np.array([a.min() for a in axes]), np.array([a.max() for a in axes])
+
+    @property
+    def extent(self) -> float:
+        """The largest side of the bounds, world units."""
+        lo, hi = self.bounds
+        return float((hi.astype(np.float64) - lo).max())
+
+    def moved(self, vertices: Any) -> Scene:
+        """The same triangles with their corners elsewhere; colours, lights and camera stay.
+        Normals of corners, where the scene has some, are made anew from the triangles.
+
+        Parameters
+        ----------
+        vertices : (v, 3) float, what ``faces`` counts; or (n, 3, 3), the triangles themselves
+
+        Raises
+        ------
+        SceneError
+            a wrong shape, or the first vertex or triangle that is not finite in float32
+        """
+        if np.ndim(vertices) != 3:
+            with np.errstate(over="ignore"):    # what overflows is named below
+                vertices = _array(vertices, np.float32, self.name, "vertices")
+            if self.faces is None:
+                raise SceneError(f"{self.name}: was not made of indexed triangles; give "
+                                 f"({len(self)}, 3, 3) corners")
+            if self.faces.size and self.faces.max() >= len(vertices):
+                raise SceneError(f"{self.name}: has {self.faces.max() + 1} vertices or more, "
+                                 f"{len(vertices)} were given; give as many as before")
+            check_vertices(vertices, self.name)
+            vertices = vertices[self.faces]
+        if np.shape(vertices) != self.triangles.shape:
+            raise SceneError(f"{self.name}: new triangles have shape {np.shape(vertices)}; give "
+                             f"{self.triangles.shape}, as before")
+        normals = None
+        if self.normals is not None:
+            normals = smooth_normals(vertices, self.faces) * self.normals.any(2, keepdims=True)
+        return replace(self, triangles=vertices, normals=normals)
+
+    @classmethod
+    @memory_limited
+    def from_arrays(cls, vertices: Any, faces: Any, *, name: str = "arrays", colours: Any = None,
+                    light: PointLight | None = None, camera: Camera | None = None,
+                    source: str = "arrays", **appearance: Any) -> Scene:
+        """A scene of indexed triangles; nothing is merged, reordered or dropped.
+
+        Parameters
+        ----------
+        vertices : (v, 3) float, world units, rounded to float32
+        faces : (n, 3) int
+        colours : (n, 3) or (3,) in [0, 1]; by default those of the materials, a light grey
+        light, camera : by default a camera that sees the whole from outside, and a light beside
+            the camera, where no triangle stands between the two
+        name, source : what tables call it, and where it was found
+        appearance : materials, material_of, normals, uv, lights (instead of light), environment,
+            moving, as in Scene
+
+        Raises
+        ------
+        SceneError
+            a wrong shape, or the first vertex that is not finite in float32, or the first face
+            whose index is out of range
+        """
+        vertices = _array(vertices, np.float64, name, "vertices")
+        faces = _faces(faces, name)
+        check_vertices(vertices, name)
+        outside = ((faces < 0) | (faces >= len(vertices))).any(axis=1)
+        if outside.any():
+            first = int(np.argmax(outside))
+            raise SceneError(f"{name}: face {first} is {faces[first].tolist()}, but there are "
+                             f"{len(vertices)} vertices; repair or drop it")
+        triangles = vertices.astype(np.float32)[faces]
+        given, camera = camera, camera or framed(triangles)
+        if colours is None:
+            colours = diffuse_of(len(faces), name, **appearance)
+        lights = appearance.pop("lights", None)
+        if lights is None:
+            # From outside nothing stands between the camera and a light beside it.
+            lights = light or beside(camera, triangles if given else None)
+        return cls(name, triangles, colours, lights, camera, source=source,
+                   faces=faces.astype(np.int32), **appearance)
+
+    @classmethod
+    def from_trimesh(cls, mesh: trimesh.Trimesh | trimesh.Scene, *, name: str = "mesh",
+                     light: PointLight | None = None, camera: Camera | None = None,
+                     source: str = "trimesh") -> Scene:
+        """A scene of a trimesh object, with its face, vertex or material colours.
+
+        A `trimesh.Scene` is flattened: each instance of a geometry is placed by its transform.
+
+        Parameters
+        ----------
+        mesh : trimesh.Trimesh or trimesh.Scene
+        name, light, camera, source : as for `from_arrays`
+
+        Raises
+        ------
+        SceneError
+            as for `from_arrays`
+        """
+        flat = mesh_file.flatten(mesh)
+        return cls.from_arrays(flat.vertices, flat.faces, name=name, colours=flat.colours,
+                               light=light, camera=camera, source=source, **flat.appearance())
+
+
+def diffuse_of(count: int, name: str, materials: Sequence[Material] = (Material(),),
+               material_of: Any = None, **_: Any) -> np.ndarray:
+    """(count, 3) float32, the diffuse share of each triangle's material."""
+    rows = material_rows(material_of, count, tuple(materials), name)
+    return np.array([m.diffuse for m in materials], np.float32)[rows]
+
+
+def _array(values: Any, dtype: type, name: str, what: str) -> np.ndarray:
+    """`values` as an (n, 3) array of a type; an empty list counts."""
+    try:
+        if np.asarray(values).dtype.kind == "c":
+            raise TypeError("complex numbers would lose their imaginary parts")
+        array = np.asarray(values, dtype)
+    except (TypeError, ValueError, OverflowError):
+        raise SceneError(f"{name}: {what} are not an array of numbers; give (n, 3)") from None
+    if array.size == 0 and array.ndim in (1, 2):
+        return array.reshape(0, 3)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise SceneError(f"{name}: {what} have shape {array.shape}; give (n, 3)")
+    return array
+
+
+def _faces(faces: Any, name: str) -> np.ndarray:
+    indices = _array(faces, np.int64, name, "faces")
+    if np.asarray(faces).dtype.kind not in "iu" and not np.array_equal(
+            indices, _array(faces, np.float64, name, "faces")):
+        raise SceneError(f"{name}: faces are not whole numbers; give (n, 3) vertex indices")
+    return indices
+
+
+def check_vertices(vertices: np.ndarray, name: str) -> None:
+    """Raise SceneError naming the first of (v, 3) vertices that is not finite in float32."""
+    with np.errstate(over="ignore"):
+        finite = np.isfinite(vertices.astype(np.float32)).all(axis=1)
+    if not finite.all():
+        first = int(np.argmin(finite))
+        raise SceneError(f"{name}: vertex {first} is {vertices[first].tolist()}, not finite in "
+                         "float32; repair, rescale or drop it")
+
+
+def _colours(colours: Any, count: int, name: str) -> np.ndarray:
+    try:
+        array = np.asarray(colours, np.float32)
+        array = np.broadcast_to(array, (count, 3)) if array.shape == (3,) else array
+    except (TypeError, ValueError):
+        raise SceneError(f"{name}: colours are not an array of numbers; give (n, 3)") from None
+    if array.size == 0 and count == 0:
+        array = array.reshape(0, 3)
+    if array.shape != (count, 3):
+        raise SceneError(f"{name}: colours have shape {array.shape}; give ({count}, 3), one a "
+                         "triangle, or (3,)")
+    if not np.isfinite(array).all():
+        raise SceneError(f"{name}: a colour is not finite; give numbers in [0, 1]")
+    return np.ascontiguousarray(np.clip(array, 0, 1), np.float32)

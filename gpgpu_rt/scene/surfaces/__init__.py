@@ -1,0 +1,1 @@
+"""Surfaces as images: meshes cut, laid flat and resampled."""

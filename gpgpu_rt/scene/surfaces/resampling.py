@@ -1,0 +1,53 @@
+"""Resampling: a flattened surface read at the texels of an image."""
+from __future__ import annotations
+
+import numpy as np
+
+from ...accel.runs import expand, owners
+from .surface_mesh import SurfaceMesh
+
+
+def rasterised(flat: np.ndarray, mesh: SurfaceMesh, size: int) -> np.ndarray:
+    """(size + 1, size + 1, 3) float64: the surface at every texel, by the triangle it lies in.
+
+    Parameters
+    ----------
+    flat : (v, 2), row and column of each vertex
+    """
+    corners = flat[mesh.faces]
+    slack = 1e-9 * size
+    lo = np.clip(np.ceil(corners.min(axis=1) - slack), 0, size).astype(np.int64)
+    hi = np.clip(np.floor(corners.max(axis=1) + slack), 0, size).astype(np.int64)
+    rows, columns = np.maximum(hi - lo + 1, 0).T
+    face = owners(rows * columns)      # pairs of a triangle and a texel in its box
+    within = expand(np.zeros(len(rows), np.int64), rows * columns)
+    at = lo[face] + np.stack([within // columns[face], within % columns[face]], axis=1)
+    p, q, r = (corners[face, k] - at for k in range(3))
+    areas = np.stack([cross(q, r), cross(r, p), cross(p, q)], axis=1)
+    whole = areas.sum(axis=1)
+    usable = np.abs(whole) > 1e-14 * size**2
+    weights = areas[usable] / whole[usable, None]
+    face, texel = face[usable], (at[usable] * (size + 1, 1)).sum(axis=1)
+    # Of those that claim a texel the one it lies deepest in; rounding leaves none without.
+    order = np.lexsort((weights.min(axis=1), texel))
+    last = np.append(texel[order][1:] != texel[order][:-1], True)
+    chosen = order[last[:len(order)]]
+    chosen = chosen[weights[chosen].min(axis=1) > -1e-6]
+    image = np.zeros(((size + 1) ** 2, 3))
+    image[texel[chosen]] = (weights[chosen, :, None]
+                            * mesh.vertices[mesh.faces[face[chosen]]]).sum(axis=1)
+    missing = np.setdiff1d(np.arange(len(image)), texel[chosen])
+    if len(missing):    # off the embedding: at its nearest vertex
+        image[missing] = mesh.vertices[_nearest(flat, np.stack(np.divmod(missing, size + 1), 1))]
+    return image.reshape(size + 1, size + 1, 3)
+
+
+def cross(p: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """(k,) z of the cross products of (k, 2) vectors."""
+    return p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
+
+
+def _nearest(flat: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """(k,) the vertex nearest to each of (k, 2) places."""
+    return np.concatenate([np.argmin(((flat - place) ** 2).sum(axis=2), axis=1) for place in
+                           np.array_split(places[:, None], len(places) // 64 + 1)])

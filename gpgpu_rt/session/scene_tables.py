@@ -1,0 +1,58 @@
+"""Scene tables: a tracer's accelerators as textures, each table written when it is a new one."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import moderngl
+
+from ..gl.context import Gpu
+from ..gl.precision import Precision
+from ..gl.textures import check_table, release, table_textures, texture_bytes
+from ..traversal.method import Accelerator, Tables
+
+
+class SceneTables(dict[str, dict[str, moderngl.Texture]]):
+    """Record name -> sampler name -> texture.
+
+    Attributes
+    ----------
+    written : record name -> the accelerator's arrays that its textures hold
+    """
+
+    def __init__(self, gpu: Gpu, precision: Precision) -> None:
+        super().__init__()
+        self.gpu, self.precision = gpu, precision
+        self.written: dict[str, Mapping[str, object]] = {}
+
+    def write(self, records: Tables, accelerator: Accelerator) -> None:
+        """Bring an accelerator's tables into textures, those of the last one where they fit; one
+        that is the very same as last time stays. Passes then complete them, if it has any."""
+        for record in records:
+            arrays = accelerator.tables[record.name]
+            if self.written.get(record.name) is not arrays:
+                self[record.name] = table_textures(
+                    self.gpu, self.precision.layout(record), arrays, self.precision,
+                    self.get(record.name))
+                self.written[record.name] = arrays
+        if accelerator.finisher is not None:
+            accelerator.finisher.run(self.gpu, self.samplers())
+            self.gpu.finish()
+
+    def check(self, records: Tables, accelerator: Accelerator) -> None:
+        """Raise LimitError where one of an accelerator's tables is past what textures hold."""
+        for record in records:
+            check_table(self.gpu, self.precision.layout(record), accelerator.tables[record.name])
+
+    def samplers(self) -> dict[str, moderngl.Texture]:
+        """Sampler name -> texture, of all tables."""
+        return {name: texture for table in self.values() for name, texture in table.items()}
+
+    def bytes(self) -> dict[str, int]:
+        """Record name -> bytes of its textures."""
+        return {name: texture_bytes(table.values()) for name, table in self.items()}
+
+    def keep(self, records: Tables) -> None:
+        """Free every other table."""
+        for name in self.keys() - {record.name for record in records}:
+            del self.written[name]
+            release(self.pop(name))

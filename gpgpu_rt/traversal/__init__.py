@@ -1,0 +1,1 @@
+"""Traversal: what runs a method's programs over the rays, whatever the method."""

@@ -1,0 +1,47 @@
+"""Assembly: the driver of a method under a schedule, with the stages before it."""
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from importlib.util import find_spec
+
+from ..errors import MethodError
+from .driver import Driver, Setup
+from .own_arrays import check_own_arrays
+from .schedules import Traversal
+from .stages.entry_points import EntryPoints
+from .stages.packet_entries import PacketEntries
+from .stages.sorted_rays import SortedRays
+
+
+def make_driver(setup: Setup) -> Driver:
+    """The driver that the method's row names for the schedule, else `schedules.Traversal`.
+
+    Entry points and sorted rays, where options ask for them, are drivers around that driver.
+    """
+    check_own_arrays(setup.gpu, setup.method, setup.options)
+    named = setup.method.drivers.get(str(setup.options["schedule"]), Traversal)
+    driver = driver_class(named)(setup)
+    if setup.options.get("entry_points"):
+        driver = (PacketEntries if setup.method.packet else EntryPoints)(setup, driver)
+    return SortedRays(setup, driver) if setup.options["sort_rays"] else driver
+
+
+def driver_class(named: str | Callable[[Setup], Driver]) -> Callable[[Setup], Driver]:
+    """The class that a row names: the class itself, or ``module.Class`` in ``traversal/``.
+
+    Raises
+    ------
+    MethodError
+        where ``traversal/`` has no such class
+    """
+    if not isinstance(named, str):
+        return named
+    module, _, name = named.partition(".")
+    place = f"{__package__}.{module}"
+    there = module.isidentifier() and find_spec(place)
+    found = getattr(import_module(place), name, None) if there else None
+    if found is None:
+        raise MethodError(f"no driver {named!r} in gpgpu_rt/traversal; give the class itself, or "
+                          "its name there as module.Class, such as packets.PacketTraversal")
+    return found

@@ -1,0 +1,260 @@
+"""A row of the method table: everything the rest of the package knows about a method."""
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Protocol
+
+import moderngl
+import numpy as np
+
+from ..errors import OptionError
+from ..gl.context import Gpu
+from ..gl.lazy_field import Column
+from ..gl.record import PackedRecord, Record
+from ..options import TRACER_OPTIONS, Option, resolve_options, spell
+
+Tables = tuple[Record | PackedRecord, ...]
+SCHEDULES = ("kernels", "step", "loop")
+PACKET = Option("packet", (2, 2), "rays a fragment", tuple,
+                choices=((1, 1), (2, 1), (2, 2), (4, 2), (4, 4)))
+VERTEX_CULLING = Option("vertex_culling", False, "skip triangles of a leaf that lie outside the "
+                        "frustum around a packet's rays", bool, define="VERTEX_CULLING",
+                        schedules=("loop",))
+
+ENTRY_POINTS = Option(
+    "entry_points", None, "rays begin at nodes that a beam found for their tile of 4x4; rays a "
+    "side of the tiles whose beams go first, those of 4x4 through what these found", int,
+    choices=(16, 4), optional=True)
+PACKET_ENTRIES = Option(
+    "entry_points", None, "packets begin where a beam around their tile's rays, or some of them, "
+    "enters the tree, if all of theirs lie in it; rays a side of the tile", int,
+    choices=(8, 16, 32), optional=True, schedules=("loop",))
+
+
+# Levels by which a stack's array grows: by single ones each depth of tree would have programs of
+# its own. Longer arrays were as fast on llvmpipe.
+STACK_STEP = 8
+
+
+def stack_defines(levels: int) -> dict[str, object]:
+    """Of a stack that takes so many levels at most: its array is longer by what makes trees of
+    like depth share their programs."""
+    return {"STACK_SIZE": -(-levels // STACK_STEP) * STACK_STEP}
+
+
+class Finisher(Protocol):
+    """Passes that complete tables on the GPU."""
+
+    def run(self, gpu: Gpu, samplers: Mapping[str, moderngl.Texture]) -> None:
+        """Complete the tables, given by sampler name; again whenever one was written anew."""
+
+    def release(self) -> None:
+        """Free what the passes hold."""
+
+
+@dataclass
+class Accelerator:
+    """What a method's programs read.
+
+    Attributes
+    ----------
+    tables : record name -> field name -> array (or Column), to be packed into textures
+    uniforms : uniform name -> value
+    step_bound : kernel runs no ray can need more of: a function of the structure's size
+    structure : what the builder made, or None
+    defines : GLSL defines that follow from the structure
+    stack_levels : what a ray's stack, or a packet's, takes at most, for a method that has one
+    finisher : passes that complete the tables once they are textures
+    shown : (n, 3, 3) float32, what hits lie on where it is not the scene (a coarser level of it)
+    kept : what the row's ``refit`` wants to find again
+    boxes : gives the lower and upper corners, (k, 3) each, of what the state's ``node`` counts
+    """
+
+    tables: dict[str, dict[str, np.ndarray | Column]]
+    uniforms: dict[str, Any]
+    step_bound: int
+    structure: Any = None
+    defines: Mapping[str, object] = field(default_factory=dict)
+    stack_levels: int = 0
+    finisher: Finisher | None = None
+    shown: np.ndarray | None = None
+    kept: Any = None
+    boxes: Callable[[], tuple[np.ndarray, np.ndarray]] | None = None
+
+
+@dataclass(frozen=True)
+class Stepwise:
+    """What a packet method carries from pass to pass under the schedule ``step``.
+
+    Attributes
+    ----------
+    state : one record a packet
+    kernels : what a packet can wait for, in the order of its phases
+    stack_entry : what a level of its stack holds, if it has one
+    """
+
+    state: Record
+    kernels: tuple[str, ...]
+    stack_entry: Record | None = None
+
+
+@dataclass(frozen=True)
+class Method:
+    """A ray tracing method of the survey.
+
+    Attributes
+    ----------
+    name : str, the word users say
+    summary, citation : one line each; the citation as the survey gives it
+    glsl : file under ``glsl/`` (or absolute) with ``init`` and the kernels
+    kernels : their names in the order of their phases
+    state : what a ray carries from pass to pass; has the fields ``phase`` and ``steps``
+    tables : the records its programs read
+    choose_tables : (options) -> records, where an option replaces some
+    prepare : (triangles (n, 3, 3) float32, options) -> Accelerator
+    adopt : (structure, triangles, options) -> Accelerator, as ``prepare`` of a structure that is
+        there; a method has it if others leave it rays and have other tables
+    refit : (accelerator, triangles, options) -> Accelerator, the same structure over triangles
+        that moved; None where it is built anew. The tracer builds anew as well where the option
+        ``rebuild_ratio``, if the method has it, says so
+    options : its own options, the builder's among them
+    form : (row, options) -> the row that stands for these, where an option changes state,
+        kernels or drivers
+    schedules : those it runs under, the best one last
+    drivers : schedule -> class of the driver that runs it there, or its name ``module.Class`` in
+        ``traversal/``; where none is named, `schedules.Traversal`
+    stack_entry : what a level of its stack in textures holds, if it has one
+    packet_state : (options) -> what packets carry under ``step``, for a method that has it
+    single : the method that traces rays which a packet's limit on steps leaves behind
+    entry_walk : GLSL file of a beam's walk through its tree, for the option ``entry_points``
+    own_array : (options) -> whether each fragment has an array that it writes by its own index
+    fixed_defines : GLSL defines of all its programs, where rows share a GLSL file
+    stack, packet, dynamic : as in the survey's Table 1
+    """
+
+    name: str
+    summary: str
+    citation: str
+    glsl: str | Path
+    kernels: tuple[str, ...]
+    state: Record
+    tables: Tables
+    prepare: Callable[[np.ndarray, Mapping[str, Any]], Accelerator]
+    adopt: Callable[[Any, np.ndarray, Mapping[str, Any]], Accelerator] | None = None
+    refit: Callable[[Accelerator, np.ndarray, Mapping[str, Any]], Accelerator] | None = None
+    options: tuple[Option, ...] = ()
+    form: Callable[[Method, Mapping[str, Any]], Method] | None = None
+    choose_tables: Callable[[Mapping[str, Any]], Tables] | None = None
+    schedules: tuple[str, ...] = SCHEDULES
+    drivers: Mapping[str, str | Callable[..., Any]] = field(default_factory=dict)
+    stack_entry: Record | None = None
+    packet_state: Callable[[Mapping[str, Any]], Stepwise] | None = None
+    single: str | None = None
+    entry_walk: str | None = None
+    own_array: Callable[[Mapping[str, Any]], bool] | None = None
+    stack: bool = False
+    packet: bool = False
+    dynamic: bool = False
+    fixed_defines: Mapping[str, object] = field(default_factory=dict)
+
+    def tables_for(self, options: Mapping[str, Any]) -> Tables:
+        """The records its programs read under these options."""
+        return self.choose_tables(options) if self.choose_tables else self.tables
+
+    def formed(self, options: Mapping[str, Any]) -> Method:
+        """The row that stands for these options; one left out is at its default."""
+        if self.form is None:
+            return self
+        return self.form(self, {**{o.name: o.default for o in self.options}, **options})
+
+    def schedules_for(self, options: Mapping[str, Any]) -> tuple[str, ...]:
+        """What it runs under with these options; one left out is at its default."""
+        return tuple(schedule for schedule in self.formed(options).schedules
+                     if all(o.runs_under(options.get(o.name, o.default), schedule)
+                            for o in TRACER_OPTIONS + self.options))
+
+    def defines(self, options: Mapping[str, Any]) -> dict[str, object]:
+        """GLSL defines that follow from the method and its options."""
+        chosen = dict(o.glsl_define(options[o.name]) for o in self.options if o.define)
+        return {**self.fixed_defines, **chosen}
+
+    def resolved(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Every option of a tracer by this method, with the value ``given`` or its default;
+        OptionError for other options, and for values that there are not."""
+        options = resolve_options(given, TRACER_OPTIONS + self.options, f"method {self.name}")
+        for part in ("storage", "arithmetic"):
+            options[part] = options[part] or options["precision"] or "fp32"
+        formats = {options["storage"], options["arithmetic"]}
+        if options["rounding"] != "nearest" and formats == {"fp32"}:
+            raise OptionError(f"rounding={options['rounding']} says how fp24 and fp16 round, and "
+                              "all is fp32 here; give a precision too, or leave it out")
+        self.check_schedule(options, "schedule" in given)
+        return options
+
+    def takes(self, given: Mapping[str, Any]) -> bool:
+        """Whether ``resolved`` would take the options ``given``."""
+        try:
+            self.resolved(given)
+        except OptionError:
+            return False
+        return True
+
+    def check_schedule(self, options: dict[str, Any], asked: bool) -> None:
+        """Put its own best schedule into ``options`` where none was ``asked``; refuse, by
+        OptionError, one it has not."""
+        schedules = self.schedules_for(options)
+        if not asked and options["schedule"] not in schedules:
+            options["schedule"] = schedules[-1]
+        if options["schedule"] not in schedules:
+            given = "" if schedules == self.schedules else " with " + ", ".join(
+                f"{o.name}={spell(options[o.name])}" for o in TRACER_OPTIONS + self.options
+                if options[o.name] != o.default and (o in self.options or o.schedules))
+            raise OptionError(f"method {self.name}{given} runs under {', '.join(schedules)} only, "
+                              f"not {options['schedule']}")
+        in_atlas = self.stack_entry or (self.single and options["schedule"] == "step")
+        if in_atlas and options["steps_per_pass"] != 1:
+            raise OptionError(f"method {self.name} runs one step a pass, as its stack is drawn "
+                              "between them; leave steps_per_pass at 1")
+
+    def in_passes(self, options: Mapping[str, Any], single: bool = False) -> dict[str, Any]:
+        """The options with a schedule that has passes to look at, where there is one; ``single``:
+        one step a pass."""
+        schedules = self.schedules_for(options)
+        asked = options.get("schedule", "loop")
+        fit = [s for s in (asked, "step", "kernels") if s in schedules and s != "loop"]
+        found = {**options, **({"schedule": fit[0]} if fit else {})}
+        if single:
+            found.pop("steps_per_pass", None)
+        return found
+
+    def to_dict(self) -> dict[str, Any]:
+        """The row as plain data, for tables and JSON."""
+        return {"name": self.name, "summary": self.summary, "citation": self.citation,
+                "kernels": list(self.kernels), "schedules": list(self.schedules),
+                "options": {o.name: o.default for o in self.options}, "stack": self.stack,
+                "packet": self.packet, "dynamic": self.dynamic, "refit": self.refit is not None}
+
+
+def nothing_kept(prepare: Callable[[np.ndarray, Mapping[str, Any]], Accelerator]
+                 ) -> Callable[[Accelerator, np.ndarray, Mapping[str, Any]], Accelerator]:
+    """The ``refit`` of a method without a structure over triangles: nothing is built anew."""
+    return lambda accelerator, triangles, options: prepare(triangles, options)
+
+
+def check_culling(options: Mapping[str, Any]) -> None:
+    """Refuse vertex culling for a triangle test whose rounding it does not bound."""
+    if options.get("vertex_culling") and options["intersection"] != "woop-watertight":
+        raise OptionError("vertex_culling bounds what the watertight test computes; take "
+                          "intersection woop-watertight with it")
+
+
+def with_entries(more: str) -> Callable[[Method, Mapping[str, Any]], Method]:
+    """How a row changes for rays that go through a list of subtrees: a kernel takes up the next
+    one, and ``more`` is what its state then holds besides."""
+    def formed(row: Method, options: Mapping[str, Any]) -> Method:
+        if not options["entry_points"]:
+            return row
+        return replace(row, kernels=("enter", *row.kernels), state=row.state.extended(more))
+    return formed

@@ -1,0 +1,44 @@
+"""Whether the renderer keeps arrays that each fragment writes by an index of its own."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ..errors import LimitError
+from ..gl.context import Gpu
+from ..gl.full_screen import FullScreenPass
+from ..gl.textures import make_texture, read_texture
+from .method import Method
+
+SIDE, TURNS = 8, 4
+MIXED_UP = "which this renderer mixes up"
+
+
+def check_own_arrays(gpu: Gpu, method: Method, options: Mapping[str, Any]) -> None:
+    """Raise LimitError where the method's stack would not be kept: its hits would be wrong."""
+    if method.own_array is None or not method.own_array(options):
+        return
+    if gpu.keeps_own_arrays is None:
+        gpu.keeps_own_arrays = _kept(gpu)
+    if not gpu.keeps_own_arrays:
+        raise LimitError(f"{method.name} has a stack in an array of each fragment's own, "
+                         f"{MIXED_UP} ({gpu.renderer}); take a method without one, or another "
+                         "renderer")
+
+
+def _kept(gpu: Gpu) -> bool:
+    """Each fragment of a small square writes TURNS numbers that only it would write there."""
+    with gpu:
+        texture = make_texture(gpu, (SIDE, SIDE), TURNS, "what arrays kept")
+        target = gpu.context.framebuffer([texture])
+        try:
+            tried = FullScreenPass(gpu, "drivers/own_arrays.frag")
+            tried.set(turns=TURNS)
+            tried.draw(target, {})
+            own = np.arange(SIDE * SIDE).reshape(SIDE, SIDE, 1)
+            return bool((read_texture(texture) == own + 1 + np.arange(TURNS)).all())
+        finally:
+            gpu.release(target)
+            texture.release()

@@ -1,0 +1,101 @@
+"""What packets draw into, and their hits as whoever asks next wants them."""
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import moderngl
+import numpy as np
+
+from ..gl.context import Gpu
+from ..gl.textures import make_texture, read_texture, release, texture_bytes
+from ..rays.records import HIT
+from ..rays.textures import ByRay, StateBuffer, whole
+from ..threads import threads
+
+
+class PacketRoom:
+    """The render targets of packets, one texel a packet.
+
+    Parameters
+    ----------
+    size : (width, height) rays
+    packet : (width, height) rays a packet
+    targets : render targets that hold hits: one a ray, or one for four
+    rows_alone : whether it is one for four
+    fours : whether a target holds one number of four hits, and not four of one
+    statistics : whether packets' counters are drawn, in a pass apart
+    """
+
+    def __init__(self, gpu: Gpu, size: tuple[int, int], packet: tuple[int, int], targets: int,
+                 rows_alone: bool, fours: bool, statistics: bool) -> None:
+        self.rays, self.packet, self.fours = size, packet, fours
+        self.size = (-(-size[0] // packet[0]), -(-size[1] // packet[1]))
+        what = f"{self.size[0] * self.size[1]} packets"
+        self.hits = [make_texture(gpu, self.size, 4, what, dtype="u4" if rows_alone else "f4")
+                     for _ in range(targets)]
+        self.counters = [make_texture(gpu, self.size, 4, what)] if statistics else []
+        # Those that hold triangles: what else there is of a miss, or of any hit, nobody reads.
+        self.triangles = self.hits[3::4] if fours else self.hits
+        self._targets = {"hits": gpu.context.framebuffer(self.hits),
+                         "triangles": gpu.context.framebuffer(self.triangles)}
+        if statistics:
+            self._targets["counters"] = gpu.context.framebuffer(self.counters)
+
+    def target(self, counters: bool, alone: bool) -> moderngl.Framebuffer:
+        """What a program draws into: hits, or triangles ``alone``; or counters."""
+        return self._targets["counters" if counters else "triangles" if alone else "hits"]
+
+    def samplers(self, alone: bool) -> dict[str, moderngl.Texture]:
+        """Of what was drawn so."""
+        textures = self.triangles if alone else self.hits
+        return {**{f"packet_texels_{k}": texture for k, texture in enumerate(textures)},
+                **{"packet_counters": texture for texture in self.counters}}
+
+    def read_hits(self, alone: bool) -> np.ndarray:
+        """(rays, 4) float32, the texels of HIT row by row, or (rays, 1) of the triangles where
+        these are ``alone`` in targets of four hits; only where targets hold no rows."""
+        (width, height), across = self.packet, self.rays[0]
+        # Channel by channel, as they will be asked for.
+        each = 1 if alone and self.fours else 4
+        planes = np.empty((each, self.size[1], height, self.size[0], width), np.float32)
+        # Of four rays at a time, as many as lie side by side are moved as one number.
+        kind = np.dtype((np.float32, np.complex64, np.complex128)[width // 2 if self.fours else 0])
+
+        def spread(k: int, texels: np.ndarray) -> None:
+            for part, values in enumerate(np.moveaxis(texels.view(kind), -1, 0)):
+                channel, first = (k % each, k // each * 4) if self.fours else (part, k)
+                r = first + (part * kind.itemsize // 4 if self.fours else 0)
+                plane = planes[channel, :, r // width].view(kind)
+                plane[..., r % width * 4 // kind.itemsize] = values
+        run = threads(planes[0].size)
+        textures = self.triangles if alone else self.hits
+        list(run(spread, range(len(textures)), map(read_texture, textures)))
+        image = planes.reshape(each, self.size[1] * height, self.size[0] * width)
+        return image[:, :self.rays[1], :across].reshape(each, -1).T
+
+    def bytes(self) -> int:
+        return texture_bytes((*self.hits, *self.counters))
+
+    def release(self) -> None:
+        release(self._targets, self.hits, self.counters)
+
+
+class PacketHits:
+    """Hits that still stand in packets' targets: read from there, and handed back to rays by a
+    pass only when another pass wants them. Of any hit triangles ``alone``."""
+
+    def __init__(self, room: PacketRoom, alone: bool,
+                 hand_back: Callable[[], StateBuffer]) -> None:
+        self._room, self._alone, self._hand_back = room, alone, hand_back
+
+    def samplers(self) -> dict[str, moderngl.Texture]:
+        return self._hand_back().samplers()
+
+    def fields(self, name: str, by_ray: ByRay = whole) -> dict[str, np.ndarray]:
+        """As of a ``StateBuffer``; the fields that there are."""
+        if name != HIT.name:
+            return self._hand_back().fields(name, by_ray)
+        found = by_ray(self._room.read_hits(self._alone))
+        if found.shape[1] == 1:
+            return {"triangle": found[:, 0].astype(np.int32)}
+        return HIT.unpack(found[:, None])

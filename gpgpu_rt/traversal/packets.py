@@ -1,0 +1,268 @@
+"""Packets: several rays a fragment, their whole way in one pass (Horn et al. 2007)."""
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from contextlib import nullcontext
+from dataclasses import replace
+from typing import Any
+
+import moderngl
+
+from ..gl.full_screen import FullScreenPass
+from ..gl.precision import Precision
+from ..gl.record import Record, streams_glsl
+from ..gl.textures import release
+from ..options import TRACER_OPTIONS, resolve_options
+from ..rays.records import COUNTERS, HIT, RAY_TEXELS
+from ..rays.textures import RayTextures, StateBuffer, StateBuffers
+from ..statistics import Statistics
+from .driver import Samplers, Setup
+from .method import Accelerator, Method
+from .packet_hits import PacketHits, PacketRoom
+from .packet_tiles import PacketTiles, TilePass
+from .schedules import UNFINISHED, Traversal, method_defines, method_texts
+
+# Steps a packet may take in its pass. Every step is an iteration of one loop, and no more than two
+# further iterations come with it: this stays below the 65,535 at which llvmpipe ends all loops.
+PACKET_STEPS = 20_000
+LIVE = 1   # the phase of a ray that its packet left behind
+
+
+class PacketTraversal:
+    """A packet method's programs for one set of tables and options; see ``Traversal``."""
+
+    def __init__(self, setup: Setup) -> None:
+        self.gpu, self.method, options = setup.gpu, setup.method, setup.options
+        self.options, self.samplers = options, setup.samplers
+        self.accelerator, self.step_cap = setup.accelerator, setup.step_cap
+        self.setup = setup
+        self.precision = Precision.of(options)
+        self.packet = packet_of(options)
+        self.rays = self.packet[0] * self.packet[1]
+        # A target a ray, or a number of four rays; where there are too few, one for four rows.
+        self.rows_alone = self.rays > self.gpu.max_draw_buffers
+        self.targets = self.rays // 4 if self.rows_alone else self.rays
+        self.fours = self.rays % 4 == 0 and not self.rows_alone
+        self.statistics_on = bool(options["statistics"])
+        self._tiles = PacketTiles(self.gpu, self.packet, options.get("entry_points"))
+        self._programs: dict[object, FullScreenPass] = {}
+        self._tile_passes: dict[object, TilePass] = {}
+        self._room: PacketRoom | None = None
+        self._single: Traversal | None = None
+        self._single_room: tuple[RayTextures, StateBuffers] | None = None
+
+    def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
+        """Read these tables from now on: the same records and defines, triangles that moved."""
+        self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
+        for program in (*self._programs.values(), *self._tile_passes.values()):
+            program.set(**accelerator.uniforms)
+        release(self._single)
+        self._single = None   # made again of what is there now
+
+    def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
+            any_hit: bool = False) -> tuple[StateBuffer | PacketHits, int]:
+        """Trace every ray; where the hits are, and how many rays the step cap stopped."""
+        room = self._room_for(buffers.size)
+        self.gpu.context.enable_only(moderngl.NOTHING)
+
+        def hand_back() -> StateBuffer:
+            return self._hand_back(rays, buffers, room, statistics, any_hit)
+
+        query = self.gpu.query()
+        drawn = self._draw_packets("packet", rays, room, statistics, any_hit, query)
+        statistics.queries += 1
+        left_behind = query.samples < drawn     # packets that do so are discarded
+        if left_behind:
+            self._draw_packets("packet_unsettled", rays, room, statistics, any_hit)
+        if self.statistics_on:
+            self._draw_packets("packet_counters", rays, room, statistics, any_hit)
+        statistics.passes += 1 + left_behind
+        if not (left_behind or self.rows_alone or self.statistics_on):
+            return PacketHits(room, any_hit, hand_back), 0
+        now = hand_back()
+        if not left_behind:
+            return now, 0
+        if self.step_cap > PACKET_STEPS:
+            self._trace_singly(rays, now, statistics, any_hit)
+        return now, self._count(UNFINISHED, now, buffers, statistics)
+
+    def _draw_packets(self, name: str, rays: RayTextures, room: PacketRoom,
+                      statistics: Statistics, any_hit: bool, query: Any = nullcontext()) -> int:
+        """Trace packets by a program, within an occlusion query, those where there is something to
+        trace; how many."""
+        # What is left out is written as floats, and not as rows.
+        samplers = {**self.samplers, **rays.samplers()}
+        squares = None if self.rows_alone else self._tiles.squares(rays, samplers)
+        counted = name == "packet_counters"
+        target = room.target(counted, any_hit)
+        uniforms = {"ray_texture_size": room.rays, **rays.uniforms(),
+                    "most_steps": min(PACKET_STEPS, self.step_cap)}
+        if squares is None:
+            program = self._program(name, any_hit, rays.record)
+            program.set(**uniforms)
+            with query:
+                program.draw(target, samplers)
+            statistics.draw_calls += 1
+            return math.prod(room.size)
+        some, none = (self._tile_pass(one, any_hit, rays.record)
+                      for one in (name, "packet_counters_none" if counted else "packet_none"))
+        some.set(**uniforms)
+        with query:
+            some.draw_on(squares, target, samplers)
+        none.draw_on(squares._replace(some=~squares.some), room.target(counted, True), samplers)
+        statistics.draw_calls += 2
+        return squares.packets(room.size)
+
+    def _hand_back(self, rays: RayTextures, buffers: StateBuffers, room: PacketRoom,
+                   statistics: Statistics, any_hit: bool) -> StateBuffer:
+        """Write packets' hits where single rays have theirs."""
+        now, program = buffers.side(0), self._program("packet_hits", any_hit, rays.in_textures)
+        capped = self.step_cap <= PACKET_STEPS
+        program.set(unsettled_phase=UNFINISHED if capped else LIVE)
+        rays.complete()
+        program.draw(now.target, {**self.samplers, **rays.samplers(), **room.samplers(any_hit)})
+        statistics.passes += 1
+        statistics.draw_calls += 1
+        return now
+
+    def _trace_singly(self, rays: RayTextures, now: StateBuffer, statistics: Statistics,
+                      any_hit: bool) -> None:
+        """Trace what packets left behind one ray a fragment, and write it into ``now``."""
+        single = self._single_traversal()
+        if self._single_room is None or not self._single_room[0].fits(rays):
+            self._release_single_room()
+            self._single_room = (
+                rays.like(rays.size),
+                StateBuffers(self.gpu, single.method.state, rays.size, False, self.precision))
+        single_rays, single_buffers = self._single_room
+        rays.complete()
+        self._program("left_behind", any_hit, rays.in_textures).draw(
+            single_rays.target, {**rays.samplers(), **now.samplers()})
+        found, _ = single.run(single_rays, single_buffers, statistics, any_hit)
+        single_samplers = {**single_rays.samplers(), **found.samplers()}
+        counted = len(now.streams.get(COUNTERS.name, ()))
+        channels = [(True,) * 4] * (len(now.textures) - counted)
+        now.target.color_mask = (*channels, *[(False,) * 4] * counted)   # a packet's stay
+        self._program("brought_back", any_hit, rays.in_textures).draw(
+            now.target, {f"single_{name}": texture for name, texture in single_samplers.items()})
+        now.target.color_mask = ((True,) * 4,) * len(now.textures)
+        statistics.draw_calls += 2
+
+    def _single_traversal(self) -> Traversal:
+        if self._single is None:
+            row = self.setup.find_method(str(self.method.single))
+            known = (*TRACER_OPTIONS, *row.options)
+            shared = {option.name: self.options[option.name] for option in known
+                      if option.name in self.options and option.accepts(self.options[option.name])}
+            # They begin at the root: entry points are of a driver around this one.
+            shared.pop("entry_points", None)
+            options = resolve_options({**shared, "schedule": "loop", "statistics": False}, known,
+                                      f"method {row.name}")
+            samplers, accelerator = self.setup.prepare_other(row, options)
+            self._single = Traversal(replace(
+                self.setup, method=row, samplers=samplers, accelerator=accelerator,
+                options=options, step_cap=self.step_cap))
+        return self._single
+
+    def _count(self, phase: int, now: StateBuffer, buffers: StateBuffers,
+               statistics: Statistics) -> int:
+        program = self._program("classify", False)
+        program.set(phase=phase)
+        return program.count(buffers.mask, now.samplers(), statistics)
+
+    # Programs and textures ------------------------------------------------------------------
+
+    def _program(self, name: str, any_hit: bool, rays: Record | None = None) -> FullScreenPass:
+        """``rays`` as the program reads them; None: from textures."""
+        rays = rays or self.precision.layout(RAY_TEXELS)
+        key = (name, any_hit, rays)
+        if key not in self._programs:
+            self._programs[key] = FullScreenPass(self.gpu, *self._texts(name, any_hit, rays))
+            self._programs[key].set(**self.accelerator.uniforms)
+        return self._programs[key]
+
+    def _tile_pass(self, name: str, any_hit: bool, rays: Record) -> TilePass:
+        """One that is drawn on tiles."""
+        key = (name, any_hit, rays)
+        if key not in self._tile_passes:
+            self._tile_passes[key] = TilePass(self.gpu, *self._texts(name, any_hit, rays))
+            self._tile_passes[key].set(**self.accelerator.uniforms)
+        return self._tile_passes[key]
+
+    def _texts(self, name: str, any_hit: bool,
+               rays: Record) -> tuple[str, dict[str, object], dict[str, str]]:
+        """The file of a fragment program, defines and what it includes."""
+        file = name.replace("_counters", "").replace("_unsettled", "")
+        defines = self._defines(any_hit, any_hit or name == "packet_none")
+        defines["SETTLED_ALONE"] = name == "packet"
+        if name in ("packet", "packet_unsettled", "packet_none"):   # counters are drawn apart
+            defines["STATISTICS"] = False
+        return f"drivers/{file}.frag", defines, self._virtual(name, rays)
+
+    def _defines(self, any_hit: bool, alone: bool) -> dict[str, object]:
+        """``alone``: of the targets that hold triangles."""
+        targets = self.targets // 4 if alone and self.fours else self.targets
+        return {**packet_defines(self.method, self.accelerator, self.options, any_hit),
+                "PACKET_TARGETS": targets, "ROWS_ALONE": self.rows_alone,
+                "FOURS": self.fours, "TRIANGLES_ALONE": alone and self.fours,
+                "EACH_TARGET(f)": " ".join(f"f({k})" for k in range(targets))}
+
+    def _virtual(self, name: str, rays: Record) -> dict[str, str]:
+        """What a pass includes: the streams that it reads and writes, tables and method."""
+        layout = self.precision.layout
+        written = [layout(self.method.state), layout(HIT)]
+        written += [COUNTERS] if self.statistics_on else []
+        reads: list[Record] = [rays]
+        writes: list[Record] = []
+        if name in ("packet", "packet_unsettled", "packet_counters"):
+            reads += [r for r in written if r.name != "state"]   # their structs alone are of use
+        elif name == "packet_hits":
+            writes = written
+        elif name == "left_behind":
+            reads += written[:1]
+            writes = [replace(rays, name="single_rays")]
+        elif name == "classify":
+            reads = written[:1]
+        elif name in ("packet_none", "packet_counters_none"):
+            reads += [layout(HIT)]      # its struct alone is of use
+        else:
+            single = layout(self._single_traversal().method.state)
+            reads = [replace(rays, name="single_rays"),
+                     replace(single, name="single_state"),
+                     replace(layout(HIT), name="single_hit")]
+            writes = written[:2]
+        return {**method_texts(self.method, self.options), "streams": streams_glsl(reads, writes)}
+
+    def _room_for(self, size: tuple[int, int]) -> PacketRoom:
+        if self._room is None or self._room.rays != size:
+            release(self._room)
+            self._room = PacketRoom(self.gpu, size, self.packet, self.targets, self.rows_alone,
+                                    self.fours, self.statistics_on)
+        return self._room
+
+    def bytes(self) -> int:
+        """Bytes of the packets' own targets."""
+        return self._room.bytes() if self._room is not None else 0
+
+    def _release_single_room(self) -> None:
+        release(self._single_room)
+        self._single_room = None
+
+    def release(self) -> None:
+        self._release_single_room()
+        release(self._programs, self._tile_passes, self._room, self._single)
+
+
+def packet_of(options: Mapping[str, Any]) -> tuple[int, int]:
+    """Rays across and down of a packet: one where the method has no such option."""
+    return options.get("packet", (1, 1))
+
+
+def packet_defines(method: Method, accelerator: Accelerator, options: Mapping[str, Any],
+                   any_hit: bool) -> dict[str, object]:
+    """Defines of every program that works on packets."""
+    width, height = packet_of(options)
+    return {**method_defines(method, accelerator, options, any_hit),
+            "PACKET_WIDTH": width, "PACKET_HEIGHT": height,
+            "EACH(f)": " ".join(f"f({r});" for r in range(width * height))}

@@ -1,0 +1,341 @@
+"""The three schedules: how a host runs a method's kernels over the rays.
+
+* ``kernels``: one kernel a pass. Occlusion queries count the rays that wait for each kernel, the
+  host issues the one with most, and early depth rejects all others (Purcell et al. 2002; Foley
+  and Sugerman 2005).
+* ``step``: a pass runs on every live ray the kernel its own state asks for, ``steps_per_pass``
+  times; rays that are over are masked every ``mask_interval`` passes.
+* ``loop``: the whole traversal in one pass (Horn et al. 2007), or as few as the renderer's limit
+  on loop iterations allows.
+"""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import moderngl
+import numpy as np
+
+from .. import hits
+from ..gl.full_screen import FullScreenPass
+from ..gl.precision import Precision
+from ..gl.record import TABLE_WIDTH_LOG2, Record, streams_glsl
+from ..gl.textures import release
+from ..options import word_define
+from ..rays.records import COUNTERS, HIT
+from ..rays.textures import RayTextures, StateBuffer, StateBuffers
+from ..statistics import Statistics
+from .driver import Samplers, Setup, Watch
+from .live_tiles import Tiles
+from .method import Accelerator, Method
+from .records import ENTRIES, ENTRY_LIST, ENTRY_TILE, PACKET_ENTRY
+from .stack_atlas import StackAtlas
+
+# llvmpipe ends a shader's loops silently after 65,535 iterations. A ray stopped so is noticed (its
+# phase says that it is not done) and goes on in the next pass; staying below keeps it rare.
+LOOP_STEPS = 60_000
+
+FEWER = 0.7     # tiles are counted anew when this share of the live rays is left
+DONE, UNFINISHED, OVERFLOWN = 0, -1, -2   # phases that end a ray, as in core/phase.glsl
+MASKED, DRAWN = 0.0, 0.5   # depths of a masked ray and of the passes it is masked from
+
+
+def kernel_depth(kernel: int) -> float:
+    """The depth that marks rays waiting for a kernel (0: those that are over)."""
+    return (1 + kernel) / 16
+
+
+def mark_stopped(status: np.ndarray, phases: np.ndarray) -> None:
+    """Write into (n,) status, as of ``Hits``, which rays' phases say that they were stopped."""
+    status[phases == UNFINISHED] = hits.UNFINISHED
+    status[phases == OVERFLOWN] = hits.STACK_OVERFLOW
+
+
+class ProgramKey(NamedTuple):
+    """What tells a method's traversal programs apart."""
+
+    rays: Record
+    any_hit: bool
+    steps: int
+    start: bool
+    kernel: int   # the only one it runs, or 0
+
+
+class Traversal:
+    """A method's programs for one set of tables and options, under any of the three schedules."""
+
+    watch: Watch | None = None
+
+    def __init__(self, setup: Setup) -> None:
+        self.gpu, self.method, options = setup.gpu, setup.method, setup.options
+        self.options, self.samplers = options, setup.samplers
+        self.accelerator, self.step_cap = setup.accelerator, setup.step_cap
+        self.precision = Precision.of(options)
+        self.statistics_on = bool(options["statistics"])
+        self._programs: dict[object, FullScreenPass] = {}
+        self._tiles: Tiles | None = None
+        self._atlas: StackAtlas | None = None
+
+    def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
+        """Read these tables from now on: the same records and defines, triangles that moved."""
+        self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
+        for program in self._programs.values():
+            program.set(**accelerator.uniforms, step_cap=step_cap)
+
+    def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
+            any_hit: bool = False) -> tuple[StateBuffer, int]:
+        """Trace every ray.
+
+        Returns
+        -------
+        (StateBuffer, int)
+            the buffer with the final states, and how many rays the step cap stopped.
+        """
+        schedule = {"kernels": self._run_kernels, "step": self._run_step, "loop": self._run_loop}
+        context = self.gpu.context
+        if self.method.stack_entry is not None:
+            self._make_atlas(buffers.size)
+        try:
+            return schedule[str(self.options["schedule"])](rays, buffers, statistics, any_hit)
+        finally:
+            context.enable_only(moderngl.NOTHING)
+            context.depth_func = "<"
+
+    # Schedules ------------------------------------------------------------------------------
+
+    def _run_loop(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
+                  any_hit: bool) -> tuple[StateBuffer, int]:
+        self.gpu.context.enable_only(moderngl.NOTHING)
+        now = buffers.side(0)
+        self._draw(self._traverse(rays, any_hit, LOOP_STEPS, start=True), rays, None, now,
+                   statistics)
+        live, stopped = self._live(now, buffers, statistics)
+        side = 0
+        while live:
+            side = 1 - side
+            now, before = buffers.side(side), now
+            self._draw(self._traverse(rays, any_hit, LOOP_STEPS), rays, before, now, statistics)
+            live, stopped = self._live(now, buffers, statistics)
+        return now, stopped
+
+    def _run_step(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
+                  any_hit: bool) -> tuple[StateBuffer, int]:
+        steps = self.options["steps_per_pass"]
+        interval = self.options["mask_interval"] or max(2, 16 // steps)
+        program, mask = self._traverse(rays, any_hit, steps), self._pass("drivers/mask.frag")
+        before, now = buffers.side(1), buffers.side(0)
+        tiles = self._tiles_for(buffers)
+        self._clear_depth(buffers)
+        self._draw(self._traverse(rays, any_hit, 0, start=True), rays, None, now, statistics)
+        live = counted = rays.size[0] * rays.size[1]
+        while live > 0:
+            self.gpu.context.enable_only(moderngl.DEPTH_TEST)
+            for _ in range(interval):
+                before, now = now, before
+                self._draw(program, rays, before, now, statistics, DRAWN, tiles)
+                self._push(now, tiles, statistics)
+            live -= mask.count(buffers.mask, before.samplers(), statistics, MASKED,
+                               tiles.rectangles)
+            statistics.live.append(live)
+            if live < FEWER * counted:
+                tiles.count(before.samplers())
+                tiles.choose(None)
+                statistics.draw_calls += 1
+                counted = live
+        return now, self._phase_count(UNFINISHED, now, buffers, statistics)
+
+    def _run_kernels(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
+                     any_hit: bool) -> tuple[StateBuffer, int]:
+        context = self.gpu.context
+        # An even number of passes ends in the buffer it began in, which therefore always holds
+        # every ray's present state; the other one need only hold the rays being worked on.
+        interval = self.options["mask_interval"] or 16
+        now, scratch = buffers.side(0), buffers.side(1)
+        tiles = self._tiles_for(buffers)
+        context.enable_only(moderngl.NOTHING)
+        self._draw(self._traverse(rays, any_hit, 0, start=True), rays, None, now, statistics)
+        while True:
+            waiting = self._classify(now, buffers, tiles, statistics)
+            statistics.live.append(sum(waiting.values()))
+            kernel = max(waiting, key=waiting.__getitem__)
+            if not waiting[kernel]:
+                return now, self._phase_count(UNFINISHED, now, buffers, statistics)
+            name = self.method.kernels[kernel - 1]
+            program = self._traverse(rays, any_hit, 1, kernel=kernel)
+            pairs = max(1, interval // 2)
+            tiles.choose(kernel)
+            if name == "push":
+                self._push(now, tiles, statistics)
+            context.depth_func = "=="
+            for _ in range(pairs):
+                for source, target in ((now, scratch), (scratch, now)):
+                    self._draw(program, rays, source, target, statistics, kernel_depth(kernel),
+                               tiles)
+            statistics.kernel_passes[name] = statistics.kernel_passes.get(name, 0) + 2 * pairs
+
+    # What schedules are made of -------------------------------------------------------------
+
+    def _draw(self, program: FullScreenPass, rays: RayTextures,
+              source: StateBuffer | None, target: StateBuffer, statistics: Statistics,
+              depth: float = DRAWN, tiles: Tiles | None = None) -> None:
+        program.set(**rays.uniforms())
+        samplers = {**self.samplers, **rays.samplers(), **(source.samplers() if source else {})}
+        if self._atlas is not None:
+            samplers.update(self._atlas.samplers())
+            program.set(**self._atlas.uniforms)
+        program.draw(target.target, samplers, depth, tiles and tiles.rectangles)
+        statistics.passes += 1
+        statistics.draw_calls += 1
+        if self.watch is not None:
+            self.watch(self.kernel_of(program), source, target)
+
+    def kernel_of(self, program: FullScreenPass) -> str:
+        """The kernel that a program is; "init" where it sets states up, "all" where each ray runs
+        its own."""
+        key = next(key for key, one in self._programs.items() if one is program)
+        assert isinstance(key, ProgramKey)
+        if key.start and not key.steps:
+            return "init"
+        return self.method.kernels[key.kernel - 1] if key.kernel else "all"
+
+    def program_of(self, kernel: str) -> FullScreenPass:
+        """The program that has run as this kernel."""
+        return next(one for key, one in self._programs.items()
+                    if isinstance(key, ProgramKey) and self.kernel_of(one) == kernel)
+
+    def _push(self, now: StateBuffer, tiles: Tiles, statistics: Statistics) -> None:
+        """Take up in the atlas, where the method has one, what rays in phase PUSH leave there."""
+        if self._atlas is not None:
+            self._atlas.push(now.samplers(), tiles.rectangles)
+            statistics.draw_calls += 1
+
+    def _classify(self, now: StateBuffer, buffers: StateBuffers, tiles: Tiles,
+                  statistics: Statistics) -> dict[int, int]:
+        """Rays that wait for each kernel; the depth buffer then says which is which."""
+        tiles.choose(None)
+        tiles.count(now.samplers())
+        self._clear_depth(buffers)
+        program = self._pass("drivers/classify.frag")
+        queries = {}
+        for kernel in range(1, len(self.method.kernels) + 1):
+            tiles.choose(kernel)
+            program.set(phase=kernel)
+            queries[kernel] = self.gpu.query()
+            with queries[kernel]:
+                program.draw(buffers.mask, now.samplers(), kernel_depth(kernel), tiles.rectangles)
+        statistics.draw_calls += 1 + len(queries)
+        statistics.queries += len(queries)
+        return {kernel: query.samples for kernel, query in queries.items()}
+
+    def _live(self, now: StateBuffer, buffers: StateBuffers,
+              statistics: Statistics) -> tuple[int, int]:
+        """Rays still to trace, and rays that the step cap stopped."""
+        rays = buffers.size[0] * buffers.size[1]
+        done = self._phase_count(DONE, now, buffers, statistics)
+        if done == rays:   # as good as always: one query tells all
+            return 0, 0
+        stopped = self._phase_count(UNFINISHED, now, buffers, statistics)
+        return rays - done - stopped, stopped
+
+    def _phase_count(self, phase: int, now: StateBuffer, buffers: StateBuffers,
+                     statistics: Statistics) -> int:
+        program = self._pass("drivers/classify.frag")
+        program.set(phase=phase)
+        self.gpu.context.enable_only(moderngl.NOTHING)
+        return program.count(buffers.mask, now.samplers(), statistics, DRAWN)
+
+    def _clear_depth(self, buffers: StateBuffers) -> None:
+        self.gpu.context.depth_func = "<"
+        buffers.mask.clear(depth=1.0)
+
+    def _tiles_for(self, buffers: StateBuffers) -> Tiles:
+        if self._tiles is None or self._tiles.size != buffers.size:
+            release(self._tiles)
+            self._tiles = Tiles(self.gpu, buffers.size, self._state_glsl())
+        self._tiles.everywhere()
+        return self._tiles
+
+    def _make_atlas(self, size: tuple[int, int]) -> None:
+        if self._atlas is not None and self._atlas.size == size:
+            return
+        release(self._atlas)
+        assert self.method.stack_entry is not None
+        self._atlas = StackAtlas(
+            self.gpu, self.method.stack_entry, self.precision.layout(self.method.state),
+            self.accelerator.stack_levels, size, self.precision,
+            kernel_defines(self.method.kernels))
+
+    def bytes(self) -> int:
+        """Bytes of the stack's atlas, where the method has one."""
+        return self._atlas.bytes() if self._atlas is not None else 0
+
+    # Programs -------------------------------------------------------------------------------
+
+    def _traverse(self, rays: RayTextures, any_hit: bool, steps: int, start: bool = False,
+                  kernel: int = 0) -> FullScreenPass:
+        key = ProgramKey(rays.record, any_hit, steps, start, kernel)
+        if key not in self._programs:
+            defines = {
+                **method_defines(self.method, self.accelerator, self.options, any_hit),
+                **kernel_defines(self.method.kernels),
+                "START": start, "ONLY_KERNEL": kernel or None,
+                "SINGLE_STEP": steps == 1, "MANY_STEPS": steps > 1}
+            virtual = {**method_texts(self.method, self.options),
+                       "streams": self._streams_glsl(rays.record)}
+            self._programs[key] = FullScreenPass(
+                self.gpu, "drivers/traverse.frag", defines, virtual)
+            self._programs[key].set(**self.accelerator.uniforms, step_cap=self.step_cap,
+                                    steps_per_pass=steps)
+            if kernel:
+                self._programs[key].label = self.method.kernels[kernel - 1]
+        return self._programs[key]
+
+    def _streams_glsl(self, rays: Record) -> str:
+        layout = self.precision.layout
+        entry = self.method.stack_entry
+        return streams_glsl((rays, *([layout(entry)] if entry is not None else [])),
+                            (layout(self.method.state), layout(HIT),
+                             *([COUNTERS] if self.statistics_on else [])))
+
+    def _pass(self, entry: str) -> FullScreenPass:
+        if entry not in self._programs:
+            self._programs[entry] = FullScreenPass(
+                self.gpu, entry, {}, {"streams": self._state_glsl()})
+        return self._programs[entry]
+
+    def _state_glsl(self) -> str:
+        return self.precision.layout(self.method.state).stream_glsl(writes=False)
+
+    def release(self) -> None:
+        release(self._programs, self._tiles, self._atlas)
+
+
+def method_defines(method: Method, accelerator: Accelerator, options: Mapping[str, Any],
+                   any_hit: bool) -> dict[str, object]:
+    """Defines that every program of a method is compiled with."""
+    return {**method.defines(options), **accelerator.defines, **Precision.of(options).defines(),
+            "ANY_HIT": any_hit, "STATISTICS": bool(options["statistics"]),
+            "TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2,
+            word_define("INTERSECTION", options["intersection"]): True}
+
+
+def method_texts(method: Method, options: Mapping[str, Any]) -> dict[str, str]:
+    """What its programs include: the method's own file, and the accessors of its tables."""
+    layout = Precision.of(options).layout
+    tables = [layout(r).table_glsl() for r in method.tables_for(options)]
+    if options.get("entry_points") and method.packet:
+        tables += [f"#define ENTRY_TILE {options['entry_points']}",
+                   PACKET_ENTRY.stream_glsl(writes=False)]
+    elif options.get("entry_points"):
+        tables += [f"#define ENTRY_TILE {ENTRY_TILE}", f"const int ENTRIES = {ENTRIES};",
+                   ENTRY_LIST.stream_glsl(writes=False)]
+    return {"method": "file:" + str(method.glsl), "tables": "\n".join(tables)}
+
+
+def kernel_defines(kernels: tuple[str, ...]) -> dict[str, object]:
+    """``KERNEL_1 down`` runs phase 1, and the method's file calls that phase ``DOWN``."""
+    defines: dict[str, object] = {}
+    for number, kernel in enumerate(kernels, 1):
+        defines[f"KERNEL_{number}"] = kernel
+        defines[kernel.upper()] = number
+    return defines

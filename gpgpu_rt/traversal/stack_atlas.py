@@ -1,0 +1,78 @@
+"""A stack a ray in the tiles of an atlas texture (Ernst, Vogelgsang and Greiner 2004)."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import moderngl
+import numpy as np
+
+from ..gl.context import Gpu
+from ..gl.full_screen import MOST_RECTANGLES, FullScreenPass, Rectangles
+from ..gl.precision import Precision
+from ..gl.record import Record
+from ..gl.textures import release, stream_samplers, stream_textures, texture_bytes
+
+
+class StackAtlas:
+    """One tile a stack level, each as large as the state textures.
+
+    Parameters
+    ----------
+    entry : what a level of a ray's stack holds
+    state : the method's state as its textures hold it
+    levels : tiles
+    size : (width, height) rays, or packets
+    defines : the method's, phases among them
+    """
+
+    def __init__(self, gpu: Gpu, entry: Record, state: Record, levels: int, size: tuple[int, int],
+                 precision: Precision, defines: Mapping[str, object]) -> None:
+        self.gpu, self.size = gpu, size
+        # As many tiles side by side as the renderer's largest texture holds.
+        a_row = max(1, min(levels, gpu.max_texture_size // size[0]))
+        atlas = (size[0] * a_row, size[1] * -(-levels // a_row))
+        gpu.check_size(*atlas, f"a stack of {levels} levels for {size[0] * size[1]} rays")
+        stored = precision.layout(entry)
+        self.entry = entry
+        self.textures = stream_textures(gpu, stored, atlas)
+        self._target = gpu.context.framebuffer(self.textures)
+        self._program = FullScreenPass(
+            gpu, "drivers/push.frag",
+            {**defines, **precision.defines()},
+            {"streams": state.stream_glsl(False) + "\n" + stored.stream_glsl(True)})
+        self.uniforms = {"tile_size": size, "tiles_a_row": a_row}
+        self._program.set(**self.uniforms)
+        level = np.arange(levels)
+        self._corners = np.stack([level % a_row, level // a_row], 1) * size
+        self._where = Rectangles(gpu)
+        self._live: np.ndarray | None = None    # the corners that ``_where`` was made of
+
+    def push(self, state: Mapping[str, moderngl.Texture], live: Rectangles | None = None) -> None:
+        """Take up the entries of all rays in phase PUSH.
+
+        Parameters
+        ----------
+        live : where in the state textures such rays can be; None is everywhere
+        """
+        self.gpu.context.enable_only(moderngl.NOTHING)
+        self._program.draw(self._target, state, rectangles=self._on_every_level(live))
+        self.gpu.context.enable_only(moderngl.DEPTH_TEST)
+
+    def _on_every_level(self, live: Rectangles | None) -> Rectangles | None:
+        """The same rectangles in each tile; everywhere, where they are too many."""
+        if live is None or live.count * len(self._corners) > MOST_RECTANGLES:
+            return None
+        if live.corners is not self._live:
+            within = np.minimum(live.corners.reshape(-1, 2, 2), self.size)
+            self._where.write((self._corners[:, None, None] + within).reshape(-1, 4))
+            self._live = live.corners
+        return self._where
+
+    def samplers(self) -> dict[str, moderngl.Texture]:
+        return stream_samplers(self.entry.name, self.textures)
+
+    def bytes(self) -> int:
+        return texture_bytes(self.textures)
+
+    def release(self) -> None:
+        release(self._program, self._target, self._where, self.textures)

@@ -1,0 +1,1 @@
+"""Stages before a traversal: sorted rays, entry points, rasterised bounds and first hits."""

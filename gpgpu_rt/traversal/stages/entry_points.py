@@ -1,0 +1,190 @@
+"""Entry points: a pass at low resolution finds for each tile of rays where they enter the tree.
+
+Reshetov et al. 2005. The beams around the rays of tiles, smaller tiles first; then lists of
+entries for larger tiles, from these for smaller ones; then any driver, whose rays begin there.
+"""
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, replace
+
+import moderngl
+import numpy as np
+
+from ...gl.context import Gpu
+from ...gl.full_screen import FullScreenPass
+from ...gl.precision import Precision
+from ...gl.record import Record
+from ...gl.textures import release, stream_samplers, stream_textures, texture_bytes
+from ...rays.textures import RayTextures, StateBuffer, StateBuffers, read_stream
+from ...statistics import Statistics
+from ..driver import Driver, Samplers, Setup
+from ..method import Accelerator
+from ..packet_hits import PacketHits
+from ..records import ENTRIES, ENTRY_LIST, ENTRY_TILE
+from ..schedules import method_defines, method_texts
+from .records import ENTRY_POINTS, TILE_BEAM
+
+FAN = 4   # small tiles a side of a large one
+
+
+class EntryPoints:
+    """Runs another driver on rays that begin where their tiles enter the tree."""
+
+    def __init__(self, setup: Setup, driver: Driver) -> None:
+        self.setup, self.gpu, self.driver = setup, setup.gpu, driver
+        self.tile: int = setup.options["entry_points"]
+        self.precision = Precision.of(setup.options)
+        self.samplers, self.accelerator = setup.samplers, setup.accelerator
+        self.step_cap = setup.step_cap
+        self._programs: dict[object, FullScreenPass] = {}
+        self._levels: list[_Level] = []
+        self._size: tuple[int, int] | None = None
+
+    def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
+        """Read these tables from now on."""
+        self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
+        for program in self._programs.values():
+            program.set(**accelerator.uniforms)
+        self._hand_on()
+
+    def _hand_on(self) -> None:
+        """Tell the driver of the tables and of the list its rays read."""
+        if self._levels:
+            smallest = self._levels[0]
+            self.driver.follow(
+                {**self.samplers, **smallest.lists.samplers()},
+                replace(self.accelerator, uniforms={**self.accelerator.uniforms,
+                                                    "entry_tiles_across": smallest.size[0]}),
+                self.step_cap)
+
+    def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
+            any_hit: bool = False) -> tuple[StateBuffer | PacketHits, int]:
+        """Trace every ray; where the hits are, and how many rays the step cap stopped."""
+        began = time.perf_counter()
+        self.gpu.context.enable_only(moderngl.NOTHING)
+        self._make_room(rays.size)
+        self._draw("beam_rays", self._levels[0].beams, rays, rays.samplers(), statistics)
+        for below, level in zip(self._levels, self._levels[1:]):
+            self._draw("beam_level", level.beams, None, below.beams.samplers(), statistics,
+                       below_size=below.size)
+        upper: _Level | None = None
+        for level in reversed(self._levels):
+            self._draw("entry_points", level.entries, upper, level.beams.samplers(), statistics)
+            self._draw("entry_columns", level.lists, None, level.entries.samplers(), statistics,
+                       entry_tiles_across=level.size[0])
+            upper = level
+        if self.setup.options["statistics"]:
+            self._count(rays, statistics)
+        self.gpu.finish()
+        statistics.add(entry_seconds=time.perf_counter() - began)
+        return self.driver.run(rays, buffers, statistics, any_hit)
+
+    def _count(self, rays: RayTextures, statistics: Statistics) -> None:
+        """What the beams visited, a ray."""
+        levels = [level.entries.fields() for level in self._levels]
+        visited = sum(float(level["visited"].sum()) for level in levels)
+        statistics.add(entry_nodes_visited=visited / math.prod(rays.size))
+        statistics.driver["entries"] = float(levels[0]["count"].mean())
+
+    # Passes ---------------------------------------------------------------------------------
+
+    def _draw(self, name: str, target: TileImage, other: RayTextures | _Level | None,
+              samplers: Samplers, statistics: Statistics, **uniforms: object) -> None:
+        """A pass; ``other``: the rays that it reads, or the level whose lists it refines."""
+        program = self._program(name, other)
+        if isinstance(other, RayTextures):
+            uniforms |= {"ray_texture_size": other.size, **other.uniforms()}
+        elif other is not None:
+            uniforms["entry_tiles_across"] = other.size[0]
+            samplers = {**samplers, **other.lists.samplers()}
+        program.set(**uniforms)
+        program.draw(target.target, {**self.samplers, **samplers})
+        statistics.draw_calls += 1
+
+    def _program(self, name: str, other: RayTextures | _Level | None) -> FullScreenPass:
+        rays = other.record if isinstance(other, RayTextures) else None
+        key = (name, rays, isinstance(other, _Level))
+        if key not in self._programs:
+            setup = self.setup
+            reads, writes = {
+                "beam_rays": ([rays], TILE_BEAM), "beam_level": ([TILE_BEAM], TILE_BEAM),
+                "entry_points": ([TILE_BEAM], ENTRY_POINTS),
+                "entry_columns": ([ENTRY_POINTS], ENTRY_LIST)}[name]
+            texts = [record.stream_glsl(False) for record in reads if record not in (None, writes)]
+            defines = {**method_defines(setup.method, self.accelerator, setup.options, False),
+                       "STATISTICS": False, "TILE": ENTRY_TILE, "FAN": FAN,
+                       "UPPER": isinstance(other, _Level),
+                       "EACH_LIST(f)": ", ".join(f"f({k})" for k in range(ENTRIES // 4))}
+            if name == "beam_rays":   # its beams are the same for every order of nodes
+                defines["OCTANTS"] = False
+            virtual = {"streams": "\n".join([*texts, writes.stream_glsl(True)]),
+                       "walk": f"file:{setup.method.entry_walk}"}
+            if name == "entry_points":
+                virtual["tables"] = method_texts(setup.method, setup.options)["tables"]
+            self._programs[key] = FullScreenPass(self.gpu, f"stages/{name}.frag", defines, virtual)
+            self._programs[key].set(**self.accelerator.uniforms)
+        return self._programs[key]
+
+    # Room -----------------------------------------------------------------------------------
+
+    def _make_room(self, size: tuple[int, int]) -> None:
+        if self._size == size:
+            return
+        self._release_room()
+        self._size = size
+        tile = ENTRY_TILE
+        while tile <= self.tile:
+            self._levels.append(_Level(self, (-(-size[0] // tile), -(-size[1] // tile))))
+            tile *= FAN
+        self._hand_on()
+
+    def _release_room(self) -> None:
+        release(self._levels)
+        self._levels = []
+
+    def bytes(self) -> int:
+        """Bytes of beams and lists, and of the driver's own textures."""
+        return sum(level.bytes() for level in self._levels) + self.driver.bytes()
+
+    def release(self) -> None:
+        self._release_room()
+        release(self._programs, self.driver)
+
+
+class TileImage:
+    """A record a texel, and the framebuffer that draws there."""
+
+    def __init__(self, gpu: Gpu, record: Record, size: tuple[int, int]) -> None:
+        self.record = record
+        self.textures = stream_textures(gpu, record, size)
+        self.target = gpu.context.framebuffer(self.textures)
+
+    def samplers(self) -> Samplers:
+        return stream_samplers(self.record.name, self.textures)
+
+    def fields(self) -> dict[str, np.ndarray]:
+        """(down, across) or (down, across, k) by field of the record, read back."""
+        return read_stream(self.record, self.samplers())
+
+    def release(self) -> None:
+        release(self.target, self.textures)
+
+
+@dataclass
+class _Level:
+    """Tiles of one size: their beams, entries as they are written and lists as they are read."""
+
+    def __init__(self, owner: EntryPoints, size: tuple[int, int]) -> None:
+        self.size = size
+        self.beams = TileImage(owner.gpu, TILE_BEAM, size)
+        self.entries = TileImage(owner.gpu, ENTRY_POINTS, size)
+        self.lists = TileImage(owner.gpu, ENTRY_LIST, (size[0] * (ENTRIES // 4), size[1]))
+
+    def bytes(self) -> int:
+        return sum(texture_bytes(image.textures)
+                   for image in (self.beams, self.entries, self.lists))
+
+    def release(self) -> None:
+        release(self.beams, self.entries, self.lists)

@@ -1,0 +1,80 @@
+"""Eye drivers: what the rasteriser does for eye rays before a method traces them, if anything."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ...errors import OptionError
+from ...gl.context import Gpu
+from ...gl.precision import Precision
+from ...gl.textures import release
+from ..driver import Driver
+from ..method import Method
+from .first_hits import FirstHits, check_first_hits
+from .rasterised_bounds import RasterisedBounds, check_bounds
+
+
+class EyeDrivers:
+    """Drivers over a method's own, each made when a picture first asks for it: first hits from the
+    rasteriser, and bounds for the rays that are traced."""
+
+    def __init__(self, gpu: Gpu, method: Method, options: Mapping[str, Any]) -> None:
+        check_bounds(options)
+        self.gpu, self.method, self.options = gpu, method, options
+        self._bounds: RasterisedBounds | None = None
+        self._first_hits: FirstHits | None = None
+        self._lost = False
+
+    def over(self, driver: Driver, first_hits: str, triangles: np.ndarray) -> Driver:
+        """What traces a picture's rays.
+
+        Parameters
+        ----------
+        driver : the method's own
+        first_hits : one of ``first_hits.FIRST_HITS``
+        triangles : (n, 3, 3) float32, as the method's tables hold them, in the order of hits
+
+        Raises
+        ------
+        OptionError
+            an unknown ``first_hits``, or the rasteriser is asked for and has no triangles
+        """
+        rasterises = check_first_hits(first_hits, self.options)
+        if self._lost and (rasterises or self.options["rasterised_bounds"]):
+            raise OptionError("the rasteriser cannot know where triangles are that moved without "
+                              "read_back; move them with it, or trace first hits without bounds")
+        if self.options["rasterised_bounds"]:
+            if self._bounds is None:
+                self._bounds = RasterisedBounds(self.gpu, self.options, Precision.of(self.options))
+                self._bounds.take(triangles, driver)
+            driver = self._bounds
+        if not rasterises:
+            return driver
+        if self._first_hits is None:
+            self._first_hits = FirstHits(self.gpu, self.method, self.options)
+            self._first_hits.take(triangles, driver)
+        self._first_hits.proved = first_hits == "rasterised"
+        return self._first_hits
+
+    def take(self, triangles: np.ndarray, driver: Driver) -> None:
+        """Follow triangles that moved, and the method's driver over them."""
+        self._lost = False
+        for helper in (self._bounds, self._first_hits):
+            if helper is not None:
+                helper.take(triangles, driver)
+                driver = helper
+
+    def lose_triangles(self) -> None:
+        """Triangles have moved, and where to is not known here until ``take`` is told."""
+        self._lost = True
+
+    def bytes(self) -> int:
+        """Bytes of their textures."""
+        return sum(helper.bytes() for helper in (self._bounds, self._first_hits)
+                   if helper is not None)
+
+    def release(self) -> None:
+        """Free textures and programs."""
+        release(self._bounds, self._first_hits)

@@ -1,0 +1,381 @@
+"""First hits: those of eye rays, from the rasteriser, equal to traced ones to the bit.
+
+The survey (section 5) calls tracing eye rays equivalent to rasterisation. It nearly is:
+rasterisers snap corners to a grid and interpolate depth, so that some pixels show a triangle
+which their ray misses, or lack one that it hits. Passes, in this order:
+
+1. ``first_sieve``: triangles that no ray of the image can hit are left out;
+2. ``first_drawn``: the others are rasterised, their rows kept by the depth test: candidates;
+3. ``first_verified``: each ray tests its candidate by the triangle test of all methods;
+4. ``first_blocks``, ``first_rivals``: each triangle looks, in the pixels around it that show
+   another one, whether it comes before; those that cover many pixels, in parts of the image. It
+   reaches only pixels whose rays can hit it at all, and at depths that are not behind what is
+   shown for certain; the test of all methods judges the rest. ``first_doubt`` then says which
+   pixels those are;
+5. rays whose candidate failed, or which a triangle came before, are in doubt. They are gathered,
+   traced by the tracer's method, and their hits put in place.
+
+So the rasteriser is only believed where it is checked, and nothing depends on how it rounds. What
+a triangle may be hit by is bounded in ``glsl/stages/cover.glsl``.
+"""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from ...errors import OptionError
+from ...gl.algorithms.streams import Stream, rows_of, span
+from ...gl.context import Gpu
+from ...gl.full_screen import FullScreenPass, Rectangles
+from ...gl.precision import Precision
+from ...gl.record import TABLE_WIDTH_LOG2, Record, streams_glsl
+from ...gl.row_pass import RowPass
+from ...gl.textures import (
+    TABLE_WIDTH, make_texture, note_moved, release, table_textures, texture_bytes, write_texture
+)
+from ...options import word_define
+from ...rays.records import COUNTERS, HIT
+from ...rays.textures import RayTextures, StateBuffer, StateBuffers
+from ...scene.camera import Camera
+from ...statistics import Statistics
+from ..driver import Driver
+from ..method import Method
+from ..packet_hits import PacketHits
+from ..triangle_table import TRIANGLE, triangle_table
+from .first_image import BLOCK, PART_SIDE, FirstImage, cut
+from .records import PART, SHOWN, SHOWN_BLOCK, SHOWN_FOUR, VERDICT
+
+FIRST_HITS = ("traced", "rasterised", "verified")
+NEAREST = 1e-3       # of the farthest corner: no bound in pixels for what comes nearer
+MOST_PIXELS = 24     # a side around a triangle that is not cut up
+MOST_IN_DOUBT = 0.5  # of the rays: with more, all are traced
+TRACED_ROW = 64      # rays in doubt stand in rows of this length, so that packets find neighbours
+BEFORE, MANY = 1, 2   # as in stages/verdict.glsl
+SCALES = 1e-6, 1e10   # of scenes and views: else products of the test, or of bounds, leave floats
+
+
+def check_first_hits(first_hits: str, options: Mapping[str, Any]) -> bool:
+    """Whether the rasteriser is asked for; OptionError where no bound is known for it.
+
+    "rasterised" hits are proved; of "verified" ones each is a hit, but not proved to be the first.
+    """
+    if first_hits not in FIRST_HITS:
+        raise OptionError(f"option first_hits={first_hits!r} is none of {', '.join(FIRST_HITS)}")
+    if first_hits != "rasterised":
+        return first_hits == "verified"
+    for name, needed in (("intersection", "woop-watertight"), ("storage", "fp32"),
+                         ("arithmetic", "fp32")):
+        if options[name] != needed:
+            raise OptionError(f"first_hits=rasterised is proved for {name}={needed} only, not "
+                              f"{options[name]}; take that, or first_hits=traced")
+    return True
+
+
+class FirstHits:
+    """A driver that rasterises rays through the pixels of a camera, and leaves all others, and
+    what it cannot prove, to another one."""
+
+    def __init__(self, gpu: Gpu, method: Method, options: Mapping[str, Any]) -> None:
+        self.gpu, self.method = gpu, method
+        self.precision = Precision.of(options)
+        self.statistics_on = bool(options["statistics"])
+        self._test = {**self.precision.defines(), "TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2,
+                      word_define("INTERSECTION", options["intersection"]): True}
+        self._tables: dict[str, moderngl.Texture] = {}
+        self._flags: moderngl.Framebuffer | None = None
+        self._passes: dict[object, FullScreenPass | RowPass] = {}
+        self._span = Rectangles(gpu, 3)
+        self._image: FirstImage | None = None
+        self._parts: tuple[Stream, Stream] | None = None
+        self._traced: tuple[RayTextures, StateBuffers, moderngl.Texture] | None = None
+
+        self.proved = True     # or each hit verified, and no more
+
+    def take(self, triangles: np.ndarray, driver: Driver) -> None:
+        """Rasterise these triangles from now on, and trace by this driver.
+
+        Parameters
+        ----------
+        triangles : (n, 3, 3) float32, as the method's tables hold them, in the order of hits
+        """
+        self.driver = driver
+        corners = triangles.reshape(-1, 3)
+        self.count = len(triangles)
+        self.bounds = ((corners.min(0), corners.max(0)) if len(corners)
+                       else (np.zeros(3), np.zeros(3)))
+        self._tables = table_textures(self.gpu, TRIANGLE, triangle_table(triangles)[TRIANGLE.name],
+                                      into=self._tables)
+        size = (TABLE_WIDTH, rows_of(self.count))
+        if self._flags is None or self._flags.size != size:
+            self._release_flags()
+            self._flags = self.gpu.context.framebuffer([self.gpu.context.texture(size, 1)])
+
+    def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
+            any_hit: bool = False) -> tuple[StateBuffer | PacketHits, int]:
+        """Hits of the rays, and how many of those that were traced were stopped."""
+        if any_hit or rays.seen_from is None:
+            return self.driver.run(rays, buffers, statistics, any_hit)
+        view = self._view(rays.seen_from, rays.size)
+        if view is None:
+            return self._all(rays, buffers, statistics)
+        context = self.gpu.context
+        final = buffers.side(0)
+        image = self._image_for(buffers, final)
+        try:
+            drawn = self._sieve(view)
+            self._draw(image, drawn, view)
+            self._verify(image, rays, view)
+            rivals = 0
+            if self.proved:
+                whole, parts = self._rivals(image, rays, final, drawn, view)
+                self._mark(image, rays, final, whole, max(rays.size), view)
+                self._mark(image, rays, final, parts, PART_SIDE, view)
+                rivals = len(whole) + len(parts)
+        finally:
+            context.enable_only(moderngl.NOTHING)
+        doubt = np.flatnonzero(np.frombuffer(image.doubt.read(alignment=1), np.uint8))
+        note_moved(image.doubt, down=rays.size[0] * rays.size[1])
+        if len(doubt) > MOST_IN_DOUBT * rays.size[0] * rays.size[1]:
+            return self._all(rays, buffers, statistics)
+        statistics.passes += 8
+        statistics.draw_calls += 8
+        self._count(statistics, rays, len(doubt), len(drawn), rivals)
+        return final, self._trace(doubt, rays, final, statistics)
+
+    def _view(self, camera: Camera, size: tuple[int, int]) -> dict[str, object] | None:
+        """Uniforms of a camera, or None among numbers whose squares floats do not hold."""
+        lo, hi = (np.asarray(corner, np.float64) for corner in self.bounds)
+        eye = np.asarray(np.float32(camera.eye), np.float64)
+        farthest = 1.01 * float(np.linalg.norm(np.maximum(np.abs(lo - eye), np.abs(hi - eye))))
+        right, up, forward = camera.basis(size)
+        scales = (farthest, float(np.linalg.norm(right)), float(np.linalg.norm(up)))
+        if not self.count or not all(
+                SCALES[0] < scale < SCALES[1] for scale in scales):
+            return None
+        return {"eye": camera.eye, "right": tuple(right), "up": tuple(up),
+                "forward": tuple(forward), "size": size, "nearest": NEAREST * farthest,
+                "farthest": farthest}
+
+    def _all(self, rays: RayTextures, buffers: StateBuffers,
+             statistics: Statistics) -> tuple[StateBuffer | PacketHits, int]:
+        """Trace every ray."""
+        self._count(statistics, rays, rays.size[0] * rays.size[1], 0, 0)
+        return self.driver.run(rays, buffers, statistics)
+
+    @staticmethod
+    def _count(statistics: Statistics, rays: RayTextures, retraced: int, drawn: int,
+               rivals: int) -> None:
+        statistics.first_hits = {"drawn": drawn, "rivals": rivals, "retraced": retraced,
+                                 "retraced_share": retraced / (rays.size[0] * rays.size[1])}
+
+    # The passes -----------------------------------------------------------------------------
+
+    def _sieve(self, view: dict[str, object]) -> np.ndarray:
+        """Rows of the triangles that a ray may hit."""
+        self.gpu.context.enable_only(moderngl.NOTHING)
+        program = self._full_screen("first_sieve")
+        program.set(**view, last_element=self.count - 1)
+        self._span.write(span(0, self.count))
+        assert self._flags is not None
+        program.draw(self._flags, self._tables, rectangles=self._span)
+        flags = np.frombuffer(self._flags.read(components=1, alignment=1), np.uint8)
+        note_moved(self._flags.color_attachments[0], down=flags.nbytes)
+        return np.flatnonzero(flags[:self.count])
+
+    def _draw(self, image: FirstImage, drawn: np.ndarray, view: dict[str, object]) -> None:
+        context = self.gpu.context
+        context.enable_only(moderngl.DEPTH_TEST)
+        context.depth_func = "<"
+        image.drawn.clear(-1.0, depth=1.0)
+        self._row_pass("first_drawn", "row", 3).draw(image.drawn, self._tables, drawn, view)
+
+    def _verify(self, image: FirstImage, rays: RayTextures, view: dict[str, object]) -> None:
+        self.gpu.context.enable_only(moderngl.NOTHING)
+        writes = (HIT, SHOWN) if self.proved else (HIT,)
+        program = self._full_screen("first_verified", (rays.record,), writes, PROVED=self.proved,
+                                    IN_DOUBT=len(writes))
+        program.set(**view, **rays.uniforms())
+        program.draw(image.proved if self.proved else image.verified, {
+            **self._tables, **rays.samplers(), "candidates": image.candidates})
+        if not self.proved:
+            return
+        for name, reads, writes in (("first_packed", SHOWN, SHOWN_FOUR),
+                                    ("first_blocks", SHOWN_FOUR, SHOWN_BLOCK)):
+            self._full_screen(name, (reads,), (writes,)).draw(image.targets[writes.name],
+                                                              image.samplers())
+
+    def _rivals(self, image: FirstImage, rays: RayTextures, final: StateBuffer, drawn: np.ndarray,
+                view: dict[str, object]) -> list[np.ndarray]:
+        """Triangles that come before what is shown: (k, 3) PART each, the whole image and parts
+        of it."""
+        side = max(rays.size)
+        whole = np.pad(drawn[:, None], ((0, 0), (0, 2)))
+        verdict = self._judge(image, rays, final, whole, side, MOST_PIXELS, view)
+        found = [whole[verdict["kind"] == BEFORE]]
+        many = verdict["kind"] == MANY
+        parts = cut(drawn[many], verdict["first"][many], verdict["last"][many])
+        verdict = self._judge(image, rays, final, parts, PART_SIDE, side, view)
+        found.append(parts[verdict["kind"] == BEFORE])
+        return found
+
+    def _judge(self, image: FirstImage, rays: RayTextures, final: StateBuffer, parts: np.ndarray,
+               side: int, most_pixels: int, view: dict[str, object]) -> dict[str, np.ndarray]:
+        """VERDICT of (k, 3) PART, ``side`` pixels large."""
+        count = len(parts)
+        room = self._part_room(count)
+        program = self._full_screen(
+            "first_rivals", (PART, SHOWN_FOUR, SHOWN_BLOCK, HIT, rays.record), (VERDICT,))
+        rows = rows_of(count)
+        if count:
+            texels = np.zeros((rows * TABLE_WIDTH, 4), np.float32)
+            texels[:count, :3] = parts
+            write_texture(room[0].textures[0], texels, (0, 0, TABLE_WIDTH, rows))
+            program.set(**view, **rays.uniforms(), last_element=count - 1, part_side=side,
+                        most_pixels=most_pixels)
+            self._span.write(span(0, count))
+            program.draw(room[1].target, {
+                **self._tables, **rays.samplers(), **final.samplers(), **image.samplers(),
+                **room[0].samplers()}, rectangles=self._span)
+        read = room[1].target.read((0, 0, TABLE_WIDTH, rows), components=4, dtype="f4")
+        note_moved(room[0].textures[0], down=len(read))
+        return VERDICT.unpack(np.frombuffer(read, np.float32).reshape(-1, 1, 4)[:count])
+
+    def _mark(self, image: FirstImage, rays: RayTextures, final: StateBuffer, rivals: np.ndarray,
+              side: int, view: dict[str, object]) -> None:
+        """Mark the rays that rivals come before as in doubt."""
+        self._row_pass("first_doubt", "part", 6, (rays.record, HIT)).draw(
+            image.doubted, {**self._tables, **rays.samplers(), **final.samplers()}, rivals,
+            {**view, **rays.uniforms(), "part_side": side})
+
+    def _trace(self, doubt: np.ndarray, rays: RayTextures, final: StateBuffer,
+               statistics: Statistics) -> int:
+        """Trace the rays in doubt; how many were stopped."""
+        if self.statistics_on:
+            self._clear_counts(final)
+        if not len(doubt):
+            return 0
+        some, buffers, places = self._traced_room(len(doubt))
+        padded = np.full(places.size[0] * places.size[1], -1, np.float32)
+        padded[:len(doubt)] = doubt
+        write_texture(places, padded)
+        some.share_with(rays)
+        gather = self._full_screen("first_gather", (), (rays.record,))
+        gather.set(image_width=rays.size[0], **rays.uniforms())
+        gather.draw(some.target, {**rays.samplers(), "places": places})
+        found, stopped = self.driver.run(some, buffers, statistics)
+        self.gpu.context.enable_only(moderngl.NOTHING)
+        if stopped and not self.statistics_on:
+            self._clear_counts(final)
+        self._scatter().draw(final.target, found.samplers(), doubt,
+                             {"image": rays.size, "row_length": TRACED_ROW})
+        statistics.passes += 2
+        statistics.draw_calls += 2
+        return stopped
+
+    def _clear_counts(self, final: StateBuffer) -> None:
+        """Rays that were not traced took no steps and are done."""
+        for name, record in final.records.items():
+            if name != HIT.name:
+                nothing = {field.name: np.zeros((final.target.size[0] * final.target.size[1],
+                                                 field.width), np.float32)
+                           for field in record.fields}
+                final.write(name, **nothing)
+
+    # Programs and textures ------------------------------------------------------------------
+
+    def _full_screen(self, name: str, reads: tuple[Record, ...] = (),
+                     writes: tuple[Record, ...] = (), **defines: object) -> FullScreenPass:
+        key = (name, *defines.values())
+        if key not in self._passes:
+            self._passes[key] = FullScreenPass(
+                self.gpu, f"stages/{name}.frag",
+                {**self._test, "BLOCK": BLOCK, "PART_SIDE": PART_SIDE, **defines},
+                {"tables": TRIANGLE.table_glsl(), "streams": streams_glsl(reads, writes)})
+        found = self._passes[key]
+        assert isinstance(found, FullScreenPass)
+        return found
+
+    def _row_pass(self, name: str, attribute: str, vertices: int,
+                  reads: tuple[Record, ...] = ()) -> RowPass:
+        if name not in self._passes:
+            self._passes[name] = RowPass(
+                self.gpu, f"stages/{name}.vert", f"stages/{name}.frag", attribute, vertices,
+                self._test, {"tables": TRIANGLE.table_glsl(), "streams": streams_glsl(reads, ()),
+                             "constants": f"#define TABLE_WIDTH_LOG2 {TABLE_WIDTH_LOG2}"})
+        found = self._passes[name]
+        assert isinstance(found, RowPass)
+        return found
+
+    def _scatter(self) -> RowPass:
+        if "first_scatter" not in self._passes:
+            writes = (self.precision.layout(self.method.state), HIT,
+                      *([COUNTERS] if self.statistics_on else []))
+            self._passes["first_scatter"] = RowPass(
+                self.gpu, "stages/first_scatter.vert", "stages/sort_scatter.frag", "place", 1,
+                {**self.precision.defines(), "STATISTICS": self.statistics_on},
+                {"streams": streams_glsl((), writes)})
+        found = self._passes["first_scatter"]
+        assert isinstance(found, RowPass)
+        return found
+
+    def _image_for(self, buffers: StateBuffers, final: StateBuffer) -> FirstImage:
+        if self._image is None or self._image.final is not final:
+            release(self._image)
+            self._image = FirstImage(self.gpu, buffers, final)
+        return self._image
+
+    def _part_room(self, count: int) -> tuple[Stream, Stream]:
+        """Room for a list of parts, and for what becomes of them."""
+        if self._parts is None or self._parts[0].length < count:
+            self._release_parts()
+            length = max(self.count, 2 * count)
+            self._parts = Stream(self.gpu, PART, length), Stream(self.gpu, VERDICT, length)
+        return self._parts
+
+    def _release_parts(self) -> None:
+        release(self._parts)
+        self._parts = None
+
+    def _traced_room(self, count: int) -> tuple[RayTextures, StateBuffers, moderngl.Texture]:
+        """Room for ``count`` rays in doubt: twice as much as was ever needed, so that it stays."""
+        if self._traced is None or self._traced[0].size[1] * TRACED_ROW < count:
+            self._release_traced()
+            size = (TRACED_ROW, 2 * -(-count // TRACED_ROW))
+            self._traced = (RayTextures(self.gpu, size, self.precision),
+                            StateBuffers(self.gpu, self.method.state, size, self.statistics_on,
+                                         self.precision),
+                            make_texture(self.gpu, size, 1, "rays in doubt"))
+        return self._traced
+
+    def bytes(self) -> int:
+        """Bytes of its own textures."""
+        total = texture_bytes(self._tables.values()) + rows_of(self.count) * TABLE_WIDTH
+        for stream in self._parts or ():
+            total += texture_bytes(stream.textures)
+        if self._image is not None:
+            total += self._image.bytes()
+        if self._traced is not None:
+            rays, buffers, places = self._traced
+            total += texture_bytes([*rays.textures, places]) + buffers.bytes()
+        return total
+
+    def _release_traced(self) -> None:
+        release(self._traced)
+        self._traced = None
+
+    def _release_flags(self) -> None:
+        if self._flags is not None:
+            release(self._flags, self._flags.color_attachments)
+        self._flags = None
+
+    def release(self) -> None:
+        """Free textures and programs."""
+        self._release_traced()
+        self._release_flags()
+        self._release_parts()
+        release(self._image, self._tables, self._passes, self._span)
+        self._image = None
+        self._tables, self._passes = {}, {}

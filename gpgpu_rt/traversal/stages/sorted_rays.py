@@ -1,0 +1,164 @@
+"""Sorting rays before a traversal: any driver runs on the sorted ones, and hits go back.
+
+The survey proposes it (section 4.3) and measures nothing. Keys are the cells where a ray begins
+and where it leaves the scene; the sort is that of ``sort.py``; sorted rays stand in squares of 8x8
+texels, so that packets, tiles and what else works on neighbours finds rays that are alike.
+"""
+from __future__ import annotations
+
+import time
+
+import moderngl
+import numpy as np
+
+from ...gl.algorithms.records import SORT_KEY, VALUES
+from ...gl.algorithms.reduce import reduce_stream
+from ...gl.algorithms.sort import sort
+from ...gl.algorithms.streams import Stream, StreamRoom
+from ...gl.full_screen import FullScreenPass
+from ...gl.precision import Precision
+from ...gl.primitive_pass import PrimitivePass
+from ...gl.record import TABLE_WIDTH_LOG2, Record, streams_glsl
+from ...gl.textures import release, texture_bytes
+from ...rays.order import SQUARE, squares
+from ...rays.records import COUNTERS, HIT
+from ...rays.textures import RayTextures, StateBuffer, StateBuffers
+from ...statistics import Statistics
+from ..driver import Driver, Samplers, Setup
+from ..method import Accelerator
+
+KEY = {"LEVELS": 8, "FREE_LEVELS": 2}   # bits an axis; those after which the ray's end comes in
+
+
+class SortedRays:
+    """Runs another driver on rays in the order of their keys."""
+
+    def __init__(self, setup: Setup, driver: Driver) -> None:
+        self.gpu, self.method, self.driver = setup.gpu, setup.method, driver
+        self.accelerator = setup.accelerator
+        self.statistics_on = bool(setup.options["statistics"])
+        self.precision = Precision.of(setup.options)
+        self._programs: dict[object, FullScreenPass] = {}
+        self._scatter: PrimitivePass | None = None
+        self._rays: RayTextures | None = None
+        self._buffers: StateBuffers | None = None
+
+    def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
+        """Read these tables from now on."""
+        self.accelerator = accelerator
+        self.driver.follow(samplers, accelerator, step_cap)
+
+    def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
+            any_hit: bool = False) -> tuple[StateBuffer, int]:
+        """Trace every ray; where the hits are, and how many rays the step cap stopped."""
+        began = time.perf_counter()
+        with StreamRoom(self.gpu) as room:
+            keys = self._sorted_keys(room, rays)
+            there, aside = self._room_for(rays)
+            self._gather(keys, rays, there)
+            self.gpu.finish()
+            sorted_at = time.perf_counter()
+            side, stopped = self.driver.run(there, aside, statistics, any_hit)
+            self.gpu.finish()
+            traced = time.perf_counter()
+            final = buffers.side(0)
+            self._bring_back(keys, side.samplers(), rays, final)
+            self.gpu.finish()
+        statistics.sort_seconds += (sorted_at - began) + (time.perf_counter() - traced)
+        return final, stopped
+
+    def order(self, rays: RayTextures) -> np.ndarray:
+        """(n,) int32, which rays stand in the first square, in the second and so on: 64 each."""
+        with self.gpu, StreamRoom(self.gpu) as room:
+            return self._sorted_keys(room, rays).read()["index"]
+
+    # Passes ---------------------------------------------------------------------------------
+
+    def _sorted_keys(self, room: StreamRoom, rays: RayTextures) -> Stream:
+        count = rays.size[0] * rays.size[1]
+        corners = []
+        for minus, name in ((False, "low"), (True, "high")):
+            origins = room.stream(VALUES, count)
+            self._draw("sort_bounds", origins, rays, {"MINUS": minus})
+            corners.append(reduce_stream(room, origins, "min").called(name))
+        keys = room.stream(SORT_KEY, count)
+        self._draw("sort_keys", keys, rays, KEY, corners)
+        return sort(room, keys)
+
+    def _draw(self, name: str, target: Stream, rays: RayTextures, defines: dict[str, object],
+              reads: list[Stream] | None = None) -> None:
+        """A pass over a stream of as many elements as there are rays."""
+        reads = reads or []
+        program = self._program(name, rays.record, [read.record for read in reads],
+                                target.record, defines)
+        scene = {name: self.accelerator.uniforms[name] for name in ("scene_lo", "scene_hi")}
+        program.set(last_element=target.length - 1, ray_texture_size=rays.size, **scene,
+                    **rays.uniforms())
+        samplers = rays.samplers()
+        for read in reads:
+            samplers |= read.samplers()
+        program.draw(target.target, samplers)
+
+    def _gather(self, keys: Stream, rays: RayTextures, there: RayTextures) -> None:
+        program = self._program("sort_gather", None, [SORT_KEY], rays.record, {})
+        program.set(ray_texture_size=rays.size, squares_a_row=there.size[0] // SQUARE,
+                    elements=keys.length, **rays.uniforms())
+        program.draw(there.target, {**rays.samplers(), **keys.samplers()})
+
+    def _bring_back(self, keys: Stream, samplers: Samplers, rays: RayTextures,
+                    final: StateBuffer) -> None:
+        if self._scatter is None:
+            writes = (self.precision.layout(self.method.state), self.precision.layout(HIT),
+                      *([COUNTERS] if self.statistics_on else []))
+            self._scatter = PrimitivePass(
+                self.gpu, "stages/sort_scatter.frag", "stages/sort_scatter.vert",
+                {**self.precision.defines(), "STATISTICS": self.statistics_on},
+                {"streams": streams_glsl((), writes), "sources": _with_width(SORT_KEY)})
+        self._scatter.set(ray_texture_size=rays.size, squares_a_row=squares(
+            rays.size[0] * rays.size[1])[0])
+        self.gpu.context.enable_only(moderngl.NOTHING)
+        self._scatter.draw(final.target, {**samplers, **keys.samplers()}, moderngl.POINTS,
+                           keys.length)
+
+    # Programs and textures ------------------------------------------------------------------
+
+    def _program(self, name: str, rays: Record | None, reads: list[Record], writes: Record,
+                 defines: dict[str, object]) -> FullScreenPass:
+        key = (name, rays, writes, tuple(defines.items()))
+        if key not in self._programs:
+            texts = [record.stream_glsl(False) for record in ([rays] if rays else []) + reads]
+            self._programs[key] = FullScreenPass(
+                self.gpu, f"stages/{name}.frag",
+                {**self.precision.defines(), **defines, "TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2},
+                {"streams": "\n".join([*texts, writes.stream_glsl(True)])})
+        return self._programs[key]
+
+    def _room_for(self, rays: RayTextures) -> tuple[RayTextures, StateBuffers]:
+        across, down = squares(rays.size[0] * rays.size[1])
+        size = (SQUARE * across, SQUARE * down)
+        if self._rays is None or self._buffers is None or not self._rays.fits(rays, size):
+            self._release_room()
+            self._rays = rays.like(size)
+            self._buffers = StateBuffers(self.gpu, self.method.state, size, self.statistics_on,
+                                         self.precision)
+        self._rays.share_with(rays)
+        return self._rays, self._buffers
+
+    def _release_room(self) -> None:
+        release(self._rays, self._buffers)
+        self._rays = self._buffers = None
+
+    def bytes(self) -> int:
+        """Bytes of the sorted rays, of their states, and of the driver's own textures."""
+        own = 0
+        if self._rays is not None and self._buffers is not None:
+            own = texture_bytes(self._rays.textures) + self._buffers.bytes()
+        return own + self.driver.bytes()
+
+    def release(self) -> None:
+        self._release_room()
+        release(self._programs, self._scatter, self.driver)
+
+
+def _with_width(record: Record) -> str:
+    return f"#define TABLE_WIDTH_LOG2 {TABLE_WIDTH_LOG2}\n" + record.stream_glsl(False)

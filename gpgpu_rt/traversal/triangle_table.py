@@ -1,0 +1,34 @@
+"""The triangle table, which every method's programs read, and the uniforms of the scene's box."""
+from __future__ import annotations
+
+import numpy as np
+
+from ..gl.lazy_field import Column
+from ..gl.record import Record
+
+TRIANGLE = Record("triangle", "v0:vec3 index:int | v1:vec3 last:int | v2:vec3")
+"""A triangle; ``index`` its row in the scene, ``last`` 1 where a leaf's run of triangles ends."""
+
+REFERENCE = Record("reference", "triangle:int")
+"""An entry of a leaf's or a cell's list: the row of a triangle, or -1, the sentinel."""
+
+
+def triangle_table(triangles: np.ndarray, order: np.ndarray | None = None,
+                   last: np.ndarray | None = None
+                   ) -> dict[str, dict[str, np.ndarray | Column]]:
+    """The TRIANGLE table of (n, 3, 3) float32 triangles, in ``order`` where it is given."""
+    index = np.arange(len(triangles)) if order is None else order
+    corners = np.ascontiguousarray(triangles).reshape(-1, 3)
+
+    def corner(k: int) -> Column:
+        return Column(len(index), lambda rows: corners.take(3 * index[rows] + k, axis=0))
+    fields = {"v0": corner(0), "v1": corner(1), "v2": corner(2), "index": index}
+    if last is not None:
+        fields["last"] = last
+    return {TRIANGLE.name: fields}
+
+
+def box_uniforms(triangles: np.ndarray) -> dict[str, tuple[float, ...]]:
+    """The corners of the box around (n, 3, 3) triangles; a point where there are none."""
+    corners = triangles.reshape(-1, 3) if len(triangles) else np.zeros((1, 3), np.float32)
+    return {"scene_lo": tuple(corners.min(0).tolist()), "scene_hi": tuple(corners.max(0).tolist())}

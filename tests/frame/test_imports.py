@@ -1,0 +1,62 @@
+"""Imports point one way: no circle of packages, none inside functions, few modules at the top."""
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from graphlib import TopologicalSorter
+from pathlib import Path
+
+import gpgpu_rt as rt
+
+PACKAGE = Path(rt.__file__).parent
+MOST_MODULES = 12       # directly in gpgpu_rt, which a newcomer meets first
+# The command line's entry imports late, so that an early interrupt is silent. The commands import
+# late what only they need: charts, compilers of cards and the window's optional libraries.
+LATE = {"__main__.py", "cli/benching.py", "cli/hardware.py", "cli/view.py"}
+
+
+def sources() -> Iterator[tuple[Path, tuple[str, ...]]]:
+    """Each file of the package, and the dotted name of its module below ``gpgpu_rt``."""
+    for path in sorted(PACKAGE.rglob("*.py")):
+        parts = path.relative_to(PACKAGE).with_suffix("").parts
+        yield path, parts[:-1] if parts[-1] == "__init__" else parts
+
+
+def imported(path: Path, module: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], bool]]:
+    """What a file imports of the package, and whether it does so inside a function; what only type
+    checkers read is left out."""
+    def visit(node: ast.AST, late: bool) -> Iterator[tuple[tuple[str, ...], bool]]:
+        for child in ast.iter_child_nodes(node):
+            if isinstance(child, ast.If) and "TYPE_CHECKING" in ast.dump(child.test):
+                continue
+            if isinstance(child, ast.ImportFrom):
+                if child.level:
+                    here = module if path.name == "__init__.py" else module[:-1]
+                    start = here[:len(here) - child.level + 1]
+                    yield (*start, *(child.module or "").split(".")), late
+                elif (child.module or "").split(".")[0] == "gpgpu_rt":
+                    yield tuple(child.module.split(".")[1:]), late
+                continue
+            yield from visit(child, late or isinstance(child, (ast.FunctionDef, ast.Lambda)))
+    yield from visit(ast.parse(path.read_text()), False)
+
+
+def test_no_circle_of_packages() -> None:
+    """Each package imports only packages that do not import it, however far around."""
+    graph: dict[str, set[str]] = {}
+    for path, module in sources():
+        for target, _ in imported(path, module):
+            if module and target and target[0] and target[0] != module[0]:
+                graph.setdefault(module[0], set()).add(target[0])
+    assert len(graph) > 15
+    list(TopologicalSorter(graph).static_order())    # CycleError names the circle
+
+
+def test_no_import_inside_a_function() -> None:
+    late = {str(path.relative_to(PACKAGE)) for path, module in sources()
+            for _, inside in imported(path, module) if inside}
+    assert late <= LATE
+
+
+def test_few_modules_at_the_top() -> None:
+    assert len(list(PACKAGE.glob("*.py"))) <= MOST_MODULES
