@@ -87,7 +87,9 @@ def standing_triangles(seed: int, count: int) -> np.ndarray:
 def world(seed: int = SEED, origin: tuple[float, float] = ORIGIN,
           direction: tuple[float, float] = DIRECTION) -> World:
     triangles = standing_triangles(seed, COUNT)
-    scene = rt.Scene.from_arrays(triangles.reshape(-1, 3), np.arange(3 * COUNT).reshape(-1, 3))
+    corners = triangles.reshape(-1, 3)
+    camera = rt.Camera.looking_at((corners.min(axis=0), corners.max(axis=0)))
+    scene = rt.Scene.from_arrays(corners, np.arange(3 * COUNT).reshape(-1, 3), camera=camera)
     with rt.Tracer(scene, "kd-restart", max_depth=MAX_DEPTH) as tracer:
         tree = tracer.accelerator.structure
     # Near the ground, where a triangle is all but as wide as its base.

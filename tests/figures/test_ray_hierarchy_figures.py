@@ -63,7 +63,7 @@ def test_no_hit_is_missing_in_the_stream() -> None:
 def test_figures_are_drawn(figure, tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(fig25, "SCENE", "cornell")
     figure.draw(tmp_path, tmp_path, False)
-    name = figure.__name__.split(".")[-1]
+    name = figure.__name__.split(".")[-1].split("_")[0]
     assert (tmp_path / f"{name}.png").stat().st_size > 20_000
     assert (tmp_path / f"{name}.md").read_text().startswith("# Figure 2")
     with (tmp_path / f"{name}.csv").open() as file:

@@ -182,5 +182,5 @@ def test_a_number_beyond_floats_is_an_option_error() -> None:
 
 def test_a_folder_at_the_locks_name_is_a_line(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setattr(machine, "_file", lambda: tmp_path)
-    with pytest.raises(rt.Error, match="take turns.*remove it"), machine.taken():
+    with pytest.raises(rt.Error, match="cannot lock.*remove what is there"), machine.taken():
         pass
