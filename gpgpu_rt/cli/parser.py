@@ -18,8 +18,8 @@ class Parser(argparse.ArgumentParser):
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         """What argparse asks about choices, commands among them."""
         if action.choices is not None and value not in action.choices:
-            raise argparse.ArgumentError(
-                action, f"no {value!r}{nearest_names(str(value), map(str, action.choices))}")
+            near = nearest_names(str(value), map(str, action.choices))
+            raise argparse.ArgumentError(action, f"invalid choice {value!r}{near}")
 
     def refuse(self, word: str) -> None:
         """One that nothing stands for here."""

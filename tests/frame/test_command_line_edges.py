@@ -2,19 +2,23 @@
 from __future__ import annotations
 
 import os
+import re
 import struct
 import subprocess
 import sys
 import zlib
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from PIL import Image
 
 import gpgpu_rt as rt
 from gpgpu_rt import cli
+from gpgpu_rt.accuracy.error_targets import ALL
 from gpgpu_rt.accuracy.known_rays import check_kinds
-from gpgpu_rt.cli import unfinished
+from gpgpu_rt.accuracy.tune import LATE
+from gpgpu_rt.cli import tuning, unfinished
 from gpgpu_rt.figures.framework import provenance
 from gpgpu_rt.inspect.heat import heat
 from gpgpu_rt.methods.settings import load as load_settings
@@ -64,6 +68,15 @@ def test_a_closed_stdout_is_no_mistake(words: str, redirection: str, tmp_path) -
     if "render" in words:
         with Image.open(tmp_path / "picture.png") as image:
             assert image.size == (4, 4)
+
+
+@pytest.mark.parametrize("notes, closest, message", [
+    ([LATE], None, "time was up.*--budget"), ([], None, "give other methods"),
+    ([LATE], SimpleNamespace(candidate="grid", note="slow"), "more time with --budget"),
+    ([], SimpleNamespace(candidate="grid", note="slow"), "grid: slow; relax the bounds")])
+def test_tune_says_that_its_time_was_up(notes: list[str], closest: object, message: str) -> None:
+    said = tuning._unreachable(SimpleNamespace(notes=notes, closest=closest, rays_of=ALL))
+    assert re.search(message, said) and ("--budget" in said) == bool(notes)
 
 
 # Nested too deep ------------------------------------------------------------------------------

@@ -277,7 +277,7 @@ BOUNDS = ["--max-wrong", "1e-3", "--max-t-error", "1e-3"]
       "exact"], "split means something with build sah or hybrid alone"),
     (["trace", "cornell", "{}/empty.npz", "-o", "{}/h.npz"], "holds no directions"),
     (["trace", "cornell", "{}/nan.npz", "-o", "{}/h.npz"], "ray 1 is invalid"),
-    (["fly"], "no 'fly'; known: accuracy"),
+    (["fly"], "invalid choice"),
     (["render", "cornell", "-m", "grid", "-m", "bih", "-o", "{}/x.png"], "twice, grid and bih"),
     (["render", "cornell", "-m", "grid", "--density", "3", "--resolution", "4", "-o", "{}/x.png"],
      "exclude each other"),
