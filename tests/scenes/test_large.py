@@ -22,6 +22,7 @@ from gpgpu_rt.methods.bvh.build import build_bvh, node_limit
 from gpgpu_rt.methods.bvh.octant_copies import OctantCopies, times_stored
 from gpgpu_rt.methods.kdtree import build as kdtree
 from gpgpu_rt.methods.kdtree.build import build_kdtree
+from gpgpu_rt.methods.kdtree.tree import LEAF, LooseKdTree
 from gpgpu_rt.scene import catalogue
 from gpgpu_rt.traversal.triangle_table import TRIANGLE
 
@@ -126,8 +127,8 @@ def test_coarsened_kd_trees(most: int) -> None:
     """Leaves hold what their subtrees' held, each triangle once; planes above stay."""
     triangles = random_soup(200, 3)
     fine = build_kdtree(triangles)
-    leaf, left = fine.axis == kdtree.LEAF, fine.left.astype(np.int64)
-    loose = kdtree.LooseKdTree(
+    leaf, left = fine.axis == LEAF, fine.left.astype(np.int64)
+    loose = LooseKdTree(
         fine.axis, fine.split, np.where(leaf, -1, left), np.where(leaf, -1, left + 1),
         np.where(leaf, left, 0), fine.count.astype(np.int64), fine.references)
     tree = loose.coarsened(most).finish(fine.lo, fine.hi)
@@ -138,10 +139,10 @@ def test_coarsened_kd_trees(most: int) -> None:
     assert len(tree.axis) <= most
     assert len(tree.references) <= most or len(tree.axis) == 1
     assert set(tree.references.tolist()) == set(fine.references.tolist())
-    leaves = np.flatnonzero(tree.axis == kdtree.LEAF)
+    leaves = np.flatnonzero(tree.axis == LEAF)
     lo, hi = tree.boxes()
     fine_lo, fine_hi = fine.boxes()
-    ends = np.flatnonzero(fine.axis == kdtree.LEAF)
+    ends = np.flatnonzero(fine.axis == LEAF)
     for leaf in leaves.tolist():
         held = tree.references[tree.left[leaf]:tree.left[leaf] + tree.count[leaf]]
         inside = ends[(fine_lo[ends] >= lo[leaf]).all(1) & (fine_hi[ends] <= hi[leaf]).all(1)]
