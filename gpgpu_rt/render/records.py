@@ -16,16 +16,16 @@ CORNER_UV = Record("corner_uv", "uv0:vec2 uv1:vec2 | uv2:vec2")
 """Texture coordinates of a triangle's corners."""
 
 MIRROR = Record("mirror", "share:vec3")
-"""Of a material: what it reflects as a mirror."""
+"""The share of light that a material reflects as a mirror."""
 
 DIELECTRIC = Record("dielectric", "ior")
-"""Of a material: its refractive index, 0 for one that lets nothing through."""
+"""The refractive index of a material; 0 where light does not pass through it."""
 
 GLOSSY = Record("glossy", "share:vec3 exponent")
-"""Of a material: what it reflects into a lobe, and the cosine's exponent in that."""
+"""The share of light that a material reflects into a lobe, and the lobe's cosine exponent."""
 
 EMISSION = Record("emission", "radiance:vec3")
-"""Of a material: what it sends out by itself."""
+"""The radiance that a material emits."""
 
 LIGHT_CHOICE = Record("light_choice", "light:int alias:int keep")
 """What a random number chooses: a light, the row of a triangle or -1 - k for the k-th point (the
@@ -39,7 +39,7 @@ SURROUNDINGS_ROW = Record("surroundings_row", "sum cosine")
 the mean of its latitude's cosine."""
 
 IMAGE = Record("image", "x:int y:int width:int height:int")
-"""Of a material: where its image lies in the texture of all images; width 0 for none."""
+"""The rectangle of a material's image in the texture of all images; width 0 for no image."""
 
 LIT = Record("lit", "ambient:vec3")
 """Light that leaves a hit towards the eye whatever casts shadows."""
@@ -54,7 +54,7 @@ SCREEN = Record("screen", "colour:vec4")
 """A pixel as it is shown, sRGB."""
 
 LIVE = Record("live", "weight")
-"""Of a tile of pixels: the largest weight of a path in it."""
+"""The largest weight of a path in a tile of pixels."""
 
 PATH = Record("path", "weight:vec3")
 """How much of what a ray meets arrives at its pixel."""
@@ -64,7 +64,7 @@ WALK = Record("walk", "weight:vec3 density")
 its ray's direction was, 0 where that was certain."""
 
 CAME_FROM = Record("came_from", "x:int y:int")
-"""Of a path that is packed: its texel in the wave."""
+"""The texel in the wave that a packed path came from."""
 
 SUMS = Record("sums", "total:vec4 | lost:vec4")
 """Of a pixel: radiance, and squared luminance, summed over its paths; what that rounded off."""

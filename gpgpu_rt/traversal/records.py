@@ -7,10 +7,10 @@ STACK_ENTRY = Record("stack_entry", "t_max node:int")
 """A level of a ray's stack in an atlas: a node to visit, and where the interval in it ends."""
 
 NEAREST = Record("nearest", "t")
-"""Of a ray: the least t of the triangles drawn over it."""
+"""The least t of the triangles drawn over a ray."""
 
 FOUND = Record("found", "triangle:int")
-"""Of a ray: the lowest of the triangles drawn over it at that t."""
+"""The lowest index of the triangles drawn over a ray at its least t."""
 
 ENTRIES = 28      # of a tile, at most
 

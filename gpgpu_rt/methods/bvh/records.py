@@ -60,7 +60,7 @@ PACKET_STATE = Record("state", "node:int cursor:int phase:int steps:int | turn:i
 a bit for each whose rays are still to come."""
 
 SHARED_WAY_OUT = "after:int"
-"""Of a walk where octants share subtrees: the node behind the one that it is in, -1 outside."""
+"""The node behind the shared subtree that a walk is in; -1 outside shared subtrees."""
 
 PACKET_SHARED_STATE = replace(PACKET_STATE, layout=f"{PACKET_STATE.layout} {SHARED_WAY_OUT}")
 

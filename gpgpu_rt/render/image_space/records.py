@@ -9,4 +9,4 @@ how it grows from there, a pixel to the right and one up; the side of a triangle
 viewer, twice its row, plus one where that is its back, or -1 for nothing."""
 
 LEAVING = Record("leaving", "radiance:vec3")
-"""Of a side of a triangle: what leaves it, the same everywhere on it and in every direction."""
+"""The radiance that leaves a side of a triangle, the same at every place and in all directions."""
