@@ -1,61 +1,51 @@
-"""Tracer: a scene, a method and a context, ready to trace."""
+"""Tracer: the public face of a scene, a method and a context, ready to trace."""
 from __future__ import annotations
 
 import os
-import time
-from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import trimesh
+from PIL import Image
 
 from .errors import Error, memory_limited
 from .gl.context import open_gpu
-from .gl.pass_log import PassLog, logged
+from .gl.pass_log import PassLog
 from .gl.precision import Precision
-from .gl.record import EXACT_INTEGER
-from .gl.textures import release, texture_bytes
 from .hits import STACK_OVERFLOW, UNFINISHED, Hits
-from .methods import Accelerator, Method, find_method, settings
-from .methods.choices import COHERENT, RAYS, Choice, Choices
+from .methods import Accelerator, Method, settings
+from .methods.choices import COHERENT, Choice, Choices
 from .rays.batch import RayBatch
-from .rays.records import COUNTERS, HIT
-from .rays.textures import ByRay, RayTextures, StateBuffer, StateBuffers, whole
-from .render.integrators import Integrator
+from .render.integrators import find_integrator
+from .render.plan import Plan
+from .scene.camera import Camera, check_camera, image_size
 from .scene.loading import load_scene
+from .scene.region import Region
 from .scene.scene import Scene
-from .session.all_hits import AllHits, check_exact, collect
-from .session.builder import Builder
-from .session.choosing import Choosing
-from .session.moving import Moving
-from .session.pictures import Pictures
-from .session.scene_tables import SceneTables
-from .statistics import Statistics
-from .traversal.assembly import make_driver
-from .traversal.driver import Driver, Samplers, Setup
-from .traversal.method import Tables
-from .traversal.packet_hits import PacketHits
-from .traversal.schedules import mark_stopped
-from .traversal.stages.eye_drivers import EyeDrivers
+from .session.all_hits import AllHits, check_exact
+from .session.session import Session
+from .session.sessions import Sessions
 
 DEFAULT_METHOD = "bvh-threaded"
 AUTO = "auto"
 
 
-class Tracer(Choosing, Moving, Pictures):
-    """Traces rays through a scene with one of the table's methods.
+class Tracer:
+    """Traces rays through a scene with one of the methods of ``methods()``.
 
     Parameters
     ----------
     scene : Scene, trimesh.Trimesh, a scene's name or a mesh file
-    method : a name from ``methods()``; or "auto": what `tune` found for this scene and renderer
-        where it was run, else a safe default. These are ``Choices``, one for coherent rays and one
-        for others, which may be given too: each call takes between them by the rays it is given,
-        and the structure for incoherent ones is built when such rays first come.
-        ``statistics.choice`` says which was taken; ``method`` and ``options`` are its
-    options : those of ``options.TRACER_OPTIONS`` and the method's own; any other is refused
+    method : a name from ``methods()``; or "auto": the settings that `tune` found for this scene
+        and renderer, or a safe default where `tune` has not run. The settings hold ``Choices``, a
+        method for coherent rays and a method for incoherent rays; ``Choices`` may be given too.
+        Each call picks one of the two according to its rays. The structure for incoherent rays is
+        built when such rays first come. ``statistics.choice`` says which of the two was picked;
+        ``method`` and ``options`` are the picked method's
+    options : those of ``options.TRACER_OPTIONS`` and the method's own; any other option is refused
 
     Raises
     ------
@@ -64,15 +54,16 @@ class Tracer(Choosing, Moving, Pictures):
     Notes
     -----
     A ``with`` block, or ``release``, frees textures and programs. Threads may share a tracer or
-    have one each: they take turns at the context (``statistics`` is then of whoever came last).
-    Processes have one each, and start by "spawn", for a context does not outlive a fork; a tracer
-    that is pickled is made again there, with the same scene, method and options.
+    have a tracer each: only one thread uses the context at a time, and ``statistics`` is of the
+    last call of any thread. Processes need a tracer each, and must start by "spawn", because a
+    context does not survive a fork. A pickled tracer is made again in the other process with the
+    same scene, method and options.
     """
 
     @memory_limited
     def __init__(self, scene: Scene | trimesh.Trimesh | str | os.PathLike[str],
                  method: str | Choices = DEFAULT_METHOD, **options: Any) -> None:
-        self.settings: settings.Settings | None = None   # what "auto" and from_settings took
+        self.settings: settings.Settings | None = None   # of "auto" and of from_settings
         if method == AUTO:
             scene = load_scene(scene)
             method, self.settings = settings.automatic(
@@ -81,40 +72,8 @@ class Tracer(Choosing, Moving, Pictures):
             method = method.with_options(options, "the choices")
         else:
             method = Choices.one(Choice(method, options))
-        self.choices, self.taken, self._aside = method, COHERENT, None
-        self._rows = {rays: method.of(rays).resolved() for rays in RAYS}
-        self.scene = load_scene(scene)
-        self.gpu = open_gpu(self._rows[COHERENT][1]["context"])
-        self.statistics = Statistics()
-        self._tiled = any(row.packet for row, _ in self._rows.values())
-        self._rays: RayTextures | None = None
-        self._buffers: StateBuffers | None = None
-        self._integrator: Integrator | None = None
-        self.pass_log: PassLog | None = None    # of the last call, with statistics=True
-        self._counting = self._released = False
-        self._open()
-
-    def _open(self) -> None:
-        """Build what the choice taken traces with."""
-        began = time.perf_counter()
-        self.method, self.options = self._rows[self.taken]
-        self.precision = Precision.of(self.options)
-        self._bounds = self.scene.bounds
-        self._builder = Builder(self.method, self.options, self.scene.charts)
-        self._triangles = self._builder.stored(self.scene)
-        self._tables = SceneTables(self.gpu, self.precision)
-        self._eye_drivers = EyeDrivers(self.gpu, self.method, self.options)
-        with self.gpu, ExitStack() as undo:
-            undo.callback(release, self._eye_drivers)
-            undo.callback(self._tables.keep, ())
-            self.accelerator = self._builder.build(self._triangles)
-            undo.callback(release, self.accelerator.finisher)
-            self._write_tables(self.method.tables_for(self.options), self.accelerator)
-            self._traversal = self._make_traversal()
-            undo.pop_all()
-        self.statistics.__dict__.update(
-            method=self.method.name, choice=self.taken if self.choices.differ else "",
-            build_seconds=time.perf_counter() - began, refit_seconds=0.0, rebuilt=False)
+        self.sessions = Sessions(method, scene)
+        self.gpu, self.statistics = self.sessions.gpu, self.sessions.statistics
 
     @classmethod
     def from_settings(cls, scene: Scene | trimesh.Trimesh | str | os.PathLike[str],
@@ -125,13 +84,13 @@ class Tracer(Choosing, Moving, Pictures):
         Parameters
         ----------
         path : a file that `gpgpu-rt tune` wrote
-        force : take it for another scene or renderer too; its promise then holds no longer
-        options : more options; one that the file decides is refused
+        force : use the file for another scene or renderer too; its promise then no longer holds
+        options : more options; an option that the file decides is refused
 
         Raises
         ------
         SettingsError, OptionError
-            besides what the constructor raises; the difference is named
+            where the file does not fit, with the difference; and the constructor's errors
         """
         found, scene = settings.load(path), load_scene(scene)
         if not force:
@@ -141,29 +100,54 @@ class Tracer(Choosing, Moving, Pictures):
         return tracer
 
     @property
+    def session(self) -> Session:
+        """What is built for the method that the last call used: structure, driver and textures."""
+        return self.sessions.present
+
+    @property
+    def pass_log(self) -> PassLog | None:
+        """The passes of the last call, with ``statistics=True``."""
+        return self.sessions.pass_log
+
+    @property
+    def choices(self) -> Choices:
+        """The methods for coherent and for incoherent rays."""
+        return self.sessions.choices
+
+    @property
+    def taken(self) -> str:
+        """"coherent" or "incoherent": the rays that the present method is for."""
+        return self.sessions.chosen
+
+    @property
+    def method(self) -> Method:
+        """The row of the method table, in the form that the options give it."""
+        return self.session.method
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """Every option of the tracer and of the method, with its value."""
+        return self.session.options
+
+    @property
+    def precision(self) -> Precision:
+        """How textures store numbers."""
+        return self.session.structure.precision
+
+    @property
+    def scene(self) -> Scene:
+        """The scene, with its triangles where they are now."""
+        return self.session.scene
+
+    @property
+    def accelerator(self) -> Accelerator:
+        """The structure that rays are traced through, as arrays."""
+        return self.session.accelerator
+
+    @property
     def step_cap(self) -> int:
         """Steps after which a ray is stopped and flagged."""
-        return min(self.options["step_cap"] or self.accelerator.step_bound + 1, EXACT_INTEGER - 1)
-
-    def _write_tables(self, records: Tables, accelerator: Accelerator) -> None:
-        self._tables.write(records, accelerator)
-        self.statistics.table_bytes = self._tables.bytes()
-
-    def _make_traversal(self) -> Driver:
-        return make_driver(Setup(self.gpu, self.method, self._tables.samplers(), self.accelerator,
-                                 self.options, self.step_cap, find_method, self._prepare_other))
-
-    def _prepare_other(self, method: Method, options: Mapping[str, Any]) -> tuple[
-            Samplers, Accelerator]:
-        """Another method over the same structure: its tables, made where they are missing."""
-        missing = [record for record in method.tables_for(options)
-                   if record.name not in self._tables]
-        accelerator = self.accelerator
-        if missing:
-            assert method.adopt is not None
-            accelerator = method.adopt(accelerator.structure, self._triangles, options)
-            self._write_tables(tuple(missing), accelerator)
-        return self._tables.samplers(), accelerator
+        return self.session.step_cap
 
     # Tracing --------------------------------------------------------------------------------
 
@@ -171,12 +155,12 @@ class Tracer(Choosing, Moving, Pictures):
     def trace(self, origins: np.ndarray, directions: np.ndarray,
               t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf,
               shape: tuple[int, int] | None = None, invalid: str = "raise") -> Hits:
-        """Nearest hits.
+        """Find each ray's nearest hit.
 
         Parameters
         ----------
         origins, directions : (n, 3) or (h, w, 3) float, world units; any direction length
-        t_min, t_max : scalars or one a ray, in units of |direction|; both ends count
+        t_min, t_max : scalars or a value a ray, in units of |direction|; both ends count
         shape : (h, w) of the tile that (n, 3) rays form
         invalid : "raise", or "miss": rays with NaN, infinity or no direction get status 1
 
@@ -187,10 +171,9 @@ class Tracer(Choosing, Moving, Pictures):
         Error
             after ``release``
         """
-        batch = RayBatch(origins, directions, t_min, t_max, shape, invalid, self._bounds,
-                         self._tiled)
-        with self._taking(batch):
-            return self._trace(batch, False)
+        batch = self._batch(origins, directions, t_min, t_max, shape, invalid)
+        with self.sessions.call(batch) as session:
+            return session.trace(batch, False, self.statistics)
 
     @memory_limited
     def occluded(self, origins: np.ndarray, directions: np.ndarray,
@@ -207,12 +190,11 @@ class Tracer(Choosing, Moving, Pictures):
         ValueError
             as for ``trace``
         Error
-            as for ``trace``, and where the step cap, or a full stack, leaves it open for some ray
+            as for ``trace``, and where the step cap or a full stack leaves a ray undecided
         """
-        batch = RayBatch(origins, directions, t_min, t_max, shape, invalid, self._bounds,
-                         self._tiled)
-        with self._taking(batch):
-            hits, cap = self._trace(batch, True), self.step_cap
+        batch = self._batch(origins, directions, t_min, t_max, shape, invalid)
+        with self.sessions.call(batch) as session:
+            hits, cap = session.trace(batch, True, self.statistics), session.step_cap
         for status, advice in ((UNFINISHED, f"reached the step cap of {cap} undecided; "
                                             "raise step_cap"),
                                (STACK_OVERFLOW, "overflowed their stack; raise stack_size")):
@@ -226,147 +208,154 @@ class Tracer(Choosing, Moving, Pictures):
                   t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf,
                   shape: tuple[int, int] | None = None, invalid: str = "raise",
                   max_hits: int | None = None) -> AllHits:
-        """All hits, ray by ray in the order of (t, triangle), coincident ones included.
+        """Find all hits, ray by ray in the order of (t, triangle), coincident hits included.
 
-        A round of passes finds the next hit of every ray that had one; ``statistics`` adds up what
-        they took, but holds no counters.
+        Each round of passes finds the next hit of every ray that had a hit in the round before.
+        ``statistics`` adds up all rounds, but holds no counters.
 
         Parameters
         ----------
         origins, directions, t_min, t_max, shape, invalid : as for ``trace``
-        max_hits : of a ray, the nearest ones; None for all
+        max_hits : find at most this many of a ray's nearest hits; None finds all
 
         Raises
         ------
         ValueError
             for arrays that do not fit, or naming the first invalid ray.
         OptionError
-            under options that round or lose hits, whose order is then not that of (t, triangle).
+            under options that round or lose hits, because their order is not that of (t, triangle)
         """
-        for method, own in self._rows.values():
+        for method, own in self.sessions.rows.values():
             check_exact(method, own)
-        batch = RayBatch(origins, directions, t_min, t_max, shape, invalid, self._bounds,
-                         self._tiled)
-        with self._taking(batch):
-            with self._logged():
-                self.statistics.start_call(batch.count)
-                self._put_in_order(batch)
-                began = time.perf_counter()
-                hits = collect(batch, self._trace_on, max_hits)
-                self.gpu.check_error(f"tracing all hits of {batch.count} rays")
-                self.statistics.trace_seconds = (time.perf_counter() - began
-                                                 + batch.sort_seconds)
-                self.statistics.sort_seconds += batch.sort_seconds
-            if self._rays is not None:
-                self._add_texture_bytes()
-        return hits
+        batch = self._batch(origins, directions, t_min, t_max, shape, invalid)
+        with self.sessions.call(batch) as session:
+            return session.trace_all(batch, max_hits, self.statistics)
 
-    def _trace_on(self, texels: np.ndarray) -> tuple[dict[str, np.ndarray], np.ndarray]:
-        """The next hits of rays, (height, width, 3, 4) of RAY_AFTER_HIT: HIT, and their status."""
-        rays, buffers = self._room(texels.shape[1::-1], after_hit=True)
-        rays.write(texels)
-        side, stopped = self._traversal.run(rays, buffers, self.statistics)
-        self.statistics.stopped += stopped
-        fields, status = side.fields(HIT.name), np.zeros(texels[..., 0, 0].size, np.uint8)
-        if stopped:
-            mark_stopped(status, side.fields(self.method.state.name)["phase"])
-        return fields, status
+    def _batch(self, origins: np.ndarray, directions: np.ndarray, t_min: float | np.ndarray,
+               t_max: float | np.ndarray, shape: tuple[int, int] | None,
+               invalid: str) -> RayBatch:
+        return RayBatch(origins, directions, t_min, t_max, shape, invalid,
+                        self.session.structure.bounds, self.sessions.any_packets)
 
-    def _trace(self, batch: RayBatch, any_hit: bool) -> Hits:
-        statistics = self.statistics
-        with self.gpu, self._logged():
-            statistics.start_call(batch.count)
-            self._put_in_order(batch)
-            rays, buffers = self._room(batch.size)
-            began = time.perf_counter()
-            rays.upload(batch)
-            self.gpu.finish()
-            uploaded = time.perf_counter()
-            side, stopped = self._traversal.run(rays, buffers, statistics, any_hit)
-            self.gpu.finish()
-            traced, sorting = time.perf_counter(), batch.sort_seconds
-            statistics.stopped = stopped
-            hits = batch.hits(side.fields(HIT.name, batch.by_ray))
-            hits = self._finish(hits, side, stopped, batch.by_ray)
-            self.gpu.check_error(f"tracing {batch.count} rays")
-        statistics.sort_seconds += batch.sort_seconds
-        statistics.upload_seconds = uploaded - began
-        statistics.trace_seconds = traced - uploaded + batch.sort_seconds
-        back = time.perf_counter() - traced
-        statistics.readback_seconds = back - (batch.sort_seconds - sorting)
-        return hits
+    # Pictures -------------------------------------------------------------------------------
 
-    def _put_in_order(self, batch: RayBatch) -> None:
-        if self.options["presort"]:
-            batch.put_in_order(self._bounds, self.precision)
+    @memory_limited
+    def render(self, camera: Camera | None = None, size: tuple[int, int] = (512, 512),
+               integrator: str | None = None,
+               progress: Callable[[int, int, float], None] | None = None,
+               first_hits: str = "traced",
+               region: tuple[int, int, int, int] | None = None,
+               **options: Any) -> Image.Image:
+        """Draw a picture of the scene; this tracer's method traces all its rays.
 
-    @contextmanager
-    def _logged(self) -> Iterator[None]:
-        """Within, passes are logged where statistics are asked for."""
-        if not self.options["statistics"]:
-            yield
-            return
-        with logged(self.gpu, self.statistics) as self.pass_log:
-            yield
+        Parameters
+        ----------
+        camera : Camera, or None for the scene's own
+        size : (width, height) pixels
+        integrator : "direct": light and shadows; "whitted" (default): also mirrors and glass;
+            "path": also light that bounces, and ``radiance`` then holds the unclipped result
+        progress : called by "path" with samples done, samples in all, and the noise so far
+        first_hits : "traced"; "rasterised": the rasteriser finds the eye rays' hits where it can
+            prove them, and the method traces the rest, with the same hits to the bit; or
+            "verified": the method traces only eye rays for which the rasteriser found no hit, so
+            a few pixels may miss a nearer hit. ``statistics.first_hits`` counts the traced rays
+        region : (x, y, width, height) pixels of the picture, from the top left: draw these alone,
+            the same to the bit as in the whole picture; None draws all. The noise at which "path"
+            stops is then that of the region
+        options : the integrator's, as ``integrators.INTEGRATORS[name].options`` lists them
 
-    def _room(self, size: tuple[int, int],
-              after_hit: bool = False) -> tuple[RayTextures, StateBuffers]:
-        """Ray textures and state buffers of ``size``; those of the last call if they fit."""
-        if self._rays is None or (self._rays.size, self._rays.after_hit) != (size, after_hit):
-            self._release_room()
-            self._rays = RayTextures(self.gpu, size, self.precision, after_hit)
-        if self._buffers is None:
-            self._buffers = StateBuffers(self.gpu, self.method.state, size,
-                                         self.options["statistics"], self.precision)
-        return self._rays, self._buffers
+        Raises
+        ------
+        OptionError
+            for a camera, size, integrator, option or region that is not valid
+        LimitError
+            for a picture too large for this renderer
+        KeyboardInterrupt
+            on Ctrl-C; ``unfinished`` gives the picture that "path" has summed up by then
+        """
+        check_camera(camera)
+        with self.sessions.call(find_integrator(integrator).rays) as session:
+            return self.sessions.pictures.render(session, camera, Region.of(size, region),
+                                                 integrator, progress, first_hits, options)
 
-    def _finish(self, hits: Hits, side: StateBuffer | PacketHits, stopped: int,
-                by_ray: ByRay = whole) -> Hits:
-        """The hits with what became of their rays."""
-        if stopped:
-            mark_stopped(hits.status, side.fields(
-                self.method.state.name, by_ray)["phase"])
-        if self.options["statistics"]:
-            for name, values in self._count(side, by_ray).items():
-                setattr(hits, name, values)
-        self._add_texture_bytes()
-        return hits
+    @property
+    def radiance(self) -> np.ndarray:
+        """(height, width, 3) float32, linear: the last picture by "path", row 0 at the top, before
+        its colours are clipped at white."""
+        return self.sessions.pictures.radiance
 
-    def _count(self, side: StateBuffer | PacketHits,
-               by_ray: ByRay = whole) -> dict[str, np.ndarray]:
-        """Counters of the rays by name; their means go to the statistics."""
-        counters = {**side.fields(COUNTERS.name, by_ray),
-                    "steps": side.fields(self.method.state.name, by_ray)["steps"]}
-        self.statistics.counters = {name: float(values.mean()) if len(values) else 0.0
-                                    for name, values in counters.items()}
-        return counters
+    def unfinished(self) -> Image.Image | None:
+        """The picture that an interrupted "path" has summed up so far; None where there is no such
+        picture. ``statistics.samples`` says how many samples a pixel it holds."""
+        return self.sessions.pictures.unfinished()
 
-    def _add_texture_bytes(self) -> None:
-        assert self._rays is not None and self._buffers is not None
-        self.statistics.texture_bytes = (
-            sum(self.statistics.table_bytes.values()) + self._buffers.bytes()
-            + texture_bytes(self._rays.textures) + self._traversal.bytes()
-            + (sum(self._integrator.bytes().values()) if self._integrator is not None else 0)
-            + self._eye_drivers.bytes() + self._bytes_aside())
+    @memory_limited
+    def eye_hits(self, camera: Camera | None = None, size: tuple[int, int] = (512, 512),
+                 first_hits: str = "traced") -> Hits:
+        """Find the hits of the eye rays of ``render``, row by row from the top.
+
+        Parameters
+        ----------
+        camera, size, first_hits : as for ``render``, which also lists the errors
+        """
+        check_camera(camera)
+        size = image_size(size)
+        with self.sessions.call(COHERENT) as session:
+            return self.sessions.pictures.eye_hits(session, camera, size, first_hits)
+
+    def plan(self, size: tuple[int, int] = (512, 512), integrator: str | None = None,
+             **options: Any) -> Plan:
+        """What `render` with the same arguments would do and allocate, and why no more.
+
+        Parameters
+        ----------
+        size, integrator, options : as for ``render``, which also lists the errors
+        """
+        with self.sessions.turn(find_integrator(integrator).rays) as session:
+            return self.sessions.pictures.plan(session, Region.of(size, None), integrator, options)
+
+    # Moving ---------------------------------------------------------------------------------
+
+    @memory_limited
+    def update(self, vertices: np.ndarray) -> None:
+        """Move the scene's triangles.
+
+        A method whose row has ``refit`` keeps its structure, unless the option ``rebuild_ratio``
+        asks for a new structure because the old structure became worse by that ratio. Any other
+        method builds anew. ``statistics`` says which, and how long it took. Programs are kept, and
+        so are textures that still fit. ``scene`` is a new object afterwards; the scene that was
+        given to the tracer does not change.
+
+        Parameters
+        ----------
+        vertices : (v, 3) float, world units, the vertices that the scene's faces index; or
+            (n, 3, 3), the triangles themselves, as many as before
+
+        Raises
+        ------
+        SceneError, LimitError
+        OptionError
+            within ``counting``
+        """
+        with self.sessions.moving() as session:
+            session.move(self.scene.moved(vertices))
+
+    def counting(self) -> AbstractContextManager[None]:
+        """Within, rays are counted as with ``statistics=True``, by programs of their own over the
+        present structure. Calls before and after run at full speed.
+
+        Raises
+        ------
+        OptionError
+            for a tracer with two choices; and, within, from `update`
+        """
+        return self.sessions.counting()
 
     # Lifetime -------------------------------------------------------------------------------
 
-    def _release_room(self) -> None:
-        release(self._rays, self._buffers)
-        self._rays = self._buffers = None
-
     def release(self) -> None:
-        """Free textures and programs; the tracer is of no use afterwards."""
-        with self.gpu:
-            if self._released:
-                return
-            self._released = True
-            self._release_room()
-            release(self._integrator)
-            self._integrator = None
-            for held in filter(None, (self._held(), self._aside)):
-                release(held["_eye_drivers"], held["_traversal"], held["accelerator"].finisher)
-                held["_tables"].keep(())
+        """Free textures and programs; the tracer cannot be used afterwards."""
+        self.sessions.release()
 
     def __enter__(self) -> Tracer:
         return self
@@ -375,7 +364,7 @@ class Tracer(Choosing, Moving, Pictures):
         context = self.options["context"]
         here = {"context": context if isinstance(context, str) else None}
         choices = Choices(*(replace(self.choices.of(rays), options={**options, **here})
-                            for rays, (_, options) in self._rows.items()))
+                            for rays, (_, options) in self.sessions.rows.items()))
         return Tracer, (self.scene, choices)
 
     def __exit__(self, *exception: object) -> None:

@@ -75,7 +75,7 @@ def traversal() -> tuple[list[Level], list[Round], rt.Hits]:
     rounds: list[Round] = []
     with (rt.Tracer(scene(), "ray-hierarchy", top_nodes=1, statistics=True) as tracer,
           tracer.gpu):
-        driver = tracer._traversal
+        driver = tracer.session.driver
         test = driver._test
 
         def watched(level: int, first: int, count: int) -> int:

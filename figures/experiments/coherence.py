@@ -81,7 +81,7 @@ def measure(scene: rt.Scene, rays: Workload) -> dict[str, float]:
     with rt.Tracer(scene, "bvh-threaded", statistics=True, sort_rays=True) as tracer:
         hits = tracer.trace(rays.origins, rays.directions, t_max=t_max, shape=shape,
                             invalid="miss")
-        order = tracer._traversal.order(tracer._rays)
+        order = tracer.session.driver.order(tracer.session.buffers.rays)
         bvh = tracer.accelerator.structure
     live = np.flatnonzero(hits.status == 0)
     pairs, nodes = needed_nodes(bvh, rays.origins[live], rays.directions[live],

@@ -99,7 +99,7 @@ def _sorted_squares(scene: rt.Scene, rays: Workload) -> np.ndarray:
     square are neighbours in the order."""
     with rt.Tracer(scene, "bvh-threaded", sort_rays=True) as tracer:
         rays.trace(tracer)
-        order = tracer._traversal.order(tracer._rays)
+        order = tracer.session.driver.order(tracer.session.buffers.rays)
     order = order[order < len(rays.origins)]
     order = order[np.isfinite(rays.origins[order]).all(axis=1)]
     squares, inside = math.prod(SPREAD), texels_along_morton(SIDE, SIDE)

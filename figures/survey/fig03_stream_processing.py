@@ -88,7 +88,7 @@ def passes(method: str = METHOD) -> tuple[Pass, ...]:
         stepped = np.zeros(SIDE * SIDE, np.int32)
 
         def look(kernel: str, source: Any, target: Any) -> None:
-            program = tracer._traversal.program_of(kernel)
+            program = tracer.session.driver.program_of(kernel)
             for buffer in (target, source):
                 if buffer is not None and id(buffer) not in sides:
                     sides[id(buffer)] = "AB"[len(sides)]

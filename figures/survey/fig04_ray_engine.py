@@ -94,7 +94,7 @@ def passes() -> tuple[tuple[Pass, ...], dict[str, float], rt.Hits]:
     """The passes of one trace of Figure 3's rays, what it moved and took, and its hits."""
     found: list[Pass] = []
     with rt.Tracer(world().scene, METHOD, statistics=True, **SETTINGS) as tracer:
-        with watching(tracer._traversal, found):
+        with watching(tracer.session.driver, found):
             hits = tracer.trace(*rays(), shape=(SIDE, SIDE))
         return tuple(found), dict(tracer.statistics.split), hits
 

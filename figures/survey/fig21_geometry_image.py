@@ -48,7 +48,7 @@ def pyramids() -> tuple[ImageTree, np.ndarray, np.ndarray]:
     """The tree, and (nodes, 3) each: what the passes left in the textures of the boxes."""
     with rt.Tracer(image().scene(), "geometry-image") as tracer, tracer.gpu:
         tree = tracer.accelerator.structure
-        lo, hi = (read_texture(tracer._tables[name][f"{name}_table"]).reshape(-1, 4)
+        lo, hi = (read_texture(tracer.session.tables[name][f"{name}_table"]).reshape(-1, 4)
                   [:len(tree.miss), :3] for name in ("min_pyramid", "max_pyramid"))
     return tree, lo, hi
 

@@ -27,13 +27,13 @@ def passes() -> tuple[PassLog, list[tuple[int, int]]]:
     rays = scene.camera.rays((SIDE, SIDE))
     with rt.Tracer(scene, "ray-tiles", tile=TILE) as tracer, logged(tracer) as log:
         tracer.trace(*rays)
-        for name, texture in tracer._buffers.side(0).samplers().items():
+        for name, texture in tracer.session.buffers.states.side(0).samplers().items():
             log.names[texture.glo] = name.rsplit("_texel_", 1)[0]
     tiles, found = (SIDE // TILE) ** 2, []
     with rt.Tracer(scene, "ray-tiles", tile=TILE, statistics=True) as tracer:
         everything, before = tracer.accelerator.structure, 0.0
         for steps, (_, count) in enumerate(everything, 1):
-            tracer._traversal.step_cap = steps
+            tracer.session.driver.step_cap = steps
             through = tracer.trace(*rays).nodes_visited.sum() / TILE ** 2
             found.append((count * tiles, round(through - before)))
             before = through

@@ -33,7 +33,7 @@ def counted(scene: rt.Scene, side: int) -> list[list[Any]]:
     """Pairs by level for side x side eye rays: tested, kept, and how many there are at all."""
     found: dict[int, list[int]] = {}
     with rt.Tracer(scene, "ray-hierarchy") as tracer:
-        driver = tracer._traversal
+        driver = tracer.session.driver
         test = driver._test
 
         def watched(level: int, first: int, count: int) -> int:

@@ -65,7 +65,7 @@ def watching(tracer: Tracer, watch: Watch) -> Iterator[None]:
     OptionError
         for a driver that keeps no states in textures from pass to pass
     """
-    driver: Any = tracer._traversal
+    driver: Any = tracer.session.driver
     if tracer.options["presort"]:
         raise OptionError("option presort puts rays into other texels than their own; leave it "
                           "out to look at these")
@@ -99,13 +99,13 @@ def travel(tracer: Tracer, origins: np.ndarray, directions: np.ndarray,
     The hits, as ``Tracer.trace`` returns them.
     """
     batch = RayBatch(origins, directions, bounds=tracer.scene.bounds, **more)
-    with tracer._taking(batch):     # of two choices the one that `trace` will take
+    with tracer.sessions.turn(batch) as session:    # the session that `trace` will use
         if tracer.options["schedule"] == "loop":
             raise OptionError(f"method {tracer.method.name} under schedule loop has one pass to "
                               "look at; take a method with the schedule kernels or step")
         record = _Record(tracer, batch, look)
         with watching(tracer, record.take):
-            _, buffers = tracer._room(batch.size)
+            _, buffers = session.buffers.of(batch.size)
             for side in (0, 1):     # a state of an earlier call may have more steps
                 buffers.side(side).target.clear()
             return tracer.trace(origins, directions, **more)
@@ -122,7 +122,7 @@ def phase_names(tracer: Tracer) -> dict[int, str]:
 
 
 def _kernels(tracer: Tracer) -> tuple[str, ...]:
-    driver = tracer._traversal
+    driver = tracer.session.driver
     if isinstance(driver, PacketSteps):
         assert tracer.method.packet_state is not None
         return tracer.method.packet_state(tracer.options).kernels
@@ -135,7 +135,7 @@ class _Record:
     def __init__(self, tracer: Tracer, batch: RayBatch, look: Callable[[Pass], None]) -> None:
         self.names, self.look, self.count = phase_names(tracer), look, batch.count
         self.state_name, self.size = tracer.method.state.name, batch.size
-        self.packets = isinstance(tracer._traversal, PacketSteps)
+        self.packets = isinstance(tracer.session.driver, PacketSteps)
         self.state: Fields = {}
         self.hit: Fields = {}
         self.number = 0

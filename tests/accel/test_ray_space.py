@@ -45,12 +45,13 @@ def listed(tracer: rt.Tracer) -> tuple[np.ndarray, np.ndarray]:
     triangle = structure.triangle
     if isinstance(structure, RayBoxes):
         with tracer.gpu:
-            box = tracer._traversal._box_of_each(tracer._rays, tracer.statistics)
+            box = tracer.session.driver._box_of_each(
+                tracer.session.buffers.rays, tracer.statistics)
         owner = np.cumsum(triangle == -1) - (triangle == -1)
         lists = owner[-1] + 1
         number = np.where(box >= 0, owner[structure.directory[box]], lists)
     else:
-        state = tracer._buffers.side(0).fields("state")
+        state = tracer.session.buffers.states.side(0).fields("state")
         lists = len(structure.beam_start) - 1
         owner = np.repeat(np.arange(lists), np.diff(structure.beam_start))
         number = np.searchsorted(structure.beam_start, state["first"], side="right") - 1

@@ -21,7 +21,8 @@ def radiance(tracer: rt.Tracer, size: tuple[int, int], **options: object) -> np.
 
 def stream(tracer: rt.Tracer, name: str) -> list[np.ndarray]:
     with tracer.gpu:
-        return [read_texture(texture) for texture in tracer._integrator.room.textures(name)]
+        room = tracer.sessions.pictures.integrator.room
+        return [read_texture(texture) for texture in room.textures(name)]
 
 
 def scene_of(triangles: np.ndarray, material: rt.Material, camera: rt.Camera,

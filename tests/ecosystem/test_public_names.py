@@ -116,7 +116,7 @@ def test_an_interrupted_picture_is_kept(monkeypatch) -> None:
         assert abs(np.asarray(part, float).mean() - whole.mean()) < 0.1 * whole.mean()
         again = np.asarray(tracer.render(size=(16, 16), integrator="path", samples=32), float)
         assert (again == whole).all()       # nothing of it is left behind
-        monkeypatch.setattr(type(tracer._integrator), "_take_samples", _interrupt)
+        monkeypatch.setattr(type(tracer.sessions.pictures.integrator), "_take_samples", _interrupt)
         with pytest.raises(KeyboardInterrupt):
             tracer.render(size=(16, 16), integrator="path", samples=32)
         assert tracer.unfinished() is None

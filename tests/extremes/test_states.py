@@ -70,8 +70,8 @@ def test_no_nan_in_a_picture(method: str, scale: float) -> None:
     scene = case.scene
     with rt.Tracer(scene, method) as tracer, watching(tracer, scan):
         tracer.render(size=(16, 16))
-        room = tracer._integrator.room
-        shadow, eye = room.textures("shadow rays"), tracer._rays.textures
+        room = tracer.sessions.pictures.integrator.room
+        shadow, eye = room.textures("shadow rays"), tracer.session.buffers.rays.textures
         starts, ends = zip(shadow, eye)
         colours = [*room.textures("lit"), *room.textures("direct"), *room.textures("screen")]
         with tracer.gpu:

@@ -21,11 +21,11 @@ def watching(tracer: rt.Tracer, look: Callable[[Fields, Fields], None]) -> Itera
     A pass over packets has no hits. Drivers that keep no states from pass to pass are looked at
     after each of their draws of hits, or else after a whole run.
     """
-    traversal = tracer._traversal
+    traversal = tracer.session.driver
     names = tracer.method.state.name, HIT.name
 
     def clear(but=None) -> None:
-        for side in map(tracer._buffers.side, (0, 1)):
+        for side in map(tracer.session.buffers.states.side, (0, 1)):
             if side is not but:
                 side.target.clear()
 

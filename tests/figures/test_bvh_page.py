@@ -73,7 +73,7 @@ def test_streams_are_as_the_page_says(size: int, row: int) -> None:
     with rt.Tracer("bunny", "bvh-packet", streams=True, stream_size=size,
                    statistics=True) as tracer:
         tracer.trace(*tracer.scene.camera.rays((256, 256)))
-        statistics, lengths = tracer.statistics, tracer._traversal.lengths
+        statistics, lengths = tracer.statistics, tracer.session.driver.lengths
     nodes, triangles, streams, draws = map(float, lines[row].strip("|").split("|")[1:])
     assert statistics.counters["nodes_visited"] == pytest.approx(nodes, rel=0.006)
     assert statistics.counters["triangles_tested"] == pytest.approx(triangles, rel=0.006)

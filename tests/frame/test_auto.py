@@ -15,7 +15,7 @@ from gpgpu_rt.rays import ray_sets
 from gpgpu_rt.rays.batch import RayBatch
 from gpgpu_rt.rays.coherence import coherence
 from gpgpu_rt.session.builder import Builder
-from gpgpu_rt.session.choosing import SHARE
+from gpgpu_rt.session.sessions import COHERENT_SHARE
 
 SIDE = 16
 PAIR = Choices(Choice("bvh-packet", {"packet": (2, 2)}), Choice("kd-restart"))
@@ -108,7 +108,7 @@ def test_the_rays_of_the_bench_are_told_apart(name: str) -> None:
                            ("diffuse rays 2", False), ("random rays", False)):
         rays = workload(name, kind, 64)
         found = share_of(rays.origins, rays.directions, diagonal, shape=(64, 64), invalid="miss")
-        assert (found >= SHARE) == coherent, (kind, found)
+        assert (found >= COHERENT_SHARE) == coherent, (kind, found)
 
 
 # What is taken -----------------------------------------------------------------------------------
@@ -138,10 +138,12 @@ def test_rays_decide(scene, auto) -> None:
 def test_the_second_structure_is_built_when_it_is_asked_for(scene, auto) -> None:
     auto.trace(*eye(scene))
     coherent_alone, built = auto.statistics.texture_bytes, auto.statistics.build_seconds
-    assert auto._aside is None
+    assert len(auto.sessions.held) == 1
     auto.trace(*random(scene))
     kd = dict(auto.statistics.table_bytes)
-    assert "kd_node" in kd and "kd_node" not in auto._aside["statistics"]["table_bytes"]
+    first, second = auto.sessions.held
+    assert second is auto.session and second.structure.table_bytes == kd
+    assert "kd_node" in kd and "kd_node" not in first.structure.table_bytes
     auto.trace(*eye(scene))
     assert auto.statistics.build_seconds == built        # its own again, not built anew
     assert auto.statistics.texture_bytes == coherent_alone + sum(kd.values())   # both are held
@@ -202,8 +204,9 @@ def test_release_frees_both(scene) -> None:
     tracer = rt.Tracer(scene, PAIR)
     for rays in (eye(scene), random(scene)):
         tracer.trace(*rays)
-    tables = [*tracer._tables.samplers().values(), *tracer._aside["_tables"].samplers().values()]
-    assert len(tables) > 3
+    tables = [texture for session in tracer.sessions.held
+              for texture in session.tables.samplers().values()]
+    assert len(tracer.sessions.held) == 2 and len(tables) > 3
     tracer.release()
     assert all(isinstance(t.mglo, type(tables[0].mglo)) for t in tables)
     assert {type(t.mglo).__name__ for t in tables} == {"InvalidObject"}
@@ -225,7 +228,7 @@ def test_one_choice_is_one_structure(scene) -> None:
     with rt.Tracer(scene, Choices.one(Choice("grid"))) as tracer, rt.Tracer(scene, "grid") as own:
         for rays in (eye(scene), random(scene)):
             assert_same_bits(own.trace(*rays), tracer.trace(*rays))
-            assert tracer._aside is None and tracer.statistics.choice == ""
+            assert len(tracer.sessions.held) == 1 and tracer.statistics.choice == ""
             assert tracer.statistics.method == "grid"
 
 

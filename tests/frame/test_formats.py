@@ -129,9 +129,9 @@ def test_half_textures_are_half(method: str) -> None:
     scene = soup_scene(30, 2)
     with rt.Tracer(scene, method, storage="fp16") as tracer:
         image = tracer.render(size=(16, 16))
-        dtypes = {texture.dtype for texture in tracer._buffers.side(0).textures}
+        dtypes = {texture.dtype for texture in tracer.session.buffers.states.side(0).textures}
         assert dtypes == {"f2", "f4"} and image.size == (16, 16)
-        assert {texture.dtype for texture in tracer._rays.textures} == {"f2"}
+        assert {texture.dtype for texture in tracer.session.buffers.rays.textures} == {"f2"}
 
 
 @given(seed=st.integers(0, 999), bits=st.sampled_from([8, 16]), scale=st.integers(-20, 20))

@@ -118,7 +118,8 @@ def test_eye_rays_of_the_gpu_are_the_cameras(exact_renderer) -> None:
     with rt.Tracer(scene) as tracer:
         tracer.render(size=(33, 20))
         with tracer.gpu:
-            origin, direction = (read_texture(t)[..., :3] for t in tracer._rays.textures)
+            origin, direction = (read_texture(t)[..., :3]
+                                 for t in tracer.session.buffers.rays.textures)
     origins, directions = scene.camera.rays((33, 20))
     assert (origin == origins).all()
     np.testing.assert_allclose(direction, directions, atol=3e-7)

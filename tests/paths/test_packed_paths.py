@@ -98,7 +98,8 @@ def test_paths_are_counted_vertex_by_vertex(exact_renderer, small) -> None:
         for share in (0.25, 0.75):
             tracer.render(size=SIZE, integrator="path", samples=SAMPLES, compact=share)
             counts[share] = tracer.statistics.vertices
-        whole = tracer._integrator.size[0] * tracer._integrator.size[1]
+        whole = tracer.sessions.pictures.integrator.size[0] * \
+            tracer.sessions.pictures.integrator.size[1]
         tracer.render(size=SIZE, integrator="path", samples=SAMPLES, compact="off")
         assert tracer.statistics.vertices == []
     lives = [[vertex["live"] for vertex in counts[share]] for share in counts]
@@ -181,7 +182,7 @@ def test_an_interrupted_picture_keeps_its_bits(exact_renderer, small, monkeypatc
         bring_back, told = PackedPaths.bring_back, []
 
         def interrupted(*arguments: object) -> None:
-            if tracer._integrator.samples_done == 4 and arguments[1].packed:
+            if tracer.sessions.pictures.integrator.samples_done == 4 and arguments[1].packed:
                 told.append(arguments[1].size)
                 raise KeyboardInterrupt
             bring_back(*arguments)

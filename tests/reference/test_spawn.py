@@ -118,14 +118,14 @@ def shadow_rays(tracer: rt.Tracer, size: tuple[int, int]) -> tuple[Hits, np.ndar
     tracer.render(size=size)
     batch = RayBatch(*tracer.scene.camera.rays(size))
     with tracer.gpu:
-        rays, buffers = tracer._room(batch.size)
+        rays, buffers = tracer.session.buffers.of(batch.size)
         rays.upload(batch)
-        side, _ = tracer._traversal.run(rays, buffers, tracer.statistics)
+        side, _ = tracer.session.driver.run(rays, buffers, tracer.statistics)
         hits = batch.hits(side.fields(HIT.name))
-        room = tracer._integrator.room
-        light = light_uniforms(tracer.scene, tracer._integrator.needs)[0]
-        tracer._integrator.run("surfaces", room.target("shadow rays", "lit", "direct"),
-                               {**rays.complete().samplers(), **side.samplers()}, **light)
+        integrator = tracer.sessions.pictures.integrator
+        room, light = integrator.room, light_uniforms(tracer.scene, integrator.needs)[0]
+        integrator.run("surfaces", room.target("shadow rays", "lit", "direct"),
+                       {**rays.complete().samplers(), **side.samplers()}, **light)
         texels = [read_texture(texture).reshape(-1, 4) for texture in room.textures("shadow rays")]
     return hits, *texels
 

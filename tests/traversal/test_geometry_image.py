@@ -91,7 +91,7 @@ def test_passes_make_the_boxes_that_numpy_makes(gpu, name: str, storage: str) ->
             tracer.accelerator.tables["position"]["at"]))
         suffix = "_half" if storage == "fp16" else ""
         with gpu:
-            found = [read_texture(tracer._tables[record][f"{record}{suffix}_table"])
+            found = [read_texture(tracer.session.tables[record][f"{record}{suffix}_table"])
                      .reshape(-1, 4)[:len(tree.miss)] for record in ("min_pyramid", "max_pyramid")]
     for texels, corners, links in zip(found, expected, (tree.miss, tree.hit)):
         assert np.array_equal(texels[:, :3], corners)
@@ -243,7 +243,7 @@ def test_updates_are_fresh_builds(exact_renderer, monkeypatch, options: dict) ->
     places = [made.positions * np.float32([1, k, 1]) + np.float32([0, 0, k]) for k in range(3)]
     places[2][:] = np.random.default_rng(3).random(places[2].shape)
     with rt.Tracer(made.scene(), ROW.name, **options) as tracer:
-        textures = {name: dict(tables) for name, tables in tracer._tables.items()}
+        textures = {name: dict(tables) for name, tables in tracer.session.tables.items()}
         for at in places:
             tracer.update(at)
             assert not tracer.statistics.rebuilt
@@ -252,7 +252,7 @@ def test_updates_are_fresh_builds(exact_renderer, monkeypatch, options: dict) ->
             hits = tracer.trace(*chosen)
             assert_same_bits(hits, trace(scene, ROW.name, chosen, **options))
             assert hits.hit.mean() > 0.1
-        assert tracer._tables == textures
+        assert tracer.session.tables == textures
         written, write = [], scene_tables.table_textures
         monkeypatch.setattr(scene_tables, "table_textures", lambda gpu, record, *rest: (
             written.append(record.name) or write(gpu, record, *rest)))

@@ -136,7 +136,7 @@ def test_what_it_says_it_moved(cpu_below: int, seed: int) -> None:
             hits = tracer.trace(*rays)
         split, spent = tracer.statistics.split, tracer.statistics.trace_seconds
         json.dumps(tracer.statistics.to_dict())
-        texels = tracer._rays.size[0] * tracer._rays.size[1]
+        texels = tracer.session.buffers.rays.size[0] * tracer.session.buffers.rays.size[1]
     batched = hits.leaves_visited.sum() - split["host_rays"]
     assert split["pairs"] == hits.triangles_tested.sum()
     # Rays come down once and what became of them goes up once, 32 and 48 bytes (state, hit,

@@ -42,13 +42,13 @@ def cones_over(origins: np.ndarray, directions: np.ndarray, **intervals: np.ndar
     """The hierarchy's fields by level, its fans, and the unit of its lengths."""
     with rt.Tracer(scene_of(LARGE), "ray-hierarchy") as tracer, tracer.gpu:
         tracer.trace(origins, directions, **intervals)
-        cones = tracer._traversal.cones
+        cones = tracer.session.driver.cones
         levels = []
         for level in cones.levels:
             texels = np.stack([read_texture(t).reshape(-1, 4) for t in level.textures], 1)
             levels.append({name: value.reshape(level.size[1], level.size[0], -1).astype(float)
                            for name, value in CONE.unpack(texels).items()})
-        return levels, cones.fans, tracer._traversal.unit
+        return levels, cones.fans, tracer.session.driver.unit
 
 
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
@@ -149,7 +149,7 @@ def test_a_stream_never_overflows(exact_renderer, options: dict, seed: int) -> N
     for more in ({}, options):
         with rt.Tracer(scene, "ray-hierarchy", statistics=True, **more) as tracer:
             answers.append(tracer.trace(*rays))
-            room, size = tracer._traversal, tracer.options["stream_size"]
+            room, size = tracer.session.driver, tracer.options["stream_size"]
             assert room.bytes() > 0
             assert all(pairs.length <= max(1024, 8 * size) for pairs in room._pairs.values())
     assert_same_bits(*answers)
@@ -180,7 +180,7 @@ def test_visits_are_the_pairs_above_a_ray(seed: int) -> None:
     scene = soup_scene(150, seed)
     origins, directions = RAY_SETS["eye"](scene, 900, seed)
     with rt.Tracer(scene, "ray-hierarchy", statistics=True) as tracer:
-        driver = tracer._traversal
+        driver = tracer.session.driver
         expected = np.zeros((30, 30), int)
 
         def test_and_count(level: int, first: int, count: int) -> int:
@@ -203,7 +203,7 @@ def test_visits_are_the_pairs_above_a_ray(seed: int) -> None:
 def test_nothing_is_built_over_triangles(seed: int) -> None:
     triangles = random_soup(200, seed)
     with rt.Tracer(scene_of(triangles), "ray-hierarchy") as tracer:
-        assert tracer.accelerator.structure is None and set(tracer._tables) == {"triangle"}
+        assert tracer.accelerator.structure is None and set(tracer.session.tables) == {"triangle"}
         first = np.asarray(tracer.render(size=(24, 24)))
         tracer.update(triangles + np.float32([0.3, 0, 0]))
         assert not tracer.statistics.rebuilt

@@ -33,8 +33,8 @@ def test_any_size_finds_the_same(exact_renderer, rays: str, seed: int, statistic
     for size in (37, 512, 1 << 20):
         with stream_tracer(scene, size, statistics=statistics) as tracer:
             assert_same_bits(tracer.trace(*chosen), expected)
-            assert max(tracer._traversal.lengths) <= size
-            assert sum(tracer._traversal.lengths) >= 676
+            assert max(tracer.session.driver.lengths) <= size
+            assert sum(tracer.session.driver.lengths) >= 676
             assert np.array_equal(tracer.occluded(*chosen, t_max=1.5), shadows)
 
 
@@ -62,7 +62,7 @@ def test_counters_are_what_goes_through() -> None:
     chosen = RAY_SETS["random"](scene, 500, 6)
     with stream_tracer(scene, 1 << 20, statistics=True) as tracer:
         hits = tracer.trace(*chosen)
-        through = sum(tracer._traversal.lengths)
+        through = sum(tracer.session.driver.lengths)
     nodes, leaves = (int(getattr(hits, name).sum()) for name in COUNTERS[:2])
     assert nodes < through <= 2 * nodes + 500
     assert leaves <= nodes + 500 and hits.triangles_tested.sum() >= leaves

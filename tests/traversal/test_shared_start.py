@@ -24,9 +24,9 @@ def test_rays_from_one_point(method: str, t_min) -> None:
     with rt.Tracer(scene, method) as tracer:
         first = tracer.trace(origins[:201], directions[:201],
                              t_min=np.broadcast_to(t_min, 256)[:201])
-        assert bool(tracer._rays.uniforms()) == (t_min == 0.0)
+        assert bool(tracer.session.buffers.rays.uniforms()) == (t_min == 0.0)
         other = tracer.trace(apart[-201:], directions[-201:])
-        assert not tracer._rays.uniforms()
+        assert not tracer.session.buffers.rays.uniforms()
         broken = directions[:201].copy()
         broken[7] = np.nan
         third = tracer.trace(origins[:201], broken, t_min=t_min if np.isscalar(t_min) else 0.0,

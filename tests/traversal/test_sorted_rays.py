@@ -151,7 +151,7 @@ def test_rays_that_are_alike_come_together(seed: int) -> None:
     mixed = rng.permutation(4096)
     with rt.Tracer(SCENE, "bvh-threaded", sort_rays=True) as tracer:
         tracer.trace(origins[mixed], directions[mixed])
-        order = tracer._traversal.order(tracer._rays)
+        order = tracer.session.driver.order(tracer.session.buffers.rays)
     batch = RayBatch(origins[mixed], directions[mixed])
     batch.put_in_order(SCENE.bounds)
     width, height = batch.size

@@ -98,14 +98,15 @@ def test_any_state_leads_to_the_same_hits(exact_renderer, method: str, schedule:
     with rt.Tracer(scene, method, schedule=schedule) as tracer:
         passes, expected = passes_of(tracer, *rays)
         for one in passes[::5]:
-            driver = tracer._traversal
+            driver = tracer.session.driver
             assert isinstance(driver, Traversal)
-            now, target = tracer._buffers.side(0), tracer._buffers.side(1)
+            buffers = tracer.session.buffers
+            now, target = buffers.states.side(0), buffers.states.side(1)
             with tracer.gpu:
                 now.write(tracer.method.state.name, **one.state)
                 now.write(HIT.name, **one.hit)
-                driver._draw(driver._traverse(tracer._rays, False, LOOP_STEPS), tracer._rays, now,
-                             target, tracer.statistics)
+                program = driver._traverse(buffers.rays, False, LOOP_STEPS)
+                driver._draw(program, buffers.rays, now, target, tracer.statistics)
                 found = RayBatch(*rays, bounds=scene.bounds).hits(target.fields(HIT.name))
             for name in FIELDS:
                 assert (getattr(found, name) == getattr(expected, name)).all(), one.number

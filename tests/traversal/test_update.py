@@ -85,14 +85,14 @@ def test_pictures_move_too(exact_renderer, octants: bool) -> None:
     with rt.Tracer(scene_of(triangles), "bvh-threaded", octants=octants) as tracer:
         camera = tracer.scene.camera
         first = np.asarray(tracer.render(camera, (24, 24)))
-        tables = {name: texture.glo for textures in tracer._tables.values()
+        tables = {name: texture.glo for textures in tracer.session.tables.values()
                   for name, texture in textures.items()}
         programs = len(tracer.gpu.programs)
         tracer.update(after)
         image = np.asarray(tracer.render(camera, (24, 24)))
         assert not tracer.statistics.rebuilt and tracer.statistics.refit_seconds > 0
         assert len(tracer.gpu.programs) == programs
-        assert tables == {name: texture.glo for textures in tracer._tables.values()
+        assert tables == {name: texture.glo for textures in tracer.session.tables.values()
                           for name, texture in textures.items()}
         light = tracer.scene.light
     expected = scene_of(after)
@@ -227,6 +227,6 @@ def test_rays_that_packets_leave_behind(exact_renderer, method: str, options: di
             after = moved(triangles, amount, 16)
             tracer.update(after)
             hits = tracer.trace(*rays)
-            assert tracer._traversal._single is not None and not hits.status.any()
+            assert tracer.session.driver._single is not None and not hits.status.any()
             with rt.Tracer(scene_of(after), "brute-force") as fresh:
                 assert_same_bits(hits, fresh.trace(*rays))

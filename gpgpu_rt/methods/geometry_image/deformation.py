@@ -6,15 +6,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import moderngl
+import numpy as np
 
 from ...errors import OptionError, ShaderError
 from ...gl.full_screen import FullScreenPass
 from ...gl.record import TABLE_WIDTH_LOG2
 from ...gl.textures import make_texture, read_texture, release
+from ...scene.scene import Scene
+from ...traversal.method import Accelerator
 from .records import POSITION
 from .tree import ImageTree
 
 if TYPE_CHECKING:
+    from ...session.structure import Structure
     from ...tracer import Tracer
 
 BUILT_IN = ("wave", "twist")
@@ -46,8 +50,9 @@ class Deformation:
                               "deform; make the tracer with method geometry-image")
         self.tracer = tracer
         layout = tracer.precision.layout(POSITION)
-        suffix = layout.planes[0].suffix
-        gpu, self._table = tracer.gpu, tracer._tables[POSITION.name][f"position{suffix}_table"]
+        suffix, gpu = layout.planes[0].suffix, tracer.gpu
+        tables = tracer.session.tables
+        self._table = tables[POSITION.name][f"position{suffix}_table"]
         self._pass = None
         with gpu:
             self._rest = {f"rest{suffix}_table": make_texture(
@@ -83,40 +88,34 @@ class Deformation:
         Error
             after the tracer's ``release``
         """
-        tracer = self.tracer
-        with tracer._moving_turn():
-            tracer.gpu.context.enable_only(moderngl.NOTHING)
+        with self.tracer.sessions.moving() as session:
+            session.gpu.context.enable_only(moderngl.NOTHING)
             self._pass.set(time=float(time))
             self._pass.draw(self._target, self._rest)
-            samplers = tracer._tables.samplers()
-            accelerator, tree = tracer.accelerator, tracer.accelerator.structure
-            accelerator.finisher.run(tracer.gpu, samplers)
+            structure, accelerator = session.structure, session.accelerator
+            accelerator.finisher.run(session.gpu, structure.tables.samplers())
             if read_back:
-                at = read_texture(self._table).reshape(-1, self._table.components)
-                triangles = at[:tree.texels, :3][tree.faces]
-                stored = tracer._builder.stored(replace(tracer.scene, triangles=triangles))
-                accelerator = tracer._builder.refit(tracer.accelerator, stored)
-                tracer._tables.written[POSITION.name] = accelerator.tables[POSITION.name]
-                tracer.scene = replace(tracer.scene, triangles=triangles)
-                tracer._triangles = stored
-                tracer._bounds = tracer.scene.bounds
+                structure.moved_by_passes(*self._read_back(structure))
             else:
-                tracer._bounds = accelerator.finisher.bounds(tree.roots)
-                lo, hi = (tuple(corner.tolist()) for corner in tracer._bounds)
-                accelerator = replace(accelerator, uniforms={
-                    **accelerator.uniforms, "scene_lo": lo, "scene_hi": hi})
-            tracer.accelerator = accelerator
-            if any(accelerator.tables[name] is not arrays
-                   for name, arrays in tracer._tables.written.items()):
-                # A triangle gained area, or lost it.
-                tracer._write_tables(tracer.method.tables_for(tracer.options), accelerator)
-            tracer._traversal.follow(samplers, accelerator, tracer.step_cap)
-            if not read_back:
-                tracer._eye_drivers.lose_triangles()
-                return
-            if tracer._integrator is not None:
-                tracer._integrator.take(tracer._shown())
-            tracer._eye_drivers.take(tracer._hit_triangles(), tracer._traversal)
+                lo, hi = bounds = accelerator.finisher.bounds(accelerator.structure.roots)
+                structure.moved_by_passes(replace(accelerator, uniforms={
+                    **accelerator.uniforms, "scene_lo": tuple(lo.tolist()),
+                    "scene_hi": tuple(hi.tolist())}), bounds)
+            session.follow()
+            session.follow_eye(known=read_back)
+
+    def _read_back(self, structure: Structure) -> tuple[
+            Accelerator, tuple[np.ndarray, np.ndarray], tuple[Scene, np.ndarray]]:
+        """Accelerator, bounds, and scene with stored triangles, from the positions' texture."""
+        tree = structure.accelerator.structure
+        at = read_texture(self._table).reshape(-1, self._table.components)
+        triangles = at[:tree.texels, :3][tree.faces]
+        scene = replace(structure.scene, triangles=triangles)
+        stored = structure.builder.stored(scene)
+        accelerator = structure.builder.refit(structure.accelerator, stored)
+        # The passes have written this table already.
+        structure.tables.written[POSITION.name] = accelerator.tables[POSITION.name]
+        return accelerator, scene.bounds, (scene, stored)
 
     def release(self) -> None:
         """Free what the passes hold; the tracer stays where it is."""

@@ -1,0 +1,54 @@
+"""Ray buffers: the textures of a call's rays and of their states, kept from call to call."""
+from __future__ import annotations
+
+from ..gl.context import Gpu
+from ..gl.precision import Precision
+from ..gl.record import Record
+from ..gl.textures import release, texture_bytes
+from ..rays.textures import RayTextures, StateBuffers
+
+
+class RayBuffers:
+    """The ray textures and state buffers of the last call; a call of the same size reuses them.
+
+    Parameters
+    ----------
+    state : the record of a ray's state
+    statistics : whether states carry counters
+
+    Attributes
+    ----------
+    rays, states : of the last call, or None before the first call
+    """
+
+    def __init__(self, gpu: Gpu, state: Record, precision: Precision, statistics: bool) -> None:
+        self.gpu, self.state, self.precision = gpu, state, precision
+        self.statistics = statistics
+        self.rays: RayTextures | None = None
+        self.states: StateBuffers | None = None
+
+    def of(self, size: tuple[int, int], after_hit: bool = False) -> tuple[
+            RayTextures, StateBuffers]:
+        """The textures for rays of ``size`` = (width, height).
+
+        Parameters
+        ----------
+        after_hit : whether rays go on behind an earlier hit (RAY_AFTER_HIT)
+        """
+        if self.rays is None or (self.rays.size, self.rays.after_hit) != (size, after_hit):
+            self.release()
+            self.rays = RayTextures(self.gpu, size, self.precision, after_hit)
+        if self.states is None:
+            self.states = StateBuffers(self.gpu, self.state, size, self.statistics,
+                                       self.precision)
+        return self.rays, self.states
+
+    def bytes(self) -> int:
+        """Bytes of the textures."""
+        return ((texture_bytes(self.rays.textures) if self.rays is not None else 0)
+                + (self.states.bytes() if self.states is not None else 0))
+
+    def release(self) -> None:
+        """Free the textures; the next call makes new textures."""
+        release(self.rays, self.states)
+        self.rays = self.states = None

@@ -1,0 +1,222 @@
+"""Session: what is built for one choice of method and options, and how it traces rays."""
+from __future__ import annotations
+
+import time
+from contextlib import ExitStack
+from typing import Any
+
+import numpy as np
+
+from ..gl.context import Gpu
+from ..gl.record import EXACT_INTEGER
+from ..gl.textures import release
+from ..hits import Hits
+from ..methods import Accelerator, Method, find_method
+from ..rays.batch import RayBatch
+from ..rays.records import COUNTERS, HIT
+from ..rays.textures import ByRay, StateBuffer, whole
+from ..scene.scene import Scene
+from ..statistics import Statistics
+from ..traversal.assembly import make_driver
+from ..traversal.driver import Driver, Setup
+from ..traversal.packet_hits import PacketHits
+from ..traversal.schedules import mark_stopped
+from ..traversal.stages.eye_drivers import EyeDrivers
+from .all_hits import AllHits, collect
+from .ray_buffers import RayBuffers
+from .scene_tables import SceneTables
+from .structure import Structure
+
+
+class Session:
+    """A method with its options over a scene, ready to trace.
+
+    Parameters
+    ----------
+    method, options : the row of the method table, and its options, resolved
+    structure : the structure to trace through; None builds it
+
+    Attributes
+    ----------
+    structure : scene, accelerator and tables
+    driver : runs the method's passes
+    eye_drivers : what the rasteriser does for eye rays before ``driver`` traces them
+    buffers : textures of rays and states
+    build_seconds, refit_seconds, rebuilt : as in ``Statistics``
+    """
+
+    def __init__(self, gpu: Gpu, method: Method, options: dict[str, Any], scene: Scene,
+                 structure: Structure | None = None) -> None:
+        began = time.perf_counter()
+        self.gpu, self.method, self.options = gpu, method, options
+        with gpu, ExitStack() as undo:
+            self.eye_drivers = EyeDrivers(gpu, method, options)
+            undo.callback(release, self.eye_drivers)
+            self._borrowed = structure is not None
+            if structure is None:
+                structure = Structure(gpu, method, options, scene)
+                undo.callback(release, structure)
+            self.structure = structure
+            self.driver = self._make_driver()
+            undo.pop_all()
+        self.buffers = RayBuffers(gpu, method.state, structure.precision, options["statistics"])
+        self.build_seconds, self.refit_seconds = time.perf_counter() - began, 0.0
+        self.rebuilt = False
+
+    def _make_driver(self) -> Driver:
+        return make_driver(Setup(self.gpu, self.method, self.tables.samplers(),
+                                 self.accelerator, self.options, self.step_cap, find_method,
+                                 self.structure.adopt))
+
+    @property
+    def scene(self) -> Scene:
+        """The scene, with its triangles where they are now."""
+        return self.structure.scene
+
+    @property
+    def accelerator(self) -> Accelerator:
+        """The accelerator that rays are traced through."""
+        return self.structure.accelerator
+
+    @property
+    def tables(self) -> SceneTables:
+        """The accelerator's arrays as textures."""
+        return self.structure.tables
+
+    @property
+    def step_cap(self) -> int:
+        """Steps after which a ray is stopped and flagged."""
+        return min(self.options["step_cap"] or self.accelerator.step_bound + 1, EXACT_INTEGER - 1)
+
+    def costs(self) -> dict[str, Any]:
+        """What ``Statistics`` says of the structure, by name."""
+        return {"method": self.method.name, "table_bytes": self.structure.table_bytes,
+                "build_seconds": self.build_seconds, "refit_seconds": self.refit_seconds,
+                "rebuilt": self.rebuilt}
+
+    def counting(self) -> Session:
+        """A session over the same structure whose programs count, as with ``statistics=True``."""
+        counting = Session(self.gpu, self.method, {**self.options, "statistics": True},
+                           self.scene, self.structure)
+        counting.build_seconds, counting.refit_seconds = self.build_seconds, self.refit_seconds
+        counting.rebuilt = self.rebuilt
+        return counting
+
+    # Tracing --------------------------------------------------------------------------------
+
+    def trace(self, batch: RayBatch, any_hit: bool, statistics: Statistics) -> Hits:
+        """Trace rays: nearest hits, or with ``any_hit`` whether there is a hit at all."""
+        with self.gpu:
+            statistics.start_call(batch.count)
+            self._sort(batch)
+            rays, buffers = self.buffers.of(batch.size)
+            began = time.perf_counter()
+            rays.upload(batch)
+            self.gpu.finish()
+            uploaded = time.perf_counter()
+            side, stopped = self.driver.run(rays, buffers, statistics, any_hit)
+            self.gpu.finish()
+            traced, sorting = time.perf_counter(), batch.sort_seconds
+            statistics.stopped = stopped
+            hits = batch.hits(side.fields(HIT.name, batch.by_ray))
+            self.finish(hits, side, statistics, batch.by_ray)
+            self.gpu.check_error(f"tracing {batch.count} rays")
+        statistics.sort_seconds += batch.sort_seconds
+        statistics.upload_seconds = uploaded - began
+        statistics.trace_seconds = traced - uploaded + batch.sort_seconds
+        back = time.perf_counter() - traced
+        statistics.readback_seconds = back - (batch.sort_seconds - sorting)
+        return hits
+
+    def trace_all(self, batch: RayBatch, max_hits: int | None,
+                  statistics: Statistics) -> AllHits:
+        """All hits of rays, round by round; a ray's ``max_hits`` nearest, or None for all."""
+        def trace_on(texels: np.ndarray) -> tuple[dict[str, np.ndarray], np.ndarray]:
+            """The next hits of rays, (height, width, 3, 4) of RAY_AFTER_HIT: HIT and status."""
+            rays, buffers = self.buffers.of(texels.shape[1::-1], after_hit=True)
+            rays.write(texels)
+            side, stopped = self.driver.run(rays, buffers, statistics)
+            statistics.stopped += stopped
+            fields, status = side.fields(HIT.name), np.zeros(texels[..., 0, 0].size, np.uint8)
+            if stopped:
+                mark_stopped(status, side.fields(self.method.state.name)["phase"])
+            return fields, status
+
+        statistics.start_call(batch.count)
+        self._sort(batch)
+        began = time.perf_counter()
+        hits = collect(batch, trace_on, max_hits)
+        self.gpu.check_error(f"tracing all hits of {batch.count} rays")
+        statistics.trace_seconds = time.perf_counter() - began + batch.sort_seconds
+        statistics.sort_seconds += batch.sort_seconds
+        return hits
+
+    def _sort(self, batch: RayBatch) -> None:
+        if self.options["presort"]:
+            batch.put_in_order(self.structure.bounds, self.structure.precision)
+
+    def finish(self, hits: Hits, side: StateBuffer | PacketHits, statistics: Statistics,
+               by_ray: ByRay = whole) -> None:
+        """Add to hits which rays were stopped, and what the rays counted."""
+        if statistics.stopped:
+            mark_stopped(hits.status, side.fields(self.method.state.name, by_ray)["phase"])
+        if self.options["statistics"]:
+            for name, values in self.count(side, statistics, by_ray).items():
+                setattr(hits, name, values)
+
+    def count(self, side: StateBuffer | PacketHits, statistics: Statistics,
+              by_ray: ByRay = whole) -> dict[str, np.ndarray]:
+        """Counters of the rays by name; the statistics get their means."""
+        counters = {**side.fields(COUNTERS.name, by_ray),
+                    "steps": side.fields(self.method.state.name, by_ray)["steps"]}
+        statistics.counters = {name: float(values.mean()) if len(values) else 0.0
+                               for name, values in counters.items()}
+        return counters
+
+    def eye_driver(self, first_hits: str) -> Driver:
+        """The driver of a picture's rays: the method's own, with the rasteriser's part."""
+        return self.eye_drivers.over(self.driver, first_hits, self.structure.hit_triangles)
+
+    # Moving ---------------------------------------------------------------------------------
+
+    def move(self, scene: Scene) -> None:
+        """Trace this scene from now on: as many triangles, in other places."""
+        began = time.perf_counter()
+        with self.gpu:
+            moved = self.structure.move(scene)
+            if moved.same_programs:
+                self.follow()
+            else:       # other programs, or a stack of another depth
+                self.driver.release()
+                self.driver = self._make_driver()
+            self.follow_eye(known=True)
+        took = time.perf_counter() - began
+        self.rebuilt, self.refit_seconds = moved.rebuilt, moved.tried_seconds
+        if moved.rebuilt:
+            self.build_seconds = took - moved.tried_seconds
+        else:
+            self.refit_seconds = took
+
+    def follow(self) -> None:
+        """Let the driver read the structure's tables as they are now."""
+        self.driver.follow(self.tables.samplers(), self.accelerator, self.step_cap)
+
+    def follow_eye(self, known: bool) -> None:
+        """Let the rasteriser follow moved triangles; ``known``: the host knows where they are."""
+        if known:
+            self.eye_drivers.take(self.structure.hit_triangles, self.driver)
+        else:
+            self.eye_drivers.lose_triangles()
+
+    # Lifetime -------------------------------------------------------------------------------
+
+    def bytes(self) -> int:
+        """Bytes of all textures."""
+        return (sum(self.structure.table_bytes.values()) + self.buffers.bytes()
+                + self.driver.bytes() + self.eye_drivers.bytes())
+
+    def release(self) -> None:
+        """Free textures and programs; a structure that was given stays."""
+        release(self.buffers, self.eye_drivers, self.driver)
+        if not self._borrowed:
+            self.structure.release()

@@ -1,0 +1,188 @@
+"""Sessions: the sessions of a tracer, which one thread at a time uses."""
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+import trimesh
+
+from ..errors import Error, OptionError
+from ..gl.context import open_gpu
+from ..gl.pass_log import PassLog, logged
+from ..gl.textures import release
+from ..methods.choices import COHERENT, INCOHERENT, RAYS, Choices
+from ..rays.batch import RayBatch
+from ..rays.coherence import coherence
+from ..scene.loading import load_scene
+from ..scene.scene import Scene
+from ..statistics import Statistics
+from .pictures import Pictures
+from .session import Session
+
+# Rays count as coherent when at least this share of neighbouring rays agrees. At 0.7, packets and
+# single rays take about the same time; docs/accuracy.md has the measurement.
+COHERENT_SHARE = 0.7
+
+
+class Sessions:
+    """One session, or a session for coherent and another for incoherent rays. The second session
+    is built when rays of its kind first come.
+
+    Parameters
+    ----------
+    choices : method and options for either kind of rays
+    scene : as for `Tracer`
+
+    Attributes
+    ----------
+    rows : kind of rays -> method and options, resolved
+    chosen : the kind of rays that the present session is for
+    statistics : of the last call
+    pass_log : the passes of the last call, with the option ``statistics``
+    pictures : draws with the rays of a session
+    """
+
+    def __init__(self, choices: Choices,
+                 scene: Scene | trimesh.Trimesh | str | os.PathLike[str]) -> None:
+        self.choices, self.chosen = choices, COHERENT
+        self.rows = {rays: choices.of(rays).resolved() for rays in RAYS}
+        scene = load_scene(scene)
+        self.gpu = open_gpu(self.rows[COHERENT][1]["context"])
+        self.statistics = Statistics()
+        self.pass_log: PassLog | None = None
+        self.pictures = Pictures(self.gpu, self.statistics)
+        self._counting = self._released = False
+        self._sessions = {COHERENT: Session(self.gpu, *self.rows[COHERENT], scene)}
+        self._note_costs()
+
+    @property
+    def present(self) -> Session:
+        """The session that the last call used."""
+        return self._sessions[self.chosen]
+
+    @property
+    def held(self) -> tuple[Session, ...]:
+        """All sessions that have been built."""
+        return tuple(self._sessions.values())
+
+    @property
+    def any_packets(self) -> bool:
+        """Whether a session traces packets, which need rays in tiles."""
+        return any(method.packet for method, _ in self.rows.values())
+
+    # Turns ----------------------------------------------------------------------------------
+
+    @contextmanager
+    def _alone(self) -> Iterator[None]:
+        """Within, no other thread uses the sessions. Error after ``release``."""
+        with self.gpu:
+            if self._released:
+                raise Error("this tracer was released, as its `with` block does at its end; "
+                            "make another")
+            yield
+
+    @contextmanager
+    def turn(self, rays: str | RayBatch) -> Iterator[Session]:
+        """Within, this thread alone uses the sessions, and the session for such rays is present.
+
+        Parameters
+        ----------
+        rays : the rays, or their kind, "coherent" or "incoherent"
+        """
+        with self._alone():
+            before = self.present.accelerator.shown
+            session = self._choose(rays if isinstance(rays, str) else self._kind_of(rays))
+            if session.accelerator.shown is not before:
+                self.pictures.follow(session)
+            yield session
+
+    @contextmanager
+    def call(self, rays: str | RayBatch) -> Iterator[Session]:
+        """A turn whose passes are logged, where statistics are asked for."""
+        with self.turn(rays) as chosen:
+            if chosen.options["statistics"]:
+                with logged(self.gpu, self.statistics) as self.pass_log:
+                    yield chosen
+            else:
+                yield chosen
+            self.statistics.texture_bytes = self.pictures.bytes() + sum(
+                session.bytes() for session in self.held)
+
+    @contextmanager
+    def moving(self) -> Iterator[Session]:
+        """Within, this thread alone may move the session's triangles; pictures follow at the end.
+
+        Raises
+        ------
+        OptionError
+            within ``counting``
+        Error
+            after ``release``
+        """
+        with self._alone():
+            if self._counting:
+                raise OptionError("update within counting would move the scene for the programs "
+                                  "that count alone; update before or after")
+            session, scene = self.present, self.present.scene
+            yield session
+            if session.scene is not scene:
+                self.pictures.follow(session)
+            self._note_costs()
+
+    @contextmanager
+    def counting(self) -> Iterator[None]:
+        """Within, the present session is a session that counts; see `Tracer.counting`."""
+        if self.choices.differ:
+            raise OptionError("counting is of one choice, and this tracer has two; give it "
+                              "statistics=True, or one method")
+        with self._alone():
+            before, counted = self.present, self._counting
+            before.buffers.release()
+            counting = before.counting()
+            self._sessions[self.chosen], self._counting = counting, True
+            try:
+                yield
+            finally:
+                self._sessions[self.chosen], self._counting = before, counted
+                counting.release()
+
+    # The present session --------------------------------------------------------------------
+
+    def _kind_of(self, batch: RayBatch) -> str:
+        """COHERENT or INCOHERENT; the present kind where the rays do not decide it."""
+        share = None
+        if self.choices.differ:
+            lo, hi = self.present.structure.bounds
+            share = coherence(batch, float(np.linalg.norm(hi - lo)))
+        if share is None:
+            return self.chosen
+        return COHERENT if share >= COHERENT_SHARE else INCOHERENT
+
+    def _choose(self, kind: str) -> Session:
+        """Make the session for rays of this kind the present session. Where building or moving
+        it fails, the session before stays the present session."""
+        if kind == self.chosen or not self.choices.differ:
+            return self.present
+        before, session = self.present, self._sessions.get(kind)
+        before.buffers.release()
+        if session is None:
+            session = self._sessions[kind] = Session(self.gpu, *self.rows[kind], before.scene)
+        elif session.scene is not before.scene:     # the scene moved meanwhile
+            session.move(before.scene)
+        self.chosen = kind
+        self._note_costs()
+        return session
+
+    def _note_costs(self) -> None:
+        """Write what the present session's structure costs to the statistics."""
+        self.statistics.__dict__.update(
+            self.present.costs(), choice=self.chosen if self.choices.differ else "")
+
+    def release(self) -> None:
+        """Free all sessions and what pictures hold."""
+        with self.gpu:
+            if not self._released:
+                self._released = True
+                release(self.pictures, self._sessions)

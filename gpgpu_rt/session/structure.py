@@ -1,0 +1,147 @@
+"""Structure: a scene's triangles, the accelerator over them, and the textures that hold both."""
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from contextlib import ExitStack
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..accel.cache import uncached
+from ..gl.context import Gpu
+from ..gl.precision import Precision
+from ..gl.textures import release
+from ..methods import Accelerator, Method
+from ..scene.scene import Scene
+from ..traversal.driver import Samplers
+from ..traversal.method import Tables
+from .builder import Builder
+from .scene_tables import SceneTables
+
+
+class Moved(NamedTuple):
+    """What `Structure.move` did.
+
+    Attributes
+    ----------
+    rebuilt : whether the accelerator was built anew
+    tried_seconds : time that the refit took; where it was rebuilt, the refit that was given up
+    same_programs : whether the programs compiled before read the new tables too
+    """
+
+    rebuilt: bool
+    tried_seconds: float
+    same_programs: bool
+
+
+class Structure:
+    """The accelerator of one method over one scene, in textures.
+
+    Parameters
+    ----------
+    method, options : the row of the method table, and its options, resolved
+
+    Attributes
+    ----------
+    scene : the scene, with its triangles where they are now
+    bounds : ((3,), (3,)) float64, the lower and upper corner of the scene's box
+    triangles : (n, 3, 3) float32, the triangles as the textures hold them
+    accelerator : built over ``triangles``
+    tables : the accelerator's arrays as textures
+    table_bytes : record name -> bytes of its textures; the same dict for the structure's lifetime
+    """
+
+    def __init__(self, gpu: Gpu, method: Method, options: dict[str, Any], scene: Scene) -> None:
+        self.gpu, self.method, self.options = gpu, method, options
+        self.precision = Precision.of(options)
+        self.scene, self.bounds = scene, scene.bounds
+        self.builder = Builder(method, options, scene.charts)
+        self.triangles = self.builder.stored(scene)
+        self.tables = SceneTables(gpu, self.precision)
+        self.table_bytes: dict[str, int] = {}
+        with ExitStack() as undo:
+            undo.callback(self.tables.keep, ())
+            self.accelerator = self.builder.build(self.triangles)
+            undo.callback(release, self.accelerator.finisher)
+            self.write(method.tables_for(options), self.accelerator)
+            undo.pop_all()
+
+    @property
+    def shown(self) -> Scene:
+        """The scene that hits lie on: the scene itself, or a coarser level of its surface."""
+        coarser = self.accelerator.shown
+        return self.scene if coarser is None else replace(self.scene, triangles=coarser)
+
+    @property
+    def hit_triangles(self) -> np.ndarray:
+        """(n, 3, 3) float32, the triangles that rays are tested against, in the order of hits."""
+        coarser = self.accelerator.shown
+        return self.triangles if coarser is None else self.builder.stored(self.shown)
+
+    def write(self, records: Tables, accelerator: Accelerator) -> None:
+        """Bring an accelerator's tables of these records into textures."""
+        self.tables.write(records, accelerator)
+        self.table_bytes.clear()
+        self.table_bytes.update(self.tables.bytes())
+
+    def adopt(self, method: Method, options: Mapping[str, Any]) -> tuple[Samplers, Accelerator]:
+        """The tables of another method over the same tree; textures that are missing are made."""
+        missing = [record for record in method.tables_for(options)
+                   if record.name not in self.tables]
+        accelerator = self.accelerator
+        if missing:
+            assert method.adopt is not None
+            accelerator = method.adopt(accelerator.structure, self.triangles, options)
+            self.write(tuple(missing), accelerator)
+        return self.tables.samplers(), accelerator
+
+    def move(self, scene: Scene) -> Moved:
+        """Hold a scene of as many triangles in other places: refit the accelerator, or build it
+        anew where the method cannot refit or the option ``rebuild_ratio`` asks for it.
+
+        Raises
+        ------
+        SceneError, LimitError
+            and the structure is as it was before
+        """
+        triangles = self.builder.stored(scene)
+        own = self.method.tables_for(self.options)
+        with uncached():
+            began = time.perf_counter()
+            refitted = self.builder.refit(self.accelerator, triangles)
+            tried = time.perf_counter() - began
+            accelerator = self.builder.build(triangles) if refitted is None else refitted
+        self.tables.check(own, accelerator)     # before the present tables are given up
+        before, self.accelerator, self.triangles = self.accelerator, accelerator, triangles
+        self.scene, self.bounds = scene, scene.bounds
+        self.tables.keep(own)       # tables of an adopted method are made again when it asks
+        self.write(own, accelerator)
+        return Moved(refitted is None, tried, (
+            (before.defines, before.stack_levels) == (accelerator.defines,
+                                                      accelerator.stack_levels)))
+
+    def moved_by_passes(self, accelerator: Accelerator, bounds: tuple[np.ndarray, np.ndarray],
+                        read_back: tuple[Scene, np.ndarray] | None = None) -> None:
+        """Note that passes have moved the triangles within the textures.
+
+        Parameters
+        ----------
+        accelerator : the accelerator around the moved triangles
+        bounds : the corners of the box around the moved triangles
+        read_back : the moved scene and its stored triangles, (n, 3, 3) float32; None where the
+            host does not know them
+        """
+        self.accelerator, self.bounds = accelerator, bounds
+        if read_back is not None:
+            self.scene, self.triangles = read_back
+        if any(accelerator.tables[name] is not arrays
+               for name, arrays in self.tables.written.items()):
+            # A triangle gained area, or lost it.
+            self.write(self.method.tables_for(self.options), accelerator)
+
+    def release(self) -> None:
+        """Free the textures."""
+        release(self.accelerator.finisher)
+        self.tables.keep(())
