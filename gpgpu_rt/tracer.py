@@ -72,7 +72,8 @@ class Tracer:
             method = method.with_options(options, "the choices")
         else:
             method = Choices.one(Choice(method, options))
-        self.sessions = Sessions(method, scene)
+        rows = method.resolved()    # a wrong option is refused before a large mesh is read
+        self.sessions = Sessions(method, rows, load_scene(scene))
         self.gpu, self.statistics = self.sessions.gpu, self.sessions.statistics
 
     @classmethod
@@ -303,6 +304,7 @@ class Tracer:
         with self.sessions.call(COHERENT) as session:
             return self.sessions.pictures.eye_hits(session, camera, size, first_hits)
 
+    @memory_limited
     def plan(self, size: tuple[int, int] = (512, 512), integrator: str | None = None,
              **options: Any) -> Plan:
         """What `render` with the same arguments would do and allocate, and why no more.

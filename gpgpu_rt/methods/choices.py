@@ -71,6 +71,10 @@ class Choices:
         one, other = self.coherent, self.incoherent
         return (one.method, one.options) != (other.method, other.options)
 
+    def resolved(self) -> dict[str, tuple[Method, dict[str, Any]]]:
+        """Kind of rays -> row of the method table and every option with its value."""
+        return {rays: self.of(rays).resolved() for rays in RAYS}
+
     def with_options(self, options: Mapping[str, Any], where: str) -> Choices:
         """The same with the caller's options added.
 

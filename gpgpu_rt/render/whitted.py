@@ -105,7 +105,7 @@ class Whitted(Integrator):
         if self._ended:
             warnings.warn(f"rays are followed for {self.needs.bounces} bounces; what surrounds "
                           "the scene shows in mirrors and glass met after that; --bounces "
-                          "(Python: bounces) follows rays further", stacklevel=4)
+                          "(Python: bounces) follows rays further", stacklevel=6)
         source, shared = {**self._lit(), **shadows.samplers()}, {}
         if "radiance" in self.room:
             source.update(self.room.samplers("radiance", "radiance"))

@@ -1,21 +1,20 @@
 """Sessions: the sessions of a tracer, which one thread at a time uses."""
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
-import trimesh
 
 from ..errors import Error, OptionError
 from ..gl.context import open_gpu
 from ..gl.pass_log import PassLog, logged
 from ..gl.textures import release
-from ..methods.choices import COHERENT, INCOHERENT, RAYS, Choices
+from ..methods import Method
+from ..methods.choices import COHERENT, INCOHERENT, Choices
 from ..rays.batch import RayBatch
 from ..rays.coherence import coherence
-from ..scene.loading import load_scene
 from ..scene.scene import Scene
 from ..statistics import Statistics
 from .pictures import Pictures
@@ -33,22 +32,19 @@ class Sessions:
     Parameters
     ----------
     choices : method and options for either kind of rays
-    scene : as for `Tracer`
+    rows : kind of rays -> method and options, as ``choices.resolved()`` gives them
 
     Attributes
     ----------
-    rows : kind of rays -> method and options, resolved
     chosen : the kind of rays that the present session is for
     statistics : of the last call
     pass_log : the passes of the last call, with the option ``statistics``
     pictures : draws with the rays of a session
     """
 
-    def __init__(self, choices: Choices,
-                 scene: Scene | trimesh.Trimesh | str | os.PathLike[str]) -> None:
-        self.choices, self.chosen = choices, COHERENT
-        self.rows = {rays: choices.of(rays).resolved() for rays in RAYS}
-        scene = load_scene(scene)
+    def __init__(self, choices: Choices, rows: dict[str, tuple[Method, dict[str, Any]]],
+                 scene: Scene) -> None:
+        self.choices, self.rows, self.chosen = choices, rows, COHERENT
         self.gpu = open_gpu(self.rows[COHERENT][1]["context"])
         self.statistics = Statistics()
         self.pass_log: PassLog | None = None
