@@ -11,7 +11,8 @@ ZINK = {"MESA_LOADER_DRIVER_OVERRIDE": "zink", "GALLIUM_DRIVER": "zink",
         "LIBGL_ALWAYS_SOFTWARE": "1"}
 # The folders of tests that compare hits.
 HITS = [f"tests/{folder}" for folder in (
-    "traversal", "build", "extremes", "reference", "repro", "rasterised")]
+    "traversal", "methods", "session", "inspect", "extremes", "reference", "repro",
+    "render/image_space")]
 FRESH = ("bookworm", "trixie")
 NOT_HERE = 77      # exit status of tools/fresh_machine.sh where it cannot be done
 

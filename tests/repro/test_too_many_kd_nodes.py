@@ -1,5 +1,5 @@
 """The full figures stopped at Soda Hall: its kd-tree has 24 million nodes, floats number 2^24. Its
-smallest subtrees become leaves now, as a BVH's do (tests/scenes/test_large.py has the hits)."""
+smallest subtrees become leaves now, as a BVH's do (tests/scene/test_large.py has the hits)."""
 from __future__ import annotations
 
 from conftest import random_soup

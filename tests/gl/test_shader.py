@@ -11,6 +11,7 @@ from gpgpu_rt.gl.context import Gpu, open_gpu
 from gpgpu_rt.gl.full_screen import FullScreenPass
 from gpgpu_rt.gl.shader import ROOT, compile_program, resolve
 from gpgpu_rt.gl.textures import make_texture, read_texture
+from gpgpu_rt.methods import find_method
 
 FILES = [p for p in sorted(ROOT.rglob("*")) if p.suffix in (".glsl", ".frag", ".vert")]
 BANNED = {
@@ -29,14 +30,13 @@ def test_only_what_the_platform_has(path) -> None:
         assert not re.search(pattern, code), f"{path.name}: {what}"
     for version in re.findall(r"#\s*version\s+(.*)", code):
         assert version.split()[0] == "330"
-    if path.parent.name != "common":   # texels are addressed by generated accessors alone
+    if path.parent.name != "core":   # generated accessors alone address texels
         assert not re.search(r"texelFetch\([^)]*\*", code)
 
 
-@pytest.mark.parametrize("path", [p for p in FILES if p.parent.name == "traverse"],
-                         ids=lambda p: p.name)
-def test_headers_name_their_paper(path) -> None:
-    header = path.read_text().split("\n\n")[0]
+@pytest.mark.parametrize("method", [method.name for method in rt.methods()])
+def test_headers_name_their_paper(method: str) -> None:
+    header = (ROOT / find_method(method).glsl).read_text().split("\n\n")[0]
     assert header.startswith("//") and re.search(r"\b(19|20)\d\d\b", header)
 
 
