@@ -1,4 +1,4 @@
-"""A method of one's own beside those of the table: see methods/ here, and ../CONTRIBUTING.md."""
+"""Load a method from a folder of your own and check it: see methods/ and ../CONTRIBUTING.md."""
 from __future__ import annotations
 
 import sys
@@ -8,7 +8,7 @@ import gpgpu_rt as rt
 
 
 def main(scene_name: str = "cornell", side: str = "64") -> None:
-    """The example's method on eye rays, sorted along each axis, beside brute force."""
+    """Trace eye rays with the method sweep along each axis, and compare with brute force."""
     rt.load_methods(Path(__file__).with_name("methods"))
     scene = rt.load_scene(scene_name)
     rays = scene.camera.rays((int(side), int(side)))

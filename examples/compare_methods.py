@@ -1,4 +1,4 @@
-"""Methods on the same rays: their work, and whether they agree, to the bit.
+"""Compare methods on the same rays: their work, their errors, and whether their bits agree.
 
 ``python examples/compare_methods.py bunny kd-restart kd-short-stack grid``
 """
@@ -12,7 +12,7 @@ import gpgpu_rt as rt
 
 
 def main(scene_name: str = "cornell", *names: str, side: int = 64) -> None:
-    """A line for each method, all with the eye rays of a picture."""
+    """Trace a picture's eye rays with each method and print a line per method."""
     scene = rt.load_scene(scene_name)
     origins, directions = scene.camera.rays((side, side))
     truth = rt.reference.trace(scene, origins, directions, accelerated=True)   # float64

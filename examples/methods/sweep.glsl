@@ -1,8 +1,8 @@
 // sweep: triangles in runs along an axis, an example (see sweep.py beside this file).
 //
-// A ray passes the runs from the end that it comes from. Each box is widened as the boxes of all
-// methods are (core/slack.glsl), and where the rest begins is computed by the very expression
-// that the boxes' slabs are: so a ray ends early only where every box to come would turn it away.
+// A ray visits the runs in its direction along the axis. Each box is widened as in all methods
+// (core/slack.glsl). rest_begins uses the same expression as the slab test of a box. Therefore
+// a ray exits early only if it would miss every remaining box.
 
 uniform int run_count;
 
@@ -16,7 +16,7 @@ bool goes_back(Ray ray) {
     return ray.inv_dir[AXIS] < 0.0;
 }
 
-// The least t at which a run that the ray has not passed can begin.
+// The smallest t at which a run that the ray has not visited can begin.
 float rest_begins(Ray ray, int run) {
     float from = goes_back(ray) ? R(sweep_run_most(run) - ray.hi_origin[AXIS])
                                 : R(sweep_run_least(run) - ray.lo_origin[AXIS]);

@@ -1,8 +1,8 @@
-"""sweep: triangles sorted along an axis, in runs with a box each (see ../../CONTRIBUTING.md).
+"""sweep: triangles sorted along an axis and cut into runs, each with a box (an example).
 
-Boxes around parts of a scene are as old as Rubin and Whitted (1980); the order along an axis is
-what makes a ray stop: it passes the runs in the direction it goes, and once it has a hit it ends
-at the first run behind which nothing can begin before that hit.
+Boxes around parts of a scene go back to Rubin and Whitted (1980). A ray visits the runs in its
+direction along the axis. This order allows an early exit: after a hit, the ray ends at the first
+run where no remaining run can begin before the hit. ../../CONTRIBUTING.md explains the file.
 """
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from gpgpu_rt.methods import Accelerator, Method
 from gpgpu_rt.options import Option
 from gpgpu_rt.traversal.triangle_table import TRIANGLE, box_uniforms, triangle_table
 
-# A run: its box, its first triangle; where along the axis this and all later runs begin at the
-# least, and where this and all earlier ones end at the most.
+# A run: its box (lo, hi) and its first triangle. `least` is the lowest coordinate along the axis
+# of this run and all later runs; `most` is the highest of this run and all earlier runs.
 RUN = Record("sweep_run", "lo:vec3 first:int | hi:vec3 | least most")
 
 
 def prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
-    """Tables and uniforms for (n, 3, 3) float32 triangles."""
+    """Build the tables and uniforms of (n, 3, 3) float32 triangles."""
     axis, length = options["axis"], options["run"]
     order = np.argsort(triangles[:, :, axis].astype(np.float64).sum(axis=1), kind="stable")
     first = np.arange(0, len(order), length)
@@ -38,7 +38,7 @@ def prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
                          "least": np.minimum.accumulate(lo[::-1, axis])[::-1],
                          "most": np.maximum.accumulate(hi[:, axis])}}
     uniforms = {"run_count": len(first), **box_uniforms(triangles)}
-    # A ray looks at each run and tests each triangle once at most.
+    # A ray visits each run at most once and tests each triangle at most once.
     return Accelerator(tables, uniforms, step_bound=len(first) + len(order), structure=order)
 
 

@@ -1,4 +1,4 @@
-"""The method table: CLI, viewer, tests and figures take the list of methods from here."""
+"""The method table. Command line, viewer, tests and figures read their list of methods here."""
 from __future__ import annotations
 
 import os
@@ -34,24 +34,26 @@ def register(method: Method) -> Method:
 
 
 def load_methods(folder: str | os.PathLike[str]) -> list[Method]:
-    """Add the methods of a folder to the table: every Python file there with ``ROWS``.
+    """Add the methods of a folder to the table: the ``ROWS`` of every Python file in the folder.
 
-    They are then there for everything that asks the table, and for processes started from this
-    one. The environment variable GPGPU_RT_METHODS does the same for the folders it names.
+    Everything that reads the table then knows the methods, and so do processes that this process
+    starts. The environment variable GPGPU_RT_METHODS loads the folders that it names in the same
+    way.
 
     Parameters
     ----------
-    folder : of files such as CONTRIBUTING.md shows; those that begin with "_" are left out
+    folder : holds Python files as CONTRIBUTING.md describes; files whose names begin with "_" are
+        skipped
 
     Returns
     -------
-    the rows that are new, none where the folder was loaded before
+    the rows that were added; an empty list if the folder was loaded before
 
     Raises
     ------
     MethodError
-        no such folder, a file that does not run, or a row that is not one: names file and line;
-        nothing of the folder is in the table then
+        if the folder does not exist, a file fails to run, or a row is invalid. The message names
+        file and line. The table then holds no method of the folder.
     """
     _take_named()
     path = Path(folder).resolve()
@@ -61,13 +63,13 @@ def load_methods(folder: str | os.PathLike[str]) -> list[Method]:
 
 
 def methods() -> list[Method]:
-    """The table, as rows with .name, in the survey's order; then those of GPGPU_RT_METHODS."""
+    """All rows of the table: the survey's methods in its order, then those of other folders."""
     _take_named()
     return list(_TABLE.values())
 
 
 def find_method(name: str) -> Method:
-    """The row of a name; OptionError suggests the nearest ones."""
+    """The row of the method ``name``; if there is none, OptionError suggests similar names."""
     _take_named()
     if not isinstance(name, str):
         raise OptionError(f"method is {name!r}; give a method's name: {', '.join(_TABLE)}")
@@ -80,12 +82,12 @@ def find_method(name: str) -> Method:
 
 
 def taking(options: Mapping[str, Any], some: Iterable[Method] | None = None) -> list[Method]:
-    """Those of the table, or of ``some`` rows, that take all of these options.
+    """The rows (of ``some``, or of the whole table) whose methods accept all given options.
 
     Raises
     ------
     OptionError
-        where none does
+        if no method accepts all of them
     """
     rows = methods() if some is None else list(some)
     found = [row for row in rows if row.takes(options)]
@@ -104,11 +106,11 @@ def _take_named() -> None:
 
 
 def _take(folder: Path) -> list[Method]:
-    """The rows of a folder that were not taken yet, put into the table: all of them or none."""
+    """Add a folder's rows to the table, all or none, and return the rows that are new."""
     if folder in _TAKEN:
         return []
     before = set(_TABLE)
-    _TAKEN.add(folder)      # at once: its files may ask for the table
+    _TAKEN.add(folder)      # before its files run, because they may read the table
     try:
         found.take(folder, register)
     except BaseException:

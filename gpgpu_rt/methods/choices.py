@@ -1,4 +1,4 @@
-"""Choices: a method with options for coherent rays, and one for rays that are not."""
+"""Choices: a method with options for coherent rays, and another for incoherent rays."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -10,7 +10,7 @@ from . import Method, find_method
 
 COHERENT, INCOHERENT = "coherent", "incoherent"
 RAYS = (COHERENT, INCOHERENT)
-# Options that say how a call is watched, not how it is traced; settings do not hold them.
+# Options that decide how a call is observed, not how rays are traced. Settings do not store them.
 PASSING = ("statistics", "context")
 
 
@@ -20,9 +20,10 @@ class Choice:
 
     Attributes
     ----------
-    method, options : as `Tracer` takes them
-    promise : the bounds that were asked for, see `promise.Promise`; empty where none were
-    measured : what was found: rays, wrong, upper_95, t_error, rays_per_second, bytes, ...
+    method, options : the arguments of `Tracer`
+    promise : the error bounds that the user asked for, see `accuracy.error_targets.Promise`;
+        empty if the user asked for no bounds
+    measured : the measured results: rays, wrong, upper_95, t_error, rays_per_second, bytes, ...
     """
 
     method: str
@@ -31,12 +32,12 @@ class Choice:
     measured: dict[str, Any] = field(default_factory=dict)
 
     def resolved(self) -> tuple[Method, dict[str, Any]]:
-        """The row in the form that the options give it, and every option with its value.
+        """The method's row as these options form it, and every option with its value.
 
         Raises
         ------
         OptionError
-            a method or an option that there is not, or options that do not go together
+            if the method or an option does not exist, or if options exclude each other
         """
         row = find_method(self.method)
         options = row.resolved(self.options)
@@ -45,7 +46,7 @@ class Choice:
 
 @dataclass(frozen=True)
 class Choices:
-    """What a tracer takes for coherent rays, and what for others."""
+    """The choice that a tracer uses for coherent rays, and the choice for incoherent rays."""
 
     coherent: Choice
     incoherent: Choice
@@ -58,16 +59,16 @@ class Choices:
 
     @classmethod
     def one(cls, choice: Choice) -> Choices:
-        """One ``choice`` that serves all rays."""
+        """Choices that use ``choice`` for all rays."""
         return cls(choice, choice)
 
     def of(self, rays: str) -> Choice:
-        """The choice for ``rays``, "coherent" or "incoherent"."""
+        """The choice for ``rays``, which is "coherent" or "incoherent"."""
         return self.coherent if rays == COHERENT else self.incoherent
 
     @property
     def differ(self) -> bool:
-        """Whether there are two."""
+        """Whether the two choices differ in method or options."""
         one, other = self.coherent, self.incoherent
         return (one.method, one.options) != (other.method, other.options)
 
@@ -76,16 +77,18 @@ class Choices:
         return {rays: self.of(rays).resolved() for rays in RAYS}
 
     def with_options(self, options: Mapping[str, Any], where: str) -> Choices:
-        """The same with the caller's options added.
+        """These choices with the caller's options added.
 
         Parameters
         ----------
-        options : of ``PASSING``; any other is refused, unless it asks for what both choices say
-        where : what messages call the choices
+        options : options of ``PASSING``; any other option must have the value that both choices
+            have
+        where : the source of the choices, for messages
 
         Raises
         ------
         OptionError
+            if an option outside ``PASSING`` contradicts a choice or is not part of it
         """
         return Choices(*(replace(choice, options=_added(choice.options, options, where))
                          for choice in (self.coherent, self.incoherent)))

@@ -1,6 +1,6 @@
-"""Methods that a user wrote: files in folders of their own, taken into the table by name.
+"""Methods of a user: load Python files of other folders and check their rows.
 
-A file is Python and has ``ROWS``, as the files of this package have; CONTRIBUTING.md shows one.
+Each file defines ``ROWS``, as the ``rows.py`` of a family does; CONTRIBUTING.md has an example.
 """
 from __future__ import annotations
 
@@ -28,24 +28,24 @@ from ..traversal.method import SCHEDULES, Accelerator, Method
 
 VARIABLE = "GPGPU_RT_METHODS"
 _NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
-_MOST_KERNELS = 4    # that drivers/traverse.frag can tell apart
-# The modules that method files written for version 0.1 import, by their names at that time.
+_MOST_KERNELS = 4    # drivers/traverse.frag has four cases
+# Modules that method files of version 0.1 import, under the names of that version.
 _FORMER_NAMES = {"gpgpu_rt.record": gl_record, "gpgpu_rt.texel_layout": triangle_table}
 
 
 def named_folders() -> list[Path]:
-    """The folders that the environment variable GPGPU_RT_METHODS names, separated as in PATH."""
+    """The folders named by the environment variable GPGPU_RT_METHODS, separated as in PATH."""
     return [Path(one) for one in os.environ.get(VARIABLE, "").split(os.pathsep) if one]
 
 
 def name_folder(folder: Path) -> None:
-    """Have processes that this one starts take the folder's methods too."""
+    """Add the folder to GPGPU_RT_METHODS, so that child processes load its methods too."""
     if folder not in named_folders():
         os.environ[VARIABLE] = os.pathsep.join(map(str, [*named_folders(), folder]))
 
 
 def files_of(folder: Path) -> list[Path]:
-    """The files of methods in a folder, by name; those that begin with "_" are helpers."""
+    """The method files of a folder, sorted by name; names that begin with "_" are skipped."""
     if not folder.is_dir():
         raise MethodError(f"there is no folder of methods {folder}; make it, or take it out of "
                           f"--methods-from and {VARIABLE}")
@@ -53,21 +53,22 @@ def files_of(folder: Path) -> list[Path]:
 
 
 def rows_of(path: Path) -> list[Method]:
-    """The rows of a file, checked.
+    """Run a method file and return its rows after checking them.
 
     Raises
     ------
     MethodError
-        where it does not run, or a row is not one: names file and line
+        if the file fails to run or a row is invalid; the message names file and line
     """
-    place = hashlib.sha256(os.fsencode(path.resolve())).hexdigest()[:12]    # two folders may have
-    name = f"gpgpu_rt_method_{path.stem}_{place}"                           # files of one name
+    # The hash of the path tells files of the same name in two folders apart.
+    place = hashlib.sha256(os.fsencode(path.resolve())).hexdigest()[:12]
+    name = f"gpgpu_rt_method_{path.stem}_{place}"
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     for former, present in _FORMER_NAMES.items():
         sys.modules.setdefault(former, present)
-    sys.modules[name] = module      # its classes can be pickled, and dataclasses look there
+    sys.modules[name] = module      # pickle and dataclasses look classes up there
     try:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as failure:
@@ -83,7 +84,7 @@ def rows_of(path: Path) -> list[Method]:
 
 
 def take(folder: Path, register: Callable[[Method], Method]) -> None:
-    """Put all methods of a folder into the table."""
+    """Register all methods of a folder."""
     for path in files_of(folder):
         for row in rows_of(path):
             try:
@@ -93,7 +94,7 @@ def take(folder: Path, register: Callable[[Method], Method]) -> None:
 
 
 def _check(row: Method, path: Path) -> None:
-    """What would otherwise end in the middle of a traversal."""
+    """Raise MethodError for a mistake in a row that would otherwise fail during traversal."""
     where = f"{path}, method {row.name!r}"
     if not isinstance(row.name, str) or not _NAME.fullmatch(row.name):
         raise MethodError(f"{where}: a name is words of a-z and 0-9 with - between them")
@@ -112,13 +113,13 @@ def _check(row: Method, path: Path) -> None:
             driver_class(named)
         except MethodError as failure:
             raise MethodError(f"{where}: {failure}") from failure
-    if not (ROOT / row.glsl).is_file():     # an absolute name replaces ROOT
+    if not (ROOT / row.glsl).is_file():     # an absolute path replaces ROOT
         raise MethodError(f"{where}: there is no GLSL file {row.glsl}; a file beside this one is "
                           "Path(__file__).with_name(...)")
 
 
 def _check_kinds(row: Method, where: str) -> None:
-    """That what a row holds is of the kinds that its class declares."""
+    """Raise MethodError if a field of the row does not have its declared type."""
     if not isinstance(row.state, Record):
         raise MethodError(f"{where}: its state is {row.state!r}; give a Record")
     if not isinstance(row.glsl, (str, Path)):
@@ -144,12 +145,15 @@ def _check_kinds(row: Method, where: str) -> None:
                                   f"is one of: {known}")
         try:
             _ = record.fields
-        except ValueError as failure:       # too much in a texel
+        except ValueError as failure:       # a texel of the layout has too many components
             raise MethodError(f"{where}: {failure}") from failure
 
 
 def _guarded(row: Method, path: Path) -> Callable[..., Accelerator]:
-    """Its ``prepare``, whose mistakes are said in a line; GPGPU_RT_TRACEBACK shows the rest."""
+    """The row's ``prepare``, wrapped so that its errors become a MethodError of one line.
+
+    The wrapper also checks the returned Accelerator. GPGPU_RT_TRACEBACK shows the traceback.
+    """
     def prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
         where = f"{path}, method {row.name!r}"
         try:
@@ -163,7 +167,7 @@ def _guarded(row: Method, path: Path) -> Callable[..., Accelerator]:
             raise MethodError(f"{where}: prepare returns {type(made).__name__}; return an "
                               "Accelerator")
         missing = {"scene_lo", "scene_hi"} - set(made.uniforms)
-        if missing:     # rays would miss what lies on the faces of boxes, silently
+        if missing:     # without them, rays would silently miss triangles on the faces of boxes
             raise MethodError(f"{where}: prepare gives no {' and no '.join(sorted(missing))}, by "
                               "which boxes are widened; add **box_uniforms(triangles)")
         missing = {record.name for record in row.tables_for(options)} - set(made.tables)
@@ -182,7 +186,7 @@ def _guarded(row: Method, path: Path) -> Callable[..., Accelerator]:
 
 
 def _place(path: Path, failure: BaseException) -> str:
-    """The file, and the last line of it that ran."""
+    """The file, with the number of its last line that ran if it is known."""
     if isinstance(failure, SyntaxError) and failure.lineno:
         return f"{failure.filename}:{failure.lineno}"
     lines = [frame.lineno for frame in traceback.extract_tb(failure.__traceback__)

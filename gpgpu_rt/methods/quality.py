@@ -1,4 +1,4 @@
-"""Quality: the SAH cost, depth, counts and bytes of a built accelerator."""
+"""Quality of a built accelerator: SAH cost, depth, counts and bytes."""
 from __future__ import annotations
 
 from dataclasses import fields
@@ -16,10 +16,11 @@ Structure = Grid | KdTree | Bvh | Bih
 
 def sah_cost(structure: Structure, *, traversal_cost: float = 1.0,
              intersection_cost: float = 1.0) -> float:
-    """What a random line through the scene's box costs, if it hits nothing.
+    """The expected cost of a random line that crosses the scene's box and hits nothing.
 
-    A node (or cell) costs `traversal_cost` and each of its triangles `intersection_cost`,
-    times its surface area over the scene's: a line that meets the scene meets it that often.
+    Each node (or cell) costs `traversal_cost`, and each of its triangles `intersection_cost`. A
+    node's cost counts with the ratio of its surface area to the scene's, because a random line
+    through the scene's box crosses the node with that probability.
     """
     return _cost(_areas(structure), traversal_cost, intersection_cost)
 
@@ -36,8 +37,8 @@ def quality(structure: Structure, *, traversal_cost: float = 1.0,
             intersection_cost: float = 1.0) -> dict[str, int | float]:
     """Figures of merit, by name.
 
-    `references_per_leaf` counts the leaves (or cells) that are not empty;
-    `references_per_triangle` counts the triangles that are referenced.
+    `references_per_leaf` is an average over the leaves (or cells) that are not empty, and
+    `references_per_triangle` over the triangles that have a reference.
     """
     areas, counts = _areas(structure), _leaf_counts(structure)
     filled = int(np.count_nonzero(counts))
@@ -74,7 +75,7 @@ def _leaf_counts(structure: Structure) -> np.ndarray:
 
 
 def _areas(structure: Structure) -> tuple[np.ndarray, np.ndarray, float]:
-    """Each node's surface area and references, and the area of the scene, in float64."""
+    """Each node's half surface area (float64), its number of references, and the root's area."""
     if isinstance(structure, Grid):
         size = structure.cell_size.astype(np.float64)
         cells = np.diff(structure.cell_start)

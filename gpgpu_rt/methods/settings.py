@@ -1,7 +1,7 @@
-"""Settings: methods and options that were measured on one scene and renderer, kept as a file.
+"""Settings: a file of methods and options that were measured on one scene and one renderer.
 
-`tune` writes them, as a file of the user's and in the cache folder, where ``method="auto"`` finds
-them again by the scene's triangles and the renderer.
+`tune` writes the settings to the user's file and to the cache folder. ``method="auto"`` finds
+them in the cache folder by the scene's triangles and the renderer.
 """
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from . import find_method
 from .choices import COHERENT, INCOHERENT, PASSING, RAYS, Choice, Choices
 
 FORMAT = 2
-ONE_CHOICE = 1    # the format before, of one choice for all rays
-# What is used where nothing was tuned: right to the bit, and never far from the fastest. Packets
-# take eye and shadow rays twice as fast as single rays, and others slower: docs/accuracy.md has by
-# how much. The interval test, which makes them faster still on large images of eye rays, is left
-# out: mirror rays, coherent by any measure of neighbours, then take twice to three times what
-# single rays do. What entry points bring stands in docs/bvh.md.
+ONE_CHOICE = 1    # the older format, which has one choice for all rays
+# Used for a scene that was not tuned: exact to the bit, and never far from the fastest choice.
+# Packets trace eye and shadow rays twice as fast as single rays do, and other rays more slowly;
+# docs/accuracy.md has the measured rates. The interval test is off: it makes packets still faster
+# on large images of eye rays, but mirror rays then take two to three times as long as single
+# rays, although mirror rays count as coherent. docs/bvh.md has the gain of entry points.
 SAFE_DEFAULT = {
     COHERENT: ("bvh-packet", {"packet": (4, 2), "octants": True, "quantise_nodes": 16,
                               "entry_points": 32}),
@@ -37,13 +37,13 @@ SAFE_DEFAULT = {
 
 @dataclass(frozen=True)
 class Settings:
-    """Choices, and what they were measured on.
+    """Choices, with the scene and the renderer that they were measured on.
 
     Attributes
     ----------
-    scene : "name", "triangles" (how many) and "sha256" of the scene's triangles
-    renderer : OpenGL's name for what it was measured on
-    choices : for coherent rays and for others; they may be the same
+    scene : the scene's "name", number of "triangles" and the "sha256" of its triangles
+    renderer : OpenGL's name of the renderer
+    choices : for coherent and for incoherent rays; both may be the same
     """
 
     scene: dict[str, Any]
@@ -51,14 +51,14 @@ class Settings:
     choices: Choices
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the file, whole or not at all."""
+        """Write the settings to a file, complete or not at all."""
         entries = {"format": FORMAT, "scene": self.scene, "renderer": self.renderer,
                    **asdict(self.choices)}
         with replacing(path) as temporary:
             temporary.write_text(json.dumps(entries, indent=1) + "\n", encoding="utf-8")
 
     def check_fits(self, scene: Scene, renderer: str, where: str = "settings") -> None:
-        """Raise SettingsError, naming the difference, for another scene or renderer."""
+        """Raise SettingsError if scene or renderer differs; the message names the difference."""
         here = describe(scene)
         advice = "tune again, or pass force=True (--force)"
         if here["sha256"] != self.scene["sha256"]:
@@ -74,18 +74,18 @@ class Settings:
 
 
 def describe(scene: Scene) -> dict[str, Any]:
-    """A scene's name, its number of triangles and the SHA-256 of their float32 coordinates."""
+    """The scene's name, number of triangles and the SHA-256 of their float32 coordinates."""
     return {"name": scene.name, "triangles": len(scene),
             "sha256": hashlib.sha256(scene.triangles).hexdigest()}
 
 
 def load(path: str | os.PathLike[str]) -> Settings:
-    """Settings from a file.
+    """Read settings from a file.
 
     Raises
     ------
     SettingsError
-        a file that cannot be read, or naming the key that is missing or of no use
+        if the file cannot be read, or a key is missing or invalid; the message names the key
     """
     try:
         entries = read_json(path)
@@ -100,7 +100,7 @@ def load(path: str | os.PathLike[str]) -> Settings:
 
 
 def store(settings: Settings) -> Path | None:
-    """Keep settings where `find` looks; the file, or None where nothing can be kept."""
+    """Write settings to the cache, where `find` looks; the file, or None if that fails."""
     path = _path(settings.scene["sha256"], settings.renderer)
     if path is None:
         return None
@@ -113,15 +113,17 @@ def store(settings: Settings) -> Path | None:
 
 
 def find(scene: Scene, renderer: str) -> Settings | None:
-    """The settings kept for a scene and a renderer; None where there are none, or, with a warning,
-    none of any use."""
+    """The cached settings for a scene and a renderer, or None if there are none.
+
+    Settings that cannot be used give None and a warning.
+    """
     path = _path(describe(scene)["sha256"], renderer)
     try:
         if path is None or not path.is_file() or not is_own(path.stat()):
             return None
         settings = load(path)
         settings.check_fits(scene, renderer)
-    # Damaged, of a version with other methods or options, or in a folder that is closed to us.
+    # The file is damaged, comes from a version with other methods or options, or is not readable.
     except (Error, OSError) as failure:
         _warn_of_default(failure, 4)
         return None
@@ -130,11 +132,12 @@ def find(scene: Scene, renderer: str) -> Settings | None:
 
 def automatic(scene: Scene, renderer: str, options: Mapping[str, Any]
               ) -> tuple[Choices, Settings | None]:
-    """The choices of ``method="auto"``, and the settings they came from.
+    """The choices of ``method="auto"``, and the settings that they come from, or None.
 
-    Those kept for the scene and renderer, where they agree with what the caller asks for; else a
-    safe default: what is there for coherent rays gives way where it does not go with the options,
-    its entry points first.
+    The choices come from the cached settings for the scene and the renderer if these agree with
+    the caller's options, else from SAFE_DEFAULT. If the options exclude the default for coherent
+    rays, it is tried without entry points; if that fails too, coherent rays use the default for
+    incoherent rays.
     """
     found = find(scene, renderer)
     if found is not None:
@@ -206,7 +209,7 @@ def _choice(entries: dict[str, Any], where: str, prefix: str) -> Choice:
         known = Choice(entries["method"], given).resolved()[1]
     except OptionError as failure:
         raise SettingsError(f"{where}: {prefix}options: {failure}") from None
-    # JSON has no tuples: what the options make of a list is what was saved.
+    # JSON has no tuples: the resolved option turns a saved list back into the original value.
     own = {name: known[name] if isinstance(value, list) else value
            for name, value in given.items()}
     return Choice(**{**entries, "options": own})

@@ -14,7 +14,7 @@ from ..bvh.tables import last_of_leaves
 from .records import BIH_BOUNDS, BIH_NODE, BIH_STATE
 from .tree import LEAF, build_bih
 
-ROOT = 6    # the side of the root, which is nobody's child
+ROOT = 6    # the side of the root, which has no parent
 
 
 def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
@@ -31,7 +31,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
                               "axis": bih.axis, "child": bih.child},
               BIH_BOUNDS.name: {"lo": lo, "hi": hi, "parent": bih.parents(), "side": side}}
     uniforms = {"scene_lo": tuple(bih.lo), "scene_hi": tuple(bih.hi), "node_count": nodes}
-    # A node is entered once and left upwards once; with a stack it is popped once besides.
+    # A ray enters each node once and climbs from it once. With a stack it also pops it once.
     bound = (3 if options["stack_size"] else 2) * nodes + len(bih.order)
     return Accelerator(tables, uniforms, bound, bih, boxes=bih.boxes)
 

@@ -1,13 +1,14 @@
-"""Bounding interval hierarchy: the record, and its build by halving cells.
+"""Bounding interval hierarchy: the tree, and its build by halving cells.
 
 C. Waechter, A. Keller, "Instant ray tracing: the bounding interval hierarchy", EGSR 2006. A node
-holds an axis and two planes: where its left child ends and where its right one begins. The cells
-of a regular grid over the scene say where to split: a cell is halved across its longest side, and
-triangles go left or right by the middle of their boxes. A half without triangles makes no node:
-the other one is halved on. So no cost is computed, nothing sorted, and the tree's size is linear.
+holds an axis and two planes: the end of its left child and the begin of its right child. The
+cells of a regular grid over the scene give the split planes: the build halves a cell across its
+longest side and sorts triangles to the left or right by the centres of their boxes. If one half
+has no triangles, the build makes no node and halves the other half again. The build computes no
+cost and sorts nothing, and the tree's size is linear in the number of triangles.
 
-Departures: all nodes of a level are split at once instead of one by one in place. Where no plane
-parts the middles (they coincide), or at the depth cap, a node is halved by count.
+Departures: all nodes of a level are split at once, not one by one in place. If no plane separates
+the centres because they coincide, or at the depth cap, a node is halved by count.
 """
 from __future__ import annotations
 
@@ -22,23 +23,26 @@ from ...accel.runs import expand, owners, run_starts
 from ...accel.sound import alike, are_pairs, each_once, named
 
 LEAF = 3            # the axis of a leaf
-HALVINGS = 160      # of a cell, between two nodes: enough to go from any float32 size to any other
+HALVINGS = 160      # per axis, between two nodes: from any float32 size to any other
 
 
 @dataclass(frozen=True)
 class Bih:
-    """A binary tree of intervals; siblings are neighbours, node 0 is the root (there is none if
-    there is no triangle).
+    """A binary tree of intervals.
 
+    Siblings are neighbours and node 0 is the root. A tree without triangles has no nodes.
+
+    Attributes
+    ----------
     lo, hi : (3,) float32, the box of the triangles, world units
     axis : (n,) int8, 0, 1, 2, or 3 for a leaf
-    left_hi, right_lo : (n,) float32, where an inner node's left child ends and its right one
-        begins along the axis; 0 for a leaf
-    child : (n,) int32, inner: the left child (the right one is child + 1); leaf: its first
-        triangle in `order`
-    count : (n,) int32, triangles of a leaf; 0 for an inner node
-    order : (m,) int32, triangles leaf by leaf, ascending within one
-    depth : int, edges from the root to the deepest leaf
+    left_hi, right_lo : (n,) float32, the end of an inner node's left child and the begin of its
+        right child along the axis; 0 for a leaf
+    child : (n,) int32, the left child of an inner node (the right child is child + 1), or a
+        leaf's first triangle in `order`
+    count : (n,) int32, the number of triangles of a leaf; 0 for an inner node
+    order : (m,) int32, the triangles of all leaves in turn, ascending in each leaf
+    depth : int, the number of edges from the root to the deepest leaf
     """
 
     lo: np.ndarray
@@ -52,11 +56,11 @@ class Bih:
     depth: int
 
     def parents(self) -> np.ndarray:
-        """(n,) int32, -1 for the root."""
+        """Each node's parent, (n,) int32; -1 for the root."""
         return tree_order.pair_parents(self.child, self.axis != LEAF)
 
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
-        """What the planes above leave of the scene's box to each node, (n, 3) float32 each."""
+        """Each node's box: the scene's box cut by the planes of all ancestors, (n, 3) float32."""
         lo = np.tile(self.lo, (len(self.axis), 1))
         hi = np.tile(self.hi, (len(self.axis), 1))
         inner = self.axis != LEAF
@@ -66,13 +70,13 @@ class Bih:
             one, two, axis = first[nodes], second[nodes], self.axis[nodes]
             lo[one] = lo[two] = lo[nodes]
             hi[one] = hi[two] = hi[nodes]
-            # A child may reach as far as its parent does, but no further.
+            # A child's box must not extend beyond its parent's box.
             hi[one, axis] = np.minimum(self.left_hi[nodes], hi[nodes, axis])
             lo[two, axis] = np.maximum(self.right_lo[nodes], lo[nodes, axis])
         return lo, hi
 
     def is_sound(self, triangles: int) -> bool:
-        """Whether it could have been built over so many triangles; see ``accel/sound.py``."""
+        """Whether the arrays are valid for this number of triangles; see ``accel/sound.py``."""
         n = len(self.axis)
         return (alike(named(self, "lo hi"), "f", 3)
                 and alike(named(self, "left_hi right_lo"), "f", n)
@@ -89,9 +93,9 @@ def build_bih(triangles: np.ndarray, *, max_leaf: int = 4, max_depth: int = 64,
     Parameters
     ----------
     triangles : (n, 3, 3) float32, world units
-    max_leaf : triangles up to which a node is a leaf
-    max_depth : halving by count begins where it just stays within this (or within ceil(log2 n),
-        if that is more)
+    max_leaf : the most triangles of a leaf
+    max_depth : bound on the depth, raised to ceil(log2 n) if that is more. A node that could
+        exceed it is halved by count.
 
     Raises
     ------
@@ -102,7 +106,7 @@ def build_bih(triangles: np.ndarray, *, max_leaf: int = 4, max_depth: int = 64,
     max_depth = in_range("max_depth", max_depth, 0, 1024, int)
     triangles = as_triangles(triangles)
     box_lo, box_hi = triangle_boxes(triangles)
-    # By a power of two, which changes no bits but the exponent's: middles never overflow.
+    # Scale by a power of two, which changes only exponents, so that box centres never overflow.
     _, exponent = np.frexp(np.abs(triangles).max(initial=0))
     middle = np.ldexp(box_lo, -exponent) * np.float32(0.5)
     middle += np.ldexp(box_hi, -exponent) * np.float32(0.5)
@@ -130,7 +134,7 @@ def build_bih(triangles: np.ndarray, *, max_leaf: int = 4, max_depth: int = 64,
         record.split(axis, order, starts, left)
         cell_lo, cell_hi = cells
         taken = np.add.reduceat(left, starts, dtype=np.int64)
-        order = np.concatenate([order[left], order[~left]])    # in their order: ascending
+        order = np.concatenate([order[left], order[~left]])    # keeps runs ascending
         count = np.concatenate([taken, count - taken])
         depth += 1
     return record.finish(depth)
@@ -138,7 +142,7 @@ def build_bih(triangles: np.ndarray, *, max_leaf: int = 4, max_depth: int = 64,
 
 def _spread(middle: np.ndarray, order: np.ndarray,
             starts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Between which middles each run of triangles lies, (3, k) float64 each."""
+    """The lowest and highest box centre of each run of triangles, (3, k) float64 each."""
     where = [middle[a][order] for a in range(3)]
     return tuple(np.stack([bound.reduceat(w, starts) for w in where]).astype(np.float64)
                  for bound in (np.minimum, np.maximum))
@@ -146,10 +150,17 @@ def _spread(middle: np.ndarray, order: np.ndarray,
 
 def _planes(cell_lo: np.ndarray, cell_hi: np.ndarray, lowest: np.ndarray, highest: np.ndarray
             ) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:
-    """Where each cell is split: axis (k,), plane (k,), NaN where there is none, and the cells of
-    all left children, then of all right ones, (3, 2 k) each.
+    """Choose a split plane for each cell.
 
-    lowest, highest : (3, k), the outermost middles: a plane must part them
+    Parameters
+    ----------
+    cell_lo, cell_hi : (3, k), the cells
+    lowest, highest : (3, k), the lowest and highest box centres, which a plane must separate
+
+    Returns
+    -------
+    axis (k,); plane (k,), NaN where no plane separates the centres; and the lower and upper
+    corners of the cells of all left children, then of all right children, (3, 2 k) each
     """
     cell_lo, cell_hi = cell_lo.copy(), cell_hi.copy()
     axis, plane = np.zeros(cell_lo.shape[1], np.int64), np.full(cell_lo.shape[1], np.nan)
@@ -175,7 +186,7 @@ def _planes(cell_lo: np.ndarray, cell_hi: np.ndarray, lowest: np.ndarray, highes
 
 
 class _Record:
-    """Collects the nodes level by level and puts them in their final order."""
+    """Collect the nodes level by level, then put them into their final order."""
 
     def __init__(self, box_lo: np.ndarray, box_hi: np.ndarray) -> None:
         self.box_lo, self.box_hi = box_lo, box_hi
@@ -185,7 +196,7 @@ class _Record:
 
     def add(self, order: np.ndarray, count: np.ndarray, starts: np.ndarray,
             inner: np.ndarray) -> None:
-        """Append a level; `split` says of its inner nodes how."""
+        """Append a level of nodes; `split` then sets the axes and planes of its inner nodes."""
         n = len(count)
         first, second = np.full(n, -1, np.int64), np.full(n, -1, np.int64)
         first[inner] = self.nodes + n + np.arange(len(inner))
@@ -199,7 +210,10 @@ class _Record:
 
     def split(self, axis: np.ndarray, order: np.ndarray, starts: np.ndarray,
               left: np.ndarray) -> None:
-        """How the inner nodes of the last level are split; `left` tells each triangle's side."""
+        """Set axes and planes of the last level's inner nodes.
+
+        `left` marks the triangles of left children.
+        """
         first, _, _, axes, left_hi, right_lo = self.levels[-1]
         inner = np.flatnonzero(first >= 0)
         along = axis[np.repeat(np.arange(len(starts)), np.diff(starts, append=len(order)))]
@@ -209,7 +223,10 @@ class _Record:
         right_lo[inner] = np.minimum.reduceat(np.where(left, np.inf, lo), starts)
 
     def finish(self, depth: int) -> Bih:
-        """Siblings side by side, subtrees depth-first: a path's nodes lie close together."""
+        """The tree with siblings side by side and subtrees in depth-first order.
+
+        This order keeps the nodes of a path close together in memory.
+        """
         if not self.nodes:
             zero, none = np.zeros(3, np.float32), np.zeros(0, np.int32)
             return Bih(zero, zero, np.zeros(0, np.int8), *2 * (np.zeros(0, np.float32),),

@@ -1,4 +1,4 @@
-"""Every ray against every triangle."""
+"""Brute force: test every ray against every triangle."""
 from __future__ import annotations
 
-from ...traversal.triangle_table import box_uniforms, triangle_table  # for methods of one's own
+from ...traversal.triangle_table import box_uniforms, triangle_table  # used by user methods

@@ -1,4 +1,4 @@
-"""brute-force: every ray against every triangle."""
+"""brute-force: test every ray against every triangle."""
 from __future__ import annotations
 
 from collections.abc import Mapping

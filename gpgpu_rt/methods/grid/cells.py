@@ -1,10 +1,11 @@
-"""Uniform grid: the record and its build.
+"""Uniform grid: the structure and its build.
 
 T. J. Purcell, I. Buck, W. R. Mark, P. Hanrahan, "Ray tracing on programmable graphics
-hardware", SIGGRAPH 2002. A triangle goes into the cells that it overlaps itself, not only its
-box: separating axes (T. Akenine-Moeller, "Fast 3D triangle-box overlap testing", 2001), first
-the triangle's plane, column by column along its dominant axis, then its edges in the three
-projections. Cells are widened by `bounds.PADDING` of the scene and the tests are in float64.
+hardware", SIGGRAPH 2002. A cell lists only triangles that overlap the cell itself; an overlap
+with the triangle's box is not enough. The build uses separating axes (T. Akenine-Moeller, "Fast
+3D triangle-box overlap testing", 2001). It first tests the triangle's plane, column by column
+along its dominant axis, and then its edges in the three projections. Cells are widened by
+`bounds.PADDING` of the scene's size, and the tests are in float64.
 """
 from __future__ import annotations
 
@@ -21,19 +22,21 @@ from ...errors import LimitError, OptionError
 
 MOST_CELLS_AN_AXIS = 512
 MOST_REFERENCES = 1 << 27           # 0.5 GiB of int32
-USUAL_REFERENCES = 64               # a triangle, on average; past it a chosen resolution is halved
-FINEST_CELL = 8                     # paddings; below, every triangle fills its neighbourhood
-CHUNK = 1 << 18                     # columns or cells at a time
+USUAL_REFERENCES = 64               # average per triangle; above it, halve an automatic resolution
+FINEST_CELL = 8                     # in paddings; triangles fill the neighbours of smaller cells
+CHUNK = 1 << 18                     # columns or cells processed together
 
 
 @dataclass(frozen=True)
 class Grid:
-    """A uniform grid; cell = x + rx * (y + ry * z).
+    """A uniform grid; cell (x, y, z) has the index x + rx * (y + ry * z).
 
+    Attributes
+    ----------
     lo, hi : (3,) float32, the padded scene box, world units
-    resolution : (3,) int32, cells an axis
+    resolution : (3,) int32, the number of cells along each axis
     cell_size : (3,) float32, world units
-    cell_start : (cells + 1,) int32, the run of references of each cell
+    cell_start : (cells + 1,) int32, each cell's first reference; the last entry is m
     references : (m,) int32, triangles, ascending within a cell
     """
 
@@ -45,7 +48,7 @@ class Grid:
     references: np.ndarray
 
     def is_sound(self, triangles: int) -> bool:
-        """Whether it could have been built over so many triangles; see ``accel/sound.py``."""
+        """Whether the arrays are valid for this number of triangles; see ``accel/sound.py``."""
         return (alike(named(self, "lo hi cell_size"), "f", 3)
                 and within(self.resolution, 1 << 10, 1)
                 and len(self.resolution) == 3 and within(self.references, triangles)
@@ -60,14 +63,15 @@ def build_grid(triangles: np.ndarray, *, resolution: int | Sequence[int] | None 
     Parameters
     ----------
     triangles : (n, 3, 3) float32, world units
-    resolution : cells an axis, one number or three, 1 to 512; None: from `density`
-    density : cells a triangle, in a scene that is not flat; fewer where triangles overlap so much
-        that each would lie in more than 64 cells on average
+    resolution : number of cells along each axis, one number or three, 1 to 512; None: derived
+        from `density`
+    density : target number of cells per triangle in a scene that is not flat. The resolution is
+        halved while a triangle would lie in more than 64 cells on average.
 
     Raises
     ------
     LimitError
-        If the grid would hold more than 2^27 references.
+        if the grid would hold more than 2^27 references
     OptionError, SceneError
     """
     refuse_unknown(build_grid, unknown)
@@ -84,7 +88,7 @@ def build_grid(triangles: np.ndarray, *, resolution: int | Sequence[int] | None 
         resolution = _resolution(triangles, hi.astype(np.float64) - lo, density)
         usual = USUAL_REFERENCES * len(triangles) + 4096
         while (keys := _keys(triangles, lo, hi, resolution, usual)) is None:
-            resolution = np.maximum(resolution // 2, 1)    # one cell holds each triangle once
+            resolution = np.maximum(resolution // 2, 1)    # one cell is always within it
     cell_size = ((hi.astype(np.float64) - lo) / resolution).astype(np.float32)
     cells = int(np.prod(resolution.astype(np.int64)))
     key = np.concatenate(keys)
@@ -99,7 +103,7 @@ def build_grid(triangles: np.ndarray, *, resolution: int | Sequence[int] | None 
 
 def _keys(triangles: np.ndarray, lo: np.ndarray, hi: np.ndarray, resolution: np.ndarray,
           most: int) -> list[np.ndarray] | None:
-    """Cell << 32 | triangle of every overlap, in pieces; None for more than ``most``."""
+    """Keys ``cell << 32 | triangle`` of all overlaps, in pieces; None for more than ``most``."""
     keys = [np.zeros(0, np.int64)]
     total = 0
     for triangle, cell in _overlaps(triangles, lo, hi, resolution):
@@ -120,14 +124,17 @@ def _given_resolution(resolution: int | Sequence[int]) -> np.ndarray:
 
 
 def _resolution(triangles: np.ndarray, size: np.ndarray, density: float) -> np.ndarray:
-    """n_i = L_i (density n / V)^(1/3). An axis along which that gives less than one cell gets
-    one, and the others share the cells as if it were not there."""
+    """The resolution n_i = L_i (density n / V)^(1/3).
+
+    An axis for which the formula gives less than one cell gets one cell. The formula without this
+    axis then gives the other resolutions.
+    """
     if len(triangles) == 0:
         return np.ones(3, np.int64)
     finest = np.clip(size / (FINEST_CELL * float(padding(triangles))), 1, MOST_CELLS_AN_AXIS)
     cells = density * len(triangles)
     exact = np.ones(3)
-    axes = np.argsort(size)             # the thinnest first
+    axes = np.argsort(size)             # the thinnest axis first
     for used in range(3):
         thick = axes[used:]
         scale = (cells / np.prod(size[thick] / size[thick[-1]])) ** (1 / len(thick))
@@ -139,7 +146,7 @@ def _resolution(triangles: np.ndarray, size: np.ndarray, density: float) -> np.n
 
 def _overlaps(triangles: np.ndarray, lo: np.ndarray, hi: np.ndarray,
               resolution: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Pairs of triangle, (m,) int64, and cell, (m, 3) int64, in chunks, each pair once."""
+    """Yield all overlapping pairs in chunks: triangles, (m,) int64, and cells, (m, 3) int64."""
     shape = Shapes(triangles, lo, hi, resolution)
     columns = np.take_along_axis(shape.cell_count, shape.across, 1).prod(axis=1)
     for part in chunks(columns, CHUNK):
@@ -158,7 +165,7 @@ def _overlaps(triangles: np.ndarray, lo: np.ndarray, hi: np.ndarray,
 
 
 class Shapes:
-    """What the overlap tests need of each triangle; coordinates from the grid's corner."""
+    """Data of each triangle for the overlap tests, relative to the grid's lower corner."""
 
     def __init__(self, triangles: np.ndarray, lo: np.ndarray, hi: np.ndarray,
                  resolution: np.ndarray) -> None:
@@ -176,7 +183,7 @@ class Shapes:
         self.across = (self.axis[:, None] + [1, 2]) % 3
 
     def column(self, triangle: np.ndarray, rank: np.ndarray) -> np.ndarray:
-        """The cell of a triangle's column number `rank`; along its axis, the first one."""
+        """The first cell, along the dominant axis, of a triangle's column number `rank`."""
         cell = self.first[triangle]
         u, v = self.across[triangle].T
         across_u = self.cell_count[triangle, u]
@@ -187,18 +194,18 @@ class Shapes:
 
     def plane_range(self, triangle: np.ndarray,
                     cell: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """First cell and number of cells of each column that the triangle's plane crosses."""
+        """The first cell and the number of cells that the triangle's plane crosses in a column."""
         normal, axis, row = self.normal[triangle], self.axis[triangle], np.arange(len(triangle))
         first, count = self.first[triangle, axis], self.cell_count[triangle, axis]
         along = normal[row, axis]
-        flat = along == 0                   # no area, no plane: the whole column
+        flat = along == 0                   # a triangle without area: the whole column
         slope = normal / np.where(flat, 1, along)[:, None]
         slope[row, axis] = 0
         offset = self.vertex[triangle, 0] - (cell + 0.5) * self.cell_size
         centre = self.vertex[triangle, 0, axis] + (offset * slope).sum(axis=1)
         reach = (np.abs(slope) * self.half).sum(axis=1) + self.half[axis]
         size = self.cell_size[axis]
-        # A cell's centre is within reach of the plane.
+        # The plane crosses the cells whose centres lie within `reach` of it.
         low = np.ceil((centre - reach) / size - 0.5).astype(np.int64)
         high = np.floor((centre + reach) / size - 0.5).astype(np.int64)
         low = np.where(flat, first, np.maximum(low, first))
@@ -206,7 +213,7 @@ class Shapes:
         return low, np.maximum(high - low + 1, 0)
 
     def overlap(self, triangle: np.ndarray, cell: np.ndarray) -> np.ndarray:
-        """Whether triangles, (m,), overlap cells, (m, 3), that their boxes overlap."""
+        """Whether triangles, (m,), overlap cells, (m, 3); their boxes must overlap already."""
         low, height = self.plane_range(triangle, cell)
         up = cell[np.arange(len(cell)), self.axis[triangle]]
         found = (up >= low) & (up < low + height)
@@ -226,6 +233,6 @@ class Shapes:
                 inside = edge_b * (centre[:, c] - self.vertex[triangle, i, c]) \
                     - edge_c * (centre[:, b] - self.vertex[triangle, i, b])
                 reach = np.abs(edge_b) * self.half[c] + np.abs(edge_c) * self.half[b]
-                # A triangle seen edge-on is a line: both sides of it are outside.
+                # A triangle seen edge-on is a line, and both of its sides are outside.
                 result &= np.where(facing == 0, np.abs(inside), -facing * inside) <= reach
         return result

@@ -1,9 +1,9 @@
-"""Proximity cloud: how many cells around each cell of a grid are certainly empty.
+"""Proximity cloud: each cell's distance, in cells, to the nearest occupied cell of a grid.
 
 F. Karlsson, C. J. Ljungstedt, "Ray tracing fully implemented on programmable graphics
 hardware", Chalmers, 2004, after D. Cohen, Z. Sheffer, "Proximity clouds", The Visual Computer
-11, 1994. Distances count cells by the largest of the three differences (Chebyshev), so a cube
-around the cell is empty.
+11, 1994. The distance is the largest of the three coordinate differences (Chebyshev distance).
+Therefore a cube of cells around the cell is empty.
 """
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from .cells import Grid
 
 
 def proximity_cloud(grid: Grid) -> np.ndarray:
-    """Distance of each cell to the nearest one with references.
+    """The distance of each cell to the nearest cell with references.
 
     Returns
     -------
-    (cells,) int32; 0 for a cell with references; the largest resolution if no cell has any.
+    (cells,) int32; 0 for a cell with references, and the largest resolution if all cells are empty
     """
     rx, ry, rz = (int(r) for r in grid.resolution)
     far = np.int32(max(rx, ry, rz))
     occupied = np.diff(grid.cell_start) > 0
     distance = np.where(occupied, np.int32(0), far).reshape(rz, ry, rx)
-    # Exact in x, then in x and y, then in all: a step along the new axis is also a step along
-    # the old ones, if that is of use.
+    # Make distances exact along x, then in x and y, then in all axes. A Chebyshev step along the
+    # new axis may also move one cell along each earlier axis at no cost.
     for axis in (2, 1, 0):
         older = [other for other in range(axis + 1, 3)]
         before = distance.copy()
@@ -36,18 +36,18 @@ def proximity_cloud(grid: Grid) -> np.ndarray:
 
 
 def _sweep(distance: np.ndarray, axis: int, older: list[int]) -> None:
-    """Carry distances forward along the axis, one more a step."""
+    """Propagate distances forward along the axis; each step adds 1."""
     slices = np.moveaxis(distance, axis, 0)
     for i in range(1, len(slices)):
         carried = slices[i - 1]
         for other in older:
-            # Moving the axis to the front has put the axes before it one further.
+            # The slice has lost `axis`, so the index of each later axis falls by one.
             carried = _least_of_neighbours(carried, other - 1)
         np.minimum(slices[i], carried + 1, out=slices[i])
 
 
 def _least_of_neighbours(values: np.ndarray, axis: int) -> np.ndarray:
-    """The minimum of each cell and its two neighbours along the axis."""
+    """The minimum of each cell's value and its two neighbours' values along the axis."""
     result = values.copy()
     inward, outward = np.moveaxis(values, axis, 0), np.moveaxis(result, axis, 0)
     np.minimum(outward[1:], inward[:-1], out=outward[1:])

@@ -4,10 +4,14 @@ from __future__ import annotations
 from ...gl.record import Record
 
 GRID_CELL = Record("grid_cell", "first:int")
-"""A cell: its first reference, or minus the cells to the nearest occupied one if it is empty (-1
-says no more than that it is)."""
+"""A cell: its first reference, or a negative number if the cell is empty.
+
+The negative number is minus the distance in cells to the nearest occupied cell. Without proximity
+clouds it is -1 in every empty cell."""
 
 GRID_STATE = Record("state", "cell:ivec3 t_enter | t_next:vec3 t_exit "
                              "| cursor:int phase:int steps:int")
-"""A STATE, the cell that a ray is in, where it enters and leaves that and by axis crosses into the
-next ones, and where it is in the cell's list."""
+"""A ray's state: its current cell, and the t at which it enters and leaves this cell.
+
+`t_next` has, for each axis, the t at which the ray crosses into the next cell along the axis.
+`cursor` is the position in the cell's list."""

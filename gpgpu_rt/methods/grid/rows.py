@@ -1,5 +1,6 @@
-"""grid and grid-proximity: uniform grids (Purcell et al. 2002; Karlsson and Ljungstedt 2004), and
-packets on the first of them (Wald et al. 2006)."""
+"""grid and grid-proximity: uniform grids (Purcell et al. 2002; Karlsson and Ljungstedt 2004).
+
+The method grid also traces packets (Wald et al. 2006)."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -26,7 +27,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any], proximity: bool)
                   density=options["density"])
     counts = np.diff(grid.cell_start)
     occupied = counts > 0
-    # Each occupied cell's list is one longer, by its sentinel.
+    # A sentinel makes the list of each occupied cell longer by one entry.
     first = grid.cell_start[:-1] + np.cumsum(occupied) - occupied
     references = np.insert(grid.references, grid.cell_start[1:][occupied], SENTINEL)
     empty = -proximity_cloud(grid) if proximity else np.full(len(counts), -1)
@@ -36,7 +37,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any], proximity: bool)
     uniforms = {"scene_lo": tuple(grid.lo), "scene_hi": tuple(grid.hi),
                 "grid_resolution": tuple(int(r) for r in grid.resolution),
                 "cell_size": tuple(grid.cell_size)}
-    # A ray visits no cell twice: at most one per plane of the grid, and each list once.
+    # A ray visits no cell twice: at most one cell per plane of the grid, and each list once.
     bound = int(grid.resolution.sum()) + len(references) + 3
     return Accelerator(tables, uniforms, bound, grid)
 
@@ -55,7 +56,8 @@ _PACKET = replace(PACKET, default=(1, 1), help="rays a fragment; several walk th
 
 def _prepare_packets(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     prepared = _prepare(triangles, options, False)
-    # Each turn takes a ray at least, and looks into each slice, cell and list at most once.
+    # Each traversal of the grid completes at least one ray, and visits each slice, cell and list
+    # entry at most once.
     grid, (width, height) = prepared.structure, options["packet"]
     once = len(grid.cell_start) + len(prepared.tables[REFERENCE.name]["triangle"])
     prepared.step_bound = (once + int(grid.resolution.max()) + 2) * width * height
@@ -74,7 +76,7 @@ def _row(name: str, summary: str, citation: str, proximity: bool, **more: Any) -
 
 
 def _form(single: Method, options: Mapping[str, Any]) -> Method:
-    """Purcell's walk of single rays, or with packets Wald's."""
+    """The row as Purcell's single rays or, for larger packets, as Wald's packet traversal."""
     if options["packet"] == (1, 1):
         return single
     return replace(

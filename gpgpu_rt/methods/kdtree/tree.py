@@ -56,7 +56,7 @@ class KdTree:
         return lo, hi
 
     def is_sound(self, triangles: int) -> bool:
-        """Whether it could have been built over so many triangles; see ``accel/sound.py``."""
+        """Whether the arrays are valid for this number of triangles; see ``accel/sound.py``."""
         n = len(self.axis)
         return (n > 0 and alike(named(self, "lo hi"), "f", 3)
                 and alike(named(self, "split"), "f", n)

@@ -48,7 +48,7 @@ class Octree:
     references: np.ndarray
 
     def is_sound(self, triangles: int) -> bool:
-        """Whether it could have been built over so many triangles; see ``accel/sound.py``."""
+        """Whether the arrays are valid for this number of triangles; see ``accel/sound.py``."""
         cells, nodes = len(self.span), np.arange(len(self.child))
         if not within(self.child, len(nodes), -cells):
             return False

@@ -54,7 +54,7 @@ class VisibilityField:
     reach: np.ndarray
 
     def is_sound(self, triangles: int) -> bool:
-        """Whether it could have been built over so many triangles; see ``accel/sound.py``."""
+        """Whether the arrays are valid for this number of triangles; see ``accel/sound.py``."""
         m = len(self.triangle)
         if not (isinstance(self.directions, int) and isinstance(self.tiles, int)):
             return False
