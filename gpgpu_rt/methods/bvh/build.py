@@ -1,4 +1,4 @@
-"""Build: a bounding volume hierarchy by one of its builders, then improved and threaded."""
+"""Build a bounding volume hierarchy by a builder, then optimise and thread it."""
 from __future__ import annotations
 
 import numpy as np
@@ -10,14 +10,17 @@ from . import hybrid, insertion, lbvh, median, sah
 from .reinsertion import reinserted
 from .tree import MAX_LEAF, Bvh
 
-MOST_ROUNDS = 1000  # of reinsertion
+MOST_ROUNDS = 1000  # limit of the option `reinsertion`
 BUILDERS = {"sah": sah.build, "kay-kajiya": median.build, "goldsmith-salmon": insertion.build,
             "lbvh": lbvh.build, "hybrid": hybrid.build}
 
 
 def node_limit(triangles: int, copies: float = 1) -> dict[str, int]:
-    """``most_nodes`` for `build_bvh`, where a tree over so many triangles could have more nodes
-    than a float holds indices of, all of its ``copies`` together; else nothing."""
+    """The argument ``most_nodes`` for `build_bvh`, or no argument if the tree needs no limit.
+
+    A limit is needed if all ``copies`` of the tree together could have more nodes than a float can
+    index exactly.
+    """
     most = int(EXACT_INTEGER / copies)
     return {"most_nodes": most} if 2 * triangles - 1 > most else {}
 
@@ -30,10 +33,11 @@ def build_bvh(triangles: np.ndarray, *, build: str = "sah", reinsertion: int = 0
     ----------
     triangles : (n, 3, 3) float32, world units
     build : "sah", "kay-kajiya", "goldsmith-salmon", "lbvh" or "hybrid"
-    reinsertion : rounds in which subtrees of what was built, down to single triangles, go where
-        they cost less; leaves are made of these in the end. See `reinsertion.py`
-    most_nodes : past it leaves hold more triangles; None for as many nodes as the build makes
-    options : of that builder: see `sah.build`, `median.build`, `insertion.build`,
+    reinsertion : number of rounds that move subtrees, down to single triangles, to places where
+        they cost less; see `reinsertion.py`. Leaves of several triangles form afterwards.
+    most_nodes : limit on the number of nodes; leaves grow until the tree is within it. None sets
+        no limit.
+    options : options of the builder: see `sah.build`, `median.build`, `insertion.build`,
         `lbvh.build`, `hybrid.build`
 
     Raises

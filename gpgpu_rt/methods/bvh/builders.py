@@ -1,4 +1,4 @@
-"""Who builds a bounding volume hierarchy, and on what: the options that all BVH methods share."""
+"""The build options that all BVH methods share, and the build that they select."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -29,13 +29,17 @@ BUILD_OPTIONS = (
 
 
 def built_bvh(triangles: np.ndarray, options: Mapping[str, Any], **limit: int) -> Bvh:
-    """The tree that a method's options ask for; one built on the CPU may come from the cache.
+    """Build the tree that a method's options select; the cache may supply a tree from the CPU.
 
     Parameters
     ----------
-    triangles : (n, 3, 3) float32
-    options : resolved, those of BUILD_OPTIONS and the tracer's ``context`` among them
+    triangles : (n, 3, 3) float32, world units
+    options : resolved options, including those of BUILD_OPTIONS and the tracer's ``context``
     limit : see `node_limit`
+
+    Raises
+    ------
+    OptionError, SceneError, LimitError
     """
     build, device, bits = (options[name] for name in ("build", "build_device", "morton_bits"))
     chosen = {"build": build}

@@ -1,9 +1,9 @@
-"""Hybrid build: Morton codes above, the surface area heuristic below.
+"""Hybrid build: Morton codes for the upper levels, the surface area heuristic below.
 
 C. Lauterbach, M. Garland, S. Sengupta, D. Luebke, D. Manocha, "Fast BVH Construction on GPUs",
-Eurographics 2009. Triangles whose codes share the first few bits are a cluster; the tree over the
-clusters is LBVH's, and each is split by SAH. It spares the SAH build its first levels, where few
-nodes leave a GPU idle, at little loss.
+Eurographics 2009. Triangles whose codes share the first few bits form a cluster. LBVH builds the
+tree over the clusters, and SAH splits each cluster. This skips the first levels of the SAH build,
+whose few nodes leave a GPU idle, and loses little quality.
 """
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from . import top_down
 from .lbvh import AXIS_BITS, RadixTree, sorted_codes
 from .tree import LooseTree
 
-CLUSTER_BITS = 2        # of an axis
+CLUSTER_BITS = 2        # bits per axis that the triangles of a cluster share
 
 
 def build(triangles: np.ndarray, *, morton_bits: int = CLUSTER_BITS,
           **options: object) -> LooseTree:
-    """Clusters, and what `sah_bvh.build` makes of each.
+    """Build clusters by Morton codes and split each cluster as `sah_bvh.build` does.
 
-    morton_bits : of an axis, that the triangles of a cluster share
-    options : of `sah_bvh.build`; `max_depth` counts from the clusters
+    morton_bits : bits per axis that the triangles of a cluster share
+    options : options of `sah_bvh.build`; `max_depth` counts from the clusters
     """
     morton_bits = in_range("morton_bits", morton_bits, 1, AXIS_BITS, int)
     split = sah_bvh.splitter(**options)
@@ -36,7 +36,7 @@ def build(triangles: np.ndarray, *, morton_bits: int = CLUSTER_BITS,
     cluster[order] = np.cumsum(np.append(False, kept))
     above = radix.cut(kept, order)
     below = top_down.build(triangles, split, cluster)
-    # Clusters are the last nodes above and the first below.
+    # The clusters are the last nodes of `above` and the first nodes of `below`.
     shift = int(kept.sum())
     left, right = (np.concatenate([upper[:shift], np.where(lower < 0, -1, lower + shift)])
                    for upper, lower in ((above.left, below.left), (above.right, below.right)))

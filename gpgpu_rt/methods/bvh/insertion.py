@@ -1,11 +1,11 @@
-"""Insertion build: triangles put into the tree one after another.
+"""Insertion build: add triangles to the tree one after another.
 
 J. Goldsmith, J. Salmon, "Automatic creation of object hierarchies for ray tracing", IEEE CG&A
-7(5), 1987; binary, with one triangle a leaf, as Thrane and Simonsen (2005) used it. From the
-root a triangle goes down to the child whose area grows least, and ends where a new parent for
-it and the node there adds least area to the tree: the new parent's own area and the growth of
-all its ancestors. The result depends on the order of insertion, so the triangles are shuffled.
-Sequential by nature: the one builder that loops over triangles.
+7(5), 1987. The tree is binary with one triangle per leaf, as Thrane and Simonsen (2005) used it.
+A triangle descends from the root into the child whose area grows least. On this path it gets the
+sibling for which a new common parent adds the least area to the tree: the area of the new parent
+and the growth of all its ancestors. The result depends on the order of insertion, so the
+triangles are shuffled. The method is sequential, so this builder alone loops over triangles.
 """
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .tree import LooseTree
 
 
 def build(triangles: np.ndarray, *, seed: int = 0, **unknown: object) -> LooseTree:
-    """Insert the triangles in an order shuffled by `seed`; n leaves of one triangle."""
+    """Build a tree of one-triangle leaves; `seed` shuffles the order of insertion."""
     refuse_unknown(build, unknown)
     seed = in_range("seed", seed, 0, 2**32 - 1, int)
     n = len(triangles)
@@ -27,7 +27,7 @@ def build(triangles: np.ndarray, *, seed: int = 0, **unknown: object) -> LooseTr
     order = np.random.default_rng(seed).permutation(n)
     box = np.concatenate(triangle_boxes(triangles)).astype(np.float64)[:, order]
     left, right, root = _insert(box.T.tolist())
-    # Nodes 0 to n - 1 are the leaves so far; the record wants the root at 0.
+    # Nodes 0 to n - 1 are leaves so far. Exchange node 0 and the root, as LooseTree requires.
     left, right = np.array(left, np.int64), np.array(right, np.int64)
     names = np.arange(len(left))
     names[[0, root]] = names[[root, 0]]
@@ -37,7 +37,10 @@ def build(triangles: np.ndarray, *, seed: int = 0, **unknown: object) -> LooseTr
 
 
 def _insert(boxes: list[list[float]]) -> tuple[list[int], list[int], int]:
-    """Children of nodes: leaf i is box i, inner nodes follow. And the root."""
+    """Insert the boxes: each node's left and right child, and the root.
+
+    Leaf i holds box i; the inner nodes follow the leaves.
+    """
     n = len(boxes)
     lo_x, lo_y, lo_z, hi_x, hi_y, hi_z = (
         [box[i] for box in boxes] + [0.0] * (n - 1) for i in range(6))
@@ -52,7 +55,7 @@ def _insert(boxes: list[list[float]]) -> tuple[list[int], list[int], int]:
         x0, y0, z0, x1, y1, z1 = boxes[leaf]
 
         def joined(node: int) -> float:
-            """Area of the node's box with the new triangle in it."""
+            """The half area of the node's box extended by the new triangle."""
             a, b = lo_x[node], hi_x[node]
             x = (b if b > x1 else x1) - (a if a < x0 else x0)
             a, b = lo_y[node], hi_y[node]
@@ -62,7 +65,7 @@ def _insert(boxes: list[list[float]]) -> tuple[list[int], list[int], int]:
             return x * y + y * z + z * x
 
         node, grown = root, joined(root)
-        inherited = 0.0                     # what the ancestors of `node` grow by
+        inherited = 0.0                     # growth of the areas of all ancestors of `node`
         sibling, least = root, grown
         while left[node] >= 0:
             inherited += grown - area[node]
@@ -71,7 +74,7 @@ def _insert(boxes: list[list[float]]) -> tuple[list[int], list[int], int]:
             one, two = left[node], right[node]
             grown_one, grown_two = joined(one), joined(two)
             growth_one, growth_two = grown_one - area[one], grown_two - area[two]
-            # Of children that grow alike (coincident triangles) the one that holds fewer.
+            # On a tie (coincident triangles) descend into the child with fewer triangles.
             if growth_one < growth_two or (growth_one == growth_two and size[one] <= size[two]):
                 node, grown = one, grown_one
             else:

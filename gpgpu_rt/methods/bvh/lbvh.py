@@ -1,13 +1,14 @@
 """LBVH: a bounding volume hierarchy from sorted Morton codes.
 
 C. Lauterbach, M. Garland, S. Sengupta, D. Luebke, D. Manocha, "Fast BVH Construction on GPUs",
-Eurographics 2009. Triangles are sorted along a space-filling curve; where the codes of neighbours
-part is a node, and the bit at which they part is its level. What they do by sorting a list of
-splits by level is read off the sorted codes here: a node spans all slots that share the bits
-before that one, and its parent is whichever of the gaps at its two ends parts later. Triangles of
-one code are halved by the bits of their places.
+Eurographics 2009. Triangles are sorted along a space-filling curve; a triangle's place in this
+order is its slot. Each gap between neighbouring slots gives an inner node, and the first bit in
+which the two codes differ is the node's level. The paper sorts a list of splits by level. Here
+the tree is read off the sorted codes: a node spans all slots that share the bits before its
+level. The node's parent belongs to the gap at one of its two ends, the gap with the later bit.
+Triangles with equal codes are halved by the bits of their slot numbers.
 
-`methods/bvh/gpu_build/lbvh.py` does the same by fragment passes, node for node.
+`methods/bvh/gpu_build/lbvh.py` builds the same tree by fragment passes, node for node.
 """
 from __future__ import annotations
 
@@ -20,15 +21,15 @@ from ...accel.morton import morton_3d
 from ...accel.options import in_range, refuse_unknown
 from .tree import MAX_LEAF, LooseTree
 
-AXIS_BITS = 10          # of a code, which has three times as many
-SLOT_BITS = 24
+AXIS_BITS = 10          # bits per axis of a code, which has three times as many bits
+SLOT_BITS = 24          # bits of a slot number
 
 
 def build(triangles: np.ndarray, *, morton_bits: int = AXIS_BITS, max_leaf: int = MAX_LEAF,
           **unknown: object) -> LooseTree:
-    """Every node of at most `max_leaf` triangles becomes a leaf.
+    """Build by Morton codes; every node of at most `max_leaf` triangles becomes a leaf.
 
-    morton_bits : lattice cells an axis, as a power of two
+    morton_bits : bits of the code per axis; the lattice has 2^morton_bits cells along each axis
     """
     refuse_unknown(build, unknown)
     morton_bits = in_range("morton_bits", morton_bits, 1, AXIS_BITS, int)
@@ -42,34 +43,37 @@ def build(triangles: np.ndarray, *, morton_bits: int = AXIS_BITS, max_leaf: int 
 
 
 def unit_exponent(triangles: np.ndarray) -> int:
-    """The power of two that coordinates are multiplied by, to be at most about 1 in size."""
+    """The exponent of a power of two that scales coordinates to at most about 1 in size."""
     _, exponent = np.frexp(np.abs(triangles).max(initial=0))
     return int(np.clip(-exponent, -126, 126))
 
 
 def centroids(triangles: np.ndarray) -> np.ndarray:
-    """(3, n) float32, middles of the triangles' boxes, in units of about the scene's size."""
+    """The centres of the triangles' boxes, (3, n) float32, in units of about the scene's size."""
     exponent = unit_exponent(triangles)
     lo, hi = (np.ldexp(corner, exponent) for corner in triangle_boxes(triangles))
     return lo * np.float32(0.5) + hi * np.float32(0.5)
 
 
 def morton_codes(triangles: np.ndarray, bits: int = AXIS_BITS) -> np.ndarray:
-    """(n,) int64, 30 bits each: x, y, z from the highest, `bits` of each axis, then zeros."""
+    """The Morton codes of the triangles, (n,) int64, 30 bits each.
+
+    Bits of x, y and z alternate from the highest bit down: `bits` bits per axis, then zeros.
+    """
     centre = centroids(triangles)
     low = centre.min(axis=1, keepdims=True)
     cells = np.float32(1 << bits)
     with np.errstate(all="ignore"):
         per_unit = cells / (centre.max(axis=1, keepdims=True) - low)
         place = (centre - low) * per_unit
-    # An extent of zero has no cells but the first; nor has one whose inverse overflows.
+    # If an extent is zero, or so small that its inverse overflows, use the first cell only.
     place[(per_unit > 3e38)[:, 0]] = 0
     cell = place.astype(np.int64).clip(0, (1 << bits) - 1) << (AXIS_BITS - bits)
     return morton_3d(*cell)
 
 
 def sorted_codes(triangles: np.ndarray, bits: int = AXIS_BITS) -> tuple[np.ndarray, np.ndarray]:
-    """Codes in ascending order, and the triangles they belong to: lowest index first of equals."""
+    """The codes in ascending order, and their triangles; ties are in the order of triangles."""
     code = morton_codes(triangles, bits)
     order = np.argsort(code, kind="stable")
     return code[order], order
@@ -79,8 +83,10 @@ def sorted_codes(triangles: np.ndarray, bits: int = AXIS_BITS) -> tuple[np.ndarr
 class RadixTree:
     """The binary tree over n sorted codes: an inner node for each gap between neighbours.
 
-    first, last : (n - 1,) int64, the slots that a gap's node spans
-    bits : (n - 1,) int64, leading bits that all of them share
+    Attributes
+    ----------
+    first, last : (n - 1,) int64, the first and last slot that a gap's node spans
+    bits : (n - 1,) int64, the number of leading bits that all these slots share
     """
 
     first: np.ndarray
@@ -89,31 +95,35 @@ class RadixTree:
 
     @staticmethod
     def of(code: np.ndarray) -> RadixTree:
-        """Of (n,) ascending codes of 30 bits; slots of one code part by their places' bits."""
+        """Build the tree over (n,) ascending codes of 30 bits.
+
+        The bits of slot numbers separate slots with equal codes.
+        """
         key = code << SLOT_BITS | np.arange(len(code))
         total = 3 * AXIS_BITS + SLOT_BITS
         differ = key[:-1] ^ key[1:]
-        # A float64 holds 53 bits and the key has 54: halve, and the exponent stays right.
+        # A float64 holds 53 bits and the key has 54. Shift the key by one bit, so that the
+        # conversion is exact and gives the right exponent.
         bits = total - 1 - np.frexp((differ >> 1).astype(np.float64))[1]
         below = (np.int64(1) << (total - bits)) - 1
         return RadixTree(np.searchsorted(key, key[:-1] & ~below),
                          np.searchsorted(key, key[:-1] | below, side="right") - 1, bits)
 
     def parents(self, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-        """The gap that joins each span of slots to its sibling; -1 for the whole."""
+        """The gap between each span of slots and its sibling; -1 for the span of all slots."""
         bits = np.concatenate([[-1], self.bits, [-1]])
         before, after = bits[first], bits[last + 1]
         return np.where(np.maximum(before, after) < 0, -1,
                         np.where(after > before, last, first - 1))
 
     def cut(self, kept: np.ndarray, order: np.ndarray) -> LooseTree:
-        """The tree of the kept gaps alone, with what lies between them as leaves.
+        """The tree whose inner nodes are the kept gaps; the slots between them form leaves.
 
-        kept : (n - 1,) bool; of a kept gap all ancestors are kept
+        kept : (n - 1,) bool; the ancestors of a kept gap must be kept too
         order : (n,) int64, the triangle of each slot
         """
         gaps = np.flatnonzero(kept)
-        gaps = gaps[np.argsort(self.bits[gaps], kind="stable")]     # the root parts first
+        gaps = gaps[np.argsort(self.bits[gaps], kind="stable")]     # the root has the fewest bits
         starts = np.flatnonzero(np.append(True, kept))
         ends = np.append(starts[1:], len(order)) - 1
         nodes = len(gaps) + len(starts)

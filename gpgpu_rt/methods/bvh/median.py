@@ -1,8 +1,8 @@
-"""Median build: halve the triangles by centroid down to single ones.
+"""Median build: halve the triangles by centroid until each leaf holds a single triangle.
 
 T. L. Kay, J. T. Kajiya, "Ray tracing complex scenes", SIGGRAPH 1986, section 4, as Thrane and
 Simonsen (2005) used it for binary trees of axis-aligned boxes. Kay and Kajiya cycle through
-the axes (`axis="cycle"`); the default cuts the axis along which the centroids spread most.
+the axes (`axis="cycle"`). The default splits along the axis with the largest extent of centroids.
 """
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .tree import LooseTree
 
 
 def build(triangles: np.ndarray, *, axis: str = "longest", **unknown: object) -> LooseTree:
-    """Median splits: n leaves of one triangle, ceil(log2 n) levels.
+    """Build by median splits: n leaves of one triangle, ceil(log2 n) levels.
 
     axis : "longest" or "cycle"
     """

@@ -1,4 +1,4 @@
-"""A tree in eight orders, each front to back for the rays of a direction octant."""
+"""Octant copies: a tree in eight orders, each front to back for the rays of a direction octant."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -11,26 +11,30 @@ from ...accel.options import in_range
 from ...gl.record import EXACT_INTEGER
 from .tree import Bvh
 
-# Of the rays that meet a box, the share from which on one inside it is not worth a test: a half
-# breaks even by count, and from there to 0.9 rates were measured alike (docs/bvh.md).
+# Drop a box from the octant copies when more than this share of the rays that hit its parent also
+# hit it: the test then costs more than it prunes. By node count the break-even is 0.5; measured
+# rates are flat from 0.5 to 0.9 (docs/bvh.md).
 MET_ANYWAY = 0.65
 
 
 @dataclass(frozen=True)
 class OctantCopies:
-    """Eight orders of a tree's nodes, or of those that are kept, each with the child first that a
-    ray meets first.
+    """Eight orders of a tree's kept nodes, each with the nearer child first.
 
-    Copy o is for directions whose component a is negative exactly where bit a of o is set. Small
-    subtrees may stand once behind all copies, in the tree's own order: near the leaves it matters
-    little which child comes first. A copy then holds such a subtree's root, its portal.
+    Copy o is for directions whose component a is negative if and only if bit a of o is set.
 
-    source : (8, n) int32, which node of the tree each node is
-    escape : (8, n) int32, the first node of its copy after a node's subtree; n where there is none
-    below : (8, n) int32, where among the shared nodes what stands below a portal begins; -1 of
-        nodes that are none
-    shared : (m,) int32, which node of the tree each shared node is
-    shared_escape : (m,) int32, among the shared nodes; m where its shared subtree ends
+    Small subtrees may be stored once for all eight copies, after them and in the tree's own order,
+    because near the leaves the order of children matters little. Each copy then holds only the
+    root of the subtree, which is called its portal.
+
+    Attributes
+    ----------
+    source : (8, n) int32, the tree's node of each copied node
+    escape : (8, n) int32, the first node after a node's subtree in its copy; n if there is none
+    below : (8, n) int32, the first shared node below a portal; -1 if a node is no portal
+    shared : (m,) int32, the tree's node of each shared node
+    shared_escape : (m,) int32, the escape index of each shared node, in `shared`; m if it leads
+        out of the shared subtree
     bvh : the tree
     """
 
@@ -44,19 +48,21 @@ class OctantCopies:
     @classmethod
     def of(cls, bvh: Bvh, met_anyway: float = MET_ANYWAY, shared_subtrees: int = 0
            ) -> OctantCopies:
-        """The copies of a tree. Which child is nearer is judged by the distance of the children's
-        centres along the axis where it is largest.
+        """The octant copies of a tree.
+
+        The order of two children follows from their centres along the axis on which the centres
+        are farthest apart.
 
         Parameters
         ----------
-        met_anyway : inner nodes are left out, and a node has up to as many children as it takes,
-            where more than this share of the rays that meet the node above meet them as well; 1
-            leaves out none
-        shared_subtrees : subtrees of at most so many nodes are shared; 0 for none
+        met_anyway : drop an inner node if more than this share of the rays that hit the kept node
+            above it also hit this node; its children move up. 1 drops no node.
+        shared_subtrees : share subtrees of at most this many nodes; 0 shares none
 
         Raises
         ------
         OptionError
+            if `shared_subtrees` is out of range
         """
         in_range("shared_subtrees", shared_subtrees, 0, EXACT_INTEGER, int)
         left, right = bvh.children()
@@ -70,7 +76,7 @@ class OctantCopies:
         within = top != np.arange(len(left))
         portal = small & ~within
         kept = portal | _worth_a_test(bvh, inner, left, right, portal, met_anyway)
-        # The orders are of what no other node shares: there portals are leaves.
+        # Order the nodes outside shared subtrees, with portals as leaves.
         upper, number = np.flatnonzero(~within), np.cumsum(~within) - 1
         left, right = (np.where(portal[upper] | (child[upper] < 0), -1, number[child[upper]])
                        for child in (left, right))
@@ -81,10 +87,10 @@ class OctantCopies:
         escape = np.arange(len(left)) + size[order]
         source = upper[order]
         copied = kept[source]
-        before = np.pad(np.cumsum(copied, axis=1), ((0, 0), (1, 0)))    # that many are kept
+        before = np.pad(np.cumsum(copied, axis=1), ((0, 0), (1, 0)))    # kept nodes before each
         escape = np.take_along_axis(before, escape, axis=1)
         source, escape = (values[copied].reshape(8, -1) for values in (source, escape))
-        # The tree's own order is depth-first too.
+        # Shared nodes stay in the tree's own order, which is depth-first too.
         shared = np.flatnonzero(kept & within)
         shared_before = np.append(0, np.cumsum(kept & within))
         below = np.where(portal, shared_before[1:], -1)
@@ -95,47 +101,53 @@ class OctantCopies:
 
     @property
     def records(self) -> int:
-        """How many nodes are stored in all."""
+        """The number of stored nodes: all copies and the shared nodes."""
         return self.source.size + self.shared.size
 
     @property
     def lo(self) -> np.ndarray:
-        """(8, n, 3) float32."""
+        """The lower corners of the copied nodes, (8, n, 3) float32."""
         return self.bvh.lo[self.source]
 
     @property
     def hi(self) -> np.ndarray:
-        """(8, n, 3) float32."""
+        """The upper corners of the copied nodes, (8, n, 3) float32."""
         return self.bvh.hi[self.source]
 
     @property
     def first(self) -> np.ndarray:
-        """(8, n) int32."""
+        """The first triangle of each copied leaf, (8, n) int32."""
         return self.bvh.first[self.source]
 
     @property
     def count(self) -> np.ndarray:
-        """(8, n) int32."""
+        """The number of triangles of each copied leaf, (8, n) int32."""
         return self.bvh.count[self.source]
 
 
 def times_stored(shared_subtrees: int | None) -> float:
-    """How many times at most, about, a tree's nodes are stored: of the trees of bunny, robots,
-    kitchen and conference 2.1 times with subtrees of 16 nodes, 1.5 of 32 and 1.2 of 64. One that
-    is lopsided has fewer small subtrees to share, and more are stored."""
+    """An approximate upper bound on how often a tree's nodes are stored, on average.
+
+    Measured on the trees of bunny, robots, kitchen and conference: 2.1 times with subtrees of 16
+    nodes, 1.5 with 32 and 1.2 with 64. An unbalanced tree has fewer small subtrees to share and
+    may exceed the bound.
+    """
     return min(8.0, 1 + 32 / shared_subtrees) if shared_subtrees else 8.0
 
 
 def _front_to_back(centre: np.ndarray, inner: list[np.ndarray], size: np.ndarray,
                    left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """(8, n) int64, the place of each node in the depth-first order of each octant; ``centre``:
-    (n, 3) float64, twice the middle of its box."""
+    """The position of each node in the depth-first order of each octant, (8, n) int64.
+
+    ``centre`` is (n, 3) float64, twice the centre of each node's box.
+    """
     apart = np.zeros((len(left), 3))
     nodes = np.flatnonzero(left >= 0)
     apart[nodes] = centre[right[nodes]] - centre[left[nodes]]
     axis = np.abs(apart).argmax(axis=1)
     apart = np.take_along_axis(apart, axis[:, None], 1)[:, 0]
-    # The right child lies on the positive side of `axis`: first for negative rays.
+    # Where `apart` is positive the right child is farther along `axis`: rays with a negative
+    # direction reach it first.
     negative = (np.arange(8)[:, None] >> axis) & 1 == 1
     swapped = ((apart > 0) & negative) | ((apart < 0) & ~negative)
     return tree_order.depth_first(inner, size, np.where(swapped, right, left),
@@ -144,11 +156,12 @@ def _front_to_back(centre: np.ndarray, inner: list[np.ndarray], size: np.ndarray
 
 def _worth_a_test(bvh: Bvh, inner: list[np.ndarray], left: np.ndarray, right: np.ndarray,
                   always: np.ndarray, met_anyway: float) -> np.ndarray:
-    """(n,) bool: leaves, nodes that are ``always`` kept, and inner nodes that spare enough rays
-    their children. Of the rays that meet a box as large a share meets one inside as that has of
-    its surface."""
+    """Which nodes to keep, (n,) bool: leaves, ``always`` nodes, and inner nodes that prune enough.
+
+    The share of rays through a box that also hit a box inside it is the ratio of their areas.
+    """
     area = half_area(bvh.lo.T.astype(np.float64), bvh.hi.T.astype(np.float64))
-    kept, around = np.ones(len(left), bool), area.copy()    # `around`: of the node kept above
+    kept, around = np.ones(len(left), bool), area.copy()    # `around`: area of the kept parent
     for nodes in inner:
         for child in (left[nodes], right[nodes]):
             needless = (left[child] >= 0) & ~always[child] & (

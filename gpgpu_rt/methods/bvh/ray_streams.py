@@ -1,4 +1,4 @@
-"""Ray streams: rays with the nodes that they are at, filtered in passes, compacted in between."""
+"""Ray streams: pairs of ray and node, filtered by passes and compacted between passes."""
 from __future__ import annotations
 
 import math
@@ -30,16 +30,17 @@ NEAR, FAR, LEAF = "xyz"   # channels of a filtered stream's flags
 class RayStreams:
     """Runs `bvh-packet` with the option ``streams``; see ``Driver``.
 
-    All elements that wait are one stream, used as a stack. The last ``stream_size`` of them go
-    through a pass that tests both children; their farther children are put back, then their nearer
-    ones, which so come first; those at leaves test triangles. Where fewer wait, other rays begin.
+    All waiting elements form one stream, which is used as a stack. A pass pops the last
+    ``stream_size`` elements and tests both children of their nodes. It pushes the far children
+    first and then the near children, so near children come next. Elements at leaves test
+    triangles. If fewer than ``stream_size`` elements wait, further rays start.
 
-    Between two takes the stream is no longer than ``stream_size`` a level of the tree: what is put
-    back lies a level deeper than what was taken, and leaves put nothing back.
+    Between two passes the stream holds at most ``stream_size`` elements per level of the tree:
+    pushed elements lie one level deeper than the popped elements, and leaves push nothing.
 
     Attributes
     ----------
-    lengths : of the last run, elements that went through each pass
+    lengths : the number of elements in each pass of the last run
     """
 
     def __init__(self, setup: Setup) -> None:
@@ -58,12 +59,12 @@ class RayStreams:
         self.follow(setup.samplers, setup.accelerator, setup.step_cap)
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Read these tables from now on: the same records and defines, triangles that moved."""
+        """Use other tables, of the same records and defines, after triangles moved."""
         self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[StateBuffer, int]:
-        """Trace every ray; where the hits are, and how many rays the step cap stopped."""
+        """Trace every ray: the buffer with the hits, and how many rays the step cap stopped."""
         context, drawn = self.gpu.context, self.room.draws
         context.enable_only(moderngl.NOTHING)
         context.blend_func = moderngl.ONE, moderngl.ONE
@@ -88,7 +89,7 @@ class RayStreams:
     # Passes ---------------------------------------------------------------------------------
 
     def _filter_all(self, rays: RayTextures, hits: RayImage, any_hit: bool) -> None:
-        """Until no element waits and no ray is left to begin."""
+        """Start rays and filter elements until no element waits and every ray has started."""
         self.lengths = []
         if not self.accelerator.uniforms["node_count"]:
             return
@@ -106,7 +107,7 @@ class RayStreams:
 
     def _filter(self, rays: RayTextures, hits: RayImage, first: int, count: int,
                 any_hit: bool) -> int:
-        """Bring ``count`` elements from ``first`` on a level down; how many go on from there."""
+        """Move ``count`` elements, from ``first`` on, one level down; the number pushed."""
         self.lengths.append(count)
         tally = [TALLY] if self.tallied else []
         self._draw("stream_visit", ("visited", "values"),
@@ -129,13 +130,16 @@ class RayStreams:
         return near + far
 
     def _take(self, sums: Stream, flag: str, target: Stream, first: int, count: int) -> None:
-        """The elements with a flag, put into ``target`` from ``first`` on."""
+        """Copy the elements whose ``flag`` is set into ``target`` from ``first`` on."""
         self.room.draw("stream_take", target, [self._streams["visited"], sums],
                        first=first, count=count, defines={"FLAG": flag, "FAR": flag == FAR},
                        base=first, elements=sums.length - 1)
 
     def _test_leaves(self, rays: RayTextures, hits: RayImage, count: int, any_hit: bool) -> None:
-        """Test the triangles of leaves; of each ray the least t, and its lowest triangle."""
+        """Test the triangles of leaves and keep each ray's nearest hit.
+
+        If several triangles have the same t, the triangle with the lowest index counts.
+        """
         self._draw("stream_leaves", ("tested", "met"), [rays.record, hits.record, QUEUED],
                    {**rays.samplers(), **hits.samplers(),
                     **self._streams["leaves"].called("queued").samplers()},
@@ -149,7 +153,7 @@ class RayStreams:
         self._blend(moderngl.MIN)
         self._scatter("drivers/nearest", lowest, [tested, least], count, "LOWEST")
         self.gpu.context.enable_only(moderngl.NOTHING)
-        # What it holds was rounded when it was tested.
+        # The values were rounded when the triangle was tested, so store them in full precision.
         exact = replace(hits.record, storage="fp32")
         target = RayImage(self.gpu, exact, hits.size, hits.textures)
         self._scatter("drivers/nearest", target, [tested, met, least, lowest], count, "HITS")
@@ -164,7 +168,7 @@ class RayStreams:
 
     def _scatter(self, program: str, target: RayImage, reads: Sequence[Stream | RayImage],
                  count: int, word: str | None = None) -> None:
-        """A point an element, drawn at its ray."""
+        """Draw a point for each element at its ray's texel."""
         self.room.scatter(program, target, reads, count,
                           defines={word: True} if word else {}, size=target.size)
 
@@ -174,7 +178,7 @@ class RayStreams:
 
     def _draw(self, name: str, targets: tuple[str, ...], reads: list[Record], textures: Samplers,
               first: int, count: int, any_hit: bool = False, **uniforms: object) -> None:
-        """Draw elements ``first`` ... of streams by a program that reads these records."""
+        """Compute ``count`` elements of the target streams, from ``first`` on, by a program."""
         streams = [self._streams[target] for target in targets]
         program = self._program(f"methods/bvh/{name}", reads,
                                 [stream.record for stream in streams], any_hit)
@@ -190,7 +194,7 @@ class RayStreams:
 
     def _over_rays(self, rays: RayTextures, hits: RayImage | None, target: StateBuffer,
                    any_hit: bool) -> None:
-        """The pass over all rays that begins, without ``hits``, or ends."""
+        """The pass over all rays that starts them, if ``hits`` is None, or finishes them."""
         reads = [rays.record] if hits is None else [TALLY] if self.tallied else []
         layout = self.precision.layout
         writes = [layout(self.method.state), layout(HIT)]
@@ -227,7 +231,7 @@ class RayStreams:
         return self._programs[key]
 
     def _stream_size(self, rays: int) -> int:
-        """Elements that go through a pass at most."""
+        """The most elements of a pass for this number of rays."""
         levels = self.accelerator.stack_levels + 3
         nodes = int(self.accelerator.uniforms["node_count"]) + 1
         return min(self.options["stream_size"], EXACT_INTEGER // levels, rays * nodes)
@@ -249,12 +253,12 @@ class RayStreams:
             self._streams[name] = self.room.stream(record, elements)
         images = [LEAST, LOWEST, *([TALLY] if self.tallied else [])]
         self._images = {record.name: RayImage(self.gpu, record, size) for record in images}
-        self._size = size       # now that all of it is there
+        self._size = size       # set last, when every texture exists
         if self.tallied:
             self._images["tally"].target.clear()
 
     def bytes(self) -> int:
-        """Bytes of the streams, and of what blending makes."""
+        """Bytes of the streams and of the blending targets."""
         return sum(texture_bytes(part.textures)
                    for part in (*self._streams.values(), *self._images.values()))
 

@@ -1,12 +1,14 @@
-"""Refitting: the boxes of a hierarchy around triangles that moved, its tree as it was.
+"""Refitting: fit the boxes of a hierarchy to triangles that moved, and keep the tree.
 
 I. Wald, S. Boulos, P. Shirley, "Ray tracing deformable scenes using dynamic bounding volume
-hierarchies", ACM TOG 26(1), 2007. Linear, a level at a time from the leaves up; but boxes of a
-tree that was built for other places come to overlap, so it is built anew when its cost has grown
-too much. C. Lauterbach, S.-E. Yoon, D. Tuft, D. Manocha, "RT-DEFORM", 2006, rebuild at 40 % more;
-we take that share of the surface area heuristic's cost over its cost at the last build. (Cost is
-by the root's area: of what flies apart a new tree would cost less and less, which the ratio does
-not see. There a lower one pays.)
+hierarchies", ACM TOG 26(1), 2007. Refitting goes level by level from the leaves up and takes
+linear time. But the tree was built for other positions, so its boxes overlap more and more. The
+tracer therefore rebuilds the tree when its cost has grown too much. C. Lauterbach, S.-E. Yoon,
+D. Tuft, D. Manocha, "RT-DEFORM", 2006, rebuild at 40 % growth. We apply this limit to the cost by
+the surface area heuristic, relative to the cost at the last build.
+
+The cost is relative to the root's area. If triangles fly apart, a new tree would cost less and
+less, but the ratio does not show this. A lower `rebuild_ratio` pays in such scenes.
 """
 from __future__ import annotations
 
@@ -23,11 +25,13 @@ REBUILD_RATIO = 1.4
 
 @dataclass(frozen=True)
 class Refitter:
-    """What refitting one tree takes, worked out once.
+    """Data for refitting a tree, computed once.
 
+    Attributes
+    ----------
     leaves : (l,) int64, the leaves in the order of their runs in `Bvh.order`
-    starts : (l,) int64, where those begin
-    inner : (nodes, left, right) of each depth, the deepest first
+    starts : (l,) int64, the start of each leaf's run
+    inner : (nodes, left, right) of the inner nodes of each depth, the deepest level first
     """
 
     leaves: np.ndarray
@@ -43,7 +47,7 @@ class Refitter:
                    [(nodes, left[nodes], right[nodes]) for nodes in reversed(levels)])
 
     def refit(self, bvh: Bvh, triangles: np.ndarray) -> Bvh:
-        """The tree with exact boxes around (n, 3, 3) float32 triangles, as many as before."""
+        """The tree with exact boxes around (n, 3, 3) float32 triangles; n is as in the build."""
         if not len(self.leaves):
             return bvh
         box_lo, box_hi = triangle_boxes(triangles.take(bvh.order, axis=0))

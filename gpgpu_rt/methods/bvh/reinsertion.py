@@ -1,15 +1,16 @@
-"""Reinsertion: subtrees of a finished tree are taken out and put where they cost least.
+"""Reinsertion: remove subtrees of a finished tree and insert them where they cost least.
 
 D. Meister, J. Bittner, "Parallel Reinsertion for Bounding Volume Hierarchy Optimization", CGF
-37(2), 2018. All nodes look for their best place at once; a subtree goes there as the sibling of
-what is there, if nobody whose gain is greater is in the way. What an inner node costs is its area,
-so the gain is in areas, and the SAH cost of the tree falls.
+37(2), 2018. All nodes search for their best place at once. A subtree moves there and becomes the
+sibling of the node at that place, unless a move with a greater gain conflicts. The cost of an
+inner node is its area, so the gain is the area saved, and the SAH cost of the tree falls.
 
-Departures: the search goes from ancestor to ancestor as the paper's does, but down from each by
-levels and not depth first, as numpy takes many at once. Subtrees that others kept from moving look
-again in the same round, where the paper has them wait for the next. Two that move exclude each
-other where they change the same link, or where one would go into what the other moves; else their
-paths may cross, and where all together gain nothing, the better half of them moves.
+Departures: the search goes from ancestor to ancestor as in the paper. From each ancestor it goes
+down level by level, not depth first, because numpy processes many nodes at once. Subtrees whose
+move was in conflict search again in the same round; in the paper they wait for the next round.
+Two moves conflict if they change the same link, or if one moves into the subtree that the other
+moves. The paths of other moves may cross. If all moves together gain nothing, only the better
+half is made.
 """
 from __future__ import annotations
 
@@ -21,19 +22,19 @@ from ...accel import tree_order
 from ...threads import threads
 from .tree import LooseTree
 
-AT_ONCE = 1 << 14   # nodes that look for their places together: they stay in a core's cache
-WORTH = 0.03        # of the nodes that look again those that move, below which a round ends
+AT_ONCE = 1 << 14   # nodes that search together; their data stays in a core's cache
+WORTH = 0.03        # end a round when a smaller share of the searching nodes moves
 
 
 def reinserted(tree: LooseTree, triangles: np.ndarray, rounds: int) -> LooseTree:
-    """The same leaves in a tree that costs less.
+    """A tree of the same leaves with a lower cost.
 
     Parameters
     ----------
     triangles : (n, 3, 3) float32, world units
-    rounds : times that all nodes look for a place; the first two bring most of what there is
+    rounds : number of rounds in which all nodes search; the first two bring most of the gain
     """
-    if not rounds or len(tree.left) < 5:     # below, no subtree has two places
+    if not rounds or len(tree.left) < 5:     # no subtree of a smaller tree has two places
         return tree
     tables = _Tables(tree, triangles)
     for _ in range(rounds):
@@ -45,12 +46,14 @@ def reinserted(tree: LooseTree, triangles: np.ndarray, rounds: int) -> LooseTree
 
 @dataclass
 class _Moves:
-    """Subtrees and where they go.
+    """Moves of subtrees.
 
+    Attributes
+    ----------
     node : (m,) int32, roots of subtrees
     place : (m,) int32, their new siblings
-    above : (m,) int32, the lowest node that both lie below
-    gain : (m,) float32, how much area it saves
+    above : (m,) int32, the lowest common ancestor of `node` and `place`
+    gain : (m,) float32, the area that the move saves
     """
 
     node: np.ndarray
@@ -63,12 +66,14 @@ class _Moves:
 
 
 class _Tables:
-    """The tree while it changes; nodes keep their numbers.
+    """The tree during its optimisation; nodes keep their numbers.
 
-    left, right, parent : (n,) int32, -1 where there is none
-    box : (n, 6) float32, lower corners negated and upper ones, so that one maximum joins boxes; in
-        units of the scene's largest side, from its middle
-    area : (n,) float32, half of each box's surface
+    Attributes
+    ----------
+    left, right, parent : (n,) int32, -1 if there is none
+    box : (n, 6) float32, negated lower corners and upper corners, so that one maximum joins
+        boxes; relative to the scene's centre, in units of its largest side
+    area : (n,) float32, half of each box's surface area
     """
 
     def __init__(self, tree: LooseTree, triangles: np.ndarray) -> None:
@@ -83,7 +88,7 @@ class _Tables:
         self.parent[self.left[inner]] = self.parent[self.right[inner]] = inner
 
     def round(self) -> int:
-        """Let all nodes look for a place; how many moved."""
+        """Let all nodes search for a better place and move; the number of moves."""
         waiting, moved = np.arange(len(self.left), dtype=np.int32), 0
         while len(waiting):
             moves = self._found(waiting[self.parent[waiting] > 0])
@@ -97,7 +102,7 @@ class _Tables:
     # The search --------------------------------------------------------------------------------
 
     def _found(self, nodes: np.ndarray) -> _Moves:
-        """The best place of each subtree that gains by a move, the least gain first."""
+        """The best move of each subtree that gains by a move, in ascending order of gain."""
         parts = np.split(nodes, range(AT_ONCE, len(nodes), AT_ONCE))
         found = list(threads(len(nodes))(self._search, parts))
         moves = _Moves(*(np.concatenate([getattr(part, field.name) for part in found])
@@ -108,19 +113,19 @@ class _Tables:
         parent, area, box = self.parent, self.area, self.box
         moves = _Moves(nodes, np.full(len(nodes), -1, np.int32), parent[nodes],
                        np.zeros(len(nodes), np.float32))
-        pivot = parent[nodes]           # an ancestor: below its other child places are looked for
+        pivot = parent[nodes]           # an ancestor; search below its other child
         sibling = self._sibling(nodes)
-        beside = box[sibling]           # what the pivot holds but for the subtree
-        freed = area[pivot]             # by taking it out, up to the pivot
+        beside = box[sibling]           # the pivot's box without the subtree
+        freed = area[pivot]             # area saved by removing the subtree, up to the pivot
         on = np.arange(len(nodes))
         while len(on):
             self._search_below(moves, on, pivot, sibling[on], freed[on])
             on = on[pivot[on] > 0]
-            # The parent goes as a whole; those above it shrink to what they still hold.
+            # The subtree's parent disappears. Ancestors above it shrink to their other nodes.
             high = on[pivot[on] != parent[nodes[on]]]
             beside[high] = np.maximum(beside[high], box[sibling[high]])
             freed[high] += area[pivot[high]] - _half_area(beside[high])
-            # The pivot itself is a place: what joins the two has the box that it had.
+            # The pivot itself is a place too: the new common parent has the pivot's old box.
             self._take(moves, high, pivot[high], pivot, freed[high] - area[pivot[high]])
             sibling[on] = self._sibling(pivot[on])
             pivot[on] = parent[pivot[on]]
@@ -128,17 +133,17 @@ class _Tables:
 
     def _search_below(self, moves: _Moves, which: np.ndarray, pivot: np.ndarray,
                       place: np.ndarray, left_over: np.ndarray) -> None:
-        """Try these places and those below them.
+        """Try the given places and all places below them.
 
         Parameters
         ----------
-        which : (k,) int, of the moves, ascending; each may come several times
-        pivot : (m,) int, of each move, the ancestor
-        place : (k,) int
-        left_over : (k,) float32, the area freed, without what nodes above the place grow by
+        which : (k,) int, indices of moves, ascending; an index may occur several times
+        pivot : (m,) int, the ancestor of each move
+        place : (k,) int, a place for each entry of `which`
+        left_over : (k,) float32, the area saved, less the growth of the nodes above the place
         """
         while True:
-            # Where a subtree goes, a box at least as large as its own becomes its parent's.
+            # Prune: the new parent's box is at least as large as the subtree's own box.
             hope = np.flatnonzero(left_over - self.area[moves.node[which]] > moves.gain[which])
             if not len(hope):
                 return
@@ -155,26 +160,27 @@ class _Tables:
     @staticmethod
     def _take(moves: _Moves, which: np.ndarray, place: np.ndarray, pivot: np.ndarray,
               gain: np.ndarray) -> None:
-        """Keep the places that gain more than those known."""
+        """Store the places that gain more than the places found so far."""
         best = np.flatnonzero(gain > moves.gain[which])
-        best = best[np.argsort(gain[best], kind="stable")]     # the greatest is written last
+        best = best[np.argsort(gain[best], kind="stable")]     # the greatest gain is written last
         moves.gain[which[best]], moves.place[which[best]] = gain[best], place[best]
         moves.above[which[best]] = pivot[which[best]]
 
     # What moves --------------------------------------------------------------------------------
 
     def _without_conflict(self, moves: _Moves) -> np.ndarray:
-        """(m,) bool, those that may be made together; moves come the least gain first."""
+        """Which moves can be made together, (m,) bool; `moves` is in ascending order of gain."""
         rank = np.arange(len(moves.node), dtype=np.int32)
         links = self._links(moves)
-        taken = np.full(len(self.left), -1, np.int32)       # the highest rank that changes it
+        taken = np.full(len(self.left), -1, np.int32)       # highest rank that changes a node
         for nodes in links:
             np.maximum.at(taken, nodes, rank)
         made = np.ones(len(rank), bool)
         for nodes in links:
             made &= taken[nodes] == rank
-        # On the way down to a place nobody of a higher rank moves: round any ring of subtrees that
-        # go into the next one's, ranks would rise for ever, so one of them stays.
+        # Drop a move if a node between `above` and its place moves with a higher rank. This
+        # breaks every cycle of subtrees that move into each other, because ranks cannot rise all
+        # the way around a cycle.
         taken[:] = -1
         taken[moves.node[made]] = rank[made]
         on, way = rank[made], moves.place[made]
@@ -185,15 +191,21 @@ class _Tables:
         return made
 
     def _links(self, moves: _Moves) -> tuple[np.ndarray, ...]:
-        """Nodes that a move changes: the subtree's, its parent, its sibling and the node above
-        them, its new sibling and the node above that."""
+        """The nodes whose links a move changes.
+
+        These are the subtree's root, its parent, its sibling, its grandparent, the new sibling and
+        the parent of the new sibling.
+        """
         above = self.parent[moves.node]
         return (moves.node, above, self._sibling(moves.node), self.parent[above], moves.place,
                 self.parent[moves.place])
 
     def _make(self, moves: _Moves, made: np.ndarray) -> None:
-        """Make the moves; where they gain nothing together, the better half of them, and so on.
-        ``made``, (m,) bool, is left as it came to be."""
+        """Make the moves marked by ``made``, (m,) bool.
+
+        If together they do not lower the cost, undo them and try the better half, and so on.
+        ``made`` then marks the moves that were made.
+        """
         before = [values.copy() for values in (self.left, self.right, self.parent)]
         cost = self.cost
         while made.any():
@@ -207,11 +219,11 @@ class _Tables:
 
     @property
     def cost(self) -> float:
-        """The area of all boxes."""
+        """The sum of the half areas of all boxes."""
         return float(self.area.sum(dtype=np.float64))
 
     def _fit(self) -> None:
-        """Boxes around what the nodes hold now."""
+        """Fit all boxes to the nodes' current children."""
         for nodes in reversed(tree_order.inner_levels(self.left, self.right)):
             self.box[nodes] = np.maximum(self.box[self.left[nodes]], self.box[self.right[nodes]])
         self.area = _half_area(self.box)
@@ -224,7 +236,7 @@ class _Tables:
         self.parent[place] = joint
 
     def _replace(self, above: np.ndarray, old: np.ndarray, new: np.ndarray) -> None:
-        """Hang another child where the old one hung."""
+        """Replace the child ``old`` of each node ``above`` by ``new``."""
         on_left = self.left[above] == old
         for side, there in ((self.left, on_left), (self.right, ~on_left)):
             side[above[there]] = new[there]

@@ -1,4 +1,4 @@
-"""The BVH family: one tree, threaded, or with a stack that a packet shares."""
+"""The BVH family: rows for a threaded tree and for trees with a stack per ray or packet."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -33,10 +33,13 @@ LayoutOf = Callable[[Options], type[Layout]]
 
 @dataclass
 class _Kept:
-    """What a tree's tables keep when its boxes change.
+    """The data of a tree's tables that stays valid when its boxes change.
 
-    last : (m,) int32, 1 where a leaf's run of triangles ends
-    refitter : once it was asked for
+    Attributes
+    ----------
+    layout : the arrangement of the nodes
+    last : (m,) int32, 1 for the last triangle of each leaf
+    refitter : None until the first refit
     """
 
     layout: Layout
@@ -53,7 +56,7 @@ def _built(triangles: np.ndarray, options: Options) -> Bvh:
     bvh = limited(times_stored(shared))
     if shared and 8 * len(bvh.escape) > EXACT_INTEGER and (
             OctantCopies.of(bvh, shared_subtrees=shared).records > EXACT_INTEGER):
-        return limited(8)       # lopsided: it shares less than trees do
+        return limited(8)       # an unbalanced tree, which shares fewer nodes than usual
     return bvh
 
 
@@ -63,19 +66,18 @@ def _accelerator(bvh: Bvh, kept: _Kept, triangles: np.ndarray,
     fields, uniforms = layout.fields(bvh, options)
     lo, hi = scene_box(bvh)
     width, height = options.get("packet", (1, 1))
-    ends = 1 if options.get("entry_points") else 0    # a list's end is a step that visits nothing
+    ends = 1 if options.get("entry_points") else 0    # the end of an entry list takes a step
     return Accelerator(
         {**triangle_table(triangles, bvh.order, kept.last), layout.record(options).name: fields},
         {"scene_lo": tuple(lo), "scene_hi": tuple(hi), **layout.uniforms, **uniforms},
-        # A packet takes at most the steps that its rays would take one after another.
+        # A packet needs at most as many steps as its rays would need one after another.
         step_bound=(len(bvh.escape) + len(bvh.order) + ends) * width * height, structure=bvh,
         defines=stack_defines(layout.stack_levels) if layout.stack_levels else {},
         stack_levels=layout.stack_levels, kept=kept, boxes=lambda: layout.boxes(bvh))
 
 
 def _family(layout_of: LayoutOf) -> dict[str, Any]:
-    """How the rows whose nodes lie so are built, tables made for a tree that is there, and boxes
-    fitted again."""
+    """The functions of rows whose tables have the layout ``layout_of(options)``, by field name."""
     def adopt(bvh: Bvh, triangles: np.ndarray, options: Options) -> Accelerator:
         kept = _Kept(layout_of(options)(bvh, options),
                      last_of_leaves(bvh.first, bvh.count, bvh.order))
@@ -118,7 +120,7 @@ _REBUILD = Option("rebuild_ratio", REBUILD_RATIO, "a tree refitted to triangles 
 
 
 def _stepwise(options: Options) -> Stepwise:
-    """Two texels or three a packet, and what a push takes up where there is a stack."""
+    """A packet's state and kernels under ``step``, and its stack entry if it has a stack."""
     if options.get("octants"):
         state = PACKET_SHARED_STATE if options.get("shared_subtrees") else PACKET_STATE
         return Stepwise(state, ("traverse", "intersect"))
@@ -126,13 +128,16 @@ def _stepwise(options: Options) -> Stepwise:
 
 
 def _own_array(options: Options) -> bool:
-    """Under ``step`` the stack lies in textures; with octants, and of streams, there is none."""
+    """Whether fragments hold a stack in an array of their own.
+
+    Under ``step`` the stack lies in textures. With ``octants`` or ``streams`` there is no stack.
+    """
     return (options["schedule"] == "loop"
             and not options.get("octants") and not options.get("streams"))
 
 
 def _stack_row(name: str, summary: str, **more: Any) -> Method:
-    """A row of Günther's method: its state is what single rays are left with."""
+    """A row of Günther's method. Its ``state`` is that of the single rays after the packets."""
     return Method(
         name=name, summary=summary, citation="Günther et al. 2007",
         glsl="methods/bvh/bvh_packet.glsl", kernels=("step_packet",),
@@ -144,14 +149,14 @@ def _stack_row(name: str, summary: str, **more: Any) -> Method:
 
 
 def _threaded_form(row: Method, options: Options) -> Method:
-    """With a list of subtrees to go through, and a way out of shared ones."""
+    """The row with the state for entry lists and shared subtrees, if these options are set."""
     row = with_entries(BVH_ENTERING)(row, options)
     shared = options["shared_subtrees"]
     return replace(row, state=row.state.extended(SHARED_WAY_OUT)) if shared else row
 
 
 def _packet_form(packets: Method, options: Options) -> Method:
-    """Packets, whose beams walk as their nodes lie; or the stream that has none."""
+    """The row of packets, with the entry walk for their node layout, or the row of streams."""
     if options["streams"]:
         return replace(packets, schedules=("kernels",), drivers={
             "kernels": RayStreams})

@@ -1,10 +1,10 @@
 """SAH build: a bounding volume hierarchy by the surface area heuristic, binned.
 
-I. Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007: equal bins
+I. Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007, uses equal bins
 between the outermost centroids. Nodes with few triangles are swept exactly, as in I. Wald,
 S. Boulos, P. Shirley, "Ray tracing deformable scenes using dynamic bounding volume
-hierarchies", 2007. All three axes are tried. Where the centroids coincide, or at the depth
-cap, a node is halved by index.
+hierarchies", 2007. The build tries all three axes. If the centroids coincide, or at the depth
+cap, it halves a node by index.
 """
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from . import top_down
 from .top_down import TriangleLevel
 from .tree import MAX_LEAF, LooseTree
 
-FEW = 12                        # up to here every place between two triangles is tried
-FEW_SIZES = (2, 3, 4, 6, 8, FEW)
-ITEM_CHUNK = 1 << 17
+FEW = 12                        # sweep nodes of at most this many triangles exactly
+FEW_SIZES = (2, 3, 4, 6, 8, FEW)    # nodes of similar size are swept together
+ITEM_CHUNK = 1 << 17            # triangles binned together
 
 
 def build(triangles: np.ndarray, *, bins: int = 32, max_leaf: int = MAX_LEAF,
           traversal_cost: float = 1.0, intersection_cost: float = 1.0, max_depth: int = 64,
           **unknown: object) -> LooseTree:
-    """SAH splits; leaves of at most `max_leaf` triangles where splitting on does not pay.
+    """Build by SAH splits; nodes of at most `max_leaf` triangles become leaves if no split pays.
 
-    bins : of each axis
-    traversal_cost, intersection_cost : of one node and one triangle, in any common unit
-    max_depth : halving by count begins where it just stays within this (or within
-        ceil(log2 n), if that is more)
+    bins : number of bins along each axis
+    traversal_cost, intersection_cost : cost of a node and of a triangle, in any common unit
+    max_depth : bound on the depth, raised to ceil(log2 n) if that is more. A node that could
+        exceed it is halved by count.
     """
     refuse_unknown(build, unknown)
     return top_down.build(triangles, splitter(
@@ -42,9 +42,10 @@ def build(triangles: np.ndarray, *, bins: int = 32, max_leaf: int = MAX_LEAF,
 def splitter(*, bins: int = 32, max_leaf: int = MAX_LEAF, traversal_cost: float = 1.0,
              intersection_cost: float = 1.0, max_depth: int = 64, run: Run = map,
              **unknown: object) -> top_down.Splitter:
-    """What splits a level, for builders that begin with clusters; options as above.
+    """A function that splits a level by SAH. Other builders use it to split clusters.
 
-    run : what goes over parts of a level
+    run : applies a function to the parts of a level, as `map` does
+    other parameters : as in `build`
     """
     refuse_unknown(splitter, unknown)
     bins = in_range("bins", bins, 2, 1024, int)
@@ -59,7 +60,7 @@ def splitter(*, bins: int = 32, max_leaf: int = MAX_LEAF, traversal_cost: float 
         halved = (taken == 0) | (level.depth + np.ceil(np.log2(count)) >= max_depth)
         axis = np.where(halved, level.extents().argmax(axis=0), axis)
         taken = np.where(halved, count // 2, taken)
-        # The cost is in areas of the node; a single point's area is 0, and so is its cost.
+        # `cost` is relative to the node's area. It is 0 for a node that is a single point.
         leaf = (count <= max_leaf) & (intersection * count <= 2 * traversal + intersection * cost)
         return axis, np.where(leaf | (count < 2), 0, taken)
 
@@ -67,8 +68,11 @@ def splitter(*, bins: int = 32, max_leaf: int = MAX_LEAF, traversal_cost: float 
 
 
 def _best(level: TriangleLevel, bins: int, run: Run) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The cheapest split of each node: sum of area times count over the node's area, axis,
-    triangles on the left (0: none found)."""
+    """The cheapest split of each node: its cost, axis and number of triangles on the left.
+
+    The cost is the sum of both sides' area times count, divided by the node's area. The number of
+    triangles is 0 if no split was found.
+    """
     nodes = len(level.count)
     cost = np.full(nodes, np.inf, np.float32)
     axis = np.zeros(nodes, np.int64)
@@ -79,7 +83,7 @@ def _best(level: TriangleLevel, bins: int, run: Run) -> tuple[np.ndarray, np.nda
         better = np.flatnonzero(new < cost[some])
         cost[some[better]], axis[some[better]], taken[some[better]] = new[better], a, left[better]
 
-    # Nodes, and up to how many triangles; 0: many.
+    # Pairs of nodes and the most triangles of these nodes; 0 marks nodes to be binned.
     parts = of_like_length(level.count, FEW_SIZES, above=1)
     large = np.flatnonzero(level.count > FEW)
     parts += [(large[part], 0) for part in chunks(level.count[large], ITEM_CHUNK)]
@@ -98,9 +102,11 @@ def _best(level: TriangleLevel, bins: int, run: Run) -> tuple[np.ndarray, np.nda
 
 def _cheapest(left: np.ndarray, right: np.ndarray, taken: np.ndarray,
               count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The cheapest of the places along axis 0, (p, k), where `taken` triangles go left.
+    """The cheapest of the p candidate splits of each node: its cost and its `taken`, (k,) each.
 
     left, right : (p, k), the half areas of the two sides
+    taken : (p, k), the number of triangles that go left
+    count : (k,), the number of triangles of each node
     """
     root = np.maximum(left[-1], np.float32(1e-37))
     cost = (left / root) * taken + (right / root) * (count - taken)
@@ -111,9 +117,9 @@ def _cheapest(left: np.ndarray, right: np.ndarray, taken: np.ndarray,
 
 def _swept(level: TriangleLevel, a: int, starts: np.ndarray, count: np.ndarray,
            size: int) -> tuple[np.ndarray, np.ndarray]:
-    """All places between neighbours along axis `a`, for nodes of at most `size` triangles."""
+    """Try all splits between neighbours along axis `a`, for nodes of at most `size` triangles."""
     slot = np.arange(size)[:, None]
-    # Slots past the end repeat the last triangle, which changes no box.
+    # Slots past the end of a node repeat its last triangle, which changes no box.
     triangle = level.order[a][starts + np.minimum(slot, count - 1)]
     lo, hi = level.lo[:, triangle], level.hi[:, triangle]
     left = half_area(np.minimum.accumulate(lo, axis=1), np.maximum.accumulate(hi, axis=1))
@@ -126,7 +132,7 @@ def _swept(level: TriangleLevel, a: int, starts: np.ndarray, count: np.ndarray,
 
 def _binned(level: TriangleLevel, a: int, index: np.ndarray, count: np.ndarray,
             bins: int) -> tuple[np.ndarray, np.ndarray]:
-    """The ends of equal bins between the outermost centroids along axis `a`."""
+    """Try the ends of equal bins between the outermost centroids along axis `a`."""
     node, starts = owners(count), run_starts(count)
     triangle = level.order[a][index]
     where = level.centroid[a][triangle]
@@ -135,7 +141,7 @@ def _binned(level: TriangleLevel, a: int, index: np.ndarray, count: np.ndarray,
         per_unit = np.where(high > low, np.float32(bins) / (high - low), 0)
     per_unit = np.where(np.isfinite(per_unit), per_unit, 0).astype(np.float32)
     bin_ = ((where - low[node]) * per_unit[node]).astype(np.int64).clip(0, bins - 1)
-    cell = node * bins + bin_                           # never falls: the order is sorted
+    cell = node * bins + bin_                           # ascending, because the order is sorted
     runs = np.flatnonzero(np.diff(cell, prepend=-1))
     shape = (3, len(count), bins)
     lo = np.full(shape, np.inf, np.float32)

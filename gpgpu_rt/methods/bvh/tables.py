@@ -1,7 +1,7 @@
-"""The node tables of the BVH family: laid out once for a tree, filled again when its boxes change.
+"""The node tables of the BVH family: laid out once per tree, refilled when its boxes change.
 
-``Threads`` are nodes with escape indices, in one order or in eight; ``Pairs`` inner nodes with the
-boxes of both children.
+``Threads`` holds nodes with escape indices, in one order or in eight. ``Pairs`` holds inner nodes
+with the boxes of both children.
 """
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Fields = dict[str, np.ndarray | Column]
 
 
 class Layout(Protocol):
-    """How a tree's nodes lie in a table; what it holds does not depend on boxes."""
+    """The arrangement of a tree's nodes in a table. Its data does not depend on boxes."""
 
     uniforms: dict[str, Any]
     stack_levels: int
@@ -35,19 +35,22 @@ class Layout(Protocol):
     def record(options: Options) -> Record | PackedRecord: ...
 
     def fields(self, bvh: Bvh, options: Options) -> tuple[Fields, dict[str, Any]]:
-        """The table, and uniforms that depend on boxes. ``bvh`` may have other boxes than the one
-        that was laid out, but is the same tree."""
+        """The table's fields, and the uniforms that depend on boxes.
+
+        ``bvh`` must be the tree of the constructor, but its boxes may differ.
+        """
 
     def boxes(self, bvh: Bvh) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper corners of each record's node, (n, 3) float32 each, world units."""
 
 
 class Threads:
-    """A record a node, as BVH_NODE declares it."""
+    """A table with one BVH_NODE record per node."""
 
     def __init__(self, bvh: Bvh, options: Options) -> None:
         nodes, self.stack_levels = len(bvh.escape), 0
-        # Which node each record stands for, and which bounds, (k, 3), its rays meet in reverse.
+        # Each record's node in the tree, and the axes, (k, 3), along which `lo` and `hi` are
+        # exchanged because the octant's rays go in the negative direction.
         self.source, self.reversed = np.arange(nodes, dtype=np.int32), None
         self.links = _links(bvh.escape, bvh.first, bvh.count, 0)
         if options["octants"]:
@@ -76,7 +79,8 @@ class Threads:
         if not options["quantise_nodes"]:
             return {**self.links, "lo": self._corner(bvh.lo, bvh.hi),
                     "hi": self._corner(bvh.hi, bvh.lo)}, {}
-        # Reversed only here: a box without thickness has some once its bounds are rounded outward.
+        # Exchange the corners after quantising, because it rounds lower bounds down and upper
+        # bounds up, which gives thickness to a flat box.
         quantum, (lo, hi) = quantise(bvh.lo, bvh.hi, *scene_box(bvh), options["quantise_nodes"])
         first, escape = self.links["first"], self.links["escape"]
         leaf, portal = first >= 0, first < -1
@@ -90,10 +94,9 @@ class Threads:
         return bvh.lo[self.source], bvh.hi[self.source]
 
     def _corner(self, met: np.ndarray, other: np.ndarray) -> Column:
-        """A corner of each record's box: of (n, 3) ``met``, or ``other`` where rays go in
-        reverse."""
+        """A corner of each record's box: ``met``, (n, 3), or ``other`` along exchanged axes."""
         def make(rows: slice) -> np.ndarray:
-            source = self.source[rows]     # `take` is several times as fast as brackets
+            source = self.source[rows]     # `take` is several times as fast as indexing
             found = met.take(source, axis=0)
             if self.reversed is not None:
                 np.copyto(found, other.take(source, axis=0), where=self.reversed[rows])
@@ -102,7 +105,7 @@ class Threads:
 
 
 class Pairs:
-    """A record an inner node, as BVH_PAIR declares it."""
+    """A table with one BVH_PAIR record per inner node."""
 
     def __init__(self, bvh: Bvh, options: Options) -> None:
         left, right = bvh.children()
@@ -138,12 +141,12 @@ class Pairs:
 
 
 def scene_box(bvh: Bvh) -> tuple[np.ndarray, np.ndarray]:
-    """(3,) float32 each, world units."""
+    """The scene's lower and upper corner, (3,) float32 each, world units."""
     return (bvh.lo[0], bvh.hi[0]) if len(bvh.lo) else (np.zeros(3, np.float32),) * 2
 
 
 def last_of_leaves(first: np.ndarray, count: np.ndarray, order: np.ndarray) -> np.ndarray:
-    """(m,) int32, 1 where a leaf's run of triangles in ``order`` ends."""
+    """Flags of triangles in ``order``, (m,) int32: 1 for the last triangle of each leaf."""
     last = np.zeros(len(order), np.int32)
     leaf = count > 0
     last[(first + count)[leaf] - 1] = 1
@@ -151,13 +154,16 @@ def last_of_leaves(first: np.ndarray, count: np.ndarray, order: np.ndarray) -> n
 
 
 def _portal_code(nodes: np.ndarray) -> np.ndarray:
-    """BVH_NODE's field ``first`` of portals from the first nodes below them, and back."""
+    """Convert portals' first shared nodes to BVH_NODE's field ``first``, or back."""
     return -2 - nodes
 
 
 def _links(escape: np.ndarray, first: np.ndarray, count: np.ndarray,
            base: int) -> dict[str, np.ndarray]:
-    """Links of a tree whose nodes begin at ``base``: -1 ends the walk, and marks inner nodes."""
+    """Links of a tree whose nodes begin at ``base``.
+
+    An ``escape`` of -1 ends the traversal; a ``first`` of -1 marks an inner node.
+    """
     return {"escape": np.where(escape < len(escape), escape + base, -1),
             "first": np.where(count > 0, first, -1)}
 
@@ -167,7 +173,7 @@ def _gathered(values: np.ndarray, index: np.ndarray) -> Column:
 
 
 def _by_axis(prefix: str, corner: Column) -> Fields:
-    """A field a component."""
+    """Split a corner into one field per axis."""
     def component(axis: int) -> Callable[[slice], np.ndarray]:
         return lambda rows: corner[rows][:, axis]
     return {f"{prefix}_{letter}": Column(len(corner), component(axis))

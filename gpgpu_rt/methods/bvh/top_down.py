@@ -1,8 +1,8 @@
 """Top-down build: a binary tree over triangles, all nodes of a level split together.
 
-Three orders of the triangles, by centroid along each axis, are sorted once; a node is a run in
-all three. A split takes the first so many triangles of a run in one of the orders, and
-filtering every order by side keeps it sorted, so nothing is ever sorted again.
+The triangles are sorted once by centroid along each axis. A node is a run in each of these three
+orders. A split moves the first triangles of a run, in one of the orders, to the left child.
+Filtering an order by side keeps it sorted, so nothing is sorted again.
 """
 from __future__ import annotations
 
@@ -20,9 +20,12 @@ from .tree import LooseTree
 class TriangleLevel:
     """The unfinished nodes of one depth.
 
-    order : (3, m) int64, triangles node by node, sorted by centroid along each axis
-    count : (k,) int64, triangles of each node
-    lo, hi, centroid : (3, n) float32, of all triangles, in units of about the scene's size
+    Attributes
+    ----------
+    order : (3, m) int64, the triangles of all nodes in turn, sorted by centroid along each axis
+    count : (k,) int64, the number of triangles of each node
+    lo, hi, centroid : (3, n) float32, boxes and centroids of all triangles of the scene, in units
+        of about the scene's size
     depth : int
     """
 
@@ -34,25 +37,26 @@ class TriangleLevel:
     depth: int
 
     def extents(self) -> np.ndarray:
-        """(3, k) float32, how far the centroids of each node spread along each axis."""
+        """The extent of each node's centroids along each axis, (3, k) float32."""
         starts = run_starts(self.count)
         ends = starts + self.count - 1
         return np.stack([self.centroid[a][self.order[a, ends]]
                          - self.centroid[a][self.order[a, starts]] for a in range(3)])
 
 
-# Which axis each node is split along and how many triangles go left; 0 makes a leaf.
+# Returns each node's split axis and the number of triangles that go left; 0 makes a leaf.
 Splitter = Callable[[TriangleLevel], tuple[np.ndarray, np.ndarray]]
 
 
 def build(triangles: np.ndarray, splitter: Splitter,
           cluster: np.ndarray | None = None) -> LooseTree:
-    """Split until the splitter makes every node a leaf.
+    """Split nodes until the splitter makes every node a leaf.
 
-    cluster : (n,) int, for each triangle the node to begin in, 0, 1, ..., none of them empty; then
-        these are the first nodes, and not one tree's. None: all begin in the root
+    cluster : (n,) int, the first node of each triangle, from 0 up; no node may be empty. These
+        nodes come first in the result and are roots of separate trees. None: all triangles begin
+        in one root.
     """
-    # By a power of two, which changes no bits but the exponent's: else areas of tiny or huge
+    # Scale by a power of two, which changes only exponents. Otherwise areas of tiny or huge
     # scenes under- or overflow.
     _, exponent = np.frexp(np.abs(triangles).max(initial=0))
     lo, hi = (np.ldexp(corner, -exponent) for corner in triangle_boxes(triangles))
@@ -92,7 +96,10 @@ def build(triangles: np.ndarray, splitter: Splitter,
 
 def _children(level: TriangleLevel, starts: np.ndarray, count: np.ndarray, axis: np.ndarray,
               taken: np.ndarray, goes_left: np.ndarray) -> TriangleLevel:
-    """All left children, then all right ones. `goes_left` is (n,) scratch."""
+    """The next level: all left children, then all right children.
+
+    `goes_left`, (n,) bool, is scratch memory.
+    """
     index, owner = expand(starts, count), owners(count)
     rank = index - starts[owner]
     goes_left[level.order[axis[owner], index]] = rank < taken[owner]

@@ -1,9 +1,9 @@
-"""Bounding volume hierarchy: the record, threaded by escape indices.
+"""Bounding volume hierarchy: the tree, threaded by escape indices.
 
-Nodes lie in depth-first order, so a ray that enters node i goes on to i + 1 and one that
-misses it (or has done with a leaf) to escape[i]: no stack (N. Thrane, L. O. Simonsen, "A
-comparison of acceleration structures for GPU assisted ray tracing", 2005; B. Smits,
-"Efficiency issues for ray tracing", 1998).
+Nodes lie in depth-first order. A ray that enters node i goes on to node i + 1. A ray that misses
+node i, or has finished a leaf, goes on to escape[i]. Therefore traversal needs no stack
+(N. Thrane, L. O. Simonsen, "A comparison of acceleration structures for GPU assisted ray
+tracing", 2005; B. Smits, "Efficiency issues for ray tracing", 1998).
 """
 from __future__ import annotations
 
@@ -16,19 +16,23 @@ from ...accel.bounds import half_area, triangle_boxes
 from ...accel.runs import expand, owners, run_starts
 from ...accel.sound import alike, are_leaves, each_once, is_tree, named, within
 
-MAX_LEAF = 4        # triangles, unless one asks for others
+MAX_LEAF = 4        # default for the most triangles of a leaf
 
 
 @dataclass(frozen=True)
 class Bvh:
-    """A binary tree of boxes; node 0 is the root, and there is none if there is no triangle.
+    """A binary tree of boxes in depth-first order.
 
-    lo, hi : (n, 3) float32, the exact boxes, world units. The left child of inner node i is
-        i + 1, the right one escape[i + 1]
-    escape : (n,) int32, the first node after i's subtree; n where there is none
-    first, count : (n,) int32, the run in `order` of a leaf; 0, 0 for an inner node
-    order : (m,) int32, triangles leaf by leaf, ascending within one
-    depth : int, edges from the root to the deepest leaf
+    Node 0 is the root. A tree without triangles has no nodes. The left child of inner node i is
+    i + 1, and its right child is escape[i + 1].
+
+    Attributes
+    ----------
+    lo, hi : (n, 3) float32, the exact boxes, world units
+    escape : (n,) int32, the first node after node i's subtree, or n if there is none
+    first, count : (n,) int32, a leaf's run in `order`; 0, 0 for an inner node
+    order : (m,) int32, the triangles of all leaves in turn, ascending in each leaf
+    depth : int, the number of edges from the root to the deepest leaf
     """
 
     lo: np.ndarray
@@ -40,11 +44,11 @@ class Bvh:
     depth: int
 
     def leaves(self) -> np.ndarray:
-        """(n,) bool."""
+        """Whether each node is a leaf, (n,) bool."""
         return self.count > 0
 
     def children(self) -> tuple[np.ndarray, np.ndarray]:
-        """Left and right child of every node, (n,) int64 each, -1 for a leaf."""
+        """The left and right child of every node, (n,) int64 each; -1 for a leaf."""
         nodes = np.arange(len(self.count), dtype=np.int64)
         inner = ~self.leaves()
         left = np.where(inner, nodes + 1, -1)
@@ -75,11 +79,13 @@ class Bvh:
 
 @dataclass
 class LooseTree:
-    """A binary tree as a builder leaves it: any order of nodes, no boxes.
+    """The result of a builder: a binary tree with nodes in any order and without boxes.
 
-    left, right : (n,) int64, -1 for a leaf; node 0 is the root
-    count : (n,) int64, triangles of a leaf
-    triangle : (m,) int, triangles leaf by leaf, the leaves in order of their node
+    Attributes
+    ----------
+    left, right : (n,) int64, each node's children, -1 for a leaf; node 0 is the root
+    count : (n,) int64, the number of triangles of a leaf
+    triangle : (m,) int, the triangles of all leaves in turn, the leaves in the order of nodes
     """
 
     left: np.ndarray
@@ -88,8 +94,10 @@ class LooseTree:
     triangle: np.ndarray
 
     def coarsened(self, most_nodes: int) -> LooseTree:
-        """A tree of at most so many nodes: its smallest subtrees made leaves, all up to the
-        number of triangles that this takes."""
+        """A tree of at most `most_nodes` nodes: the smallest subtrees become leaves.
+
+        All subtrees up to a common number of triangles become leaves.
+        """
         if len(self.left) <= most_nodes:
             return self
         inner = tree_order.inner_levels(self.left, self.right)
@@ -97,8 +105,10 @@ class LooseTree:
                                                       most_nodes))
 
     def with_leaves(self, triangles: np.ndarray, max_leaf: int) -> LooseTree:
-        """A tree whose subtrees of up to so many triangles are leaves where that costs no more, a
-        node and a triangle at 1."""
+        """A tree in which subtrees become leaves if that does not raise the SAH cost.
+
+        Each such subtree has at most `max_leaf` triangles. A node and a triangle both cost 1.
+        """
         inner = tree_order.inner_levels(self.left, self.right) if len(self.left) else []
         if not inner:
             return self
@@ -117,14 +127,17 @@ class LooseTree:
         return self._cut(inner, kept)
 
     def _cut(self, inner: list[np.ndarray], kept: np.ndarray) -> LooseTree:
-        """The nodes kept, (n,) bool; one that keeps no child holds all triangles below it."""
+        """The tree of the nodes ``kept``, (n,) bool.
+
+        A kept node without kept children becomes a leaf of all triangles below it.
+        """
         _, left, right, place = tree_order.cut(inner, self.left, self.right, kept)
         owner = np.repeat(place, self.count)
         return LooseTree(left, right, np.bincount(owner, minlength=len(left)),
                          self.triangle[np.argsort(owner, kind="stable")])
 
     def thread(self, triangles: np.ndarray) -> Bvh:
-        """The finished record: depth-first, boxes fitted from the leaves up."""
+        """The finished hierarchy in depth-first order, with boxes fitted from the leaves up."""
         if len(triangles) == 0:
             return Bvh(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32),
                        *(np.zeros(0, np.int32) for _ in range(4)), 0)
@@ -143,7 +156,7 @@ class LooseTree:
                    count.astype(np.int32), (key & 0xffffffff).astype(np.int32), len(inner))
 
     def boxes(self, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper corners of the nodes' boxes, (n, 3) float32, from the leaves up."""
+        """Lower and upper corners of all nodes, (n, 3) float32 each, fitted from the leaves up."""
         inner = tree_order.inner_levels(self.left, self.right)
         box_lo, box_hi = triangle_boxes(triangles)
         lo = np.empty((len(self.left), 3), np.float32)

@@ -1,4 +1,4 @@
-"""Bounding volume hierarchies built on the GPU, as the record that CPU builders make."""
+"""Build a bounding volume hierarchy by fragment passes; the result is as from the CPU builders."""
 from __future__ import annotations
 
 import numpy as np
@@ -23,11 +23,13 @@ def build_bvh_by_passes(gpu: Gpu, triangles: np.ndarray, *, build: str = "sah",
     ----------
     triangles : (n, 3, 3) float32, world units
     build : a name in GPU_BUILDS
-    options : of that builder, those of its CPU counterpart in `accel`
+    options : options of the builder, as of its CPU counterpart in `methods.bvh`
 
     Raises
     ------
-    OptionError, SceneError, LimitError
+    OptionError, SceneError
+    LimitError
+        if a float texel cannot index all triangles or nodes exactly
     """
     builder = GPU_BUILDS[choose("build on the gpu", build, GPU_BUILDS)]
     triangles = as_triangles(triangles)

@@ -1,8 +1,8 @@
-"""LBVH by fragment passes (Lauterbach et al. 2009): `methods.bvh.lbvh`, node for node.
+"""LBVH by fragment passes (Lauterbach et al. 2009): the tree of `methods.bvh.lbvh`, node for node.
 
-Boxes, Morton codes and a sort; then all nodes at once, each finding the slots it spans and its
-parent in the sorted codes; six passes of pointer jumping for its place in depth-first order; and
-its box from runs of slots of its size.
+First, passes compute boxes and Morton codes and sort the codes. Then every node finds, in one
+pass, its span of slots and its parent in the sorted codes. Six passes of pointer jumping give the
+nodes' positions in depth-first order. Last, each node's box comes from boxes of runs of slots.
 """
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from ..tree import Bvh
 from .records import INTERVAL
 from .thread import thread
 
-DEPTH = 3 * AXIS_BITS + SLOT_BITS       # a level a bit, at most
+DEPTH = 3 * AXIS_BITS + SLOT_BITS       # the tree has at most one level per bit
 JUMPS = (DEPTH - 1).bit_length()
 
 
 def build(room: StreamRoom, triangles: np.ndarray, *, morton_bits: int = AXIS_BITS,
           max_leaf: int = MAX_LEAF, **unknown: object) -> Bvh:
-    """Options as in `methods.bvh.lbvh.build`."""
+    """Build by Morton codes, with the options of `methods.bvh.lbvh.build`."""
     refuse_unknown(build, unknown)
     morton_bits = in_range("morton_bits", morton_bits, 1, AXIS_BITS, int)
     max_leaf = in_range("max_leaf", max_leaf, 1, 64, int)
@@ -42,14 +42,16 @@ def build(room: StreamRoom, triangles: np.ndarray, *, morton_bits: int = AXIS_BI
 
 
 def upload(room: StreamRoom, triangles: np.ndarray) -> Stream:
-    """TRIANGLE stream of (n, 3, 3) float32 triangles, in the scene's order."""
+    """Upload (n, 3, 3) float32 triangles, in the scene's order, as a TRIANGLE stream."""
     v0, v1, v2 = triangles.transpose(1, 0, 2)
     return room.stream(TRIANGLE, len(triangles), v0=v0, v1=v1, v2=v2)
 
 
 def scaled_boxes(room: StreamRoom, source: Stream, triangles: np.ndarray) -> Stream:
-    """BOX of each triangle, in units of about the scene's size: else areas, and cells of a
-    lattice, of tiny or huge scenes would under- or overflow."""
+    """The BOX of each triangle, in units of about the scene's size.
+
+    Without this scale, areas and lattice cells of tiny or huge scenes would under- or overflow.
+    """
     boxes = room.stream(BOX, source.length)
     room.draw("triangle_boxes", boxes, [source],
               unit=float(np.ldexp(1.0, unit_exponent(triangles))))
@@ -57,7 +59,7 @@ def scaled_boxes(room: StreamRoom, source: Stream, triangles: np.ndarray) -> Str
 
 
 def sorted_keys(room: StreamRoom, boxes: Stream, bits: int) -> Stream:
-    """SORT_KEY: Morton codes of `bits` an axis in order, and the triangles they belong to."""
+    """A sorted SORT_KEY stream: Morton codes of `bits` bits per axis, and their triangles."""
     centres = room.stream(VALUES, boxes.length)
     room.draw("centroids", centres, [boxes])
     low, high = (reduce_stream(room, centres, which).called(name)
@@ -74,13 +76,14 @@ def radix_nodes(room: StreamRoom, keys: Stream, max_leaf: int = 1,
 
     Parameters
     ----------
-    max_leaf : nodes of so many triangles or fewer are leaves
-    most_bits : or, where given, nodes whose triangles share so many leading bits
+    max_leaf : nodes of at most this many triangles are leaves
+    most_bits : if given, nodes whose triangles share this many leading bits are leaves instead
 
     Returns
     -------
-    INTERVAL of each gap and of each slot that begins a leaf, `turns` counted from the root; and
-    the sums of the flags of such slots
+    gaps : the INTERVAL of each gap, with `turns` counted from the root
+    leaves : the INTERVAL of each slot that begins a leaf
+    sums : the scan of the flags of slots that begin a leaf
     """
     slots = keys.length
     gaps, other = (room.stream(INTERVAL, slots - 1) for _ in range(2))

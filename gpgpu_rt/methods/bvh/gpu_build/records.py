@@ -4,16 +4,21 @@ from __future__ import annotations
 from ....gl.record import Record
 
 BIN = Record("bin", "lo:vec3 count:int | minus_hi:vec3")
-"""What the triangles in a bin span, the upper corner negated so that one blending takes the
-minimum of both, and how many they are."""
+"""The box and the number of the triangles in a bin.
+
+The upper corner is negated, so that MIN blending serves both corners."""
 
 SLOT = Record("slot", "triangle:int node:int starts:int")
-"""A place in the order: its triangle; the node being split there, or -1; 1 where a leaf begins."""
+"""A place in the order: its triangle, its unfinished node or -1, and 1 if a leaf starts here."""
 
 SPLIT = Record("split", "axis:int at:int taken:int")
-"""How a node is split: ``taken`` triangles go left, none where it is a leaf; which ones, says a
-bin, or a slot, along an axis; 3 stands for the order of slots itself."""
+"""A node's split: ``taken`` triangles go left; 0 makes a leaf.
+
+``at`` is the bin (of a large node) or the slot (of a small node), along ``axis``, where the split
+is. Axis 3 splits in the order of slots."""
 
 INTERVAL = Record("interval", "first:int last:int parent:int turns:int")
-"""A node as the slots that it spans, or -1 for none; an ancestor, or -1 for none; and of those on
-the way there how many have it on their left."""
+"""A node as a span of slots (``first`` is -1 if there is no node), with an ancestor or -1.
+
+``turns`` counts the ancestors, on the path to ``parent``, that have the node in their left
+subtree."""

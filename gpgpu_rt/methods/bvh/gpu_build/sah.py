@@ -1,9 +1,9 @@
-"""SAH build by fragment passes, breadth-first: all nodes of a level in the same passes.
+"""SAH build by fragment passes, breadth-first: the same passes process all nodes of a level.
 
-Lauterbach et al. 2009. Nodes of more than SMALL triangles are binned: points, one a triangle and
-axis, blend into the bins of their node. Of smaller ones every place between two triangles is
-tried, a fragment a triangle. Slots of a node are parted by a scan of the flags of those that go
-right. The host reads back two numbers a level: how many nodes are binned, and how many are split.
+Lauterbach et al. 2009. Nodes of more than SMALL triangles are binned: a point for each triangle
+and axis blends into a bin of its node. For smaller nodes, a fragment for each triangle tries every
+split between two triangles. A scan of the flags of slots that go right partitions the slots of a
+node. The host reads back two numbers per level: how many nodes are binned, and how many are split.
 """
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from .lbvh import scaled_boxes, upload
 from .records import BIN, INTERVAL, SLOT, SPLIT
 from .thread import thread
 
-SMALL = 32     # what Lauterbach et al. give to local queues
+SMALL = 32     # Lauterbach et al. process nodes up to this size in local queues
 FAR = 3e38
 
 
 def build(room: StreamRoom, triangles: np.ndarray, **options: object) -> Bvh:
-    """Options as in `methods.bvh.sah.build`."""
+    """Build by SAH, with the options of `methods.bvh.sah.build`."""
     source = upload(room, triangles)
     boxes = scaled_boxes(room, source, triangles)
     count = len(triangles)
@@ -41,8 +41,8 @@ class Splitting:
 
     Parameters
     ----------
-    boxes : BOX of each triangle, in units of about the scene's size
-    others : as in `methods.bvh.sah.build`; `max_depth` counts from the nodes to begin with
+    boxes : the BOX of each triangle, in units of about the scene's size
+    others : as in `methods.bvh.sah.build`; `max_depth` counts from the given nodes
     """
 
     def __init__(self, room: StreamRoom, boxes: Stream, *, bins: int = 32, max_leaf: int = 4,
@@ -58,13 +58,17 @@ class Splitting:
                      "max_depth": in_range("max_depth", max_depth, 0, 1024, int)}
 
     def run(self, slots: Stream, level: Stream) -> tuple[Stream, Stream, Stream]:
-        """Every node below ``level``, itself included, as INTERVAL; the triangle of each slot, as
-        SOURCE; and the sums of the flags of slots that begin a leaf.
+        """Split the nodes of ``level`` and all nodes below them.
 
         Parameters
         ----------
-        slots : SLOT, in nodes of ``level``; is dropped
-        level : INTERVAL, whose `turns` are known; is dropped
+        slots : SLOT, each in a node of ``level``; is released
+        level : INTERVAL of the nodes, with valid `turns`; is released
+
+        Returns
+        -------
+        the INTERVAL of every node of ``level`` and below; the triangle of each slot, as SOURCE;
+        and the scan of the flags of slots that begin a leaf
         """
         room, count = self.room, slots.length
         nodes = room.stream(INTERVAL, 2 * count - 1)
@@ -82,7 +86,7 @@ class Splitting:
         return nodes, order, scan(room, starts)
 
     def _split(self, slots: Stream, level: Stream, depth: int) -> tuple[Stream, Stream]:
-        """The slots and nodes of the next level; the old ones are dropped."""
+        """The slots and nodes of the next level; the old slots and nodes are released."""
         room, count, defines = self.room, slots.length, self.defines
         flags = room.stream(VALUES, level.length)
         room.draw("sah_large", flags, [level], defines=defines)
@@ -112,7 +116,7 @@ class Splitting:
         return parted, children
 
     def _binned(self, slots: Stream, level: Stream, large: Stream) -> tuple[Stream, Stream]:
-        """VALUES of each slot: its bins; and of each binned node and axis: the cheapest split."""
+        """The bins of each slot, and the cheapest split of each binned node and axis (VALUES)."""
         room, defines, context = self.room, self.defines, self.room.gpu.context
         nodes = int(large.read_one(level.length)["value"][0])
         bins = room.stream(VALUES, slots.length)

@@ -1,8 +1,9 @@
-"""Threading: from nodes that span slots to the finished hierarchy, boxes and escape indices.
+"""Threading: turn nodes that span slots into a finished hierarchy with boxes and escape indices.
 
-Any tree over slots in order will do. A node's place in depth-first order follows from how many
-leaves begin before it and how many of its ancestors have it on their left; its box from the boxes
-of runs of 4^k slots, of which four cover it. So neither needs the tree level by level.
+This works for any tree over slots in order. A node's position in depth-first order follows from
+the number of leaves that begin before it and the number of ancestors that have it in their left
+subtree. Its box follows from four boxes of runs of 4^k slots that cover it. Therefore neither
+position nor box needs a pass per level.
 """
 from __future__ import annotations
 
@@ -20,16 +21,21 @@ from ..tree import Bvh
 
 def thread(room: StreamRoom, triangles: Stream, order: Stream, sums: Stream,
            max_leaf: int, lists: Sequence[tuple[Stream, int]]) -> Bvh:
-    """The hierarchy of all nodes in the lists, read back.
+    """Thread all nodes of the lists and read the hierarchy back.
 
     Parameters
     ----------
     triangles : TRIANGLE, as uploaded
     order : SOURCE, the triangle in each slot
     sums : scan of the flags of slots that begin a leaf
-    max_leaf : no leaf holds more triangles
-    lists : INTERVAL each, nodes in any order, those with first = -1 are none; and the most slots
-        that one of them spans
+    max_leaf : the most triangles of a leaf
+    lists : pairs of an INTERVAL stream, whose nodes are in any order, and the most slots that a
+        node of the stream spans. Entries with first = -1 are no nodes.
+
+    Raises
+    ------
+    LimitError
+        if the hierarchy has more nodes than a float texel can index exactly
     """
     slots = order.length
     leaf_count = int(sums.read_one(slots)["value"][0])
@@ -62,15 +68,17 @@ def thread(room: StreamRoom, triangles: Stream, order: Stream, sums: Stream,
 
 
 def pack(nodes: dict[str, np.ndarray], order: np.ndarray) -> Bvh:
-    """The record from nodes in depth-first order, fields as in BVH_NODE, and each slot's
-    triangle."""
+    """The hierarchy from nodes in depth-first order and the triangle of each slot.
+
+    ``nodes`` has the fields of BVH_NODE.
+    """
     total = len(nodes["first"])
     escape = np.where(nodes["escape"] < 0, total, nodes["escape"])
     leaves = np.flatnonzero(nodes["first"] >= 0)
     first, count = (np.zeros(total, np.int32) for _ in range(2))
     first[leaves] = nodes["first"][leaves]
     count[leaves] = np.diff(nodes["first"][leaves], append=len(order))
-    # A node is below all inner nodes before it whose subtree does not end before it.
+    # A node's depth is the number of earlier inner nodes whose subtree has not ended before it.
     opened = np.cumsum(count == 0) - (count == 0)
     inner = np.flatnonzero(count == 0)
     closed = np.cumsum(np.bincount(escape[inner], minlength=total + 1))[:total]
