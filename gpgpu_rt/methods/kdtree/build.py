@@ -1,4 +1,4 @@
-"""Build: a kd-tree by one of its builders."""
+"""Build a kd-tree by one of the builders."""
 from __future__ import annotations
 
 import numpy as np
@@ -19,7 +19,7 @@ def build_kdtree(triangles: np.ndarray, *, build: str = "sah", **options: object
     ----------
     triangles : (n, 3, 3) float32, world units
     build : "sah", "zhou" or "hybrid"
-    options : of that builder: see `sah_build.build`, `zhou.build`, `hybrid.build`
+    options : options of the builder: see `sah_build.build`, `zhou.build`, `hybrid.build`
 
     Raises
     ------
@@ -27,5 +27,5 @@ def build_kdtree(triangles: np.ndarray, *, build: str = "sah", **options: object
     """
     builder = BUILDERS[choose("build", build, BUILDERS)]
     triangles = as_triangles(triangles)
-    tree = builder(triangles, **options).coarsened(EXACT_INTEGER)    # what records can point at
+    tree = builder(triangles, **options).coarsened(EXACT_INTEGER)    # float indices are exact
     return tree.finish(*scene_box(triangles))

@@ -1,4 +1,4 @@
-"""Who builds a kd-tree, and on what: the options that all kd methods share."""
+"""The build options that all kd-tree methods share, and the build that they select."""
 from __future__ import annotations
 
 import functools
@@ -40,12 +40,16 @@ BUILD_OPTIONS = (
 
 
 def built_kdtree(triangles: np.ndarray, options: Mapping[str, Any]) -> KdTree:
-    """The tree that a method's options ask for; one built on the CPU may come from the cache.
+    """Build the tree that a method's options select; the cache may supply a tree from the CPU.
 
     Parameters
     ----------
-    triangles : (n, 3, 3) float32
-    options : resolved, those of BUILD_OPTIONS and the tracer's ``context`` among them
+    triangles : (n, 3, 3) float32, world units
+    options : resolved options, including those of BUILD_OPTIONS and the tracer's ``context``
+
+    Raises
+    ------
+    OptionError, SceneError, LimitError
     """
     build = options["build"]
     chosen = {option.name: options[option.name] for option in BUILD_OPTIONS
@@ -58,7 +62,7 @@ def built_kdtree(triangles: np.ndarray, options: Mapping[str, Any]) -> KdTree:
         return build_kdtree_by_passes(open_gpu(options["context"]), triangles, **chosen)
     if "workers" not in chosen:
         return cached(build_kdtree, triangles, **chosen)
-    # Workers change the time and not the tree: it is kept under the same name.
+    # The number of workers does not change the tree, so it is no part of the cache's key.
     parallel = functools.update_wrapper(
         functools.partial(build_kdtree, workers=chosen.pop("workers")), build_kdtree)
     return cached(parallel, triangles, **chosen)

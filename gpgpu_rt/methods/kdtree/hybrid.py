@@ -1,12 +1,14 @@
 """Hybrid build: the upper levels of a kd-tree by Morton codes, all at once, and SAH below.
 
-What C. Lauterbach et al., "Fast BVH construction on GPUs", Eurographics 2009, do to a bounding
-volume hierarchy, carried over to the kd-tree as Hachisuka's survey proposes (section 5): the
-upper levels, where every split is weighed against many references, are given by codes instead,
-and the heuristic keeps up the quality below. A triangle has one code there; here it is listed in
-every cell of a coarse lattice that it reaches into, so that what is put in order by code are
-cells. A node of the upper levels is a prefix of codes: it halves its part of the lattice along x,
-y and z in turn, and a prefix that no cell has is an empty leaf.
+C. Lauterbach et al., "Fast BVH construction on GPUs", Eurographics 2009, build a bounding volume
+hierarchy in this way. Hachisuka's survey proposes it for kd-trees (section 5). In the upper
+levels SAH would count many references for each split; Morton codes give these levels at once. SAH
+keeps the quality below them.
+
+In the paper a triangle has one code. Here every cell of a coarse lattice lists the triangles that
+overlap it, and the cells are sorted by code. A node of the upper levels is a prefix of codes. It
+halves its part of the lattice along x, y and z in turn. A prefix that no cell has is an empty
+leaf.
 """
 from __future__ import annotations
 
@@ -22,8 +24,8 @@ from .sah import Costs, Level
 from .sah_growth import Rules, grow, root_level, sah_costs
 from .tree import LEAF, LooseKdTree, depth_cap, join
 
-MORTON_BITS = 2     # an axis: 64 cells, six levels
-MOST_BITS = 7       # 2 million cells
+MORTON_BITS = 2     # bits per axis: 64 cells, six levels
+MOST_BITS = 7       # bits per axis: 2 million cells
 
 
 def build(triangles: np.ndarray, *, morton_bits: int = MORTON_BITS, split: str = "binned",
@@ -35,9 +37,9 @@ def build(triangles: np.ndarray, *, morton_bits: int = MORTON_BITS, split: str =
 
     Parameters
     ----------
-    morton_bits : of an axis; fewer where `max_depth` leaves no room for them
+    morton_bits : bits of a code per axis; at most a third of `max_depth`
     split, bins, traversal_cost, intersection_cost, empty_bonus, max_depth : as in
-        `sah_kdtree.build`
+        `sah_build.build`
     """
     refuse_unknown(build, unknown)
     rules = Rules(sah_costs(traversal_cost, intersection_cost, empty_bonus),
@@ -56,7 +58,10 @@ def build(triangles: np.ndarray, *, morton_bits: int = MORTON_BITS, split: str =
 
 
 def lattice(triangles: np.ndarray, bits: int) -> np.ndarray:
-    """(2^bits + 1, 3) float32, the planes along each axis, the scene's box included."""
+    """The lattice's planes along each axis, with the faces of the scene's box.
+
+    The result is (2^bits + 1, 3) float32, world units.
+    """
     lo, hi = scene_box(triangles)
     step = (hi.astype(np.float64) - lo) / (1 << bits)
     planes = (lo + step * np.arange((1 << bits) + 1)[:, None]).astype(np.float32)
@@ -66,7 +71,7 @@ def lattice(triangles: np.ndarray, bits: int) -> np.ndarray:
 
 def cells_in_order(triangles: np.ndarray, vertices: np.ndarray, planes: np.ndarray, bits: int,
                    pad: np.float32) -> tuple[Level, np.ndarray]:
-    """The cells that hold anything as a level, in the order of their codes; and the codes.
+    """The occupied cells as a level, in the order of their codes, and the codes.
 
     planes : see `lattice`
     """
@@ -87,14 +92,16 @@ def cells_in_order(triangles: np.ndarray, vertices: np.ndarray, planes: np.ndarr
     box = np.concatenate([np.maximum(part_lo[:, whole] - pad, lo[:, owner]),
                           np.minimum(part_hi[:, whole] + pad, hi[:, owner])])
     held = np.bincount(owner, minlength=len(cell))
-    kept = np.flatnonzero(held)         # a cell may be touched by its widening alone
+    kept = np.flatnonzero(held)         # some cells touch triangles only by their padding
     return (Level(np.ascontiguousarray(lo[:, kept]), np.ascontiguousarray(hi[:, kept]),
                   held[kept], triangle, box), codes[kept])
 
 
 def upper_levels(codes: np.ndarray, bits: int, planes: np.ndarray) -> LooseKdTree:
-    """The tree over ascending codes. Its children that are cells are numbered behind it, in
-    order."""
+    """The tree over ascending codes.
+
+    Its children that are cells have numbers from the tree's number of nodes on, in order.
+    """
     prefixes = [np.unique(codes >> 3 * bits - depth) for depth in range(3 * bits + 1)]
     inner = sum(map(len, prefixes[:-1]))
     child, axis, plane, first = [], [], [], 0
@@ -108,7 +115,7 @@ def upper_levels(codes: np.ndarray, bits: int, planes: np.ndarray) -> LooseKdTre
         plane.append(planes[middle_of(prefix, depth, bits), depth % 3])
     children = np.concatenate(child)
     empty = np.flatnonzero(children < 0)
-    # Cells come behind the empty leaves, and these behind the inner nodes.
+    # Number the inner nodes first, then the empty leaves, then the cells.
     children[children >= inner] += len(empty)
     children[empty] = inner + np.arange(len(empty))
     nothing = np.full(len(empty), -1, np.int64)
@@ -121,7 +128,7 @@ def upper_levels(codes: np.ndarray, bits: int, planes: np.ndarray) -> LooseKdTre
 
 
 def middle_of(prefix: np.ndarray, depth: int, bits: int) -> np.ndarray:
-    """Which plane of the lattice halves each node along the axis of its depth."""
+    """The index of the lattice plane that halves each node along the axis of its depth."""
     coordinate = np.zeros_like(prefix)
     for bit in range(depth % 3, depth, 3):
         coordinate = coordinate << 1 | prefix >> depth - 1 - bit & 1

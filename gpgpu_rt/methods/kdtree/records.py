@@ -4,27 +4,32 @@ from __future__ import annotations
 from ...gl.record import Record
 
 KD_NODE = Record("kd_node", "split axis:int left:int count:int")
-"""A node: plane; axis, or 3 plus a leaf's number; left child (the right one follows) or first
-reference; references of a leaf, or which children are leaves without: 1 the left, 2 the right."""
+"""A node: its split plane, `axis`, `left` and `count`.
+
+`axis` of leaf number n is 3 + n. `left` is the left child (the right child follows it) or a leaf's
+first reference. `count` is a leaf's number of references; for an inner node it tells which
+children are empty leaves: bit 0 the left child, bit 1 the right child."""
 
 KD_BOUNDS = Record("kd_bounds", "lo:vec3 parent:int | hi:vec3")
-"""What kd-backtrack adds to a node: its box and its parent."""
+"""Data that kd-backtrack adds to a node: its box and its parent."""
 
 KD_LEAF = Record("kd_leaf", "lo:vec3 rope_lo_x:int | hi:vec3 rope_hi_x:int "
                             "| rope_lo_y:int rope_hi_y:int rope_lo_z:int rope_hi_z:int")
-"""What kd-ropes adds to a leaf, by its number: its box, and the node behind each face or -1."""
+"""Data that kd-ropes adds to leaf number n: its box, and the node behind each face, or -1."""
 
 KD_STATE = Record("state", "t_min t_max t_exit node:int | cursor:int end:int phase:int steps:int")
-"""A STATE, a ray's interval in its node and in the whole tree, and what is left of a leaf's
-references."""
+"""A ray's state: its interval in the current node (`t_min`, `t_max`) and its exit from the tree.
+
+`cursor` and `end` are the leaf's references that are still to be tested."""
 
 KD_PUSH_DOWN_STATE = KD_STATE.extended("pushed:int pushing:int")
-"""And the node to restart at; 1 while that may still move down."""
+"""KD_STATE, and the node to restart at; `pushing` is 1 while this node may still move down."""
 
 KD_SHORT_STACK_STATE = KD_STATE.extended(
     "pushed:int pushing:int stacked:int | stack_t_max:vec4 | stack_node:ivec4")
-"""And the last far children put away, newest first: how many, where their intervals end, and which
-they are."""
+"""KD_PUSH_DOWN_STATE, and a stack of the last pushed far children, newest first.
+
+The stack has the number of entries, the end of each entry's interval, and its node."""
 
 KD_TEXTURE_STACK_STATE = KD_STATE.extended("far_t_max far:int stacked:int")
-"""And the far child that a push puts away, where its interval ends; the stack's pointer."""
+"""KD_STATE, and the far child to push, the end of its interval, and the stack pointer."""

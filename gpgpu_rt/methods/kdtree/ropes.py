@@ -1,8 +1,9 @@
-"""Ropes: for each face of a kd-tree's leaf, the node behind it.
+"""Ropes: for each face of a kd-tree's leaf, the node behind the face.
 
 After S. Popov, J. Günther, H.-P. Seidel, P. Slusallek, "Stackless KD-Tree Traversal for High
-Performance GPU Ray Tracing", Eurographics 2007. Ropes go down from the root, whose own are nil:
-across a split the children get each other, everywhere else their parent's.
+Performance GPU Ray Tracing", Eurographics 2007. The construction starts at the root, whose ropes
+are nil, and goes down. Across the split plane, the ropes of two siblings point to each other. On
+all other faces, a child inherits its parent's ropes.
 """
 from __future__ import annotations
 
@@ -18,10 +19,12 @@ NIL = -1
 
 @dataclass(frozen=True)
 class Ropes:
-    """Leaves of a kd-tree, in the order of their nodes.
+    """The leaves of a kd-tree, in the order of their nodes, with boxes and ropes.
 
+    Attributes
+    ----------
     node : (m,) int32, the leaf's node
-    lo, hi : (m, 3) float32, its box, world units
+    lo, hi : (m, 3) float32, the leaf's box, world units
     rope_lo, rope_hi : (m, 3) int32, the node behind the lower and upper face of each axis, or NIL
     """
 
@@ -33,17 +36,17 @@ class Ropes:
 
     @property
     def bytes(self) -> int:
-        """Bytes a leaf adds: six ropes and a box, four bytes a number."""
+        """Bytes of all ropes and boxes: twelve numbers of four bytes for each leaf."""
         return 48 * len(self.node)
 
 
 def build_ropes(tree: KdTree, push_down: bool = True) -> Ropes:
-    """The ropes of a tree.
+    """Build the ropes of a tree.
 
     Parameters
     ----------
-    push_down : move each rope to the smallest node that holds its whole face; without it a rope
-        names the root of the sibling subtree, where the rays of a packet meet again
+    push_down : move each rope to the smallest node that touches the whole face. Without it, a rope
+        points to the root of the sibling subtree, where the rays of a packet meet again.
     """
     lo, hi = tree.boxes()
     ropes = np.full((2, len(tree.axis), 3), NIL, np.int32)   # lower and upper faces, by axis
@@ -65,8 +68,10 @@ def build_ropes(tree: KdTree, push_down: bool = True) -> Ropes:
 
 def _pushed_down(tree: KdTree, rope: np.ndarray, lo: np.ndarray, hi: np.ndarray, face: int,
                  upper: bool) -> np.ndarray:
-    """Ropes of the leaves' faces across axis ``face``, each moved down while one child of its
-    node has the whole face."""
+    """Move the ropes of the leaves' faces across axis ``face`` down.
+
+    A rope moves into a child of its node while this child touches the whole face.
+    """
     rope = rope.copy()
     moving = np.flatnonzero(rope != NIL)
     while len(moving):

@@ -1,4 +1,4 @@
-"""The kd-tree family: one tree, and per method what its traversal adds to it."""
+"""The kd-tree family: rows for methods that share a tree and differ in its traversal."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
@@ -47,11 +47,11 @@ _FULL_STACK = Option("stack_size", None, "levels; none: the tree's depth, which 
 
 
 def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
-    """The tables and bounds that every method of the family needs."""
+    """The tables, uniforms and step bound that every method of the family needs."""
     check_culling(options)
     tree = built_kdtree(triangles, options)
     leaf = tree.axis == KD_LEAF_AXIS
-    # An inner node's count tells which children are empty leaves: 1 the left, 2 the right one.
+    # An inner node's count tells which children are empty leaves: 1 the left, 2 the right child.
     empty = np.append(leaf & (tree.count == 0), False)
     child = np.where(leaf, 0, tree.left)
     count = np.where(leaf, tree.count, empty[child] + 2 * empty[child + 1])
@@ -60,7 +60,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
                              "axis": np.where(leaf, 3 + np.cumsum(leaf) - 1, tree.axis)},
               REFERENCE.name: {"triangle": tree.references}}
     uniforms = {"scene_lo": tuple(tree.lo), "scene_hi": tuple(tree.hi)}
-    # Every leaf is entered at most once, after a descent from the root and a climb back to it.
+    # A ray enters each leaf at most once, after a descent from the root and a climb to the root.
     bound = int(leaf.sum()) * (2 * tree.depth + 3) + len(tree.references)
     return Accelerator(tables, uniforms, bound, tree, boxes=tree.boxes)
 
@@ -74,8 +74,11 @@ def _prepare_bounds(triangles: np.ndarray, options: Mapping[str, Any]) -> Accele
 
 
 def _with_boxes(prepare: Callable[..., Accelerator]) -> Callable[..., Accelerator]:
-    """As ``prepare``, and where rays begin at listed nodes with the boxes of all nodes. Faces of
-    the scene's box are open there: rays are held to that box itself, whatever bits bounds have."""
+    """A ``prepare`` that adds the boxes of all nodes if rays begin at listed nodes.
+
+    In these boxes, faces on the scene's box are moved to infinity. The scene's box itself clips
+    the rays, so the precision of these bounds does not matter there.
+    """
     def prepare_boxes(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
         prepared = prepare(triangles, options)
         if options["entry_points"]:
@@ -93,7 +96,7 @@ def _prepare_stack(triangles: np.ndarray, options: Mapping[str, Any]) -> Acceler
     asked, depth = options["stack_size"], max(1, prepared.structure.depth)
     prepared.stack_levels = asked or depth
     prepared.defines = {"STACK_SIZE": asked} if asked else stack_defines(depth)
-    # Each node below the root is pushed and popped at most once.
+    # A ray pushes and pops each node below the root at most once.
     prepared.step_bound += 2 * len(prepared.structure.axis)
     return prepared
 
@@ -110,13 +113,13 @@ def _prepare_ropes(triangles: np.ndarray, options: Mapping[str, Any]) -> Acceler
 
 
 def _for_packets(prepared: Accelerator, options: Mapping[str, Any]) -> Accelerator:
-    """A packet takes at most the steps that its rays would take one after another."""
+    """Raise the step bound: a packet needs at most the sum of the steps of its rays."""
     prepared.step_bound *= options["packet"][0] * options["packet"][1]
     return prepared
 
 
 def _packet_row(name: str, summary: str, citation: str, single: str, **more: Any) -> Method:
-    """The row of a packet method: its state is what single rays are left with."""
+    """A row of a packet method. Its ``state`` is that of the single rays after the packets."""
     return Method(
         name=name, summary=summary, citation=citation,
         glsl=f"methods/kdtree/{name.replace('-', '_')}.glsl", kernels=("step_packet",),
@@ -128,7 +131,7 @@ def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
          state: Record = KD_STATE, tables: tuple[Record, ...] = (),
          options: tuple[Option, ...] = (),
          prepare: Callable[..., Accelerator] = _prepare, **more: Any) -> Method:
-    """A row from what a method adds to the family's kernels, state, tables and options."""
+    """A row of a single-ray method, from what it adds to the family's kernels, tables, options."""
     return Method(
         name=name, summary=summary, citation=citation,
         glsl=f"methods/kdtree/{name.replace('-', '_')}.glsl",
@@ -140,7 +143,7 @@ def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
 def _entering_row(name: str, summary: str, citation: str, state: Record = KD_STATE,
                   options: tuple[Option, ...] = (),
                   prepare: Callable[..., Accelerator] = _prepare, **more: Any) -> Method:
-    """The row of a method whose rays may begin at listed nodes."""
+    """A row of a method whose rays may begin at the nodes of an entry list."""
     return _row(name, summary, citation, state=state, options=(*options, ENTRY_POINTS),
                 prepare=_with_boxes(prepare), entry_walk="methods/kdtree/entry_kd.glsl",
                 form=with_entries(KD_ENTERING), choose_tables=lambda options: (

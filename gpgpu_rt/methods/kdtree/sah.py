@@ -1,13 +1,13 @@
 """Surface area heuristic: the cheapest split plane of every kd-tree node of a level.
 
 J. D. MacDonald, K. S. Booth, "Heuristics for ray tracing using space subdivision", The Visual
-Computer 6, 1990. `exact` looks at every side of every reference's box (I. Wald, V. Havran,
-"On building fast kd-trees for ray tracing, and on doing that in O(N log N)", 2006; we sort
-anew on every level instead of merging). `binned` counts minima and maxima in two histograms
-(M. Shevtsov, A. Soupikov, A. Kapustin, "Highly parallel fast kd-tree construction for
-interactive ray tracing of dynamic scenes", Eurographics 2007); as there, nodes with few
-references are searched exactly. The bins span the references, not the node, so that cutting
-off empty space is always among the choices.
+Computer 6, 1990. `exact` tries every face of every reference's box (I. Wald, V. Havran, "On
+building fast kd-trees for ray tracing, and on doing that in O(N log N)", 2006; we sort on every
+level instead of merging). `binned` counts minima and maxima in two histograms (M. Shevtsov, A.
+Soupikov, A. Kapustin, "Highly parallel fast kd-tree construction for interactive ray tracing of
+dynamic scenes", Eurographics 2007). As in this paper, nodes with few references are searched
+exactly. The bins span the references, not the node, so that the candidates always include the
+planes that cut off empty space.
 """
 from __future__ import annotations
 
@@ -20,17 +20,21 @@ import numpy as np
 from ...accel.runs import chunks, expand, of_like_length, owners, run_starts
 from ...threads import Run
 
-FEW = 16                              # up to here each candidate is counted against each box
-FEW_SIZES = (1, 2, 3, 4, 6, 8, 12, FEW)
-WORTH_CUTTING = 0.2                   # share of a node; thinner slices of empty space win no bonus
+FEW = 16                # in nodes of at most this many references, try all faces of all boxes
+FEW_SIZES = (1, 2, 3, 4, 6, 8, 12, FEW)     # nodes of similar size are searched together
+WORTH_CUTTING = 0.2     # thinner slices of empty space, as a share of the node, get no bonus
 
 
 @dataclass
 class Level:
-    """The unfinished nodes of one depth and their references, which lie node by node.
+    """The unfinished nodes of one depth and their references, stored node by node.
 
-    lo, hi : (3, k) float32, node boxes; count : (k,) int64, references of each node
-    triangle : (m,) int32; box : (6, m) float32, clipped and padded: lower corner, upper corner
+    Attributes
+    ----------
+    lo, hi : (3, k) float32, the nodes' boxes
+    count : (k,) int64, the number of references of each node
+    triangle : (m,) int32, the triangle of each reference
+    box : (6, m) float32, lower and upper corner of each reference, clipped and padded
     """
 
     lo: np.ndarray
@@ -42,7 +46,7 @@ class Level:
 
 @dataclass
 class Splits:
-    """The best split of each node: its cost (the node's own area is 1; inf: none found)."""
+    """The best split of each node; the cost is relative to the node's area, inf for no split."""
 
     cost: np.ndarray
     axis: np.ndarray
@@ -54,7 +58,7 @@ class Splits:
                    np.zeros(nodes, np.float32))
 
     def offer(self, nodes: np.ndarray, cost: np.ndarray, axis: int, plane: np.ndarray) -> None:
-        """Take these splits of these nodes where they are cheaper."""
+        """Replace the splits of these nodes where the new splits are cheaper."""
         better = np.flatnonzero(cost < self.cost[nodes])
         taken = nodes[better]
         self.cost[taken], self.axis[taken], self.plane[taken] = cost[better], axis, plane[better]
@@ -64,9 +68,9 @@ class Splits:
 class Costs:
     """The constants of the heuristic, in any common unit.
 
-    A split that cuts off empty space costs (1 - empty_bonus) of what it would, if the space is
-    `WORTH_CUTTING`. Without that measure the bonus buys sliver after sliver until the depth
-    cap: at 0.4, a bunny of 5,000 leaves.
+    A split that cuts off empty space costs (1 - empty_bonus) times its normal cost if the empty
+    space is at least `WORTH_CUTTING` of the node. Without this limit the bonus leads to sliver
+    after sliver until the depth cap: with a bonus of 0.4, the bunny's tree has 5,000 leaves.
     """
 
     traversal: float = 1.0
@@ -78,25 +82,25 @@ class Costs:
 
 
 class SplitCost:
-    """Cost of splitting some nodes across one axis, as a function of plane and counts."""
+    """The cost of splitting nodes across an axis, as a function of plane and counts."""
 
     def __init__(self, costs: Costs, lo: np.ndarray, hi: np.ndarray, axis: int) -> None:
         size = hi - lo
-        size = size / size.max(axis=0)      # else areas under- or overflow in extreme scales
+        size = size / size.max(axis=0)      # keeps areas from under- or overflowing
         width, b, c = size[axis], size[(axis + 1) % 3], size[(axis + 2) % 3]
         with np.errstate(divide="ignore", invalid="ignore"):
             scale = costs.intersection / (width * (b + c) + b * c)
-            self.cap = scale * (b * c)                    # the two faces that every child has
-            self.rim = scale * (width * (b + c))          # shared out between the children
+            self.cap = scale * (b * c)                    # the two faces across the axis
+            self.rim = scale * (width * (b + c))          # the other faces, split by the plane
             self.per_unit = 1 / (hi[axis] - lo[axis])
         self.lo, self.hi = lo[axis], hi[axis]
         self.traversal, self.bonus = np.float32(costs.traversal), costs.empty_bonus
 
     def at(self, plane: np.ndarray, left: np.ndarray, right: np.ndarray,
            node: np.ndarray | slice = slice(None)) -> np.ndarray:
-        """Cost for planes (..., k) with `left` and `right` references; inf outside the node.
+        """The cost of planes (..., k) with `left` and `right` references; inf outside the node.
 
-        node : which node each plane belongs to, if not the last axis.
+        node : the node of each plane; by default, the last axis of `plane` is the node
         """
         with np.errstate(invalid="ignore", over="ignore"):
             share = (plane - self.lo[node]) * self.per_unit[node]
@@ -111,14 +115,15 @@ class SplitCost:
 
 
 def best_splits(level: Level, costs: Costs, split: str, bins: int, run: Run = map) -> Splits:
-    """The best split of every node of the level; nodes without references get none.
+    """The best split of every node of the level; nodes without references get no split.
 
-    run : what goes over small nodes by parts, and over the three axes of many references
+    run : applies a function to parts of the small nodes and to the three axes of large nodes, as
+        `map` does
     """
     splits = Splits.none(len(level.count))
     starts = run_starts(level.count)
 
-    def search(part: tuple[np.ndarray, int]) -> None:    # no two parts have a node in common
+    def search(part: tuple[np.ndarray, int]) -> None:    # no two parts share a node
         nodes, size = part
         _few(level, nodes, starts[nodes], size, costs, splits)
 
@@ -135,7 +140,7 @@ def best_splits(level: Level, costs: Costs, split: str, bins: int, run: Run = ma
 
 def _parts(nodes: np.ndarray, starts: np.ndarray,
            count: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Some of the nodes and the indices of their references, a chunk of them at a time."""
+    """Yield the nodes in chunks, with the indices of their references."""
     for part in chunks(count[nodes], 1 << 18):
         some = nodes[part]
         yield some, expand(starts[some], count[some])
@@ -143,7 +148,7 @@ def _parts(nodes: np.ndarray, starts: np.ndarray,
 
 def _few(level: Level, nodes: np.ndarray, starts: np.ndarray, size: int, costs: Costs,
          splits: Splits) -> None:
-    """Exact search of nodes with at most `size` references: each against each."""
+    """Search nodes of at most `size` references exactly: count every box against every face."""
     slot = np.arange(size)[:, None]
     real = slot < level.count[nodes]
     index = np.where(real, starts + slot, 0)
@@ -164,7 +169,7 @@ def _few(level: Level, nodes: np.ndarray, starts: np.ndarray, size: int, costs: 
 
 def _binned(level: Level, nodes: np.ndarray, index: np.ndarray, bins: int, costs: Costs,
             splits: Splits, run: Run) -> None:
-    """Planes at the ends of equal bins between the outermost sides of the references."""
+    """Try planes at the ends of equal bins between the outermost faces of the references."""
     count = level.count[nodes]
     starts, node = run_starts(count), owners(count)
     steps = np.linspace(0, 1, bins + 1, dtype=np.float32)
@@ -197,21 +202,21 @@ def _binned(level: Level, nodes: np.ndarray, index: np.ndarray, bins: int, costs
 
 def _sorted(level: Level, nodes: np.ndarray, index: np.ndarray, costs: Costs,
             splits: Splits) -> None:
-    """All sides of all references, sorted with their node and kind in one integer key."""
+    """Try all faces of all references, sorted by one integer key of node, coordinate and kind."""
     count = level.count[nodes]
     node = owners(count).astype(np.uint64) << np.uint64(33)
     starts = 2 * run_starts(count)
     owner = owners(2 * count)
     before = starts[owner]
     for axis in range(3):
-        # Of sides at one place the upper ones come first: a plane there separates them.
+        # At equal coordinates upper faces come before lower faces: a plane there separates them.
         keys = np.concatenate([
             node | (_ordered(level.box[axis].take(index)) << np.uint64(1)) | np.uint64(1),
             node | (_ordered(level.box[3 + axis].take(index)) << np.uint64(1))])
         keys.sort()
         is_lo = (keys & np.uint64(1)).astype(np.int64)
         plane = _unordered(keys >> np.uint64(1))
-        lows = np.cumsum(is_lo) - is_lo             # lower sides before this side
+        lows = np.cumsum(is_lo) - is_lo             # lower faces before this face
         left = lows - lows[before]
         ends = np.arange(1, len(keys) + 1) - before - (left + is_lo)
         right = count[owner] - ends
@@ -224,12 +229,12 @@ def _sorted(level: Level, nodes: np.ndarray, index: np.ndarray, costs: Costs,
 
 
 def _ordered(values: np.ndarray) -> np.ndarray:
-    """Integers in the order of the floats, uint64 below 2^32."""
-    bits = (values + np.float32(0)).view(np.uint32)      # + 0 makes one zero of two
+    """Map floats to integers of the same order, uint64 below 2^32."""
+    bits = (values + np.float32(0)).view(np.uint32)      # + 0 turns -0 into +0
     return np.where(bits >> 31, ~bits, bits | np.uint32(1 << 31)).astype(np.uint64)
 
 
 def _unordered(keys: np.ndarray) -> np.ndarray:
-    """The floats again, from the low 32 bits."""
+    """Map the low 32 bits of keys back to floats; the inverse of `_ordered`."""
     bits = keys.astype(np.uint32)
     return np.where(bits >> 31, bits ^ np.uint32(1 << 31), ~bits).view(np.float32)

@@ -1,10 +1,10 @@
 """SAH build: a kd-tree by the surface area heuristic, all nodes of a level split together.
 
 After I. Wald, V. Havran, "On building fast kd-trees for ray tracing, and on doing that in
-O(N log N)", 2006: greedy SAH, references clipped to their node, a bonus for empty space, no
-look-ahead. The depth is capped at 8 + 1.3 log2 n (V. Havran, thesis, 2000). Every triangle is
-widened by `bounds.PADDING` of the scene, so that one that lies in a split plane is on both
-sides.
+O(N log N)", 2006: greedy SAH without look-ahead, references clipped to their node, and a bonus
+for empty space. The depth is at most 8 + 1.3 log2 n (V. Havran, thesis, 2000). Every triangle's
+box is widened by `bounds.PADDING` of the scene's size, so that a triangle in a split plane is on
+both sides.
 """
 from __future__ import annotations
 
@@ -29,14 +29,15 @@ def build(triangles: np.ndarray, *, split: str = "binned", bins: int = 32,
     Parameters
     ----------
     split : "binned" (exact for nodes with few references) or "exact"
-    bins : bins an axis and node
-    traversal_cost, intersection_cost : of one node and of one triangle, in any common unit; the
-        defaults give the bunny about the leaves of Popov et al. 2007 (the survey's Figure 17)
-    empty_bonus : share of its cost that a split is spared when it cuts off a fifth or more of
-        its node as empty space
-    max_depth : None for 8 + 1.3 log2 n
-    clip : whether references are bounded by the triangle's part in the node, not by its box
-    workers : processes that grow subtrees (see `shevtsov`); the tree is the same
+    bins : number of bins along each axis of a node
+    traversal_cost, intersection_cost : cost of a node and of a triangle, in any common unit. With
+        the defaults the bunny has about as many leaves as in Popov et al. 2007 (the survey's
+        Figure 17).
+    empty_bonus : share of its cost that a split saves if it cuts off a fifth or more of its node
+        as empty space
+    max_depth : the most levels; None for 8 + 1.3 log2 n
+    clip : bound a reference by the triangle's part inside the node instead of the triangle's box
+    workers : number of processes that grow subtrees (see `shevtsov`); the tree is the same
     """
     refuse_unknown(build, unknown)
     rules = Rules(sah_costs(traversal_cost, intersection_cost, empty_bonus),

@@ -1,4 +1,4 @@
-"""SAH growth: a kd-tree grown level by level, all nodes of a level split together."""
+"""SAH growth: grow a kd-tree level by level; all nodes of a level are split together."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from .tree import LEAF, MOST_REFERENCES, LooseKdTree
 
 
 def sah_costs(traversal_cost: float, intersection_cost: float, empty_bonus: float) -> Costs:
-    """The constants of the heuristic, checked."""
+    """The constants of the heuristic, after a check of their ranges."""
     return Costs(in_range("traversal_cost", traversal_cost, 0, 1e6),
                  in_range("intersection_cost", intersection_cost, 1e-6, 1e6),
                  in_range("empty_bonus", empty_bonus, 0, 0.999))
@@ -23,9 +23,11 @@ def sah_costs(traversal_cost: float, intersection_cost: float, empty_bonus: floa
 
 @dataclass(frozen=True)
 class Rules:
-    """How nodes are split: see `build_kdtree`.
+    """The rules for splitting nodes; see `sah_build.build` for costs, split, bins and max_depth.
 
-    pad : widening of boxes, world units
+    Attributes
+    ----------
+    pad : the padding of boxes, world units
     """
 
     costs: Costs
@@ -41,13 +43,13 @@ def grow(level: Level, depth: int, vertices: np.ndarray | None, rules: Rules,
 
     Parameters
     ----------
-    depth : of the level
+    depth : depth of the level
     vertices : (3, 3, n) float32, vertex, axis, triangle; None bounds references by their boxes
-    enough : stop above the first level with as many nodes
+    enough : stop before the first level with at least this many nodes
 
     Returns
     -------
-    the nodes so far, and the level that is still to be split: None where all are done
+    the nodes so far, and the level that remains to be split, or None if no level remains
     """
     record = Record()
     limit = MOST_REFERENCES * len(level.triangle) + 4096
@@ -67,7 +69,7 @@ def grow(level: Level, depth: int, vertices: np.ndarray | None, rules: Rules,
 
 
 def root_level(triangles: np.ndarray, pad: np.float32) -> Level:
-    """The whole scene as a level of one node."""
+    """A level of one node that holds the whole scene."""
     lo, hi = scene_box(triangles)
     box_lo, box_hi = triangle_boxes(triangles)
     return Level(lo[:, None], hi[:, None], np.array([len(triangles)]),
@@ -77,8 +79,10 @@ def root_level(triangles: np.ndarray, pad: np.float32) -> Level:
 
 def children(level: Level, nodes: np.ndarray, axis: np.ndarray, plane: np.ndarray,
              vertices: np.ndarray | None, pad: np.float32, run: Run = map) -> Level:
-    """The children of the given nodes: all left ones, then all right ones, so that the
-    references stay in the order of their nodes when they are merely filtered twice."""
+    """The children of the given nodes: all left children, then all right children.
+
+    Because of this order, filtering the references twice keeps them in the order of nodes.
+    """
     count = level.count[nodes]
     index = expand(run_starts(level.count)[nodes], count)
     owner = owners(count)
@@ -100,9 +104,9 @@ def children(level: Level, nodes: np.ndarray, axis: np.ndarray, plane: np.ndarra
 def _child(level: Level, index: np.ndarray, owner: np.ndarray, across: np.ndarray,
            side: np.ndarray, lo: np.ndarray, hi: np.ndarray, vertices: np.ndarray | None,
            pad: np.float32) -> tuple[np.ndarray, ...]:
-    """One child of every split node, as the fields of a Level.
+    """The children on one side of every split node, as the fields of a level.
 
-    across : the positions in `index` of references on both sides, which are clipped
+    across : the positions in `index` of references that lie on both sides and need clipping
     """
     triangle, node = level.triangle[index[across]], owner[across]
     box_lo, box_hi = lo[:, node], hi[:, node]
@@ -136,8 +140,10 @@ class Record:
 
     def add(self, level: Level, inner: np.ndarray, axis: np.ndarray | None = None,
             plane: np.ndarray | None = None) -> None:
-        """Append a level; `axis` and `plane` belong to its inner nodes, the next level holds
-        their left children and then their right ones."""
+        """Append a level; `axis` and `plane` are those of its inner nodes.
+
+        The next level must hold their left children and then their right children.
+        """
         n, split_count = len(level.count), len(inner)
         axes, planes = np.full(n, LEAF, np.int8), np.zeros(n, np.float32)
         first, second = np.full(n, -1, np.int64), np.full(n, -1, np.int64)

@@ -1,15 +1,17 @@
 """Parallel build: the SAH kd-tree on several processes.
 
 M. Shevtsov, A. Soupikov, A. Kapustin, "Highly parallel fast kd-tree construction for interactive
-ray tracing of dynamic scenes", Eurographics 2007 (survey, section 5): min-max
-binning (see `sah`), the top levels formed together, then subtrees by worker, exact SAH near the
-leaves. Here threads share the top levels by axis and by side, not by triangle, as numpy lets go of
-the interpreter in its loops; then processes grow the subtrees, dealt out by their references, from
-arrays in shared memory. A node's split depends on nothing but the node, so the tree is that of one
-worker, node for node (but for `MOST_REFERENCES`, which each group of subtrees then keeps for
-itself).
+ray tracing of dynamic scenes", Eurographics 2007 (survey, section 5), use min-max binning (see
+`sah`). All workers build the top levels together, then each worker builds subtrees, with exact SAH
+near the leaves.
 
-Processes are spawned, not forked: a fork would take an OpenGL context along.
+Here threads share the work on the top levels by axis and by side, not by triangle, because numpy
+releases the interpreter lock in its loops. Then processes grow the subtrees from arrays in shared
+memory; each process gets about the same number of references. A node's split depends on the node
+alone, so the tree equals that of a single worker, node for node. The limit `MOST_REFERENCES` is an
+exception: it applies to each group of subtrees separately.
+
+Processes are spawned, not forked, because a fork would inherit the OpenGL context.
 """
 from __future__ import annotations
 
@@ -27,23 +29,23 @@ from .sah import Level
 from .sah_growth import Rules, grow
 from .tree import LooseKdTree, join
 
-SUBTREES = 16       # a worker: enough to deal out evenly
-GROUPS = 2          # a worker: the last one busy is not busy for long
+SUBTREES = 16       # per worker: enough for an even distribution
+GROUPS = 2          # tasks per worker: with smaller tasks, workers end at about the same time
 
 
 def grow_on_processes(level: Level, vertices: np.ndarray | None, rules: Rules,
                       workers: int) -> LooseKdTree:
-    """The tree below a level of one node.
+    """Grow the tree below a level of one node on several processes.
 
     Raises
     ------
     Error
-        where worker processes cannot be had or end early.
+        if worker processes cannot start or end early
     """
     pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"))
     try:
         with left_to_this_process():
-            for _ in range(workers):        # they start while the top levels are formed
+            for _ in range(workers):        # workers start during the top levels
                 pool.submit(_awake)
         with ThreadPoolExecutor(workers) as threads:
             top, rest = grow(level, 0, vertices, rules, SUBTREES * workers, threads.map)
@@ -65,11 +67,11 @@ def grow_on_processes(level: Level, vertices: np.ndarray | None, rules: Rules,
 
 
 def _awake() -> None:
-    """What a worker does first: nothing, but it has imported what it needs."""
+    """Do nothing: the first task of a worker, which makes it import this module."""
 
 
 def _deal_out(count: np.ndarray, groups: int) -> list[np.ndarray]:
-    """Nodes in groups of about as many references each, the largest nodes dealt out first."""
+    """Distribute nodes, the largest first, into groups of about equally many references."""
     dealt: list[list[int]] = [[] for _ in range(groups)]
     held = np.zeros(groups, np.int64)
     for node in np.argsort(-count, kind="stable").tolist():
@@ -80,7 +82,7 @@ def _deal_out(count: np.ndarray, groups: int) -> list[np.ndarray]:
 
 
 def _grow_group(shared: SharedArrays, nodes: np.ndarray, depth: int, rules: Rules) -> LooseKdTree:
-    """In a worker: the subtrees of some nodes, which come first."""
+    """In a worker: grow the subtrees of the given nodes; their roots come first in the result."""
     with shared.open() as arrays:
         return _grow_some(arrays, nodes, depth, rules)
 

@@ -1,4 +1,4 @@
-"""Kd-tree: the record, and the form in which its builders leave it."""
+"""Kd-tree: the finished tree, and the loose tree that builders return."""
 from __future__ import annotations
 
 import math
@@ -12,20 +12,23 @@ from ...accel.runs import expand, run_starts
 from ...accel.sound import alike, are_pairs, named, within
 
 LEAF = 3                # the axis of a leaf
-MOST_REFERENCES = 64    # a triangle, on average; past it the tree stops growing
+MOST_REFERENCES = 64    # average per triangle above which the tree stops growing
 
 
 @dataclass(frozen=True)
 class KdTree:
     """A kd-tree; siblings are neighbours, node 0 is the root.
 
+    Attributes
+    ----------
     lo, hi : (3,) float32, the padded scene box, world units
     axis : (n,) int8, 0, 1, 2, or 3 for a leaf
-    split : (n,) float32, the plane's coordinate; 0 for a leaf
-    left : (n,) int32, inner: the left child (the right one is left + 1); leaf: first reference
-    count : (n,) int32, references of a leaf; 0 for an inner node
-    references : (m,) int32, triangles leaf by leaf, ascending within one
-    depth : int, edges from the root to the deepest leaf
+    split : (n,) float32, the split plane's coordinate; 0 for a leaf
+    left : (n,) int32, the left child of an inner node (the right child is left + 1), or a leaf's
+        first reference
+    count : (n,) int32, the number of references of a leaf; 0 for an inner node
+    references : (m,) int32, the triangles of all leaves in turn, ascending in each leaf
+    depth : int, the number of edges from the root to the deepest leaf
     """
 
     lo: np.ndarray
@@ -38,11 +41,11 @@ class KdTree:
     depth: int
 
     def parents(self) -> np.ndarray:
-        """(n,) int32, -1 for the root."""
+        """Each node's parent, (n,) int32; -1 for the root."""
         return tree_order.pair_parents(self.left, self.axis != LEAF)
 
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper corners of all nodes, (n, 3) float32 each."""
+        """The lower and upper corners of all nodes' boxes, (n, 3) float32 each, world units."""
         lo = np.tile(self.lo, (len(self.axis), 1))
         hi = np.tile(self.hi, (len(self.axis), 1))
         inner = self.axis != LEAF
@@ -67,12 +70,14 @@ class KdTree:
 
 @dataclass
 class LooseKdTree:
-    """A kd-tree as a builder leaves it: any order of nodes, node 0 is the root.
+    """The result of a builder: a kd-tree with nodes in any order; node 0 is the root.
 
+    Attributes
+    ----------
     axis, split : (n,) as in `KdTree`
-    first, second : (n,) int64, children, -1 for a leaf
-    start, count : (n,) int64, the run of a leaf in references; an inner node's count is 0
-    references : (m,) int32
+    first, second : (n,) int64, left and right child, -1 for a leaf
+    start, count : (n,) int64, a leaf's run in `references`; the count of an inner node is 0
+    references : (m,) int32, triangles
     """
 
     axis: np.ndarray
@@ -84,10 +89,11 @@ class LooseKdTree:
     references: np.ndarray
 
     def finish(self, lo: np.ndarray, hi: np.ndarray) -> KdTree:
-        """The record: siblings side by side, subtrees depth-first, so that a path's nodes lie
-        close together.
+        """The finished tree: siblings side by side, subtrees in depth-first order.
 
-        lo, hi : (3,) float32, the scene's box
+        This order keeps the nodes of a path close together in memory.
+
+        lo, hi : (3,) float32, the scene's box, world units
         """
         first, second = self.first, self.second
         inner = tree_order.inner_levels(first, second)
@@ -101,8 +107,11 @@ class LooseKdTree:
                       len(inner))
 
     def coarsened(self, most: int) -> LooseKdTree:
-        """A tree of at most so many nodes, and references: its smallest subtrees made leaves, all
-        up to the number of references that this takes. A leaf holds a triangle once."""
+        """A tree of at most `most` nodes and references; its smallest subtrees become leaves.
+
+        All subtrees up to a common number of references become leaves. A leaf lists a triangle
+        only once.
+        """
         tree, nodes = self, min(most, len(self.axis))
         while nodes and (len(tree.axis) > most or len(tree.references) > most):
             tree = self._with_nodes(nodes)
@@ -124,12 +133,12 @@ class LooseKdTree:
 
 
 def join(top: LooseKdTree, groups: list[np.ndarray], subtrees: list[LooseKdTree]) -> LooseKdTree:
-    """One tree from its top levels and the subtrees of the level below them.
+    """Join the top levels of a tree and the subtrees below them.
 
     Parameters
     ----------
-    top : names the roots of subtrees as if they stood behind it, in their order
-    groups : of each of `subtrees`, whose first nodes are roots: their numbers, from 0
+    top : the top levels; their children that are roots of subtrees have numbers from len(top) on
+    groups : for each entry of `subtrees`, the numbers, from 0, of the roots that it begins with
     """
     nodes_above = len(top.axis)
     parts, numbers = [top], [np.arange(nodes_above)]
@@ -159,7 +168,7 @@ def join(top: LooseKdTree, groups: list[np.ndarray], subtrees: list[LooseKdTree]
 
 
 def depth_cap(triangles: np.ndarray, max_depth: int | None) -> int:
-    """The deepest leaf: 8 + 1.3 log2 n (V. Havran, thesis, 2000) where none is asked for."""
+    """The depth limit: `max_depth`, or 8 + 1.3 log2 n (V. Havran, thesis, 2000) if it is None."""
     if max_depth is None:
         max_depth = int(8 + 1.3 * math.log2(max(len(triangles), 1)))
     return in_range("max_depth", max_depth, 0, 128, int)

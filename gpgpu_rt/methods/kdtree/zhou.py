@@ -1,21 +1,24 @@
-"""Zhou's build: large nodes at their middle, small ones by the surface area heuristic on masks.
+"""Zhou's build: split large nodes in the middle, and small nodes by SAH on bit masks.
 
 K. Zhou, Q. Hou, R. Wang, B. Guo, "Real-time KD-tree construction on graphics hardware", SIGGRAPH
-Asia 2008 (survey, section 5). The numpy form, which defines the tree: the
-fragment programs of `gpu_build/zhou.py` give the same one, node for node. So all that decides is
-computed in float32, in the order that the programs have.
+Asia 2008 (survey, section 5). This numpy form defines the tree. The fragment programs of
+`gpu_build/zhou.py` give the same tree, node for node. Therefore every value that decides a split
+is computed in float32, in the same order as in the programs.
 
-A large node (more than `small` references) loses empty space on a side where there is more than
-`empty_cut` of its extent; otherwise it is split in the middle of its longest axis, and references
-on both sides are clipped. A small one chooses among the six sides of each reference's box; which
-references lie left and right of each is held in masks of 64 bits, made once a small root, and a
-node below it is such a mask.
+A large node has more than `small` references. If empty space on a side takes more than
+`empty_cut` of its extent, the node is split there. Otherwise it is split in the middle of its
+longest axis, and references on both sides are clipped.
 
-Departures: a node loses space on one side a level, not on six. A reference is clipped by the plane
-alone and cut to the box that it had, not to the node's six sides: three edges instead of a
-polygon. Where the longest axis has every reference on both sides of its middle, another axis is
-taken that has not; after `FUTILE` levels without one the node is a leaf, however large. An empty
-part of a small node wins the bonus of `sah`.
+For a small node, the six faces of each reference's box are the candidate planes. Masks of 64 bits,
+made once per small root, tell which of the root's references lie left and right of each plane.
+Each node below the root is such a mask too.
+
+Departures: a node loses empty space on one side per level, not on six sides. A reference is
+clipped by the split plane alone and cut to its old box, not to the six faces of the node. This
+clips three edges instead of a polygon. If all references of a node lie on both sides of the middle
+of its longest axis, the split uses another axis that separates references. After `FUTILE` levels
+without such an axis the node becomes a leaf of any size. Empty space in small nodes gets the bonus
+of `sah`.
 """
 from __future__ import annotations
 
@@ -32,21 +35,23 @@ from .tree import LEAF, MOST_REFERENCES, LooseKdTree, depth_cap
 from .zhou_small import SmallRoots, grow_small
 
 MASK_BITS = 64
-EMPTY_CUT = 0.25    # Zhou et al. for ray tracing
-FUTILE = 3          # levels, one an axis
-MORE_LEVELS = 8     # of large nodes than `depth_cap`: halves get less far than planes weighed
-SMALL_LEVELS = 8    # below a small root; more make long lists and no shorter ways
-SLACK = 2           # paddings around a clipped part: the clip is in float32
-CHUNK = 1 << 18
+EMPTY_CUT = 0.25    # the value of Zhou et al. for ray tracing
+FUTILE = 3          # levels without any separation that a large node may have, one per axis
+MORE_LEVELS = 8     # large nodes beyond `depth_cap`: halving needs more levels than SAH splits
+SMALL_LEVELS = 8    # below a small root; more levels add references and do not shorten traversal
+SLACK = 2           # in paddings, around a clipped part, because the clip is in float32
+CHUNK = 1 << 18     # triangles clipped together
 
 
 @dataclass(frozen=True)
 class ZhouRules:
-    """How nodes are split: see `build`.
+    """The rules for splitting nodes; see `build`.
 
-    max_depth, large_depth : of any node, and of one that is still large
-    small_levels : below a small root
-    pad : of triangles' boxes, world units
+    Attributes
+    ----------
+    max_depth, large_depth : depth limits of all nodes and of large nodes
+    small_levels : the most levels below a small root
+    pad : the padding of triangles' boxes, world units
     """
 
     costs: Costs
@@ -58,12 +63,12 @@ class ZhouRules:
     pad: np.float32
 
     def levels_below(self, depth: int) -> int:
-        """How many levels there may be below a small root of this depth."""
+        """The most levels below a small root of this depth."""
         return min(self.small_levels, self.max_depth - depth)
 
     @property
     def slack(self) -> np.float32:
-        """Around clipped parts, world units."""
+        """The widening of clipped parts, world units."""
         return np.float32(SLACK) * self.pad
 
 
@@ -71,7 +76,7 @@ def rules_of(triangles: np.ndarray, *, traversal_cost: float = Costs.traversal,
              intersection_cost: float = Costs.intersection, empty_bonus: float = Costs.empty_bonus,
              max_depth: int | None = None, small: int = MASK_BITS,
              empty_cut: float = EMPTY_CUT, **unknown: object) -> ZhouRules:
-    """The options of `build`, checked."""
+    """The rules from the options of `build`, after a check of the options."""
     refuse_unknown(rules_of, unknown)
     large = below = deepest = depth_cap(triangles, max_depth)
     if max_depth is None:
@@ -87,10 +92,10 @@ def build(triangles: np.ndarray, **options: object) -> LooseKdTree:
 
     Parameters
     ----------
-    traversal_cost, intersection_cost, empty_bonus : as in `sah_kdtree.build`
-    max_depth : None for 16 + 1.3 log2 n to a small node, and 8 below it
-    small : most references of a small node, up to 64
-    empty_cut : share of a large node's extent past which empty space is cut off
+    traversal_cost, intersection_cost, empty_bonus : as in `sah_build.build`
+    max_depth : None for 16 + 1.3 log2 n levels down to a small node, and 8 levels below it
+    small : the most references of a small node, up to 64
+    empty_cut : cut off empty space that is a larger share of a large node's extent
     """
     rules = rules_of(triangles, **options)
     nodes = Nodes()
@@ -100,7 +105,7 @@ def build(triangles: np.ndarray, **options: object) -> LooseKdTree:
 
 
 class Nodes:
-    """Collects nodes, parents before their children; node 0 is there from the start."""
+    """Collects nodes, parents before their children; node 0 exists from the start."""
 
     def __init__(self) -> None:
         self.count = 1
@@ -109,14 +114,14 @@ class Nodes:
 
     def split(self, node: np.ndarray, axis: np.ndarray,
               plane: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Make these nodes inner ones; the numbers of their left and right children."""
+        """Make these nodes inner nodes; the numbers of their left and right children."""
         first = self.count + 2 * np.arange(len(node))
         self.count += 2 * len(node)
         self.inner.append((node, axis, plane, first))
         return first, first + 1
 
     def leaf(self, node: np.ndarray, count: np.ndarray, triangle: np.ndarray) -> None:
-        """Make these nodes leaves, their triangles one leaf after another."""
+        """Make these nodes leaves; `triangle` holds the triangles of all leaves in turn."""
         self.leaves.append((node, count, triangle))
 
     def loose(self) -> LooseKdTree:
@@ -135,11 +140,11 @@ class Nodes:
 
 
 def grow_large(level: Level, triangles: np.ndarray, rules: ZhouRules, nodes: Nodes) -> SmallRoots:
-    """Split a level of one node, and all below it, as long as they are large; the small ones."""
+    """Split a level of one node, and all large nodes below it; the small nodes that result."""
     node, futile, depth = np.zeros(1, np.int64), np.zeros(1, np.int64), 0
     roots = SmallRoots()
     limit = MOST_REFERENCES * len(triangles) + 4096
-    kept = 0            # references of small nodes and of leaves
+    kept = 0            # references of small nodes and leaves
     while True:
         large = level.count > rules.small
         few = np.flatnonzero(~large & (level.count > 0))
@@ -167,7 +172,7 @@ def grow_large(level: Level, triangles: np.ndarray, rules: ZhouRules, nodes: Nod
 
 
 def pick(level: Level, nodes: np.ndarray) -> Level:
-    """Some of a level's nodes, with their references."""
+    """The given nodes of a level, with their references, as a level."""
     index = expand(run_starts(level.count)[nodes], level.count[nodes])
     return Level(level.lo[:, nodes], level.hi[:, nodes], level.count[nodes],
                  level.triangle[index], level.box[:, index])
@@ -175,8 +180,15 @@ def pick(level: Level, nodes: np.ndarray) -> Level:
 
 def decide(level: Level, futile: np.ndarray,
            rules: ZhouRules) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """For large nodes: whether to split, along which axis, where, and how many levels now have
-    not told any reference from another."""
+    """Decide whether and where to split large nodes.
+
+    Returns
+    -------
+    inner : (k,) bool, whether to split
+    axis : (k,) int8
+    plane : (k,) float32
+    futile : (k,) int64, the number of levels in a row whose planes separated no references
+    """
     lo, hi, count = level.lo, level.hi, level.count
     starts, owner, row = run_starts(count), owners(count), np.arange(len(count))
     tight = np.concatenate([np.minimum.reduceat(level.box[:3], starts, axis=1),
@@ -192,7 +204,7 @@ def decide(level: Level, futile: np.ndarray,
     left = (level.box[:3] < at) | (level.box[3:] <= at)
     both = (np.add.reduceat(left, starts, axis=1, dtype=np.int64)
             + np.add.reduceat(level.box[3:] > at, starts, axis=1, dtype=np.int64))
-    none = 2 * count            # on both sides, all of them
+    none = 2 * count            # every reference lies on both sides
     both = np.where((middle > lo) & (middle < hi), both, none + 1)
     longest = (hi - lo).argmax(axis=0)
     chosen = np.where(both[longest, row] < none, longest, both.argmin(axis=0))
@@ -205,7 +217,7 @@ def decide(level: Level, futile: np.ndarray,
 
 def large_children(level: Level, axis: np.ndarray, plane: np.ndarray, triangles: np.ndarray,
                    slack: np.float32) -> Level:
-    """The children of all nodes of a level: the left ones, then the right ones."""
+    """The children of all nodes of a level: all left children, then all right children."""
     owner, index = owners(level.count), np.arange(len(level.triangle))
     row = axis.astype(np.int64)[owner]
     cut = plane[owner]
@@ -229,19 +241,20 @@ def large_children(level: Level, axis: np.ndarray, plane: np.ndarray, triangles:
 
 def clip_half(triangles: np.ndarray, index: np.ndarray, axis: np.ndarray, plane: np.ndarray,
               side: int, slack: np.float32, box: np.ndarray) -> np.ndarray:
-    """Boxes of the parts of triangles on one side of a plane each, within the boxes they had.
+    """Clip each triangle by a plane: the boxes of the kept parts, within the triangles' old boxes.
 
     Parameters
     ----------
     index, axis, plane : (m,), the triangle, and the plane that cuts it
-    side : 0 keeps what lies below the plane, 1 what lies above
-    slack : that both the plane and the part are widened by. Of a vertex made by the cut every
-        coordinate is wrong by at most 12 roundings of the scene's largest, less than half of it
+    side : 0 keeps the part below the plane, 1 the part above
+    slack : widening of both the plane and the kept part, world units. The coordinates of a vertex
+        made by the cut have an error of at most 12 roundings of the scene's largest coordinate.
+        This is less than half of `slack`.
     box : (6, m) float32, the lower and the upper corner
 
     Returns
     -------
-    (6, m) float32; lower corners above the upper ones where nothing is left
+    (6, m) float32; if no part is left, a lower corner lies above the upper corner
     """
     result = np.empty_like(box)
     for begin in range(0, len(index), CHUNK):
@@ -253,7 +266,7 @@ def clip_half(triangles: np.ndarray, index: np.ndarray, axis: np.ndarray, plane:
 
 def _clip_half(vertices: np.ndarray, axis: np.ndarray, plane: np.ndarray, side: int,
                slack: np.float32, box: np.ndarray) -> np.ndarray:
-    """vertices : (3, 3, m), vertex, coordinate, triangle."""
+    """As `clip_half`, for a chunk; `vertices` is (3, 3, m): vertex, coordinate, triangle."""
     row = np.arange(len(axis))
     wide = plane - slack if side else plane + slack
     along = vertices[:, axis, row]

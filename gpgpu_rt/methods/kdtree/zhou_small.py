@@ -1,4 +1,4 @@
-"""Small nodes of Zhou's build: the surface area heuristic on masks of 64 references."""
+"""Small nodes of Zhou's build: SAH on masks of 64 references."""
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
@@ -11,30 +11,32 @@ from .sah import Costs, Level, SplitCost
 if TYPE_CHECKING:
     from .zhou import Nodes
 
-FACES = 6           # of a reference's box: three lower sides, three upper ones
-CHUNK = 1 << 17     # references at a time
+FACES = 6           # faces of a reference's box: three lower faces, three upper faces
+CHUNK = 1 << 17     # references processed together
 
 
 class SmallRoots:
-    """Small nodes as the large stage leaves them; see `zhou.Nodes` for their numbers."""
+    """The small nodes that the large stage produces; see `zhou.Nodes` for their numbers."""
 
     def __init__(self) -> None:
         self._parts: list[tuple[np.ndarray, ...]] = []
 
     def add(self, level: Level, node: np.ndarray, levels: int) -> None:
-        """Take up a level's nodes, all of them small; there may be so many levels below each."""
+        """Add the nodes of a level, which must be small, with the most levels below each node."""
         self._parts.append((level.lo, level.hi, level.count, level.triangle, level.box, node,
                             np.full(len(node), levels)))
 
     def joined(self) -> tuple[Level, np.ndarray, np.ndarray]:
-        """All of them, their node numbers, and the levels that each may have below it."""
+        """All small nodes as a level, their node numbers, and the most levels below each node."""
         *level, node, levels = (np.concatenate(part, axis=-1) for part in zip(*self._parts))
         return Level(*level), node, levels
 
 
 def side_masks(level: Level) -> np.ndarray:
-    """(2, 6, m) uint64: for the plane of each face of each reference's box, which references of
-    its node are left of it, and which right. Bit j is the node's reference j."""
+    """Masks of the references left and right of each candidate plane, (2, 6, m) uint64.
+
+    The planes are the six faces of each reference's box. Bit j stands for reference j of the node.
+    """
     masks = np.zeros((2, FACES, len(level.triangle)), np.uint64)
     starts = run_starts(level.count)
     for nodes in chunks(level.count, CHUNK):
@@ -55,7 +57,7 @@ def side_masks(level: Level) -> np.ndarray:
 
 
 def grow_small(roots: SmallRoots, costs: Costs, nodes: Nodes) -> None:
-    """Split small nodes, and all below them, as long as it pays."""
+    """Split small nodes, and all nodes below them, as long as a split pays."""
     level, node, levels = roots.joined()
     masks, base = side_masks(level), run_starts(level.count)
     mask = ~np.uint64(0) >> (np.uint64(64) - level.count.astype(np.uint64))
@@ -81,8 +83,10 @@ def grow_small(roots: SmallRoots, costs: Costs, nodes: Nodes) -> None:
 
 def _best(level: Level, masks: np.ndarray, base: np.ndarray, mask: np.ndarray, lo: np.ndarray,
           hi: np.ndarray, costs: Costs) -> tuple[np.ndarray, np.ndarray]:
-    """The cost of each node's best plane (inf: none), and which it is: 6 * bit + face. Of equal
-    ones the first."""
+    """The cost of each node's best plane (inf for none), and its number 6 * bit + face.
+
+    Among planes of equal cost the first wins.
+    """
     cost, best = np.full(len(mask), np.inf, np.float32), np.zeros(len(mask), np.int64)
     count = population(mask)
     some = np.flatnonzero(count)
@@ -107,13 +111,13 @@ def _best(level: Level, masks: np.ndarray, base: np.ndarray, mask: np.ndarray, l
 
 
 def bits(masks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """For each set bit of each mask: which mask, and which bit, in order."""
+    """The mask's index and the bit's number, for all set bits of all masks in order."""
     rows = masks.astype("<u8").view(np.uint8).reshape(-1, 8)
     return np.nonzero(np.unpackbits(rows, axis=1, bitorder="little"))
 
 
 def population(masks: np.ndarray) -> np.ndarray:
-    """Set bits of each mask, int64."""
+    """The number of set bits of each mask, int64."""
     n = masks - ((masks >> np.uint64(1)) & np.uint64(0x5555555555555555))
     pairs = np.uint64(0x3333333333333333)
     n = (n & pairs) + ((n >> np.uint64(2)) & pairs)

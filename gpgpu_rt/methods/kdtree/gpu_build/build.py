@@ -1,4 +1,4 @@
-"""Kd-trees built on the GPU, as the record that CPU builders make."""
+"""Build a kd-tree by fragment passes; the result is as from the CPU builders."""
 from __future__ import annotations
 
 import numpy as np
@@ -25,11 +25,13 @@ def build_kdtree_by_passes(gpu: Gpu, triangles: np.ndarray, *, build: str = "zho
     ----------
     triangles : (n, 3, 3) float32, world units
     build : a name in GPU_KD_BUILDS
-    options : of that builder, those of its CPU counterpart in `accel`
+    options : options of the builder, as of its CPU counterpart in `methods.kdtree`
 
     Raises
     ------
-    OptionError, SceneError, LimitError
+    OptionError, SceneError
+    LimitError
+        if a float texel cannot index all triangles exactly
     """
     builder = GPU_KD_BUILDS[choose("build on the gpu", build, GPU_KD_BUILDS)]
     triangles = as_triangles(triangles)

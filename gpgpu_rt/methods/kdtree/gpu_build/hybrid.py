@@ -1,16 +1,16 @@
-"""Hybrid kd-tree by fragment passes: upper levels by Morton codes, surface area heuristic below.
+"""Hybrid kd-tree by fragment passes: upper levels by Morton codes, SAH below.
 
-It is what `methods.kdtree.hybrid` builds, from the passes of Zhou's build. The upper levels
-ask for no cost: a node is a prefix of codes, whose bits say which of the lattice's planes halves
-it: the same planes at the same places as on the CPU. Below, nodes of more than `FEW` pieces are
-split by binned SAH, all nodes of a level in the same passes, and the others by Zhou's masks, which
-weigh every side of every piece, as the CPU's exact search does.
+This is the tree of `methods.kdtree.hybrid`, built with the passes of Zhou's build. The upper
+levels need no cost: a node is a prefix of codes, and its bits select the lattice plane that halves
+it. These planes are the same as on the CPU. Below, binned SAH splits nodes of more than `FEW`
+pieces, all nodes of a level in the same passes. Zhou's masks split the smaller nodes; they weigh
+every face of every piece, as the exact search on the CPU does.
 
-Departures from the CPU's form, where passes do other operations: a triangle is cut by plane after
-plane on its way down and not listed in cells, and not at all below a node of `FEW`, so the boxes
-of its parts are larger. Trees cost a few percent more (docs/kd-trees.md), and give the same hits.
-With Zhou's limit of 64 for small nodes they cost up to 9 % more, the bunny's with twice the
-references.
+Departures from the CPU form: a triangle is clipped by one plane after another on its way down,
+not listed in cells, and it is not clipped below a node of `FEW` pieces. Therefore the boxes of its
+parts are larger. The trees cost a few percent more (docs/kd-trees.md) and give the same hits. With
+Zhou's limit of 64 for small nodes the trees cost up to 9 % more, and the bunny's tree has twice
+the references.
 """
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def build(room: StreamRoom, triangles: np.ndarray, *, morton_bits: int = cpu.MOR
           intersection_cost: float = Costs.intersection, empty_bonus: float = Costs.empty_bonus,
           max_depth: int | None = None,
           **unknown: object) -> KdTree:
-    """Options as in `methods.kdtree.hybrid.build`; ``split`` is "binned"."""
+    """Build with the options of `methods.kdtree.hybrid.build`; ``split`` must be "binned"."""
     refuse_unknown(build, unknown)
     choose("split on the gpu", split, ("binned",))
     deepest = depth_cap(triangles, max_depth)
@@ -49,7 +49,7 @@ def build(room: StreamRoom, triangles: np.ndarray, *, morton_bits: int = cpu.MOR
 
 
 class Codes(Halving):
-    """How large nodes are split: by codes for the first levels, then by binned SAH."""
+    """Splits large nodes by codes in the upper levels, then by binned SAH."""
 
     prefixes = True
 
@@ -63,7 +63,7 @@ class Codes(Halving):
         self.groups = {"BINS": bins, "GROUPS": bins // 4 + 1}
 
     def small(self, depth: int) -> int:
-        """None of the upper levels, where codes alone decide."""
+        """The most pieces of a small node of this depth; 0 in the upper levels, split by codes."""
         return 0 if depth < 3 * self.bits else self.rules.small
 
     def decide(self, room: StreamRoom, cells: Stream, starts: Stream, pieces: Stream, chunks: int,
@@ -78,7 +78,7 @@ class Codes(Halving):
 
     def _weigh(self, room: StreamRoom, cells: Stream, starts: Stream, pieces: Stream, chunks: int,
                decisions: Stream, stop: bool) -> None:
-        """Binned SAH."""
+        """Write the decisions of binned SAH for each node of a level."""
         groups, costs = self.groups["GROUPS"], self.rules.costs
         bounds = chunk_bounds(room, cells, starts, pieces, chunks)
         boxes = room.stream(BOX, cells.length)

@@ -1,8 +1,9 @@
-"""Zhou's kd-tree by fragment passes (Zhou et al. 2008): `methods.kdtree.zhou`, node for node.
+"""Zhou's kd-tree by fragment passes (Zhou et al. 2008), as `methods.kdtree.zhou` node for node.
 
-Large nodes are split level by level, then small ones by masks (`zhou_small`), then every node is
-sent to its place in depth-first order (`zhou_order`). The host reads back how many nodes and
-pieces a level has, which is how much it draws next, and at the end the tree.
+The passes split large nodes level by level, then small nodes by masks (`zhou_small`). Then they
+move every node to its position in depth-first order (`zhou_order`). For each level the host reads
+back the numbers of nodes and pieces, which are the sizes of the next draws. At the end it reads
+back the tree.
 """
 from __future__ import annotations
 
@@ -19,11 +20,11 @@ from .zhou_small import grow_small
 
 
 def build(room: StreamRoom, triangles: np.ndarray, **options: object) -> KdTree:
-    """Options as in `methods.kdtree.zhou.build`.
+    """Build with the options of `methods.kdtree.zhou.build`.
 
     Parameters
     ----------
-    triangles : (n, 3, 3) float32, one at least
+    triangles : (n, 3, 3) float32, world units; at least one triangle
     """
     rules = cpu.rules_of(triangles, **options)
     return build_by(room, triangles, rules, Halving(rules))
@@ -31,7 +32,7 @@ def build(room: StreamRoom, triangles: np.ndarray, **options: object) -> KdTree:
 
 def build_by(room: StreamRoom, triangles: np.ndarray, rules: cpu.ZhouRules,
              way: Halving) -> KdTree:
-    """Build with large nodes split in this way."""
+    """Build a tree; ``way`` decides how large nodes are split."""
     v0, v1, v2 = triangles.transpose(1, 0, 2)
     source = room.stream(TRIANGLE, len(triangles), v0=v0, v1=v1, v2=v2)
     large = grow_large(room, source, triangles, rules, way)

@@ -1,4 +1,4 @@
-"""The large nodes of Zhou's kd-tree by fragment passes: a level is halved at once."""
+"""The large nodes of Zhou's kd-tree by fragment passes; each pass splits a whole level."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -18,19 +18,20 @@ CHUNK_PIECES = 256
 
 @dataclass
 class LargeLevel:
-    """Nodes of one depth, large ones and their children.
+    """The nodes of one depth: large nodes, and small nodes whose parents are large.
 
     Attributes
     ----------
-    cells : CELL
-    starts : sums before each node: pieces of large nodes, pieces of small ones, small ones, chunks
-    first_root, first_piece : small nodes of all levels before, and their pieces
-    roots : its own small nodes
-    decisions : DECISION; None below the last split
-    ranks : sums before each node: split ones, pieces of large ones that are leaves
-    first_stuck : such pieces of all levels before
-    inner : nodes that are split
-    small : most pieces of a small node of this level
+    cells : CELL of each node
+    starts : for each node, sums over the nodes before it: pieces of large nodes, pieces of small
+        nodes, small nodes, chunks
+    first_root, first_piece : the numbers of small nodes and of their pieces in all levels above
+    roots : number of small nodes of this level
+    decisions : DECISION of each node
+    ranks : for each node, sums over the nodes before it: split nodes, pieces of large leaves
+    first_stuck : number of pieces of large leaves in all levels above
+    inner : number of nodes that are split
+    small : the most pieces of a small node of this level
     """
 
     cells: Stream
@@ -47,7 +48,15 @@ class LargeLevel:
 
 @dataclass
 class LargeNodes:
-    """What the large stage leaves: its levels; pieces of small nodes, by level, and of leaves."""
+    """The result of the large stage: its levels, and the pieces of small nodes and large leaves.
+
+    Attributes
+    ----------
+    levels : all levels, the root's first
+    small : pieces of small nodes, a stream per level
+    stuck : pieces of large nodes that became leaves, a stream per level that has any
+    roots : number of small nodes
+    """
 
     levels: list[LargeLevel] = field(default_factory=list)
     small: list[Stream] = field(default_factory=list)
@@ -64,20 +73,20 @@ class LargeNodes:
 
 
 class Halving:
-    """How Zhou's large nodes are split."""
+    """Splits Zhou's large nodes: cuts empty space off or halves the longest axis."""
 
-    prefixes = False    # whether a node carries the prefix of codes that it stands for
+    prefixes = False    # whether a CELL carries its prefix of codes
 
     def __init__(self, rules: cpu.ZhouRules) -> None:
         self.rules = rules
 
     def small(self, depth: int) -> int:
-        """Most pieces of a small node of this depth."""
+        """The most pieces of a small node of this depth."""
         return self.rules.small
 
     def decide(self, room: StreamRoom, cells: Stream, starts: Stream, pieces: Stream, chunks: int,
                depth: int, stop: bool) -> Stream:
-        """DECISION of each node of a level; with ``stop`` none is split."""
+        """The DECISION of each node of a level; with ``stop`` no node is split."""
         bounds = chunk_bounds(room, cells, starts, pieces, chunks)
         decisions = room.stream(DECISION, cells.length)
         room.draw("zhou_decide", decisions, [cells, starts, bounds], small=self.small(depth),
@@ -88,7 +97,7 @@ class Halving:
 
 def grow_large(room: StreamRoom, source: Stream, triangles: np.ndarray, rules: cpu.ZhouRules,
                way: Halving) -> LargeNodes:
-    """Split the scene, and all nodes below it, as long as they are large."""
+    """Split the root, and all large nodes below it."""
     found = LargeNodes()
     lo, hi = scene_box(triangles)
     cells = room.stream(CELL, 1, lo=lo[None], hi=hi[None], count=np.array([len(triangles)]))
@@ -107,14 +116,14 @@ def grow_large(room: StreamRoom, source: Stream, triangles: np.ndarray, rules: c
         found.levels.append(level)
         found.roots += counts[2]
         if not level.inner:
-            if counts[0]:       # else they are small nodes', and `found` has them
+            if counts[0]:       # otherwise `found` owns the pieces, which are in small nodes
                 room.drop(pieces)
             return found
         cells, starts, pieces, counts = _children(room, found, level, pieces, source, rules, way)
 
 
 def _starts(room: StreamRoom, cells: Stream, small: int) -> tuple[Stream, tuple[int, ...]]:
-    """`LargeLevel.starts`, and its totals."""
+    """`LargeLevel.starts` of the nodes, and the totals of its sums."""
     quantities = room.stream(VALUES, cells.length)
     room.draw("zhou_quantities", quantities, [cells], defines={"CHUNK": CHUNK_PIECES},
               small=small)
@@ -124,13 +133,13 @@ def _starts(room: StreamRoom, cells: Stream, small: int) -> tuple[Stream, tuple[
 
 
 def _totals(sums: Stream) -> tuple[int, ...]:
-    """The last of some sums, from the GPU: what the host decides by."""
+    """Read back the last entry of a scan, which holds the totals."""
     return tuple(int(value) for value in sums.read_one(sums.length - 1)["value"])
 
 
 def chunk_bounds(room: StreamRoom, cells: Stream, starts: Stream, pieces: Stream,
                  count: int) -> Stream:
-    """CHUNK of each of ``count`` chunks of large nodes' pieces."""
+    """The CHUNK of each of the ``count`` chunks of large nodes' pieces."""
     chunks = room.stream(CHUNK, max(count, 1))
     room.draw("zhou_chunks", chunks, [cells, starts, pieces], count=count,
               defines={"CHUNK": CHUNK_PIECES}, cells=cells.length)
@@ -139,9 +148,8 @@ def chunk_bounds(room: StreamRoom, cells: Stream, starts: Stream, pieces: Stream
 
 def _level(room: StreamRoom, found: LargeNodes, cells: Stream, starts: Stream, pieces: Stream,
            counts: tuple[int, ...], decisions: Stream, small: int) -> LargeLevel:
-    """A level whose nodes are decided; the pieces of large ones that are not split join
-    `found.stuck`."""
-    small_pieces = found.small_pieces - counts[1]     # its own are among them already
+    """The level of decided nodes; the pieces of its large leaves are added to `found.stuck`."""
+    small_pieces = found.small_pieces - counts[1]     # without this level's own
     flags = room.stream(VALUES, cells.length)
     room.draw("zhou_flags", flags, [cells, decisions], small=small)
     ranks = scan(room, flags).called("ranks")
@@ -160,7 +168,7 @@ def _level(room: StreamRoom, found: LargeNodes, cells: Stream, starts: Stream, p
 def _children(room: StreamRoom, found: LargeNodes, level: LargeLevel, pieces: Stream,
               source: Stream, rules: cpu.ZhouRules, way: Halving
               ) -> tuple[Stream, Stream, Stream, tuple[int, ...]]:
-    """Cells, starts, pieces and totals of the level below."""
+    """The cells, starts, pieces and totals of the level below."""
     sides = room.stream(VALUES, pieces.length)
     room.draw("zhou_sides", sides,
               [pieces, level.decisions, source], slack=rules.slack)
@@ -182,7 +190,7 @@ def _children(room: StreamRoom, found: LargeNodes, level: LargeLevel, pieces: St
 
 
 def joined(room: StreamRoom, lists: list[Stream]) -> Stream:
-    """Lists of pieces behind one another; they are dropped."""
+    """Concatenate streams of pieces into one stream and release them."""
     whole, first = room.stream(PIECE, sum(pieces.length for pieces in lists)), 0
     for pieces in lists:
         room.draw("zhou_append", whole, [pieces.called("old_piece")], first=first, offset=first,

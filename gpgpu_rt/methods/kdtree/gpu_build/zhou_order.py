@@ -1,5 +1,7 @@
-"""The finished order of Zhou's kd-tree by fragment passes: subtree sizes from the leaves up,
-places from the root down; then every node is drawn where it belongs, and references leaf by leaf.
+"""The final order of Zhou's kd-tree by fragment passes.
+
+Passes compute subtree sizes from the leaves up and positions from the root down. Then every node
+is drawn at its position, and references are gathered leaf by leaf.
 """
 from __future__ import annotations
 
@@ -19,9 +21,9 @@ from .zhou_small import SmallLevel
 
 def finish(room: StreamRoom, large: LargeNodes, small: list[SmallLevel], pieces: Stream,
            rules: ZhouRules, box: tuple[np.ndarray, np.ndarray]) -> KdTree:
-    """The tree, siblings side by side and subtrees depth-first.
+    """The finished tree: siblings side by side, subtrees in depth-first order.
 
-    pieces : those of small nodes, then those of large leaves
+    pieces : the pieces of small nodes, then the pieces of large leaves
     """
     large_sizes, small_sizes = _sizes(room, large, small)
     large_places, small_places = _places(room, large, small, large_sizes, small_sizes)
@@ -46,7 +48,7 @@ def finish(room: StreamRoom, large: LargeNodes, small: list[SmallLevel], pieces:
 
 def _sizes(room: StreamRoom, large: LargeNodes,
            small: list[SmallLevel]) -> tuple[list[Stream], list[Stream]]:
-    """Nodes in the subtree of each node, level by level."""
+    """The number of nodes in each node's subtree, level by level."""
     large_sizes: list[Stream] = []
     small_sizes: list[Stream] = []
     nothing = room.stream(VALUES, 1).called("below")
@@ -69,7 +71,7 @@ def _sizes(room: StreamRoom, large: LargeNodes,
 def _places(room: StreamRoom, large: LargeNodes, small: list[SmallLevel],
             large_sizes: list[Stream],
             small_sizes: list[Stream]) -> tuple[list[Stream], list[Stream]]:
-    """PLACE of each node, level by level."""
+    """The PLACE of each node, level by level."""
     root = room.stream(PLACE, 1, at=np.array([0]), pair=np.array([1]))
     large_places = [root]
     for level, sizes in zip(large.levels, large_sizes[1:]):
@@ -88,7 +90,7 @@ def _places(room: StreamRoom, large: LargeNodes, small: list[SmallLevel],
 
 
 def _below(room: StreamRoom, ranks: Stream, above: Stream, sizes: Stream) -> Stream:
-    """Places of the children of a level."""
+    """The PLACE of each child of a level."""
     places = room.stream(PLACE, sizes.length)
     room.draw("zhou_places", places, [ranks, above.called("above"), sizes.called("sizes")],
               nodes=above.length)
@@ -96,7 +98,7 @@ def _below(room: StreamRoom, ranks: Stream, above: Stream, sizes: Stream) -> Str
 
 
 def _read(nodes: Stream, references: Stream, box: tuple[np.ndarray, np.ndarray]) -> KdTree:
-    """The one time that the tree comes to the host."""
+    """Read the tree back to the host."""
     fields = nodes.read()
     axis, left = fields["axis"].astype(np.int8), fields["left"]
     first = np.where(axis == LEAF, -1, left)

@@ -16,10 +16,14 @@ from .zhou_large import LargeNodes
 
 @dataclass
 class SmallLevel:
-    """Small nodes: the roots, or the children of those above.
+    """A level of small nodes: the small roots, or the children of the level above.
 
-    nodes : SMALL_NODE; choices : CHOICE; ranks : sums of split nodes before each
-    inner : nodes that are split
+    Attributes
+    ----------
+    nodes : SMALL_NODE of each node
+    choices : CHOICE of each node
+    ranks : for each node, the number of split nodes before it
+    inner : number of nodes that are split
     """
 
     nodes: Stream
@@ -30,7 +34,7 @@ class SmallLevel:
 
 def grow_small(room: StreamRoom, large: LargeNodes, pieces: Stream,
                rules: ZhouRules) -> list[SmallLevel]:
-    """Split small nodes, and all below them, as long as it pays."""
+    """Split small nodes, and all nodes below them, as long as a split pays."""
     if not large.roots:
         return []
     nodes = room.stream(SMALL_NODE, large.roots)
@@ -55,7 +59,7 @@ def grow_small(room: StreamRoom, large: LargeNodes, pieces: Stream,
 
 def _choose(room: StreamRoom, nodes: Stream, extents: Stream, sides: Stream,
             rules: ZhouRules) -> SmallLevel:
-    """Where a level's nodes are split, if they are."""
+    """Choose the split of each node of a level, if a split pays."""
     costs = rules.costs
     choices = room.stream(CHOICE, nodes.length)
     room.draw("zhou_choose", choices, [nodes, extents, sides],
