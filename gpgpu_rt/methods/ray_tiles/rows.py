@@ -1,4 +1,4 @@
-"""ray-tiles: every triangle against cones around tiles of rays."""
+"""ray-tiles: test every triangle against cones around tiles of rays (Szécsi 2006)."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -12,14 +12,15 @@ from ...traversal.records import STATE
 from ...traversal.triangle_table import TRIANGLE, box_uniforms, triangle_table
 from .driver import RayTiles
 
-FIRST_BATCH = 64    # triangles; each batch is twice the last one
+FIRST_BATCH = 64    # triangles of the first batch; each batch is twice as large as the last
 
 
 def batches(triangles: int) -> tuple[tuple[int, int], ...]:
-    """First triangle and number of triangles of each batch.
+    """The first triangle and the number of triangles of each batch.
 
-    Between two batches tiles learn how far their rays still search. Batches double, so that a few
-    triangles shorten the search early and a million takes no more than 15 batches.
+    Between two batches a pass updates how far each tile's rays still search. Batches double in
+    size, so that a few triangles shorten the search early, and a million triangles need no more
+    than 15 batches.
     """
     found, first, count = [], 0, FIRST_BATCH
     while first < triangles:
