@@ -1,9 +1,9 @@
-"""Beams: everything that the rays of a five-dimensional box can reach, and what overlaps it.
+"""Beams: the volume that the rays of a five-dimensional box can reach, and overlap tests with it.
 
 J. Arvo, D. Kirk, "Fast Ray Tracing by Ray Classification", SIGGRAPH 1987. A beam is the box of its
-origins swept along its directions: convex, and bounded by the plane behind it and by four that
-lean as far as its directions do (their "linear separation"). Tests are in float64, padded, and
-keep what they are not sure of.
+origins swept along its directions. It is convex. A plane behind the origins bounds it, and four
+planes whose slopes are the extreme slopes of its directions (the paper's "linear separation"). The
+tests are in float64 with padding. In doubt they report an overlap.
 """
 from __future__ import annotations
 
@@ -16,16 +16,19 @@ from ...accel.runs import expand
 from ..bvh.tree import Bvh
 from .frames import RaySpace, in_frame
 
-PAIRS = 1 << 22      # beams times triangles that are sorted out at once
+PAIRS = 1 << 22      # limit on the pairs of beam and triangle that are tested together
 
 
 @dataclass(frozen=True)
 class Beams:
-    """m beams up one axis' frame: (m,) float64 bounds of their planes, padding included.
+    """m beams in the frame of an axis, as (m,) float64 bounds with padding.
 
-    behind : lowest depth
-    slopes : ((m,), (m,)) lowest and highest direction, along each of the two axes across
-    limits : the same: lowest x - slope z at the first, highest at the second
+    Attributes
+    ----------
+    behind : the lowest depth
+    slopes : for both other axes, the lowest and the highest slope of the directions
+    limits : for both other axes, the lowest x - slope z with the lowest slope, and the highest
+        x - slope z with the highest slope
     """
 
     behind: np.ndarray
@@ -35,7 +38,7 @@ class Beams:
     @classmethod
     def of(cls, lo: np.ndarray, hi: np.ndarray, first: np.ndarray, last: np.ndarray,
            space: RaySpace) -> Beams:
-        """From boxes of origins in the frame, (m, 3), and of directions, (m, 2)."""
+        """The beams of boxes of origins in the frame, (m, 3), and of directions, (m, 2)."""
         pad, slopes, limits = 3 * space.pad, [], []
         for a in (0, 1):
             low, high = first[:, a] - space.direction_pad, last[:, a] + space.direction_pad
@@ -46,7 +49,7 @@ class Beams:
 
     def meet_boxes(self, beam: np.ndarray, lo: np.ndarray, hi: np.ndarray,
                    box: np.ndarray) -> np.ndarray:
-        """(k,) bool: whether beam[i] may overlap box[i] of the frame's (n, 3) corners."""
+        """Whether beam[i] may overlap box[i], (k,) bool; corners are (n, 3), in the frame."""
         z_lo, z_hi = lo[box, 2], hi[box, 2]
         kept = z_hi >= self.behind[beam]
         for a in (0, 1):
@@ -59,8 +62,10 @@ class Beams:
 
     def meet_triangles(self, beam: np.ndarray, corners: np.ndarray,
                        triangle: np.ndarray) -> np.ndarray:
-        """The same of triangles: their corners in the frame, (3, 3, n), axis by axis and corner by
-        corner."""
+        """Whether beam[i] may overlap triangle[i], (k,) bool.
+
+        ``corners``, (3, 3, n), has the axis first, then the corner, both in the frame.
+        """
         depth = corners[2][:, triangle]
         kept = largest(depth) >= self.behind[beam]
         for a in (0, 1):
@@ -72,14 +77,14 @@ class Beams:
 
 
 class Candidates:
-    """The triangles of a scene as beams along one axis and sign meet them, nearest first.
+    """The triangles of a scene, sorted by distance along an axis in one of its two directions.
 
     Attributes
     ----------
-    corners : (3, 3, n), axis by axis of the frame, corner by corner
-    near : (n,) float32, where each triangle begins along the axis, counted against it for
-        ``negative``: exact
-    order : (n,) int64, triangles by that
+    corners : (3, 3, n), corners in the frame: axis, corner, triangle
+    near : (n,) float32, each triangle's lowest coordinate along the axis (negated for
+        ``negative``), exact
+    order : (n,) int64, the triangles in ascending order of ``near``
     """
 
     def __init__(self, triangles: np.ndarray, tree: Bvh, axis: int, negative: bool) -> None:
@@ -94,8 +99,12 @@ class Candidates:
         self.rank[self.order] = np.arange(len(self.order))
 
     def of(self, beams: Beams) -> tuple[np.ndarray, np.ndarray]:
-        """What each of m beams may meet: triangles of all, beam by beam and nearest first, and
-        how many of each, (m,) int64."""
+        """The triangles that each of m beams may hit.
+
+        Returns
+        -------
+        triangles, beam by beam and nearest first; and each beam's number of triangles, (m,) int64
+        """
         m, n = len(beams.behind), len(self.order)
         if not n:
             return np.zeros(0, np.int64), np.zeros(m, np.int64)
@@ -106,7 +115,10 @@ class Candidates:
         return self.order[keys % n], np.bincount(keys // n, minlength=m)
 
     def _descend(self, beams: Beams) -> tuple[np.ndarray, np.ndarray]:
-        """Pairs of beam and triangle whose leaf's box the beam meets; a level of all at once."""
+        """Pairs of a beam and a triangle in a leaf whose box the beam overlaps.
+
+        All beams descend the tree together, level by level.
+        """
         tree, found = self.tree, []
         beam = np.arange(len(beams.behind))
         node = np.zeros(len(beam), np.int64)

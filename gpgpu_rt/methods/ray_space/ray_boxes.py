@@ -1,15 +1,17 @@
-"""Five-dimensional boxes of rays with lists of candidates, made when rays first ask for them.
+"""Five-dimensional boxes of rays with lists of candidates, made when rays first need them.
 
 J. Arvo, D. Kirk, "Fast Ray Tracing by Ray Classification", SIGGRAPH 1987 (survey, Table 1). A ray
-is a point: its origin, the face of the direction cube that it passes, and where. Boxes are halved
-along all five axes from one level to the next. They halve a box until its candidates are few; here
-the rays of a call decide: each cell of the finest level takes its list from the smallest box
-around it that holds ``min_rays`` of them; more, where lists would come to more than the budget.
-Candidates come from a BVH, not from the larger box: then no list is kept that no ray reads.
+is a five-dimensional point: its origin, and its (u, v) on a face of the direction cube. From one
+level to the next, a box is halved along all five axes.
 
-A directory says of every finest cell where its list begins, so that a ray finds it by one lookup.
-Lists past the budget are not made: their rays read those of larger boxes, in the end all triangles
-in the order of their face, which are always there.
+The paper halves a box until it has few candidates. Here the rays of a call decide. Each cell of
+the finest level uses the list of the smallest box around it that holds ``min_rays`` rays. If the
+lists would exceed the budget, boxes must hold more rays. The candidates come from a BVH, not from
+the larger box, so no list exists that no ray reads.
+
+A directory holds the start of every finest cell's list, so that a ray finds its list by one
+lookup. Lists beyond the budget are not made; their rays use the lists of larger boxes. The largest
+list holds all triangles in the order of the ray's face, and always exists.
 """
 from __future__ import annotations
 
@@ -26,30 +28,37 @@ from .frames import ORDERS, RaySpace
 
 SENTINEL = -1           # ends a list
 MIB = 1 << 20
-CANDIDATE_BYTES, CELL_BYTES = 8, 4     # as textures hold them in float32
-SAMPLES = 48            # lists a level that the memory of all is estimated by
-FILLED = 0.8            # of the budget: what an estimate may come to
-RAISED = 4              # how much fuller boxes must be each time the estimate is past that
-FACES = 6               # of the direction cube: twice the axis, and 1 against it
+CANDIDATE_BYTES, CELL_BYTES = 8, 4     # bytes in float32 textures
+SAMPLES = 48            # lists per level that serve to estimate the memory of all lists
+FILLED = 0.8            # share of the budget that an estimate may reach
+RAISED = 4              # factor on the rays per box after an estimate that exceeds this share
+FACES = 6               # faces of the direction cube: 2 * axis, + 1 for negative directions
 
 
 class RayBoxes:
-    """The boxes of a scene; grows when it is asked.
+    """The boxes of a scene, whose lists are made on demand.
 
     Parameters
     ----------
     triangles : (n, 3, 3) float32, world units
-    tree : a BVH of them
-    origin_cells, direction_cells : finest cells an axis of the scene's box, and across a face of
-        the direction cube; powers of two
-    min_rays : rays of a call that a box must hold to get a list
-    budget : MiB that directory and lists may take
+    tree : a BVH of the triangles
+    origin_cells, direction_cells : number of finest cells along each axis of the scene's box, and
+        across a face of the direction cube; powers of two
+    min_rays : the fewest rays of a call that a box with a list must hold
+    budget : limit on directory and lists, MiB
 
     Attributes
     ----------
-    directory : (cells + 6,) int64, first candidate of each cell's list; behind the cells each
-        face's list of all triangles
-    grow_seconds : what all lists made so far took
+    directory : (cells + 6,) int64, the first candidate of each cell's list; the last six entries
+        are each face's list of all triangles
+    grow_seconds : seconds spent on making lists so far
+
+    Raises
+    ------
+    OptionError
+        if a number of cells is no power of two
+    LimitError
+        if a float texel cannot index all boxes exactly, or the budget is too small
     """
 
     def __init__(self, triangles: np.ndarray, tree: Bvh, space: RaySpace, origin_cells: int,
@@ -84,16 +93,16 @@ class RayBoxes:
 
     @property
     def triangle(self) -> np.ndarray:
-        """(k,) int32: all lists after one another, each ended by -1."""
+        """All lists of triangles in turn, (k,) int32; -1 ends each list."""
         return self._triangle[:self.used]
 
     @property
     def near(self) -> np.ndarray:
-        """(k,) float32: where each candidate begins along its list's axis; see ``Candidates``."""
+        """The ``near`` of each candidate, (k,) float32; see ``Candidates``."""
         return self._near[:self.used]
 
     def forget(self) -> None:
-        """Drop every list but those of the six faces."""
+        """Drop all lists except the six faces' lists."""
         self.used = 0
         self._asked = np.zeros(0, np.int64), np.zeros(0, np.int64)
         self.first = [np.full(self._boxes(level), -1, np.int64) for level in range(self.levels)]
@@ -104,7 +113,7 @@ class RayBoxes:
         self.directory = np.concatenate([np.repeat(roots, self.cells // FACES), roots])
 
     def _append(self, triangle: np.ndarray, counts: np.ndarray, face: int) -> np.ndarray:
-        """Take lists in, each with its sentinel; where each begins."""
+        """Append lists, each with its sentinel; the start of each list."""
         starts = self.used + run_starts(counts + 1)
         end = self.used + len(triangle) + len(counts)
         if end > len(self._triangle):
@@ -124,20 +133,22 @@ class RayBoxes:
     # Growing ----------------------------------------------------------------------------------
 
     def ask(self, cells: np.ndarray) -> bool:
-        """Make lists for rays, given by the cell of each; others than finest cells are passed
-        over. Whether anything changed."""
+        """Make the lists that rays need; whether the directory changed.
+
+        ``cells`` has each ray's finest cell; other numbers (misses and faces) are ignored.
+        """
         began = time.perf_counter()
         chosen, rays = np.unique(cells[(cells >= 0) & (cells < self.cells)], return_counts=True)
         chosen = chosen.astype(np.int64)
         if np.array_equal(chosen, self._asked[0]) and np.array_equal(rays, self._asked[1]):
-            return False                # the same rays again, or others like them
+            return False                # all needed lists were requested before
         before = self.directory[chosen]
         old = self.used
         wanted, expected = self._affordable(chosen, rays)
         earlier = old > FACES * (len(self.faces[0].order) + 1)
         full = earlier and old + expected * self._missing(chosen, wanted) > self.most
         if (full or not self._make(chosen, rays, wanted)) and earlier:
-            self.forget()               # the lists of earlier calls leave no room for this one's
+            self.forget()               # lists of earlier calls fill the budget
             self._make(chosen, rays, wanted)
             before = np.full(len(chosen), -1)
         for level in range(1, self.levels):
@@ -149,9 +160,11 @@ class RayBoxes:
         return bool((self.directory[chosen] != before).any())
 
     def _affordable(self, cells: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, float]:
-        """The level of each cell's box: the finest at which it holds ``min_rays`` rays, or as many
-        times that as bring all lists within the budget, going by a few of them; and how many
-        candidates these expect."""
+        """The level of each cell's box, and the estimated number of candidates of all lists.
+
+        The level is the finest at which the box holds ``min_rays`` rays. This minimum is raised
+        until the estimate for all lists, from a sample of lists, is within the budget.
+        """
         room = FILLED * (self.most - FACES * (len(self.faces[0].order) + 1))
         least = self.min_rays
         while True:
@@ -168,7 +181,7 @@ class RayBoxes:
         return missing / max(len(cells), 1)
 
     def _wanted(self, cells: np.ndarray, rays: np.ndarray, least: int) -> np.ndarray:
-        """The finest level at which each cell's box holds so many rays."""
+        """The finest level at which each cell's box holds at least ``least`` rays."""
         wanted = np.zeros(len(cells), np.int64)
         for level in range(1, self.levels):
             _, inverse = np.unique(self._box(cells, level), return_inverse=True)
@@ -177,7 +190,7 @@ class RayBoxes:
         return wanted
 
     def _estimate(self, cells: np.ndarray, wanted: np.ndarray) -> float:
-        """How many candidates these lists hold together, from some evenly spread ones."""
+        """Estimate the number of candidates of all these lists from an even sample of them."""
         total = 0.0
         for level in range(1, self.levels):
             boxes = np.unique(self._box(cells[wanted == level], level))
@@ -190,8 +203,7 @@ class RayBoxes:
         return total
 
     def _make(self, cells: np.ndarray, rays: np.ndarray, wanted: np.ndarray) -> bool:
-        """Make the boxes that are missing, finest level and fullest box first; False where the
-        budget ended."""
+        """Make the missing lists, finest level and fullest box first; False past the budget."""
         for level in range(self.levels - 1, 0, -1):
             mine = wanted == level
             boxes, inverse = np.unique(self._box(cells[mine], level), return_inverse=True)
@@ -230,7 +242,7 @@ class RayBoxes:
         return FACES << (3 * origin + 2 * direction)
 
     def _box(self, cells: np.ndarray, level: int) -> np.ndarray:
-        """The boxes of a level that finest cells lie in."""
+        """The boxes of a level that contain the given finest cells."""
         face, direction, origin = self._coordinates(cells, self.levels - 1)
         origin_bits, direction_bits = self._bits(level)
         box = face
@@ -242,7 +254,7 @@ class RayBoxes:
 
     def _coordinates(self, boxes: np.ndarray, level: int
                      ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Face, (m,), u and v, (m, 2), and x, y and z, (m, 3), of boxes of a level."""
+        """The face, (m,), u and v, (m, 2), and x, y and z, (m, 3), of boxes of a level."""
         origin_bits, direction_bits = self._bits(level)
         parts, rest = [], boxes
         for bits in 3 * (origin_bits,) + 2 * (direction_bits,):
@@ -263,6 +275,6 @@ class RayBoxes:
         return Beams.of(lo, hi, width * direction - 1, width * (direction + 1) - 1, self.space)
 
     def to_dict(self) -> dict[str, float]:
-        """What it holds, for statistics."""
+        """The numbers of boxes and candidates, and the seconds spent, for statistics."""
         return {"boxes": float(sum((first >= 0).sum() for first in self.first)),
                 "candidates": float(self.used), "grow_seconds": self.grow_seconds}

@@ -1,24 +1,32 @@
-"""The records of the methods that sort rays: boxes and beams of rays, and their candidates."""
+"""The records of the methods that sort rays: boxes of rays, beams, and their candidates."""
 from __future__ import annotations
 
 from ...gl.record import Record
 
 RAY_BOX = Record("ray_box", "first:int")
-"""A five-dimensional box of rays: the first of its candidates."""
+"""A five-dimensional box of rays: its first candidate."""
 
 CANDIDATE = Record("candidate", "triangle:int near")
-"""A triangle that rays of a box may hit, -1 behind the last; where it begins along their dominant
-axis, counted the way they go."""
+"""A triangle that rays of a box may hit; -1 ends the list.
+
+``near`` is the triangle's lowest coordinate along the rays' dominant axis, in their direction."""
 
 BEAM = Record("beam", "first:int entries:int")
-"""Rays of a cell of directions through a tile: the run of what they may cross."""
+"""The rays of a cell of directions through a tile: the run of the entries that they may hit."""
 
 BEAM_ENTRY = Record("beam_entry", "triangle:int near far reach")
-"""A triangle in a beam, by where it begins along the beam's axis; where it ends, and where the
-last one of those up to it does."""
+"""A triangle in a beam; the entries of a beam are sorted by ``near``.
+
+The triangle's extent along the beam's axis is from ``near`` to ``far``. ``reach`` is the largest
+``far`` of this entry and all entries before it."""
 
 RAY_CLASS = Record("ray_class", "box:int")
-"""The five-dimensional box that a ray lies in; behind the boxes, its face; or -1, a miss."""
+"""The five-dimensional box that a ray lies in; -1 if the ray misses the scene.
+
+A number past the last box stands for a face of the direction cube."""
 
 BEAM_STATE = Record("state", "first:int end:int low:int high:int | phase:int steps:int")
-"""A STATE, the run of a ray's beam, and of what is left of it the part that is searched."""
+"""A ray's state: its beam's run of entries, and the range of the binary search.
+
+The run is from `first` to `end`, the range from `low` to `high`. After the search, `low` is the
+current entry."""

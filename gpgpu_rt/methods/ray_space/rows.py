@@ -1,5 +1,7 @@
-"""ray-classification and visibility-field: tables over rays (Arvo and Kirk 1987; Mortensen et al.
-2007)."""
+"""ray-classification (Arvo and Kirk 1987) and visibility-field (Mortensen et al. 2007).
+
+Both methods use tables over rays instead of space.
+"""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -53,7 +55,7 @@ def _prepare_field(triangles: np.ndarray, options: Mapping[str, Any]) -> Acceler
     return Accelerator(tables, uniforms, len(triangles) + SEARCH_STEPS, field)
 
 
-SEARCH_STEPS = 32   # halvings of a list, at most
+SEARCH_STEPS = 32   # upper bound on the steps of a binary search
 _BUDGET = "MiB that its lists may take; past them they are of larger boxes of rays"
 
 ROWS = (

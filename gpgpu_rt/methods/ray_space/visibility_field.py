@@ -1,15 +1,18 @@
-"""Visibility field: parallel beams for cells of directions, each with what it crosses in order.
+"""Visibility field: parallel beams for cells of directions, each with its triangles in order.
 
 J. Mortensen, P. Khanna, I. Yu, M. Slater, "A Visibility Field for Ray Tracing", CGIV 2007 (survey,
-Table 1). Directions over half the sphere are cells of three faces of the direction cube, as a
-line is followed either way; over each lies a grid of tiles in the plane through the scene's
-middle across the face's axis. A beam is a cell and a tile: the lines of such a direction that
-cross the plane there. Theirs holds what the middle direction meets; ours whatever any line of
-the cell may meet, however far from the middle, so that a ray of any direction finds its hit.
+Table 1). Cells of three faces of the direction cube cover half the sphere of directions, because a
+beam serves rays in both directions. For each cell, a grid of tiles covers the plane through the
+scene's centre perpendicular to the face's axis. A beam is a cell and a tile: the lines with a
+direction in the cell that cross the plane in the tile.
 
-Candidates of a beam are sorted by where they begin along the axis. Beside each stands where the
-last one of those up to it ends: so a search by halves finds the first that a ray from the middle
-of the beam may meet, both up and down the axis, which is what their tree along the beam is for.
+In the paper a beam lists the triangles that its central direction hits. Here it lists all
+triangles that any line of the beam may hit, so that a ray of any direction finds its hit.
+
+The candidates of a beam are sorted by their near ends along the axis. Each candidate also has the
+largest far end of all candidates up to it. Therefore a binary search finds the first candidate
+that a ray from any point of the beam may hit, both up and down the axis. The paper uses a tree
+along the beam for this.
 """
 from __future__ import annotations
 
@@ -26,23 +29,26 @@ from .frames import RaySpace, in_frame, ray_space
 
 AXES = 3
 MIB = 1 << 20
-ENTRY_BYTES, BEAM_BYTES = 16, 8      # as textures hold them in float32
-SAMPLES = 2000          # triangles by which the size of a field is estimated
-FINEST = (8, 24)        # directions and tiles where nothing is given
-TILES = 2               # a direction, at least: fewer of them test more in as much memory
-USUAL_ENTRIES = 1024    # a triangle, at most, where nothing is given
-CHUNK = 1 << 20         # entries at a time
+ENTRY_BYTES, BEAM_BYTES = 16, 8      # bytes in float32 textures
+SAMPLES = 2000          # triangles that serve to estimate the size of a field
+FINEST = (8, 24)        # the most directions and tiles chosen by default
+TILES = 2               # least ratio of tiles to directions; below it, equal memory tests more
+USUAL_ENTRIES = 1024    # the most entries per triangle by default
+CHUNK = 1 << 20         # entries processed together
 
 
 @dataclass(frozen=True)
 class VisibilityField:
-    """Beams, (axis, v, u, tile y, tile x), then one an axis with all triangles.
+    """Beams in the order (axis, v, u, tile y, tile x), then a beam per axis with all triangles.
 
-    directions, tiles : cells across a face, and across the plane of a beam
-    beam_start : (beams + 1,) int64, the run of entries of each
-    triangle : (m,) int32, by ``near`` within a beam
-    near, far : (m,) float32, where each begins and ends along its axis, world units
-    reach : (m,) float32, the largest ``far`` of its beam's entries up to each
+    Attributes
+    ----------
+    directions : number of cells across a face
+    tiles : number of tiles across a cell's plane
+    beam_start : (beams + 1,) int64, the first entry of each beam; the last element is m
+    triangle : (m,) int32, sorted by ``near`` within a beam
+    near, far : (m,) float32, each triangle's extent along the beam's axis, world units
+    reach : (m,) float32, the largest ``far`` of the beam's entries up to each entry
     """
 
     directions: int
@@ -73,14 +79,15 @@ def build_visibility_field(triangles: np.ndarray, *, directions: int | None = No
     Parameters
     ----------
     triangles : (n, 3, 3) float32, world units
-    directions, tiles : None: as fine as the budget and 1024 entries a triangle allow
-    budget : MiB that entries and beams may take; what is given is made coarser until it does
-    arithmetic : what kernels round to
+    directions, tiles : the most directions and tiles; None for 8 and 24. If both are None, the
+        field is made coarser until it has at most 1024 entries per triangle.
+    budget : limit on entries and beams, MiB; a field beyond the limit is made coarser
+    arithmetic : the format that kernels round to
 
     Raises
     ------
     LimitError
-        where even one beam an axis is past the budget.
+        if even a single beam per axis exceeds the budget
     """
     triangles = as_triangles(triangles)
     space = ray_space(triangles, arithmetic)
@@ -92,7 +99,7 @@ def build_visibility_field(triangles: np.ndarray, *, directions: int | None = No
         field = _build(frames, cells, size, most)
         if field is not None:
             return field
-        cells, size = (cells, size - 1) if size > 1 else (cells - 1, size)   # estimated too low
+        cells, size = (cells, size - 1) if size > 1 else (cells - 1, size)   # estimate too low
     field = _build(frames, 1, 1, most)
     if field is None:
         raise LimitError(f"a visibility field of {len(triangles):,} triangles takes more than its "
@@ -101,7 +108,7 @@ def build_visibility_field(triangles: np.ndarray, *, directions: int | None = No
 
 
 class _Frame:
-    """The triangles along an axis; coordinates from the middle of the scene."""
+    """The triangles in the frame of an axis; coordinates are relative to the scene's centre."""
 
     def __init__(self, triangles: np.ndarray, space: RaySpace, axis: int) -> None:
         self.space = space
@@ -116,14 +123,18 @@ class _Frame:
 
     def tiles(self, cell: tuple[int, int], directions: int, tiles: int, step: int = 1
               ) -> tuple[np.ndarray, np.ndarray]:
-        """First tile, (n, 2), and number of tiles, (n, 2), along both axes of the plane that
-        every ``step``th triangle may be met through by lines of a cell of directions."""
+        """The tiles through which lines of a cell of directions may hit every ``step``th triangle.
+
+        Returns
+        -------
+        the first tile, (n, 2), and the number of tiles, (n, 2), along both axes of the plane
+        """
         corners = self.corners[:, ::step]
         wide = 1 / directions + self.space.direction_pad
         middle = (2 * np.array(cell) + 1) / directions - 1
         depth = corners[:, :, 2:]
-        # Where the line of the middle direction through each corner crosses the plane; others
-        # of the cell, further off by the corner's depth.
+        # Each corner's projection onto the plane along the cell's central direction. For other
+        # directions of the cell the projection deviates in proportion to the corner's depth.
         crossing = corners[:, :, :2] - middle * depth
         reach = wide * np.abs(depth) + 3 * self.space.pad
         edge = self.half[:2] + (np.abs(middle) + 1 / directions) * self.half[2]
@@ -133,15 +144,18 @@ class _Frame:
 
 
 def half_size(space: RaySpace) -> np.ndarray:
-    """(3,) float32: how far the planes of beams reach, straight ahead, from the middle."""
+    """Half the size of the beams' planes along each axis for axis-parallel rays, (3,) float32."""
     size = (space.hi.astype(np.float64) - space.lo) / 2 + 8 * space.pad
     return size.astype(np.float32)
 
 
 def _resolution(frames: list[_Frame], directions: int, tiles: int, usual: float
                 ) -> tuple[int, int]:
-    """As many directions as leave each ``TILES`` times as many tiles, then as many tiles as
-    the entries allow; no more of either than given."""
+    """The numbers of directions and tiles, at most as given, of a field within ``usual`` entries.
+
+    First reduce the directions until ``TILES`` times as many tiles are affordable. Then find the
+    largest affordable number of tiles.
+    """
     while directions > 1 and _estimate(frames, directions, min(TILES * directions, tiles)) > usual:
         directions -= 1
     low, high = 1, tiles
@@ -153,12 +167,12 @@ def _resolution(frames: list[_Frame], directions: int, tiles: int, usual: float
 
 
 def _cells(directions: int) -> list[tuple[int, int]]:
-    """u and v of the cells of a face, in the order of the beams."""
+    """The u and v of all cells of a face, in the order of the beams."""
     return [(u, v) for v in range(directions) for u in range(directions)]
 
 
 def _estimate(frames: list[_Frame], directions: int, tiles: int) -> float:
-    """Entries of such a field, from some of its triangles and directions."""
+    """Estimate the entries of a field from a sample of its triangles and directions."""
     n = len(frames[0].near)
     step = max(1, n // SAMPLES)
     some = _cells(directions)[::max(1, directions ** 2 // 4)]
@@ -169,7 +183,7 @@ def _estimate(frames: list[_Frame], directions: int, tiles: int) -> float:
 
 def _build(frames: list[_Frame], directions: int, tiles: int, most: float
            ) -> VisibilityField | None:
-    """The field, or None where it is past ``most`` entries, beams counted in."""
+    """The field, or None if entries and beams take more memory than ``most`` entries."""
     n = len(frames[0].near)
     beams = AXES * directions ** 2 * tiles ** 2
     room = most - (beams + AXES) * BEAM_BYTES / ENTRY_BYTES
@@ -192,7 +206,7 @@ def _build(frames: list[_Frame], directions: int, tiles: int, most: float
 
 
 def _entries(frame: _Frame, first: np.ndarray, count: np.ndarray, tiles: int) -> np.ndarray:
-    """tile * n + place by near, of all triangles in all their tiles of a direction, sorted."""
+    """Sorted keys tile * n + near rank of all triangles in all their tiles, for a direction."""
     n = len(first)
     keys = [np.zeros(0, np.int64)]
     every = count.prod(axis=1)
@@ -208,10 +222,11 @@ def _entries(frame: _Frame, first: np.ndarray, count: np.ndarray, tiles: int) ->
 
 
 def _sorted(frame: _Frame, keys: np.ndarray, n: int) -> list[np.ndarray]:
-    """Triangle, near, far and reach of sorted entries of one direction."""
+    """The triangle, near, far and reach of a direction's sorted entries."""
     n = max(n, 1)
     triangle = frame.by_near[keys % n] if len(keys) else keys
-    # The largest far so far in each tile: later tiles' numbers begin above all of those before.
+    # Running maximum of the far rank within each tile: the tile's number, in the high digits,
+    # restarts the maximum at each tile.
     above = np.maximum.accumulate((keys // n) * n + frame.far_rank[triangle]) % n
     far = frame.far[triangle]
     reach = frame.far[frame.by_far[above]] if len(keys) else far
