@@ -1,7 +1,7 @@
-"""The host's walk of rays through a uniform grid, whole arrays at a time.
+"""The host's traversal of a uniform grid, for arrays of rays.
 
-The twin of ``glsl/methods/grid/grid.glsl``: float32, the same operations in the same order, so
-that a ray meets the same cells whether the host or a fragment program walks it.
+It is the numpy twin of ``glsl/methods/grid/grid.glsl``: the same float32 operations in the same
+order. Therefore a ray visits the same cells on the host and in a fragment program.
 """
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from ..grid.cells import Grid
 from .octree import Octree
 
 TINY_DIRECTION = np.float32(1e-20)
-BOX_SLACK, SPACING = 64, 2     # roundings: as in glsl/core/slack.glsl
+BOX_SLACK, SPACING = 64, 2     # in roundoff units, as in glsl/core/slack.glsl
 
 
 class CellWalk:
-    """Where n rays are in a grid.
+    """The positions of n rays in a grid.
 
     Parameters
     ----------
     rays : origin, direction (n, 3) float32, t_min, t_max (n,) float32: the fields of RAY_TEXELS
-    unit : roundoff of the arithmetic that boxes are widened for
+    unit : roundoff unit of the arithmetic; the grid's box is widened in proportion to it
 
     Attributes
     ----------
-    key : (n,) int64, the cell that a ray is in
-    nodes_visited : (n,) int32, cells that it has been in
-    listed : (cells,) int64, triangles of each cell
+    key : (n,) int64, each ray's current cell
+    nodes_visited : (n,) int32, the number of cells that each ray has visited
+    listed : (cells,) int64, the number of triangles of each cell
     """
 
     def __init__(self, grid: Grid | Octree, rays: Mapping[str, np.ndarray], unit: float) -> None:
@@ -52,7 +52,7 @@ class CellWalk:
         self.step = np.where(self.ahead, 1, -1)
 
     def _interval(self, unit: np.float32) -> tuple[np.ndarray, np.ndarray]:
-        """(n,) each: where the rays enter and leave the grid's box, a little widened."""
+        """The t, (n,) each, at which the rays enter and leave the grid's widened box."""
         o, lo, hi = self.origin, self.grid.lo, self.grid.hi
         reach = np.maximum(np.abs(lo - o), np.abs(hi - o)).max(axis=1, keepdims=True)
         slack = BOX_SLACK * unit * reach + SPACING * unit * np.abs(o)
@@ -61,12 +61,12 @@ class CellWalk:
         return np.minimum(a, b).max(axis=1), np.maximum(a, b).min(axis=1)
 
     def start(self, t_end: np.ndarray) -> np.ndarray:
-        """Rays, (k,) int, each in the first cell on its way that lists triangles."""
+        """Move every ray to its first cell that lists triangles; the rays that reach it, (k,)."""
         rays = np.flatnonzero(self.t_enter <= self.t_exit)
         grid, t = self.grid, self.t_enter[rays, None]
         at = (self.origin[rays] + t * self.direction[rays] - grid.lo) / grid.cell_size
         last = grid.resolution - 1
-        # Clipped before it becomes an integer: far outside it would be none.
+        # Clip before the conversion, because far outside the value does not fit an integer.
         cell = np.clip(np.floor(at), 0, last).astype(np.int64)
         self.cell[rays] = cell
         self.key[rays] = cell @ self.strides
@@ -77,16 +77,16 @@ class CellWalk:
         return np.concatenate([rays[some], self.onward(rays[~some], t_end)])
 
     def onward(self, rays: np.ndarray, t_end: np.ndarray) -> np.ndarray:
-        """Walk rays on to the next cell that lists triangles.
+        """Move rays to their next cell that lists triangles.
 
         Parameters
         ----------
         rays : (k,) int
-        t_end : (n,) float32, how far it pays to go: a hit's t, or t_max
+        t_end : (n,) float32, the end of each ray's search: the t of its hit, or t_max
 
         Returns
         -------
-        (j,) int, those of them that came to one; the others are over
+        (j,) int, the rays that reached such a cell; all other rays are finished
         """
         grid, found = self.grid, [rays[:0]]
         cell, t_next, inv_dir, origin, ahead, step = (a.reshape(-1) for a in (

@@ -1,9 +1,9 @@
-"""Octree: cells that are halved along every axis where many triangles lie; record and build.
+"""Octree: the structure and its build; cells of many triangles are halved along every axis.
 
-A. S. Glassner, "Space subdivision for fast ray tracing", 1984; N. A. Carr, J. D. Hall, J. C. Hart,
-"The ray engine", Graphics Hardware 2002, walked one on the host. A triangle goes into the cells
-that it overlaps by the tests of `grid.py`, level after level from the root, each for all nodes at
-once.
+A. S. Glassner, "Space subdivision for fast ray tracing", 1984. N. A. Carr, J. D. Hall, J. C. Hart,
+"The ray engine", Graphics Hardware 2002, traverse an octree on the host. A cell lists the
+triangles that overlap it, by the tests of `grid/cells.py`. The build goes down level by level
+from the root and processes all nodes of a level together.
 """
 from __future__ import annotations
 
@@ -17,23 +17,25 @@ from ...accel.runs import chunks
 from ...accel.sound import alike, are_runs, named, within
 from ..grid.cells import FINEST_CELL, USUAL_REFERENCES, Shapes
 
-MOST_LEVELS = 9         # 512 of the finest cells an axis
-CHUNK = 1 << 18         # pairs of triangle and cell tested at a time
+MOST_LEVELS = 9         # 512 of the finest cells along each axis
+CHUNK = 1 << 18         # pairs of triangle and cell that are tested together
 
 
 @dataclass(frozen=True)
 class Octree:
-    """An octree over a cube; its leaves are the cells, in order of their level.
+    """An octree over a cube; its leaves are the cells, in the order of levels.
 
-    Places are counted in cells of the finest level, from the cube's lower corner.
+    Positions are in units of the finest cells, from the cube's lower corner.
 
+    Attributes
+    ----------
     lo, hi : (3,) float32, the padded scene box, world units; the cube begins at lo
-    resolution : (3,) int32, finest cells an axis, 2^levels
-    cell_size : (3,) float32, world units, of the finest cells
-    child : (nodes,) int32, the first of eight children, x fastest, or -1 minus the cell
+    resolution : (3,) int32, the number of finest cells along each axis, 2^levels
+    cell_size : (3,) float32, the size of the finest cells, world units
+    child : (nodes,) int32, the first of eight children, x fastest; or -1 - cell for a leaf
     corner : (cells, 3) int32, the lower corner of each cell
-    span : (cells,) int32, how many finest cells it is wide
-    cell_start : (cells + 1,) int32, the run of references of each cell
+    span : (cells,) int32, the width of each cell in finest cells
+    cell_start : (cells + 1,) int32, each cell's first reference; the last entry is m
     references : (m,) int32, triangles, ascending within a cell
     """
 
@@ -54,7 +56,7 @@ class Octree:
             return False
         inner = self.child >= 0
         eight, leaf = self.child[inner].astype(np.int64), -1 - self.child[~inner].astype(np.int64)
-        # Each node but the root is among the eight of one node, and each cell is one leaf.
+        # Each node except the root is a child of exactly one node, and each cell is one leaf.
         return (len(nodes) == 1 + 8 * len(eight) and bool((eight > nodes[inner]).all())
                 and np.array_equal(np.sort(eight), 1 + 8 * np.arange(len(eight)))
                 and np.array_equal(np.sort(leaf), np.arange(cells))
@@ -76,9 +78,9 @@ def build_octree(triangles: np.ndarray, *, leaf_size: int = 8, density: float = 
     Parameters
     ----------
     triangles : (n, 3, 3) float32, world units
-    leaf_size : triangles in a cell above which it is split
-    density : it may be so deep that an even tree had eight times as many cells a triangle, and no
-        deeper; it is not split further where triangles would lie in 64 cells on average
+    leaf_size : split cells that hold more triangles
+    density : limits the depth: a full tree of this depth has about 8 * `density` cells per
+        triangle. A level is not split if triangles could then lie in 64 cells on average.
 
     Raises
     ------
@@ -91,7 +93,7 @@ def build_octree(triangles: np.ndarray, *, leaf_size: int = 8, density: float = 
     lo, hi = scene_box(triangles)
     edge = float((hi.astype(np.float64) - lo).max())
     levels = _levels(len(triangles), edge / (FINEST_CELL * float(padding(triangles))), density)
-    # Pairs of the level at hand: a triangle, and the node that it overlaps.
+    # The pairs of the current level: a triangle, and a node that it overlaps.
     triangle, node = np.arange(len(triangles)), np.zeros(len(triangles), np.int64)
     place, first, child, leaves = np.zeros((1, 3), np.int64), 0, [], []
     cells, kept = 0, 0
@@ -128,21 +130,23 @@ def build_octree(triangles: np.ndarray, *, leaf_size: int = 8, density: float = 
 
 
 def _levels(triangles: int, finest: float, density: float) -> int:
-    """Levels below the root: as many as the density asks for, and cells are `finest` at most an
-    axis."""
+    """The number of levels below the root, from the density.
+
+    The finest level has at most `finest` cells along each axis.
+    """
     wanted = np.ceil(np.log2(max(8 * density * triangles, 1)) / 3)
     return int(np.clip(min(wanted, np.floor(np.log2(max(finest, 1)))), 0, MOST_LEVELS))
 
 
 def _handed_down(shapes: Shapes, triangle: np.ndarray, parent: np.ndarray, corner: np.ndarray,
                  offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of triangle and child, from those of triangle and parent.
+    """The pairs of triangle and child that overlap, from pairs of triangle and parent.
 
     Parameters
     ----------
     triangle, parent : (k,) int64
-    corner : (parents, 3) int64, the place of each one's first child
-    offsets : (8, 3) int64
+    corner : (parents, 3) int64, the position of each parent's first child
+    offsets : (8, 3) int64, the positions of the eight children relative to the first child
     """
     triangles, nodes = [triangle[:0]], [parent[:0]]
     for part in chunks(np.full(len(triangle), 8), CHUNK):

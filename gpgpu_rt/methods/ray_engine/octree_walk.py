@@ -1,4 +1,4 @@
-"""The host's walk of rays through an octree, whole arrays at a time."""
+"""The host's traversal of an octree, for arrays of rays."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -11,11 +11,12 @@ from .octree import Octree
 
 
 class OctreeWalk(CellWalk):
-    """Where n rays are in an octree; attributes as ``CellWalk`` has them.
+    """The positions of n rays in an octree, with the attributes of ``CellWalk``.
 
-    A ray leaves a cell through one of its faces. The finest cell behind that follows from the
-    point there, along the face's two axes kept within the cell that it leaves: rounding takes it
-    to no cell that does not touch that one. Then down from the root to the cell that holds it.
+    A ray leaves a cell through a face. Its exit point gives the finest cell behind the face. Along
+    the face's two axes this finest cell is clamped to the cell that the ray leaves, so that
+    rounding never leads to a cell that does not touch it. A descent from the root then finds the
+    cell that contains the finest cell.
     """
 
     grid: Octree
@@ -53,12 +54,12 @@ class OctreeWalk(CellWalk):
         return np.concatenate(found)
 
     def _finest(self, rays: np.ndarray, t: np.ndarray) -> np.ndarray:
-        """(k, 3) float32, the finest cells that rays are in at t."""
+        """The finest cells that contain the rays' points at t, (k, 3) float32."""
         at = self.origin[rays] + t[:, None] * self.direction[rays]
         return np.floor((at - self.grid.lo) / self.grid.cell_size)
 
     def _arrive(self, rays: np.ndarray, place: np.ndarray) -> None:
-        """Rays come to the cells that hold these finest ones, (k, 3) int64."""
+        """Move rays to the cells that contain the finest cells ``place``, (k, 3) int64."""
         grid, node = self.grid, np.zeros(len(rays), np.int64)
         child = grid.child[node]
         for level in range(self.levels):
@@ -77,5 +78,5 @@ class OctreeWalk(CellWalk):
 
 
 def cell_walk(cells: Grid | Octree, rays: Mapping[str, np.ndarray], unit: float) -> CellWalk:
-    """The walk of rays through cells of either kind; see ``CellWalk``."""
+    """The traversal of rays for a grid or an octree; see ``CellWalk``."""
     return (OctreeWalk if isinstance(cells, Octree) else CellWalk)(cells, rays, unit)

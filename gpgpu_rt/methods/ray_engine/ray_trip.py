@@ -1,4 +1,4 @@
-"""A trip: rays on their way through a grid, what the host knows of each and does with them."""
+"""A ray trip: the host's data of rays during their traversal of cells, and its work on them."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -18,19 +18,19 @@ from ...traversal.triangle_table import TRIANGLE
 from .octree_walk import cell_walk
 from .quads import Runs
 
-MOST_PAIRS = 1 << 20       # that the host intersects at once
+MOST_PAIRS = 1 << 20       # pairs of ray and triangle that the host intersects together
 
 
 class RayTrip:
-    """Rays of one call.
+    """The rays of one call.
 
     Attributes
     ----------
-    record, rays : what is known of each, and its fields
-    walk : where they are
-    hit : fields of HIT, the nearest so far; t begins as t_max
-    tested, leaves : (n,) int32 counters
-    phase : (n,) int32, DONE, or UNFINISHED where the step cap stopped it
+    record, rays : the record of the rays, and its fields as arrays
+    walk : the rays' positions in the cells
+    hit : fields of HIT, the nearest hits so far; before the first hit, t is t_max
+    tested, leaves : (n,) int32, counters of tested triangles and visited leaves
+    phase : (n,) int32, DONE, or UNFINISHED for rays that the step cap stopped
     """
 
     def __init__(self, accelerator: Accelerator, options: Mapping[str, Any], step_cap: int,
@@ -47,8 +47,10 @@ class RayTrip:
         self.tested, self.leaves, self.phase = np.zeros((3, count), np.int32)
 
     def enter(self, rays: np.ndarray) -> np.ndarray:
-        """Rays that came to a cell: those that may still test its list. Cells and tests are steps,
-        and past the cap no ray goes on."""
+        """The rays, of those that reached a cell, that may test its list within the step cap.
+
+        Visited cells and tested triangles count as steps. All other rays become UNFINISHED.
+        """
         steps = (self.walk.nodes_visited[rays] + self.tested[rays]
                  + self.walk.listed[self.walk.key[rays]])
         on = steps <= self.step_cap
@@ -56,8 +58,13 @@ class RayTrip:
         return rays[on]
 
     def ready(self, waiting: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Rays sorted by cell whose queues are long enough, those that wait on, and those of
-        queues so short that the host intersects them."""
+        """Sort waiting rays by cell and divide them by the lengths of their queues.
+
+        Returns
+        -------
+        rays for the next batches, whose queues are long enough (all rays, if no queue is); rays
+        that keep waiting; and rays of short queues, which the host intersects itself
+        """
         waiting = waiting[np.argsort(self.walk.key[waiting], kind="stable")]
         queues = Runs.of(self.walk.key[waiting])
         length = np.repeat(queues.count, queues.count)
@@ -68,12 +75,12 @@ class RayTrip:
         return waiting[taken & ~here], waiting[~taken], waiting[here]
 
     def fields(self, chosen: np.ndarray) -> dict[str, np.ndarray]:
-        """The fields of the rays' record, t_max where a hit would be the nearest."""
+        """The fields of the rays' record; t_max is the t of the nearest hit so far."""
         return {**{name: values[chosen] for name, values in self.rays.items()},
                 "t_max": self.hit["t"][chosen]}
 
     def take(self, rays: np.ndarray, found: dict[str, np.ndarray]) -> None:
-        """Keep the hits found that are nearer than those known, or as near and lower."""
+        """Store found hits that are nearer than known hits, or as near with a lower triangle."""
         t, known = found["t"], self.hit["t"][rays]
         better = (found["triangle"] != NO_TRIANGLE) & (
             (t < known) | ((t == known) & (found["triangle"] < self.hit["triangle"][rays])))
@@ -81,7 +88,7 @@ class RayTrip:
             values[rays[better]] = found[name][better]
 
     def intersect_here(self, rays: np.ndarray, split: dict[str, float]) -> None:
-        """Intersect rays on the host, by the watertight test's twin in numpy."""
+        """Intersect rays on the host by the numpy twin of the watertight test."""
         key = self.walk.key[rays]
         counts = self.walk.listed[key]
         triangles = self.accelerator.tables[TRIANGLE.name]
@@ -95,17 +102,17 @@ class RayTrip:
                                                 self.rays["direction"][owner])
             t_min = self.rays["t_min"][owner]
             accepted &= (t >= t_min) & (t <= self.hit["t"][owner])
-            if "after" in self.rays:    # as accept() of core/triangle.glsl has it
+            if "after" in self.rays:    # as in accept() of core/triangle.glsl
                 accepted &= (t > t_min) | (row > self.rays["after"][owner])
             at = np.flatnonzero(accepted)
             at = at[np.lexsort((row[at], t[at], owner[at]))]
-            at = at[np.diff(owner[at], prepend=-1) != 0]     # the first of each ray
+            at = at[np.diff(owner[at], prepend=-1) != 0]     # each ray's first hit
             self.take(owner[at], {"t": t[at], "u": u[at], "v": v[at], "triangle": row[at]})
             split["pairs"] += len(row)
         split["host_rays"] += len(rays)
 
     def onward(self, rays: np.ndarray) -> np.ndarray:
-        """From a cell whose list is tested to the next; rays that are to test that one."""
+        """Move rays from a tested cell to the next cell; the rays that must test its list."""
         self.leaves[rays] += 1
         self.tested[rays] += self.walk.listed[self.walk.key[rays]]
         if self.any_hit:
@@ -113,7 +120,7 @@ class RayTrip:
         return self.enter(self.walk.onward(rays, self.hit["t"]))
 
     def write(self, final: StateBuffer, state: str) -> None:
-        """Leave the outcome where the tracer looks for it."""
+        """Write hits, states and counters to the buffer that the tracer reads."""
         visited = self.walk.nodes_visited
         steps = np.minimum(visited + self.tested, self.step_cap)
         over = (self.phase == DONE) & (visited + self.tested > self.step_cap)

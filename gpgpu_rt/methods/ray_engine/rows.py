@@ -1,4 +1,4 @@
-"""ray-engine: the host walks cells, fragments intersect (Carr, Hall and Hart 2002)."""
+"""ray-engine: the host traverses cells, and fragments intersect (Carr, Hall and Hart 2002)."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -25,7 +25,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
                           "in fp32 alone; leave it at 0 with any other")
     grid = _cells(triangles, options)
     uniforms = {"scene_lo": tuple(grid.lo), "scene_hi": tuple(grid.hi)}
-    # As of the method grid: a cell is visited once, its list tested once.
+    # As in the method grid, a ray visits each cell at most once and tests each list at most once.
     bound = (int(grid.resolution.sum()) + len(grid.references)
              + int((np.diff(grid.cell_start) > 0).sum()) + 3)
     return Accelerator(triangle_table(triangles), uniforms, bound, grid)
