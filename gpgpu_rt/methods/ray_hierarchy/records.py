@@ -1,18 +1,19 @@
-"""The records of the hierarchy over rays."""
+"""The records of the ray hierarchy."""
 from __future__ import annotations
 
 from ...gl.record import Record
 
 CONE = Record("cone", "centre:vec3 radius | axis:vec3 chord | reach")
-"""A node over rays: a sphere around their origins, all lengths in units of about the scene's size;
-an axis and how far unit directions lie from it at most; how far the rays go, or -1 where none is
-left."""
+"""A node of the ray hierarchy: a sphere around the rays' origins and a cone of directions.
+
+All lengths are in units of about the scene's size. ``chord`` is the largest distance between the
+axis and a unit direction. ``reach`` is the farthest that a ray still searches, -1 for no ray."""
 
 PAIR = Record("pair", "triangle:int x:int y:int")
-"""A triangle and a node of a level of the hierarchy; triangle -1 where the slot is empty."""
+"""A triangle and a node in a level of the hierarchy; triangle -1 marks an empty slot."""
 
 CHILDREN = Record("children", "first:ivec3 | second:ivec3 | third:ivec3 | fourth:ivec3")
-"""What became of a pair: the triangle with each of the node's children, as a PAIR."""
+"""The result of testing a pair: a PAIR of the triangle and each of the node's four children."""
 
 VISITS = Record("visits", "count:int")
-"""How often a node was met with a triangle."""
+"""The number of triangles that were tested against a node's children."""

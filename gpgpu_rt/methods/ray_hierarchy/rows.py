@@ -1,4 +1,4 @@
-"""ray-hierarchy: spheres and cones over the rays, and none over the triangles."""
+"""ray-hierarchy: a hierarchy of spheres and cones over the rays, not over the triangles."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ from ...traversal.records import STATE
 from ...traversal.triangle_table import TRIANGLE, box_uniforms, triangle_table
 from .driver import RayHierarchy
 
-MOST_BITS = 100     # of the scale: a float's exponent has room for it and for what is scaled
+MOST_BITS = 100     # limit on the scale's exponent, so that scaled values fit into a float
 
 
 def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
@@ -22,7 +22,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
 
 
 def unit_of(triangles: np.ndarray) -> float:
-    """A power of two that brings the size of a scene of (n, 3, 3) triangles near 1."""
+    """The power of two that scales a scene of (n, 3, 3) triangles to a size of about 1."""
     extent = np.float64(0)
     if len(triangles):
         corners = triangles.reshape(-1, 3)
