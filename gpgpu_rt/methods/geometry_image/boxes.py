@@ -1,7 +1,7 @@
-"""Image boxes: an image tree's boxes on the host, and links that lead through it front to back.
+"""Image boxes: an image tree's boxes on the host, and front-to-back links from these boxes.
 
-Rays need no boxes from here, fragment passes make those. The order in which children come only
-makes a search shorter or longer, so links stay as they are when positions change.
+Traversal does not use these boxes; fragment passes compute its boxes. The order of children only
+affects the length of a search, so the links stay valid when positions change.
 """
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .tree import ImageTree
 
 
 def image_boxes(tree: ImageTree, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(m, 3) float32 each: the lower and upper corner of every node over (texels, 3) positions."""
+    """The lower and upper corner of every node, (m, 3) float32 each, for (texels, 3) positions."""
     lo, hi = (np.empty((len(tree.miss), 3), np.float32) for _ in range(2))
     for height, (begin, end) in enumerate(pairwise(tree.levels)):
         first, last = tree.first[begin:end], tree.last[begin:end]
@@ -29,13 +29,14 @@ def image_boxes(tree: ImageTree, positions: np.ndarray) -> tuple[np.ndarray, np.
 
 def octant_links(tree: ImageTree, positions: np.ndarray
                  ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Links for rays of each octant of directions: those whose component a is negative exactly
-    where bit a of the octant is set.
+    """Links for the rays of each direction octant.
+
+    Component a of a direction is negative if and only if bit a of its octant is set.
 
     Returns
     -------
-    miss, hit : (8, m) int32, as in ImageTree, children nearest first by their centres
-    roots : (8,) int32
+    miss, hit : (8, m) int32, as in ImageTree, with children ordered by the depth of their centres
+    roots : (8,) int32, the first root of each octant
     """
     lo, hi = image_boxes(tree, positions)
     signs = 1 - 2 * (np.arange(8)[:, None] >> np.arange(3) & 1)

@@ -1,8 +1,8 @@
-"""Pyramid: the boxes of a geometry image's quadtrees, by a fragment pass a level.
+"""Pyramid: compute the boxes of a geometry image's quadtrees by a fragment pass per level.
 
-A level is made from the one below it, so the two must lie in different textures: levels go to the
-tables and to a copy of them by turns, and a last pass brings those of the copy over. The links in
-the tables' fourth channels are masked from all of them.
+A level is made from the level below it, so the two levels must lie in different textures. Levels
+are drawn alternately into the tables and into a scratch copy, and a last pass copies the levels of
+the scratch copy into the tables. A colour mask protects the links in the tables' fourth channels.
 """
 from __future__ import annotations
 
@@ -24,12 +24,13 @@ BOXES_ONLY = (True, True, True, False)
 
 
 class Pyramid:
-    """Makes the boxes in the tables MIN_PYRAMID and MAX_PYRAMID from those of POSITION.
+    """Computes the boxes in the tables MIN_PYRAMID and MAX_PYRAMID from the table POSITION.
 
     Parameters
     ----------
-    levels : (k + 1,) where the nodes of each level begin, the finest first, and how many there are
-    precision : what the tables hold
+    levels : (k + 1,), the first node of each level, the finest level first; the last entry is the
+        number of nodes
+    precision : the number formats of the tables
     """
 
     def __init__(self, levels: np.ndarray, precision: Precision) -> None:
@@ -38,7 +39,7 @@ class Pyramid:
         self._sides: list[moderngl.Framebuffer] = []
 
     def run(self, gpu: Gpu, samplers: Mapping[str, moderngl.Texture]) -> None:
-        """Make every box anew; ``samplers`` holds the tables' textures by sampler name."""
+        """Compute every box; ``samplers`` holds the tables' textures by sampler name."""
         if len(self.levels) < 2:
             return
         if self._gpu is None:
@@ -80,7 +81,7 @@ class Pyramid:
         self._odd = _kept(gpu, np.concatenate([np.zeros((0, 4)), *spans[1::2]]))
 
     def bounds(self, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(lo, hi), (3,) float32 each, of these nodes together, read from their boxes."""
+        """The box (lo, hi), (3,) float32 each, around the given nodes, read back from the GPU."""
         boxes = np.array([[self._corner(node, k) for k in (0, 1)] for node in nodes.tolist()])
         return boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
 
@@ -106,5 +107,5 @@ def _kept(gpu: Gpu, corners: np.ndarray) -> Rectangles:
 
 
 def _box_sampler(record: Record) -> str:
-    """The sampler of the plane where a pyramid's corners are."""
+    """The name of the sampler for the texture that holds a pyramid's corners."""
     return f"{record.name}{record.plane_of(record.fields[0].texel).suffix}_table"

@@ -42,7 +42,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
 
 def _refit(accelerator: Accelerator, triangles: np.ndarray,
            options: Mapping[str, Any]) -> Accelerator:
-    """New positions in the same image: no link changes, the finisher makes the boxes anew."""
+    """Write new positions into the same image; links stay, and the finisher remakes the boxes."""
     return _with_positions(accelerator, triangles, options["level"])
 
 
@@ -55,14 +55,14 @@ def _with_positions(accelerator: Accelerator, triangles: np.ndarray, level: int)
         shown[tree.face], shown[tree.face + 1] = halves[::2], halves[1::2]
     else:
         shown = triangles
-    # Single triangles have no second half, and a flat one of them is three equal texels.
+    # A cell of a single triangle has no second half; a flat triangle there has three equal texels.
     flat = tree.without_area(shown) if tree.charts else np.zeros(len(shown) + 1, bool)
     signs = [np.where(flat[tree.face + half], -1, 1) for half in (0, 1)]
     cells = {"corner": tree.corner, "across": tree.across * signs[0],
              "down": tree.down * signs[1], "face": tree.face}
     written = accelerator.tables.get(IMAGE_CELL.name)
     if written and all(np.array_equal(cells[name], written[name]) for name in cells):
-        cells = written     # the very same table need not be written again
+        cells = written     # an identical table object is not uploaded again
     lo, hi = ([float(pick(at[:, axis])) if len(at) else 0.0 for axis in range(3)]
               for pick in (np.min, np.max))
     return replace(

@@ -1,10 +1,10 @@
 """Image tree: the quadtrees over a geometry image's cells, threaded (Carr et al. 2006).
 
-The tree depends on the charts' sizes alone: positions may change as they like, only boxes follow.
-Those are not here: fragment passes compute them (gpgpu_rt/methods/geometry_image/pyramid.py).
+The tree depends only on the charts' sizes. If positions change, only boxes change, and fragment
+passes compute the boxes (gpgpu_rt/methods/geometry_image/pyramid.py).
 
-A mesh that is no geometry image is made one of unconnected cells, a triangle each, along a Morton
-curve; the quadtree over the curve is then the one over space.
+A mesh that is no geometry image becomes an image of unconnected cells along a Morton curve, each
+with a single triangle. A quadtree over the curve is then a hierarchy over space.
 """
 from __future__ import annotations
 
@@ -22,18 +22,21 @@ from ...errors import SceneError
 
 @dataclass(frozen=True)
 class ImageTree:
-    """A forest of quadtrees, a chart each; nodes level by level, the cells first.
+    """A forest of quadtrees, one per chart; nodes are stored level by level, the cells first.
 
-    charts : (rows, columns) of texels of each; empty for single triangles
+    Attributes
+    ----------
+    charts : (rows, columns) of texels of each chart; empty for single triangles
     faces : (n, 3) int64, the texels of each of the scene's triangles
-    texels : int
-    first, last : (m,) int32, a node's first and last child; of a cell its first and last texel
-    miss : (m,) int32, the node after its subtree, -1 at the end; roots lead to the next root
-    hit : (m,) int32, its first child, or -1 minus its leaf
-    levels : (k + 1,) int64, where the nodes of each level begin, and how many there are
-    corner, across, down, face : (leaves,) int32, the quads at the level where rays stop: texel,
-        texels from there to the next corner in its row and to the one in its column, first face
-    root : int, the first chart's, or -1
+    texels : int, the number of texels
+    first, last : (m,) int32, a node's first and last child, or a cell's first and last texel
+    miss : (m,) int32, the node after a node's subtree; a root leads to the next root, and the
+        last root to -1
+    hit : (m,) int32, a node's first child, or -1 - leaf
+    levels : (k + 1,) int64, the first node of each level; the last entry is the number of nodes
+    corner, across, down, face : (leaves,) int32, the quads at the level where rays stop: first
+        texel, distance in texels to the next corner in its row and in its column, first face
+    root : int, the first chart's root, or -1
     """
 
     charts: tuple[tuple[int, int], ...]
@@ -52,7 +55,7 @@ class ImageTree:
 
     @property
     def roots(self) -> np.ndarray:
-        """(charts,) int64, or (1,) of single triangles: where each quadtree begins."""
+        """The root of each quadtree, (charts,) int64, or (1,) for single triangles."""
         found, node = [], self.root
         while node >= 0:
             found.append(node)
@@ -60,13 +63,15 @@ class ImageTree:
         return np.array(found, np.int64)
 
     def positions(self, triangles: np.ndarray) -> np.ndarray:
-        """(texels, 3) float32 from the (n, 3, 3) triangles; those without area only have their
-        first corner (see `shrink_flat`).
+        """The positions of all texels, (texels, 3) float32, from (n, 3, 3) triangles.
+
+        A triangle without area provides only its first corner, because `shrink_flat` has moved
+        its other corners there.
 
         Raises
         ------
         SceneError
-            where two triangles disagree about the corner they share
+            if two triangles have different positions for a shared corner
         """
         at = np.empty((self.texels, 3), np.float32)
         flat = self.without_area(triangles)
@@ -83,12 +88,12 @@ class ImageTree:
         return at
 
     def without_area(self, triangles: np.ndarray) -> np.ndarray:
-        """(n,) bool, of triangles that went through `shrink_flat`."""
-        v0, v1, v2 = triangles.transpose(1, 2, 0)    # an axis at a time is a good deal faster
+        """Which triangles have no area, (n,) bool; they must come from `shrink_flat`."""
+        v0, v1, v2 = triangles.transpose(1, 2, 0)    # faster one axis at a time
         return np.logical_and.reduce([v0[a] == v[a] for v in (v1, v2) for a in range(3)])
 
     def halves(self, positions: np.ndarray) -> np.ndarray:
-        """(leaves, 2, 3, 3): both triangles of each quad where rays stop."""
+        """Both triangles of each quad at the level where rays stop, (leaves, 2, 3, 3)."""
         a, d = positions[self.corner], positions[self.corner + self.down]
         b = positions[self.corner + self.across]
         c = positions[self.corner + self.across + self.down]
@@ -97,12 +102,16 @@ class ImageTree:
 
 @dataclass(frozen=True)
 class _Cells:
-    """A chart's cells along the curve that its quadtree follows.
+    """A chart's cells along the curve of its quadtree.
 
-    code : (c,) int64, ascending: two bits a level
-    corner, width : first texel of each, and texels from there to the one below
-    face : (c,) its first face
-    rows_left, columns_left : (c,) cells from there to the chart's end, itself included
+    Attributes
+    ----------
+    code : (c,) int64, ascending Morton codes, two bits per level
+    corner : (c,), the first texel of each cell
+    width : the distance in texels between rows
+    face : (c,), the first face of each cell
+    rows_left, columns_left : (c,), the number of cells from each cell, included, to the chart's
+        end
     """
 
     code: np.ndarray
@@ -114,11 +123,11 @@ class _Cells:
 
 
 def build_image_tree(charts: Sequence[tuple[int, int]], level: int = 0) -> ImageTree:
-    """The quadtrees of charts with these (rows, columns) of texels.
+    """Build the quadtrees of charts with these (rows, columns) of texels.
 
     Parameters
     ----------
-    level : where rays stop: at quads of 2^level x 2^level cells
+    level : level of detail where rays stop, at quads of 2^level x 2^level cells
     """
     cells, texel, face = [], 0, 0
     for rows, columns in charts:
@@ -133,10 +142,10 @@ def build_image_tree(charts: Sequence[tuple[int, int]], level: int = 0) -> Image
 
 
 def build_triangle_image(triangles: np.ndarray) -> ImageTree:
-    """The quadtree over (n, 3, 3) triangles, each a cell, along a Morton curve.
+    """Build the quadtree over (n, 3, 3) triangles, each a cell, along a Morton curve.
 
-    Three texels in a row, a cell's second one being its far corner and the one beside it at once:
-    of the quad v0 v1 v2 v1 the second triangle has no area.
+    Each cell has three texels in a row. The second texel serves as two corners of the quad v0 v1
+    v2 v1, so the quad's second triangle has no area.
     """
     lo, hi = triangle_boxes(triangles)
     order = morton_order((lo * np.float32(0.5) + hi * np.float32(0.5)).T)
@@ -153,7 +162,7 @@ def _forest(charts: tuple[tuple[int, int], ...], cells: list[_Cells], faces: np.
     heights = max((len(tree) for tree in trees), default=0)
     counts = np.array([[len(tree[h]) if h < len(tree) else 0 for tree in trees]
                        for h in range(heights)], np.int64).reshape(heights, len(trees))
-    # level by level, chart by chart
+    # The first node of each level and chart: level by level, chart by chart.
     starts = run_starts(counts.reshape(-1)).reshape(counts.shape)
     nodes = int(counts.sum())
     first, last, miss, hit = (np.full(nodes, -1, np.int32) for _ in range(4))
@@ -177,7 +186,7 @@ def _forest(charts: tuple[tuple[int, int], ...], cells: list[_Cells], faces: np.
             miss[lower] = np.arange(below + 1, lower.stop + 1)
             miss[last[inner]] = miss[inner]
         source = np.arange(len(chart.code))
-        for h in range(1, bottom + 1):     # the first cell of each quad
+        for h in range(1, bottom + 1):     # each quad's first cell
             source = source[tree[h]]
         quads = slice(starts[bottom, k], starts[bottom, k] + len(source))
         hit[quads] = -1 - leaf - np.arange(len(source))
@@ -195,8 +204,10 @@ def _forest(charts: tuple[tuple[int, int], ...], cells: list[_Cells], faces: np.
 
 
 def _tree(code: np.ndarray) -> list[np.ndarray]:
-    """For each level from the cells up to one node: the first child of every node, counted within
-    the level below (the cells' own entry is their number)."""
+    """For each level, from the cells up to a single node: the first child of every node.
+
+    Children are numbered within their own level. The first entry numbers the cells.
+    """
     tree = [np.arange(len(code))]
     while len(code) > 1:
         parents, children = np.unique(code >> 2, return_index=True)
