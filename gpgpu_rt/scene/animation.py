@@ -1,4 +1,4 @@
-"""Animation: a scene and where its vertices are at each frame."""
+"""Animation: a scene and the positions of its vertices at each frame."""
 from __future__ import annotations
 
 import os
@@ -23,9 +23,9 @@ class Animation:
     Attributes
     ----------
     scene : the scene at frame 0
-    vertices : frame number from 0 on -> what `Tracer.update` takes: (v, 3) or (n, 3, 3) float32,
-        world units. The same number gives the same vertices, whatever was asked for before
-    frames : how many there are; None for no end
+    vertices : function from a frame number, 0 or more, to the argument of `Tracer.update`: (v, 3)
+        or (n, 3, 3) float32, world units. The result depends only on the frame number
+    frames : the number of frames; None if the animation has no end
     """
 
     scene: Scene
@@ -34,13 +34,13 @@ class Animation:
 
 
 def animation_names() -> list[str]:
-    """The built-in scenes that move."""
+    """Return the names of the built-in scenes that move."""
     return list(MOTIONS)
 
 
 @memory_limited
 def load_animation(source: str | os.PathLike[str]) -> Animation:
-    """An animation by its name, or from a file.
+    """Return the animation of a name or of a file.
 
     Parameters
     ----------
@@ -50,13 +50,13 @@ def load_animation(source: str | os.PathLike[str]) -> Animation:
     Raises
     ------
     SceneError
-        no such name or file, or a file that holds something else
+        the name or file does not exist, or the file holds no animation
     """
     name = os.fspath(source)
     if Path(name).suffix == ".npz":
         return _read(Path(name))
     if name not in MOTIONS:
-        load_scene(name)    # says what is wrong where it is no scene either
+        load_scene(name)    # raises a precise error if the name is not a scene either
         raise SceneError(f"scene {name!r} does not move{did_you_mean(name, MOTIONS)}; give one "
                          f"of {', '.join(MOTIONS)}, or an .npz of vertices and faces")
     motion, scene = MOTIONS[name], load_scene(name)
@@ -81,7 +81,7 @@ def _read(path: Path) -> Animation:
 
 @dataclass(frozen=True)
 class _Recorded:
-    """Vertices of a file, frame by frame; can be pickled."""
+    """The vertices of a file by frame; a class, because a closure cannot be pickled."""
 
     vertices: np.ndarray
 

@@ -1,4 +1,4 @@
-"""Attributes: what a mesh says of its triangles and their corners besides where they are."""
+"""Attributes: materials of triangles; normals and texture coordinates of their corners."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -11,7 +11,8 @@ from .material import Material
 
 
 def material_rows(values: Any, count: int, materials: Sequence[Material], name: str) -> np.ndarray:
-    """(count,) int32 indices of materials; None is the first one for all."""
+    """Return (count,) int32 indices of materials, checked; None selects the first material for all
+    triangles."""
     if not materials:
         raise SceneError(f"{name}: no materials; give at least one")
     if values is None:
@@ -30,8 +31,8 @@ def material_rows(values: Any, count: int, materials: Sequence[Material], name: 
 
 def corner_values(values: Any, count: int, width: int, name: str,
                   what: str) -> np.ndarray | None:
-    """(count, 3, width) float32 values of the triangles' corners, or None; normals get unit
-    length, but for triangles whose three are zeros, which are flat."""
+    """Return (count, 3, width) float32 values of the triangles' corners, checked, or None. Values
+    of width 3 are normals and get unit length; three zero normals mark a flat triangle."""
     if values is None:
         return None
     try:
@@ -52,19 +53,20 @@ def corner_values(values: Any, count: int, width: int, name: str,
             first = int(np.argmax(none.any(axis=1) & ~none.all(axis=1)))
             raise SceneError(f"{name}: triangle {first} has a normal without length; repair or "
                              "drop the normals")
-        unit = np.abs(length - 1) < 1e-6    # what has unit length keeps its bits
+        unit = np.abs(length - 1) < 1e-6    # unit normals keep their bits
         array = np.where(unit, array, array / np.where(length > 0, length, 1))
     return np.ascontiguousarray(array, np.float32)
 
 
 def smooth_normals(triangles: np.ndarray, faces: np.ndarray | None = None) -> np.ndarray:
-    """(n, 3, 3) float32 normals of corners: the mean of the triangles that share a vertex, each
-    weighted by its angle there (Thuermer and Wuethrich 1998).
+    """Return (n, 3, 3) float32 normals of corners: at each vertex, the mean of its triangles'
+    normals, weighted by the triangles' angles there (Thuermer and Wuethrich 1998).
 
     Parameters
     ----------
     triangles : (n, 3, 3)
-    faces : (n, 3) int, which corners are one vertex; None: those at the same place
+    faces : (n, 3) int, the vertex of each corner; if None, corners at the same position share a
+        vertex
     """
     corners = np.asarray(triangles, np.float64)
     if faces is None:
@@ -80,7 +82,8 @@ def smooth_normals(triangles: np.ndarray, faces: np.ndarray | None = None) -> np
     weighted = (angle[:, :, None] * flat[:, None]).reshape(-1, 3)
     total = np.stack([np.bincount(vertex, weighted[:, axis]) for axis in range(3)], axis=1)
     normals = _unit(total)[vertex].reshape(corners.shape)
-    # Where they cancel, or a triangle has no area, the triangle's own or, at last, any will do.
+    # Where the weighted normals cancel, use the triangle's normal. A triangle without area gets an
+    # arbitrary normal.
     normals = np.where(normals.any(axis=2, keepdims=True), normals, flat[:, None])
     normals = np.where(normals.any(axis=2, keepdims=True), normals, (0.0, 0.0, 1.0))
     return normals.astype(np.float32)

@@ -1,4 +1,4 @@
-"""Camera: a pinhole, and the rays through the pixels it makes."""
+"""Camera: a pinhole camera and its rays through the pixels of an image."""
 from __future__ import annotations
 
 import os
@@ -16,7 +16,7 @@ Vector = tuple[float, float, float]
 
 
 def image_size(size: Sequence[int]) -> tuple[int, int]:
-    """(width, height) in pixels, or OptionError where there is none."""
+    """Return (width, height) in pixels; raise OptionError if ``size`` is not a valid size."""
     try:
         width, height = (int(s) for s in size)
     except (TypeError, ValueError):
@@ -27,7 +27,7 @@ def image_size(size: Sequence[int]) -> tuple[int, int]:
 
 
 def check_camera(camera: Any) -> None:
-    """Raise OptionError for what is neither a Camera nor None."""
+    """Raise OptionError unless ``camera`` is a Camera or None."""
     if camera is not None and not isinstance(camera, Camera):
         raise OptionError(f"camera is {camera!r}; give a Camera(eye, target), or None for the "
                           "scene's own")
@@ -70,12 +70,12 @@ class Camera:
             raise SceneError(f"camera: up {self.up} is parallel to the view; give another up")
 
     def basis(self, size: Sequence[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The scaled axes of an image of `size` = (width, height) pixels.
+        """Return the scaled axes of an image of `size` = (width, height) pixels.
 
         Returns
         -------
-        right, up, forward : (3,) float64; the ray through (x, y), each in [-1, 1] with y = 1 at
-            the top, has direction forward + x * right + y * up, not yet of unit length
+        right, up, forward : (3,) float64. For x and y in [-1, 1], with y = 1 at the top, the ray
+            through (x, y) has direction forward + x * right + y * up, which is not normalised
         """
         width, height = image_size(size)
         forward = np.subtract(self.target, self.eye)
@@ -88,12 +88,12 @@ class Camera:
 
     @memory_limited
     def rays(self, size: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
-        """Rays through the pixel centres of an image of `size` = (width, height) pixels.
+        """Return rays through the pixel centres of an image of `size` = (width, height) pixels.
 
         Returns
         -------
-        origins, directions : (height, width, 3) float32, row 0 at the top; directions have unit
-            length before they are rounded from float64
+        origins, directions : (height, width, 3) float32, row 0 at the top. Directions are
+            normalised in float64, then rounded to float32
         """
         width, height = image_size(size)
         right, up, forward = self.basis(size)
@@ -107,13 +107,13 @@ class Camera:
     @classmethod
     def looking_at(cls, bounds: tuple[np.ndarray, np.ndarray], *, fov: float = 45.0,
                    along: Vector = (-0.45, -0.35, -1.0)) -> Camera:
-        """A camera that sees the whole of a box from outside, y up.
+        """Return a camera that sees a whole box from outside, y up.
 
         Parameters
         ----------
         bounds : (lo, hi), (3,) each, world units
-        fov : degrees
-        along : (3,), the direction of the view
+        fov : full vertical angle, degrees
+        along : (3,), the view direction
         """
         lo, hi = (np.asarray(corner, np.float64) for corner in bounds)
         radius = np.linalg.norm(hi - lo) / 2
@@ -126,8 +126,8 @@ class Camera:
 
     @classmethod
     def from_dict(cls, entry: Mapping[str, Any], where: str = "camera") -> Camera:
-        """The camera of a mapping with `eye`, `target`, and if not the defaults `up` and
-        `fov_degrees`. `where` names the entry in an error."""
+        """Return the camera of a mapping with `eye` and `target`, and optionally `up` and
+        `fov_degrees`. Error messages name the mapping by `where`."""
         if not isinstance(entry, Mapping) or not {"eye", "target"} <= set(entry):
             raise SceneError(f"{where}: a camera needs 'eye' and 'target'; add them")
         try:
@@ -137,13 +137,13 @@ class Camera:
             raise SceneError(f"{where}: {error}") from None
 
     def to_dict(self) -> dict[str, Any]:
-        """The mapping that `from_dict` reads."""
+        """Return the mapping that `from_dict` reads."""
         return {"eye": list(self.eye), "target": list(self.target), "up": list(self.up),
                 "fov_degrees": self.fov}
 
 
 def load_cameras(path: str | os.PathLike) -> dict[str, Camera]:
-    """The cameras of a JSON file that maps scene names to cameras, by name."""
+    """Return the cameras of a JSON file that maps scene names to cameras."""
     try:
         entries = read_json(path)
     except (OSError, ValueError) as error:

@@ -1,4 +1,4 @@
-"""Declared sizes: what a mesh file's headers promise, checked before trimesh believes them."""
+"""Declared sizes: checks the sizes in the header of a mesh file before trimesh reads the file."""
 from __future__ import annotations
 
 import base64
@@ -15,7 +15,7 @@ from ..disk.budget import check_bytes, check_triangles
 from ..disk.files import is_file, open_input, read_input
 from .mesh_material import check_image
 
-MOST_HEADER = 1 << 20       # bytes of a PLY header
+MOST_HEADER = 1 << 20       # largest PLY header that is read, bytes
 _PLY_BYTES = {"char": 1, "uchar": 1, "int8": 1, "uint8": 1, "short": 2, "ushort": 2, "int16": 2,
               "uint16": 2, "int": 4, "uint": 4, "int32": 4, "uint32": 4, "float": 4,
               "float32": 4, "double": 8, "float64": 8}
@@ -29,11 +29,11 @@ def check_declared(path: Path) -> None:
     Raises
     ------
     ValueError
-        a cut file, or a header that declares more than the file holds
+        the file is truncated, or its header declares more data than the file holds
     SceneError
-        a texture that the file names cannot be read: trimesh goes on without it
+        a texture of the file cannot be read; trimesh would silently leave it out
     LimitError
-        what decodes to more than the budget
+        the decoded mesh would exceed the memory budget
     """
     size = os.stat(path).st_size
     if size == 0:
@@ -49,12 +49,12 @@ def _check_stl(path: Path, size: int) -> None:
 
 
 def is_text_stl(path: Path) -> bool:
-    """Whether an STL file is text; ValueError for one that is cut."""
+    """Return whether an STL file is text; raise ValueError for a truncated text file."""
     with open_input(path) as file:
         head = file.read(84)
         file.seek(-min(os.fstat(file.fileno()).st_size, 256), os.SEEK_END)
         tail = file.read().lower()
-    # A binary STL may begin with "solid" too, but holds zeros near its end.
+    # A binary STL may also begin with "solid", but it contains zero bytes near its end.
     text = head.lstrip()[:5].lower() == b"solid" and b"\0" not in tail
     if text and b"endsolid" not in tail:
         raise ValueError("no endsolid at its end")
@@ -69,7 +69,7 @@ def _stl_count(path: Path) -> int:
 # PLY --------------------------------------------------------------------------------------------
 
 def ply_header(path: Path) -> bytes:
-    """The header of a PLY file; ValueError where it has no end."""
+    """Return the header of a PLY file; raise ValueError if it has no end_header."""
     header = b""
     with open_input(path) as file:
         while len(header) < MOST_HEADER:
@@ -83,7 +83,7 @@ def ply_header(path: Path) -> bytes:
 
 
 def ply_faces(header: bytes) -> int:
-    """The number of faces that a PLY header declares."""
+    """Return the number of faces that a PLY header declares."""
     return next((int(words[2]) for words in map(bytes.split, header.splitlines())
                  if words[:2] == [b"element", b"face"]), 0)
 
@@ -101,14 +101,15 @@ def _check_ply(path: Path, size: int) -> None:
                 raise ValueError(f"its header declares {count} of {name}, but the file has "
                                  f"{size} bytes")
         elif words[:1] == ["property"] and len(words) > 2:
-            # Text: a digit and what ends it. A list is its length, and may be empty.
+            # Least size of a value: in text, a digit and a separator. A list may be empty, so
+            # only its length counts.
             needed += count * (2 if ascii_ else _PLY_BYTES.get(
                 words[2] if words[1] == "list" else words[1], 1))
         elif "texturefile" in line.lower() and words[:1] == ["comment"]:
             image = line[line.lower().index("texturefile") + len("texturefile"):].strip()
             if image:
                 check_image(path, path.parent / image)
-    if needed > size - len(header) + 1:     # the last line may have no end
+    if needed > size - len(header) + 1:     # the last line may lack its newline
         raise ValueError(f"its header declares {needed} bytes or more, {size - len(header)} "
                          "follow")
 
@@ -118,7 +119,7 @@ def _check_ply(path: Path, size: int) -> None:
 def _check_gltf(path: Path, size: int) -> None:
     with open_input(path) as file:
         content = file.read(size)
-    inner = 0       # bytes of the chunk that a buffer without a name stands for
+    inner = 0       # bytes of the binary chunk, which a buffer without a URI refers to
     if content[:4] == b"glTF":
         length = int.from_bytes(content[12:16], "little")
         text = content[20:20 + length]
@@ -158,7 +159,8 @@ def _check_tree(path: Path, tree: Mapping[str, Any], size: int, inner: int) -> N
             positions += points
             corners += (accessors[_whole(primitive["indices"])]["count"]
                         if "indices" in primitive else points)
-    # As float64 and int64 of each primitive, whatever the primitives share.
+    # trimesh decodes positions to float64 and indices to int64 for each primitive, even if
+    # primitives share them.
     stored = size + sum(buffers)
     check_bytes(sum(sizes) + sum(view["byteLength"] for view in views) + 24 * positions, stored,
                 str(path))
@@ -188,7 +190,7 @@ def _accessor_bytes(k: int, entry: Mapping[str, Any], views: Any, there: int) ->
         there = view["byteLength"] - _whole(entry.get("byteOffset", 0))
         needed = (count - 1) * stride + each if count else 0
     else:
-        # Zeros, which something else is to fill in; as many as there may be data for.
+        # An accessor without a view is filled with zeros. Limit its count by the buffers' bytes.
         needed = count
     if needed > there:
         raise ValueError(f"accessors[{k}] counts {count} values, more than its data")
@@ -226,8 +228,8 @@ _CHECKS: Mapping[str, Callable[[Path, int], None]] = {
 
 
 def whole_text(path: Path) -> bytes | None:
-    """The file's content in UTF-8, where trimesh would have to guess how it is encoded; None for a
-    file that it may read itself."""
+    """Return the file's content in UTF-8 if trimesh would have to guess its encoding; None if
+    trimesh can read the file itself."""
     suffix = path.suffix.lower()
     if suffix == ".ply":
         header = ply_header(path)

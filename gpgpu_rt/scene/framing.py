@@ -1,4 +1,4 @@
-"""Framing: the camera and the light of a scene that comes without."""
+"""Framing: the default camera and the default light of a scene that declares none."""
 from __future__ import annotations
 
 import itertools
@@ -10,33 +10,34 @@ from .camera import Camera, Vector
 from .light import PointLight
 from .sight import first_seen, shows_back
 
-MARGIN = 0.08           # of the picture's width and height, that stays free on each side
-ALONG: Vector = (-0.45, -0.35, -1.0)    # the view from outside: a little from above and the right
-INSIDE_FOV = 65.0       # degrees, as wide as a room asks for
-_ROWS = 1 << 20         # points that are projected at once
-_LARGEST, _SAMPLE = 1 << 14, 64     # triangles that tell a room: as what hides, as what is hidden
+MARGIN = 0.08           # share of the picture's width and height that stays empty on each side
+ALONG: Vector = (-0.45, -0.35, -1.0)    # view from outside: slightly from above and from the right
+INSIDE_FOV = 65.0       # degrees; wide enough to show most of a room from inside
+_ROWS = 1 << 20         # points per block of projections, which bounds the memory
+# `inside` uses the 2^14 largest triangles as occluders and tests 64 triangles for being hidden.
+_LARGEST, _SAMPLE = 1 << 14, 64
 
-# Directions from the eye in which a light may stand, as (up, right, forward). The first one is
-# taken unless something is in its way.
+# Candidate directions from the eye to the light, as (up, right, forward). The light uses the first
+# direction unless a triangle blocks it.
 _ASIDE = np.array([(0.9, -0.6, 0), (0.9, 0.6, 0), (0.4, -1, 0), (0.4, 1, 0), (0.2, -0.8, 0.6),
                    (0.2, 0.8, 0.6), (0.7, 0, 0.7), (1, 0, 0), (0.3, 0, 1)])
-_CLEAR = 0.7            # of the way to what is in the light's way, at which the light then stands
+_CLEAR = 0.7            # a blocked light moves to this share of the distance to the blocker
 
 
 def framed(points: np.ndarray, size: Sequence[int] = (1, 1), *, fov: float = 45.0,
            along: Vector = ALONG, margin: float = MARGIN) -> Camera:
-    """The nearest camera that sees all points, y up, with a margin around them.
+    """Return the nearest camera that sees all points, y up, with a margin around them.
 
-    The eye is the tip of the smallest pyramid of this view that holds the points: each side
-    of the picture has a point at its margin, or the two sides across from each other have none.
+    The eye is the apex of the smallest view pyramid that contains the points. In at least one of
+    the two image directions, the points touch the margins on both sides.
 
     Parameters
     ----------
     points : (n, 3) or (n, 3, 3), world units
-    size : (width, height) pixels of the picture, of which the ratio matters
+    size : (width, height) of the picture in pixels; only the ratio matters
     fov : full vertical angle, degrees
-    along : (3,), the direction of the view
-    margin : share of the width and height, below 0.5
+    along : (3,), the view direction
+    margin : share of the width and height that stays empty on each side, below 0.5
     """
     points = np.asarray(points).reshape(-1, 3)
     if not len(points):
@@ -47,7 +48,7 @@ def framed(points: np.ndarray, size: Sequence[int] = (1, 1), *, fov: float = 45.
     if not (hi > lo).any():
         return whole
     centre = (lo + hi) / 2
-    # Sideways an edge of the picture climbs by `steep` a unit of depth.
+    # At unit depth, the picture's margins are `steep` away from the view axis.
     steep = np.array([np.linalg.norm(right), np.linalg.norm(up)]) * (1 - 2 * margin)
     axes = np.stack([right / np.linalg.norm(right), up / np.linalg.norm(up)])
     sides = np.concatenate([axes / steep[:, None], -axes / steep[:, None]]) - forward
@@ -62,12 +63,14 @@ def framed(points: np.ndarray, size: Sequence[int] = (1, 1), *, fov: float = 45.
 
 
 def beside(camera: Camera, triangles: np.ndarray | None = None) -> PointLight:
-    """A light a little above the camera and to its left, so that shadows can be seen; or nearer
-    to the camera or on another side, where a wall stands between the two.
+    """Return a light slightly above the camera and to its left, so that shadows are visible.
+
+    If a triangle lies between the camera and this place, the light moves to another side or
+    nearer to the camera.
 
     Parameters
     ----------
-    triangles : (n, 3, 3) float32, world units; None where nothing can be in the way
+    triangles : (n, 3, 3) float32, world units; None if no triangle can block the light
     """
     distance = np.linalg.norm(np.subtract(camera.target, camera.eye))
     right, up, forward = camera.basis((1, 1))
@@ -85,18 +88,20 @@ def beside(camera: Camera, triangles: np.ndarray | None = None) -> PointLight:
 
 
 def inside(triangles: np.ndarray, outside: Camera) -> Camera | None:
-    """A camera in a room; None for a mesh that is to be seen from outside.
+    """Return a camera inside the mesh if the mesh is a room; None for any other mesh.
 
-    A mesh is a room where a camera outside sees the backs of many triangles, and where many
-    triangles are hidden from all sides: an object whose triangles face inwards hides few. The
-    largest triangles, such as walls and table tops, decide. Measured shares of backs: 0.95 and
-    0.5 in two rooms, at most 0.23 for objects and an open box; of what is hidden: 0.36 and 0.9
-    in the rooms, at most 0.14 for objects that face inwards.
+    A mesh counts as a room if two conditions hold. A camera outside sees the backs of many
+    triangles, and many triangles are hidden from all sides. The second condition excludes objects
+    whose triangles face inwards. The largest triangles, such as walls and table tops, decide.
+
+    Measured shares of back faces: 0.95 and 0.5 for two rooms; at most 0.23 for objects and an open
+    box. Measured shares of hidden triangles: 0.36 and 0.9 for the rooms; at most 0.14 for objects
+    whose triangles face inwards.
 
     Parameters
     ----------
     triangles : (n, 3, 3) float32, world units
-    outside : a camera that sees the whole
+    outside : a camera that sees the whole mesh from outside
     """
     if not len(triangles):
         return None
@@ -130,7 +135,7 @@ def inside(triangles: np.ndarray, outside: Camera) -> Camera | None:
 
 
 def _hides(triangles: np.ndarray, large: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> bool:
-    """Whether many triangles of a sample are seen from no side of the mesh's box."""
+    """Return whether over a quarter of a sample of triangles is hidden from all six viewpoints."""
     sample = np.linspace(0, len(triangles) - 1, min(len(triangles), _SAMPLE)).astype(np.int64)
     middle = triangles[sample].mean(axis=1, dtype=np.float64)
     hidden = np.ones(len(sample), bool)

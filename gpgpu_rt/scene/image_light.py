@@ -1,11 +1,14 @@
-"""Image light: directions to an image that surrounds a scene, as likely as it is bright there.
+"""Image light: samples directions to a surrounding image in proportion to its luminance.
 
-Radiance between four texels' middles is bilinear, so light is drawn from just that: first a row of
-such cells, then a cell of it, by sums of their luminance times the cosine of the row's latitude;
-then a place in the cell by the luminance at its corners. How likely a direction is then follows
-from its radiance and latitude alone. Picking a texel instead (Pharr and Humphreys, "Infinite Area
-Light Source with Importance Sampling", 2004) leaves what its neighbours take of a small sun by
-filtering to chance. The twin of ``glsl/render/image_light.glsl``.
+The image is filtered bilinearly: radiance is bilinear in each cell between four texel centres.
+Sampling follows this function exactly. The first random number chooses a row of cells and the
+second a cell of this row, by sums of luminance times the cosine of the row's latitude. The rest of
+both numbers places the sample in the cell, by the luminance at the cell's corners. The probability
+density of a direction therefore depends only on its radiance and latitude.
+
+Pharr and Humphreys ("Infinite Area Light Source with Importance Sampling", 2004) choose a texel
+instead. Bilinear filtering spreads the light of a small sun to neighbouring texels, which their
+scheme samples too rarely. ``glsl/render/image_light.glsl`` does the same as this module.
 """
 from __future__ import annotations
 
@@ -18,19 +21,19 @@ from .luminance import luminance
 
 @dataclass(frozen=True, eq=False)
 class ImageLight:
-    """How an equirectangular image lights; made by ``of``.
+    """The sampling table of an equirectangular image; ``of`` makes it.
 
-    Cells lie between middles of texels: row 0 above the first row of texels and row ``height``
-    below the last one are half as high and even in latitude; column 0 is between the last and the
-    first column of texels.
+    Cells lie between texel centres. Row 0 of the cells lies above the first row of texels and row
+    ``height`` below the last row. Both are half as high as other rows, and their radiance does not
+    vary with latitude. Column 0 of the cells lies between the last and the first column of texels.
 
     Attributes
     ----------
     texels : (height, width, 3) float64, the image
-    rows : (height + 1,) float32, probability of each row of cells and those above
-    cells : (height + 1, width) float32, in its row, probability of a cell and those before
-    cosine : (height + 1,) float32, mean of the latitude's cosine in a row
-    power : luminance, summed over all directions
+    rows : (height + 1,) float32, cumulative probability of the rows of cells
+    cells : (height + 1, width) float32, cumulative probability of the cells within each row
+    cosine : (height + 1,) float32, mean cosine of the latitude in each row
+    power : luminance, integrated over all directions
     """
 
     texels: np.ndarray = field(repr=False)
@@ -41,7 +44,8 @@ class ImageLight:
 
     @classmethod
     def of(cls, texels: np.ndarray) -> ImageLight | None:
-        """How (height, width, 3) texels, row 0 at the top, light; None where all are black."""
+        """Return the image light of (height, width, 3) texels, row 0 at the top; None if all
+        texels are black."""
         height, width = texels.shape[:2]
         bright = luminance(texels)
         bright = bright + np.roll(bright, 1, axis=1)
@@ -59,21 +63,23 @@ class ImageLight:
                    cosine, float(power))
 
     def row(self, directions: np.ndarray) -> np.ndarray:
-        """(n,) row of cells of (n, 3) unit directions."""
+        """Return (n,) the row of cells that each of (n, 3) unit directions lies in."""
         height = len(self.texels)
         down = 0.5 - np.arcsin(np.clip(directions[:, 1], -1, 1)) / np.pi
         return np.clip(np.floor(down * height + 0.5).astype(np.int64), 0, height)
 
     def density(self, directions: np.ndarray, radiance: np.ndarray) -> np.ndarray:
-        """(n,) per steradian, of (n, 3) unit directions with the radiance from there, (n, 3)."""
+        """Return (n,) the probability density per steradian of (n, 3) unit directions, given the
+        radiance from these directions, (n, 3)."""
         across = np.maximum(np.hypot(directions[:, 0], directions[:, 2]), 1e-30)
         return luminance(radiance) * self.cosine[self.row(directions)] / (self.power * across)
 
     def draw(self, random: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Unit directions and radiance from there, (n, 3) each, by (n, 2) numbers in (0, 1)."""
+        """Return sampled unit directions and the radiance from them, (n, 3) each, for (n, 2)
+        random numbers in (0, 1)."""
         height, width = self.texels.shape[:2]
         row = np.searchsorted(self.rows, random[:, 0], side="right")
-        # All rows' sums, one after another, are one sequence that rises.
+        # Adding the row number makes all rows' sums one ascending sequence, so one search serves.
         ordered = (self.cells + np.arange(height + 1.0)[:, None]).ravel()
         at = np.searchsorted(ordered, random[:, 1] + row, side="right")
         column = at - row * width
@@ -99,12 +105,13 @@ class ImageLight:
 
 def _rest(sums: np.ndarray, entry: np.ndarray, first: np.ndarray, random: np.ndarray
           ) -> np.ndarray:
-    """Where in [0, 1) numbers lie within their entries."""
+    """Return the position, in [0, 1), of random numbers within the entries that they chose."""
     below = np.where(first, 0, sums[entry - 1]).astype(np.float64)
     return (random - below) / (sums[entry] - below)
 
 
 def _linear(here: np.ndarray, there: np.ndarray, random: np.ndarray) -> np.ndarray:
-    """(n,) places in [0, 1], by densities that go from ``here`` to ``there`` in a line."""
+    """Return (n,) samples in [0, 1] of a density that varies linearly from ``here`` to
+    ``there``."""
     root = np.sqrt(here ** 2 + random * (there ** 2 - here ** 2))
     return random * (here + there) / np.maximum(here + root, 1e-30)

@@ -1,4 +1,4 @@
-"""Which light a path asks at a vertex: the table that two random numbers choose it from."""
+"""Light choice: the table from which two random numbers choose the light for a shadow ray."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -12,9 +12,12 @@ from .scene import Scene
 
 
 def asks_surroundings(scene: Scene) -> bool:
-    """Whether paths ask what surrounds a scene: an image, which may be bright in few places. Skies
-    are even, and found by paths as well as by asking: that is worth a shadow ray, but not one less
-    for another light."""
+    """Return whether next-event estimation samples the surroundings of a scene.
+
+    An image is always sampled, because it may be bright in a few small places. A sky is smooth, so
+    bounced rays find its light equally well. Sampling a sky would take shadow rays away from the
+    other lights, so it is sampled only if the scene has no other light.
+    """
     if scene.environment is None or not scene.environment.emits:
         return False
     return scene.environment.kind == "image" or not (
@@ -23,23 +26,23 @@ def asks_surroundings(scene: Scene) -> bool:
 
 @dataclass(frozen=True)
 class LightChoice:
-    """Point lights, triangles that emit and surroundings, each chosen as often as it is likely to
-    matter.
+    """An alias table that chooses a point light, an emitting triangle or the surroundings, with a
+    probability in proportion to its estimated contribution.
 
-    An entry stands for a light, and is kept with probability ``keep``; else its ``alias`` is taken
-    (Walker 1977, by Vose's method of 1991): a choice costs one lookup however many lights there
-    are.
+    Each entry names a light. With probability ``keep`` the choice is this light, otherwise its
+    ``alias`` (Walker 1977, built by Vose's method of 1991). A choice costs one lookup, for any
+    number of lights.
 
     Attributes
     ----------
-    triangle : (n,) int32, row in the scene, or -1 - k for the k-th point light; the surroundings
-        count as one after the last
-    alias : (n,) int32, another triangle or light, named the same way
-    keep : (n,) float32 in [0, 1]
-    point_probability : (p,) float64, how often each point light is chosen
-    density : of a triangle, by area and by luminance of its emission: how likely a place on it is
-        per square world unit, divided by that luminance
-    far : how often the surroundings are chosen
+    triangle : (n,) int32, row of a triangle in the scene, or -1 - k for point light k. The
+        surroundings have k = p, the number of point lights
+    alias : (n,) int32, another light, named in the same way
+    keep : (n,) float32 in [0, 1], the probability of ``triangle`` over ``alias``
+    point_probability : (p,) float64, the probability of each point light
+    density : the probability density of a point on an emitting triangle, per square world unit,
+        divided by the luminance of the triangle's emission; the same for all triangles
+    far : the probability of the surroundings
     """
 
     triangle: np.ndarray
@@ -54,10 +57,14 @@ class LightChoice:
 
     @classmethod
     def of(cls, scene: Scene) -> LightChoice:
-        """Triangles by what they send out; a point light, which has no falloff, by what a triangle
-        would have to send out to light as much from a distance of half the scene's extent; an
-        image by a point light that sends as much, though no more often than all others together:
-        it may be hidden from where they light."""
+        """Return the light choice of a scene.
+
+        The weight of a triangle is its area times the luminance of its emission. A point light has
+        no falloff. Its weight is that of a triangle which gives the same light at a distance of
+        half the scene's extent. The surroundings get the weight of a point light of their power,
+        but at most the weight of all other lights together, because they may be hidden from the
+        places that the other lights reach.
+        """
         rows = scene.emitters
         corners = scene.triangles[rows].astype(np.float64)
         area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0],
@@ -82,39 +89,41 @@ class LightChoice:
         return cls(names, names[other], keep.astype(np.float32), points, 1 / total, far.sum())
 
     def choices(self) -> dict[str, np.ndarray]:
-        """The table as programs read it."""
+        """Return the table as shaders read it."""
         return {"light": self.triangle, "alias": self.alias, "keep": self.keep}
 
     def points(self, lights: Sequence[PointLight]) -> dict[str, np.ndarray]:
-        """Point lights as programs read them."""
+        """Return the point lights as shaders read them."""
         intensity = np.array([light.intensity for light in lights]).reshape(-1, 3)
         chance = np.where(self.point_probability > 0, self.point_probability, 1)
         return {"position": np.array([light.position for light in lights]).reshape(-1, 3),
-                # White reflects ``intensity``, so pi times that arrives.
+                # A white surface reflects ``intensity``, so its irradiance is pi times that.
                 "strength": np.pi * intensity / chance[:, None]}
 
     def far_uniforms(self, scene: Scene) -> dict[str, object]:
-        """The surroundings as programs that ask them read them."""
+        """Return the uniforms from which shaders sample the surroundings."""
         light = scene.environment.image_light if scene.environment is not None else None
         return {"far_light": -1 - len(scene.lights), "far_chance": self.far,
                 "image_density": self.far / light.power if light is not None else 0.0}
 
     def choose(self, random: np.ndarray, coin: np.ndarray) -> np.ndarray:
-        """(n,) rows of triangles, or -1 - k, from (n,) numbers in (0, 1) each."""
+        """Return (n,) chosen lights, named as in ``triangle``, from (n,) random numbers in (0, 1)
+        each: ``random`` picks an entry, ``coin`` decides between the entry and its alias."""
         entry = np.minimum((random * len(self)).astype(np.int64), len(self) - 1)
         return np.where(coin < self.keep[entry], self.triangle[entry], self.alias[entry])
 
 
 def _alias(probabilities: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """How often each entry is kept, and what is taken else.
+    """Return the probability to keep each entry, and the alias of each entry.
 
-    Entries below the mean take their rest from those above in order, each of which gives what it
-    has over: where one is used up, the entry that used it up draws on the next. With both sides
-    laid out along a line that is one search instead of a loop.
+    Entries below the mean fill their deficit from entries above the mean, in order. Each entry
+    above the mean gives its surplus. The deficit that uses up a surplus overdraws it; the giver
+    then becomes an entry below the mean and draws on the next giver. Cumulative sums of deficits
+    and surpluses replace Vose's loop by one search.
     """
     count = len(probabilities)
     scaled = probabilities * count
-    order = np.argsort(scaled >= 1, kind="stable")      # those below first
+    order = np.argsort(scaled >= 1, kind="stable")      # entries below the mean first
     below = int((scaled < 1).sum())
     if below in (0, count):
         return np.ones(count), np.arange(count)
@@ -125,7 +134,7 @@ def _alias(probabilities: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     keep[small] = scaled[small]
     giver = np.minimum(np.searchsorted(given, needed - lacking, side="right"), len(large) - 1)
     other[small] = large[giver]
-    # What a giver was overdrawn by, it lacks itself, and takes from the next.
+    # An overdrawn giver draws its own deficit from the next giver.
     last = np.searchsorted(needed - lacking, given, side="left") - 1
     overdrawn = np.maximum(needed[np.maximum(last, 0)] - given, 0) * (last >= 0)
     keep[large] = 1 - overdrawn

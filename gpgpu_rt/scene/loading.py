@@ -1,4 +1,4 @@
-"""Loading: a scene from a name, a file or a trimesh object."""
+"""Loading: makes a scene from a name, a file or a trimesh object."""
 from __future__ import annotations
 
 import os
@@ -21,18 +21,21 @@ from .surfaces.geometry_image import GeometryImage
 
 @memory_limited
 def load_scene(source: str | os.PathLike | trimesh.Trimesh | trimesh.Scene | Scene) -> Scene:
-    """A scene by its name, or from a mesh file or a trimesh object.
+    """Return the scene of a name, a file or a trimesh object.
 
     Parameters
     ----------
-    source : a name of `scene_names()`, the path of a PLY, OBJ, STL or glTF file (or whatever
-        else trimesh reads), of a scene file (.json) or of a `GeometryImage` (.npz), a trimesh
-        object, or a Scene, which is returned as it is
+    source : one of
+        - a name of `scene_names()`;
+        - the path of a mesh file (PLY, OBJ, STL, glTF, or any other format of trimesh), of a scene
+          file (.json) or of a `GeometryImage` (.npz);
+        - a trimesh object;
+        - a Scene, which is returned unchanged
 
     Raises
     ------
     SceneError
-        no such name or file, or a file that cannot be read
+        the name or file does not exist, or the file cannot be read
     """
     if isinstance(source, Scene):
         return source
@@ -57,7 +60,7 @@ def load_scene(source: str | os.PathLike | trimesh.Trimesh | trimesh.Scene | Sce
 
 
 def _read(path: Path, row: catalogue.Row | None = None) -> Scene:
-    """The scene of a mesh file, with the camera of the `cameras.json` beside it."""
+    """Return the scene of a mesh file, with the camera from `cameras.json` in the same folder."""
     if path.suffix.lower() == ".json":
         return read_scene(path, load_scene)
     if path.suffix.lower() == ".npz":
@@ -85,13 +88,15 @@ def _read(path: Path, row: catalogue.Row | None = None) -> Scene:
 
 
 def scene_names() -> list[str]:
-    """The names that `load_scene` knows; `stadium` also takes a ratio, as in `stadium:1e-3`."""
+    """Return the names that `load_scene` knows; `stadium` may have a ratio, as in
+    `stadium:1e-3`."""
     return list(catalogue.ROWS)
 
 
 def list_scenes() -> list[dict[str, Any]]:
-    """A row for each named scene: `name`, `triangles` (None where its mesh cannot be read),
-    `found` (the mesh's path, "built in" or "stand-in"), `original` (where a user gets it)."""
+    """Return a dictionary for each named scene: `name`; `triangles`, None if the mesh cannot be
+    read; `found`, the mesh's path, "built in" or "stand-in"; `stand_in`, the original that a
+    built-in scene replaces, or None; `original`, the place where a user gets the original."""
     rows = []
     for row in catalogue.ROWS.values():
         path = catalogue.mesh_path(row.name)

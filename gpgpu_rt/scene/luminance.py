@@ -1,4 +1,4 @@
-"""Luminance: how bright linear RGB is."""
+"""Luminance: the brightness of linear RGB colours."""
 from __future__ import annotations
 
 import numpy as np
@@ -7,5 +7,5 @@ LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
 
 
 def luminance(colours: np.ndarray) -> np.ndarray:
-    """(...) of (..., 3) linear RGB."""
+    """Return the luminance, (...), of (..., 3) linear RGB."""
     return np.asarray(colours, np.float64) @ LUMINANCE

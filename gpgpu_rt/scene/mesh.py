@@ -1,4 +1,4 @@
-"""Mesh: arrays and materials as a file gives them."""
+"""Mesh: the arrays and materials of a mesh file."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -13,16 +13,18 @@ from .material import Material
 
 @dataclass
 class Mesh:
-    """A mesh as its file has it.
+    """A mesh as its file stores it.
 
     Attributes
     ----------
     vertices : (v, 3) float64, world units
-    faces : (n, 3) int64, in the file's order
-    colours : (n, 3) float32 diffuse in [0, 1], or None where the file has none
-    materials : what ``material_of``, (n,) int32, counts; empty where the file has none
+    faces : (n, 3) int64 indices of vertices, in the file's order
+    colours : (n, 3) float32 diffuse reflectance in [0, 1]; None if the file has no colours
+    materials : the materials; empty if the file has none
+    material_of : (n,) int32, index of each face's material in ``materials``
     normals, uv : (n, 3, 3) and (n, 3, 2) float64 of the faces' corners, or None
-    parts : names of objects or groups, which ``part_of``, (n,) int32, counts
+    parts : names of the objects or groups
+    part_of : (n,) int32, index of each face's part in ``parts``
     """
 
     vertices: np.ndarray
@@ -36,7 +38,7 @@ class Mesh:
     part_of: np.ndarray
 
     def appearance(self) -> dict[str, Any]:
-        """What of it `Scene.from_arrays` takes besides vertices, faces and colours."""
+        """Return the keyword arguments of `Scene.from_arrays` for normals, uv and materials."""
         said: dict[str, Any] = {"normals": self.normals, "uv": self.uv}
         if self.materials:
             said.update(materials=self.materials, material_of=self.material_of)
@@ -44,10 +46,10 @@ class Mesh:
 
 
 def fill_normals(mesh: Mesh) -> None:
-    """Give faces without a normal at each corner the triangle's own, and corners whose texture
-    coordinates are not finite zeros."""
+    """Repair corner values in place: a face that lacks a normal at any corner gets its geometric
+    normal at all corners; texture coordinates that are not finite become zeros."""
     if mesh.normals is not None:
-        missing = ~(np.linalg.norm(mesh.normals, axis=2) > 0).all(axis=1)    # or not a number
+        missing = ~(np.linalg.norm(mesh.normals, axis=2) > 0).all(axis=1)    # true for NaN too
         missing |= ~np.isfinite(mesh.normals).all(axis=(1, 2))
         mesh.normals[missing] = unit_normals(mesh.vertices[mesh.faces[missing]])[:, None]
     if mesh.uv is not None:
@@ -55,7 +57,8 @@ def fill_normals(mesh: Mesh) -> None:
 
 
 def unlike(materials: Sequence[Material | None]) -> tuple[tuple[Material, ...], np.ndarray]:
-    """Materials, each once, and which one each of the list is; none at all if none is known."""
+    """Return the different materials of a list, and the index of each entry among them. If all
+    entries are None, there are no materials and the indices are zeros."""
     if not any(materials):
         return (), np.zeros(max(len(materials), 1), np.int64)
     place: dict[Material, int] = {}
@@ -65,7 +68,8 @@ def unlike(materials: Sequence[Material | None]) -> tuple[tuple[Material, ...], 
 
 def filled(parts: Sequence[np.ndarray | None], sizes: Sequence[int],
            width: int) -> np.ndarray | None:
-    """Values of all corners, zeros where a part has none; None where no part has any."""
+    """Join the corner values of parts: zeros for a part without values, and None if no part has
+    values."""
     if all(part is None for part in parts):
         return None
     return np.concatenate([np.zeros((n, 3, width)) if part is None else part

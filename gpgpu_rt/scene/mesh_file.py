@@ -1,4 +1,4 @@
-"""Mesh file: arrays and materials as a file gives them; what is not OBJ, trimesh reads."""
+"""Mesh file: reads arrays and materials from a file. trimesh reads all formats except OBJ."""
 from __future__ import annotations
 
 import contextlib
@@ -24,23 +24,24 @@ from .obj_file import UNPAINTED, read_obj
 from .texture import quietly
 
 SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".gltf")
-_HARMLESS = ("failed to extract face_normals",)     # of an STL file: they follow from the corners
+# Messages of trimesh that need no warning. Face normals of STL files follow from the corners.
+_HARMLESS = ("failed to extract face_normals",)
 
 
 def read(path: Path, groups: bool = False) -> Mesh:
-    """The mesh of a file; nothing is merged, reordered or dropped.
+    """Return the mesh of a file, without merging, reordering or dropping faces.
 
     Parameters
     ----------
-    groups : whether an OBJ file's parts are its groups
+    path : the mesh file
+    groups : whether the groups of an OBJ file become the parts of the mesh
 
     Raises
     ------
     SceneError
-        no such file, one that cannot be read, that has no triangle, or that names a texture which
-        is missing
+        the file does not exist, cannot be read, has no triangle, or names a missing texture
     LimitError
-        what takes more memory than the budget
+        the mesh needs more memory than the budget
     """
     try:
         open_input(path).close()
@@ -61,7 +62,7 @@ def read(path: Path, groups: bool = False) -> Mesh:
         raise SceneError(f"{path}: no such file{missing}; check the path") from None
     except MemoryError:
         raise LimitError(f"{path}: not enough memory for this mesh; take a smaller mesh") from None
-    except Exception as error:  # trimesh raises whatever its parsers meet
+    except Exception as error:  # trimesh passes on any exception of its parsers
         said = getattr(error, "strerror", None) or str(error)
         reason = " ".join(said.split())[:160] or type(error).__name__
         raise SceneError(f"{path}: cannot read this mesh ({reason}); is it whole, and of the type "
@@ -72,7 +73,7 @@ def read(path: Path, groups: bool = False) -> Mesh:
 
 
 def _read(path: Path) -> Mesh:
-    """The mesh of a file that trimesh reads."""
+    """Return the mesh of a file, read by trimesh."""
     suffix = path.suffix.lower()
     kind = "".join(s.lower() for s in path.suffixes[-2:]) if suffix in (".gz", ".bz2") else suffix
     text = whole_text(path)
@@ -84,8 +85,8 @@ def _read(path: Path) -> Mesh:
 
 @contextlib.contextmanager
 def trimeshs_notes(path: Path) -> Iterator[None]:
-    """Within it, what trimesh logs with a traceback becomes one line, or nothing where it does not
-    matter."""
+    """Turn log messages of trimesh in this context into warnings of one line each; drop harmless
+    messages."""
     log, said = logging.getLogger("trimesh"), _Notes()
     before = log.propagate
     log.addHandler(said)
@@ -110,7 +111,8 @@ class _Notes(logging.Handler):
 
 
 def flatten(mesh: trimesh.Trimesh | trimesh.Scene) -> Mesh:
-    """The arrays of a mesh, or of each instance in a scene, placed by its transform."""
+    """Return the arrays of a mesh, or of all instances in a scene, each placed by its
+    transform."""
     if not isinstance(mesh, trimesh.Scene):
         return _join([(mesh, None, "mesh")])
     placed = [(node, *mesh.graph[node]) for node in mesh.graph.nodes_geometry]
@@ -121,7 +123,7 @@ def flatten(mesh: trimesh.Trimesh | trimesh.Scene) -> Mesh:
 
 
 def _join(placed: list[tuple[Any, np.ndarray | None, str]]) -> Mesh:
-    """One mesh of several, each with its transform and name."""
+    """Join several meshes, each with a transform and a name, into one mesh."""
     vertices, faces, count = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], 0
     colours: list[np.ndarray | None] = []
     corners: dict[str, list[np.ndarray | None]] = {"normals": [], "uv": []}
@@ -157,13 +159,13 @@ def _join(placed: list[tuple[Any, np.ndarray | None, str]]) -> Mesh:
     normals, uv = filled(corners["normals"], sizes, 3), filled(corners["uv"], sizes, 2)
     found = Mesh(points, triangles, joined, shared, rows[part_of].astype(np.int32), normals, uv,
                  tuple(names), part_of.astype(np.int32))
-    if _in_range(triangles, len(points)):   # else whoever takes the faces names the first
+    if _in_range(triangles, len(points)):   # `Scene.from_arrays` reports an index out of range
         fill_normals(found)
     return found
 
 
 def _whole(mesh: trimesh.Trimesh) -> bool:
-    """Whether no face names a vertex that is not there."""
+    """Return whether all faces refer to existing vertices."""
     return _in_range(mesh.faces, len(mesh.vertices))
 
 
@@ -172,10 +174,11 @@ def _in_range(faces: np.ndarray, count: int) -> bool:
 
 
 def _colours(mesh: trimesh.Trimesh, material: Material | None) -> np.ndarray | None:
-    """(n, 3) in [0, 1], the colours of a mesh's faces, vertices or material, or None."""
+    """Return (n, 3) colours in [0, 1] of faces, from a mesh's face colours, vertex colours or
+    material; None if the mesh has none of these."""
     visual = mesh.visual
     if not _whole(mesh):
-        return None  # whoever takes the faces says which one is out of range
+        return None  # `Scene.from_arrays` reports the index that is out of range
     if visual.kind == "face":
         return visual.face_colors[:, :3] / 255.0
     if visual.kind == "vertex":

@@ -1,4 +1,4 @@
-"""Mesh material: what a material of an OBJ or glTF file, as trimesh holds it, says here."""
+"""Mesh material: converts materials of OBJ and glTF files to `Material`."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -17,16 +17,17 @@ from .material import LEAST_ROUGHNESS, Material
 from .texture import Texture, quietly
 from .values import LARGEST
 
-SMOOTHEST = 0.05    # a metal's roughness up to which it is a mirror
-GREY = trimesh.visual.color.DEFAULT_COLOR   # what trimesh says where a file says nothing
+SMOOTHEST = 0.05    # a glTF metal with at most this roughness becomes a mirror
+GREY = trimesh.visual.color.DEFAULT_COLOR   # trimesh's colour for a file that declares no colour
 
 
 class Textures:
-    """The textures of a mesh's materials, each image one.
+    """The textures of a mesh's materials; materials with the same image share one texture.
 
     Parameters
     ----------
-    folder : of the mesh file, for images that trimesh does not read; None without a file
+    folder : the folder of the mesh file, for images that trimesh does not read; None without a
+        file
     """
 
     def __init__(self, folder: Path | None = None) -> None:
@@ -34,29 +35,32 @@ class Textures:
         self._made: dict[Any, tuple[Any, Texture]] = {}
 
     def of(self, image: Any, name: str) -> Texture | None:
-        """The texture of a PIL image, or of an image file in the folder; None for none."""
+        """Return the texture of a PIL image, or of an image file in the folder; None if there is
+        no image. Errors name the material, ``name``."""
         if image is None or isinstance(image, str) and self.folder is None:
             return None
         key = image if isinstance(image, str) else id(image)
         if key not in self._made:
-            # With the image, so that no other one takes its identity.
+            # Keep the image alive, so that no later image gets the same id().
             self._made[key] = image, (
                 Texture.load(self.folder / image) if isinstance(image, str) and self.folder
                 else Texture.from_image(image, f"{name}'s texture"))
         return self._made[key][1]
 
     def mean(self, image: Any, name: str) -> np.ndarray:
-        """(3,) the mean of that texture, linear; white for none."""
+        """Return the mean colour of the image's texture, (3,) linear; white if there is no
+        image."""
         texture = self.of(image, name)
         return np.ones(3) if texture is None else texture.texels.mean((0, 1), np.float64)
 
 
 def material_of(visual: Any, textures: Textures) -> Material | None:
-    """The material of a trimesh visual, or None where it has none.
+    """Return the material of a trimesh visual, or None if it has none.
 
     Parameters
     ----------
-    textures : those made before, to be shared
+    visual : the ``visual`` of a trimesh mesh
+    textures : the mesh's textures so far; new textures are added
     """
     material = getattr(visual, "material", None)
     if material is None:
@@ -66,7 +70,8 @@ def material_of(visual: Any, textures: Textures) -> Material | None:
         return _of_gltf(str(getattr(material, "name", None) or "material"), said["_data"],
                         textures)
     image, main = said.get("image"), np.asarray(material.main_color)
-    # Of a texture that no colour is said with, trimesh's grey would take more than half.
+    # trimesh's default grey would darken the texture of a material without a colour by more than
+    # half.
     plain = np.ones(3) if image is not None and np.array_equal(main, GREY) else main[:3] / 255
     return of_mtl(str(said.get("_name") or "material"), said.get("kwargs") or {}, textures, image,
                   plain)
@@ -74,15 +79,19 @@ def material_of(visual: Any, textures: Textures) -> Material | None:
 
 def of_mtl(name: str, said: Mapping[str, Any], textures: Textures, image: Any = None,
            plain: np.ndarray | None = None) -> Material:
-    """Wavefront MTL: illum 3, 5 and 8 mirror by Ks; 4, 6, 7 and 9, which know transparency, let
-    light through with Ni; Ks with an exponent Ns is glossy where illum says that highlights are
-    on.
+    """Return the material of a Wavefront MTL entry.
+
+    The key illum decides the kind of material. With 3, 5 and 8, it is a mirror that reflects Ks.
+    With 4, 6, 7 and 9, the transparent models, it is a dielectric of index Ni. With 2, which turns
+    highlights on, it is glossy with share Ks and exponent Ns.
 
     Parameters
     ----------
-    said : words by their keys in small letters
-    image : the diffuse texture, where ``said`` does not name its file
-    plain : (3,) the diffuse share where no Kd is said
+    name : the material's name
+    said : words by key; keys are in lower case
+    textures : the mesh's textures so far; new textures are added
+    image : the diffuse texture, if ``said`` does not name its file
+    plain : (3,) the diffuse share, if ``said`` has no Kd
     """
     image = " ".join(said.get("map_kd") or ()) or image
     if plain is None:
@@ -109,10 +118,14 @@ def of_mtl(name: str, said: Mapping[str, Any], textures: Textures, image: Any = 
 
 
 def _of_gltf(name: str, said: Mapping[str, Any], textures: Textures) -> Material:
-    """glTF's metals reflect their base colour, as a mirror or, rough, into a lobe; the rest is
-    diffuse. The 4 % that other surfaces reflect are left out, and what does not say how metallic
-    it is counts as no metal (the format's default is all metal, which few files mean). Only a
-    diffuse share varies with a texture: a metal is tinted by its mean, and a lamp shines by it."""
+    """Return the material of a glTF entry.
+
+    The metallic share reflects the base colour, as a mirror or, if rough, into a lobe. The rest is
+    diffuse. The 4 % reflection of surfaces that are not metals is left out. A material without a
+    metallic factor counts as no metal: the format's default is all metal, but few files mean it.
+    A texture varies only the diffuse share. Metallic reflection and emission are multiplied by the
+    mean of their textures.
+    """
     factor = said.get("baseColorFactor")    # trimesh has it in bytes
     base = np.ones(3) if factor is None else np.asarray(factor, np.float64)[:3] / 255
     image = said.get("baseColorTexture")
@@ -129,12 +142,12 @@ def _of_gltf(name: str, said: Mapping[str, Any], textures: Textures) -> Material
 
 
 class Resolver(trimesh.resolvers.FilePathResolver):
-    """Finds the files that a mesh file names, regular ones alone.
+    """Reads the files that a mesh file names; accepts regular files only.
 
     Parameters
     ----------
     path : the mesh file
-    uris : whether names are URIs, as in glTF: a space may stand as %20
+    uris : whether names are URIs, as in glTF, which may write a space as %20
     """
 
     def __init__(self, path: Path, uris: bool = False) -> None:
@@ -142,15 +155,15 @@ class Resolver(trimesh.resolvers.FilePathResolver):
         self.folder, self.uris = path.parent, uris
 
     def get(self, name: str) -> bytes:
-        """What is in the file of a name; OSError for none that can be read."""
+        """Return the content of the file of this name; raise OSError if it cannot be read."""
         name = name.strip()
         plain = self.folder / unquote(name)
         return read_input(plain if self.uris and is_file(plain) else self.folder / name)
 
 
 def check_image(path: Path, image: Path) -> None:
-    """Raise SceneError where an image that the file at ``path`` names cannot be read: trimesh goes
-    on without it. LimitError where it is too large."""
+    """Raise SceneError if an image that the file at ``path`` names cannot be read, because trimesh
+    would silently leave it out. Raise LimitError if the image is too large."""
     if not is_file(image):
         known = "" if not image.name.startswith("-") else " (options before it are not read)"
         raise SceneError(f"{path}: no such texture {image.name}{known}; put it there, or leave it "

@@ -1,4 +1,4 @@
-"""MTL file: a library of Wavefront's materials, as words by their keys."""
+"""MTL file: a library of Wavefront materials, each stored as words by key."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -13,13 +13,13 @@ _IMAGES = ("map_kd", "map_ke")
 
 @dataclass(frozen=True)
 class Library:
-    """What a library says of a material.
+    """An entry of a material library.
 
     Attributes
     ----------
-    path : the library
-    name : the material's
-    said : words after each key, in small letters; those of a texture are its file's name
+    path : the library's file
+    name : the material's name
+    said : the words after each key; keys are in lower case; a texture's word is its file name
     """
 
     path: Path
@@ -27,19 +27,21 @@ class Library:
     said: dict[str, list[str]] = field(default_factory=dict)
 
     def material(self, textures: Textures) -> Material:
-        """The material; SceneError for a texture that cannot be read."""
+        """Return the material; raise SceneError if its texture cannot be read."""
         return of_mtl(self.name, self.said, textures)
 
 
 def read_library(path: Path) -> dict[str, Library]:
-    """The materials of a file, by name.
+    """Return the materials of a file by name.
+
+    The rest of a texture's line is its file name, because the name may contain spaces.
 
     Raises
     ------
     OSError
-        a file that cannot be read
+        the file cannot be read
     SceneError
-        a texture that cannot be read; the rest of a line names it, as files with spaces need
+        a texture cannot be read
     """
     found: dict[str, Library] = {}
     current: Library | None = None

@@ -1,8 +1,8 @@
-"""OBJ file: Wavefront's mesh format, read in time that grows with the file's size alone.
+"""OBJ file: a reader for Wavefront's mesh format, whose time depends only on the file's size.
 
-trimesh's reader takes time and memory for each run of a material, gives a run the values that all
-of its corners have, and stacks quads apart; here every corner keeps what the file says of it, and
-every face its place.
+trimesh's reader needs time and memory for each change of the material. It keeps normals and
+texture coordinates only if all corners under one material have them, and it moves quads out of
+their order. This reader keeps the values of every corner and the order of the faces.
 """
 from __future__ import annotations
 
@@ -19,22 +19,23 @@ from .mesh import Mesh, fill_normals, filled, unlike
 from .mesh_material import Textures
 from .mtl_file import Library, read_library
 
-UNPAINTED = 0.7     # colour of faces without one, in a file that colours others
-_AFTER = (32, 9, 10)    # what ends a word: a blank, a tab or the line's end
+UNPAINTED = 0.7     # grey of faces without a colour, in a file that colours other faces
+_AFTER = (32, 9, 10)    # bytes that end a word: space, tab, newline
 
 
 def read_obj(path: Path, groups: bool) -> Mesh:
-    """The mesh of a file; polygons are cut into triangles, one after another.
+    """Return the mesh of a file; each polygon is cut into consecutive triangles.
 
     Parameters
     ----------
-    groups : whether the parts are the file's groups, or its objects where there are none; else
-        there is one part
+    path : the OBJ file
+    groups : if true, the mesh's parts are the file's groups, or its objects if it has no groups;
+        if false, the mesh has one part
 
     Raises
     ------
     ValueError
-        in words that say which line is wrong
+        the file is wrong; the message names the line
     SceneError
         a texture that a material names cannot be read
     """
@@ -70,12 +71,12 @@ def read_obj(path: Path, groups: bool) -> Mesh:
 
 
 def _picked(values: np.ndarray, at: np.ndarray, width: int) -> np.ndarray | None:
-    """(n, 3, width) values of corners, zeros for a face without one for each; None where no face
-    has any."""
+    """Return (n, 3, width) values of corners: zeros for a face that lacks a value at any corner,
+    and None if no face has all three values."""
     some = ((at >= 0) & (at < len(values))).all(axis=1)
     if not some.any():
         return None
-    if values.shape[1] < width:     # a curve's single coordinate
+    if values.shape[1] < width:     # a curve's texture coordinate has a single number
         values = np.pad(values, ((0, 0), (0, width - values.shape[1])))
     found = np.zeros((len(at), 3, width))
     found[some] = values[at[some], :width]
@@ -83,8 +84,8 @@ def _picked(values: np.ndarray, at: np.ndarray, width: int) -> np.ndarray | None
 
 
 def _libraries(path: Path, text: _Text) -> dict[str, Library]:
-    """The materials of all libraries that the file names, by name; a library that cannot be read
-    is warned of."""
+    """Return the materials of all libraries that the file names, by name; warn of each library
+    that cannot be read."""
     found: dict[str, Library] = {}
     for row in text.rows(b"mtllib"):
         name = text.body(row, b"mtllib")
@@ -101,8 +102,8 @@ def _libraries(path: Path, text: _Text) -> dict[str, Library]:
 
 
 class _Corners(NamedTuple):
-    """Triangles of the faces: (n, 3) int64 rows of vertices, texture coordinates and normals, each
-    -1 where the file has none; and (n,) the line of each."""
+    """The corners of n triangles: (n, 3) int64 rows of vertices (``place``), texture coordinates
+    and normals, negative for a missing value; and (n,) the line of each triangle's face."""
 
     place: np.ndarray
     uv: np.ndarray
@@ -111,7 +112,8 @@ class _Corners(NamedTuple):
 
     @classmethod
     def of(cls, text: _Text, points: int) -> _Corners:
-        """The corners of a file's faces, checked against its number of vertices."""
+        """Return the corners of a file's faces. ``points`` is the number of vertices; raise
+        ValueError for an index outside of it."""
         rows = text.rows(b"f")
         words = [text.lines[row][1:].split() for row in rows.tolist()]
         sides = np.fromiter(map(len, words), np.int64, len(words))
@@ -131,8 +133,11 @@ class _Corners(NamedTuple):
 
 
 def _fans(first: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 3) corners of the triangles that faces are cut into, and (n,) the face of each; a face
-    of fewer than three corners is left out. A quad is 0 1 2, 2 3 0; a larger face a fan."""
+    """Cut faces into n triangles; return their corners, (n, 3), and the face of each, (n,).
+
+    A face with fewer than three corners gives no triangle. A quad becomes 0 1 2 and 2 3 0; a
+    larger face becomes a fan around corner 0.
+    """
     count = np.maximum(sides - 2, 0)
     face = np.repeat(np.arange(len(sides)), count)
     step = np.arange(len(face)) - np.repeat(np.cumsum(count) - count, count)
@@ -143,7 +148,8 @@ def _fans(first: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
 
 def _indices(words: Sequence[bytes]) -> np.ndarray:
-    """(n, 3) int64 indices as corners have them: v, v/vt, v//vn or v/vt/vn; 0 for none."""
+    """Return the (n, 3) int64 indices of corners written as v, v/vt, v//vn or v/vt/vn; 0 for a
+    missing index."""
     missing = {0: b"/0/0", 1: b"/0", 2: b""}
     try:
         whole = b"/".join([word + missing[word.count(b"/")] for word in words])
@@ -158,8 +164,9 @@ def _indices(words: Sequence[bytes]) -> np.ndarray:
 
 
 def _count_from_zero(index: np.ndarray, declared: np.ndarray, line: np.ndarray) -> None:
-    """Let indices, in place, count from 0: a negative one counts back from the last value that is
-    declared before its line. -1 stands for none, -2 for one before the first."""
+    """Convert indices to count from 0, in place. In the file, a negative index counts back from
+    the last value declared before its line. Afterwards, -1 means a missing index, and -2 means an
+    index before the first value."""
     back = index < 0
     if back.any():
         before = np.searchsorted(declared, line[back])
@@ -168,17 +175,17 @@ def _count_from_zero(index: np.ndarray, declared: np.ndarray, line: np.ndarray) 
 
 
 class _Text:
-    """Lines of an OBJ file, found by their first word."""
+    """The lines of an OBJ file, indexed by their first word."""
 
     def __init__(self, content: bytes) -> None:
         if b"\r" in content:
             content = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-        content = content.replace(b"\\\n", b" ")     # a line that goes on
+        content = content.replace(b"\\\n", b" ")     # join continued lines
         self.lines = content.split(b"\n")
         if re.search(rb"^[ \t]", content, re.MULTILINE):
             self.lines = [line.lstrip(b" \t") for line in self.lines]
             content = b"\n".join(self.lines)
-        # What begins each line, as bytes: a line's end where it is shorter.
+        # Padding with newlines lets `rows` look a few bytes past the end of the last line.
         buffer = np.frombuffer(content + b"\n" * 8, np.uint8)
         ends = np.flatnonzero(buffer[:len(content) + 1] == 10)
         self._starts = np.concatenate([[0], ends[:-1] + 1])
@@ -186,7 +193,7 @@ class _Text:
         self._found: dict[bytes, np.ndarray] = {}
 
     def rows(self, word: bytes) -> np.ndarray:
-        """The numbers of the lines that begin with a word, ascending."""
+        """Return the indices of the lines that begin with a word, ascending."""
         if word not in self._found:
             some = np.ones(len(self._starts), bool)
             for k, letter in enumerate(word):
@@ -198,21 +205,22 @@ class _Text:
         return self._found[word]
 
     def body(self, row: int, word: bytes) -> str:
-        """What follows the word of a line."""
+        """Return the text of a line after its first word."""
         return decoded(self.lines[row][len(word):].strip())
 
     def columns(self, word: bytes) -> int:
-        """How many numbers each of the lines of a word has at least."""
+        """Return the least number of values in a line that begins with a word."""
         rows = self.rows(word).tolist()
         return min((len(self.lines[row].split(None, 7)) - 1 for row in rows), default=0)
 
     def numbers(self, word: bytes, least: int) -> np.ndarray:
-        """(n, least or more) float64, the numbers of the lines of a word.
+        """Return (n, k) float64 with k >= ``least``: the numbers in the lines that begin with a
+        word.
 
         Raises
         ------
         ValueError
-            naming the first line with fewer numbers than ``least``, or with something else
+            a line has fewer numbers than ``least``, or text; the message names the first such line
         """
         rows = self.rows(word).tolist()
         width = min(max(self.columns(word), least), 6)
@@ -238,8 +246,8 @@ class _Text:
 
     def named_before(self, word: bytes, lines: np.ndarray, default: str
                      ) -> tuple[list[str], np.ndarray]:
-        """Names, each once, and which of them the last line of a word before each of ``lines``
-        gives; ``default`` where there is none."""
+        """Return names without repetition, and for each of ``lines`` the index of the name in
+        force: that of the last line before it that begins with ``word``, or else ``default``."""
         rows = self.rows(word)
         said = [default, *(self.body(row, word) or default for row in rows.tolist())]
         used, which = np.unique(np.searchsorted(rows, lines), return_inverse=True)

@@ -1,4 +1,5 @@
-"""Region: the rectangle of a picture that is drawn, to the bit as it is in the whole."""
+"""Region: the rectangle of a picture that is drawn; its pixels equal those of the whole
+picture."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -12,13 +13,13 @@ Pixels = tuple[int, int]
 
 @dataclass(frozen=True)
 class Region:
-    """Some pixels of a picture, or all.
+    """A rectangle of pixels of a picture, or the whole picture.
 
     Attributes
     ----------
     whole : (width, height) of the picture
-    corner : (x, y) of the first pixel that is drawn, from the top left
-    size : (width, height) of what is drawn
+    corner : (x, y) of the region's top left pixel, counted from the picture's top left
+    size : (width, height) of the region
     """
 
     whole: Pixels
@@ -27,12 +28,13 @@ class Region:
 
     @classmethod
     def of(cls, size: Sequence[int], region: Sequence[int] | None) -> Region:
-        """What ``Tracer.render`` is asked for by these words: the whole where ``region`` is None.
+        """Return the region for the options ``size`` and ``region`` of ``Tracer.render``; the
+        whole picture if ``region`` is None.
 
         Raises
         ------
         OptionError
-            a size that is none, or a region that is no part of it
+            the size is not valid, or the region does not lie inside the picture
         """
         whole = image_size(size)
         if region is None:
@@ -50,16 +52,17 @@ class Region:
 
     @property
     def is_whole(self) -> bool:
-        """Whether nothing is left out."""
+        """Whether the region is the whole picture."""
         return self.size == self.whole
 
     @property
     def box(self) -> tuple[int, int, int, int]:
-        """(x, y, width, height), as ``of`` takes it."""
+        """(x, y, width, height), the form that ``of`` accepts."""
         return *self.corner, *self.size
 
     def tiles(self, side: int) -> list[Region]:
-        """Squares of so many pixels that cover it, row by row, the last ones of what is left."""
+        """Return tiles of side x side pixels that cover the region, row by row. Tiles at the right
+        and bottom edges may be smaller."""
         (left, top), (width, height) = self.corner, self.size
         return [Region(self.whole, (x, y), (min(side, left + width - x),
                                             min(side, top + height - y)))

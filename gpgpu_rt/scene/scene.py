@@ -21,30 +21,31 @@ from .material import Material
 
 @dataclass(eq=False)
 class Scene:
-    """What is rendered. Make one with `load_scene`, `from_arrays` or `from_trimesh`.
+    """A scene to render. Make a scene with `load_scene`, `from_arrays` or `from_trimesh`.
 
     Attributes
     ----------
-    name : how tables and figures call it
-    triangles : (n, 3, 3) float32, world units, in the order of the faces as given
-    colours : (n, 3) float32, diffuse reflectance of each triangle in [0, 1]; its material adds
-        whatever else it reflects, and a texture that this is multiplied with
-    lights : the point lights; one alone may be given as it is. Triangles of a material that emits
-        are lights too
-    camera : the camera a picture is taken with unless another is given
-    stand_in : what a procedural scene stands in for, None for a real one
-    source : where it was found
-    faces : (n, 3) int32, the vertices of each triangle in the array it was made from; None where
-        it was not made from indexed triangles
-    charts : (rows, columns) of texels of each image, where the triangles are the cells of a
-        geometry image (see `GeometryImage`); empty for any other mesh
-    materials : what ``material_of`` counts; one that is diffuse by default
-    material_of : (n,) int32, the material of each triangle; by default the first
-    normals : (n, 3, 3) float32 unit normals of each triangle's corners, between which shading
-        blends, zeros for a flat triangle; or None: all are flat
+    name : the name of the scene in tables and figures
+    triangles : (n, 3, 3) float32, world units, in the order of the given faces
+    colours : (n, 3) float32, diffuse reflectance of each triangle in [0, 1]. The texture of the
+        triangle's material multiplies it; mirror, gloss, glass and emission come from the material
+    lights : the point lights; a single light need not be in a tuple. Triangles whose material
+        emits are lights too
+    camera : the default camera of pictures
+    stand_in : the name of the original that a procedural scene replaces; None for an original
+    source : the origin of the scene, such as a path or "built in"
+    faces : (n, 3) int32, the vertex indices of each triangle; None if the triangles were not
+        indexed
+    charts : if the triangles are the cells of a geometry image, (rows, columns) of texels of each
+        chart (see `GeometryImage`); empty for any other mesh
+    materials : the materials; by default one that is diffuse
+    material_of : (n,) int32, index of each triangle's material in ``materials``; by default the
+        first
+    normals : (n, 3, 3) float32 unit normals of each triangle's corners, which shading
+        interpolates; zeros for a flat triangle. None if all triangles are flat
     uv : (n, 3, 2) float32 texture coordinates of each triangle's corners, or None
-    environment : what surrounds the scene; None is darkness
-    moving : whether the triangles are going to move
+    environment : the light that arrives from outside the scene; None for darkness
+    moving : whether the triangles will move
     """
 
     name: str
@@ -64,7 +65,7 @@ class Scene:
     moving: bool = False
 
     def __post_init__(self) -> None:
-        with np.errstate(over="ignore"):    # what overflows is named below
+        with np.errstate(over="ignore"):    # the check for finite values below reports overflow
             self.triangles = np.ascontiguousarray(self.triangles, np.float32)
         if self.triangles.ndim != 3 or self.triangles.shape[1:] != (3, 3):
             raise SceneError(f"{self.name}: triangles have shape {self.triangles.shape}; "
@@ -95,11 +96,11 @@ class Scene:
 
     @property
     def title(self) -> str:
-        """Its name, and whether it is a stand-in, as pictures have it."""
+        """The scene's title in pictures: its name, and the original that it stands in for."""
         return titled(self.name, self.stand_in)
 
     def facts(self) -> dict[str, Any]:
-        """What JSON says of it."""
+        """Return the scene's entries in JSON output."""
         return {"scene": self.name, "triangles": len(self), "source": self.source,
                 "stand_in": self.stand_in}
 
@@ -116,7 +117,7 @@ class Scene:
 
     @property
     def used_materials(self) -> tuple[Material, ...]:
-        """Those that some triangle has."""
+        """The materials that at least one triangle has."""
         used = np.bincount(self.material_of, minlength=len(self.materials))  # type: ignore
         return tuple(m for m, count in zip(self.materials, used) if count)
 
@@ -133,33 +134,33 @@ class Scene:
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """(lo, hi), (3,) float32 each, world units; zeros where there are no triangles."""
+        """The bounds (lo, hi), (3,) float32 each, world units; zeros if there are no triangles."""
         if not len(self):
             return np.zeros(3, np.float32), np.zeros(3, np.float32)
-        axes = self.triangles.transpose(2, 0, 1)    # one at a time: numpy is slow on short axes
+        axes = self.triangles.transpose(2, 0, 1)    # numpy reduces long axes much faster
         return np.array([a.min() for a in axes]), np.array([a.max() for a in axes])
 
     @property
     def extent(self) -> float:
-        """The largest side of the bounds, world units."""
+        """The longest side of the bounds, world units."""
         lo, hi = self.bounds
         return float((hi.astype(np.float64) - lo).max())
 
     def moved(self, vertices: Any) -> Scene:
-        """The same triangles with their corners elsewhere; colours, lights and camera stay.
-        Normals of corners, where the scene has some, are made anew from the triangles.
+        """Return the scene with new positions of its vertices. Colours, lights and camera stay the
+        same. Corner normals, if the scene has them, are computed anew from the triangles.
 
         Parameters
         ----------
-        vertices : (v, 3) float, what ``faces`` counts; or (n, 3, 3), the triangles themselves
+        vertices : (v, 3) float, the vertices that ``faces`` indexes; or (n, 3, 3), the triangles
 
         Raises
         ------
         SceneError
-            a wrong shape, or the first vertex or triangle that is not finite in float32
+            the shape is wrong, or a vertex is not finite in float32; the message names the first
         """
         if np.ndim(vertices) != 3:
-            with np.errstate(over="ignore"):    # what overflows is named below
+            with np.errstate(over="ignore"):    # `check_vertices` reports overflow
                 vertices = _array(vertices, np.float32, self.name, "vertices")
             if self.faces is None:
                 raise SceneError(f"{self.name}: was not made of indexed triangles; give "
@@ -182,24 +183,25 @@ class Scene:
     def from_arrays(cls, vertices: Any, faces: Any, *, name: str = "arrays", colours: Any = None,
                     light: PointLight | None = None, camera: Camera | None = None,
                     source: str = "arrays", **appearance: Any) -> Scene:
-        """A scene of indexed triangles; nothing is merged, reordered or dropped.
+        """Return a scene of indexed triangles, without merging, reordering or dropping faces.
 
         Parameters
         ----------
         vertices : (v, 3) float, world units, rounded to float32
         faces : (n, 3) int
-        colours : (n, 3) or (3,) in [0, 1]; by default those of the materials, a light grey
-        light, camera : by default a camera that sees the whole from outside, and a light beside
-            the camera, where no triangle stands between the two
-        name, source : what tables call it, and where it was found
+        colours : (n, 3) or (3,) in [0, 1]; by default the diffuse shares of the materials, which
+            are light grey by default
+        light, camera : by default, the camera sees the whole scene from outside, and the light is
+            beside the camera, where no triangle lies between the two
+        name, source : the scene's name in tables, and its origin
         appearance : materials, material_of, normals, uv, lights (instead of light), environment,
             moving, as in Scene
 
         Raises
         ------
         SceneError
-            a wrong shape, or the first vertex that is not finite in float32, or the first face
-            whose index is out of range
+            a shape is wrong, a vertex is not finite in float32, or a face has an index out of
+            range; the message names the first such vertex or face
         """
         vertices = _array(vertices, np.float64, name, "vertices")
         faces = _faces(faces, name)
@@ -215,7 +217,7 @@ class Scene:
             colours = diffuse_of(len(faces), name, **appearance)
         lights = appearance.pop("lights", None)
         if lights is None:
-            # From outside nothing stands between the camera and a light beside it.
+            # Outside the scene, no triangle lies between the camera and a light beside it.
             lights = light or beside(camera, triangles if given else None)
         return cls(name, triangles, colours, lights, camera, source=source,
                    faces=faces.astype(np.int32), **appearance)
@@ -224,7 +226,7 @@ class Scene:
     def from_trimesh(cls, mesh: trimesh.Trimesh | trimesh.Scene, *, name: str = "mesh",
                      light: PointLight | None = None, camera: Camera | None = None,
                      source: str = "trimesh") -> Scene:
-        """A scene of a trimesh object, with its face, vertex or material colours.
+        """Return a scene of a trimesh object, with its face, vertex or material colours.
 
         A `trimesh.Scene` is flattened: each instance of a geometry is placed by its transform.
 
@@ -245,13 +247,13 @@ class Scene:
 
 def diffuse_of(count: int, name: str, materials: Sequence[Material] = (Material(),),
                material_of: Any = None, **_: Any) -> np.ndarray:
-    """(count, 3) float32, the diffuse share of each triangle's material."""
+    """Return (count, 3) float32, the diffuse share of each triangle's material."""
     rows = material_rows(material_of, count, tuple(materials), name)
     return np.array([m.diffuse for m in materials], np.float32)[rows]
 
 
 def _array(values: Any, dtype: type, name: str, what: str) -> np.ndarray:
-    """`values` as an (n, 3) array of a type; an empty list counts."""
+    """Return `values` as an (n, 3) array of a type; an empty list gives (0, 3)."""
     try:
         if np.asarray(values).dtype.kind == "c":
             raise TypeError("complex numbers would lose their imaginary parts")
@@ -274,7 +276,8 @@ def _faces(faces: Any, name: str) -> np.ndarray:
 
 
 def check_vertices(vertices: np.ndarray, name: str) -> None:
-    """Raise SceneError naming the first of (v, 3) vertices that is not finite in float32."""
+    """Raise SceneError, naming the first such vertex, if any of (v, 3) vertices is not finite in
+    float32."""
     with np.errstate(over="ignore"):
         finite = np.isfinite(vertices.astype(np.float32)).all(axis=1)
     if not finite.all():

@@ -1,4 +1,4 @@
-"""Scene file: meshes, materials, lights and a camera in JSON, as docs/scene-files.md says."""
+"""Scene file: meshes, materials, lights and a camera in JSON; docs/scene-files.md describes it."""
 from __future__ import annotations
 
 import re
@@ -27,16 +27,17 @@ _SHAPES = ("file", "box", "sphere", "quad")
 
 
 def read_scene(path: Path, load_scene: Callable[[str], Scene]) -> Scene:
-    """The scene of a file.
+    """Return the scene of a file.
 
     Parameters
     ----------
-    load_scene : loads a named scene, which a mesh of the file may name
+    path : the scene file
+    load_scene : loads a named scene that a mesh entry of the file refers to
 
     Raises
     ------
     SceneError
-        in one line that names the file and the key
+        the file is wrong; the message is one line that names the file and the key
     """
     try:
         said = read_json(path)
@@ -61,7 +62,7 @@ class _SceneFile:
                 name, **{**entry, **({"texture": texture} if texture else {})}))
 
     def scene(self) -> Scene:
-        """What the file says, as a Scene."""
+        """Return the scene that the file describes."""
         if not self.said["meshes"]:
             raise SceneError(f"{self.path}: meshes is empty; give at least one")
         parts = [self._mesh(entry, f"meshes[{k}]") for k, entry in enumerate(self.said["meshes"])]
@@ -85,8 +86,8 @@ class _SceneFile:
         return scene
 
     def _mesh(self, entry: Mapping[str, Any], where: str) -> tuple[Any, ...]:
-        """Triangles (n, 3, 3), colours, materials, normals of corners and uv of a mesh, the last
-        two None where it has none: it is flat in a scene where others may be smooth."""
+        """Return a mesh entry's triangles (n, 3, 3), colours, material rows, corner normals and
+        uv. Normals and uv are None if the mesh has none; without normals it is flat shaded."""
         shapes = [shape for shape in _SHAPES if shape in entry]
         if len(shapes) != 1:
             raise SceneError(f"{self.path}: {where} has {' and '.join(shapes) or 'no shape'}; "
@@ -168,7 +169,8 @@ class _SceneFile:
         return quad(*np.array(entry["quad"], np.float64))
 
     def _row(self, name: str | None, where: str) -> int:
-        """The row of a material by its name; a plain one for none."""
+        """Return the row of the material of this name. Without a name, add a default material and
+        return its row."""
         if name is None:
             self.materials.append(Material())
             return len(self.materials) - 1
@@ -220,18 +222,19 @@ class _SceneFile:
         self.materials.append(self._said(make, where))
 
     def _said(self, make: Any, where: str = "") -> Any:
-        """What ``make`` makes; an error of it names the file and the key."""
+        """Return the result of ``make``; add the file and the key to its error message."""
         try:
             return make()
         except SceneError as error:
             raise SceneError(f"{self.path}: {where + ': ' if where else ''}{error}") from None
-        except OSError as failure:      # of one that may not be read
+        except OSError as failure:      # the user may not read the file
             raise SceneError(f"{self.path}: {where}: cannot be read ({failure.strerror}); check "
                              "it") from None
 
 
 def _named(mesh: mesh_file.Mesh, word: str) -> np.ndarray:
-    """(n,) bool, the faces of a part or a material; a part cut by materials is numbered."""
+    """Return (n,) bool: the faces of the part or material of this name. A part with several
+    materials consists of numbered parts, which all count."""
     parts = [k for k, name in enumerate(mesh.parts)
              if name == word or re.fullmatch(re.escape(word) + r"_\d+", name)]
     materials = [k for k, m in enumerate(mesh.materials) if m.name == word]
@@ -240,10 +243,10 @@ def _named(mesh: mesh_file.Mesh, word: str) -> np.ndarray:
 
 
 def _linear(entry: Mapping[str, Any]) -> np.ndarray:
-    """(3, 3): scale, then turns around x, y and z."""
+    """Return the (3, 3) matrix that scales, then rotates around x, y and z."""
     matrix = np.diag(np.broadcast_to(np.asarray(entry.get("scale", 1.0), np.float64), 3))
     for axis, degrees in enumerate(entry.get("rotate", (0, 0, 0))):
-        angle = np.radians(float(degrees))      # a whole number may be past 2^63
+        angle = np.radians(float(degrees))      # float accepts whole numbers beyond 2^63 too
         c, s = np.cos(angle), np.sin(angle)
         turn = np.eye(3)
         one, two = (axis + 1) % 3, (axis + 2) % 3

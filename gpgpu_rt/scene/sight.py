@@ -1,29 +1,29 @@
-"""Sight: what is seen from a point, by a few rays on the host, before there is any accelerator."""
+"""Sight: finds the triangles that a few rays from one point hit, without any accelerator."""
 from __future__ import annotations
 
 import numpy as np
 
 from ..numerics.watertight import intersect_pairs
 
-_ROWS = 1 << 16      # triangles that are culled at once
+_ROWS = 1 << 16      # triangles per block of culling, which bounds the memory
 
 
 def first_seen(triangles: np.ndarray, eye: np.ndarray, directions: np.ndarray
                ) -> tuple[np.ndarray, np.ndarray]:
-    """The first triangle in each direction.
+    """Return the distance and the index of the first triangle in each direction.
 
-    Triangles whose bounding sphere a ray misses are culled by one matrix product; the watertight
-    test decides the pairs that are left.
+    One matrix product culls triangles whose bounding sphere a ray misses. The watertight test
+    decides the remaining pairs.
 
     Parameters
     ----------
     triangles : (n, 3, 3) float32, world units
-    eye : (3,), where all rays start
-    directions : (r, 3), of any length but zero
+    eye : (3,), the origin of all rays
+    directions : (r, 3), of any nonzero length
 
     Returns
     -------
-    (r,) float64 distance in world units, inf where nothing is seen; (r,) int64 triangle, or -1
+    (r,) float64 distance in world units, inf on a miss; (r,) int64 triangle, -1 on a miss
     """
     unit = np.asarray(directions, np.float64)
     unit = unit / np.linalg.norm(unit, axis=1, keepdims=True)
@@ -35,7 +35,8 @@ def first_seen(triangles: np.ndarray, eye: np.ndarray, directions: np.ndarray
         radius = ((rows - middle[:, None]) ** 2).sum(axis=2).max(axis=1)
         middle -= start
         along = middle @ unit.T
-        # A part in 10^5 more than the sphere, for rays that pass a corner.
+        # Enlarge the sphere by a part in 10^5, so that rounding does not cull rays through a
+        # corner.
         limit = (middle ** 2).sum(axis=1) * (1 - 1e-9) - radius * (1 + 1e-5)
         row, ray = np.nonzero((limit[:, None] <= along ** 2) & (
             along >= -np.sqrt(radius)[:, None]))
@@ -53,7 +54,8 @@ def first_seen(triangles: np.ndarray, eye: np.ndarray, directions: np.ndarray
 
 
 def shows_back(triangles: np.ndarray, seen: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """(r,) bool, whether a ray meets the back of the triangle that it sees; false for a miss."""
+    """Return (r,) bool: whether a ray meets the back of the triangle that it sees; false on a
+    miss."""
     met = seen >= 0
     a, b, c = triangles[seen[met]].astype(np.float64).transpose(1, 0, 2)
     backs = np.zeros(len(seen), bool)

@@ -19,8 +19,8 @@ from ..disk.budget import check_texels
 from ..disk.files import open_input
 from ..errors import LimitError, SceneError
 
-_BLOCK = 1 << 18    # texels that are converted at a time
-# What Pillow raises on a damaged file.
+_BLOCK = 1 << 18    # texels per block of conversion, which bounds the memory
+# Exceptions that Pillow raises for damaged files.
 _UNREADABLE = (OSError, ValueError, SyntaxError, EOFError, TypeError, IndexError, KeyError,
                OverflowError, struct.error, zlib.error, RuntimeError, AttributeError,
                NotImplementedError, Image.DecompressionBombError)
@@ -28,7 +28,8 @@ _UNREADABLE = (OSError, ValueError, SyntaxError, EOFError, TypeError, IndexError
 
 @contextlib.contextmanager
 def quietly() -> Iterator[None]:
-    """Within it, Pillow does not warn of large images: the budget refuses them."""
+    """Silence Pillow's warnings of large images in this context; the memory budget rejects images
+    that are too large."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", Image.DecompressionBombWarning)
         yield
@@ -36,11 +37,11 @@ def quietly() -> Iterator[None]:
 
 @dataclass(frozen=True, eq=False)
 class Texture:
-    """An image, read by bilinear filtering.
+    """An image that is sampled with bilinear filtering.
 
     Attributes
     ----------
-    name : how errors and plans call it
+    name : the texture's name in errors and plans
     texels : (height, width, 3) float32, linear and not negative, row 0 at the top
     """
 
@@ -51,8 +52,8 @@ class Texture:
         texels = np.ascontiguousarray(self.texels, np.float32)
         if texels.ndim != 3 or texels.shape[2] != 3 or not texels.size:
             raise SceneError(f"texture {self.name}: shape {texels.shape}; give (height, width, 3)")
-        # Textures hold half floats: what is checked and sampled is what the programs read. A
-        # block of rows at a time, so that no copy of the whole is made beside the result.
+        # GPU textures store half floats, so round the texels here: the reference then samples the
+        # same values as the shaders. Rows are converted in blocks to avoid a second full copy.
         halves = np.empty_like(texels)
         rows = max(1, _BLOCK // texels.shape[1])
         for first in range(0, len(texels), rows):
@@ -65,14 +66,15 @@ class Texture:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Texture:
-        """The texture of the file at ``path``: an image, sRGB; or .npy, linear (height, width, 3).
+        """Return the texture of the file at ``path``: an sRGB image, or an .npy file with a linear
+        (height, width, 3) array.
 
         Raises
         ------
         SceneError
-            no such file, or no image in it
+            the file does not exist or holds no image
         LimitError
-            more texels than the budget
+            the image has more texels than the budget allows
         """
         path = Path(path)
         try:
@@ -92,14 +94,14 @@ class Texture:
 
     @classmethod
     def from_image(cls, image: Image.Image, name: str = "image") -> Texture:
-        """The texture of a PIL image, sRGB, called ``name`` in messages; alpha is left out.
+        """Return the texture of an sRGB PIL image, called ``name`` in messages; alpha is ignored.
 
         Raises
         ------
         LimitError
-            more texels than the budget; nothing is decoded then
+            the image has more texels than the budget allows; it is not decoded
         SceneError
-            a file whose pixels cannot be decoded
+            the pixels cannot be decoded
         """
         check_texels(*image.size, name)
         try:
@@ -108,14 +110,14 @@ class Texture:
             reason = " ".join(str(failure).split())[:120]
             raise SceneError(f"{name}: cannot read this texture ({reason}); is it an image?"
                              ) from None
-        made = object.__new__(cls)      # each value is a half float already: see _LINEAR
+        made = object.__new__(cls)      # no rounding needed: _LINEAR holds half floats
         object.__setattr__(made, "name", name)
         object.__setattr__(made, "texels", _LINEAR[bytes_])
         return made
 
     def sample(self, uv: Any) -> np.ndarray:
-        """(n, 3) float64, linear, at (n, 2) texture coordinates ``uv``: (0, 0) is the lower left
-        corner, and the image repeats. The twin of ``glsl/render/texture.glsl``."""
+        """Return (n, 3) float64 linear colours at (n, 2) texture coordinates ``uv``. (0, 0) is the
+        lower left corner, and the image repeats. ``glsl/render/texture.glsl`` does the same."""
         height, width = self.texels.shape[:2]
         at = np.asarray(uv, np.float64)
         at = (at - np.floor(at)) * (1, -1) + (0, 1)
@@ -130,7 +132,8 @@ class Texture:
 
 
 def _numbers(path: Path) -> np.ndarray:
-    """The array of a .npy file; ValueError where it holds something else."""
+    """Return the array of an .npy file; raise ValueError if the file is not an array of real
+    numbers."""
     with open_input(path) as file:
         if file.read(6) != b"\x93NUMPY":
             raise ValueError("no single array of NumPy's, as numpy.save writes it")
@@ -141,9 +144,9 @@ def _numbers(path: Path) -> np.ndarray:
 
 
 def linear(srgb: np.ndarray) -> np.ndarray:
-    """sRGB in [0, 1] as linear light."""
+    """Convert sRGB values in [0, 1] to linear light."""
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
 
 
-# The half float, as float32, of each byte of an sRGB image.
+# The linear value of each byte of an sRGB image, rounded to half and stored as float32.
 _LINEAR = linear(np.arange(256) / 255).astype(np.float32).astype(np.float16).astype(np.float32)

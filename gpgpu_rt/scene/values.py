@@ -1,4 +1,4 @@
-"""Values: numbers and vectors as users give them, checked; an error names what it belongs to."""
+"""Values: checks numbers and vectors from users; an error names the quantity that is wrong."""
 from __future__ import annotations
 
 from typing import Any
@@ -9,11 +9,12 @@ from ..errors import SceneError
 from ..text_format import shortened
 
 Vector = tuple[float, float, float]
-LARGEST = 1e30      # programs count in float32, and multiply some of these
+LARGEST = 1e30      # shaders multiply these values in float32, which overflows near 3.4e38
 
 
 def vector(value: Any, what: str, least: float = -np.inf, most: float = np.inf) -> Vector:
-    """Three finite numbers in [least, most]; SceneError names ``what``."""
+    """Return three finite numbers in [least, most]; raise SceneError, naming ``what``, for any
+    other value."""
     try:
         array = np.asarray(value, np.float64)
     except (TypeError, ValueError, OverflowError):
@@ -29,7 +30,8 @@ def vector(value: Any, what: str, least: float = -np.inf, most: float = np.inf) 
 
 
 def number(value: Any, what: str, least: float = -np.inf, most: float = np.inf) -> float:
-    """A finite number in [least, most]; SceneError names ``what``."""
+    """Return a finite number in [least, most]; raise SceneError, naming ``what``, for any other
+    value."""
     try:
         found = np.nan if isinstance(value, (bool, str)) else float(value)
     except (TypeError, ValueError, OverflowError):
