@@ -1,4 +1,4 @@
-"""Catalogue: the named scenes, where each is looked for, and what is built instead."""
+"""Catalogue: the named scenes, the folders of their meshes, and their procedural versions."""
 from __future__ import annotations
 
 import os
@@ -26,12 +26,14 @@ class Row:
 
     Attributes
     ----------
-    triangles : of the procedural version
-    make : builds it; one that takes an argument is named as in ``stadium:1e-3``
-    stand_in : what the procedural version stands in for, None where it is the real thing
-    original : where a user gets the original
-    light : position for the mesh of this name, None for one beside the camera
-    paint : colours for a mesh that comes without
+    name : the scene's name
+    triangles : number of triangles of the procedural version
+    make : builds the procedural version
+    stand_in : the original that the procedural version replaces; None if it is the original
+    original : the place where a user gets the original
+    light : position of the light for the mesh of this name; None for a light beside the camera
+    paint : makes colours, (n, 3), for a mesh without colours
+    takes_argument : whether ``make`` has an argument, as in ``stadium:1e-3``
     """
 
     name: str
@@ -93,12 +95,13 @@ ROWS: dict[str, Row] = {row.name: row for row in (
 
 
 def find(text: str) -> tuple[Row, float | None] | None:
-    """The row a scene's name stands for, with its argument; None where the text is a path.
+    """Return the named scene of a text, and the argument after its name; None if the text is a
+    path.
 
     Raises
     ------
     SceneError
-        for a name that is neither: the nearest ones are suggested.
+        the text is neither a known name nor a path; the message suggests similar names
     """
     name, _, argument = text.partition(":")
     row = ROWS.get(name) or ROWS.get(name.replace("-", ""))    # soda-hall is sodahall
@@ -120,7 +123,7 @@ def find(text: str) -> tuple[Row, float | None] | None:
 
 
 def folders() -> list[Path]:
-    """Where meshes are looked for: the folders of GPGPU_RT_SCENES, then ./scenes."""
+    """Return the folders in which meshes are searched: those of GPGPU_RT_SCENES, then ./scenes."""
     words = os.environ.get("GPGPU_RT_SCENES", "").split(os.pathsep)
     given = [Path(word) for word in words if word]
     for folder in given:
@@ -130,7 +133,8 @@ def folders() -> list[Path]:
 
 
 def mesh_path(name: str) -> Path | None:
-    """The mesh of a named scene, or None; one that takes an argument is always built."""
+    """Return the mesh file of a named scene; None if there is no file. A scene with an argument is
+    always built, so it has no mesh file."""
     if ROWS[name].takes_argument:
         return None
     candidates = (folder / (name + suffix) for folder in folders() for suffix in SUFFIXES)
@@ -138,6 +142,6 @@ def mesh_path(name: str) -> Path | None:
 
 
 def camera_beside(path: Path) -> Camera | None:
-    """The camera of a mesh, from the ``cameras.json`` beside it."""
+    """Return the camera of a mesh from ``cameras.json`` in the same folder, or None."""
     cameras = path.parent / "cameras.json"
     return load_cameras(cameras).get(path.stem) if cameras.is_file() else None

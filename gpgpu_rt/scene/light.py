@@ -1,4 +1,4 @@
-"""Lights: points and surroundings; triangles that emit are lights too, by their material."""
+"""Lights: point lights and surroundings. Emitting triangles get their light from a material."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -23,9 +23,9 @@ class PointLight:
     Attributes
     ----------
     position : (3,), world units
-    intensity : (3,), what arrives at a surface that faces the light, at any distance (there is
-        no falloff, as OpenGL's lights had none unless told): white reflects it as it is. As
-        irradiance, this is pi times as much
+    intensity : (3,), the radiance that a white surface reflects if it faces the light, at any
+        distance; the surface's irradiance is pi times the intensity. There is no falloff, as by
+        default in OpenGL's fixed-function lighting
     """
 
     position: Any
@@ -38,16 +38,17 @@ class PointLight:
 
 @dataclass(frozen=True)
 class Environment:
-    """What rays meet that miss everything.
+    """The light that rays find when they miss all triangles.
 
-    Make one by ``constant``, ``sky`` or ``surrounded``, or take ``BACKDROP``.
+    Make an environment with ``constant``, ``sky`` or ``surrounded``, or use ``BACKDROP``.
 
     Attributes
     ----------
-    kind : "backdrop": a pale sky behind the scene, and a little light from everywhere, as pictures
-        of bare meshes have it; "sky": two colours; "image"
-    zenith, ground : (3,) radiance from straight above and below, linear in the height between
-    image : all directions, equirectangular: the middle column is -z, the top row +y
+    kind : "backdrop", a pale sky behind the scene and weak light from everywhere, for pictures of
+        plain meshes; "sky", a gradient between two colours; or "image"
+    zenith, ground : (3,) radiance from straight above and straight below; linear in the
+        direction's y between the two
+    image : an equirectangular image of all directions: its middle column is -z, its top row +y
     """
 
     kind: str
@@ -66,33 +67,35 @@ class Environment:
 
     @classmethod
     def constant(cls, colour: Any) -> Environment:
-        """The same radiance from everywhere: ``colour``, (3,) linear RGB, 0 or more."""
+        """Return an environment with the same radiance from all directions: ``colour``, (3,)
+        linear RGB, 0 or more."""
         return cls("sky", colour, colour)
 
     @classmethod
     def sky(cls, zenith: Any, ground: Any) -> Environment:
-        """Radiance from ``zenith`` above to ``ground`` below, (3,) linear RGB each, by a
-        direction's height."""
+        """Return an environment whose radiance varies linearly in the direction's y, from
+        ``ground`` below to ``zenith`` above, (3,) linear RGB each."""
         return cls("sky", zenith, ground)
 
     @classmethod
     def surrounded(cls, image: Texture) -> Environment:
-        """An equirectangular ``image`` of all directions, linear radiance."""
+        """Return an environment of an equirectangular ``image`` of linear radiance."""
         return cls("image", image=image)
 
     @property
     def emits(self) -> bool:
-        """Whether any light comes from it."""
+        """Whether any light comes from the environment."""
         return self.kind == "backdrop" or any(self.zenith) or any(self.ground) or (
             self.image is not None and bool(self.image.texels.any()))
 
     @cached_property
     def image_light(self) -> ImageLight | None:
-        """How its image lights; None without one."""
+        """The sampling table of the image; None without an image, or if the image is black."""
         return None if self.image is None else ImageLight.of(self.image.texels)
 
     def radiance(self, directions: np.ndarray) -> np.ndarray:
-        """(n, 3) float64 from (n, 3) unit directions, as ``render/surroundings.glsl`` has it."""
+        """Return the radiance, (n, 3) float64, from (n, 3) unit directions, by the formulas of
+        ``render/surroundings.glsl``."""
         d = np.asarray(directions, np.float64)
         if self.kind == "backdrop":
             up = np.clip((d[:, 1:2] + 0.3) / 1.2, 0, 1)
@@ -103,15 +106,18 @@ class Environment:
         assert self.image is not None
         uv = np.stack([0.5 + np.arctan2(d[:, 0], -d[:, 2]) / (2 * np.pi),
                        0.5 + np.arcsin(np.clip(d[:, 1], -1, 1)) / np.pi], axis=1)
-        # Filtered like any texture, but for the rows: the poles are not neighbours.
+        # Textures repeat, but the two poles are not neighbours: clamp the rows.
         margin = 0.5 / self.image.texels.shape[0]
         return self.image.sample(np.stack([uv[:, 0], np.clip(uv[:, 1], margin, 1 - margin)], 1))
 
     def ambient(self) -> np.ndarray:
-        """(4, 3) float64: what white that faces n reflects of it, unshadowed, is row 0 plus n
-        times the others. Exact for a sky; for an image, what its constant and linear spherical
-        harmonics give (Ramamoorthi and Hanrahan 2001 keep one order more): Whitted's ambient term
-        claims no more. Nothing for a backdrop, which has its own formula."""
+        """Return the coefficients, (4, 3) float64, of the light that a white surface reflects.
+
+        Without shadows, a white surface of normal n reflects row 0 plus n times rows 1 to 3. This
+        is exact for a sky. For an image, it uses the constant and linear spherical harmonics,
+        which suffice for Whitted's ambient term; Ramamoorthi and Hanrahan (2001) use one order
+        more. A backdrop gives zeros, because the shaders have a formula for it.
+        """
         if self.kind == "backdrop":
             return np.zeros((4, 3))
         if self.image is None:

@@ -1,4 +1,4 @@
-"""Material: what a surface does with the light that meets it."""
+"""Material: how a surface reflects, refracts and emits light."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -10,27 +10,28 @@ from ..errors import SceneError
 from .texture import Texture
 from .values import Vector, number, vector
 
-GREY: Vector = (0.60, 0.58, 0.54)    # of a surface that nothing is said about
+GREY: Vector = (0.60, 0.58, 0.54)    # diffuse share of a material without any declared part
 LEAST_ROUGHNESS = 0.01
 
 
 @dataclass(frozen=True)
 class Material:
-    """A surface's answer to light. All parts add up; both sides of a triangle are alike.
+    """The reflection, refraction and emission of a surface. The parts add up. Both sides of a
+    triangle behave alike, except for dielectrics.
 
     Attributes
     ----------
-    name : how errors call it, and scene files and mesh files find it
-    diffuse : (3,) share that is scattered evenly; by default light grey if no other part is given,
-        else black
-    mirror : (3,) share that is reflected as by a mirror
-    glossy : (3,) share that is reflected into a lobe around the mirror's direction
-    roughness : of that lobe, in (0, 1]: cos^n around the mirror's direction, n = 2 / r^2 - 2
-    ior : None, or the refractive index inside the surface, over that outside: a dielectric. It
-        reflects by Fresnel's equations and refracts the rest; vertices run anticlockwise as seen
-        from outside. Its other parts are black, as it has no share left for them
-    emission : (3,) radiance that leaves both sides, whatever arrives
-    texture : None, or what ``diffuse`` is multiplied with, by texture coordinate
+    name : the material's name in errors, scene files and mesh files
+    diffuse : (3,) share of light that is scattered by Lambert's law; by default light grey if no
+        other part is given, white with a texture, and black otherwise
+    mirror : (3,) share that is reflected in the mirror direction
+    glossy : (3,) share that is reflected into a lobe around the mirror direction
+    roughness : roughness r of the lobe, 0.01 to 1: the lobe is cos^n with n = 2 / r^2 - 2
+    ior : None, or for a dielectric the refractive index inside the surface over that outside. A
+        dielectric reflects by Fresnel's equations and refracts the rest, so it has no other
+        reflecting part. Its triangles run anticlockwise as seen from outside
+    emission : (3,) radiance that both sides emit in all directions
+    texture : None, or the texture that multiplies ``diffuse``
     """
 
     name: str = "material"
@@ -72,10 +73,10 @@ class Material:
 
     @property
     def emits(self) -> bool:
-        """Whether light leaves it by itself."""
+        """Whether the material emits light."""
         return any(self.emission)
 
     @property
     def exponent(self) -> float:
-        """Of the cosine in the glossy lobe."""
+        """The exponent of the cosine in the glossy lobe."""
         return 2 / self.roughness ** 2 - 2

@@ -1,5 +1,5 @@
-"""Scene keys: the one declaration of what a scene file may say. Checking a file, and the schema
-that is handed out, both follow from it."""
+"""Scene keys: declares the keys of a scene file. The check of a file and the published JSON schema
+both follow from this declaration."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -16,12 +16,13 @@ class Key:
 
     Attributes
     ----------
-    kind : "text", "flag", "number", "vector", "size" (one number above 0, or three), "points"
-        (four vectors); or the name of an object in ``OBJECTS``, after "list of " or "map of " for
-        several of them, and "map of text"
-    help : what it says
-    required : whether the object is nothing without it
-    least, most : bounds of its numbers
+    kind : "text", "flag", "number", "vector", "size" (one number or three), "points" (four
+        vectors), "map of text", or the name of an object in ``OBJECTS``. "list of " or "map of "
+        before this name stands for several such objects
+    help : the meaning of the key, for the schema and for errors
+    required : whether the object must have this key
+    least, most : inclusive bounds of the key's numbers
+    above : exclusive lower bound of the key's numbers
     """
 
     kind: str
@@ -95,7 +96,8 @@ OBJECTS: Mapping[str, Mapping[str, Key]] = {
 
 
 def check(value: Any, kind: str, where: str, key: Key = Key("", "")) -> None:
-    """Raise SceneError, in one line that begins with ``where``, unless the value is of a kind."""
+    """Raise SceneError unless the value has the given kind. The message is one line that begins
+    with ``where``; ``key`` gives the bounds of numbers."""
     if kind.startswith(("list of ", "map of ")):
         many, _, one = kind.partition(" of ")
         shape = list if many == "list" else dict
@@ -144,7 +146,7 @@ def _check_type(value: Any, kind: type, where: str, what: str) -> None:
 
 
 def schema() -> dict[str, Any]:
-    """The JSON schema of a scene file."""
+    """Return the JSON schema of a scene file."""
     objects = {}
     for name, keys in OBJECTS.items():
         entry = {"type": "object", "additionalProperties": False, "properties": {

@@ -1,6 +1,6 @@
-"""Animation: a scene whose triangles move, as vertex arrays by the number of a frame.
+"""Animations: built-in scenes that move, as functions from a frame number to vertex arrays.
 
-Every frame follows from its number alone, so any of them can be made again.
+A frame depends only on its number, so frames can be made in any order.
 """
 from __future__ import annotations
 
@@ -21,10 +21,11 @@ CLOTH_CELLS = 158    # a side; 49,928 triangles
 
 @dataclass(frozen=True)
 class Motion:
-    """How the built-in scene of its name moves.
+    """The motion of a built-in scene.
 
-    vertices : frame number -> (v, 3) float32 vertices, or (n, 3, 3) triangles, world units
-    faces : makes (n, 3) int32 into the vertices; None where frames are triangles
+    vertices : returns (v, 3) float32 vertices, or (n, 3, 3) triangles, of a frame number, world
+        units
+    faces : returns (n, 3) int32 indices of vertices; None if ``vertices`` returns triangles
     """
 
     vertices: Callable[[int], np.ndarray]
@@ -34,7 +35,8 @@ class Motion:
 # Cloth: a height field that waves --------------------------------------------------------------
 
 def cloth_vertices(frame: int) -> np.ndarray:
-    """((cells + 1)^2, 3) float32: three waves run over a sheet of side 2, held at z = -1."""
+    """Return ((cells + 1)^2, 3) float32 vertices of a sheet of side 2, over which three waves run.
+    The edge at z = -1 is fixed."""
     x, z = np.meshgrid(*2 * (np.linspace(-1, 1, CLOTH_CELLS + 1),), indexing="ij")
     t = frame / FRAMES_A_SECOND
     loose = (z + 1) / 2
@@ -44,7 +46,7 @@ def cloth_vertices(frame: int) -> np.ndarray:
 
 
 def cloth_faces() -> np.ndarray:
-    """(n, 3) int32, two triangles a cell."""
+    """Return (n, 3) int32 vertex indices, two triangles a cell."""
     side = CLOTH_CELLS + 1
     a = (np.arange(CLOTH_CELLS)[:, None] * side + np.arange(CLOTH_CELLS)).reshape(-1)
     b, c, d = a + 1, a + side + 1, a + side
@@ -52,7 +54,7 @@ def cloth_faces() -> np.ndarray:
 
 
 def cloth() -> Built:
-    """The waving sheet at frame 0: 49,928 triangles in a pattern of squares."""
+    """Return the waving sheet at frame 0: 49,928 triangles in a chequered pattern."""
     triangles = cloth_vertices(0)[cloth_faces()]
     square = np.floor(triangles[:, 0, ::2] * 4).astype(int).sum(axis=1) % 2
     colours = np.where(square[:, None] == 0, (0.62, 0.16, 0.14), (0.78, 0.72, 0.62))
@@ -64,8 +66,8 @@ def cloth() -> Built:
 # Explosion: every triangle on its own -----------------------------------------------------------
 
 def explosion_triangles(frame: int) -> np.ndarray:
-    """(69,451, 3, 3) float32: the bunny's stand-in at frame 0, its triangles flying apart from
-    then on, each turning, slowed down by the air and drawn down to a floor."""
+    """Return (69,451, 3, 3) float32 triangles. Frame 0 is the bunny's stand-in. Then the triangles
+    fly apart: each spins, drag slows it down, and it falls to a floor."""
     start = creatures.bunny().triangles
     if frame == 0:
         return start.astype(np.float32)
@@ -86,15 +88,16 @@ def explosion_triangles(frame: int) -> np.ndarray:
 
 
 def explosion() -> Built:
-    """The bunny's stand-in before it flies apart, from further away: 69,451 triangles."""
+    """Return the bunny's stand-in before it flies apart, with a camera further away: 69,451
+    triangles."""
     built = creatures.bunny()
     return replace(built, camera=Camera((-1.1, 1.3, 3.9), (0.0, 0.72, 0.0), fov=36))
 
 
-# Walker: an animal with joints ----------------------------------------------------------------
+# Walker: an animal with joints -----------------------------------------------------------------
 
 def walker_vertices(frame: int) -> np.ndarray:
-    """The animal's corners at a frame."""
+    """Return the triangles of the animal and the meadow at a frame, (n, 3, 3) float32."""
     return walker_at(frame / FRAMES_A_SECOND)
 
 

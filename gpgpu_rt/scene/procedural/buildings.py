@@ -1,8 +1,9 @@
-"""Buildings: procedural stand-ins of millions of triangles, most of them small and out of sight.
+"""Buildings: procedural stand-ins of millions of triangles, most of them small and hidden.
 
-What matters in the originals is kept: how many triangles there are, large walls and floors around
-dense clutter, rooms that hide each other (Soda Hall), and thickets of thin parts without any wall
-between them (Power Plant). Parts are made once and placed many times.
+The stand-ins keep the properties of the originals that matter for ray tracing. The number of
+triangles is the same. Large walls and floors surround dense clutter. In Soda Hall, rooms hide each
+other; in the Power Plant, dense thin parts have no walls between them. Parts are made once and
+placed many times.
 """
 from __future__ import annotations
 
@@ -20,13 +21,14 @@ SODA_HALL, POWER_PLANT = 2_169_132, 12_748_510   # as in the survey's Figure 22
 
 # Soda Hall -------------------------------------------------------------------------------------
 
-# rooms a side of the corridor; width, height, depth
+# Number of storeys; rooms on each side of a corridor; width, height and depth of a room.
 STOREYS, ROOMS, ROOM = 7, 20, (5.0, 3.4, 6.0)
 CORRIDOR = 3.0
 
 
 def sodahall() -> Built:
-    """Seven storeys of furnished rooms along corridors, seen from inside: 2,169,132 triangles."""
+    """Return seven storeys of furnished rooms along corridors, seen from inside: 2,169,132
+    triangles."""
     rng = np.random.default_rng(22)
     pieces = Pieces()
     width, height, depth = ROOM
@@ -40,7 +42,7 @@ def sodahall() -> Built:
     room = np.array([(x, y, side) for y in storey for x in np.arange(ROOMS) * width
                      for side in (-1, 1)])
     x, y, side = room.T
-    # A room's corner by the corridor; it goes on from there to the north or the south.
+    # A room extends from the corridor's wall to the far wall, to the north or to the south.
     wall_z = side * CORRIDOR / 2
     far_z = wall_z + side * depth
     low, high = np.minimum(wall_z, far_z), np.maximum(wall_z, far_z)
@@ -48,7 +50,8 @@ def sodahall() -> Built:
     pieces.add(boxes(np.stack([x, y, low], 1), np.stack([x + 0.12, up, high], 1)), PLASTER)
     pieces.add(boxes(np.stack([x, y, far_z - 0.05], 1), np.stack([x + width, y + 1.0,
                                                                   far_z + 0.05], 1)), PLASTER)
-    for begin, end, bottom in ((1.4, width, 0.0), (0.0, 1.4, 2.2)):    # a doorway beside the wall
+    # Two boxes leave a doorway free: the wall beside the door, and the part above the door.
+    for begin, end, bottom in ((1.4, width, 0.0), (0.0, 1.4, 2.2)):
         pieces.add(boxes(np.stack([x + begin, y + bottom, wall_z - 0.06], 1),
                          np.stack([x + end, up, wall_z + 0.06], 1)), PLASTER)
     middle = np.stack([x + width / 2, y, wall_z + side * depth / 2], 1)
@@ -59,7 +62,8 @@ def sodahall() -> Built:
                                  (things, 0.5, None), (chair, 0.3, None)):
         there = np.flatnonzero(rng.random(len(room)) < share)
         colours = palette(rng.integers(0, 13, len(there))) if colour is None else colour
-        # What stands along the wall or hangs from the ceiling stays there.
+        # Shelves at the wall and lamps at the ceiling keep their place; other furniture is moved
+        # and turned at random.
         loose = 0.0 if thing is books or thing is lamp else 0.2
         moved = middle[there] + rng.uniform(-loose, loose, (len(there), 3)) * (1, 0, 1)
         turned = yaw[there] + rng.uniform(-loose, loose, len(there))
@@ -73,7 +77,8 @@ def sodahall() -> Built:
 
 
 def _furniture(rng: np.random.Generator) -> tuple[np.ndarray, ...]:
-    """Desk, chair, shelf of books, lamp, plant and small things, about the middle of a room."""
+    """Return desk, chair, shelf of books, lamp, plant and small objects, relative to the centre of
+    a room."""
     desk = boxes([(-0.9, 0.72, 0.9), (-0.9, 0, 0.9), (0.5, 0, 0.9), (-0.3, 0.78, 1.4)],
                  [(0.9, 0.76, 1.7), (-0.85, 0.72, 1.7), (0.9, 0.72, 1.7), (0.3, 1.15, 1.44)])
     chair = np.concatenate([
@@ -98,13 +103,13 @@ def _furniture(rng: np.random.Generator) -> tuple[np.ndarray, ...]:
 
 # Power Plant -----------------------------------------------------------------------------------
 
-BAY, BAYS, LEVELS = 6.0, (8, 6), 12   # side of a bay, bays each way, storeys
-KINDS = 9                             # of bays, each placed 64 times
+BAY, BAYS, LEVELS = 6.0, (8, 6), 12   # side of a bay, bays along x and z, storeys
+KINDS = 9                             # different bays, each of which is placed 64 times
 
 
 def powerplant() -> Built:
-    """Twelve open storeys of pipes, stairs, gratings and girders around a boiler, and a chimney
-    on a plain: 12,748,510 triangles."""
+    """Return twelve open storeys of pipes, stairs, gratings and girders around a boiler, and a
+    chimney on a plain: 12,748,510 triangles."""
     rng = np.random.default_rng(45)
     triangles = np.empty((POWER_PLANT, 3, 3), np.float32)
     colours = np.empty((POWER_PLANT, 3), np.float32)
@@ -142,7 +147,7 @@ def powerplant() -> Built:
 
 
 def _bay(rng: np.random.Generator) -> list[tuple[np.ndarray, tuple[float, float, float]]]:
-    """What a bay holds, about the middle of its floor, with a colour for each part."""
+    """Return the parts of a bay, relative to the centre of its floor, each with a colour."""
     half = BAY / 2
     corner = np.array([(a, 0, b) for a in (-half, half) for b in (-half, half)])
     girders = [boxes(corner - (0.1, 0, 0.1), corner + (0.1, BAY, 0.1)),
@@ -167,7 +172,7 @@ def _bay(rng: np.random.Generator) -> list[tuple[np.ndarray, tuple[float, float,
 
 
 def _pipe(rng: np.random.Generator, half: float) -> np.ndarray:
-    """A pipe that turns corners: along one axis and another in turn, with rounded bends."""
+    """Return a pipe that runs along two axes alternately, with rounded bends."""
     points = [rng.uniform((-half, 0.2, -half), (half, BAY - 0.2, half))]
     for axis in np.tile(rng.permutation(3)[:2], 2):
         after = points[-1].copy()

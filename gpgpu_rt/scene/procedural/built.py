@@ -1,4 +1,4 @@
-"""Built scene: what a generator hands over, and the pile of coloured pieces it is made from."""
+"""Built scene: the result of a scene generator, and a collector of coloured pieces."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -21,11 +21,12 @@ class Built:
     ----------
     triangles : (n, 3, 3) float, world units
     colours : (n, 3) diffuse in [0, 1]
-    camera : its camera
-    light : (3,) position of the point light; intensity : (3,)
-    charts : as in Scene, for one that is a geometry image
-    appearance : whatever else of its looks Scene takes: materials, material_of, normals, uv,
-        environment; and lights, instead of the one above
+    camera : the scene's camera
+    light : (3,) position of the point light
+    intensity : (3,) intensity of the point light
+    charts : as in Scene, if the scene is a geometry image
+    appearance : further arguments of Scene: materials, material_of, normals, uv, environment, and
+        lights, which replaces ``light``
     """
 
     triangles: np.ndarray
@@ -38,7 +39,7 @@ class Built:
 
 
 class Pieces:
-    """Triangles and colours that pile up."""
+    """Collects triangles and their colours."""
 
     def __init__(self) -> None:
         self._triangles: list[np.ndarray] = []
@@ -48,18 +49,20 @@ class Pieces:
         return sum(len(part) for part in self._triangles)
 
     def add(self, triangles: np.ndarray, colour: Colour) -> None:
-        """Add (k, 3, 3) triangles of one colour, or of m colours for m equal runs of them."""
+        """Add (k, 3, 3) triangles with one colour, (3,), or with m colours, (m, 3), for m runs of
+        equal length."""
         colour = np.atleast_2d(np.asarray(colour, np.float64))
         self._triangles.append(triangles)
         self._colours.append(np.repeat(colour, len(triangles) // len(colour), axis=0))
 
     def arrays(self) -> tuple[np.ndarray, np.ndarray]:
-        """Triangles (n, 3, 3) and colours (n, 3), in the order they were added."""
+        """Return triangles (n, 3, 3) and colours (n, 3) in the order in which they were added."""
         return np.concatenate(self._triangles), np.concatenate(self._colours)
 
     def finish(self, count: int, camera: Camera, light: tuple[float, float, float],
                intensity: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Built:
-        """The scene, its largest triangles divided so that there are exactly `count`."""
+        """Return the scene, with its largest triangles divided to give exactly `count`
+        triangles."""
         triangles, colours = self.arrays()
         triangles, part_of = divide(triangles, count)
         return Built(triangles, colours[part_of], camera, light, intensity)

@@ -1,8 +1,8 @@
-"""Cornell box: the published measurements of the box at Cornell, in millimetres.
+"""Cornell box: the published measurements of the box at Cornell University, in millimetres.
 
-Quadrilaterals, reflectances (as RGB) and camera of "The Cornell Box", Cornell University Program
-of Computer Graphics. Where we depart: the light, published in the very plane of the ceiling,
-hangs half a millimetre lower, so that no two triangles coincide.
+Quadrilaterals, reflectances (as RGB) and camera are from "The Cornell Box", Cornell University
+Program of Computer Graphics. There is one departure: the published lamp lies in the plane of the
+ceiling; here it hangs half a millimetre lower, so that no two triangles coincide.
 """
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _WHITE_WALLS = (
 _GREEN_WALL = ((0, 0, 559.2), (0, 0, 0), (0, 548.8, 0), (0, 548.8, 559.2))
 _RED_WALL = ((552.8, 0, 0), (549.6, 0, 559.2), (556, 548.8, 559.2), (556, 548.8, 0))
 _LIGHT = ((343, 548.3, 227), (343, 548.3, 332), (213, 548.3, 332), (213, 548.3, 227))
-# Height, and the top's corners as (x, z); neither block has a bottom.
+# The height of each block, and the corners of its top as (x, z). The blocks have no bottom.
 _BLOCKS = (
     (165, ((130, 65), (82, 225), (240, 272), (290, 114))),
     (330, ((423, 247), (265, 296), (314, 456), (472, 406))),
@@ -29,7 +29,7 @@ _BLOCKS = (
 
 
 def make() -> Built:
-    """The box, 32 triangles."""
+    """Return the Cornell box: 32 triangles."""
     pieces = Pieces()
     for wall in _WHITE_WALLS:
         pieces.add(quad(*wall), WHITE)

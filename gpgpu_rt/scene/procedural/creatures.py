@@ -1,4 +1,4 @@
-"""Creatures: procedural single objects that stand in for scanned ones, seen from outside."""
+"""Creatures: procedural stand-ins for scanned objects, seen from outside."""
 from __future__ import annotations
 
 import numpy as np
@@ -12,7 +12,7 @@ FUR, STONE, HIDE, PORCELAIN = (0.72, 0.63, 0.52), (0.62, 0.60, 0.50), (0.55, 0.4
 
 
 def bunny() -> Built:
-    """A sitting animal with a wrinkled coat: 69,451 triangles, evenly small."""
+    """Return a sitting animal with a wrinkled coat: 69,451 small triangles of similar size."""
     parts = [ball(24_000, (0, 0.45, 0), (0.5, 0.45, 0.42)),
              ball(9_000, (-0.36, 0.95, 0.05), (0.27, 0.25, 0.24)),
              ball(4_000, (-0.30, 1.36, 0.12), (0.07, 0.30, 0.10), (0.15, -0.25)),
@@ -28,7 +28,7 @@ def bunny() -> Built:
 
 
 def buddha() -> Built:
-    """A standing figure on a pedestal: 100,000 triangles."""
+    """Return a standing figure on a pedestal: 100,000 triangles."""
     pieces = Pieces()
     robe = revolve(smooth([(0.0, 0.0), (0.42, 0.0), (0.44, 0.25), (0.30, 0.9), (0.34, 1.3),
                            (0.26, 1.62), (0.09, 1.72), (0.0, 1.73)], 160), 160)
@@ -43,7 +43,8 @@ def buddha() -> Built:
 
 
 def _cow(size: int) -> np.ndarray:
-    """A cow-like body of at most ``size`` triangles, about four units long, feet at y = 0."""
+    """Return a cow of at most ``size`` triangles, about four units long, with its feet at y =
+    0."""
     def part(share: float, *rest: tuple[float, ...]) -> np.ndarray:
         return ball(int(size * share), *rest)
     legs = [part(0.06, (x, 0.7, z), (0.17, 0.72, 0.17)) for x in (-1.1, 1.1) for z in (-0.4, 0.4)]
@@ -57,7 +58,7 @@ def _cow(size: int) -> np.ndarray:
 
 
 def cow() -> Built:
-    """One cow: 5,804 triangles."""
+    """Return a single cow: 5,804 triangles."""
     pieces = Pieces()
     pieces.add(bump(_cow(5_500), 0.02, 1.0), HIDE)
     camera = Camera((-4.5, 3.6, 8.5), (-0.3, 1.5, 0.0), fov=31)
@@ -65,7 +66,7 @@ def cow() -> Built:
 
 
 def cows() -> Built:
-    """Four cows on a meadow of two triangles: 23,218 triangles."""
+    """Return four cows on a meadow of two triangles: 23,218 triangles."""
     pieces = Pieces()
     where = np.array([(0, 0, 0), (4.5, 0, -3), (-4.2, 0, -4), (1.2, 0, -7.5)], np.float64)
     herd = place(bump(_cow(5_500), 0.02, 1.0), where, np.array([0.2, 2.0, -0.5, 3.4]))
@@ -81,7 +82,8 @@ def cows() -> Built:
 
 
 def pot(size: int) -> np.ndarray:
-    """A teapot-like body, lid, spout and handle, about six units wide, base at y = 0."""
+    """Return body, lid, spout and handle of a teapot of about ``size`` triangles, about six units
+    wide, with its base at y = 0."""
     n = max(8, int(np.sqrt(size / 6.4)))
     body = revolve(smooth([(0, 0), (1.5, 0.05), (2.0, 0.9), (1.75, 1.9), (1.4, 2.4)], n), 2 * n)
     lid = revolve(smooth([(1.4, 2.4), (0.8, 2.65), (0.25, 2.75), (0.35, 3.0), (0, 3.15)], n // 2),
@@ -95,7 +97,7 @@ def pot(size: int) -> np.ndarray:
 
 
 def teapot() -> Built:
-    """A pot: 6,320 triangles."""
+    """Return a teapot: 6,320 triangles."""
     pieces = Pieces()
     pieces.add(pot(5_600), PORCELAIN)
     camera = Camera((0.4, 4.2, 8.4), (0.2, 1.4, 0.0), fov=48)

@@ -1,4 +1,4 @@
-"""Images: built-in scenes that are geometry images, a chart or several."""
+"""Images: built-in scenes that are geometry images of one chart or several charts."""
 from __future__ import annotations
 
 import itertools
@@ -14,18 +14,18 @@ STONE, BRASS = (0.58, 0.55, 0.50), (0.72, 0.56, 0.28)
 
 
 def boulder() -> Built:
-    """A closed rock of six charts, the sides of a cube blown up, whose borders are shared to the
-    bit: 49,152 triangles."""
+    """Return a closed rock of six charts: 49,152 triangles. The charts are the sides of a cube,
+    projected to a sphere and displaced. Neighbouring charts have bit-identical borders."""
     cells = 64
     along = 2 * np.arange(cells + 1) - cells
     charts = []
     for axis, side in itertools.product(range(3), (-cells, cells)):
-        # Rows and columns so that faces look outward.
+        # Order rows and columns so that the triangles face outwards.
         one, two = ((axis + 1) % 3, (axis + 2) % 3)[::1 if side < 0 else -1]
         chart = np.empty((cells + 1, cells + 1, 3), np.int64)
         chart[..., axis], chart[..., one], chart[..., two] = side, along[:, None], along
         charts.append(chart)
-    # Each point of a border is computed once, for all charts that meet there.
+    # Compute each border point once, for all charts that meet there.
     lattice, place = np.unique(np.reshape(charts, (-1, 3)), axis=0, return_inverse=True)
     points = np.tan(lattice / cells * (np.pi / 4))
     points /= np.linalg.norm(points, axis=1, keepdims=True)
@@ -38,7 +38,7 @@ def boulder() -> Built:
 
 
 def knot() -> Built:
-    """A trefoil, swept: one chart, closed both ways. 36,864 triangles."""
+    """Return a swept trefoil knot: one chart, closed in both directions, of 36,864 triangles."""
     rows, columns = 384, 48
     t = 2 * np.pi * np.arange(rows + 1) / rows
     t[-1] = 0

@@ -1,4 +1,5 @@
-"""Lit: scenes with mirrors, glass and lamps, stand-ins for the pictures of Figures 1 and 7."""
+"""Lit: scenes with mirrors, glass and lamps, which stand in for the pictures of the survey's
+Figures 1 and 7."""
 from __future__ import annotations
 
 import numpy as np
@@ -20,7 +21,7 @@ PAPER = Material("paper", (0.72, 0.72, 0.7))
 
 
 def _tiles() -> Material:
-    """A floor of tiles in two colours, each a little uneven."""
+    """Return the material of a floor of tiles in two colours, with small random variations."""
     rng = np.random.default_rng(5)
     checks = np.indices((8, 8)).sum(axis=0) % 2
     shades = np.where(checks[..., None], (0.62, 0.58, 0.5), (0.16, 0.2, 0.24))
@@ -30,7 +31,8 @@ def _tiles() -> Material:
 
 def _built(parts: list[tuple[np.ndarray, Material, bool]], camera: Camera, *,
            uv: np.ndarray | None = None, **said: object) -> Built:
-    """A scene of (triangles, material, smooth) parts; ``uv`` are those of the first one."""
+    """Return a scene of (triangles, material, smooth) parts. ``uv`` are the texture coordinates of
+    the first part; ``said`` goes into the appearance."""
     triangles = np.concatenate([part for part, _, _ in parts])
     materials = tuple({material.name: material for _, material, _ in parts}.values())
     row = np.concatenate([np.full(len(part), materials.index(material))
@@ -46,21 +48,25 @@ def _built(parts: list[tuple[np.ndarray, Material, bool]], camera: Camera, *,
 
 
 def _floor_uv(triangles: np.ndarray, size: float) -> np.ndarray:
-    """Texture coordinates from above, an image every ``size`` world units."""
+    """Return texture coordinates projected from above; the image repeats every ``size`` world
+    units."""
     return triangles[:, :, [0, 2]] / size
 
 
 def cornell_light() -> Built:
-    """The Cornell box with the lamp as its light: 38 triangles. The lamp's radiance is that of the
-    published spectrum's coarse RGB, 18.4, 15.6 and 8. It lies in the plane of the ceiling, as
-    published, and the ceiling is open there: a gap above a lamp that shines both ways would be so
-    bright, and so rarely found, that most of a path tracer's noise came from it."""
+    """Return the Cornell box with its lamp as the light: 38 triangles.
+
+    The lamp's radiance is a coarse RGB form of the published spectrum: 18.4, 15.6 and 8. The lamp
+    lies in the plane of the ceiling, as published, in a hole of the ceiling. If it hung below the
+    ceiling, light from its back would make the gap very bright. Paths would find this gap so
+    rarely that it would cause most of a path tracer's noise.
+    """
     box, ceiling = cornell.make(), 2
     triangles, colours = np.asarray(box.triangles, np.float64), np.asarray(box.colours)
     outer = triangles[[ceiling, ceiling, ceiling, ceiling + 1], [0, 1, 2, 2]]
     inner = triangles[[-2, -2, -2, -1], [0, 1, 2, 2]]
     inner[:, 1] = outer[0, 1]
-    # Corners of the hole in the order of the ceiling's that are nearest to them.
+    # Sort the hole's corners so that each is paired with the nearest corner of the ceiling.
     inner = inner[np.linalg.norm(outer[:, None] - inner, axis=2).argmin(axis=1)]
     behind = np.roll([outer, inner], -1, axis=1)
     ring = [quad(a, b, d, c) for a, b, c, d in zip(outer, behind[0], inner, behind[1])]
@@ -77,7 +83,7 @@ def cornell_light() -> Built:
 
 
 def statue() -> Built:
-    """A standing figure of silver on a tiled floor under the sky: 100,002 triangles."""
+    """Return a standing figure of silver on a tiled floor under the sky: 100,002 triangles."""
     figure = np.asarray(creatures.buddha().triangles)
     ground = floor((-12, -12), (12, 12), -0.3)
     camera = Camera((1.6, 2.0, 4.6), (0.0, 0.85, 0.0), fov=38)
@@ -87,8 +93,10 @@ def statue() -> Built:
 
 
 def glass_teapot() -> Built:
-    """A pot of solid glass on a tiled floor, under a lamp and the sky: 12,002 triangles."""
-    pot, _ = divide(creatures.pot(11_000)[:, ::-1], 11_998)    # its vertices run clockwise
+    """Return a teapot of solid glass on a tiled floor, under a lamp and the sky: 12,002
+    triangles."""
+    # The triangles of `pot` run clockwise; glass needs them anticlockwise.
+    pot, _ = divide(creatures.pot(11_000)[:, ::-1], 11_998)
     ground = floor((-14, -14), (14, 14), -0.01)
     lamp = quad((-2, 9, -2), (2, 9, -2), (2, 9, 2), (-2, 9, 2))
     camera = Camera((0.4, 4.6, 9.0), (0.2, 1.3, 0.0), fov=44)
@@ -97,7 +105,7 @@ def glass_teapot() -> Built:
 
 
 def soft_shadows() -> Built:
-    """A vase, a ball and a block under a square lamp: 6,000 triangles."""
+    """Return a vase, a ball and a block under a square lamp: 6,000 triangles."""
     ground = floor((-8, -8), (8, 8), 0.0, 4)
     vase = revolve(smooth([(0.02, 0.0), (0.6, 0.0), (0.85, 0.8), (0.4, 1.7), (0.55, 2.2)], 30), 60)
     vase = vase + (-1.6, 0.0, 0.0)

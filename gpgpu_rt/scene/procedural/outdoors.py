@@ -1,4 +1,4 @@
-"""Outdoors: procedural scenes whose triangles lie unevenly in a wide space."""
+"""Outdoors: procedural scenes with uneven distributions of triangles in a wide space."""
 from __future__ import annotations
 
 import numpy as np
@@ -13,7 +13,8 @@ GROUND, LEAF, BARK = (0.42, 0.40, 0.36), (0.24, 0.42, 0.16), (0.36, 0.25, 0.17)
 
 
 def robots() -> Built:
-    """A crowd of small dense robots in a wide street of plain houses: 71,708 triangles."""
+    """Return a crowd of small, detailed robots in a wide street of plain houses: 71,708
+    triangles."""
     rng = np.random.default_rng(3)
     pieces = Pieces()
     pieces.add(floor((-160, -400), (160, 250), 0.0, 2), GROUND)
@@ -40,7 +41,7 @@ def robots() -> Built:
 
 
 def fairyforest() -> Built:
-    """Dense trees and mushrooms over a wide meadow: 174,117 triangles."""
+    """Return dense trees and mushrooms on a wide meadow: 174,117 triangles."""
     rng = np.random.default_rng(8)
     pieces = Pieces()
     ground = floor((-40, -40), (40, 40), 0.0, 60)
@@ -67,7 +68,7 @@ def fairyforest() -> Built:
 
 
 def tenk() -> Built:
-    """Twenty-four balls on a floor: 10,000 triangles."""
+    """Return twenty-four balls on a floor: 10,000 triangles."""
     pieces = Pieces()
     pieces.add(floor((-6, -5), (6, 5), 0.0, 4), GROUND)
     x, z = (axis.reshape(-1) for axis in np.meshgrid(np.linspace(-5, 5, 6), np.linspace(-3.6, 3.6,
@@ -79,8 +80,9 @@ def tenk() -> Built:
 
 
 def stadium(ratio: float = 0.01) -> Built:
-    """A pot in the middle of a stadium; the pot is ``ratio`` of the stadium's size, and the
-    camera keeps it equally large in view. 8,000 triangles: 6,000 and a little in the pot."""
+    """Return a teapot in the middle of a stadium: 8,000 triangles, a little over 6,000 of them in
+    the teapot. The teapot is ``ratio`` times as large as the stadium; its size in the picture is
+    the same for all ratios."""
     pieces = Pieces()
     side = 6.4 / ratio
     tiers = revolve([(0.5 * side * (0.75 + 0.05 * k), side * 0.04 * (k // 2 + (k % 2)))

@@ -1,4 +1,4 @@
-"""Painting: colours for meshes that come without."""
+"""Painting: makes colours for meshes without colours."""
 from __future__ import annotations
 
 import numpy as np
@@ -7,13 +7,14 @@ WHITE, RED, GREEN = (0.725, 0.71, 0.68), (0.63, 0.065, 0.05), (0.14, 0.45, 0.091
 
 
 def palette(index: np.ndarray) -> np.ndarray:
-    """(n, 3) soft colours; neighbours in the numbering differ."""
+    """Return (n, 3) soft colours; consecutive indices give different colours."""
     turns = np.asarray(index)[..., None] * 0.618034 + (0.0, 0.31, 0.62)
     return 0.6 + 0.2 * np.cos(2 * np.pi * turns)
 
 
 def by_part(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """(n, 3) colours, one a connected part; vertices at one place count as one."""
+    """Return (n, 3) colours, one for each connected part; vertices at the same position count as
+    one vertex."""
     vertices = np.ascontiguousarray(vertices, np.float32) + np.float32(0)
     _, same = np.unique(vertices.view([("", np.float32)] * 3).reshape(-1), return_inverse=True)
     faces = same.reshape(-1)[faces]
@@ -22,7 +23,8 @@ def by_part(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
         lowest = label[faces].min(axis=1)
         after = label.copy()
         for corner in faces.T:
-            # Hook both the corner and the root it hangs from, or chains take as long as they are.
+            # Lower the label of the corner and of the corner's root. Lowering only the corner
+            # would take as many rounds as the longest chain has vertices.
             np.minimum.at(after, label[corner], lowest)
             np.minimum.at(after, corner, lowest)
         while not np.array_equal(after, after[after]):
@@ -35,7 +37,8 @@ def by_part(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 def cornell_walls(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """(n, 3) colours of a Cornell box seen along -z: red on the left, green on the right."""
+    """Return (n, 3) colours of a Cornell box seen along -z: red on the left, green on the
+    right."""
     x = vertices[faces, 0]
     margin = 0.03 * np.ptp(x)
     left = (x < x.min() + margin).all(axis=1)[:, None]

@@ -1,4 +1,4 @@
-"""Rooms: procedural interiors seen from inside, a few large walls around many small things."""
+"""Rooms: procedural interiors seen from inside, with large walls around many small objects."""
 from __future__ import annotations
 
 import numpy as np
@@ -13,7 +13,7 @@ WALL, FLOOR, CEILING, WOOD, STEEL = ((0.72, 0.70, 0.64), (0.46, 0.36, 0.28), (0.
 
 
 def _shell(pieces: Pieces, lo: tuple[float, float, float], hi: tuple[float, float, float]) -> None:
-    """Walls, floor and ceiling, each a slab outside of [lo, hi]."""
+    """Add walls, floor and ceiling as slabs just outside the box [lo, hi]."""
     (x0, y0, z0), (x1, y1, z1) = lo, hi
     pieces.add(boxes((x0, y0 - 0.1, z0), (x1, y0, z1)), FLOOR)
     pieces.add(boxes((x0, y1, z0), (x1, y1 + 0.1, z1)), CEILING)
@@ -22,7 +22,7 @@ def _shell(pieces: Pieces, lo: tuple[float, float, float], hi: tuple[float, floa
 
 
 def kitchen() -> Built:
-    """A room with counters, a table and crockery on every shelf: 110,561 triangles."""
+    """Return a room with counters, a table, and crockery on every shelf: 110,561 triangles."""
     rng = np.random.default_rng(11)
     pieces = Pieces()
     _shell(pieces, (0, 0, 0), (8, 4, 8))
@@ -53,7 +53,8 @@ def kitchen() -> Built:
 
 
 def conference() -> Built:
-    """A long table, rows of cushioned chairs, lamps and shelves: 282,641 triangles."""
+    """Return a room with a long table, rows of cushioned chairs, lamps and shelves: 282,641
+    triangles."""
     pieces = Pieces()
     _shell(pieces, (0, 0, 0), (16, 4, 10))
     pieces.add(boxes((3.5, 0.9, 3.6), (12.5, 1.0, 6.4)), WOOD)
@@ -89,7 +90,7 @@ def conference() -> Built:
 
 
 def shirley6() -> Built:
-    """A box of a room with two balls and two blocks: 804 triangles."""
+    """Return a plain room with two balls and two blocks: 804 triangles."""
     pieces = Pieces()
     _shell(pieces, (0, 0, 0), (4, 3, 4))
     pieces.add(ball(300, (1.3, 0.6, 1.6), (0.6, 0.6, 0.6)), (0.70, 0.45, 0.35))

@@ -1,4 +1,4 @@
-"""Shapes: the triangles that built-in scenes are made of, y up, (k, 3, 3) float64 arrays."""
+"""Shapes: the building blocks of built-in scenes, y up, as (k, 3, 3) float64 triangles."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -8,7 +8,8 @@ import numpy as np
 
 
 def patch(points: np.ndarray) -> np.ndarray:
-    """Triangles over a grid of points, (r, c, 3); those of no area (at a pole) are left out."""
+    """Return the triangles between a grid of points, (r, c, 3). Triangles with two equal corners,
+    as at a pole, are left out."""
     a, b = points[:-1, :-1], points[:-1, 1:]
     c, d = points[1:, 1:], points[1:, :-1]
     triangles = np.stack((np.stack((a, b, c), 2), np.stack((a, c, d), 2)), 2).reshape(-1, 3, 3)
@@ -18,12 +19,12 @@ def patch(points: np.ndarray) -> np.ndarray:
 
 def quad(a: Sequence[float], b: Sequence[float], c: Sequence[float], d: Sequence[float]
          ) -> np.ndarray:
-    """Two triangles, a b c and a c d."""
+    """Return two triangles, a b c and a c d."""
     return np.array(((a, b, c), (a, c, d)), np.float64)
 
 
 def floor(lo: Sequence[float], hi: Sequence[float], height: float, cells: int = 1) -> np.ndarray:
-    """A level rectangle of cells x cells x 2 triangles; lo and hi are (x, z)."""
+    """Return a horizontal rectangle of cells x cells x 2 triangles; lo and hi are (x, z)."""
     x, z = np.meshgrid(np.linspace(lo[0], hi[0], cells + 1),
                        np.linspace(lo[1], hi[1], cells + 1), indexing="ij")
     return patch(np.stack((x, np.full_like(x, height), z), axis=-1))
@@ -37,13 +38,13 @@ def _cube() -> np.ndarray:
 
 
 def boxes(lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
-    """Twelve triangles for each of m boxes; lo and hi are (m, 3) or (3,)."""
+    """Return twelve triangles for each of m boxes; lo and hi are (m, 3) or (3,)."""
     lo, hi = (np.atleast_2d(np.asarray(a, np.float64))[:, None, None] for a in (lo, hi))
     return (lo + (hi - lo) * _cube()).reshape(-1, 3, 3)
 
 
 def revolve(profile: Sequence[Sequence[float]], segments: int) -> np.ndarray:
-    """A surface of revolution about y from a profile of (radius, y)."""
+    """Return the surface of revolution of a profile of (radius, y) around the y axis."""
     radius, y = np.asarray(profile, np.float64).T[:, :, None]
     angle = np.linspace(0, 2 * np.pi, segments + 1)
     cosine, sine = np.cos(angle), np.sin(angle)
@@ -52,7 +53,7 @@ def revolve(profile: Sequence[Sequence[float]], segments: int) -> np.ndarray:
 
 
 def smooth(profile: Sequence[Sequence[float]], points: int) -> np.ndarray:
-    """A profile of few (radius, y) resampled to many, rounded (Catmull and Rom's spline)."""
+    """Return a profile of (radius, y) resampled to more points along a Catmull-Rom spline."""
     p = np.asarray(profile, np.float64)
     p = np.concatenate((2 * p[:1] - p[1:2], p, 2 * p[-1:] - p[-2:-1]))
     s = np.linspace(0, len(p) - 3, points)
@@ -66,7 +67,8 @@ def smooth(profile: Sequence[Sequence[float]], points: int) -> np.ndarray:
 
 def ball(count: int, centre: Sequence[float] = (0, 0, 0), radii: Sequence[float] = (1, 1, 1),
          bend: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
-    """An ellipsoid of at most `count` triangles, rolled by `bend` = (about x, about z) radians."""
+    """Return an ellipsoid of at most `count` triangles, rotated by `bend` = (around x, around z)
+    radians."""
     rings = max(2, int((1 + np.sqrt(1 + count)) / 2))
     angle = np.linspace(-np.pi / 2, np.pi / 2, rings + 1)
     profile = np.stack((np.cos(angle), np.sin(angle)), axis=1)
@@ -76,7 +78,7 @@ def ball(count: int, centre: Sequence[float] = (0, 0, 0), radii: Sequence[float]
 
 
 def turn(triangles: np.ndarray, angle: float, axis: int) -> np.ndarray:
-    """Triangles turned about a coordinate axis through the origin, radians."""
+    """Return triangles rotated around a coordinate axis by an angle in radians."""
     i, j = (axis + 1) % 3, (axis + 2) % 3
     turned = triangles.copy()
     turned[..., i] = triangles[..., i] * np.cos(angle) - triangles[..., j] * np.sin(angle)
@@ -86,7 +88,7 @@ def turn(triangles: np.ndarray, angle: float, axis: int) -> np.ndarray:
 
 def tube(path: Sequence[Sequence[float]], radius: float | Sequence[float], segments: int
          ) -> np.ndarray:
-    """A pipe of 2 x (points - 1) x segments triangles along a path of (p, 3) points."""
+    """Return a pipe of 2 x (p - 1) x segments triangles along a path of (p, 3) points."""
     path = np.asarray(path, np.float64)
     ahead = np.gradient(path, axis=0)
     ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
@@ -103,13 +105,14 @@ def tube(path: Sequence[Sequence[float]], radius: float | Sequence[float], segme
 
 def place(triangles: np.ndarray, positions: np.ndarray, yaw: np.ndarray | float = 0.0,
           scale: np.ndarray | float = 1.0) -> np.ndarray:
-    """m copies of k triangles, (m * k, 3, 3): scaled, turned about y, moved.
+    """Return m copies of k triangles, (m * k, 3, 3): scaled, rotated around y, then moved.
 
     Parameters
     ----------
     triangles : (k, 3, 3)
     positions : (m, 3), world units
-    yaw, scale : (m,) or a number; radians, a factor for all axes or (m, 3)
+    yaw : (m,) or a number, radians
+    scale : (m,) or a number, the same for all axes; or (m, 3)
     """
     m = len(positions)
     yaw = np.broadcast_to(yaw, m)[:, None, None]
@@ -122,7 +125,7 @@ def place(triangles: np.ndarray, positions: np.ndarray, yaw: np.ndarray | float 
 
 
 def noise(points: np.ndarray, wavelength: float, seed: int) -> np.ndarray:
-    """Smooth noise of about [-1, 1] at points (..., 3): equal points get equal values."""
+    """Return smooth noise of about [-1, 1] at points (..., 3); equal points get equal values."""
     rng = np.random.default_rng(seed)
     waves = rng.normal(size=(3, 12))
     waves *= 2 * np.pi / wavelength * rng.uniform(0.5, 1.2, 12) / np.linalg.norm(waves, axis=0)
@@ -130,16 +133,16 @@ def noise(points: np.ndarray, wavelength: float, seed: int) -> np.ndarray:
 
 
 def bump(triangles: np.ndarray, height: float, wavelength: float, seed: int = 0) -> np.ndarray:
-    """Triangles whose vertices are moved by smooth noise; shared vertices stay shared."""
+    """Return triangles with vertices displaced by smooth noise; shared vertices stay shared."""
     moves = [noise(triangles, wavelength, seed + axis) for axis in range(3)]
     return triangles + height * np.stack(moves, axis=-1)
 
 
 def divide(triangles: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Exactly `count` triangles of the same surface, and the triangle each is a part of.
+    """Return exactly `count` triangles of the same surface, and the original of each triangle.
 
-    The largest are split in three about their centroid, which leaves their edges whole; an odd
-    one is cut in two across its longest edge.
+    The largest triangles are split in three at their centroid, which leaves their edges whole. If
+    an odd number is missing, one more triangle is cut in two across its longest edge.
     """
     extra = count - len(triangles)
     if not 0 <= extra <= 2 * len(triangles) - 1:

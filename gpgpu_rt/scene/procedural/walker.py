@@ -1,4 +1,4 @@
-"""Walker: an animal with joints that goes round a meadow, at any time."""
+"""Walker: an animal with joints that walks in a circle on a meadow."""
 from __future__ import annotations
 
 from functools import cache
@@ -9,20 +9,22 @@ from ..camera import Camera
 from .built import Built
 from .shapes import ball, bump, floor, noise
 
-STEP_SECONDS = 1.1     # until a foot comes down again
-SWING = 0.32           # radians that a leg swings to each side
-BEND = 0.7             # radians that a knee bends while its foot is in the air
-HIP = 1.45             # height of the hips, world units: it is as long as four
-RADIUS = 3.2           # of the circle it walks on
-# Whose foot comes down when, in shares of a step: behind, then before, on one side, on the other.
+STEP_SECONDS = 1.1     # the period of a leg's motion
+SWING = 0.32           # radians; largest angle of a leg forwards and backwards
+BEND = 0.7             # radians; largest bend of a knee while its foot is in the air
+HIP = 1.45             # height of the hips, world units; the animal is about four units long
+RADIUS = 3.2           # radius of the circle on which the animal walks, world units
+# The phase of each leg at its hip's (x, z), as a share of a step: hind leg, then front leg, on one
+# side; then the same on the other side.
 GAIT = {(1.1, -0.4): 0.0, (-1.1, -0.4): 0.25, (1.1, 0.4): 0.5, (-1.1, 0.4): 0.75}
-TORSO, HEAD, TAIL, LEGS = 0, 1, 2, 3    # bones; then a thigh and a shin for each leg
+TORSO, HEAD, TAIL, LEGS = 0, 1, 2, 3    # bones; from LEGS on, a thigh and a shin for each leg
 
 HIDE, SPOTS, GRASS = (0.70, 0.66, 0.60), (0.34, 0.22, 0.15), (0.33, 0.48, 0.22)
 
 
 def walker() -> Built:
-    """Standing at time 0: 28,412 triangles, of which 25,820 are the animal's."""
+    """Return the animal and the meadow at time 0: 28,412 triangles, of which the animal has
+    25,820."""
     animal = _rest()[0]
     middle = animal.mean(axis=1)
     spotted = (noise(middle, 0.9, 5) > 0.35)[:, None]
@@ -34,11 +36,13 @@ def walker() -> Built:
 
 
 def walker_at(seconds: float) -> np.ndarray:
-    """(n, 3, 3) float32: where its triangles, and then those of the meadow, are."""
+    """Return (n, 3, 3) float32, the triangles of the animal at a time, then those of the
+    meadow."""
     triangles, bone = _rest()
     turns, moves = _pose(seconds / STEP_SECONDS)
     posed = np.einsum("kij,kvj->kvi", turns[bone], triangles) + moves[bone, None]
-    # A foot on the ground goes back as fast as the animal goes on: a swing's width in half a step.
+    # A foot on the ground moves backwards relative to the body by the width of a swing in half a
+    # step; the animal moves forwards at this speed.
     speed = 4 * SWING * HIP / STEP_SECONDS
     round_about = _turn_about(1, -speed * seconds / RADIUS)
     posed = (posed + (0, 0, RADIUS)) @ round_about.T
@@ -46,7 +50,8 @@ def walker_at(seconds: float) -> np.ndarray:
 
 
 def _pose(step: float) -> tuple[np.ndarray, np.ndarray]:
-    """Of each bone the turn, (3, 3), and what is added behind it, (3,); ``step`` counts steps."""
+    """Return each bone's rotation, (3, 3), and the translation after it, (3,). ``step`` is the
+    time in steps."""
     joints, parents, angles = [(0.0, 0.0, 0.0)], [-1], [0.0]
 
     def bone(joint: tuple[float, float, float], parent: int, angle: float) -> int:
@@ -70,7 +75,7 @@ def _pose(step: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _turn_about(axis: int, angle: float) -> np.ndarray:
-    """(3, 3): radians about a coordinate axis."""
+    """Return the (3, 3) rotation around a coordinate axis by an angle in radians."""
     i, j = (axis + 1) % 3, (axis + 2) % 3
     turn = np.eye(3)
     turn[i, i] = turn[j, j] = np.cos(angle)
@@ -80,8 +85,8 @@ def _turn_about(axis: int, angle: float) -> np.ndarray:
 
 @cache
 def _rest() -> tuple[np.ndarray, np.ndarray]:
-    """(k, 3, 3) triangles of the animal as it stands on straight legs, head towards -x; (k,) the
-    bone that each goes with."""
+    """Return (k, 3, 3), the triangles of the animal on straight legs with its head towards -x; and
+    (k,) the bone that moves each triangle."""
     parts = [(TORSO, ball(9000, (0, 1.75, 0), (1.6, 0.72, 0.66))),
              (HEAD, ball(3000, (-1.6, 2.25, 0), (0.55, 0.35, 0.33), (0.0, -0.9))),
              (HEAD, ball(3000, (-2.05, 2.5, 0), (0.5, 0.27, 0.26), (0.0, 0.5))),
@@ -100,7 +105,7 @@ def _rest() -> tuple[np.ndarray, np.ndarray]:
 
 @cache
 def _meadow() -> np.ndarray:
-    """(m, 3, 3): uneven ground."""
+    """Return (m, 3, 3), the triangles of uneven ground."""
     ground = floor((-6.0, -6.0), (6.0, 6.0), 0.0, 36)
     ground[..., 1] += 0.05 * (noise(ground, 2.5, 8) - 1)
     return ground

@@ -1,1 +1,1 @@
-"""Surfaces as images: meshes cut, laid flat and resampled."""
+"""Surfaces as images: cuts meshes open, flattens them and resamples them."""

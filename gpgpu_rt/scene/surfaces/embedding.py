@@ -1,8 +1,9 @@
-"""Embedding: an open surface laid flat, its boundary given, no triangle turned over.
+"""Embedding: flattens an open surface with a given boundary, without flipping any triangle.
 
-Each inner vertex lies at the mean of its neighbours, by positive weights: an embedding for any of
-them, where the boundary is convex (W. Tutte, "How to draw a graph", 1963). Those of mean value
-coordinates (M. Floater, 2003) keep shapes well; made symmetric, they suit conjugate gradients.
+Each inner vertex lies at a weighted mean of its neighbours. If the boundary is convex, any
+positive weights give an embedding (W. Tutte, "How to draw a graph", 1963). The weights of mean
+value coordinates (M. Floater, 2003) preserve shapes well. Here they are made symmetric, as the
+method of conjugate gradients requires.
 """
 from __future__ import annotations
 
@@ -11,26 +12,30 @@ import numpy as np
 from ...accel.morton import morton_order
 from .surface_mesh import SurfaceMesh
 
-PATCHES = 500    # of vertices, at most, in the coarse half of the preconditioner
+PATCHES = 500    # most patches of vertices in the coarse level of the preconditioner
 
 
 def embed(mesh: SurfaceMesh, border: np.ndarray, places: np.ndarray, size: int,
           guess: np.ndarray | None = None, tolerance: float = 1e-5) -> np.ndarray:
-    """(v, 2): each inner vertex at the mean of its neighbours, by positive weights.
+    """Return the flat position of each vertex, (v, 2), row and column.
 
     Parameters
     ----------
-    border : (b,) vertices of the boundary; places : (b, 2) where they are
-    guess : (f, 2) where the faces may be about, to start from
-    tolerance : how much less the means are missed in the end than with all in the middle
+    mesh : the open surface
+    border : (b,) vertices of the boundary
+    places : (b, 2) the fixed positions of these vertices
+    size : cells a side of the square
+    guess : (f, 2) approximate positions of the faces, as a start; by default the centre
+    tolerance : the solver stops at this residual, relative to the residual with all inner vertices
+        at the centre
     """
     corners = mesh.vertices[mesh.faces]
-    one = np.roll(corners, -1, axis=1) - corners      # along each corner's own half-edge
+    one = np.roll(corners, -1, axis=1) - corners      # along the half-edge that starts at a corner
     two = np.roll(corners, 1, axis=1) - corners
     sine = np.linalg.norm(np.cross(one, two), axis=2)
     half = np.clip(np.arctan2(sine, (one * two).sum(axis=2)) / 2, 1e-3, np.pi / 2 - 1e-3)
     length = np.maximum(mesh.lengths.reshape(-1, 3), 1e-9 * mesh.size)
-    # Of the mean value weights of an edge from both its ends, the halves that lie in this face.
+    # Each face contributes, at both ends of an edge, its half of the edge's mean value weight.
     weight = ((np.tan(half) + np.tan(np.roll(half, -1, axis=1))) / length).reshape(-1)
     count = len(mesh.vertices)
     pairs, pair = np.unique(np.concatenate([mesh.start * count + mesh.end,
@@ -43,7 +48,8 @@ def embed(mesh: SurfaceMesh, border: np.ndarray, places: np.ndarray, size: int,
     free[border] = 0
 
     def missed(at: np.ndarray) -> np.ndarray:
-        """Weights times (own place less neighbours'), where a vertex is free; row + i column."""
+        """Return the residual of each free vertex: the weighted sum of its differences to its
+        neighbours. Positions are complex numbers, row + i column."""
         return (total * at - np.add.reduceat(pull * at[there], first)) * free
 
     at = np.full(count, (0.5 + 0.5j) * size)
@@ -55,7 +61,8 @@ def embed(mesh: SurfaceMesh, border: np.ndarray, places: np.ndarray, size: int,
         row, column = (np.bincount(mesh.start, np.repeat(g, 3), count) / near for g in guess.T)
         at = np.where(free > 0, row + 1j * column, at)
         left = -missed(at)
-    # Errors that reach far are mended between patches of vertices, the others one by one.
+    # Two-level preconditioner: patches of vertices reduce errors of long range, the diagonal
+    # reduces local errors.
     patches = min(count // 16 + 1, PATCHES)
     patch = np.empty(count, np.int64)
     patch[morton_order(mesh.vertices if guess is None else
@@ -64,7 +71,8 @@ def embed(mesh: SurfaceMesh, border: np.ndarray, places: np.ndarray, size: int,
     coarse = np.bincount(patch[here] * patches + patch[there], -pull * free[here] * free[there],
                          patches**2).reshape(patches, patches)
     coarse[np.diag_indices(patches)] += np.bincount(patch, total * free, patches)
-    coarse[np.diag_indices(patches)] += 1e-9 * coarse.diagonal().max()    # a patch of the border
+    # A patch of border vertices alone has a zero row: make the matrix regular.
+    coarse[np.diag_indices(patches)] += 1e-9 * coarse.diagonal().max()
     inverse = np.linalg.inv(coarse)
 
     def mended(left: np.ndarray) -> np.ndarray:

@@ -17,11 +17,12 @@ from ..scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class GeometryImage:
-    """Charts, each an image of positions: 2 x 2 neighbouring texels are a quad of two triangles.
+    """A surface as charts: images of positions in which 2 x 2 neighbouring texels form a quad of
+    two triangles.
 
-    A surface of several charts is closed where their borders hold the same positions. Texel (r, c)
-    of a chart, those right of it, right below it and below it are a, b, c and d; the triangles are
-    a b c and a c d. Faces go through the charts in order, row by row, two a cell.
+    A surface of several charts has no gap where the charts' borders hold the same positions. For
+    the cell at (r, c), let a be texel (r, c), b (r, c + 1), c (r + 1, c + 1) and d (r + 1, c). The
+    triangles are a b c and a c d. Faces are ordered by chart, then by row, then by column.
 
     Parameters
     ----------
@@ -30,7 +31,7 @@ class GeometryImage:
     Raises
     ------
     SceneError
-        a wrong shape, or the first chart that is not finite in float32
+        a chart has a wrong shape or is not finite in float32; the message names the first
     """
 
     charts: tuple[np.ndarray, ...]
@@ -70,14 +71,14 @@ class GeometryImage:
         return cell_faces(self.shapes)
 
     def moved(self, positions: np.ndarray) -> GeometryImage:
-        """The same charts of other (texels, 3) positions."""
+        """Return charts of the same shapes with other positions, (texels, 3)."""
         ends = np.cumsum([rows * columns for rows, columns in self.shapes])
         parts = np.split(np.asarray(positions), ends[:-1])
         return GeometryImage([part.reshape(*shape, 3) for part, shape in zip(parts, self.shapes)])
 
     def normals(self) -> list[np.ndarray]:
-        """(rows, columns, 3) float32 for each chart: unit normals. Texels at the same position,
-        along a seam or at a pole, have the same one."""
+        """Return the unit normals of each chart, (rows, columns, 3) float32. Texels at the same
+        position, along a seam or at a pole, have the same normal."""
         positions, faces = self.positions, self.faces
         places, place = np.unique(positions, axis=0, return_inverse=True)
         place = place.reshape(-1)
@@ -96,12 +97,13 @@ class GeometryImage:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> GeometryImage:
-        """The image of the .npz file at ``path``: its arrays chart_0, chart_1, ...
+        """Return the geometry image of the .npz file at ``path``, from its arrays chart_0,
+        chart_1, ...
 
         Raises
         ------
         SceneError
-            a file that cannot be read, or holds no charts
+            the file cannot be read, or holds no charts
         """
         found = read_npz(path, "a geometry image", SceneError)
         charts = [found[f"chart_{k}"] for k in range(len(found)) if f"chart_{k}" in found]
@@ -111,8 +113,8 @@ class GeometryImage:
         return cls(charts)
 
     def scene(self, **settings: Any) -> Scene:
-        """A scene of its triangles, which `geometry-image` traces as images and every other method
-        as a mesh.
+        """Return a scene of the triangles. The method `geometry-image` traces the scene as images,
+        every other method as a mesh.
 
         Parameters
         ----------

@@ -1,9 +1,10 @@
-"""Parametrise: a disc or a closed surface of genus 0 as a geometry image (Gu et al. 2002).
+"""Parametrise: maps a disc or a closed surface of genus 0 to a geometry image (Gu et al. 2002).
 
-A closed surface is cut open along paths over its edges. The boundary goes around the square, each
-stretch of it over a whole number of texels, so that both sides of a cut get the very same samples:
-the image closes without a seam. The inside is embedded and sampled at the texels; where it comes
-out too small, more paths are cut to there.
+A closed surface is cut open along paths of edges. The boundary is mapped to the border of the
+square, and each stretch of the boundary covers a whole number of texels. Both sides of a cut
+therefore have the same samples, and the surface closes without a gap. The inner vertices are
+embedded, and the surface is sampled at the texels. Where the embedding shrinks a part too much,
+another cut is made to that part.
 """
 from __future__ import annotations
 
@@ -22,19 +23,19 @@ from .geometry_image import GeometryImage
 from .resampling import cross, rasterised
 from .surface_mesh import SurfaceMesh
 
-CUTS = 8              # paths at most that open a surface further
-FAR = 0.02            # of the extent: an image that is further away from the surface is warned of
-STRETCHED = 12.0      # times smaller than the median: worth a cut
-TOLERANCE, ROUGH = 1e-5, 1e-3    # of conjugate gradients, for the image and for choosing cuts
+CUTS = 8              # largest number of additional cuts
+FAR = 0.02            # warn if the image is further from the surface than this share of the extent
+STRETCHED = 12.0      # cut to a face that is shrunk by more than this factor times the median
+TOLERANCE, ROUGH = 1e-5, 1e-3    # solver tolerances, for the image and for the choice of cuts
 
 
 @dataclass(frozen=True)
 class Parametrisation:
-    """A surface spread over a square.
+    """A surface flattened to a square.
 
-    mesh : the surface, cut open
-    flat : (v, 2) float64, where each of its vertices lies, row and column in cells
-    image : (size + 1, size + 1, 3) float64, the surface at every texel
+    mesh : the surface after cutting
+    flat : (v, 2) float64, row and column of each vertex of the mesh, in cells
+    image : (size + 1, size + 1, 3) float64, the position of the surface at every texel
     """
 
     mesh: SurfaceMesh
@@ -42,9 +43,12 @@ class Parametrisation:
     image: np.ndarray
 
     def distances(self) -> np.ndarray:
-        """(v,) float64: how far each vertex is from the image's triangles where it lies in the
-        image, world units. The nearest triangle may be nearer: the largest distance bounds how
-        far any vertex is from the surface of the image."""
+        """Return the distance of each vertex, (v,) float64, from the point of the image's surface
+        at the vertex's row and column, world units.
+
+        This is an upper bound of the distance to the image's surface, because another triangle of
+        the image may be nearer.
+        """
         cell = np.clip(np.floor(self.flat), 0, len(self.image) - 2).astype(np.int64)
         down, right = (self.flat - cell).T[:, :, None]
         row, column = cell.T
@@ -55,8 +59,8 @@ class Parametrisation:
         return np.linalg.norm(at - self.mesh.vertices, axis=1)
 
     def largest_distance(self) -> float:
-        """The largest of the ``distances``, as a share of the surface's extent; warns where it is
-        so large that parts of the surface are missing or torn."""
+        """Return the largest of the ``distances`` as a share of the surface's extent. Warn if it
+        is so large that parts of the surface are missing or torn."""
         places = self.mesh.vertices[self.mesh.faces].reshape(-1, 3)
         share = float(self.distances().max() / np.ptp(places, axis=0).max())
         if share > FAR:
@@ -69,11 +73,11 @@ class Parametrisation:
 
 def remesh(scene: Scene | trimesh.Trimesh | str | os.PathLike[str], size: int = 128,
            cuts: int = CUTS) -> GeometryImage:
-    """A geometry image of (size + 1, size + 1) texels of a connected surface.
+    """Return a geometry image of (size + 1, size + 1) texels of a connected surface.
 
     Parameters
     ----------
-    scene, size, cuts : as for `parametrise`, which also says what is raised
+    scene, size, cuts : as for `parametrise`, which raises the same errors
     """
     found = parametrise(scene, size, cuts)
     found.largest_distance()
@@ -82,21 +86,21 @@ def remesh(scene: Scene | trimesh.Trimesh | str | os.PathLike[str], size: int = 
 
 def parametrise(scene: Scene | trimesh.Trimesh | str | os.PathLike[str], size: int = 128,
                 cuts: int = CUTS) -> Parametrisation:
-    """A connected surface spread over a square.
+    """Return a connected surface flattened to a square.
 
     Parameters
     ----------
-    scene : what `load_scene` takes; equal corners count as one vertex. Of holes all are closed but
-        the one with the longest edge
+    scene : an argument of `load_scene`; corners at the same position become one vertex. All holes
+        are closed, except the hole with the longest boundary
     size : cells a side
-    cuts : paths at most to places that come out too small
+    cuts : largest number of cuts to parts that the embedding shrinks too much
 
     Raises
     ------
     SceneError
-        a surface that is not connected, not oriented alike, or has handles
+        the surface is not connected, not consistently oriented, or has handles
     OptionError
-        a size below 4 or cuts below 0
+        the size is below 4, or cuts is below 0
     """
     if size < 4 or cuts < 0:
         raise OptionError(f"remesh: size {size} and cuts {cuts}; give a size of 4 or more and "
@@ -117,8 +121,11 @@ def parametrise(scene: Scene | trimesh.Trimesh | str | os.PathLike[str], size: i
 
 
 def _opened(mesh: SurfaceMesh, size: int, cuts: int) -> Parametrisation:
-    """Spread, after paths were cut from the boundary to where it is worst; a closed surface is
-    cut first from a far vertex to the one furthest from it."""
+    """Return the flattened surface, after cutting from the boundary to the most shrunk faces.
+
+    A closed surface is first cut along the path from the vertex furthest from the centre to the
+    vertex furthest from that one along edges.
+    """
     along = np.zeros(len(mesh.start), bool)
     if (mesh.twin >= 0).all():
         middle = mesh.vertices.mean(axis=0)
@@ -133,7 +140,7 @@ def _opened(mesh: SurfaceMesh, size: int, cuts: int) -> Parametrisation:
         guess = flat[opened.faces].mean(axis=1)
         stretch = _stretch(opened, flat, size)
         distance = mesh.distances(np.unique(was[opened.start[loop]]))
-        # The face that comes out smallest, of those that a path can still be led to.
+        # Find the most shrunk face among the faces without a vertex on the boundary.
         score = np.where((distance[mesh.faces] > 0).all(axis=1), stretch, 0)
         worst = int(np.argmax(score))
         if attempt == cuts or score[worst] < STRETCHED * np.median(stretch):
@@ -147,8 +154,8 @@ def _opened(mesh: SurfaceMesh, size: int, cuts: int) -> Parametrisation:
 
 
 def _along(mesh: SurfaceMesh, edges: np.ndarray, samples: int) -> tuple[np.ndarray, np.ndarray]:
-    """Where half-edges in a row start, (k,) in samples from the first one on; and the (samples, 3)
-    positions at equal distances along them, without the end."""
+    """Return the starts of k consecutive half-edges, (k,) in units of samples, and the positions
+    of samples at equal distances along them, (samples, 3), without the end point."""
     length = np.concatenate([[0], np.cumsum(mesh.lengths[edges])])
     places = mesh.vertices[np.append(mesh.start[edges], mesh.end[edges[-1]])]
     wanted = np.arange(samples) / samples * length[-1]
@@ -158,15 +165,18 @@ def _along(mesh: SurfaceMesh, edges: np.ndarray, samples: int) -> tuple[np.ndarr
 
 def _around(mesh: SurfaceMesh, opened: SurfaceMesh, was: np.ndarray, along: np.ndarray,
             size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The boundary of a surface that was cut open, as a loop of half-edges; where each starts, in
-    texels around the image; and the (4 size, 3) positions around it, the same on both sides of
-    each path between ends and forks of the cut."""
+    """Map the boundary of a cut surface to the border of the image.
+
+    Returns the loop of half-edges of the boundary; the start of each half-edge, in texels around
+    the border; and the positions at the border's texels, (4 size, 3). A cut consists of paths
+    between its ends and forks; the two sides of a path have the same positions.
+    """
     loop = opened.loops()[0]
     if len(loop) < 4:
         raise SceneError(f"{mesh.name}: its boundary has {len(loop)} edges; four or more go "
                          "around an image")
     cut = np.bincount(mesh.start[along], minlength=len(mesh.vertices))[was[opened.start[loop]]]
-    own = mesh.twin[loop] < 0     # the surface's own boundary
+    own = mesh.twin[loop] < 0     # true on the boundary of the uncut surface
     forks = np.flatnonzero((cut > 0) & (cut != 2) | (own != np.roll(own, 1)))
     if not len(forks):
         forks = np.array([_sharpest(mesh, loop)])
@@ -179,7 +189,7 @@ def _around(mesh: SurfaceMesh, opened: SurfaceMesh, was: np.ndarray, along: np.n
     at, rings = [], []
     for k, path in enumerate(paths):
         place, ring = _along(opened, path, samples[k])
-        if mate[k] < k:     # the other side's samples, the other way round
+        if mate[k] < k:     # use the samples of the cut's other side in reverse
             ring = np.concatenate([opened.vertices[opened.start[path[:1]]], rings[mate[k]][:0:-1]])
         at.append(place + samples[:k].sum())
         rings.append(ring)
@@ -187,15 +197,15 @@ def _around(mesh: SurfaceMesh, opened: SurfaceMesh, was: np.ndarray, along: np.n
 
 
 def _sharpest(mesh: SurfaceMesh, loop: np.ndarray) -> int:
-    """Where along a loop it turns most."""
+    """Return the index of the half-edge in a loop where the loop turns most."""
     ahead = mesh.vertices[mesh.end[loop]] - mesh.vertices[mesh.start[loop]]
     ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-300)
     return int(np.argmin((ahead * np.roll(ahead, 1, axis=0)).sum(axis=1)))
 
 
 def _shares(length: np.ndarray, mate: np.ndarray, total: int) -> np.ndarray:
-    """Whole numbers, 1 or more, about in proportion to lengths, alike for mates (a path may be its
-    own), that add up to ``total``, an even number."""
+    """Distribute ``total``, an even number, to paths in proportion to their lengths. Each path
+    gets a whole number of 1 or more, and mates get the same number; a path may be its own mate."""
     spare = total - 2 * len(length)
     if spare < 0:
         raise OptionError(f"remesh: {len(length)} stretches of boundary do not fit around an "
@@ -215,8 +225,8 @@ def _shares(length: np.ndarray, mate: np.ndarray, total: int) -> np.ndarray:
 
 
 def _square(at: np.ndarray, size: int) -> np.ndarray:
-    """(k, 2) row and column of places around an image of this many cells a side, from its first
-    texel along the first row on."""
+    """Return (k, 2) row and column of positions ``at`` around the border of an image of ``size``
+    cells a side. Positions count from the first texel, along the first row."""
     side, along = np.divmod(at, size)
     ends = np.full_like(at, size)
     rows = np.choose(side.astype(int) % 4, [0 * at, along, ends, ends - along])
@@ -226,16 +236,16 @@ def _square(at: np.ndarray, size: int) -> np.ndarray:
 
 def _flattened(mesh: SurfaceMesh, loop: np.ndarray, at: np.ndarray, size: int,
                guess: np.ndarray | None, tolerance: float) -> np.ndarray:
-    """(v, 2) row and column of each vertex, the loop's half-edges starting at these places around
-    the image."""
+    """Return (v, 2) row and column of each vertex, if the loop's half-edges start at the positions
+    ``at`` around the image's border."""
     at = at.copy()
-    for corner in range(1, 4):    # the nearest vertex goes to the corner, else it is cut off
+    for corner in range(1, 4):    # move the nearest vertex to each corner, so the border covers it
         at[np.argmin(np.abs(at - corner * size))] = corner * size
     return embed(mesh, mesh.start[loop], _square(at, size), size, guess, tolerance)
 
 
 def _stretch(mesh: SurfaceMesh, flat: np.ndarray, size: int) -> np.ndarray:
-    """(f,) how many times smaller than it is each triangle comes out."""
+    """Return (f,) the ratio of each triangle's area on the surface to its area in the image."""
     a, b, c = mesh.vertices[mesh.faces].transpose(1, 0, 2)
     p, q, r = flat[mesh.faces].transpose(1, 0, 2)
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)

@@ -1,6 +1,7 @@
-"""Surface mesh: a connected, oriented mesh as half-edges; its boundary, shortest paths and cuts.
+"""Surface mesh: an oriented mesh as half-edges, with its boundary, shortest paths and cuts.
 
-Half-edge 3 f + k runs from corner k of face f to the next one. Its twin runs the other way.
+Half-edge 3 f + k runs from corner k of face f to the next corner. Its twin is the half-edge of the
+neighbouring face that runs along the same edge in the opposite direction.
 """
 from __future__ import annotations
 
@@ -15,7 +16,12 @@ from ...errors import SceneError
 
 @dataclass(frozen=True, eq=False)
 class SurfaceMesh:
-    """vertices : (v, 3) float64; faces : (f, 3) int64, oriented alike; name : for errors."""
+    """An oriented mesh.
+
+    vertices : (v, 3) float64
+    faces : (f, 3) int64, consistently oriented
+    name : the mesh's name in errors
+    """
 
     vertices: np.ndarray
     faces: np.ndarray
@@ -23,7 +29,8 @@ class SurfaceMesh:
 
     @classmethod
     def of_triangles(cls, triangles: np.ndarray, name: str = "mesh") -> SurfaceMesh:
-        """From (n, 3, 3): equal corners become one vertex; a triangle with two of them goes."""
+        """Return the mesh of (n, 3, 3) triangles. Equal corners become one vertex, and triangles
+        with two equal corners are dropped."""
         vertices, index = np.unique(triangles.reshape(-1, 3) + np.float32(0), axis=0,
                                     return_inverse=True)    # + 0: no negative zeros
         faces = index.reshape(-1, 3)
@@ -34,22 +41,23 @@ class SurfaceMesh:
 
     @cached_property
     def start(self) -> np.ndarray:
-        """(3 f,) int64, where each half-edge starts."""
+        """(3 f,) int64, the start vertex of each half-edge."""
         return self.faces.reshape(-1)
 
     @cached_property
     def end(self) -> np.ndarray:
-        """(3 f,) int64."""
+        """(3 f,) int64, the end vertex of each half-edge."""
         return np.roll(self.faces, -1, axis=1).reshape(-1)
 
     @cached_property
     def twin(self) -> np.ndarray:
-        """(3 f,) int64, -1 on the boundary.
+        """(3 f,) int64, the twin of each half-edge; -1 on the boundary.
 
         Raises
         ------
         SceneError
-            where more than two triangles share an edge, or two run along it the same way
+            more than two triangles share an edge, or two triangles run along it in the same
+            direction
         """
         key = self.start * len(self.vertices) + self.end
         order = np.argsort(key, kind="stable")
@@ -63,21 +71,21 @@ class SurfaceMesh:
 
     @cached_property
     def lengths(self) -> np.ndarray:
-        """(3 f,) float64, of the half-edges."""
+        """(3 f,) float64, the length of each half-edge."""
         return np.linalg.norm(self.vertices[self.end] - self.vertices[self.start], axis=1)
 
     @cached_property
     def size(self) -> float:
-        """The diagonal of the box."""
+        """The diagonal of the bounding box."""
         return float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
 
     def loops(self) -> list[np.ndarray]:
-        """The boundary: half-edges of each loop in order, the longest loop first.
+        """Return the loops of the boundary, longest first, each as its half-edges in order.
 
         Raises
         ------
         SceneError
-            where the boundary passes a vertex twice
+            the boundary passes a vertex twice
         """
         edges = np.flatnonzero(self.twin < 0)
         leaving = np.full(len(self.vertices), -1, np.int64)
@@ -97,17 +105,18 @@ class SurfaceMesh:
         return sorted(found, key=lambda loop: -self.lengths[loop].sum())
 
     def parts(self) -> int:
-        """Connected components."""
+        """Return the number of connected components."""
         label = same_labels(len(self.vertices), self.start, self.end)
         return len(np.unique(label))
 
     def euler(self) -> int:
-        """Vertices less edges plus faces: 2 for a closed surface of genus 0, 1 for a disc."""
+        """Return vertices - edges + faces: 2 for a closed surface of genus 0, 1 for a disc."""
         edges = len(self.start) - int((self.twin >= 0).sum()) // 2
         return len(self.vertices) - edges + len(self.faces)
 
     def filled(self, loops: list[np.ndarray]) -> SurfaceMesh:
-        """With a fan of triangles about the middle of each of these loops."""
+        """Return the mesh with these boundary loops closed, each by a fan of triangles around the
+        loop's centre."""
         vertices, faces = [self.vertices], [self.faces]
         for k, loop in enumerate(loops):
             middle = np.full(len(loop), len(self.vertices) + k)
@@ -119,7 +128,8 @@ class SurfaceMesh:
 
     @cached_property
     def _neighbours(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Where each vertex's neighbours begin, how many, who, and how far."""
+        """The neighbours of each vertex: start and length of each vertex's run, (v,) each, then
+        the neighbours of all runs and their distances."""
         lone = self.twin < 0
         here = np.concatenate([self.start, self.end[lone]])
         there = np.concatenate([self.end, self.start[lone]])
@@ -129,7 +139,8 @@ class SurfaceMesh:
         return run_starts(count), count, there[order], far[order]
 
     def distances(self, sources: np.ndarray) -> np.ndarray:
-        """(v,) float64, along edges from the nearest of the vertices ``sources``."""
+        """Return (v,) float64, the distance of each vertex along edges from the nearest of the
+        vertices ``sources``."""
         first, count, there, far = self._neighbours
         distance = np.full(len(self.vertices), np.inf)
         distance[sources] = 0
@@ -143,7 +154,8 @@ class SurfaceMesh:
         return distance
 
     def path(self, distance: np.ndarray, end: int) -> list[int]:
-        """Vertices from ``end`` back to where ``distance`` (of `distances`) is 0."""
+        """Return the vertices of a shortest path from ``end`` to a vertex whose ``distance``, as
+        `distances` returns it, is 0."""
         first, count, there, far = self._neighbours
         way = [int(end)]
         while distance[way[-1]] > 0:
@@ -152,19 +164,22 @@ class SurfaceMesh:
         return way
 
     def edges_along(self, way: list[int]) -> np.ndarray:
-        """(3 f,) bool, the half-edges between vertices that follow one another, either way."""
+        """Return (3 f,) bool, the half-edges between consecutive vertices of a path, in both
+        directions."""
         size = len(self.vertices)
         one, two = np.array(way[:-1]), np.array(way[1:])
         wanted = np.concatenate([one * size + two, two * size + one])
         return np.isin(self.start * size + self.end, wanted)
 
     def cut(self, along: np.ndarray) -> tuple[SurfaceMesh, np.ndarray]:
-        """Opened along half-edges (3 f,) bool: the mesh with the vertices there doubled, and for
-        each of its vertices the one it was, (w,) int64. Faces, and so half-edges, stay."""
+        """Cut the mesh along half-edges, (3 f,) bool. Return the mesh, in which each side of the
+        cut has its own vertices, and the original of each of its vertices, (w,) int64. Faces and
+        half-edges keep their numbers."""
         kept = np.flatnonzero((self.twin >= 0) & ~along)
         after = np.arange(len(self.start)).reshape(-1, 3)
         after = np.roll(after, -1, axis=1).reshape(-1)
-        # A half-edge stands for the corner it starts from: both ends of an edge meet its twin's.
+        # Identify a corner with the half-edge that starts there. An edge that is not cut joins the
+        # corners at both of its ends to those of its twin.
         label = same_labels(len(self.start), np.concatenate([kept, after[kept]]),
                             np.concatenate([after[self.twin[kept]], self.twin[kept]]))
         corner, faces = np.unique(label, return_inverse=True)
@@ -173,7 +188,8 @@ class SurfaceMesh:
 
 
 def same_labels(count: int, one: np.ndarray, two: np.ndarray) -> np.ndarray:
-    """(count,) int64, the lowest number of each set of things that pairs (one, two) join."""
+    """Return (count,) int64 labels of connected components: the least member of each component,
+    where the pairs (one, two) are connected."""
     label = np.arange(count)
     while True:
         lowest = np.minimum(label[one], label[two])
