@@ -1,7 +1,7 @@
-"""The judge: nearest hits in rational numbers, for the few rays that two oracles dispute.
+"""Exact hits: nearest hits in rational numbers, for the few rays that float64 cannot decide.
 
-Cramer's rule on ``o + t d = (1 - u - v) v0 + u v1 + v v2``; nothing is rounded before the answer
-is. A loop over rays and triangles in Python: some 10 microseconds a pair.
+Cramer's rule solves ``o + t d = (1 - u - v) v0 + u v1 + v v2``. Only the final result is rounded.
+The loop over rays and triangles is in Python and takes about 10 microseconds per pair.
 """
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ Vector = tuple[Fraction, Fraction, Fraction]
 
 def trace_exact(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray,
                 t_min: float = 0.0, t_max: float = np.inf) -> Hits:
-    """Nearest hits, exact up to the rounding of t, u and v to float64 at the end.
+    """Return nearest hits, exact up to the rounding of t, u and v to float64 at the end.
 
-    Rays in a triangle's plane miss it. Ends, edges and vertices are included; of triangles at
-    equal t the lowest index wins.
+    A ray in a triangle's plane misses the triangle. The ends of the interval, edges and vertices
+    are included. Among triangles at equal t, the lowest index wins.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def trace_exact(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarr
 
 
 def _solve(o: Vector, d: Vector, v0: Vector, e1: Vector, e2: Vector) -> Vector | None:
-    """t, u and v where the line meets the triangle, or None."""
+    """Return t, u and v where the line meets the triangle, or None."""
     p = _cross(d, e2)
     det = _dot(e1, p)
     if det == 0:

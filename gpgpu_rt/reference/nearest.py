@@ -1,12 +1,15 @@
-"""The oracle: nearest hits in float64 on the CPU, by brute force or through a tree of its own.
+"""Reference tracer: nearest hits in float64 on the CPU, by brute force or with `ReferenceTree`.
 
-The triangle test is Woop, Benthin and Wald's, "Watertight Ray/Triangle Intersection", JCGT 2(1),
-2013: vertices are moved to the ray's origin, permuted so that its longest component is z, sheared
-onto the z axis, and three 2D edge functions decide. An edge function is a difference of two
-products, so its sign is never wrong and it is exactly negated for the neighbour across the edge:
-no ray is lost there. We accept both facings, and need no fallback to a higher precision; but a
-ray must pass through the sheared triangle's box, since all three functions of a speck far from the
-ray may vanish beside their rounding.
+The triangle test is that of Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", JCGT
+2(1), 2013. It moves the vertices to the ray's origin, permutes the axes so that the direction's
+largest component is z, and shears the vertices so that the ray lies on the z axis. Three 2D edge
+functions then decide. An edge function is a difference of two products, so its sign is never
+wrong. For the neighbouring triangle across the edge, it is exactly negated, so no ray is lost
+between the two.
+
+There are three departures. Both facings are accepted. There is no fallback to a higher precision.
+The ray must pass through the bounding box of the sheared triangle: for a tiny triangle far from
+the ray, all three edge functions may round to zero.
 """
 from __future__ import annotations
 
@@ -28,23 +31,25 @@ _PAIRS = 1 << 19
 def trace(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
           t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf, *,
           accelerated: bool = False, invalid: str = "raise") -> Hits:
-    """Nearest hits, with t, u and v in float64.
+    """Return nearest hits, with t, u and v in float64.
 
-    Vertices, rays, t_min and t_max are rounded to float32 on entry; what follows is float64.
-    A triangle without area is never hit; of triangles at equal t the lowest index wins.
+    Vertices, rays, t_min and t_max are rounded to float32 on entry; all further arithmetic is
+    float64. A triangle without area is never hit. Among triangles at equal t, the lowest index
+    wins.
 
     Parameters
     ----------
     scene_or_triangles : Scene, or (m, 3, 3) array, world units
-    origins, directions : (n, 3) or (h, w, 3), directions of any length but zero
-    t_min, t_max : scalar or one a ray, in units of |direction|, both ends included
-    accelerated : go through a bounding volume tree; the same bits, sooner
-    invalid : "raise", or "miss" to give such a ray status 1
+    origins, directions : (n, 3) or (h, w, 3), directions of any nonzero length
+    t_min, t_max : a number, or a value per ray, in units of |direction|; both ends are included
+    accelerated : whether to use a bounding volume tree, which gives the same bits faster
+    invalid : treatment of rays with a NaN, an infinity or a zero direction: "raise" an error, or
+        "miss" to give the ray status 1
 
     Raises
     ------
     ValueError
-        shapes that do not fit, or the first ray with a NaN or infinite entry or a zero direction
+        shapes do not match, or a ray is invalid; the message names the first invalid ray
     """
     vertices = as_triangles(scene_or_triangles)
     shape = np.shape(origins)[:-1]
@@ -75,21 +80,23 @@ def trace(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
 def settle(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray, hits: Hits,
            t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf
            ) -> tuple[Hits, int]:
-    """Re-decide in rationals what float64 cannot be trusted with.
+    """Decide in rational numbers the hits that float64 cannot decide.
 
-    A ray is in doubt where more than one triangle, or one that is no certain hit, may be its
-    nearest within the bounds that `error_bounds` derives for float64: it passes an edge or an end
-    of its interval, or two triangles are as good as equally far. `trace_exact` then chooses among
-    those triangles. Copies of a triangle raise no doubt: the lowest index wins.
+    The error bounds of `error_bounds` for float64 tell which triangles may be a ray's nearest hit.
+    A ray is doubtful if there are several such triangles, or one that is not a certain hit. This
+    happens if the ray passes an edge, if the hit is at an end of the interval, or if two triangles
+    are almost equally far. `trace_exact` then chooses among these triangles. Copies of a triangle
+    cause no doubt, because the lowest index wins.
 
     Parameters
     ----------
-    scene_or_triangles, origins, directions, t_min, t_max : as for `trace`; invalid rays stay
-    hits : what `trace` found, left as it is
+    scene_or_triangles, origins, directions, t_min, t_max : as for `trace`; invalid rays keep their
+        hits
+    hits : the result of `trace`, which is not modified
 
     Returns
     -------
-    The hits with those of the doubtful rays exact, and how many such rays there were.
+    The hits, exact for the doubtful rays; and the number of doubtful rays.
     """
     vertices = as_triangles(scene_or_triangles)
     origins, directions, t_min, t_max, valid = as_rays(origins, directions, t_min, t_max, "miss")
@@ -118,9 +125,9 @@ def settle(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
 def _candidates(vertices: np.ndarray, different: np.ndarray, origins: np.ndarray,
                 directions: np.ndarray, t_min: np.ndarray, t_max: np.ndarray
                 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Pairs of ray and triangle that may be the ray's nearest hit, (k,) each, and for each ray
-    whether they leave that in doubt, (n,) bool."""
-    limit = t_max.copy()        # the furthest that the nearest hit can be
+    """Return the rays and triangles, (k,) each, of all pairs that may be the ray's nearest hit;
+    and for each ray whether its nearest hit is doubtful, (n,) bool."""
+    limit = t_max.copy()        # upper bound of the nearest hit's t
     kept = []
     tree = ReferenceTree.of(vertices[different])
     for ray, some in tree.pairs(origins, directions, t_min, limit):
@@ -141,7 +148,7 @@ def _candidates(vertices: np.ndarray, different: np.ndarray, origins: np.ndarray
 
 
 class _Bundle:
-    """Rays whose longest component is z: origins, the shear, and the interval of t."""
+    """Rays whose direction is largest in z: origins, shears and intervals of t."""
 
     def __init__(self, origins: np.ndarray, directions: np.ndarray, t_min: np.ndarray,
                  t_max: np.ndarray) -> None:
@@ -150,12 +157,13 @@ class _Bundle:
             self.shear = (directions[:, :2] / directions[:, 2:]).T.copy()
         self.inv_z = 1.0 / directions[:, 2]
         self.t_min, self.t_max = t_min, t_max
-        self.limit = t_max.copy()       # the nearest hit so far: nothing beyond it matters
+        self.limit = t_max.copy()       # t of the nearest hit so far; the tree prunes beyond it
 
 
 def _nearest(hits: Hits, rays: np.ndarray, solid: np.ndarray, bundle: _Bundle,
              corners: np.ndarray, pairs: Iterator[tuple[np.ndarray, np.ndarray]]) -> None:
-    """Test the pairs of (ray, triangle) and keep each ray's nearest hit, lowest index first."""
+    """Test the pairs of (ray, triangle) and store each ray's nearest hit in ``hits``; at equal t,
+    the lowest index."""
     for ray, triangle in pairs:
         t, u, v, accepted = _intersect(bundle, corners, ray, triangle)
         found = np.flatnonzero(accepted)
@@ -177,7 +185,7 @@ def _nearest(hits: Hits, rays: np.ndarray, solid: np.ndarray, bundle: _Bundle,
 
 def _intersect(bundle: _Bundle, corners: np.ndarray, ray: np.ndarray, triangle: np.ndarray
                ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """The watertight test of each pair: t, u, v, and whether it is a hit."""
+    """Apply the watertight test to each pair; return t, u, v, and whether the pair is a hit."""
     origin, shear = bundle.origins[:, ray], bundle.shear[:, ray]
     x, y, z = [], [], []
     for corner in corners:
@@ -201,29 +209,29 @@ def _intersect(bundle: _Bundle, corners: np.ndarray, ray: np.ndarray, triangle: 
 
 
 def _all_pairs(rays: int, triangles: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Every (ray, triangle), a bounded number at a time."""
+    """Yield all pairs of (ray, triangle) in batches of bounded size."""
     for start in range(0, rays * triangles, _PAIRS):
         yield np.divmod(np.arange(start, min(start + _PAIRS, rays * triangles)), triangles)
 
 
 def has_area(vertices: np.ndarray) -> np.ndarray:
-    """(m,) bool of (m, 3, 3) ``vertices``, false where a triangle's normal is exactly zero in
-    float64."""
+    """Return (m,) bool for the triangles (m, 3, 3) ``vertices``: false where the normal is exactly
+    zero in float64."""
     normal = np.cross(vertices[:, 1] - vertices[:, 0], vertices[:, 2] - vertices[:, 0])
     return (normal != 0).any(axis=1)
 
 
 def as_triangles(scene_or_triangles: Any) -> np.ndarray:
-    """Triangles (m, 3, 3), rounded to float32 and held in float64.
+    """Return triangles (m, 3, 3), rounded to float32 and stored as float64.
 
     Parameters
     ----------
-    scene_or_triangles : what has ``triangles``, or (m, 3, 3) float itself
+    scene_or_triangles : an object with ``triangles``, or (m, 3, 3) float
 
     Raises
     ------
     ValueError
-        another shape
+        the shape is wrong
     """
     triangles = getattr(scene_or_triangles, "triangles", scene_or_triangles)
     triangles = np.asarray(triangles, np.float32).astype(np.float64)
@@ -234,19 +242,19 @@ def as_triangles(scene_or_triangles: Any) -> np.ndarray:
 
 def as_rays(origins: np.ndarray, directions: np.ndarray, t_min: float | np.ndarray,
             t_max: float | np.ndarray, invalid: str) -> tuple[np.ndarray, ...]:
-    """Rays as (n, 3), (n, 3), (n,), (n,), rounded to float32 and held in float64, and (n,) bool
-    for which of them are valid.
+    """Return origins (n, 3), directions (n, 3), t_min (n,) and t_max (n,) of rays, rounded to
+    float32 and stored as float64; and (n,) bool, whether each ray is valid.
 
     Parameters
     ----------
     origins, directions : (n, 3) or (h, w, 3) float
-    t_min, t_max : scalars or one a ray, in units of |direction|
+    t_min, t_max : numbers, or a value per ray, in units of |direction|
     invalid : "raise" or "miss"
 
     Raises
     ------
     ValueError
-        shapes that do not fit, or the first invalid ray where these raise
+        shapes do not match; or, with "raise", a ray is invalid
     """
     with np.errstate(over="ignore"):
         origins, directions = (np.asarray(a, np.float32).astype(np.float64)

@@ -1,14 +1,14 @@
-"""The float64 path tracer: what ``glsl/render/path*.frag`` draw, on whole arrays of paths.
+"""The float64 path tracer: does the same as ``glsl/render/path*.frag``, on whole arrays of paths.
 
-Kajiya, "The Rendering Equation", SIGGRAPH 1986. At each vertex a path asks one light (next-event
-estimation), then goes on by what the material reflects; light that it meets by itself counts by
-how much likelier that way of finding it was (the power heuristic of Veach and Guibas,
-"Optimally Combining Sampling Techniques for Monte Carlo Rendering", SIGGRAPH 1995). Both sides
-draw the same random numbers, and ask the same lights: pictures differ by what float32 rounds, and
-where that makes a path turn elsewhere.
+The algorithm is path tracing (Kajiya, "The Rendering Equation", SIGGRAPH 1986). At each vertex, a
+path samples one light (next-event estimation), then continues in a direction sampled from the
+material. The power heuristic weights light found in either way (Veach and Guibas, "Optimally
+Combining Sampling Techniques for Monte Carlo Rendering", SIGGRAPH 1995). The reference and the
+shaders use the same random numbers and sample the same lights. Their pictures differ only by
+float32 rounding, and by paths that rounding sends elsewhere.
 
-Radiance is not scaled where it enters a denser medium, as the factor cancels for all light that
-comes in and goes out: only a light or an eye inside glass would tell.
+Radiance is not scaled where light enters a denser medium. The factor cancels for all light that
+enters and leaves again; it would matter only for a light or an eye inside glass.
 """
 from __future__ import annotations
 
@@ -32,15 +32,15 @@ from .sampling import (
 from .sobol import sobol_numbers
 from .spawn import spawn
 
-BRUTE_FORCE = 8     # triangles up to which no tree pays
-AT_ONCE = 1 << 16
-TINY = 1e-30
+BRUTE_FORCE = 8     # up to this number of triangles, brute force is faster than a tree
+AT_ONCE = 1 << 16   # most paths in a block, unless the picture has more pixels
+TINY = 1e-30        # guards divisions by a density that may be 0
 
 
 @dataclass
 class PathPicture:
-    """Linear radiance, (height, width, 3) float64 each: the mean of the samples, and the standard
-    error that their spread gives it."""
+    """Linear radiance, (height, width, 3) float64 each: the mean of the samples, and its standard
+    error, estimated from the samples' variance."""
 
     mean: np.ndarray
     error: np.ndarray
@@ -49,12 +49,16 @@ class PathPicture:
 def path_picture(scene: Scene, size: tuple[int, int], samples: int,
                  settings: PathSettings = PathSettings(), camera: Camera | None = None,
                  first_sample: int = 0) -> PathPicture:
-    """The mean of samples ``first_sample`` and on of each pixel, by the scene's own camera.
+    """Return the path traced picture of a scene.
 
     Parameters
     ----------
+    scene : Scene
     size : (width, height) pixels
-    samples : paths a pixel
+    samples : paths per pixel
+    settings : the path settings
+    camera : by default the scene's own camera
+    first_sample : number of the first sample of each pixel, from which the random numbers follow
     """
     width, height = size
     pixels = width * height
@@ -77,12 +81,13 @@ def path_picture(scene: Scene, size: tuple[int, int], samples: int,
 def path_radiance(scene: Scene, size: tuple[int, int], x: np.ndarray, y: np.ndarray,
                   sample: np.ndarray, settings: PathSettings = PathSettings(),
                   camera: Camera | None = None) -> np.ndarray:
-    """(n, 3) radiance that path ``sample`` of pixel (x, y), row 0 at the top, finds; (n,) each."""
+    """Return (n, 3), the radiance of one path each: path number ``sample`` of pixel (``x``,
+    ``y``), (n,) each, with row 0 at the top."""
     return _Paths(scene, size, x, y, sample, settings, camera or scene.camera).run()
 
 
 class _Paths:
-    """n paths on their way: rays, what they still weigh, what they have found."""
+    """The state of n paths: their rays, weights and collected light."""
 
     def __init__(self, scene: Scene, size: tuple[int, int], x: np.ndarray, y: np.ndarray,
                  sample: np.ndarray, settings: PathSettings, camera: Camera) -> None:
@@ -97,7 +102,9 @@ class _Paths:
         self.origin = np.broadcast_to(np.float32(camera.eye), direction.shape).copy()
         self.direction = direction
         self.weight = np.ones((len(x), 3))
-        self.density = np.full(len(x), np.inf)      # of the ray's direction; infinite if certain
+        # The probability density of the ray's direction; infinite if only this direction was
+        # possible, as for eye rays and mirrors.
+        self.density = np.full(len(x), np.inf)
         self.light = np.zeros((len(x), 3))
         self.alive = np.arange(len(x))
 
@@ -136,20 +143,22 @@ class _Paths:
 
     def _far_density(self, direction: np.ndarray, radiance: np.ndarray, found: np.ndarray
                      ) -> np.ndarray:
-        """How likely surroundings are asked in directions from which this radiance comes, where
-        paths go with density ``found``: a sky, as often as they do."""
+        """Return the density with which next-event estimation samples the surroundings in these
+        directions, given the radiance from them. A sky is sampled by the material, so its density
+        is that of the path, ``found``, times the probability to choose the surroundings."""
         light = self.scene.environment.image_light if self.scene.environment else None
         return self.lights.far * (found if light is None else light.density(direction, radiance))
 
     def _far_weight(self, mine: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """How much one way to find surroundings counts, over its density. Both draw a sky alike:
-        by how often."""
+        """Return the weight of one way to find light of the surroundings, over its density. For an
+        image, this is the power heuristic. For a sky, both ways have proportional densities, so
+        the balance heuristic suffices."""
         if self.scene.environment is not None and self.scene.environment.image_light is not None:
             return _power_weight(mine, other)
         return 1 / np.maximum(mine + other, TINY)
 
     def _emitted(self, at: _Surfaces, hits: Hits) -> None:
-        """Light that paths meet by themselves, both sides of a triangle alike."""
+        """Add the light of emitting triangles that paths hit; both sides of a triangle emit."""
         emission = self.emission[at.material]
         some = np.flatnonzero(emission.any(axis=1))
         paths, emission = self.alive[some], emission[some]
@@ -162,7 +171,7 @@ class _Paths:
         self.light[paths] += self.weight[paths] * emission * share[:, None]
 
     def _lit(self, at: _Surfaces, hits: Hits, vertex: int) -> None:
-        """What one light sends by way of each vertex, unless something is between."""
+        """Add the light of one sampled light at each vertex, unless the light is occluded."""
         rows = np.flatnonzero(at.scatters)
         random = self._random(self.alive[rows], vertex, 1)
         light = self.lights.choose(random[:, 0], random[:, 1])
@@ -190,7 +199,7 @@ class _Paths:
             shone = self.emission[self.scene.material_of[light[area]]]
             facing = np.abs(_dot(normal[area], direction[area]))
             bright = self.lights.density * luminance(shone)
-            # The density of this place as seen from the vertex is bright d^2 / facing.
+            # The density of this light sample per steradian at the vertex is bright d^2 / facing.
             emission[area] = shone * (facing * _power_weight(
                 bright * distance[area] ** 2, facing * found[area]))[:, None]
         useful = np.flatnonzero((reflected > 0).any(axis=1) & (emission > 0).any(axis=1))
@@ -198,7 +207,7 @@ class _Paths:
         distance = distance[useful]
         start = spawn(self.scene, _some(hits, rows), direction)
         between = _trace(self.scene, start, direction * distance[:, None])
-        # What is met at 1 - 1e-5 of the way is the light, or as near to it as rounding can tell.
+        # A hit beyond 1 - 1e-5 of the distance is the light itself, within rounding.
         free = (between.t >= 1 - 1e-5) | (between.triangle == light)
         paths = self.alive[rows]
         self.light[paths] += (free[:, None] * self.weight[paths]
@@ -206,8 +215,8 @@ class _Paths:
 
     def _lit_from_afar(self, at: _Surfaces, hits: Hits, rows: np.ndarray, random: np.ndarray
                        ) -> None:
-        """The same of surroundings: an image is asked by its luminance, a sky where the surface
-        might send the path as well."""
+        """Add the light of the surroundings at vertices that chose them. An image is sampled by
+        its luminance, a sky by the material of the vertex."""
         if not len(rows):
             return
         environment = self.scene.environment
@@ -231,7 +240,7 @@ class _Paths:
         self.light[paths] += free[:, None] * self.weight[paths] * arrives[useful]
 
     def _go_on(self, at: _Surfaces, hits: Hits, vertex: int) -> None:
-        """Choose what each path does next; those that end are alive no more."""
+        """Choose the next ray of each path; remove paths that end from ``alive``."""
         random = self._random(self.alive, vertex, 0)
         direction, weight, density = at.next(random)
         weight *= self.weight[self.alive]
@@ -246,11 +255,13 @@ class _Paths:
 
 
 class _Surfaces:
-    """What paths meet: normals on their side, and what the material does with light.
+    """The surfaces at n hits: normals on the incoming side, and material properties.
 
     Parameters
     ----------
-    direction : (n, 3), of the rays that hit
+    scene : Scene
+    hits : the hits, without misses
+    direction : (n, 3), directions of the incoming rays
     """
 
     def __init__(self, scene: Scene, hits: Hits, direction: np.ndarray) -> None:
@@ -282,12 +293,14 @@ class _Surfaces:
         self.ior = np.array([m.ior or 0.0 for m in materials])[self.material]
         shares = np.stack([self.diffuse, self.glossy, self.mirror]).sum(axis=2)
         total = shares.sum(axis=0)
-        self.chance = shares / np.where(total > 0, total, 1)      # (3, n), by kind
+        # (3, n): the probabilities of diffuse, glossy and mirror reflection.
+        self.chance = shares / np.where(total > 0, total, 1)
         self.scatters = (self.ior == 0) & ((self.diffuse > 0) | (self.glossy > 0)).any(axis=1)
 
     def scattered(self, rows: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """How much of what arrives from (k, 3) unit directions at some of the hits goes back along
-        the rays, times the cosine, (k, 3); and how likely `next` goes there, (k,)."""
+        """Evaluate the material at k hits for light from unit directions, (k, 3). Return the
+        reflectance towards the incoming ray times the cosine, (k, 3), and the density with which
+        `next` samples the directions, (k,)."""
         normal = self.normal[rows]
         cosine = _dot(normal, direction) * (_dot(self.flat[rows], direction) > 0)
         cosine = np.maximum(cosine, 0)
@@ -300,8 +313,9 @@ class _Surfaces:
                            + self.chance[1, rows] * lobe)
 
     def next(self, random: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Directions (n, 3) that light may come from, their weights (n, 3), 0 where the path ends,
-        and densities (n,); by numbers (n, 4), of which the second is left alone."""
+        """Sample directions from which light may arrive, by random numbers (n, 4). Return the
+        directions (n, 3), their weights (n, 3), 0 where the path ends, and their densities (n,).
+        The second random number is not used; Russian roulette needs it."""
         n = len(random)
         direction, weight = np.zeros((n, 3)), np.zeros((n, 3))
         density = np.full(n, np.inf)
@@ -330,7 +344,8 @@ class _Surfaces:
 
     @staticmethod
     def _off(direction: np.ndarray, side: np.ndarray) -> np.ndarray:
-        """A blended normal may send a ray through the triangle; the flat one sends it back."""
+        """Mirror directions at the flat triangle if an interpolated normal sent them through
+        it."""
         away = _dot(direction, side) <= 0
         return np.where(away[:, None], _reflect(direction, side), direction)
 
@@ -341,8 +356,8 @@ def _trace(scene: Scene, origins: np.ndarray, directions: np.ndarray) -> Hits:
 
 
 def _power_weight(mine: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """How much light counts in the way whose density is ``mine``, where another finds it too, over
-    that density; 0 where this way would never come there."""
+    """Return the power heuristic's weight of a sampling technique over its density ``mine``, where
+    a second technique has density ``other``; 0 where ``mine`` is 0."""
     most = np.maximum(np.maximum(mine, other), TINY)
     mine, other = mine / most, other / most
     return mine / (np.maximum(mine ** 2 + other ** 2, TINY) * most)
@@ -366,5 +381,5 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
 
 
 def _dot(a: np.ndarray, b: np.ndarray) -> Any:
-    """(n,) products of (n, 3) vectors."""
+    """Return (n,) dot products of (n, 3) vectors."""
     return np.einsum("nx,nx->n", a, b)

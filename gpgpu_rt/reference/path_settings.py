@@ -1,25 +1,32 @@
-"""Settings of path tracing that its GPU and float64 forms share."""
+"""Path settings: the settings that the path tracers on the GPU and in float64 share."""
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from ..errors import OptionError
 
-MOST_SURVIVE = 0.95     # of a path that weighs its all, so that none goes on for ever
+MOST_SURVIVE = 0.95     # largest survival probability in Russian roulette, so that all paths end
 SAMPLERS = ("sobol", "random")
 
 
 @dataclass(frozen=True)
 class PathSettings:
-    """How long paths get, and which random numbers they draw.
+    """The length of paths, and their random numbers.
 
     Attributes
     ----------
-    bounces : how often a path may turn at most; 0 shows what emits alone
-    roulette : the vertex from which paths end by chance, those that weigh little the sooner
-        (Russian roulette: what goes on weighs more by as much)
-    seed : another one gives another picture of the same scene, with noise of its own
-    sampler : "sobol", numbers that are spread evenly over the samples of a pixel, or "random" ones
+    bounces : largest number of bounces of a path; with 0, only emitting surfaces and surroundings
+        are visible
+    roulette : the vertex from which Russian roulette ends paths: paths of small weight end more
+        often, and the weight of the others grows to compensate
+    seed : the seed of the random numbers; each seed gives different noise
+    sampler : "sobol" for numbers that are evenly distributed over the samples of a pixel, or
+        "random"
+
+    Raises
+    ------
+    OptionError
+        a value is out of range
     """
 
     bounces: int = 64

@@ -1,4 +1,4 @@
-"""The reference picture: what `Tracer.render` draws, hits and shadows by the float64 oracle."""
+"""Reference picture: the picture that `Tracer.render` draws, with hits and shadows in float64."""
 from __future__ import annotations
 
 import numpy as np
@@ -11,10 +11,10 @@ GROUND, OVERHEAD = np.array((0.16, 0.14, 0.12)), np.array((0.26, 0.29, 0.33))
 
 
 def reference_picture(scene: Scene, size: tuple[int, int]) -> np.ndarray:
-    """(height, width, 3) float64 sRGB in [0, 1], by the scene's own camera.
+    """Return the picture of the scene's own camera, (height, width, 3) float64 sRGB in [0, 1].
 
-    The formulas are those of ``render/surfaces.frag`` and ``render/picture.frag``; a test holds
-    the two together.
+    The formulas are those of ``render/surfaces.frag`` and ``render/picture.frag``. A test compares
+    the pictures.
     """
     width, height = size
     origins, directions = (a.reshape(-1, 3) for a in scene.camera.rays(size))
@@ -32,7 +32,7 @@ def reference_picture(scene: Scene, size: tuple[int, int]) -> np.ndarray:
 
 def _surfaces(scene: Scene, origins: np.ndarray, directions: np.ndarray, t: np.ndarray,
               triangle: np.ndarray) -> np.ndarray:
-    """(n, 3) linear light that n hits send back."""
+    """Return (n, 3), the linear light that n hits reflect towards the eye."""
     corners = scene.triangles[triangle].astype(np.float64)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
@@ -41,9 +41,10 @@ def _surfaces(scene: Scene, origins: np.ndarray, directions: np.ndarray, t: np.n
     to_light = np.asarray(scene.light.position) - points
     distance = np.linalg.norm(to_light, axis=1, keepdims=True)
     cosine = np.maximum(_dot(normal, to_light / distance), 0)
-    # From the light to the point, so that no offset is needed: what it meets first is the point's
-    # own triangle, or a nearer one. At 1 - 1e-5 of the way only directions rounded to float32
-    # at grazing angles, where there is next to no light, are taken for the other.
+    # Trace from the light to the point, which needs no offset: the first hit is the point's own
+    # triangle or an occluder. Directions are rounded to float32, so at grazing angles the ray may
+    # hit a neighbouring triangle instead. A hit beyond 1 - 1e-5 of the distance therefore counts
+    # as lit; an error there does not matter, since the light at grazing angles is weak.
     back = trace(scene, np.broadcast_to(scene.light.position, points.shape), -to_light,
                  accelerated=True)
     lit = ((back.triangle == triangle) | (back.t >= 1 - 1e-5))[:, None]
@@ -53,5 +54,5 @@ def _surfaces(scene: Scene, origins: np.ndarray, directions: np.ndarray, t: np.n
 
 
 def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """(n, 1) products of (n, 3) vectors."""
+    """Return (n, 1) dot products of (n, 3) vectors."""
     return (a * b).sum(axis=1, keepdims=True)

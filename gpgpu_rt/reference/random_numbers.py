@@ -1,4 +1,4 @@
-"""Random numbers without a state: the twin of ``glsl/render/random.glsl``, the same bits."""
+"""Random numbers without a state, bit-identical to ``glsl/render/random.glsl``."""
 from __future__ import annotations
 
 from typing import Any
@@ -10,19 +10,21 @@ MOST_BOUNCES, MOST_SEEDS, BLOCKS = 1 << 12, 1 << 16, 1 << 4
 
 def random_numbers(x: Any, y: Any, sample: Any, bounce: int, block: int, seed: int = 0
                    ) -> np.ndarray:
-    """(n, 4) float64 in (0, 1), multiples of 2^-24: what float32 holds exactly.
+    """Return (n, 4) float64 in (0, 1), multiples of 2^-24, which float32 represents exactly.
 
     Parameters
     ----------
-    x, y, sample : (n,) int each, or scalars: the pixel, and which of its samples
-    bounce, block : which of the path's events, and which four of its numbers
-    seed : another one gives other numbers everywhere
+    x, y, sample : (n,) int each, or scalars: the pixel, and the number of the sample
+    bounce : the vertex of the path, 0 for the eye
+    block : the group of four random numbers at this vertex
+    seed : each seed gives different numbers
     """
     return cell_middles(random_bits(counters(x, y, sample, bounce, block, seed)))
 
 
 def counters(x: Any, y: Any, sample: Any, bounce: int, block: int, seed: int) -> np.ndarray:
-    """(n, 4) uint32: what numbers are hashed from; all different."""
+    """Return (n, 4) uint32 counters, from which random numbers are hashed. Different arguments
+    give different counters."""
     for value, most in ((bounce, MOST_BOUNCES), (block, BLOCKS), (seed, MOST_SEEDS)):
         if not 0 <= value < most:
             raise ValueError(f"bounce {bounce}, block {block}, seed {seed}: each must be below "
@@ -33,12 +35,12 @@ def counters(x: Any, y: Any, sample: Any, bounce: int, block: int, seed: int) ->
 
 
 def cell_middles(bits: np.ndarray) -> np.ndarray:
-    """Numbers in (0, 1) from uint32: the middles of 2^23 cells."""
+    """Map uint32 to numbers in (0, 1): the centres of 2^23 equal cells."""
     return ((bits >> np.uint32(9)) + 0.5) * 2.0 ** -23
 
 
 def random_bits(counters: np.ndarray) -> np.ndarray:
-    """(n, 4) uint32 from as many: pcg4d of Jarzynski and Olano 2020, one to one."""
+    """Hash (n, 4) uint32 to (n, 4) uint32 by pcg4d (Jarzynski and Olano 2020), a bijection."""
     with np.errstate(over="ignore"):
         x, y, z, w = (counters.astype(np.uint32) * np.uint32(1664525)
                       + np.uint32(1013904223)).T

@@ -1,4 +1,5 @@
-"""Light through two borders of a mesh, in float64: what image-space refraction approximates."""
+"""Refraction through two interfaces of a mesh in float64: the reference for image-space
+refraction."""
 from __future__ import annotations
 
 import numpy as np
@@ -8,9 +9,19 @@ from .nearest import trace
 
 def refract(directions: np.ndarray, normals: np.ndarray, ratio: float
             ) -> tuple[np.ndarray, np.ndarray]:
-    """Snell's law: unit (n, 3) directions that meet unit normals against them; ``ratio`` is the
-    index before the border over that behind it. Where light is reflected totally, that direction,
-    and True."""
+    """Refract unit directions (n, 3) by Snell's law.
+
+    Parameters
+    ----------
+    directions : (n, 3) unit directions of the incoming rays
+    normals : (n, 3) unit normals on the incoming side
+    ratio : the refractive index in front of the interface over that behind it
+
+    Returns
+    -------
+    (n, 3) refracted directions, mirrored directions where reflection is total; and (n,) bool,
+    whether reflection is total
+    """
     cosine = -(directions * normals).sum(1)
     rest = 1 - ratio ** 2 * (1 - cosine ** 2)
     total = rest < 0
@@ -23,17 +34,18 @@ def refract(directions: np.ndarray, normals: np.ndarray, ratio: float
 def through_two_borders(triangles: np.ndarray, normals: np.ndarray, origins: np.ndarray,
                         directions: np.ndarray, ior: float
                         ) -> tuple[np.ndarray, np.ndarray]:
-    """Where light that comes out along rays entered.
+    """Return the directions of rays after two refractions: into a mesh and out of it.
 
     Parameters
     ----------
     triangles, normals : (m, 3, 3), a closed mesh, and unit normals of its corners
-    origins, directions : (n, 3), outside
+    origins, directions : (n, 3), rays that start outside the mesh
+    ior : the refractive index inside the mesh over that outside
 
     Returns
     -------
-    (n, 3) float64 unit directions, and (n,) int: 0 no hit, 1 through both, 3 reflected totally
-    at one, 2 no second border
+    (n, 3) float64 unit directions, and (n,) int: 0 no hit, 1 refracted at both interfaces, 2 no
+    second interface, 3 total reflection at an interface
     """
     size = float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
     directions = directions / np.linalg.norm(directions, axis=1, keepdims=True)
@@ -53,7 +65,8 @@ def through_two_borders(triangles: np.ndarray, normals: np.ndarray, origins: np.
 
 def _meet(triangles: np.ndarray, normals: np.ndarray, origins: np.ndarray, directions: np.ndarray
           ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(n,) which rays hit, and of those the place and the blended normal."""
+    """Return (n,) bool, the rays that hit; and for these rays the hit points and the interpolated
+    unit normals."""
     hits = trace(triangles, origins, directions, accelerated=True)
     hit = hits.triangle >= 0
     weights = np.stack([1 - hits.u - hits.v, hits.u, hits.v], axis=1)[hit]

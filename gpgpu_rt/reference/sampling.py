@@ -1,23 +1,28 @@
-"""Directions and points from random numbers, Fresnel's equations and Snell's law, in float64: the
-twin of ``glsl/render/sample.glsl`` and ``glsl/render/fresnel.glsl``, which name the papers."""
+"""Sampling of directions and points, Fresnel's equations and Snell's law, in float64.
+
+``glsl/render/sample.glsl`` and ``glsl/render/fresnel.glsl`` do the same on the GPU and name the
+papers.
+"""
 from __future__ import annotations
 
 import numpy as np
 
 
 def sample_cosine(random: np.ndarray) -> np.ndarray:
-    """(n, 3) unit directions around z by their cosine, from (n, 2) numbers in (0, 1)."""
+    """Return (n, 3) unit directions around z with density cosine / pi, from (n, 2) random numbers
+    in (0, 1)."""
     disc = _disc(random)
     return np.column_stack([disc, np.sqrt(np.maximum(1 - (disc * disc).sum(axis=1), 0))])
 
 
 def cosine_density(cosine: np.ndarray) -> np.ndarray:
-    """Of a direction from `sample_cosine`, per steradian."""
+    """Return the density of `sample_cosine` per steradian, for directions at this cosine to z."""
     return np.maximum(cosine, 0) / np.pi
 
 
 def sample_lobe(random: np.ndarray, exponent: np.ndarray) -> np.ndarray:
-    """(n, 3) unit directions by cos^exponent of their angle to z, exponents (n,) or one."""
+    """Return (n, 3) unit directions with density in proportion to cos^exponent of their angle to
+    z, from (n, 2) random numbers in (0, 1). ``exponent`` is (n,) or a number."""
     disc = _disc(random)
     radius_2 = (disc * disc).sum(axis=1)
     x = np.log1p(-radius_2) / (exponent + 1)
@@ -25,18 +30,20 @@ def sample_lobe(random: np.ndarray, exponent: np.ndarray) -> np.ndarray:
 
 
 def lobe_density(cosine: np.ndarray, exponent: np.ndarray) -> np.ndarray:
-    """Of a direction from `sample_lobe`, per steradian."""
+    """Return the density of `sample_lobe` per steradian, for directions at this cosine to z."""
     return (exponent + 1) / (2 * np.pi) * np.clip(cosine, 0, 1) ** exponent * (cosine > 0)
 
 
 def sample_triangle(random: np.ndarray) -> np.ndarray:
-    """(n, 2) weights of a triangle's second and third corner, uniform by area."""
+    """Return (n, 2) barycentric weights of a triangle's second and third corner, for points
+    uniform by area, from (n, 2) random numbers in (0, 1)."""
     s = np.sqrt(random[:, 0])
     return np.column_stack([s * (1 - random[:, 1]), s * random[:, 1]])
 
 
 def frames_around(z: np.ndarray) -> np.ndarray:
-    """(n, 3, 3) whose rows are two axes at right angles to unit vectors (n, 3), and those."""
+    """Return orthonormal frames, (n, 3, 3): rows 0 and 1 are axes at right angles to the unit
+    vectors ``z``, (n, 3), and row 2 is ``z``."""
     sign = np.where(z[:, 2] < 0, -1.0, 1.0)
     a = -1 / (sign + z[:, 2])
     b = z[:, 0] * z[:, 1] * a
@@ -46,12 +53,13 @@ def frames_around(z: np.ndarray) -> np.ndarray:
 
 
 def fresnel(cosine: np.ndarray, ior: np.ndarray) -> np.ndarray:
-    """The share of unpolarised light that a border reflects, 1 for total internal reflection.
+    """Return (n,) the share of unpolarised light that an interface reflects; 1 for total internal
+    reflection.
 
     Parameters
     ----------
-    cosine : (n,) of the incoming ray with the normal on its side
-    ior : (n,) or one, the refractive index behind the border over that before it
+    cosine : (n,) cosine between the reversed incoming ray and the normal on its side
+    ior : (n,) or a number, the refractive index behind the interface over that in front of it
     """
     sine_2 = (1 - cosine ** 2) / ior ** 2
     through = np.sqrt(np.maximum(1 - sine_2, 0))
@@ -61,8 +69,14 @@ def fresnel(cosine: np.ndarray, ior: np.ndarray) -> np.ndarray:
 
 
 def refracted(direction: np.ndarray, normal: np.ndarray, ior: np.ndarray) -> np.ndarray:
-    """(n, 3) where unit directions that go against ``normal`` go on behind the border; of no use
-    where `fresnel` is 1. ior (n,) or one."""
+    """Return (n, 3) refracted unit directions behind an interface, undefined where `fresnel` is 1.
+
+    Parameters
+    ----------
+    direction : (n, 3) unit directions of the incoming rays
+    normal : (n, 3) unit normals on the incoming side
+    ior : (n,) or a number, the refractive index behind the interface over that in front of it
+    """
     ior = np.reshape(ior, (-1, 1))
     cosine = -(direction * normal).sum(axis=1, keepdims=True)
     through = np.sqrt(np.maximum(1 - (1 - cosine ** 2) / ior ** 2, 0))
@@ -70,7 +84,7 @@ def refracted(direction: np.ndarray, normal: np.ndarray, ior: np.ndarray) -> np.
 
 
 def _disc(random: np.ndarray) -> np.ndarray:
-    """(n, 2) points of the unit disc, by the concentric map."""
+    """Return (n, 2) points of the unit disc, by the concentric map of (n, 2) random numbers."""
     at = 2 * np.asarray(random, np.float64) - 1
     across = np.abs(at[:, 0]) > np.abs(at[:, 1])
     r = np.where(across, at[:, 0], at[:, 1])

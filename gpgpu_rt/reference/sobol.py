@@ -1,5 +1,4 @@
-"""Low-discrepancy numbers: the twin of ``glsl/render/sobol.glsl``, which names the papers: the
-same bits."""
+"""Low-discrepancy numbers, bit-identical to ``glsl/render/sobol.glsl``, which names the papers."""
 from __future__ import annotations
 
 from typing import Any
@@ -8,25 +7,27 @@ import numpy as np
 
 from .random_numbers import cell_middles, counters, random_bits
 
-NO_SAMPLE = 0xFFFFFFFF      # whose counters are those of keys
+NO_SAMPLE = 0xFFFFFFFF      # the sample number in the counters from which keys are hashed
 _MASKS = ((1, 0x55555555), (2, 0x33333333), (4, 0x0F0F0F0F), (8, 0x00FF00FF), (16, 0x0000FFFF))
 
 
 def sobol_numbers(x: Any, y: Any, sample: Any, bounce: int, block: int, seed: int = 0
                   ) -> np.ndarray:
-    """(n, 4) float64 in (0, 1), as ``random_numbers`` has them: two that pick, two for a place.
+    """Return (n, 4) float64 numbers in (0, 1), of the form of ``random_numbers``: the first two
+    for discrete choices, the last two for a position or direction.
 
     Parameters
     ----------
-    x, y, sample : (n,) int each, or scalars: the pixel, and which of its samples
-    bounce, block : which of the path's events, and 0 for where it goes on, 1 for the light it asks
-    seed : another one gives other numbers everywhere
+    x, y, sample : (n,) int each, or scalars: the pixel, and the number of the sample
+    bounce : the vertex of the path, 0 for the eye
+    block : 0 for the path's next direction, 1 for the choice of a light
+    seed : each seed gives different numbers
     """
     return cell_middles(sobol_bits(x, y, sample, bounce, block, seed))
 
 
 def sobol_bits(x: Any, y: Any, sample: Any, bounce: int, block: int, seed: int) -> np.ndarray:
-    """(n, 4) uint32 that `sobol_numbers` are made of."""
+    """Return the (n, 4) uint32 from which `sobol_numbers` makes its numbers."""
     if block not in (0, 1) or bounce < block:
         raise ValueError(f"bounce {bounce}, block {block}: blocks are 0, or from bounce 1 on 1")
 
@@ -47,13 +48,13 @@ def sobol_bits(x: Any, y: Any, sample: Any, bounce: int, block: int, seed: int) 
 
 
 def shuffled(sample: np.ndarray, key: np.ndarray) -> np.ndarray:
-    """(n,) uint32: which point each sample takes."""
+    """Return (n,) uint32, the number of the Sobol point of each sample."""
     low = reversed_bits(permuted(reversed_bits(sample), key)) & np.uint32(0xFFFF)
     return low | (sample & np.uint32(0xFFFF0000))
 
 
 def permuted(x: np.ndarray, key: np.ndarray) -> np.ndarray:
-    """uint32, each bit changed by those below it alone."""
+    """Return a permutation of uint32 in which each bit depends only on itself and lower bits."""
     with np.errstate(over="ignore"):
         x = x + key
         for factor in (0x6C50B47C, 0xB82F1E52, 0xC7AFE638, 0x8D22F6E6):
@@ -62,7 +63,7 @@ def permuted(x: np.ndarray, key: np.ndarray) -> np.ndarray:
 
 
 def reversed_bits(x: np.ndarray) -> np.ndarray:
-    """uint32, the lowest bit first."""
+    """Return uint32 with the order of the bits reversed."""
     for shift, mask in _MASKS:
         by, low = np.uint32(shift), np.uint32(mask)
         x = ((x & low) << by) | ((x >> by) & low)
@@ -70,7 +71,7 @@ def reversed_bits(x: np.ndarray) -> np.ndarray:
 
 
 def sobol_first_two(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates 0 and 1, (n,) uint32 each with their bits reversed, of points (n,)."""
+    """Return coordinates 0 and 1 of Sobol points (n,), as (n,) uint32 with reversed bits."""
     x = points
     for shift, mask in _MASKS:
         x = x ^ ((x >> np.uint32(shift)) & np.uint32(mask))
@@ -78,7 +79,7 @@ def sobol_first_two(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def sobol_next_two(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates 2 and 3."""
+    """Return coordinates 2 and 3 of Sobol points (n,), as (n,) uint32 with reversed bits."""
     sums = np.zeros((2, *points.shape), np.uint32)
     second, third = [1, 3], [1, 3, 4]
     for bit in range(32):

@@ -1,4 +1,4 @@
-"""Spawn: where rays that leave a hit start; the twin of ``glsl/render/spawn.glsl``."""
+"""Spawn: origins of rays that leave a hit point; does the same as ``glsl/render/spawn.glsl``."""
 from __future__ import annotations
 
 from typing import Any
@@ -10,28 +10,33 @@ from ..hits import Hits
 from ..numerics.error_bounds import FLOAT32, gamma
 from ..numerics.watertight import intersect_pairs
 
-_SPAWN_TRIES = 24                                # from _SEEN of a triangle's extent to all of it
+_SPAWN_TRIES = 24   # enough doublings to get from _SEEN times a triangle's extent to the extent
 _SEEN = np.float32(8 * FLOAT32.unit)
 
 
 def spawn(scene: Any, hits: Hits, directions: np.ndarray) -> np.ndarray:
-    """Origins from which rays leave hits without hitting what they leave.
+    """Return origins from which new rays leave hit points without hitting the triangle of the hit.
 
-    A ray starts beside its hit's triangle, on the side it goes to, by the error of the hit point
-    and that with which the watertight test sees the triangle in float32. Long thin triangles are
-    seen with larger errors: there the test itself is asked and the distance doubled while it says
-    that the ray hits its own triangle, up to the triangle's extent. ``glsl/render/spawn.glsl``
-    derives the distance.
+    An origin is offset from the hit point along the triangle's normal, to the side of the new
+    direction. The offset is the error bound of the hit point plus that of the watertight test in
+    float32. The errors of the test are larger for long thin triangles. Therefore, as long as the
+    test reports that a ray hits its own triangle, the offset is doubled, up to the triangle's
+    extent. ``glsl/render/spawn.glsl`` derives the offset.
 
     Parameters
     ----------
     scene : Scene, or (m, 3, 3) triangles, world units
-    hits : of n rays
-    directions : (n, 3), where the new rays go; rounded to float32
+    hits : the hits of n rays
+    directions : (n, 3), directions of the new rays; rounded to float32
 
     Returns
     -------
-    (n, 3) float32, NaN where there was no hit: tracing such rays takes ``invalid="miss"``
+    (n, 3) float32, NaN where there was no hit; trace such rays with ``invalid="miss"``
+
+    Raises
+    ------
+    ValueError
+        the directions have a wrong shape
     """
     triangles = np.asarray(getattr(scene, "triangles", scene), np.float32)
     directions = np.asarray(directions, np.float32)
@@ -62,8 +67,9 @@ def spawn(scene: Any, hits: Hits, directions: np.ndarray) -> np.ndarray:
 
 def _hit_points(corners: np.ndarray, u: np.ndarray, v: np.ndarray
                 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Points (k, 3) of triangles at u, v (k, 1), all float32; how far each component is off,
-    and how far along any axis the furthest corner is, (k, 1)."""
+    """Return the points (k, 3) of triangles at u, v (k, 1), the error bound of each component
+    (k, 3), and the largest distance of a corner from the point along an axis (k, 1); all
+    float32."""
     unit = np.float32(FLOAT32.unit)
     v0, v1, v2 = corners.transpose(1, 0, 2)
     parts = (np.float32(1) - u - v) * v0, u * v1, v * v2

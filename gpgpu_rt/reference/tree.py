@@ -1,9 +1,10 @@
-"""The oracle's tree: boxes over halved lists of triangles, in float64, pruned by boxes alone.
+"""Reference tree: a bounding volume tree in float64 for the reference tracer.
 
-The list of triangles is cut in half again and again, each time along the axis whose halves have
-the least area. Node i of level l holds the triangles floor(i m / 2^l) up to floor((i + 1) m /
-2^l) of the ordered list, so no links are stored. Rays go down breadth first as pairs of (ray,
-node); nothing but a missed box drops a pair, so the triangles left over hold every hit.
+The builder halves the list of triangles repeatedly, each time along the axis whose halves have the
+least area. Node i of level l contains the triangles from floor(i m / 2^l) to
+floor((i + 1) m / 2^l) - 1 of the ordered list of m triangles, so no links are stored. Traversal
+goes breadth first over pairs of (ray, node). Only a missed box drops a pair, so the remaining
+triangles include every hit.
 """
 from __future__ import annotations
 
@@ -13,29 +14,31 @@ from collections.abc import Iterator
 
 import numpy as np
 
-_LEAF = 3
-_PAIRS = 1 << 18
-# Far above float64's rounding, far below anything that costs time.
+_LEAF = 3               # most triangles in a leaf
+_PAIRS = 1 << 18        # most pairs in a batch
+# Boxes are widened by this share of the coordinates: far more than float64's rounding, and too
+# little to add a noticeable number of tests.
 _PADDING = 1e-12
 _TINY = 1e-300
-_MOST_KEPT, _LARGEST_KEPT = 3, 1 << 20      # trees, and triangles of one
+_MOST_KEPT, _LARGEST_KEPT = 3, 1 << 20      # trees to keep; most triangles of a tree to keep
 
 
 class ReferenceTree:
-    """Boxes over m triangles of (m, 3, 3) float64 vertices, m > 0; ``of`` makes those asked for
-    again and again only once.
+    """A tree of boxes over m triangles of (m, 3, 3) float64 vertices, m > 0. ``of`` keeps the last
+    trees for repeated use.
 
     Attributes
     ----------
-    order : (m,) triangles, leaf by leaf
-    boxes : a pair of (3, 2^l) float64 a level, lo and hi, the root first
+    count : m
+    order : (m,) the triangles in the order of the leaves
+    boxes : for each level l, from the root, a pair of (3, 2^l) float64: lo and hi
     """
 
     _kept: OrderedDict[bytes, ReferenceTree] = OrderedDict()
 
     @classmethod
     def of(cls, vertices: np.ndarray) -> ReferenceTree:
-        """The tree over these vertices, one of the last ones if it is."""
+        """Return the tree over these vertices, from the kept trees if possible."""
         if len(vertices) > _LARGEST_KEPT:
             return cls(vertices)
         content = hashlib.blake2b(np.ascontiguousarray(vertices).data).digest()
@@ -63,11 +66,12 @@ class ReferenceTree:
         self.boxes = boxes[::-1]
 
     def _starts(self, level: int) -> np.ndarray:
-        """(2^level + 1,) first triangle of each node of a level, and the end."""
+        """Return (2^level + 1,) the position of the first triangle of each node of a level, and
+        the number of triangles at the end."""
         return np.arange((1 << level) + 1) * self.count >> level
 
     def _halve(self, lo: np.ndarray, hi: np.ndarray, level: int) -> None:
-        """Order each node's triangles along the axis that makes the smallest halves."""
+        """Sort each node's triangles along the axis whose halves have the least total area."""
         node = np.repeat(np.arange(1 << level), np.diff(self._starts(level)))
         starts = self._starts(level + 1)[:-1]
         orders, areas = [], []
@@ -83,10 +87,11 @@ class ReferenceTree:
 
     def pairs(self, origins: np.ndarray, directions: np.ndarray, t_min: np.ndarray,
               t_max: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Every (ray, triangle) whose leaf's box the ray meets, a bounded number at a time.
+        """Yield batches of all pairs (ray, triangle) for which the ray meets the leaf's box.
 
-        ``t_max`` is read as it is when a node is looked at: who seeks the nearest hits lowers it
-        between batches. Nearer nodes come first, as far as whole batches go.
+        The traversal reads ``t_max`` anew for each batch of nodes. A caller that searches the
+        nearest hit lowers ``t_max`` between batches, which prunes further nodes. Batches of nearer
+        nodes come first.
 
         Parameters
         ----------
@@ -115,7 +120,7 @@ class ReferenceTree:
             level, left = level + 1, 2 * node
             enter, keep = self._meets(level, ray, left)
             other, keep_other = self._meets(level, ray, left + 1)
-            # The child entered first, and the other one; both in one batch if that is small.
+            # Push the farther children below the nearer children; merge small batches.
             swap = other < enter
             first = np.where(swap, keep_other, keep), left + swap, np.minimum(enter, other)
             second = np.where(swap, keep, keep_other), left + ~swap, np.maximum(enter, other)
@@ -126,7 +131,8 @@ class ReferenceTree:
 
     def _set_rays(self, origins: np.ndarray, directions: np.ndarray, t_min: np.ndarray,
                   t_max: np.ndarray) -> None:
-        """What the slabs need of each ray: as boxes are widened, lo and hi have an origin each."""
+        """Store the inverse directions and the origins for the slab test. Boxes are widened by
+        moving the origins, so lo and hi have different origins."""
         scale = np.abs(self.boxes[0]).max() + np.abs(origins).max(axis=1, initial=0)
         padding = (_PADDING * scale + _TINY)[:, None]
         self._inv_dir = (1.0 / np.where(directions == 0, _TINY, directions)).T.copy()
@@ -136,8 +142,8 @@ class ReferenceTree:
 
     def _meets(self, level: int, ray: np.ndarray, node: np.ndarray
                ) -> tuple[np.ndarray, np.ndarray]:
-        """Where each pair's ray enters its node's widened box, or its own interval: (p,); and
-        whether it meets the box within that interval, (p,) bool."""
+        """Return for p pairs the t at which the ray enters the node's widened box, at least its
+        t_min, (p,); and whether it meets the box within its interval, (p,) bool."""
         t_min, t_max = self._interval
         enter, leave = t_min[ray], t_max[ray]
         lo, hi = self.boxes[level]
