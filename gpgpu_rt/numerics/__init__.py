@@ -1,1 +1,1 @@
-"""Float32 by the rules: error bounds, and the numpy twins of the triangle test."""
+"""Numerics: error bounds of float32 arithmetic, and the shader's triangle test in numpy."""

@@ -1,8 +1,8 @@
 """The watertight test of ``glsl/core/triangle.glsl`` in numpy, operation for operation.
 
-Float32 throughout and rounded where the shader rounds, so that the bits are the same wherever a
-renderer keeps to IEEE arithmetic: what rays start from can be chosen on the host by the very test
-that they will meet. Numbers below 2^-126 count as 0, as for the renderers that flush them.
+All arithmetic is float32 and rounds where the shader rounds. The bits are therefore the same on
+renderers that follow IEEE arithmetic, so the host can choose ray origins by the test that the
+shader will apply. Numbers below 2^-126 count as 0, as on renderers that flush denormals.
 """
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ import numpy as np
 
 from .error_bounds import FLOAT32
 
-# The test multiplies three coordinates at most and subtracts twice. A difference that is not 0 is
-# at least 2^-24 of its larger operand. So while no coordinate but 0 is below SAFE, no result up to
-# the determinant and the depth is below 2^-123.
+# If all nonzero coordinates are at least SAFE, no nonzero result up to the determinant and the
+# depth is below 2^-123, so no denormal occurs. For the test multiplies at most three coordinates
+# and subtracts twice, and a nonzero difference is at least 2^-24 of its larger operand.
 SAFE = np.float32(2.0 ** -25)
 _Columns = list[np.ndarray]
 
 
 def intersect_pairs(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray
                     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Decide k pairs of ray and triangle.
+    """Test k pairs of ray and triangle.
 
     Parameters
     ----------
@@ -30,9 +30,8 @@ def intersect_pairs(triangles: np.ndarray, origins: np.ndarray, directions: np.n
 
     Returns
     -------
-    (k,) bool, whether the ray's line passes the triangle; (k,) float32 t, in units of the
-    direction's length, of either sign, u and v. The last three mean nothing where the first is
-    false.
+    (k,) bool, whether the ray's line meets the triangle; and t, u and v, (k,) float32 each,
+    undefined where the line misses. t is in units of the direction's length and may be negative.
     """
     exponent = np.frexp(np.abs(directions).max(axis=1, initial=0))[1]
     scaled = np.ldexp(directions, -exponent[:, None])
@@ -63,8 +62,8 @@ def _flushed(values: np.ndarray) -> np.ndarray:
 def _decide(corners: list[_Columns], o: _Columns, d: _Columns,
             R: Callable[[np.ndarray], np.ndarray]
             ) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
-    """The test, each result up to t, u and v passed through ``R``; and the least coordinate that
-    is not 0, (k,)."""
+    """Apply the test, with ``R`` around each operation before t, u and v. Return accepted, t, u
+    and v, and the least magnitude of a nonzero coordinate, (k,)."""
     o, d = [R(a) for a in o], [R(a) for a in d]
     x, y, z = [], [], []
     shear_x, shear_y, shear_z = R(d[0] / d[2]), R(d[1] / d[2]), R(np.float32(1) / d[2])
