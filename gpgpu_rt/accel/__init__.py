@@ -1,1 +1,1 @@
-"""Accelerators: builders in pure numpy, from triangles to arrays; no OpenGL here."""
+"""Accelerators: the parts that all builders share, in pure numpy and without OpenGL."""

@@ -1,29 +1,31 @@
-"""Bounds: the boxes of triangles and of the scene, and the padding the builders share."""
+"""Bounds: the boxes of triangles and of the scene, and the padding that all builders use."""
 from __future__ import annotations
 
 import numpy as np
 
 from ..errors import SceneError
 
-# Of the scene's largest absolute coordinate. About 8 to 16 float32 spacings there: more than
-# a fragment program's rounding of a hit point, so no hit falls between two cells.
+# Builders widen boxes by this share of the scene's largest absolute coordinate. It equals about 8
+# to 16 float32 spacings at this coordinate, which is more than a shader's rounding of a hit point.
+# Hence no hit falls between two cells.
 PADDING = 1e-6
-AT_ONCE = 1 << 18   # triangles whose float64 copies exist at the same time
+AT_ONCE = 1 << 18   # triangles per block that is converted to float64
 
 
 def largest(values: np.ndarray) -> np.ndarray:
-    """(...) largest of (3, ...), such as a triangle's corners: numpy's own is slow along so short
-    an axis."""
+    """Return the largest of (3, ...) values along the first axis, such as a triangle's corners.
+    This is faster than numpy's reduction, which is slow along short axes."""
     return np.maximum(np.maximum(values[0], values[1]), values[2])
 
 
 def as_triangles(triangles: np.ndarray) -> np.ndarray:
-    """The triangles as a contiguous (n, 3, 3) float32 array.
+    """Return the triangles as a contiguous (n, 3, 3) float32 array.
 
     Raises
     ------
     SceneError
-        If the shape is not (n, 3, 3) or a coordinate is not finite (names the first triangle).
+        the shape is not (n, 3, 3), or a coordinate is not finite; the message names the first
+        such triangle
     """
     triangles = np.ascontiguousarray(triangles, dtype=np.float32)
     if triangles.size == 0:
@@ -38,10 +40,12 @@ def as_triangles(triangles: np.ndarray) -> np.ndarray:
 
 
 def shrink_flat(triangles: np.ndarray) -> np.ndarray:
-    """The triangles (n, 3, 3) float32, those without area shrunk to their first corner.
+    """Return triangles (n, 3, 3) float32, in which each triangle without area is shrunk to its
+    first corner.
 
-    A triangle without area is never hit. Three corners on a line, sheared and rounded, may enclose
-    something after all; three equal ones do not: every test's determinant is then exactly zero.
+    A triangle without area must never be hit. If its corners lie on a line, shearing and rounding
+    may give it a small area. If its corners are equal, the determinant of every intersection test
+    is exactly zero.
     """
     flat = np.concatenate([_without_area(triangles[start:start + AT_ONCE])
                            for start in range(0, max(len(triangles), 1), AT_ONCE)])
@@ -58,13 +62,14 @@ def _without_area(triangles: np.ndarray) -> np.ndarray:
 
 
 def padding(triangles: np.ndarray) -> np.float32:
-    """How far the builders widen every box of this scene, world units."""
+    """Return the distance by which builders widen every box of this scene, world units."""
     largest = float(np.abs(triangles).max()) if len(triangles) else 0.0
     return np.float32(max(PADDING * (largest or 1.0), 1e-37))
 
 
 def triangle_boxes(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lower and upper corners, (3, n) float32 each: one contiguous row an axis."""
+    """Return the lower and upper corners of the triangles' boxes, (3, n) float32 each, with a
+    contiguous row for each axis."""
     a, b, c = triangles[:, 0].T, triangles[:, 1].T, triangles[:, 2].T
     lo = np.minimum(np.minimum(a, b), c)
     hi = np.maximum(np.maximum(a, b), c)
@@ -72,8 +77,11 @@ def triangle_boxes(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def scene_box(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The scene's box, (3,) float32 each, twice the padding wider than the triangles on
-    every side, so that no padded triangle touches it. A unit box where there is no triangle."""
+    """Return the lower and upper corner of the scene's box, (3,) float32 each.
+
+    The box is wider than the triangles by twice the padding on every side, so no padded triangle
+    touches its border. Without triangles, it is the unit box.
+    """
     if len(triangles) == 0:
         return np.zeros(3, np.float32), np.ones(3, np.float32)
     corners = triangles.reshape(-1, 3)
@@ -82,18 +90,19 @@ def scene_box(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def half_area(lo: np.ndarray, hi: np.ndarray, axis: int = 0) -> np.ndarray:
-    """Half the surface area of boxes whose corners lie along `axis`; 0 for an empty box."""
+    """Return half the surface area of boxes; 0 for an empty box. Coordinates x, y and z lie along
+    `axis` of lo and hi."""
     size = np.maximum(np.moveaxis(hi - lo, axis, 0), 0)
     return size[0] * size[1] + size[1] * size[2] + size[2] * size[0]
 
 
 def unit_normals(corners: np.ndarray) -> np.ndarray:
-    """(k, 3) float32 unit normals of triangles (k, 3, 3)."""
+    """Return (k, 3) float32 unit normals of triangles (k, 3, 3)."""
     v0, v1, v2 = corners.astype(np.float64).transpose(1, 0, 2)
     return unit_vectors(np.cross(v1 - v0, v2 - v0)).astype(np.float32)
 
 
 def unit_vectors(vectors: np.ndarray) -> np.ndarray:
-    """(n, 3) vectors at length 1; (0, 0, 1) for a vector without a length."""
+    """Return (n, 3) vectors scaled to length 1; (0, 0, 1) for a vector of length 0."""
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.where(length > 0, vectors / np.where(length > 0, length, 1), (0.0, 0.0, 1.0))

@@ -1,7 +1,8 @@
-"""Cache: built accelerators on disk, found by the content of what they were built from.
+"""Cache: keeps built accelerators on disk, under a key made from the builder and its input.
 
-The folder is $GPGPU_RT_CACHE, or ~/.cache/gpgpu_rt; an empty $GPGPU_RT_CACHE turns it off. A
-file holds plain arrays and a checksum; one that does not read back whole is built again.
+The folder is $GPGPU_RT_CACHE, or ~/.cache/gpgpu_rt by default. An empty $GPGPU_RT_CACHE turns the
+cache off. A file contains plain arrays and a checksum. If a file is damaged, the accelerator is
+built again.
 """
 from __future__ import annotations
 
@@ -34,21 +35,21 @@ _files: contextvars.ContextVar[list[Path] | None] = contextvars.ContextVar("file
 
 def cached(build: Callable[..., Structure], triangles: np.ndarray, /,
            **options: object) -> Structure:
-    """`build(triangles, **options)`, from disk if it was built before.
+    """Return `build(triangles, **options)`, read from disk if possible.
+
+    If the folder cannot be written, the result is not kept. A warning, once per process, is given
+    only for a folder that GPGPU_RT_CACHE names.
 
     Parameters
     ----------
-    build : a function that returns a dataclass of arrays and integers, and whose annotation says
-        which; a change of its module's text, or of this folder's, makes it build anew
+    build : a function that returns a dataclass of arrays and integers; its return annotation names
+        the dataclass. A change of its module's text, or of this folder's, invalidates old files
     triangles : (n, 3, 3) float32
-
-    A folder that cannot be written only means that nothing is kept; one that was named is warned
-    of, once.
 
     Raises
     ------
     TypeError
-        a builder without the annotation
+        the builder has no such annotation
     """
     record = get_type_hints(build).get("return")
     if not is_dataclass(record):
@@ -70,7 +71,8 @@ def cached(build: Callable[..., Structure], triangles: np.ndarray, /,
 
 @contextlib.contextmanager
 def uncached() -> Iterator[None]:
-    """Within it nothing is looked up or kept: for frames, each of which would fill the disk."""
+    """Turn the cache off in this context. Animations use it, because keeping an accelerator for
+    each frame would fill the disk."""
     token = _keeping.set(False)
     try:
         yield
@@ -80,7 +82,8 @@ def uncached() -> Iterator[None]:
 
 @contextlib.contextmanager
 def cache_files() -> Iterator[list[Path]]:
-    """Within it, the list of the files that are looked up or kept: others may take them."""
+    """Yield the list of the cache files that are read or written in this context, so that they can
+    be copied to another machine."""
     token = _files.set(files := [])
     try:
         yield files
@@ -89,7 +92,7 @@ def cache_files() -> Iterator[list[Path]]:
 
 
 def give_cache(files: Mapping[str, bytes]) -> None:
-    """Keep files of another machine's cache, by name, that are not here yet."""
+    """Add files from another machine's cache, as content by name, if they are missing here."""
     folder = cache_folder()
     for name, content in files.items():
         if folder is None:
@@ -100,18 +103,18 @@ def give_cache(files: Mapping[str, bytes]) -> None:
 
 
 def cache_folder() -> Path | None:
-    """Where accelerators are kept; None if they are not."""
+    """Return the folder of the cache; None if the cache is off or the folder is not usable."""
     name = os.environ.get("GPGPU_RT_CACHE")
     if name == "":
         return None
     try:
         folder = Path(name).expanduser() if name else Path.home() / ".cache" / "gpgpu_rt"
-    except RuntimeError as failure:     # no home folder, or not that user's
+    except RuntimeError as failure:     # the home folder of this user is not known
         _tell(name, str(failure))
         return None
     try:
         fault = fault_of(folder, follow=True)
-    except (OSError, ValueError):       # not made yet, or never to be made: writing says so
+    except (OSError, ValueError):       # the folder does not exist yet; writing reports an error
         return folder
     if fault:
         _tell(str(folder), f"it {fault}")
@@ -121,7 +124,7 @@ def cache_folder() -> Path | None:
 
 @contextlib.contextmanager
 def _tolerated(folder: Path) -> Iterator[None]:
-    """Within it, what cannot be written into the folder is not kept."""
+    """Tolerate errors of writing into the folder in this context; the file is then not kept."""
     try:
         yield
     except OSError as failure:
@@ -129,12 +132,13 @@ def _tolerated(folder: Path) -> Iterator[None]:
 
 
 def _tell(folder: str | None, reason: str) -> None:
-    """Warn of a folder that was named; the one that nobody chose is done without in silence."""
+    """Warn of a folder that cannot be used, if the user named it; stay silent about the default
+    folder."""
     if os.environ.get("GPGPU_RT_CACHE"):
         _warn(str(folder), reason)
 
 
-@functools.cache        # once a process
+@functools.cache        # warn once per process
 def _warn(folder: str, reason: str) -> None:
     warnings.warn(f"GPGPU_RT_CACHE: nothing can be kept in {folder} ({reason}), and all is built "
                   "anew; name a folder that can be written", stacklevel=2)
@@ -150,8 +154,8 @@ def _key(build: Callable, triangles: np.ndarray, options: dict[str, object]) -> 
 
 @functools.cache
 def _builders_digest(module: str) -> str:
-    """Digest of the builders' own text, a module's and this folder's: a changed builder never
-    finds an old file."""
+    """Return a digest of the source text of a builder's module and of this folder, so that a
+    changed builder never reads an old file."""
     digest = hashlib.sha256()
     mine = getattr(sys.modules[module], "__file__", None) or __file__
     for path in (Path(mine), *sorted(Path(__file__).parent.glob("*.py"))):
@@ -173,8 +177,9 @@ def _checksum(arrays: dict[str, np.ndarray]) -> np.ndarray:
 
 
 def _load(path: Path, record: type[Structure], triangles: int) -> Structure | None:
-    """The structure of so many triangles, or None if there is no file of this user's, or not a
-    whole one whose indices and lengths fit."""
+    """Return the structure in a file, built over this number of triangles. Return None if the file
+    does not exist, belongs to another user, is damaged, or has indices or lengths that do not
+    fit."""
     try:
         if not is_own(os.stat(path)):
             return None
@@ -185,7 +190,7 @@ def _load(path: Path, record: type[Structure], triangles: int) -> Structure | No
         found = record(**{field.name: _scalar(arrays[field.name])
                           for field in fields(cast(Any, record))})
         return found if is_sound(found, triangles) else None
-    except Exception:       # whatever a damaged file may raise, its zip or its headers
+    except Exception:       # a damaged zip file or header may raise any exception
         return None
 
 
@@ -194,7 +199,8 @@ def _scalar(value: np.ndarray) -> np.ndarray | int:
 
 
 def _store(path: Path, structure: Any) -> None:
-    """Write the file whole or not at all; two processes may do so at once."""
+    """Write the file of a structure completely or not at all; several processes may write it at
+    the same time."""
     arrays = {field.name: np.asarray(getattr(structure, field.name))
               for field in fields(structure)}
     arrays["checksum"] = _checksum(arrays)

@@ -1,22 +1,22 @@
-"""Clip: the bounds of the part of a triangle that lies inside a box.
+"""Clip: computes the bounds of the part of a triangle inside a box.
 
-V. Havran, J. Bittner, "On improving kd-trees for ray shooting", WSCG 2002 ("split clipping",
-called "perfect splits" by Wald and Havran 2006). They cut the polygon plane by plane; here
-the corners of the cut polygon are listed at once, which needs no polygons of varying length:
-they are the ends of the triangle's edges cut to the box, and the points where an edge of the
-box pierces the triangle.
+The method is "split clipping" (V. Havran, J. Bittner, "On improving kd-trees for ray shooting",
+WSCG 2002), which Wald and Havran (2006) call "perfect splits". The paper cuts the polygon by one
+plane after another. Here all corners of the clipped polygon are found directly, so no polygons of
+varying length are needed. The corners are of two kinds: ends of the triangle's edges after
+clipping to the box, and points where an edge of the box pierces the triangle.
 """
 from __future__ import annotations
 
 import numpy as np
 
-CHUNK = 1 << 13     # triangles at a time, so that the temporaries stay in the cache
-EDGE_EPSILON = 1e-300
+CHUNK = 1 << 13     # triangles per block, so that the temporary arrays fit in the cache
+EDGE_EPSILON = 1e-300   # replaces 0 in the direction of an edge before the division
 
 
 def clip_bounds(vertices: np.ndarray, index: np.ndarray, lo: np.ndarray,
                 hi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Bounds of triangle `index[i]` inside box i.
+    """Return the bounds of the part of triangle `index[i]` inside box i.
 
     Parameters
     ----------
@@ -26,8 +26,8 @@ def clip_bounds(vertices: np.ndarray, index: np.ndarray, lo: np.ndarray,
 
     Returns
     -------
-    lo, hi : (3, m) float32; lo > hi where the triangle is outside the box. To be exact to a
-        few float32 spacings is enough for callers, who pad both box and result.
+    lo, hi : (3, m) float32; lo > hi where the triangle is outside the box. The bounds are exact to
+        a few float32 spacings, which suffices because callers pad both the box and the result
     """
     out_lo = np.empty_like(lo)
     out_hi = np.empty_like(hi)
@@ -47,7 +47,7 @@ def _clip(v: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> tuple[np.ndarray, np
     out_hi = np.full_like(hi, -np.inf)
     for i in range(3):
         _add_edge(v[i], edges[i], lo, hi, out_lo, out_hi)
-    touched = np.zeros((2, *lo.shape), bool)     # the faces of the box: low and high, by axis
+    touched = np.zeros((2, *lo.shape), bool)     # box faces with a piercing point: lo, hi by axis
     for axis in range(3):
         _add_box_edges(v, edges, axis, lo, hi, out_lo, out_hi, touched)
     for box, faces in zip((lo, hi), touched):
@@ -59,7 +59,7 @@ def _clip(v: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> tuple[np.ndarray, np
 
 def _add_edge(start: np.ndarray, edge: np.ndarray, lo: np.ndarray, hi: np.ndarray,
               out_lo: np.ndarray, out_hi: np.ndarray) -> None:
-    """Widen the bounds by the part of a triangle's edge inside the box (slab test)."""
+    """Extend the bounds by the part of a triangle's edge inside the box (slab test)."""
     inverse = 1 / np.where(edge == 0, EDGE_EPSILON, edge)
     t_lo, t_hi = (lo - start) * inverse, (hi - start) * inverse
     enter = np.maximum(np.minimum(t_lo, t_hi).max(axis=0), 0)
@@ -74,8 +74,8 @@ def _add_edge(start: np.ndarray, edge: np.ndarray, lo: np.ndarray, hi: np.ndarra
 
 def _add_box_edges(v: np.ndarray, edges: np.ndarray, a: int, lo: np.ndarray, hi: np.ndarray,
                    out_lo: np.ndarray, out_hi: np.ndarray, touched: np.ndarray) -> None:
-    """Widen the bounds along axis `a` by the points where the box's four edges along it pierce;
-    those lie in faces of the other two axes, which are marked."""
+    """Extend the bounds along axis `a` by the points where the box's four edges along `a` pierce
+    the triangle. Mark in ``touched`` the faces of the other two axes that contain these points."""
     b, c = (a + 1) % 3, (a + 2) % 3
     normal_a = edges[0, b] * edges[1, c] - edges[0, c] * edges[1, b]
     slope_b = (edges[0, c] * edges[1, a] - edges[0, a] * edges[1, c]) / normal_a
@@ -87,9 +87,10 @@ def _add_box_edges(v: np.ndarray, edges: np.ndarray, a: int, lo: np.ndarray, hi:
     for j in range(2):
         for k in range(2):
             x = rise_b[j] - rise_c[k]
-            # All three edges turn about the box's edge in one sense, or it passes the triangle.
+            # The box's edge pierces the triangle if the triangle's three edges all pass it on the
+            # same side.
             pierced = (side_c[k] >= side_b[j]).all(axis=0) | (side_c[k] <= side_b[j]).all(axis=0)
-            pierced &= (x >= lo[a]) & (x <= hi[a])      # false where normal_a is 0: x is NaN
+            pierced &= (x >= lo[a]) & (x <= hi[a])      # false where normal_a is 0, as x is NaN
             x = np.where(pierced, x, np.nan)
             np.fmin(out_lo[a], x, out=out_lo[a])
             np.fmax(out_hi[a], x, out=out_hi[a])

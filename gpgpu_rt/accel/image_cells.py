@@ -1,4 +1,4 @@
-"""Image cells: the triangles of a geometry image, from the sizes of its charts."""
+"""Image cells: makes the triangles of a geometry image from the sizes of its charts."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -7,7 +7,8 @@ import numpy as np
 
 
 def cell_faces(shapes: Sequence[tuple[int, int]]) -> np.ndarray:
-    """(n, 3) int64, texels of the triangles of charts with these (rows, columns)."""
+    """Return (n, 3) int64, the texels of the corners of all triangles, for charts of these (rows,
+    columns)."""
     faces, texel = [np.zeros((0, 3), np.int64)], 0
     for rows, columns in shapes:
         a = (texel + np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).reshape(-1)

@@ -1,4 +1,4 @@
-"""Options: refusing the ones a builder does not know, with the names it does."""
+"""Options: checks the options of builders; an error suggests the names that are known."""
 from __future__ import annotations
 
 import inspect
@@ -9,7 +9,8 @@ from ..errors import OptionError, nearest_names
 
 
 def refuse_unknown(builder: Callable, unknown: Iterable[str]) -> None:
-    """Raise OptionError for the first of the names that `builder` does not take."""
+    """Raise OptionError for the first of the ``unknown`` names, suggesting similar options of
+    `builder`."""
     known = [name for name, parameter in inspect.signature(builder).parameters.items()
              if parameter.kind is parameter.KEYWORD_ONLY]
     for name in unknown:
@@ -17,7 +18,8 @@ def refuse_unknown(builder: Callable, unknown: Iterable[str]) -> None:
 
 
 def choose(what: str, name: Any, known: Iterable[str]) -> str:
-    """The name itself if it is known, else OptionError."""
+    """Return the name if it is known; raise OptionError otherwise. ``what`` is the kind of name in
+    the message."""
     known = list(known)
     if name not in known:
         raise OptionError(f"unknown {what} {name!r}{nearest_names(str(name), known)}")
@@ -25,7 +27,8 @@ def choose(what: str, name: Any, known: Iterable[str]) -> str:
 
 
 def in_range(what: str, value: Any, lowest: float, highest: float, kind: type = float) -> Any:
-    """The value as `kind`, or OptionError when it is not one from lowest to highest."""
+    """Return the value as `kind`; raise OptionError if it is not a number from lowest to highest.
+    ``what`` is its name in the message."""
     try:
         number = kind(value)
     except (TypeError, ValueError, OverflowError):

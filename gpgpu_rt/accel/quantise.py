@@ -1,4 +1,4 @@
-"""Conservative quantisation: bounds in steps of the scene's box, rounded outward."""
+"""Conservative quantisation: stores bounds in steps of the scene's box, rounded outwards."""
 from __future__ import annotations
 
 import numpy as np
@@ -6,19 +6,20 @@ import numpy as np
 
 def quantise(lo: np.ndarray, hi: np.ndarray, base: np.ndarray, top: np.ndarray,
              bits: int) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
-    """Boxes as integers of ``bits`` bits whose decoded boxes hold the given ones.
+    """Quantise boxes to integers of ``bits`` bits, so that the decoded boxes contain the given
+    boxes.
 
-    A bound decodes as ``base + q * quantum``, both operations rounded to float32, as the kernels
-    compute it; each q is moved outward until that decodes right.
+    The kernels decode a bound as ``base + q * quantum`` and round both operations to float32. Each
+    q is moved outwards until its decoded bound is conservative.
 
     Parameters
     ----------
     lo, hi : (n, 3) float32, world units
-    base, top : (3,) float32, the box that holds them all
+    base, top : (3,) float32, corners of a box that contains all boxes
 
     Returns
     -------
-    quantum : (3,) float32, world units
+    quantum : (3,) float32, the step along each axis, world units
     (q_lo, q_hi) : (n, 3) int64 each
     """
     base, top = np.asarray(base, np.float32), np.asarray(top, np.float32)
@@ -35,5 +36,6 @@ def quantise(lo: np.ndarray, hi: np.ndarray, base: np.ndarray, top: np.ndarray,
 
 
 def decode(q: np.ndarray, base: np.ndarray, quantum: np.ndarray) -> np.ndarray:
-    """What the kernels read: float32, rounded after the product and after the sum."""
+    """Return the bounds as the kernels decode them: float32, rounded after the product and after
+    the sum."""
     return base + q.astype(np.float32) * quantum

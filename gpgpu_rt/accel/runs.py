@@ -1,31 +1,31 @@
-"""Runs: consecutive items of one owner in a flat array, given by start and count."""
+"""Runs: consecutive items of an owner in a flat array, given by start and count."""
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
 
-SHORT_AT_ONCE = 1 << 12     # short runs worked on together, so that they stay in the cache
+SHORT_AT_ONCE = 1 << 12     # short runs per group; a larger group would not fit in the cache
 
 
 def run_starts(counts: np.ndarray) -> np.ndarray:
-    """Where each run begins when runs of these lengths follow one another: (k,) int64."""
+    """Return (k,) int64, the start of each run when runs of these lengths are concatenated."""
     return np.cumsum(counts, dtype=np.int64) - counts
 
 
 def expand(starts: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """The indices start, start + 1, ... of all runs after one another, int64."""
+    """Return the indices start, start + 1, ... of all runs, concatenated, int64."""
     shift = np.repeat(starts - run_starts(counts), counts)
     return shift + np.arange(len(shift), dtype=np.int64)
 
 
 def owners(counts: np.ndarray) -> np.ndarray:
-    """For each item of runs that follow one another: the number of its run, int64."""
+    """Return the run number of each item of concatenated runs, int64."""
     return np.repeat(np.arange(len(counts)), counts)
 
 
 def chunks(counts: np.ndarray, limit: int) -> list[slice]:
-    """Slices over the runs, each with at most `limit` items (or with one longer run)."""
+    """Return slices of the runs, each with at most `limit` items, or with a single longer run."""
     ends = np.cumsum(counts, dtype=np.int64)
     result, begin, done = [], 0, 0
     while begin < len(counts):
@@ -37,12 +37,13 @@ def chunks(counts: np.ndarray, limit: int) -> list[slice]:
 
 def of_like_length(counts: np.ndarray, lengths: Sequence[int],
                    above: int) -> list[tuple[np.ndarray, int]]:
-    """The runs longer than ``above``, those of a like length together: (their numbers, the length
-    that none is past). Longer ones than the last length are left out.
+    """Group runs of similar length: return pairs (run numbers, greatest length in the group).
+
+    Runs of at most ``above`` items, and runs longer than the last of ``lengths``, are left out.
 
     Parameters
     ----------
-    lengths : ascending
+    lengths : the upper bounds of the groups, ascending
     """
     found: list[tuple[np.ndarray, int]] = []
     for length in lengths:

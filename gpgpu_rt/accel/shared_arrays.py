@@ -1,4 +1,4 @@
-"""Shared arrays: numpy arrays in one block of memory that several processes see."""
+"""Shared arrays: numpy arrays in a block of memory that several processes share."""
 from __future__ import annotations
 
 import contextlib
@@ -10,15 +10,15 @@ import numpy as np
 
 from ..errors import LimitError
 
-ALIGNMENT = 64      # bytes: a cache line
+ALIGNMENT = 64      # bytes; the size of a cache line
 
 
 @dataclass(frozen=True)
 class SharedArrays:
-    """What another process needs to find the arrays: small, and can be pickled.
+    """A small handle to the arrays, which can be pickled and sent to another process.
 
-    block : the block's name
-    places : array name -> dtype, shape and first byte
+    block : the name of the memory block
+    places : dtype, shape and offset in bytes of each array, by name
     """
 
     block: str
@@ -26,26 +26,27 @@ class SharedArrays:
 
     @contextlib.contextmanager
     def open(self) -> Iterator[dict[str, np.ndarray]]:
-        """The arrays, in another process; views, of no use behind the ``with``."""
+        """Yield the arrays in another process, as views that are valid only in this context."""
         memory = SharedMemory(self.block)
         try:
             yield {name: np.ndarray(shape, dtype, memory.buf, first)
                    for name, (dtype, shape, first) in self.places.items()}
         finally:
-            # Views that an exception's traceback still holds keep the mapping; it ends with the
-            # process, and the block itself is its maker's to remove.
+            # The traceback of an exception may still refer to views, which keep the mapping open
+            # until the process ends. The process that made the block removes the block.
             with contextlib.suppress(BufferError):
                 memory.close()
 
 
 @contextlib.contextmanager
 def shared_arrays(**arrays: np.ndarray) -> Iterator[SharedArrays]:
-    """Copies of the arrays in shared memory, which is freed behind the ``with``, whatever happens.
+    """Copy the arrays into shared memory and yield a handle. The memory is freed at the end of the
+    context, even after an error.
 
     Raises
     ------
     LimitError
-        where there is no room for them.
+        there is not enough shared memory
     """
     places, size = {}, 0
     for name, array in arrays.items():

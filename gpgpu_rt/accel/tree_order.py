@@ -1,6 +1,6 @@
-"""Tree order: levels, subtree sizes and depth-first positions of a binary tree of arrays.
+"""Tree order: levels, subtree sizes and depth-first positions of a binary tree stored in arrays.
 
-`left` and `right` hold each node's children, -1 for a leaf; node 0 is the root.
+`left` and `right` contain the children of each node, or -1 for a leaf. Node 0 is the root.
 """
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 
 def levels(left: np.ndarray, right: np.ndarray) -> list[np.ndarray]:
-    """The nodes of each depth, the root's first."""
+    """Return the nodes of each depth, from the root down."""
     result = [np.zeros(1, np.int64)]
     while True:
         inner = result[-1][left[result[-1]] >= 0]
@@ -18,8 +18,8 @@ def levels(left: np.ndarray, right: np.ndarray) -> list[np.ndarray]:
 
 
 def pair_parents(left: np.ndarray, inner: np.ndarray) -> np.ndarray:
-    """(n,) int32, each node's parent, -1 for the root, where the right child of an inner node
-    follows the left one; ``inner``: (n,) bool."""
+    """Return (n,) int32, the parent of each node, -1 for the root. The right child of each inner
+    node must directly follow the left child. ``inner``, (n,) bool, marks inner nodes."""
     parent = np.full(len(left), -1, np.int32)
     nodes = np.flatnonzero(inner)
     parent[left[nodes]] = parent[left[nodes] + 1] = nodes
@@ -27,12 +27,13 @@ def pair_parents(left: np.ndarray, inner: np.ndarray) -> np.ndarray:
 
 
 def inner_levels(left: np.ndarray, right: np.ndarray) -> list[np.ndarray]:
-    """The inner nodes of each depth that has any, the root's first."""
+    """Return the inner nodes of each depth, from the root down to the last depth with inner
+    nodes."""
     return [nodes[left[nodes] >= 0] for nodes in levels(left, right)][:-1]
 
 
 def subtree_sizes(inner: list[np.ndarray], left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Nodes in each node's subtree, itself included: (n,) int64."""
+    """Return (n,) int64, the number of nodes in each node's subtree, including the node."""
     size = np.ones(len(left), np.int64)
     for nodes in reversed(inner):
         size[nodes] += size[left[nodes]] + size[right[nodes]]
@@ -41,9 +42,11 @@ def subtree_sizes(inner: list[np.ndarray], left: np.ndarray, right: np.ndarray) 
 
 def depth_first(inner: list[np.ndarray], size: np.ndarray, first: np.ndarray,
                 second: np.ndarray) -> np.ndarray:
-    """Each node's place when node, subtree of `first`, subtree of `second` follow one another.
+    """Return the depth-first position of each node, (..., n) int64: a node, then the subtree of
+    its `first` child, then the subtree of its `second` child.
 
-    first, second : (..., n) int, the children in the order wanted; leading axes are copies.
+    first, second : (..., n) int, the children of each node in the required order; leading axes
+        allow several orders of the same tree
     """
     place = np.zeros(first.shape, np.int64)
     for nodes in inner:
@@ -56,10 +59,11 @@ def depth_first(inner: list[np.ndarray], size: np.ndarray, first: np.ndarray,
 
 def depth_first_pairs(inner: list[np.ndarray], size: np.ndarray, left: np.ndarray,
                       right: np.ndarray) -> np.ndarray:
-    """Each node's place when siblings stay together: a pair, then the subtree below its
-    left one, then the subtree below its right one. The root is at 0."""
+    """Return the position of each node in an order that keeps siblings together: a pair of
+    siblings, then all nodes below the left one, then all nodes below the right one. The root is at
+    0."""
     place = np.zeros(len(left), np.int64)
-    below = np.ones(len(left), np.int64)     # where the pair of a node's children goes
+    below = np.ones(len(left), np.int64)     # position of the pair of a node's children
     for nodes in inner:
         one, two, pair = left[nodes], right[nodes], below[nodes]
         place[one], place[two] = pair, pair + 1
@@ -70,39 +74,43 @@ def depth_first_pairs(inner: list[np.ndarray], size: np.ndarray, left: np.ndarra
 
 def kept_nodes(inner: list[np.ndarray], left: np.ndarray, right: np.ndarray, count: np.ndarray,
                most: int) -> np.ndarray:
-    """(n,) bool: the nodes of a tree of at most so many, its smallest subtrees made leaves.
+    """Return (n,) bool, the nodes to keep when the smallest subtrees become leaves until at most
+    ``most`` nodes are left.
 
     Parameters
     ----------
-    inner : as `inner_levels` returns them
-    count : (n,) int, what a leaf holds
+    inner : the inner nodes by level, from `inner_levels`
+    count : (n,) int, the number of entries of each leaf
     """
     held = count.copy()
     for nodes in reversed(inner):
         held[nodes] = held[left[nodes]] + held[right[nodes]]
-    above = np.full(len(held), np.iinfo(np.int64).max)     # what the parent holds
+    above = np.full(len(held), np.iinfo(np.int64).max)     # number of entries below the parent
     for nodes in inner:
         above[left[nodes]] = above[right[nodes]] = held[nodes]
     kept = np.ones(len(held), bool)
     if len(held) > most:
         at = len(above) - most - 1
-        kept = above > np.partition(above, at)[at]         # of the largest that becomes a leaf
+        # Keep nodes whose parent holds more entries than the largest subtree that becomes a leaf.
+        kept = above > np.partition(above, at)[at]
     return kept
 
 
 def cut(inner: list[np.ndarray], left: np.ndarray, right: np.ndarray,
         kept: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """The tree of the nodes kept, in the same order; above a node kept all are.
+    """Return the tree of the kept nodes, in the same order.
 
     Parameters
     ----------
-    kept : (n,) bool, both children of a node or neither
+    kept : (n,) bool. Either both children of a node are kept or none, and the ancestors of a kept
+        node are kept
 
     Returns
     -------
     (inside, left, right, place)
-        (n,) bool, inner nodes that stay so; (k,) int, children of the k nodes kept; (n,) int64,
-        which of these a node is or lies in
+        (n,) bool, the nodes that remain inner nodes; (k,) int, left and right children of the k
+        kept nodes; (n,) int64, the new position of each kept node, or for a dropped node that of
+        its nearest kept ancestor
     """
     place = np.cumsum(kept) - 1
     inside = kept & (left >= 0)

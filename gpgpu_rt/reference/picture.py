@@ -42,9 +42,9 @@ def _surfaces(scene: Scene, origins: np.ndarray, directions: np.ndarray, t: np.n
     distance = np.linalg.norm(to_light, axis=1, keepdims=True)
     cosine = np.maximum(_dot(normal, to_light / distance), 0)
     # Trace from the light to the point, which needs no offset: the first hit is the point's own
-    # triangle or an occluder. Directions are rounded to float32, so at grazing angles the ray may
-    # hit a neighbouring triangle instead. A hit beyond 1 - 1e-5 of the distance therefore counts
-    # as lit; an error there does not matter, since the light at grazing angles is weak.
+    # triangle or an occluder. A hit at 1 - 1e-5 of the distance or beyond counts as lit. This is
+    # wrong only at grazing angles, where rounding the direction to float32 moves the hit, and
+    # where a surface receives almost no light.
     back = trace(scene, np.broadcast_to(scene.light.position, points.shape), -to_light,
                  accelerated=True)
     lit = ((back.triangle == triangle) | (back.t >= 1 - 1e-5))[:, None]
