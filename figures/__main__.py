@@ -8,8 +8,8 @@ from gpgpu_rt.interrupts import Command, run
 
 
 def main() -> int:
-    """Run the command that ``sys.argv`` names; the exit status."""
-    # Told to end, it ends as by Ctrl-C: helpers that stand still would stay.
+    """Run the command that ``sys.argv`` names, and return its exit status."""
+    # SIGTERM ends the command as Ctrl-C does. Otherwise paused worker processes would remain.
     return run(_load, also=(signal.SIGTERM,))
 
 

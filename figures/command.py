@@ -14,7 +14,7 @@ from gpgpu_rt.errors import Error, how_to_install, nearest_names
 from gpgpu_rt.interrupts import STATUS
 from gpgpu_rt.workers import Workers
 
-NEEDED = ("distributed", "flip_evaluator", "matplotlib", "tqdm")     # what the extra brings
+NEEDED = ("distributed", "flip_evaluator", "matplotlib", "tqdm")     # packages of the extra `figures`
 try:
     for name in NEEDED:
         import_module(name)
@@ -31,7 +31,10 @@ except ModuleNotFoundError as missing:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Exit status: 0, 1 for a user's mistake (one line on stderr), 130 when interrupted."""
+    """Run the command, and return its exit status.
+
+    The status is 0, 1 after a user's mistake (one line on stderr), or 130 after an interrupt.
+    """
     return printed(lambda: _main(arguments))
 
 
@@ -81,7 +84,7 @@ def _figure(name: str) -> str:
 
 
 def _index(out: Path) -> None:
-    """Write the index of all pages that there are, drawn now or before."""
+    """Write the index of all pages in ``out``, drawn now or by earlier runs."""
     pages = {name: page for name in FIGURES if (page := provenance.held(name, out))}
     lines = [Line(name, FIGURES[name], Verdict(**page["verdict"]) if page["verdict"] else None,
                   provenance.summary(page)) for name, page in pages.items()]

@@ -1,1 +1,1 @@
-"""What figures are made with: cells, measuring, comparison, verdicts and pages."""
+"""The parts that every figure uses: cells, measuring, comparison, verdicts and pages."""

@@ -1,6 +1,6 @@
-"""Aside: cells of which nothing is timed, measured by workers while this process measures others.
+"""Aside: untimed cells, which worker processes measure while this process measures others.
 
-What is timed has the machine to itself all the same: workers stand still meanwhile.
+While a cell is timed, the workers pause, so the timed cell has the machine to itself.
 """
 from __future__ import annotations
 
@@ -18,28 +18,32 @@ from .cell import Cell
 
 Result = dict[str, Any]
 
-WORTH = 8     # cells or pages: for fewer, starting processes takes longer than it saves
+WORTH = 8     # with fewer cells or pages, starting processes costs more time than it saves
 
 
 def worth_workers(parts: int) -> bool:
-    """Whether so many parts are done sooner by several processes of this machine."""
+    """Whether several processes of this machine finish ``parts`` parts sooner than one process."""
     return parts >= WORTH and cores() > 1
 
 
 class Aside:
-    """Cells that workers of this machine take, one by one, and so may who has nothing else to do.
+    """Cells that worker processes measure, one cell at a time each.
+
+    A caller that is free may measure cells as well: ``take`` hands it the next cell.
 
     Parameters
     ----------
     cells : in the order in which they are begun
-    measured : what measures one
+    workers : the processes that measure
+    measured : the function that measures a cell
     """
 
     def __init__(self, cells: list[Cell], workers: Workers,
                  measured: Callable[[Cell], Result]) -> None:
         self._waiting = deque(cells)
         self._workers, self._measured = workers, measured
-        # What came in; of a worker that is through, why it stopped, or None where nothing is left.
+        # Results as they arrive. A worker that stops adds the exception that stopped it, or None
+        # if no cell is left.
         self._found: queue.SimpleQueue[tuple[Cell, Result] | BaseException | None]
         self._found = queue.SimpleQueue()
         self._busy = len(workers)
@@ -47,18 +51,18 @@ class Aside:
             threading.Thread(target=self._keep_busy, daemon=True).start()
 
     def take(self) -> Cell | None:
-        """One that nobody has begun, if there is one: the caller's from now on."""
+        """The next cell that nobody has begun, which the caller then measures; None at the end."""
         with contextlib.suppress(IndexError):
             return self._waiting.popleft()
         return None
 
     def done(self, wait: bool = False) -> Iterator[tuple[Cell, Result]]:
-        """Those that came in since it was asked last; or, if it shall ``wait``, to the end.
+        """Yield the results that arrived since the last call; with ``wait``, all that are left.
 
         Raises
         ------
         Error
-            where workers died again and again; and whatever measuring raises
+            if workers died again and again; any other error of measuring is raised too
         """
         while self._busy and (wait or not self._found.empty()):
             found = self._found.get()
@@ -70,12 +74,12 @@ class Aside:
                 yield found
 
     def _keep_busy(self) -> None:
-        """Give one worker a cell after another."""
+        """Give a worker one cell after another, until no cell is left."""
         end = None
         try:
             while (cell := self.take()) is not None:
                 [(_, result)] = self._workers.map(self._measured, [(cell,)])
                 self._found.put((cell, result))
-        except BaseException as failure:     # for who waits to raise
+        except BaseException as failure:     # `done` raises it
             end = failure
         self._found.put(end)

@@ -1,4 +1,4 @@
-"""Catalogue: every figure and table there is, the survey's own and those beyond it."""
+"""Catalogue: all figures and tables, the survey's own and those beyond the survey."""
 from __future__ import annotations
 
 from importlib import import_module
@@ -61,7 +61,7 @@ FIGURES = {
 
 
 def figure_of(name: str) -> Any:
-    """What has ``cells(full)`` to measure and ``draw(data, out, full)``."""
+    """The module or object of a figure, with ``cells(full)`` and ``draw(data, out, full)``."""
     folder = survey if of_survey(name) else experiments
     found = next(module.name for module in iter_modules(folder.__path__)
                  if module.name == name or of_survey(name) and module.name.startswith(name + "_"))
@@ -70,5 +70,5 @@ def figure_of(name: str) -> Any:
 
 
 def of_survey(name: str) -> bool:
-    """Whether it is one of the survey's own figures and tables."""
+    """Whether ``name`` is one of the survey's own figures and tables."""
     return name.startswith(("fig", "table"))

@@ -6,28 +6,28 @@ from typing import Any
 
 from gpgpu_rt.bench.workloads import EYE
 
-ON_CPU = "embreex"   # stands as a method for embreex on `threads` threads of the CPU
+ON_CPU = "embreex"   # the method of cells that embreex traces, on `threads` threads of the CPU
 
 
 @dataclass(frozen=True)
 class Cell:
-    """A method with options on a scene, and what it is to do there."""
+    """One measurement: a scene, a method with options, and the work to do there."""
 
     scene: str
     method: str
     options: tuple[tuple[str, Any], ...] = ()
     size: int = 256
-    work: str = EYE      # a workload, or what a row of `works.WORKS` names
+    work: str = EYE      # a workload, or the name of a row of `works.WORKS`
     runs: int = 5
 
     @property
     def name(self) -> str:
-        """The name of its file."""
+        """The name of its result file."""
         words = [self.scene, self.method, *(f"{k}={v}" for k, v in self.options),
                  f"{self.size}x{self.size}", self.work, f"{self.runs}"]
         return "".join(c if c.isalnum() or c in "=.-" else "_" for c in "-".join(words)) + ".json"
 
 
 def timed_runs(full: bool) -> int:
-    """Of which the median counts."""
+    """The number of timed runs. Their median counts."""
     return 5 if full else 3

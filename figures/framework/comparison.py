@@ -1,5 +1,7 @@
-"""A table of times by scene and method beside the published one: the form of Figures 12, 13, 16
-and 20."""
+"""Comparison: a table of measured times by scene and method, beside the published times.
+
+Figures 12, 13, 16 and 20 have this form.
+"""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -16,17 +18,19 @@ from .output import COLOURS, markdown_table, number, plt, save_chart, write_csv,
 from .published_numbers import nanoseconds, published_row, published_triangles
 from .results import read
 
-LOW = 0.8    # tau-b below this is explained
-TIE = 1.05   # published numbers this near are ties
+LOW = 0.8    # a panel with a lower tau-b gets an explanation
+TIE = 1.05   # published numbers within this factor count as equal
 
 
 @dataclass(frozen=True)
 class Panel:
-    """A column of the survey's table and a part of ours: a scene and what is traced there, in
-    the words of the published numbers."""
+    """A scene and a kind of rays: a column of the survey's table and a part of ours.
+
+    Both have the names of the published numbers.
+    """
 
     scene: str
-    rays: str | None = None   # None where a figure has one kind
+    rays: str | None = None   # None if the figure has one kind of rays
 
     @property
     def label(self) -> str:
@@ -35,18 +39,18 @@ class Panel:
 
 @dataclass(frozen=True)
 class Column:
-    """A method of the table, and what the published numbers call it."""
+    """A method of the table, and its name in the published numbers."""
 
     label: str
     method: str
     options: tuple[tuple[str, Any], ...] = ()
     published_options: str = ""
-    published_method: str | None = None   # where theirs is another one: tau-b leaves it out
-    only: str | None = None               # the one kind of rays it traces
-    skips: tuple[str, ...] = ()           # scenes it is not measured on
+    published_method: str | None = None   # if the paper has another method: tau-b leaves it out
+    only: str | None = None               # the only kind of rays that it traces
+    skips: tuple[str, ...] = ()           # scenes on which it is not measured
 
 
-Results = dict[tuple[Panel, str], dict[str, Any]]   # by panel and a column's label
+Results = dict[tuple[Panel, str], dict[str, Any]]   # by panel and column label
 Rows = dict[Panel, list[dict[str, Any]]]
 
 
@@ -54,8 +58,8 @@ Rows = dict[Panel, list[dict[str, Any]]]
 class Comparison:
     """A figure: its panels, its columns and how a cell is measured.
 
-    ``cell`` makes the cell of (panel, column, full size or quick); ``remarks`` says in sentences
-    what the measured results show.
+    ``cell`` makes the cell of a panel and a column, at the full or the quick size. ``remarks``
+    returns sentences on the measured results.
     """
 
     name: str
@@ -69,7 +73,7 @@ class Comparison:
     full_only: tuple[str, ...] = ()       # scenes that the quick size leaves out
 
     def pairs(self, full: bool) -> list[tuple[Panel, Column]]:
-        """What is measured: the columns of every panel."""
+        """The pairs of panel and column that are measured."""
         return [(panel, column) for panel in self.panels for column in self.columns
                 if column.only in (None, panel.rays) and panel.scene not in column.skips
                 and (full or panel.scene not in self.full_only)]
@@ -94,7 +98,7 @@ class Comparison:
             self._chart(rows, taus, out, results)
 
     def judge(self, data: Path, full: bool) -> verdicts.Verdict:
-        """Whether order and ratios of the methods are the published ones."""
+        """The verdict on the order of the methods and on the ratios between them."""
         results = self._results(data, full)
         groups, stand_ins = {}, []
         for panel in dict.fromkeys(panel for panel, _ in results):
@@ -106,7 +110,7 @@ class Comparison:
         return verdicts.of_groups(groups, stand_ins)
 
     def _results(self, data: Path, full: bool) -> Results:
-        """What is measured of it."""
+        """The results of the finished cells, by panel and column label."""
         found = {(panel, column.label): read(self.cell(panel, column, full), data)
                  for panel, column in self.pairs(full)}
         return {key: result for key, result in found.items() if result is not None}
@@ -132,7 +136,7 @@ class Comparison:
 
     def _ordered(self, panel: Panel, results: Results
                  ) -> list[tuple[Column, dict[str, Any], float]]:
-        """What tau-b orders: columns, our results and the published nanoseconds."""
+        """The columns that tau-b orders, with our results and the published nanoseconds."""
         found = [(column, results.get((panel, column.label)),
                   nanoseconds(self._published(panel, column)))
                  for column in self.columns if column.published_method is None]
@@ -144,8 +148,11 @@ class Comparison:
                      [theirs for _, _, theirs in ordered])
 
     def _explained(self, panel: Panel, results: Results) -> list[str]:
-        """Pairs of methods that stand in the other order here than published, with what each
-        does for a ray: sentences, the pair that the paper sets furthest apart first."""
+        """A sentence for each pair of methods whose order differs from the published order.
+
+        A sentence names the counters of both methods. The pair with the largest published ratio
+        comes first.
+        """
         pairs = []
         ordered = self._ordered(panel, results)
         for one, ours, theirs in ordered:
@@ -159,7 +166,7 @@ class Comparison:
                 for theirs, ratio, one, other, ours, others in sorted(pairs, key=lambda p: p[0])]
 
     def _differences(self, results: Results) -> list[str]:
-        """What is not as it was published, in sentences."""
+        """Sentences on the differences between our conditions and the published ones."""
         first = next(iter(results.values()), None)
         lines = [] if first is None else [
             f"Renderer: {first['gpu']['renderer']} ({first['gpu']['backend']}), measured "
@@ -227,7 +234,7 @@ class Comparison:
 
 
 def _bars(axis: Any, panel: Panel, chosen: list[dict[str, Any]], tau: float) -> None:
-    """One panel: for each method our time and the published one."""
+    """Draw a panel: our time and the published time of each method."""
     for at, row in enumerate(chosen):
         colour = COLOURS.get(row["method"], "#555555")
         pairs = ((at - 0.2, row["ns_per_ray"], {}),
@@ -249,7 +256,7 @@ def _bars(axis: Any, panel: Panel, chosen: list[dict[str, Any]], tau: float) -> 
 
 
 def _work(label: str, result: dict[str, Any]) -> str:
-    """What a method does for a ray, in words."""
+    """A clause on the nodes and triangles that a method needs for a ray."""
     counters = result["counters"]
     return (f"{label} visits {number(counters['nodes_visited'])} nodes and tests "
             f"{number(counters['triangles_tested'])} triangles a ray")

@@ -1,4 +1,4 @@
-"""Where the survey contradicts itself or its sources, and on which pages that matters."""
+"""Contradictions: where the survey contradicts itself or its sources, and the pages concerned."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Contradiction:
-    """A sentence, and the modules of this folder whose pages it belongs to."""
+    """A sentence, and the names of the figures on whose pages it belongs."""
 
     pages: tuple[str, ...]
     says: str
@@ -65,5 +65,5 @@ CONTRADICTIONS = (
 
 
 def of_page(name: str) -> list[str]:
-    """The sentences that belong to a page."""
+    """The sentences that belong on the page ``name``."""
     return [one.says for one in CONTRADICTIONS if name in one.pages]

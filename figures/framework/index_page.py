@@ -1,4 +1,4 @@
-"""The index: of every figure whether it came out as the survey prints it, and why."""
+"""The index page: the verdict on each of the survey's figures, with its reason."""
 from __future__ import annotations
 
 import html
@@ -33,8 +33,10 @@ COLOURS = {verdicts.REPRODUCED: "#cfe8d5", verdicts.ORDER: "#f5e6b8",
 
 @dataclass(frozen=True)
 class Line:
-    """A page: its module, title, verdict (None beyond the survey's own figures), and where its
-    numbers come from."""
+    """A page: its name, title, verdict and source of its numbers.
+
+    ``verdict`` is None for a figure beyond the survey.
+    """
 
     name: str
     title: str
@@ -47,7 +49,7 @@ def write_index(out: Path, lines: Sequence[Line], wanted: int, remarks: Sequence
 
     Parameters
     ----------
-    wanted : how many of the survey's figures there are to make
+    wanted : number of figures and tables in the survey
     remarks : sentences on the run as a whole
     """
     of_survey = [line for line in lines if line.verdict]
@@ -76,7 +78,7 @@ def write_index(out: Path, lines: Sequence[Line], wanted: int, remarks: Sequence
 
 
 def tally(lines: Sequence[Line]) -> Mapping[str, int]:
-    """How many figures came out how."""
+    """The number of figures with each verdict."""
     return {word: sum(line.verdict is not None and line.verdict.word == word for line in lines)
             for word in verdicts.WORDS}
 
@@ -87,7 +89,7 @@ def _links(line: Line) -> str:
 
 
 def _html(out: Path, head: str, of_survey: Sequence[Line], beyond: Sequence[Line]) -> str:
-    """Every chart with its verdict, on one page."""
+    """The text of an HTML page that shows every chart with its verdict."""
     cards = []
     for line in (*of_survey, *beyond):
         word = line.verdict.word if line.verdict else ""

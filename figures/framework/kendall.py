@@ -7,7 +7,7 @@ from itertools import combinations
 
 
 def tau_b(ours: Sequence[float], published: Sequence[float], tie: float = 0.05) -> float:
-    """Agreement of two orderings: 1 the same, -1 reversed, nan where one orders nothing.
+    """Agreement of two orderings: 1 if equal, -1 if reversed, nan if either orders nothing.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Measuring: runs cells and keeps each as a JSON file; figures only read those.
+"""Measuring: measures cells and keeps each result as a JSON file, the only input of figures.
 
 A cell that was finished with the same settings on the same renderer is not measured again.
 """
@@ -33,10 +33,13 @@ from .works import work_of
 
 def measure(cells: Iterable[Cell], data: Path, again: bool = False,
             workers: Workers | None = None) -> None:
-    """Measure every cell that is not finished, each written when it is done: interrupting loses
-    those that run. By ``workers``; or without, what is timed in this process, and beside it the
-    rest by a process for each other core, where there is enough of it. A line says which cells
-    are left out as this machine does not count instructions."""
+    """Measure every cell that is not finished, and write each result as soon as it is there.
+
+    An interrupt loses only the cells in progress. If given, ``workers`` measure all cells. If not,
+    this process measures the timed cells. A process for each other core measures the untimed
+    cells, if they are numerous enough. A line on stderr counts the cells that are left out because
+    this machine cannot count instructions.
+    """
     data.mkdir(parents=True, exist_ok=True)
     todo = [cell for cell in dict.fromkeys(cells) if again or read(cell, data) is None]
     with tqdm(total=len(todo), unit="cell", dynamic_ncols=True) as progress:
@@ -58,7 +61,7 @@ def _results(todo: list[Cell], workers: Workers | None,
         with taken(lambda: _say_waiting(progress)):
             yield from _here(todo, progress)
     else:
-        os.environ.setdefault("MESA_DISK_CACHE_MULTI_FILE", "1")     # `helped` says why
+        os.environ.setdefault("MESA_DISK_CACHE_MULTI_FILE", "1")     # `helped` gives the reason
         timed = [cell for cell in todo if work_of(cell).timed]
         with Workers(count=min(cores() - 1, len(rest))) as them, helped(
                 them.processes), taken(lambda: _say_waiting(progress)):
@@ -67,7 +70,7 @@ def _results(todo: list[Cell], workers: Workers | None,
 
 def _beside(aside: Aside, timed: list[Cell],
             progress: tqdm) -> Iterator[tuple[Cell, Result]]:
-    """Cells that are timed here, and the others, which are measured meanwhile."""
+    """Yield the cells that are timed here, and the cells that ``aside`` measures meanwhile."""
     others = iter(aside.take, None)
     order = (timed, others) if is_software(open_gpu().renderer) else (others, timed)
     for cells in order:
@@ -89,7 +92,7 @@ def _here(cells: Iterable[Cell], progress: tqdm) -> Iterator[tuple[Cell, Result]
 
 
 def measured(cell: Cell) -> Result:
-    """What `run` finds, and the seconds of processor time that this process spent on it."""
+    """The result of `run`, with the processor seconds that this process spent on it."""
     began = time.process_time()
     result = run(cell)
     result["processor_seconds"] = time.process_time() - began
@@ -106,11 +109,14 @@ def _words(cell: Cell) -> str:
 
 
 def run(cell: Cell) -> dict[str, Any]:
-    """Measure one cell: of what, on what, when, and what was found; or why it is left out."""
+    """Measure a cell, or find why it must be left out.
+
+    The result also holds the settings, the renderer, the commit, the date and the scene.
+    """
     work = work_of(cell)
     try:
         if work.counted:
-            check_countable()    # before anything is traced for it
+            check_countable()    # fail before anything is traced
         found = work.measure(cell, cell.work.removeprefix(work.name))
     except NotCountable as reason:
         found = {LEFT_OUT: " ".join(str(reason).split())}

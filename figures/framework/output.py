@@ -1,4 +1,4 @@
-"""What figures write: CSV, Markdown and charts, each file whole or not at all."""
+"""Output of figures: CSV, Markdown and charts. Each file is written whole or not at all."""
 from __future__ import annotations
 
 import csv

@@ -1,4 +1,4 @@
-"""Pages of figures: how they are drawn, by a process a core if many."""
+"""Pages of figures: draws them, with a process per core if there are many."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -18,8 +18,7 @@ from .results import left_out
 
 
 def draw(names: Sequence[str], data: Path, out: Path, full: bool) -> None:
-    """Draw the pages of these figures from what was measured, and record where each one's numbers
-    come from."""
+    """Draw the pages of these figures from measured cells, and record the source of each page."""
     with tqdm(total=len(names), unit="page", dynamic_ncols=True) as progress:
         if not worth_workers(len(names)):
             for name in names:
@@ -38,7 +37,7 @@ def _draw(name: str, data: Path, out: Path, full: bool) -> None:
     figure = figure_of(name)
     reasons = left_out(cells := figure.cells(full), data)
     page = out / f"{name}.md"
-    if reasons:     # else a figure that has nothing to draw would keep an older page
+    if reasons:     # a figure that has nothing to draw would otherwise keep an older page
         for kind in (".md", ".csv", ".png"):
             page.with_suffix(kind).unlink(missing_ok=True)
     figure.draw(data, out, full)
@@ -52,7 +51,7 @@ def _draw(name: str, data: Path, out: Path, full: bool) -> None:
 
 
 def _add_notes(name: str, out: Path) -> None:
-    """Put on a page where the survey contradicts itself about it."""
+    """Append to a page the sentences on how the survey contradicts itself there."""
     page, notes = out / f"{name}.md", of_page(name)
     if notes and page.exists():
         lines = "\n".join(f"* {says}" for says in notes)
@@ -61,8 +60,10 @@ def _add_notes(name: str, out: Path) -> None:
 
 
 def _add_left_out(page: Path, title: str, reasons: Mapping[str, int], cells: int) -> None:
-    """Say on a page how many of its cells are left out, and why; on a page that has nothing else
-    too."""
+    """Append to a page how many of its cells are left out, and why.
+
+    A figure that has drawn nothing gets a page with these lines alone.
+    """
     text = page.read_text().rstrip() if page.exists() else f"# {title}"
     lines = "\n".join(f"* {count} of {cells} cells, whose columns stay empty: {reason}."
                       for reason, count in reasons.items())

@@ -1,9 +1,8 @@
-"""Where a figure's numbers come from: a JSON file beside its page, with renderer and commit.
+"""Provenance: where a figure's numbers come from, in a JSON file beside its page.
 
 ``out/NAME.json`` is written when the page is drawn. It holds the table under the figure, its
-verdict, and the cells it was made of: file, settings, renderer, commit and date of each. Diagrams
-have no cells; what they show was read from passes that ran when they were drawn, and the file says
-on what.
+verdict, and the file, settings, renderer, commit and date of each cell. Diagrams have no cells:
+they show passes that run while they are drawn, and the file names the renderer of these passes.
 """
 from __future__ import annotations
 
@@ -25,7 +24,7 @@ from .verdicts import Verdict
 
 
 def sources(cells: Iterable[Cell], data: Path) -> list[dict[str, Any]]:
-    """Of each finished cell: its file, and what it was measured with."""
+    """The file, settings, renderer, commit, date and processor time of each finished cell."""
     return [{"file": cell.name, "settings": result["settings"],
              "renderer": result.get("gpu", {}).get("renderer"),
              "commit": result.get("commit"), "date": result.get("date"),
@@ -35,7 +34,7 @@ def sources(cells: Iterable[Cell], data: Path) -> list[dict[str, Any]]:
 
 def record(name: str, cells: Iterable[Cell], data: Path, out: Path, full: bool,
            judged: Verdict | None = None) -> None:
-    """Write out/NAME.json for a page that was drawn; ``judged`` is what came of it."""
+    """Write out/NAME.json for a page that was drawn; ``judged`` is its verdict."""
     table = out / f"{name}.csv"
     rows: list[dict[str, str]] = []
     if table.exists():
@@ -51,7 +50,7 @@ def record(name: str, cells: Iterable[Cell], data: Path, out: Path, full: bool,
 
 
 def held(name: str, out: Path) -> dict[str, Any] | None:
-    """What out/NAME.json holds; None where no such page was drawn."""
+    """The content of out/NAME.json, or None if the page was not drawn."""
     try:
         found = read_json(out / f"{name}.json")
     except (OSError, ValueError):
@@ -61,15 +60,17 @@ def held(name: str, out: Path) -> dict[str, Any] | None:
 
 
 def spent(pages: Iterable[dict[str, Any]]) -> tuple[float, int]:
-    """Processor seconds of measuring what pages were made of, each cell once; and of how many
-    cells nothing is known: a version measured them that did not say."""
+    """Processor seconds of measuring the cells of pages, and the number of cells without a time.
+
+    Each cell counts once. Cells from older versions do not record a time.
+    """
     said = {cell["file"]: cell["processor_seconds"] for page in pages for cell in page["cells"]}
     return (sum(seconds for seconds in said.values() if seconds is not None),
             sum(seconds is None for seconds in said.values()))
 
 
 def summary(held: dict[str, Any]) -> str:
-    """One line: how many cells, of which commits, renderers and days."""
+    """One line: the number of cells, and their renderers, commits and dates."""
     cells = held["cells"] or [held["drawn"]]
     words = [", ".join(sorted({str(cell[key]) for cell in cells}))
              for key in ("renderer", "commit", "date")]

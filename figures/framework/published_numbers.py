@@ -21,9 +21,9 @@ def published_row(figure: str, scene: str, method: str, options: str = "",
 
     Parameters
     ----------
-    rays : such as "primary" where a figure has several kinds
-    quantity : such as "leaves" where a figure has several
-    hardware : in the survey's words
+    rays : such as "primary", if a figure has several kinds
+    quantity : such as "leaves", if a figure has several
+    hardware : with the survey's name
     """
     asked = {"figure": figure, "scene": scene, "method": method, "options": options,
              "rays": rays, "quantity": quantity, "hardware": hardware}
@@ -32,12 +32,12 @@ def published_row(figure: str, scene: str, method: str, options: str = "",
 
 
 def published(*names: str, **more: str | None) -> float | None:
-    """A published number in the survey's unit, or None; named as for `published_row`."""
+    """A published number in the survey's unit, or None; parameters as for `published_row`."""
     row = published_row(*names, **more)
     return None if row is None else float(row["value"])
 
 
-TIMES = ("ms", "Mrays/s", "frames/s")    # units that say how long rays take
+TIMES = ("ms", "Mrays/s", "frames/s")    # units of the time that rays take
 
 
 def rows_of(figure: str) -> list[dict[str, str]]:
@@ -46,7 +46,7 @@ def rows_of(figure: str) -> list[dict[str, str]]:
 
 
 def nanoseconds(row: dict[str, str] | None) -> float | None:
-    """What a published time or rate comes to for one ray (of whole images: for one pixel)."""
+    """Nanoseconds per ray of a published time or rate; for whole images, per pixel."""
     if row is None:
         return None
     value, pixels = float(row["value"]), math.prod(map(int, row["resolution"].split("x")))

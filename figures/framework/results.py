@@ -1,4 +1,4 @@
-"""Results: a JSON file a finished cell, read where its settings are those asked for."""
+"""Results: a JSON file for each finished cell, which counts only if its settings are unchanged."""
 from __future__ import annotations
 
 import functools
@@ -17,29 +17,29 @@ from gpgpu_rt.gl.context import open_gpu
 from .cell import Cell
 from .works import work_of
 
-LEFT_OUT = "left out"     # the key of the reason in the file of a cell that could not be measured
+LEFT_OUT = "left out"     # in the file of a cell that cannot be measured: the key of the reason
 
 
 def settings(cell: Cell) -> dict[str, Any]:
-    """What must be equal for a finished cell to count."""
+    """The settings of a cell. A finished cell counts only if all of them are unchanged."""
     return {**asdict(cell), "options": dict(cell.options), "renderer": open_gpu().renderer,
             "scene_sha256": work_of(cell).digest(cell),
             "version": importlib.metadata.version("gpgpu_rt")}
 
 
 def as_kept(found: dict[str, Any]) -> dict[str, Any]:
-    """As it comes back from a JSON file."""
+    """``found`` as it is read back from a JSON file."""
     return json.loads(json.dumps(found))
 
 
 def read(cell: Cell, data: Path) -> dict[str, Any] | None:
-    """A finished cell, or None: not there, left out, damaged, or of other settings."""
+    """The result of a finished cell; None if missing, left out, damaged or of other settings."""
     result = _held(cell, data)
     return None if result is None or LEFT_OUT in result else result
 
 
 def left_out(cells: Iterable[Cell], data: Path) -> dict[str, int]:
-    """Why cells could not be measured here -> how many."""
+    """The reasons why cells could not be measured here, each with its number of cells."""
     held = (_held(cell, data) for cell in dict.fromkeys(cells))
     return Counter(result[LEFT_OUT] for result in held if result and LEFT_OUT in result)
 
@@ -53,14 +53,14 @@ def _held(cell: Cell, data: Path) -> dict[str, Any] | None:
 
 
 def finished(cells: Iterable[Cell], data: Path) -> list[tuple[Cell, dict[str, Any]]]:
-    """The cells that are finished, each once and in order, with their results."""
+    """The finished cells with their results, each once and in the given order."""
     found = ((cell, read(cell, data)) for cell in dict.fromkeys(cells))
     return [(cell, result) for cell, result in found if result is not None]
 
 
 @functools.cache
 def commit() -> str | None:
-    """The commit of this package's own tree, or None outside one."""
+    """The commit of this package's own tree, or None outside of a repository."""
     try:
         return subprocess.run(["git", "describe", "--always", "--dirty"], text=True, check=True,
                               capture_output=True, cwd=Path(__file__).parent).stdout.strip()

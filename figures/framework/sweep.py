@@ -1,7 +1,7 @@
-"""Sweep: cells measured by workers, of one machine or of several.
+"""Sweep: measures cells with workers, on one machine or several.
 
-Cells run side by side, those first of which nothing is timed: they build what the others trace.
-What is timed has its machine to itself meanwhile. Results come as they are there.
+Untimed cells run first and side by side: they build the structures that timed cells trace. A timed
+cell has its machine to itself. Results are yielded as they arrive.
 """
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ from .works import work_of
 
 def results(cells: list[Cell], workers: Workers,
             measured: Callable[[Cell], Result]) -> Iterator[tuple[Cell, Result]]:
-    """Each cell with what was measured, as it comes in.
+    """Yield each cell with its result, as results arrive.
 
     Raises
     ------
     Error
-        where a worker has another renderer or version than this process, so that its numbers would
-        stand for something else
+        if a worker has another renderer or version than this process, because its numbers would
+        not be comparable
     """
     ordered = by_scene(cells)
-    here = workers.scheduler == LOCAL    # its processes find what this one finds
+    here = workers.scheduler == LOCAL    # local processes find the same meshes as this process
     meshes = {scene: workers.sent({} if here else mesh_files(scene))
               for scene in {cell.scene for cell in ordered}}
-    # Before anything is timed: scenes are loaded for it.
+    # Do this before anything is timed, because it loads the scenes.
     asked = {cell: as_kept(settings(cell)) for cell in ordered}
     for timed in (False, True):
         some = _dealt([cell for cell in ordered if work_of(cell).timed is timed])
@@ -45,20 +45,23 @@ def results(cells: list[Cell], workers: Workers,
 
 
 def by_scene(cells: list[Cell]) -> list[Cell]:
-    """Those of a scene one after another, so that a process makes its tree and its rays once."""
+    """The cells sorted by scene, so that a process builds a scene's tree and rays only once."""
     return sorted(cells, key=lambda cell: (cell.scene, cell.size))
 
 
 def _dealt(cells: list[Cell]) -> list[Cell]:
-    """The first half and the second in turns, so that two neighbours in this order, which run at
-    once, are not about to build the same tree."""
+    """Alternate between the first and the second half of the cells.
+
+    Neighbours in this order run at the same time; alternation keeps them from building the same
+    tree twice.
+    """
     half = -(-len(cells) // 2)
     pairs = itertools.zip_longest(cells[:half], cells[half:])
     return [cell for pair in pairs for cell in pair if cell is not None]
 
 
 def _check(cell: Cell, asked: dict[str, Any], result: Result) -> None:
-    """That a worker has what this process has."""
+    """Raise an error unless a worker measured with the settings of this process."""
     found = as_kept(result["settings"])
     others = sorted(name for name in asked if asked[name] != found.get(name))
     if others:
@@ -68,7 +71,7 @@ def _check(cell: Cell, asked: dict[str, Any], result: Result) -> None:
 
 
 def _measured(cell: Cell, files: Files, measured: Callable[[Cell], Result]) -> Result:
-    """In a worker: measure a cell while nothing is timed on its machine."""
+    """Measure a cell in a worker, while nothing is timed on its machine."""
     take_mesh(cell.scene, files)
     with taken():
         return measured(cell)

@@ -1,4 +1,4 @@
-"""Times of a method's passes on a workload, and counters from a run apart."""
+"""Trace times: times of a method's passes on a workload, and counters from a separate run."""
 from __future__ import annotations
 
 import statistics
@@ -15,11 +15,11 @@ from ..experiments import cpu_peak
 from .cell import ON_CPU, Cell
 
 WARM_UPS = 1
-PICTURE = "picture"   # eye rays, shading and shadow rays
+PICTURE = "picture"   # the work of a whole picture: eye rays, shading and shadow rays
 
 
 def measure(cell: Cell) -> dict[str, Any]:
-    """Timed runs after warm-ups, without counters; then counters."""
+    """Times of runs without counters, after warm-ups; then the counters of one more run."""
     if cell.method == ON_CPU:
         return _embree(cell)
     scene = load(cell.scene)
@@ -39,7 +39,8 @@ def measure(cell: Cell) -> dict[str, Any]:
         with tracer.counting():
             _trace(rays, tracer)
         driver = tracer.statistics.driver
-        # Pixels without a ray count nothing by themselves, and each of a packet what all do.
+        # Counters are means over all pixels: a pixel without a ray counts zero, and each pixel of
+        # a packet counts the work of the packet. `share` converts them to means over live rays.
         width, height = tracer.options.get("packet", (1, 1))
         share = cell.size ** 2 / (max(rays.live, 1) * width * height)
         counters = {name: share * mean for name, mean in tracer.statistics.counters.items()}
@@ -49,14 +50,16 @@ def measure(cell: Cell) -> dict[str, Any]:
 
 
 def _share_ms(samples: Sequence[float], parts: Sequence[float]) -> float:
-    """Of the median time, the share that a part has of a run's."""
+    """Milliseconds of a part of a run: the median time, times the median share of the part."""
     share = statistics.median(part / whole for part, whole in zip(parts, samples))
     return 1e3 * statistics.median(samples) * share
 
 
 def _runs(once: Callable[[], Any], count: int) -> tuple[list[float], list[Any]]:
-    """Seconds of each of ``count`` runs, after warm-ups and alone on the machine; and what each
-    came to."""
+    """Run ``once`` ``count`` times, after warm-ups and alone on the machine.
+
+    Returns the seconds and the return values of the runs.
+    """
     for _ in range(WARM_UPS):
         once()
     walls, found = [], []
@@ -69,7 +72,7 @@ def _runs(once: Callable[[], Any], count: int) -> tuple[list[float], list[Any]]:
 
 
 def _trace(rays: Workload, tracer: rt.Tracer) -> None:
-    """Trace a workload; eye rays that bounds are asked for, by the camera they come from."""
+    """Trace a workload; with rasterised bounds, trace the eye rays from their camera."""
     if tracer.options["rasterised_bounds"]:
         tracer.eye_hits(size=(rays.size, rays.size))
     else:
@@ -84,7 +87,7 @@ def _timing(samples: Sequence[float], walls: Sequence[float], rays: int) -> dict
 
 
 def embree(threads: int = 1) -> Engine:
-    """Embree among the engines, on so many threads."""
+    """The engine that runs Embree on ``threads`` threads."""
     modules = next(one.modules for one in ENGINES if one.name == EMBREE)
     mine = {one.threads: one for one in reversed(ENGINES) if one.modules == modules}
     if threads not in mine:
@@ -94,7 +97,7 @@ def embree(threads: int = 1) -> Engine:
 
 
 def _embree(cell: Cell) -> dict[str, Any]:
-    """Rays by embreex; what it counts inside is not known."""
+    """Times of embreex on a cell's rays. Embreex has no counters."""
     rays, threads = workload(cell.scene, cell.work, cell.size), dict(
         cell.options).get("threads", 1)
     engine = embree(threads)

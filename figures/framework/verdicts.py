@@ -1,12 +1,12 @@
-"""Verdicts: whether a figure's numbers came out as the survey prints them. By rule, from numbers.
+"""Verdicts: rules that decide from numbers whether a figure came out as the survey prints it.
 
-* reproduced: the order agrees (tau-b of every scored group at least HIGH), and the ratios do (they
-  are off by less than a factor of two, in the median, once all are relative to each other);
-* reproduced in order, not in ratio: the order alone agrees;
-* contradicted: the order does not, whatever the ratios do.
+* reproduced: the order agrees (tau-b of every scored group is at least HIGH), and the ratios agree
+  (in the median they are off by less than FACTOR);
+* reproduced in order, not in ratio: only the order agrees;
+* contradicted: the order differs, whatever the ratios are.
 
-What a figure claims besides numbers has neither order nor ratio. It is reproduced if every part of
-it holds, mostly reproduced if more than half do, and contradicted otherwise.
+A claim in words has neither order nor ratio. A figure that makes claims is reproduced if every
+claim holds, mostly reproduced if more than half hold, and contradicted otherwise.
 """
 from __future__ import annotations
 
@@ -20,26 +20,29 @@ from .output import number
 
 REPRODUCED = "reproduced"
 ORDER = "reproduced in order, not in ratio"
-MOSTLY = "mostly reproduced"   # of claims
+MOSTLY = "mostly reproduced"   # for claims in words
 CONTRADICTED = "contradicted"
 REDRAWN = "redrawn"            # a diagram or a picture: the survey prints nothing to score
-UNSCORED = "not scored"        # measured, but what the survey prints ties: there is no order
+UNSCORED = "not scored"        # measured, but the published numbers tie and have no order
 UNMEASURED = "not measured"
 WORDS = (REPRODUCED, ORDER, MOSTLY, CONTRADICTED, REDRAWN, UNSCORED, UNMEASURED)
-HIGH, FACTOR = 0.8, 2.0        # what tau-b must reach; what ratios may be off by
+HIGH, FACTOR = 0.8, 2.0        # the lowest tau-b of equal orders; ratios must be off by less
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """One of WORDS, and why, with the numbers that decided."""
+    """One of WORDS, and the reason, with the numbers that decided."""
 
     word: str
     why: str
 
 
 def off_by(ours: Sequence[float], theirs: Sequence[float]) -> float:
-    """By what factor ratios are off: the median over all pairs of |log2| of our ratio of a pair
-    over theirs, as a factor. A pair's ratio does not depend on how fast the machine is."""
+    """The factor by which our ratios between methods differ from the published ratios.
+
+    It is the median over all pairs of methods of |log2(our ratio / published ratio)|, as a factor.
+    A ratio does not depend on the speed of the machine.
+    """
     logs = [math.log2(a / b) for a, b in zip(ours, theirs)]
     apart = [abs(x - y) for at, x in enumerate(logs) for y in logs[:at]]
     return 2 ** statistics.median(apart) if apart else math.nan
@@ -47,12 +50,12 @@ def off_by(ours: Sequence[float], theirs: Sequence[float]) -> float:
 
 def of_groups(groups: Mapping[str, tuple[Sequence[float], Sequence[float]]],
               stand_ins: Iterable[str] = ()) -> Verdict:
-    """The verdict of a table.
+    """The verdict on a table of times.
 
     Parameters
     ----------
-    groups : of each scene and kind of rays, our times and the published ones
-    stand_ins : groups that are shown and not scored, their scenes being other ones
+    groups : our times and the published times of each scene and kind of rays
+    stand_ins : groups that are shown but not scored, because their scenes are stand-ins
     """
     left_out = set(stand_ins)
     real = {name: (tau_b(*pair), off_by(*pair)) for name, pair in groups.items()
@@ -79,7 +82,7 @@ def of_groups(groups: Mapping[str, tuple[Sequence[float], Sequence[float]]],
 
 
 def of_claims(claims: Mapping[str, bool]) -> Verdict:
-    """The verdict on sentences, each with whether it holds: all, or more than half of them."""
+    """The verdict on claims, given whether each holds."""
     if not claims:
         return Verdict(UNMEASURED, "no cell of it is measured")
     failed = [claim for claim, holds in claims.items() if not holds]

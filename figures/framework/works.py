@@ -1,7 +1,7 @@
-"""Works: what the cells of the figures can be asked to measure, a row each.
+"""Works: the kinds of measurement that a cell can ask for, a row each.
 
-A cell's `work` begins with a row's name; what follows it names a workload or a manner. A work
-that no row names is a workload itself: its rays are traced and timed.
+A cell's `work` begins with the name of a row; the rest names a workload or a variant. A `work`
+that begins with no row's name is a workload itself: its rays are traced and timed.
 """
 from __future__ import annotations
 
@@ -42,21 +42,21 @@ def _of_catalogue(cell: Cell) -> str:
 
 
 def _of_made(made: Any) -> Callable[[Cell], str]:
-    """Of scenes that `made` makes; its others are the catalogue's."""
+    """The digest of the scenes that the module `made` makes, and of the catalogue's scenes."""
     return lambda cell: (_digest_of_made(made, cell.scene) if cell.scene in made.MADE
                          else _digest_of(cell.scene))
 
 
 @dataclass(frozen=True)
 class Work:
-    """What cells measure whose work begins with `name`."""
+    """A kind of measurement, for cells whose `work` begins with `name`."""
 
     name: str
-    measure: Callable[[Cell, str], dict[str, Any]]    # of a cell, and of what follows the name
-    timed: bool = True          # something of it is: that it does within `machine.alone`
-    catalogued: bool = True     # whether the cell's scene is one that `load_scene` knows
-    digest: Callable[[Cell], str] = _of_catalogue   # tells a stand-in from the mesh in its place
-    counted: bool = False       # whether it takes the instructions of programs
+    measure: Callable[[Cell, str], dict[str, Any]]    # takes a cell and the rest of its `work`
+    timed: bool = True          # whether it measures times; it does so within `machine.alone`
+    catalogued: bool = True     # whether `load_scene` knows the cell's scene
+    digest: Callable[[Cell], str] = _of_catalogue   # changes when a mesh replaces its stand-in
+    counted: bool = False       # whether it needs the instruction counts of programs
 
 
 def _rays(cell: Cell, name: str) -> Workload:
@@ -64,7 +64,7 @@ def _rays(cell: Cell, name: str) -> Workload:
 
 
 def picture_size(size: int) -> int:
-    """Pixels a side of the picture that is judged beside size squared rays of each kind."""
+    """Side in pixels of the picture that is judged beside size squared rays of each kind."""
     return min(256, 2 * size)
 
 
@@ -75,7 +75,7 @@ def _yardstick(name: str, size: int) -> Yardstick:
 
 
 def _accuracy(cell: Cell, _: str) -> dict[str, Any]:
-    """Errors against the float64 reference, and the time on the same rays."""
+    """Errors against the float64 reference, and the time for the same rays."""
     row = _yardstick(cell.scene, cell.size).measure(cell.method, dict(cell.options), cell.runs,
                                                     alone)
     return {"rays": row["all"]["rays"], "warm_ups": trace_times.WARM_UPS,
@@ -84,7 +84,7 @@ def _accuracy(cell: Cell, _: str) -> dict[str, Any]:
 
 
 def _period_work(cell: Cell, name: str) -> dict[str, Any]:
-    """What period hardware would have to do for the rays."""
+    """The work that period hardware would have to do for the rays."""
     manner = next((m for m in (period_work.SQUARES, period_work.KERNELS) if name.endswith(m)), "")
     return {"work": period_work.measure(load(cell.scene), _rays(cell, name.removesuffix(manner)),
                                         cell.method, dict(cell.options), manner)}
@@ -97,16 +97,16 @@ def _gap_work(kind: str) -> Work:
 
 
 WORKS = (
-    # A cell of size squared rays by extreme case.
+    # Each extreme case gets size squared rays.
     Work("extremes", lambda cell, _: {"warm_ups": 0, "cases": extreme_runs.measure(
         cell.method, dict(cell.options), cell.size ** 2)},
         timed=False, catalogued=False, digest=lambda cell: extreme_runs.digest()),
-    # Of a stream of size squared elements.
+    # The stream has size squared elements.
     Work("reduction", lambda cell, _: {
         "warm_ups": reduction_times.WARM_UPS,
         "seconds": reduction_times.measure(cell.size ** 2, dict(cell.options)["kept"], cell.runs)},
         catalogued=False, digest=lambda cell: ""),
-    # Rasterised approximations beside the traced truth.
+    # The next three compare rasterised approximations with the traced truth.
     Work("refraction", lambda cell, _: {
         "warm_ups": trace_times.WARM_UPS,
         "refraction": refraction_errors.measure(cell.scene, cell.method, dict(cell.options),
@@ -125,21 +125,21 @@ WORKS = (
          catalogued=False, digest=_of_made(bundle_errors)),
     Work("first hits", lambda cell, _: {"first_hits": first_hit_times.measure(
         load(cell.scene), cell.method, dict(cell.options), cell.size, cell.runs)}),
-    # By samples up to those of the options.
+    # Errors by number of samples, up to the number in the options.
     Work("path errors", lambda cell, _: {"errors": path_errors.measure(
         load(cell.scene), cell.method, dict(cell.options), cell.size)}, timed=False),
-    # Pictures of the step of `growing` that the options name.
+    # The options name the step of `growing` whose pictures are timed.
     Work("needs", lambda cell, _: {"needs": needs_times.measure(
         dict(cell.options)["step"], cell.method, cell.size, cell.runs, cell.scene)},
         digest=lambda cell: needs_times.digest(cell.scene, dict(cell.options)["step"])),
-    # Size squared rays of each kind of `known_rays`, judged.
+    # Each kind of `known_rays` gets size squared rays, and all hits are judged.
     Work("accuracy", _accuracy),
-    # What the kd-tree of the options holds.
+    # The sizes of the kd-tree that the options describe.
     Work("tree", lambda cell, _: {"tree": tree_sizes.measure(
         load(cell.scene), dict(cell.options))}, timed=False),
     Work("updates", lambda cell, _: {"updates": update_times.measure(
         load(cell.scene), cell.method, dict(cell.options), cell.runs)}),
-    # `runs` frames of a scene that moves.
+    # A moving scene is rendered for `runs` frames.
     Work("frames", lambda cell, _: {"frames": frame_times.measure(
         cell.scene, cell.method, dict(cell.options), cell.size, cell.runs)}),
     Work(COHERENCE, lambda cell, rays: {"coherence": coherence.measure(
@@ -154,5 +154,5 @@ TRACED = Work("", lambda cell, _: trace_times.measure(cell))
 
 
 def work_of(cell: Cell) -> Work:
-    """The row of a cell."""
+    """The row that a cell's `work` names."""
     return next((work for work in WORKS if cell.work.startswith(work.name)), TRACED)
