@@ -14,7 +14,7 @@ from gpgpu_rt.errors import Error, how_to_install, nearest_names
 from gpgpu_rt.interrupts import STATUS
 from gpgpu_rt.workers import Workers
 
-NEEDED = ("distributed", "flip_evaluator", "matplotlib", "tqdm")     # packages of the extra `figures`
+NEEDED = ("distributed", "flip_evaluator", "matplotlib", "tqdm")     # the extra `figures`
 try:
     for name in NEEDED:
         import_module(name)
