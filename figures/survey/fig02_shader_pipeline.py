@@ -1,8 +1,10 @@
-"""Figure 2: the shader pipeline, stage by stage, as real passes of this program go through it.
+"""Figure 2: the shader pipeline, stage by stage, as passes of this program go through it.
 
-What a stage takes and gives is read from the linked programs, from queries around their draws and
-from what was bound: a full-screen pass of `kd-restart`, whose rays are fragments, and a pass of
-the `ray-engine`, whose vertices are corners of quads that carry triangles.
+The inputs and outputs of a stage are read from the linked programs, from queries around the draws
+and from the bound textures. There are two draws:
+
+* a full-screen pass of `kd-restart`, whose rays are fragments;
+* a pass of the `ray-engine`, whose vertices are corners of quads that carry triangles.
 """
 from __future__ import annotations
 
@@ -37,14 +39,16 @@ _SAMPLER = re.compile(r"uniform\s+[iu]?sampler2D\s+(\w+)")
 
 @dataclass(frozen=True)
 class Drawn:
-    """A draw as it went down the pipeline.
+    """A draw, as it went through the pipeline.
 
-    method, vertex, fragment : whose, and its programs
-    attributes : name -> how many numbers a vertex has of it
-    primitives, fragments : that the rasteriser was given, and that the frame buffer took
+    method : the method that issued the draw
+    vertex, fragment : its programs
+    attributes : name -> components of the attribute per vertex
+    primitives : number that the rasteriser received
+    fragments : number that the framebuffer received
     textures : sampled, name -> (width, height, channels, type)
-    by_fragments : the textures that the fragment program samples: all but those that the text of
-        the vertex program declares
+    by_fragments : the textures that the fragment program samples, which are all textures that the
+        text of the vertex program does not declare
     targets : drawn into, (width, height, channels, type) each
     """
 
@@ -61,7 +65,7 @@ class Drawn:
 
 @dataclass
 class Recorder(PassLog):
-    """A log that keeps each draw by itself, with its primitives."""
+    """A pass log that keeps each draw separately, with its primitives."""
 
     method: str = ""
     found: list[Drawn] = field(default_factory=list)
@@ -96,7 +100,7 @@ def _shape(texture: moderngl.Texture) -> tuple[int, int, int, str]:
 
 @lru_cache(maxsize=1)
 def shown() -> tuple[Drawn, ...]:
-    """The largest draw of each program in SHOWN, over Figure 3's rays."""
+    """The largest draw of each program in SHOWN, with Figure 3's rays."""
     found = []
     for method, fragment, options in SHOWN:
         with rt.Tracer(world().scene, method, **options) as tracer:
@@ -111,7 +115,7 @@ def shown() -> tuple[Drawn, ...]:
 
 
 def words(one: Drawn) -> dict[str, str]:
-    """Stage -> what it holds or does in this draw."""
+    """Stage -> the text that describes it for this draw."""
     inputs = ", ".join(f"{name} ({count})" for name, count in one.attributes.items())
     width, height = one.targets[0][:2]
     return {"vertex buffer": f"attributes (numbers each): {inputs or 'none'}",
@@ -184,7 +188,7 @@ def draw_pipeline(axis: Any, one: Drawn) -> None:
 
 
 def _wrapped(text: str, width: int = 27) -> str:
-    """Lines of at most so many letters, broken at blanks."""
+    """``text`` with lines of at most ``width`` letters, broken at blanks."""
     lines = [""]
     for word in text.split(" "):
         if lines[-1] and len(lines[-1]) + 1 + len(word) > width:

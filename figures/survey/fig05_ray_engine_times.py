@@ -17,7 +17,7 @@ from ..framework.results import read
 
 METHOD, SCENES, SHOWN = "ray-engine", ("cornell", "bunny", "kitchen"), "bunny"
 ALL_ON_HOST = 1 << 30
-# On the scene that is shown, also with batches and host shares of other sizes.
+# SETTINGS are measured on every scene, BATCHES only on the scene that is shown.
 SETTINGS: dict[str, dict[str, Any]] = {
     "as it is": {}, "nearest by depth": {"nearest": "depth"},
     "short queues on the host": {"cpu_below": 32}, "all on the host": {"cpu_below": ALL_ON_HOST}}
@@ -26,7 +26,7 @@ PARTS = (("traversal_seconds", "walking and queueing (host)", "#2f6db3"),
          ("host_intersection_seconds", "intersection (host)", "#7fb2e5"),
          ("transfer_seconds", "transfers", "#b33a3a"),
          ("intersection_seconds", "intersection (passes)", "#3d8b57"))
-# Nominal rates of that time's bus, bytes a second: AGP 4x up; it read back as PCI at 66 MHz.
+# Nominal bus rates of the time, bytes per second: AGP 4x up; readback as PCI at 66 MHz.
 AGP_UP, AGP_DOWN = 1066e6, 266e6
 HEADS = ("scene", "setting", "rays/s", "rays/s, infinitely fast passes", "rays/s, transfers alone",
          "rays/s, bytes on an AGP 4x bus alone", "bytes up a ray", "bytes down a ray",
@@ -48,7 +48,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def row_of(scene: str, setting: str, result: dict[str, Any]) -> list[Any]:
-    """What HEADS names, of the last run of a cell."""
+    """The values of HEADS, from the last run of a cell."""
     cost, rays = result["statistics"], result["rays"]
     split, total = cost["split"], cost["trace_seconds"]
     up, down = split["bytes_up"] / rays, split["bytes_down"] / rays
@@ -60,7 +60,7 @@ def row_of(scene: str, setting: str, result: dict[str, Any]) -> list[Any]:
 
 
 def verdict(scene: str, result: dict[str, Any], row: list[Any]) -> str:
-    """Whether transfers bound it, in sentences."""
+    """Sentences that say whether transfers bound the Ray Engine on a scene."""
     split, total = result["statistics"]["split"], result["statistics"]["trace_seconds"]
     largest = max(PARTS, key=lambda part: split[part[0]])
     says = ("transfers bound it, as the survey says" if largest[0] == "transfer_seconds" else
@@ -71,7 +71,7 @@ def verdict(scene: str, result: dict[str, Any], row: list[Any]) -> str:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """Whether transfers are what takes longest, as the survey has it."""
+    """Whether transfers take longest, as the survey says."""
     claims = {}
     for scene in SCENES:
         result = read(cell(scene, "as it is", full), data)
@@ -143,7 +143,7 @@ def picture(full: bool) -> np.ndarray:
 
 
 def _draw_bars(axis: Any, bars: list[tuple[str, dict[str, Any], int]]) -> None:
-    """Microseconds a ray, by what they went to."""
+    """Draw the microseconds per ray of each setting, divided into PARTS."""
     for at, (_, cost, rays) in enumerate(bars):
         begin = 0.0
         for key, name, colour in PARTS:

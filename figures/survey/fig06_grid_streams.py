@@ -23,7 +23,7 @@ COUNTING = ("classify", "mask", "tile_counts", "everywhere")
 
 @lru_cache(maxsize=None)
 def passes() -> PassLog:
-    """Those of one picture of the small world, eye and shadow rays."""
+    """The passes of one picture of the small world, with eye and shadow rays."""
     with rt.Tracer(world().scene, "grid", schedule="kernels", mask_interval=2) as tracer:
         with logged(tracer, COUNTING) as log:
             tracer.render(size=(SIDE, SIDE))

@@ -12,7 +12,7 @@ from .lit_pictures import HEADS, cell, picture
 
 SCENE, METHOD = "soft-shadows", "grid-proximity"
 METHODS = (METHOD, "grid", "bvh-threaded")
-THEIRS, THEIRS_ON_CPU = 6.0, 6.2    # seconds, as the survey's caption says
+THEIRS, THEIRS_ON_CPU = 6.0, 6.2    # seconds, from the survey's caption
 
 
 def cells(full: bool) -> list[Cell]:
@@ -20,7 +20,10 @@ def cells(full: bool) -> list[Cell]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """What the thesis's abstract says of the clouds; the CPU's renderer is not to be had."""
+    """The verdict on what the thesis's abstract says of the clouds.
+
+    The CPU renderer that the thesis compares with is not available.
+    """
     seconds = {c.method: row[3] for c in cells(full)
                if (row := lit_pictures.row_of(c, data)) is not None}
     return verdicts.of_claims({

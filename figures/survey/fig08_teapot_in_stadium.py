@@ -27,23 +27,23 @@ def cells(full: bool) -> list[Cell]:
     return [cell(ratio, *method, full) for ratio in RATIOS for method in METHODS]
 
 
-TIMES = 8    # "up to 8 times" the kd-trees are faster than the grid, says the survey
+TIMES = 8    # the survey: the kd-trees are "up to 8 times" faster than the grid
 
 
 def results_of(ratio: float, data: Path, full: bool) -> dict[str, dict[str, Any] | None]:
-    """By method, at one size of the pot."""
+    """The results for one size of the teapot, by method."""
     return {name: read(cell(ratio, name, options, full), data) for name, options in METHODS}
 
 
 def gain(results: dict[str, dict[str, Any] | None]) -> float | None:
-    """The grid's time over the better kd-tree's."""
+    """The grid's time divided by the time of the faster kd-tree."""
     times = [found["ns_per_ray"] for name in ("grid", "kd-restart", "kd-backtrack")
              if (found := results[name]) is not None]
     return times[0] / min(times[1:]) if len(times) == 3 else None
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """Whether the grid falls behind as the pot shrinks, and as far as the survey says."""
+    """Whether the grid falls behind as the teapot shrinks, and as far as the survey says."""
     gains = [g for ratio in RATIOS if (g := gain(results_of(ratio, data, full))) is not None]
     if len(gains) < len(RATIOS):
         return verdicts.of_claims({})

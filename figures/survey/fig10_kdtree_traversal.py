@@ -1,7 +1,7 @@
 """Figure 10: the standard traversal of a kd-tree, step by step for one ray.
 
-The steps are the passes of kd-texture-stack, the literal form of the survey's pseudocode: what a
-row says was read from the state textures after its pass.
+The steps are the passes of kd-texture-stack, the literal form of the survey's pseudocode. A row of
+the table is read from the state textures after its pass.
 """
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(small: World, found: Walk) -> list[list[str]]:
-    """A row a pass, with what the stack holds behind it, lowest entry first."""
+    """The table, with a row for each pass, and the stack after the pass, lowest entry first."""
     stack: list[str] = []
     result = []
     for number, step in enumerate(found.steps, 1):
@@ -85,9 +85,10 @@ def _chosen(small: World, step: Step, t_split: float) -> str:
 
 @dataclass
 class Printed:
-    """What becomes of the ray by the rule as the survey prints it.
+    """What the ray does under the rule that the survey prints.
 
-    visited : nodes in order; wrong : splits with t_split < 0 where it takes the near child
+    visited : nodes in order
+    wrong : nodes with t_split < 0 where the rule descends into the near child
     hit : triangle, or -1
     """
 
@@ -97,7 +98,7 @@ class Printed:
 
 
 def printed_rule(small: World, t_min: float, t_max: float) -> Printed:
-    """Figure 10 to the letter, in numpy: `if thit >= tmax or thit < 0: near` comes first."""
+    """Follow Figure 10 to the letter: the test `if thit >= tmax or thit < 0: near` comes first."""
     tree, result = small.tree, Printed()
     stack = [(0, t_min, t_max)]
     hits = _triangle_hits(small)
@@ -124,7 +125,7 @@ def printed_rule(small: World, t_min: float, t_max: float) -> Printed:
 
 
 def _triangle_hits(small: World) -> np.ndarray:
-    """(n,) t of the ray with each triangle, inf where it misses."""
+    """(n,) t of the ray with each triangle, inf if it misses."""
     v0, one, two = (small.triangles[:, k].astype(np.float64) for k in range(3))
     one, two, d = one - v0, two - v0, small.direction.astype(np.float64)
     from_v0 = small.origin.astype(np.float64) - v0
@@ -136,7 +137,7 @@ def _triangle_hits(small: World) -> np.ndarray:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """Whether the pseudocode as the survey prints it finds what the ray hits."""
+    """Whether the pseudocode that the survey prints finds the triangle that the ray hits."""
     found = walk(METHOD)
     start = found.steps[0].before
     printed = printed_rule(world(), start["t_min"], start["t_max"])

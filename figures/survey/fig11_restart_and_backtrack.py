@@ -18,7 +18,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(small: World, found: Walk) -> list[list[str]]:
-    """A row a visit, with the interval the ray has behind it."""
+    """The table, with a row for each visit, and the ray's interval after it."""
     visits = [step for step in found.steps if step.visited is not None]
     return [[found.method, str(number), step.kernel, small.name(step.visited),
              f"{step.after['t_min']:.3f}", f"{step.after['t_max']:.3f}"]
@@ -26,7 +26,7 @@ def rows(small: World, found: Walk) -> list[list[str]]:
 
 
 def turns(found: Walk) -> dict[int, list[int]]:
-    """Node -> the turns, from 1, in which it was visited."""
+    """Node -> the positions, from 1, of its visits in the walk."""
     numbers = defaultdict(list)
     for turn, node in enumerate(found.visited, 1):
         numbers[node].append(turn)
@@ -34,7 +34,7 @@ def turns(found: Walk) -> dict[int, list[int]]:
 
 
 def intervals(found: Walk) -> list[float]:
-    """t at which the ray took up its interval anew."""
+    """The values of t at which the ray starts again with the rest of its interval."""
     return sorted({step.after["t_min"] for step in found.steps} - {found.steps[0].before["t_min"]})
 
 

@@ -17,7 +17,7 @@ def _cell(panel: Panel, column: Column, full: bool) -> Cell:
 
 
 def _remarks(results: Results) -> list[str]:
-    """What the two kd methods differ in: nodes, the bytes they lie in, and time."""
+    """Sentences on the two kd methods: their nodes, their times and the published times."""
     lines = []
     for panel in FIGURE.panels:
         restart, backtrack = (results.get((panel, f"kd-{name}")) for name in ("restart",

@@ -1,4 +1,4 @@
-"""Figure 13: Horn's improvements of kd-restart, one upon the other (Horn et al. 2007)."""
+"""Figure 13: Horn's improvements of kd-restart, each added to the last (Horn et al. 2007)."""
 from __future__ import annotations
 
 from gpgpu_rt.bench.workloads import EYE, SHADOW
@@ -15,7 +15,7 @@ SETTINGS: tuple[tuple[tuple[str, object], ...], ...] = (
 
 
 def size(scene: str, full: bool) -> int:
-    """Pixels a side: as published, or few, but enough for times of more than a few ms."""
+    """Pixels per side: as published, or fewer, but enough for times of more than a few ms."""
     return 1024 if full else 512 if scene == "cornell" else 256
 
 
@@ -26,13 +26,13 @@ def _cell(panel: Panel, column: Column, full: bool) -> Cell:
 
 
 def _published(settings: tuple[tuple[str, object], ...]) -> str:
-    """Settings in the words of the published numbers, which write the defaults out."""
+    """The settings as the published numbers name them, with the defaults written out."""
     return " ".join(f"{name}={value}" for name, value in
                     (settings or (("push_down", True), ("stack_size", 3))))
 
 
 def _remarks(results: Results) -> list[str]:
-    """What each improvement spares of the nodes fetched, and what that makes of the time."""
+    """Sentences on the nodes that each improvement saves, and on the rates."""
     lines = []
     for panel in FIGURE.panels:
         found = [results.get((panel, label)) for label in LABELS]

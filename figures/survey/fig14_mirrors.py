@@ -31,8 +31,11 @@ def cells(full: bool) -> list[Cell]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """Whether packets lose as rays are thrown back: they gain less at last than at first (the
-    tendency) in every real scene, and end below single rays (the claim) in every one."""
+    """The verdict on packets under mirrors, from all scenes that are not stand-ins.
+
+    The tendency is that packets gain less at the last bounce than at the first. The claim is that
+    packets become slower than single rays.
+    """
     claims = {}
     for scene in SCENES:
         results = _results(scene, data, full)
@@ -46,7 +49,7 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
 
 
 def _results(scene: str, data: Path, full: bool) -> list[list[Any]]:
-    """By bounce, single rays and packets; None where one is not measured."""
+    """The results of single rays and of packets by bounce; None if not measured."""
     return [[read(cell(scene, method, bounces, full), data) for method in METHODS]
             for bounces in BOUNCES]
 
@@ -97,7 +100,7 @@ HEADS = ("bounce", "rays", "single: ns a ray", "packets: ns a ray", "packets ove
 
 
 def _table(results: list[list[dict[str, Any]]]) -> list[list[float]]:
-    """A row a bounce, as HEADS names it."""
+    """The rows of HEADS, one per bounce."""
     sums = list(zip(*(accumulate(r["median_ms"] for r in column) for column in zip(*results))))
     rows = []
     for bounces, ((single, packet), (so_far, packets_so_far)) in enumerate(zip(results, sums)):
@@ -109,7 +112,7 @@ def _table(results: list[list[dict[str, Any]]]) -> list[list[float]]:
 
 
 def verdict(scene: str, rows: list[list[float]]) -> str:
-    """What the rows say of the survey's claim, in sentences."""
+    """Sentences on whether the rows support the survey's claim."""
     first, last = rows[0], rows[-1]
     behind = [row[0] for row in rows if row[4] < 1]
     says = "The claim holds in tendency" if last[4] < first[4] else "The claim does not hold"

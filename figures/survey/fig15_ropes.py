@@ -19,7 +19,7 @@ HEADS = ("leaf", *(name for name, _, _ in FACES))
 
 @dataclass(frozen=True)
 class Followed:
-    """A rope that the ray took: from which leaf, to which node, at t."""
+    """A rope that the ray followed: from a leaf to a node, at t."""
 
     leaf: int
     node: int
@@ -31,7 +31,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def ropes_of(small: World) -> dict[tuple[int, str], int]:
-    """(leaf's node, face) -> the node behind it, faces to the outside left out."""
+    """(leaf's node, face) -> the node behind the face. Outer faces are left out."""
     ropes = small.ropes
     return {(int(leaf), name): int((ropes.rope_hi if upper else ropes.rope_lo)[at, axis])
             for at, leaf in enumerate(ropes.node) for name, axis, upper in FACES
@@ -39,7 +39,7 @@ def ropes_of(small: World) -> dict[tuple[int, str], int]:
 
 
 def followed(found: Walk) -> list[Followed]:
-    """The ropes that the ray went along, read from its states."""
+    """The ropes that the ray followed, read from its states."""
     return [Followed(step.before["node"], step.after["node"], step.after["t_min"])
             for step in found.steps if step.kernel == "follow_rope" and step.after["phase"] > 0]
 
@@ -84,10 +84,10 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 
 def draw_rope(axis: Any, small: World, leaf: int, face: str, node: int) -> None:
-    """From inside a face across it, with the name of the node where it is no leaf."""
+    """Draw a rope as an arrow across its face, and name the node that it leads to."""
     across, upper = next((a, u) for name, a, u in FACES if name == face)
     lo, hi = small.lo[leaf, :2].astype(float), small.hi[leaf, :2].astype(float)
-    # Two leaves that share a face have a rope each way: side by side.
+    # Two leaves that share a face have a rope each way. Draw them side by side.
     along = (0.47, 0.7) if across == 0 else (0.42, 0.58)
     start = lo + (hi - lo) * np.where(np.arange(2) == across, 0.5, along[not upper])
     start[across] = (hi if upper else lo)[across] - (0.022 if upper else -0.022)
