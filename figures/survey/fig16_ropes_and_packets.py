@@ -24,7 +24,7 @@ def _cell(panel: Panel, column: Column, full: bool) -> Cell:
 
 
 def _remarks(results: Results) -> list[str]:
-    """Packets over single rays, and both over the CPU, beside what was published."""
+    """Sentences on packets over single rays and on both over the CPU, beside published rates."""
     lines = []
     for panel in FIGURE.panels:
         single, packet = (results.get((panel, label)) for label in (SINGLE, PACKET))

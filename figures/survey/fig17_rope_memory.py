@@ -13,7 +13,7 @@ from ..framework.results import read
 from .fig16_ropes_and_packets import LEFT_OUT, SCENES, STAND_IN
 from .tree_sizes import NODE_BYTES, REFERENCE_BYTES
 
-# Ours, what the published numbers call it, and the scale and name of the table's column.
+# For each quantity: our key, its name in the published numbers, the column's scale and name.
 QUANTITIES = (("leaves", "leaves", 1, "leaves"),
               ("empty_leaves", "empty leaves", 1, "empty leaves"),
               ("references_per_leaf", "references per triangle", 1,
@@ -21,9 +21,10 @@ QUANTITIES = (("leaves", "leaves", 1, "leaves"),
               ("bytes", "kd-tree size", 2 ** 20, "MiB"),
               ("bytes_ropes", "kd-tree size with ropes", 2 ** 20, "MiB with ropes"),
               ("overhead", "rope overhead", 1, "overhead"))
-# The depth at which the tree has about as many leaves as the paper's, where the default has not.
+# The depth at which a scene's tree has about as many leaves as in the paper. Scenes whose default
+# depth has this property are not listed.
 DEPTH = {"conference": 34}
-LOWEST, HIGHEST, SLACK = 3.06, 3.30, 0.1   # the published overheads, and how near ours shall be
+LOWEST, HIGHEST, SLACK = 3.06, 3.30, 0.1   # the published overheads, and the tolerance for ours
 
 
 def cell(scene: str, **options: int) -> Cell:
@@ -31,7 +32,7 @@ def cell(scene: str, **options: int) -> Cell:
 
 
 def _trees(full: bool) -> list[tuple[str, dict[str, int]]]:
-    """Scenes and build options: the defaults, and at full size for some scenes a depth besides."""
+    """Scenes and build options: the defaults, and at full size also the depths of DEPTH."""
     return [(scene, options) for scene in SCENES if full or scene not in STAND_IN
             for options in ({}, *([{"max_depth": DEPTH[scene]}] if full and scene in DEPTH
                                   else ()))]
@@ -42,12 +43,12 @@ def cells(full: bool) -> list[Cell]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """Whether ropes make real scenes' trees as much larger as published."""
+    """Whether ropes enlarge the trees of real scenes as much as published."""
     claims = {}
     for scene, options in _trees(full):
         result = read(cell(scene, **options), data)
         if result is None or result["scene"]["stand_in"] or scene in DEPTH and not options:
-            continue    # at the depth where leaves are as many as the paper's, if there is one
+            continue    # a scene in DEPTH is judged at that depth only
         overhead = result["tree"]["overhead"]
         claims[f"{scene}'s tree is {number(overhead)} times as large with ropes, within "
                f"{SLACK:.0%} of {LOWEST:.2f} to {HIGHEST:.2f}"] = _within(overhead)
@@ -98,7 +99,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 
 def _published(scene: str) -> list[float]:
-    """A row of the survey's table, scaled as ours."""
+    """A row of the survey's table, with the scales of ours."""
     values = [published("fig17", scene, "kd-ropes", quantity=name) for _, name, *_ in QUANTITIES]
     return [(value or float("nan")) / scale
             for value, (_, _, scale, _) in zip(values, QUANTITIES)]

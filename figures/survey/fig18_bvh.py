@@ -15,7 +15,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(found: Hierarchy) -> list[list[str]]:
-    """A row a node of the table under the figure."""
+    """The table under the figure, with a row for each node."""
     table = []
     for node in range(len(found)):
         holds = (f"triangles {', '.join(map(str, found.inside(node)))}" if found.is_leaf(node)

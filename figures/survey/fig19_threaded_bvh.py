@@ -24,7 +24,7 @@ END = "end"
 
 @dataclass(frozen=True)
 class Visit:
-    """A node that the ray came to, and whether it met the node's box."""
+    """A node that the ray visited, and whether the ray meets the node's box."""
 
     node: int
     entered: bool
@@ -35,8 +35,11 @@ def cells(full: bool) -> list[Cell]:
 
 
 def visits(found: Hierarchy, ray: Walk) -> list[Visit]:
-    """Read from the ray's states: a box is met where the next node is not the miss link's, or
-    where the ray turns to a leaf's triangles."""
+    """The nodes that the ray visited, read from its states.
+
+    The ray meets an inner node's box if it continues with the next node of the array. It meets a
+    leaf's box if it starts to test triangles.
+    """
     testing = find_method(METHOD).kernels.index("intersect") + 1
     seen = []
     for step in ray.steps:
@@ -48,7 +51,7 @@ def visits(found: Hierarchy, ray: Walk) -> list[Visit]:
 
 
 def rows(found: Hierarchy, seen: list[Visit]) -> list[list[str]]:
-    """A row a node: its links, and what the ray did there."""
+    """The table, with a row for each node: its links, and what the ray did there."""
     did = {visit.node: "met" if visit.entered else "missed" for visit in seen}
     return [[str(node), *(END if link is None else str(link)
                           for link in (found.hit_link(node), found.miss_link(node))),
@@ -90,7 +93,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 
 def draw_threads(axis: Any, found: Hierarchy, places: np.ndarray) -> None:
-    """Dotted arrows from each node to where its miss link leads."""
+    """Draw a dotted arrow from each node to the target of its miss link."""
     for node in range(len(found)):
         link = found.miss_link(node)
         if link is not None:
@@ -102,8 +105,10 @@ def draw_threads(axis: Any, found: Hierarchy, places: np.ndarray) -> None:
 
 
 def draw_array(axis: Any, found: Hierarchy, seen: list[Visit]) -> None:
-    """The linear array; above it the ray's way, below it the links that lead past more than one
-    node."""
+    """Draw the linear array, with the ray's path above it.
+
+    Below the array are the miss links that lead past more than one node.
+    """
     did = {visit.node: visit.entered for visit in seen}
     for node in range(len(found)):
         axis.add_patch(Rectangle((node, 0), 1, 1, linewidth=1.4, zorder=2,

@@ -21,7 +21,7 @@ def _bvh(build: str) -> Column:
 
 
 def _remarks(results: Results) -> list[str]:
-    """The kd-trees beside the hierarchies: nodes and times over those of Kay and Kajiya's."""
+    """Sentences on the kd-trees: their nodes and times over those of Kay and Kajiya's BVH."""
     lines = []
     for panel in FIGURE.panels:
         found = {label: results.get((panel, label)) for label in

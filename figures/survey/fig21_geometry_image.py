@@ -26,7 +26,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def horned() -> trimesh.Trimesh:
-    """A closed lump with two horns and a snout."""
+    """A closed lump with two horns and a snout, as a mesh."""
     mesh = trimesh.creation.icosphere(subdivisions=4)
     at = mesh.vertices.copy()
     for way, length, width in (((0.5, 1.0, 0.3), 1.3, 9), ((-0.5, 1.0, 0.3), 1.3, 9),
@@ -45,7 +45,7 @@ def surface() -> Parametrisation:
 
 @lru_cache(maxsize=1)
 def pyramids() -> tuple[ImageTree, np.ndarray, np.ndarray]:
-    """The tree, and (nodes, 3) each: what the passes left in the textures of the boxes."""
+    """The tree, and the boxes' corners, (nodes, 3) each, read from the textures of the passes."""
     with rt.Tracer(image().scene(), "geometry-image") as tracer, tracer.gpu:
         tree = tracer.accelerator.structure
         lo, hi = (read_texture(tracer.session.tables[name][f"{name}_table"]).reshape(-1, 4)
@@ -58,7 +58,7 @@ def image() -> rt.GeometryImage:
 
 
 def level(tree: ImageTree, boxes: np.ndarray, height: int) -> np.ndarray:
-    """A level of a pyramid as an image: (side, side, 3), each node where it lies."""
+    """A level of a pyramid as an image, (side, side, 3), with each node in its place."""
     node = np.arange(tree.levels[height], tree.levels[height + 1])
     first = node
     for _ in range(height):
@@ -79,7 +79,7 @@ def rows() -> list[list[Any]]:
 
 
 def colours(positions: np.ndarray) -> np.ndarray:
-    """x, y, z of the scene's box as red, green, blue."""
+    """The colours of positions: x, y, z in the scene's box as red, green, blue."""
     lo, hi = (corner.astype(np.float64) for corner in image().scene().bounds)
     return np.clip((positions - lo) / (hi - lo), 0, 1)
 

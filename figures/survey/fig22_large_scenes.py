@@ -11,7 +11,7 @@ from ..framework.output import number
 WORK = {"primary": EYE, "primary+shadow": "picture", "primary+secondary": "picture"}
 BVH, ROPES = "bvh-packet", "kd-ropes-packet"
 FAST = "bvh-packet, interval test"
-HUGE = ("sodahall", "powerplant")   # built in minutes: at full size only
+HUGE = ("sodahall", "powerplant")   # building takes minutes: measured at full size only
 
 
 def _cell(panel: Panel, column: Column, full: bool) -> Cell:
@@ -22,7 +22,7 @@ def _cell(panel: Panel, column: Column, full: bool) -> Cell:
 
 
 def _remarks(results: Results) -> list[str]:
-    """The two packets beside each other, and what grows with the scene."""
+    """Sentences that compare the two kinds of packets, with the nodes that they fetch."""
     lines = []
     for panel in FIGURE.panels:
         bvh, ropes, fast, cpu = (results.get((panel, label)) for label in (BVH, ROPES, FAST, CPU))

@@ -19,7 +19,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows() -> list[list[Any]]:
-    """A node a line, rays left out."""
+    """The table, with a row for each node, without the rays."""
     levels, _, _ = traversal()
     return [[height, node, point(level.centre[node]), number(float(level.radius[node])),
              point(level.axis[node]), number(float(np.degrees(level.angle[node])))]
@@ -66,7 +66,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 
 def cones(axis: Any, level: Level) -> None:
-    """Each node's sphere, and the two lines along it that bound all its rays."""
+    """Draw each node's sphere, and the two lines from it that bound all its rays."""
     for node in range(len(level.radius)):
         colour = plt.cm.tab10(node % 10)
         centre, radius = level.centre[node, :2], float(level.radius[node])

@@ -1,5 +1,8 @@
-"""Figure 26: every method at 10,000 triangles, relative to the Ray Engine: measured here,
-predicted on a GeForce 8800 GTX, scaled again as the survey did, and as published."""
+"""Figure 26: every method at 10,000 triangles, relative to the Ray Engine.
+
+Four columns are compared: speeds measured here, predicted on a GeForce 8800 GTX, scaled again as
+the survey scaled, and published.
+"""
 from __future__ import annotations
 
 import math
@@ -41,7 +44,7 @@ NOTES = (
 
 @dataclass(frozen=True)
 class Row:
-    """An entry: nanoseconds a ray, measured and predicted, and speeds over the Ray Engine's."""
+    """An entry: measured and predicted nanoseconds per ray, and speeds over the Ray Engine's."""
 
     entry: Entry
     measured_ns: float | None
@@ -54,13 +57,13 @@ class Row:
 
 
 def cells(full: bool) -> list[Cell]:
-    """Of the entries, and those that the card's constant is fitted to."""
+    """The cells of the entries, and the cells that the card's constant is fitted to."""
     return [*(cell for entry in entries() for cell in (entry.measured(full), entry.counted(full))),
             *period.cells(full, CHIP)]
 
 
 def predicted_ns(entry: Entry, result: dict[str, Any], share: float) -> tuple[float, str]:
-    """Nanoseconds a ray on the card, and what they are bound by."""
+    """Predicted nanoseconds per ray on the card, and the resource that bounds them."""
     card = find_card(CHIP)
     if "passes" in result:
         work, rays = counted(card, result["passes"]), result["passes"]["rays"]
@@ -74,12 +77,12 @@ def predicted_ns(entry: Entry, result: dict[str, Any], share: float) -> tuple[fl
 
 
 def fitted(data: Path) -> period.Fit | None:
-    """The card's constant; None where nothing is there that it could be fitted to."""
+    """The card's constant, or None if nothing is measured that it could be fitted to."""
     return period.fit(period.rows(data)).get(CHIP)
 
 
 def rows(data: Path, full: bool) -> list[Row]:
-    """Every entry of which something is measured."""
+    """Every entry that has a measurement or a prediction."""
     card, found = fitted(data), []
     for entry in entries():
         timed, work = (read(cell, data) for cell in (entry.measured(full), entry.counted(full)))
@@ -101,14 +104,14 @@ def _over(base: float | None, ns: float | None) -> float | None:
 
 
 def value(row: Row, column: str) -> float | None:
-    """A speed over the Ray Engine's; of the two ways to scale, their geometric mean."""
+    """A speed over the Ray Engine's; "scaled" is the geometric mean of the two ways to scale."""
     if column == "scaled":
         return math.sqrt(math.prod(row.scaled)) if row.scaled else None
     return getattr(row, column)
 
 
 def agreement(found: list[Row], one: str, other: str) -> tuple[float, float, int]:
-    """tau-b of two columns, by what factor their ratios are off, and over how many methods."""
+    """tau-b of two columns, the factor by which ratios are off, and the number of methods."""
     pairs = [(a, b) for row in found
              if (a := value(row, one)) and (b := value(row, other))]
     if len(pairs) < 2:
@@ -118,11 +121,12 @@ def agreement(found: list[Row], one: str, other: str) -> tuple[float, float, int
 
 
 def claims(found: list[Row], column: str) -> list[str]:
-    """What the survey reads off its figure, held against a column: sentences."""
+    """Sentences that compare a column with the survey's conclusions from its figure."""
     lines = []
     for says, chosen in (("packets over single rays", lambda row: row.entry.row.packet),
                          ("with a stack over without one", lambda row: row.entry.row.stack)):
-        # Of the same papers in every column; trees alone, as others have neither.
+        # Use the same papers in every column, and only methods over trees: other methods have
+        # neither packets nor stacks.
         sides = {side: [v for row in found if (v := value(row, column)) and row.published
                         and _tree(row) and chosen(row) is side] for side in (True, False)}
         if all(sides.values()):
@@ -137,7 +141,7 @@ def _tree(row: Row) -> bool:
 
 
 def packet_pairs(found: list[Row]) -> list[str]:
-    """Each packet method beside the single rays of the same structure."""
+    """Sentences that compare each packet method with single rays through the same structure."""
     by_name = {row.entry.method: row for row in found if row.entry.method != "kd-stack"}
     lines = []
     for packet, single in (("kd-packet", "kd-short-stack"), ("kd-ropes-packet", "kd-ropes"),
@@ -151,7 +155,7 @@ def packet_pairs(found: list[Row]) -> list[str]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """Of the measured column against the published one; predicted and scaled are said beside."""
+    """The verdict on the measured column; the reason also covers the predicted and the scaled."""
     found = rows(data, full)
     pairs = [(1 / row.measured, 1 / row.published) for row in found
              if row.measured and row.published]
@@ -220,7 +224,7 @@ def _page(found: list[Row], data: Path, full: bool) -> str:
 
 
 def _least(data: Path, full: bool) -> list[str]:
-    """Of which passes less is predicted than they do."""
+    """Sentences on the passes whose predicted work is only a lower bound."""
     results = {e.label: r for e in entries() if (r := read(e.counted(full), data))}
     return [f"Predicted, {label}: of {', '.join(names)} one turn of each loop is counted, the "
             "least; how often they turn is not known, as a vertex program places them."
@@ -238,7 +242,7 @@ def _chart(found: list[Row], out: Path) -> None:
         axis.bar([x + shift for x, _ in pairs], [v for _, v in pairs], 0.19, color=colour,
                  label=column + (" again, arithmetic to bandwidth" if column == "scaled" else ""))
         for x, v in pairs:
-            # Clear of the line from one way of scaling to the other; the number is the bar's.
+            # Place the number, which is the bar's, clear of the line between the two scalings.
             top = max(shown[x].scaled or (v,)) if column == "scaled" else v
             axis.annotate(number(v, 2), (x + shift, top), ha="center", fontsize=6, rotation=90,
                           va="bottom" if top >= 1 else "top", textcoords="offset points",

@@ -1,4 +1,4 @@
-"""Pictures with mirrors, glass and lamps as cells: what each took, and the picture itself."""
+"""Lit pictures: pictures with mirrors, glass and lamps as cells, and the cost of each."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -19,8 +19,10 @@ def cell(scene: str, method: str, full: bool) -> Cell:
 
 
 def row_of(cell: Cell, data: Path) -> list[Any] | None:
-    """What HEADS names, or None where it was not measured. Rays that ended earlier on their branch
-    are traced as empty ones, and count."""
+    """The values of HEADS, or None if the picture was not measured.
+
+    A ray whose branch ended earlier is traced as an empty ray, and counts.
+    """
     found = read(cell, data)
     if found is None:
         return None
@@ -32,6 +34,6 @@ def row_of(cell: Cell, data: Path) -> list[Any] | None:
 
 
 def picture(cell: Cell) -> np.ndarray:
-    """(size, size, 3) uint8."""
+    """The picture of a cell, (size, size, 3) uint8."""
     with rt.Tracer(cell.scene, cell.method) as tracer:
         return np.asarray(tracer.render(size=(cell.size, cell.size)))

@@ -1,10 +1,9 @@
-"""What a method that runs in many passes does to an image's rays: cells of "counted passes of" a
-workload.
+"""Pass work: the work that a method of many passes does for an image's rays.
 
-Methods whose traversal is one program are emulated instead (``period_work``). Here fragments are
-counted draw by draw, their programs' instructions taken from the compiler, and how often loops
-turn from fragments that are emulated (``gpgpu_rt.hardware.counters``); both sides of a branch
-count.
+Cells whose work is "counted passes of" a workload measure it. Methods whose traversal is one
+program are emulated instead (``period_work``). Here the fragments of each draw are counted, and
+the instructions of its program come from the compiler. The number of loop iterations comes from
+fragments that are emulated (``gpgpu_rt.hardware.counters``). Both sides of a branch count.
 """
 from __future__ import annotations
 
@@ -18,14 +17,15 @@ from gpgpu_rt.hardware.cards import Card
 from gpgpu_rt.hardware.model import Counted
 
 PASSES = "counted passes of "
-# An occlusion query counts the fragments that a program keeps. These discard misses: they ran on
-# every pair of a ray and a triangle, in so many draws under one program (nearest t, lowest index).
+# An occlusion query counts the fragments that a program keeps. These programs discard misses, but
+# run on every pair of a ray and a triangle. The number is their draws per pair (for the nearest t,
+# and for the lowest index).
 PAIRS = {"methods/ray_engine/quads.frag": 1, "methods/ray_tiles/tile_pairs.frag": 2}
 
 
 def measure(scene: rt.Scene, rays: Workload, method: str, options: Mapping[str, Any]
             ) -> dict[str, Any]:
-    """The passes of a trace with what their fragments do, and what crossed the bus."""
+    """The passes of a trace, with the work of their fragments, and the bytes on the bus."""
     with rt.Tracer(scene, method, **options) as tracer:
         passes, _ = counters.counted(tracer, lambda: rays.trace(tracer))
         split, pairs = tracer.statistics.split, 0.0
@@ -40,23 +40,28 @@ def measure(scene: rt.Scene, rays: Workload, method: str, options: Mapping[str, 
 
 
 def unseen(work: Mapping[str, Any]) -> list[str]:
-    """Passes whose loops could not be emulated, and what share of the fragments ran them: a
-    vertex program places them. What is counted of them is one turn a loop, the least."""
+    """Passes whose loops could not be emulated, with their share of all fragments.
+
+    Their fragments are placed by a vertex program. Each of their loops counts as one iteration,
+    the minimum.
+    """
     ran = sum(one["ran"] for one in work["passes"])
     return [f"{one['name']} ({one['ran'] / ran:.1%} of the fragments)"
             for one in work["passes"] if one["ran"] and one["loops"] and "total" not in one]
 
 
 def counted(card: Card, work: Mapping[str, Any]) -> Counted:
-    """All passes as the model of a card takes them. Rays come and hits stay on the card; what
-    crosses the bus is what the host's share of a method moves."""
+    """The work of all passes, in the form that the model of a card expects.
+
+    Rays and hits stay on the card. Only the transfers of a method's host part cross the bus.
+    """
     kind = "scalar" if card.scalar_units else "vector"
     total = Counted(uploaded=work["uploaded"], read_back=work["read_back"])
     draws = fragments = 0.0
     for one in work["passes"]:
         if one["loops"] and "total" in one:
             times, parts = 1, [one["total"]]
-        else:    # each fragment alike; of loops that nobody saw, a turn each
+        else:    # all fragments do the same; a loop that was not emulated counts one iteration
             times, parts = one["ran"], [one["once"], *one["loops"]]
         instructions = sum(part[kind] for part in parts)
         texels = sum(sum(part["fetches"].values()) for part in parts)

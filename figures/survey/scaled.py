@@ -1,9 +1,9 @@
-"""The survey's own way to Figure 26, gone again: published rates, scaled to one card.
+"""Scaled: published rates, scaled to one card, which repeats the survey's way to Figure 26.
 
-The survey scaled each paper's rate "based on the bottleneck", to a GeForce 8800, and for 10,000
-triangles; neither the bottlenecks nor the numbers it began with are printed. Here each rate that
-it does print is scaled by both, arithmetic and bandwidth, and between two scenes the rate at
-10,000 triangles is taken from a straight line through the logarithms.
+The survey scaled each paper's rate "based on the bottleneck", to a GeForce 8800 and to 10,000
+triangles. It prints neither the bottlenecks nor the numbers that it began with. Here each printed
+rate is scaled by arithmetic and by bandwidth. Between two scenes, the rate at 10,000 triangles is
+interpolated linearly in the logarithms.
 """
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ..framework.published_numbers import (
 from .surveyed import BASE
 
 CHIP, TRIANGLES = "G80", 10_000
-# Source -> figure, its method and options there, and what its rays are called.
+# Source -> figure, method and options there, and the name of its rays.
 PRINTED = {
     "Foley and Sugerman 2005": ("fig12", "kd-restart", "", "primary"),
     "Thrane and Simonsen 2005": ("fig20", "bvh-threaded", "build=goldsmith-salmon", None),
@@ -34,36 +34,36 @@ ENGINE = ("ray-engine", "figure 5", 34_000, "NV25")   # its rate is in the text
 
 @dataclass(frozen=True)
 class Scaled:
-    """A source's rate: rays a second at 10,000 triangles on its card, and as scaled."""
+    """A source's rate: rays per second at 10,000 triangles on its card."""
 
     source: str
     card: Card
     rate: float
-    scenes: tuple[str, ...]     # that it is taken from
+    scenes: tuple[str, ...]     # from which the rate is interpolated
 
     def on(self, card: Card) -> tuple[float, float]:
-        """Rays a second there, by the ratio of arithmetic and by that of bandwidth."""
+        """Rays per second on ``card``, by the ratio of arithmetic and by that of bandwidth."""
         return (self.rate * arithmetic(card) / arithmetic(self.card),
                 self.rate * card.bandwidth / self.card.bandwidth)
 
 
 def arithmetic(card: Card) -> float:
-    """Instructions a second on four components, or as many on one."""
+    """Four-component instructions per second; four scalar instructions count as one."""
     return float(card.scalar_rate / 4 if card.scalar_units else card.vector_rate)
 
 
 def at_triangles(points: list[tuple[int, float]], count: int = TRIANGLES) -> float:
-    """The rate at a number of triangles, from (triangles, rate); outside them that of the nearest.
+    """The rate at ``count`` triangles, interpolated between points (triangles, rate).
 
-    Rates of scenes with equally many triangles or nearly so are averaged by what lies around
-    them: the line goes through the nearest scene on either side.
+    The interpolation is linear in the logarithms, between the nearest scene on either side.
+    Outside of the points it returns the rate of the nearest point.
     """
     x, y = zip(*sorted((math.log(n), math.log(rate)) for n, rate in points))
     return float(math.exp(np.interp(math.log(count), x, y)))
 
 
 def scaled() -> list[Scaled]:
-    """Every source of whose method the survey prints a rate, with its card."""
+    """Every source with a published rate of its method, and its card."""
     method, scene, triangles, chip = ENGINE
     rate = published("text", scene, method, quantity="rate")
     assert rate is not None
@@ -82,7 +82,7 @@ def scaled() -> list[Scaled]:
 
 
 def speeds(rows: list[Scaled]) -> dict[str, tuple[float, float]]:
-    """Source -> how many times the Ray Engine's rate, by arithmetic and by bandwidth."""
+    """Source -> its rate over the Ray Engine's, by arithmetic and by bandwidth."""
     card = find_card(CHIP)
     base = next(row for row in rows if row.source == BASE).on(card)
     return {row.source: (row.on(card)[0] / base[0], row.on(card)[1] / base[1]) for row in rows}

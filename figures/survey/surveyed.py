@@ -1,8 +1,8 @@
-"""The methods of the survey's Table 1 and Figure 26, as rows of this package's method table.
+"""Surveyed: the methods of the survey's Table 1 and Figure 26, as rows of our method table.
 
-The survey gives one number a paper, and not of which of its methods: the one that the paper ends
-with stands for it. What the table of methods has besides (other methods of the same papers, and of
-papers the survey gives no number for) is measured too.
+The survey gives one number per paper, without naming the method. The paper's final method stands
+for it. Our method table has more: other methods of these papers, and methods of papers without a
+number in the survey. They are measured too.
 """
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from ..experiments.period_work import WORK
 from ..framework.cell import Cell, timed_runs
 from .pass_work import PASSES
 
-SCENE = "tenk"            # 10,000 triangles, as Table 1 is of
-BASE = "Carr et al. 2002"    # the Ray Engine, that all others are relative to
-PREDICTED_SIZE = 1024     # tiles of such an image are emulated: neighbouring rays as published
+SCENE = "tenk"            # 10,000 triangles, as in Table 1
+BASE = "Carr et al. 2002"    # the Ray Engine: all speeds are relative to it
+PREDICTED_SIZE = 1024     # pixels a side of the emulated image: rays are as close as published
 SLOW = {"brute-force": 64, "kd-texture-stack": 64, "ray-tiles": 128,   # pixels a side, quick size
         "ray-hierarchy": 64, "visibility-field": 128}
 Options = tuple[tuple[str, Any], ...]
 
-# Source, in the survey's words -> the method and options that stand for it.
+# Source, as the survey names it -> the method and options that stand for it.
 STANDS_FOR: dict[str, tuple[str, Options]] = {
     "Purcell et al. 2002": ("grid", ()),
     "Carr et al. 2002": ("ray-engine", ()),
@@ -62,18 +62,21 @@ class Entry:
 
     @property
     def packed(self) -> bool:
-        """Whether its packets' rays are the lanes of a warp on the card, as in Figures 16, 22."""
+        """Whether the rays of a packet are the lanes of a warp, as in Figures 16 and 22."""
         return self.row.packet
 
     def measured(self, full: bool) -> Cell:
-        """Eye rays of the scene, timed here."""
+        """The cell that times eye rays of the scene here."""
         return Cell(SCENE, self.method, self.options, self._size(full), EYE, runs=timed_runs(full))
 
     def _size(self, full: bool, quick: int = 256) -> int:
         return 512 if full else min(quick, SLOW.get(self.method, quick))
 
     def counted(self, full: bool) -> Cell:
-        """The work of the same rays: emulated where one program does all, else pass by pass."""
+        """The cell that counts the work of the same rays.
+
+        The work is emulated if one program does all of it, and otherwise counted pass by pass.
+        """
         if "loop" not in self.row.schedules:
             return Cell(SCENE, self.method, self.options, self._size(full, 128), PASSES + EYE,
                         runs=1)
@@ -82,7 +85,7 @@ class Entry:
 
 
 def entries() -> list[Entry]:
-    """Those of the survey's rows in their order, then every other method of the table."""
+    """The survey's rows in their order, then every other method of our table."""
     surveyed = [Entry(method, options, source)
                 for source, (method, options) in STANDS_FOR.items()]
     known = {entry.method for entry in surveyed}
@@ -98,11 +101,11 @@ def table1() -> dict[str, dict[str, str]]:
 
 
 def published_speed(source: str | None) -> float | None:
-    """How many times as fast as the Ray Engine the survey makes it; None where it does not say."""
+    """The speed over the Ray Engine's that the survey prints, or None."""
     value = table1()[source]["relative_performance"] if source else ""
     return float(value) if value else None
 
 
 def updated(entry: Entry) -> Cell:
-    """How a method follows triangles that moved."""
+    """The cell that times how a method follows moved triangles."""
     return Cell(SCENE, entry.method, entry.options, 0, "updates", runs=3)

@@ -1,4 +1,4 @@
-"""Table 1: what the methods are and do, of the method table and measured, beside the survey's."""
+"""Table 1: properties of the methods, from our method table and measured, beside the survey's."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -12,10 +12,10 @@ from ..framework.results import read
 from . import fig26_all_methods as fig26
 from .surveyed import STANDS_FOR, Entry, entries, published_speed, table1, updated
 
-# The survey's words for a structure begin so -> classes that are of that kind.
+# The beginning of the survey's word for a structure -> our classes of that kind.
 KINDS = {"Uniform Grid": {"Grid"}, "BVH": {"Bvh", "ImageTree"}, "kD-tree": {"KdTree"},
          "Ray-Space": {"nothing"}, "N/A": {"nothing"}}
-NOTHING = ("tuple", "NoneType")     # what methods without a structure over triangles keep
+NOTHING = ("tuple", "NoneType")     # classes of structures that are none over triangles
 COLUMNS = ("acceleration_structure", "dynamic_geometry", "packet_tracing", "stack",
            "implementation")
 NOTES = (
@@ -30,7 +30,7 @@ NOTES = (
 
 @dataclass(frozen=True)
 class Line:
-    """A source's row: the survey's words and ours, column by column."""
+    """A source's row: the survey's words and ours by column, and the cost of updates."""
 
     entry: Entry
     theirs: dict[str, str]
@@ -41,7 +41,7 @@ class Line:
     size: float
 
     def agrees(self, column: str) -> bool | None:
-        """Whether both say the same; None where the survey says N/A of a yes or no."""
+        """Whether both say the same; None if the survey says N/A to a yes or no."""
         theirs, ours = self.theirs[column], self.ours[column]
         if column == "acceleration_structure":
             kind = next(kind for kind in KINDS if theirs.startswith(kind))
@@ -60,7 +60,7 @@ def _surveyed() -> list[Entry]:
 
 
 def lines(data: Path, full: bool) -> Iterator[Line]:
-    """A line a source that is measured, in the survey's order."""
+    """Yield a row for each source that is measured, in the survey's order."""
     for entry in _surveyed():
         timed, moved = read(entry.measured(full), data), read(updated(entry), data)
         if timed is None or moved is None:
@@ -79,8 +79,10 @@ def lines(data: Path, full: bool) -> Iterator[Line]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """The worse of two: the relative performance by Figure 26's rule, and the properties, of which
-    more than half must agree, or else they contradict."""
+    """The worse of two verdicts: Figure 26's on relative performance, and that on the properties.
+
+    The properties contradict the survey unless more than half of them agree.
+    """
     found = list(lines(data, full))
     if not found:
         return verdicts.of_claims({})
@@ -143,7 +145,7 @@ def _cell(line: Line, column: str) -> str:
 
 
 def _chart(found: list[Line], out: Path) -> None:
-    """Which properties agree: a field a source and property."""
+    """Draw which properties agree, with a field for each source and property."""
     colours = {True: "#cfe8d5", False: "#f3c9c0", None: "#eeeeee"}
     figure, axis = plt.subplots(figsize=(12, 0.42 * len(found) + 1.6))
     for y, line in enumerate(found):

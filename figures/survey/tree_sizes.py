@@ -8,12 +8,15 @@ import gpgpu_rt as rt
 from gpgpu_rt.methods.kdtree.ropes import build_ropes
 from gpgpu_rt.methods.quality import quality
 
-NODE_BYTES, REFERENCE_BYTES = 8, 4   # the survey's Figure 17 confirms both, and Ropes.bytes a leaf
+NODE_BYTES, REFERENCE_BYTES = 8, 4   # confirmed by the survey's Figure 17, as is Ropes.bytes
 
 
 def measure(scene: rt.Scene, options: Mapping[str, Any]) -> dict[str, float]:
-    """Counts of the tree that ``options`` build, and its bytes: ``bytes`` of nodes and references,
-    ``bytes_ropes`` with six ropes and a box in every leaf, ``overhead`` the one over the other."""
+    """Counts of the tree that ``options`` build, and its bytes.
+
+    ``bytes`` covers nodes and references. ``bytes_ropes`` adds six ropes and a box in every leaf.
+    ``overhead`` is the ratio of both.
+    """
     with rt.Tracer(scene, "kd-restart", **options) as tracer:
         tree = tracer.accelerator.structure
     found = quality(tree)
