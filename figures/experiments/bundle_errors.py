@@ -1,4 +1,4 @@
-"""Ray bundles beside the truth: the same bundles traced, and the picture by the path tracer."""
+"""Bundle errors: ray bundles beside the same bundles traced, and beside the path tracer."""
 from __future__ import annotations
 
 import time
@@ -16,19 +16,22 @@ from gpgpu_rt.workers.machine import alone
 
 HUNG = "cornell, lamp hung"
 MADE = (HUNG,)
-LAMP = 1        # its row among the box's materials
+LAMP = 1        # the lamp's row among the box's materials
 BOUNCES = 7
-FINER = 2       # places a pixel's side that light is gathered at
+FINER = 2       # light is gathered at FINER x FINER places in a pixel
 
 
 def scene_of(name: str) -> rt.Scene:
-    """A scene's name, or HUNG: `cornell-light` with its lamp half a millimetre under a closed
-    ceiling, as `cornell` has it."""
+    """The scene of this name.
+
+    HUNG is `cornell-light`, but its lamp hangs half a millimetre under a closed ceiling, as in
+    `cornell`.
+    """
     if name != HUNG:
         return rt.load_scene(name)
     light, box = rt.load_scene("cornell-light"), cornell.make()
     assert light.material_of is not None
-    lamps = np.count_nonzero(light.material_of == LAMP)   # the last ones of the box, too
+    lamps = np.count_nonzero(light.material_of == LAMP)   # also the last triangles of the box
     row = np.zeros(len(box.triangles), np.int32)
     row[-lamps:] = LAMP
     return replace(light, name=name, faces=None, material_of=row,
@@ -38,8 +41,10 @@ def scene_of(name: str) -> rt.Scene:
 
 def traced_gather(bundles: RayBundles, cut: rt.Tracer, seen: Visible, count: int
                   ) -> tuple[np.ndarray, float]:
-    """What ``bundles.gather`` finds, by parallel rays that a tracer of the patches traces: (h, w,
-    3) irradiance, and seconds."""
+    """Gather like ``bundles.gather``, with parallel rays through ``cut``, a tracer of the patches.
+
+    Returns (h, w, 3) irradiance, and seconds.
+    """
     normals = seen.normals.reshape(-1, 3)
     start = seen.places.reshape(-1, 3) + np.float32(LIFT * bundles.scene.extent) * normals
     _, flat = areas_and_normals(bundles.triangles)
@@ -58,12 +63,12 @@ def traced_gather(bundles: RayBundles, cut: rt.Tracer, seen: Visible, count: int
 
 def measure(name: str, method: str, options: dict[str, Any], size: int, runs: int
             ) -> dict[str, Any]:
-    """Pictures of a scene, (size, size, 3), and what they took.
+    """Pictures of a scene, (size, size, 3), with their errors and times.
 
     Parameters
     ----------
     options : patch, directions to gather along, directions between patches, resolutions, path
-        samples; the rest are the tracer's
+        samples; all other options are the tracer's
     """
     mine = {word: options.pop(word) for word in ("patch", "directions", "between", "resolutions",
                                                  "samples")}
@@ -112,14 +117,17 @@ def measure(name: str, method: str, options: dict[str, Any], size: int, runs: in
     for row in result["by_resolution"]:
         row.update(_errors(row["picture"], path, out))
         row["picture"] = row["picture"].round(4).tolist()
-    noise = _errors(halves[0], path, out)["rmse"]     # half of the two halves' difference
+    noise = _errors(halves[0], path, out)["rmse"]     # a half is half of their difference away
     return {**result, **mine, "path_noise": noise, "path": path.round(4).tolist(),
             "out": out.tolist()}
 
 
 def left_out(scene: rt.Scene, seen: Visible, size: int) -> np.ndarray:
-    """(size, size) bool: pixels of lamps, of nothing and of edges, and their neighbours: the path
-    tracer goes through all of a pixel, and bundles gather at a few places in it."""
+    """(size, size) bool: pixels that the comparison leaves out.
+
+    They are pixels of lamps, of the background and of edges, and their neighbours. There the path
+    tracer averages over the whole pixel, while bundles gather at a few places in it.
+    """
     emits = np.array([m.emits for m in scene.materials])[scene.material_of]
     rest = (emits[seen.hits.triangle] | ~seen.hits.hit).reshape(FINER * size, -1, 1)
     height = (seen.normals * seen.places).sum(2, keepdims=True) / scene.extent
@@ -133,7 +141,7 @@ def left_out(scene: rt.Scene, seen: Visible, size: int) -> np.ndarray:
 
 
 def _errors(picture: np.ndarray, path: np.ndarray, out: np.ndarray) -> dict[str, float]:
-    """Of a picture beside the path tracer's, but for pixels that are left out."""
+    """Errors of a picture against the path tracer's, without the pixels in ``out``."""
     off = (picture - path)[~out]
     truth = path[~out]
     return {"rmse": float(np.sqrt((off ** 2).mean()) / truth.mean()),
@@ -146,7 +154,7 @@ def _smaller(picture: np.ndarray, size: int) -> np.ndarray:
 
 
 def _near(some: np.ndarray) -> np.ndarray:
-    """Pixels of (h, w) bool, and those beside them."""
+    """(h, w) bool: the pixels in ``some``, and their neighbours."""
     wide = np.pad(some, 1)
     h, w = some.shape
     return np.any([wide[y:y + h, x:x + w] for y in range(3) for x in range(3)], axis=0)

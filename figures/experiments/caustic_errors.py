@@ -1,4 +1,4 @@
-"""Caustics mapping beside the truth: photons traced by rays, dropped into the same map."""
+"""Caustic errors: caustics mapping beside traced photons, which are added to the same map."""
 from __future__ import annotations
 
 import time
@@ -21,7 +21,7 @@ PHOTONS, ITERATIONS = 256, 5
 
 
 def scene_of(name: str) -> rt.Scene:
-    """A refractor or a mirror over a floor, or over something that is not level."""
+    """A scene with a refractor or a mirror over a floor or over steps."""
     ground = [floor((-5, -5), (5, 5), 0.0, 4)]
     if name == "glass bunny":
         mesh = rt.load_scene("bunny").triangles.astype(np.float64)
@@ -56,9 +56,12 @@ def scene_of(name: str) -> rt.Scene:
 
 def measure(name: str, method: str, options: dict[str, Any], size: int, runs: int
             ) -> dict[str, Any]:
-    """Seconds of each run of the light's passes and of traced photons, in turns; how far photons
-    land from where traced ones do, after each number of guesses; pictures by both, (size, size),
-    of what lies behind the refractor too."""
+    """Compare caustics mapping with traced photons.
+
+    Returns the seconds of each run of the light's passes and of traced photons, which run
+    alternately; the distances between mapped and traced landings, by number of guesses; and the
+    pictures by both, (size, size), which include the places behind the refractor.
+    """
     scene = scene_of(name)
     seconds: dict[str, list[float]] = {"rasterised": [], "traced": []}
     with rt.Tracer(scene, method, **options) as tracer:
@@ -109,7 +112,7 @@ def _without(scene: rt.Scene, rows: np.ndarray) -> rt.Scene:
 
 
 def _direct(tracer: rt.Tracer, seen: Visible) -> np.ndarray:
-    """(h, w) irradiance straight from the light, nothing where something stands before it."""
+    """(h, w) direct irradiance from the light; 0 where the light is hidden."""
     to = np.asarray(LIGHT) - seen.places
     away = np.linalg.norm(to, axis=2)
     light = np.maximum((to * seen.normals).sum(2), 0) / away ** 3
@@ -121,6 +124,6 @@ def _direct(tracer: rt.Tracer, seen: Visible) -> np.ndarray:
 
 
 def _blocks(image: np.ndarray, side: int = 8) -> np.ndarray:
-    """Sums over squares: what is off by less than one does not tell."""
+    """Sums over squares, so that errors smaller than a square do not count."""
     h, w = (n // side * side for n in image.shape)
     return image[:h, :w].reshape(h // side, side, w // side, side).sum((1, 3))

@@ -1,5 +1,7 @@
-"""Ray tracing on the CPU beside fragment programs: rays a second, and by what the processor could
-compute (survey, section 4.2)."""
+"""Ray tracing on the CPU beside fragment programs: rays per second and per GFLOP.
+
+The survey compares both in section 4.2.
+"""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -19,13 +21,13 @@ from ..survey.fig22_large_scenes import FAST
 from ..survey.fig22_large_scenes import FIGURE as PACKETS
 
 SCENES = ("cornell", "shirley6", "bunny", "robots", "kitchen", "conference", "sodahall")
-HUGE = ("sodahall",)     # its stand-in is built in minutes: at full size only
+HUGE = ("sodahall",)     # building its stand-in takes minutes: at full size only
 COLOURS = ("#c9c9c9", "#8c8c8c", "#3d8b57", "#4b2a70", "#2f6db3")
 
 
 @dataclass(frozen=True)
 class Column:
-    """What traces, and on how many threads; None: as many as the renderer takes."""
+    """A way to trace rays. ``threads`` is None if the renderer chooses their number."""
 
     label: str
     method: str
@@ -34,7 +36,7 @@ class Column:
 
 
 def columns() -> list[Column]:
-    """Embree on one thread and on all; then fragment programs, packets and single rays."""
+    """Embree on one thread and on all; then fragment programs with packets and single rays."""
     packets = next(column for column in PACKETS.columns if column.label == FAST)
     several = [Column(embree(CORES).name, ON_CPU, (("threads", CORES),), CORES)]
     return [Column(EMBREE, ON_CPU, (), 1), *(several if CORES > 1 else []),
@@ -57,7 +59,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def said_by_survey() -> dict[str, float]:
-    """Section 4.2's numbers: Mrays/s on Soda Hall, and peak GFLOP/s, of either side."""
+    """Section 4.2's numbers for CPU and card: Mrays/s on Soda Hall, and peak GFLOP/s."""
     values = {"cpu": published("text", "sodahall", "mlrta"),
               "gpu": published("text", "sodahall", "bvh-packet"),
               "cpu_peak": _peak("Intel Pentium 4 3.2 GHz"),
@@ -70,7 +72,7 @@ def _peak(hardware: str) -> float | None:
 
 
 def rows(data: Path, full: bool) -> list[dict[str, Any]]:
-    """A row a scene and column: rays a second, and by GFLOP/s where the processor is the CPU."""
+    """A row per scene and column: rays per second, and rays per GFLOP if the peak is known."""
     found = []
     for scene in scenes(full):
         results = [(column, read(cell(scene, column, full), data)) for column in columns()]
@@ -82,7 +84,7 @@ def rows(data: Path, full: bool) -> list[dict[str, Any]]:
                 continue
             peak = result.get("peak")
             if column.threads is None and peaks:
-                # Of a card it is not known: what its fragment programs were seen to reach.
+                # A card's peak is not known. Use the rate that its fragment programs reach.
                 peak = peaks[0] if is_software(result["gpu"]["renderer"]) else {
                     "nominal": peaks[0]["fragments"]}
             nominal = peak["nominal"] if peak else None
@@ -98,7 +100,7 @@ def rows(data: Path, full: bool) -> list[dict[str, Any]]:
 
 
 def findings(found: list[dict[str, Any]]) -> list[str]:
-    """What section 4.2 asks: how much of the CPU's efficiency fragment programs reach."""
+    """Sentences on section 4.2's question: the efficiency of fragment programs beside the CPU."""
     survey = said_by_survey()
     ratio = (survey["gpu"] / survey["gpu_peak"]) / (survey["cpu"] / survey["cpu_peak"])
     scaled = survey["cpu"] * survey["gpu_peak"] / survey["cpu_peak"]
@@ -131,7 +133,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_csv(out / "cpu.csv", list(found[0]) if found else [], [list(r.values()) for r in found])
     results = (read(c, data) for c in cells(full))
     known = max((r for r in results if r is not None and "peak" in r), default=None,
-                key=lambda r: r["peak"]["threads"])     # of the most threads
+                key=lambda r: r["peak"]["threads"])     # the result with the most threads
     peak = known["peak"] if known else {}
     table = [[titled(row["scene"], row["stand_in"]), f"{row['triangles']:,}",
               row["traced_by"], number(row["rays_per_second"] / 1e6),

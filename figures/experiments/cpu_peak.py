@@ -1,4 +1,4 @@
-"""What the processor could compute, and what fragment programs reach of it."""
+"""CPU peak: the processor's nominal arithmetic rate, and the rates that programs reach."""
 from __future__ import annotations
 
 import functools
@@ -13,8 +13,8 @@ import numpy as np
 from gpgpu_rt.bench import roofline
 from gpgpu_rt.gl.context import open_gpu
 
-# Single precision operations a core and a clock, by the widest vectors its flags name: two units
-# that multiply and add (one multiplies and one adds where there is no fused form).
+# Single precision operations per core and clock, by the widest vectors in the processor's flags.
+# Two units multiply and add; without a fused form, one unit multiplies and the other adds.
 A_CLOCK = (("avx512f", 64), ("fma", 32), ("avx", 16), ("sse2", 8))
 BASE = Path("/sys/devices/system/cpu/cpu0/cpufreq/base_frequency")   # kHz
 MATRIX = 768   # rows of the matrices whose product is timed
@@ -22,15 +22,15 @@ MATRIX = 768   # rows of the matrices whose product is timed
 
 @functools.cache
 def peak(count: int) -> dict[str, Any]:
-    """What ``count`` threads could compute, in FLOP/s of single precision.
+    """The arithmetic rates of ``count`` threads, in FLOP/s of single precision.
 
     Returns
     -------
-    nominal : clock times operations a clock times cores, None where the clock is not known
-    attained : of numpy's matrix product on all threads, the fastest of some
-    fragments : of multiply-adds in fragment programs of the present renderer
-    model, clock, clock_is, a_clock, cores, threads : what nominal is made of; which clock it is,
-        in words; cores that so many threads can be spread over
+    nominal : clock times operations per clock times cores; None if the clock is not known
+    attained : the rate of numpy's matrix product on all threads, the fastest of several runs
+    fragments : the rate of multiply-adds in fragment programs of the present renderer
+    model, clock, clock_is, a_clock, cores, threads : the factors of nominal; ``clock_is`` says in
+        words which clock it is, and ``cores`` is the number of cores that the threads can use
     """
     told = _cpuinfo()
     facts = told[0] if told else {}
@@ -45,8 +45,11 @@ def peak(count: int) -> dict[str, Any]:
 
 
 def clock_of(facts: Mapping[str, str], base: Path) -> tuple[float | None, str]:
-    """Hz, and which clock that is: the base clock of the file or of the model's name, where there
-    is one; else the clock of the moment."""
+    """The clock in Hz, and words that say which clock it is.
+
+    It is the base clock, from the file or from the model's name. If neither is known, it is the
+    clock of the moment.
+    """
     try:
         return 1e3 * float(base.read_text()), "the base clock, as cpufreq says"
     except (OSError, ValueError):
@@ -60,13 +63,13 @@ def clock_of(facts: Mapping[str, str], base: Path) -> tuple[float | None, str]:
 
 
 def cores_of(told: Sequence[Mapping[str, str]]) -> int:
-    """Physical cores: threads of one have its numbers in common. 0 where they are not told."""
+    """The number of physical cores; 0 if unknown. Threads of a core share its numbers."""
     return len({(one["physical id"], one["core id"]) for one in told
                 if "physical id" in one and "core id" in one})
 
 
 def _cpuinfo() -> list[dict[str, str]]:
-    """Each logical processor's entries, or nothing where the system does not tell them."""
+    """The entries of each logical processor; empty if the system does not list them."""
     try:
         text = Path("/proc/cpuinfo").read_text()
     except OSError:

@@ -1,7 +1,7 @@
-"""Entry points and rasterised bounds: what a pass at low resolution spares eye rays.
+"""Entry points and rasterised bounds: what eye rays save through a pass at low resolution.
 
-Multi-level entry points are of Reshetov et al. 2005, a method for CPUs that the survey names;
-bounds by rasterisation are proposed in its section 5, and measured by nobody there.
+Multi-level entry points come from Reshetov et al. 2005, a method for CPUs that the survey names.
+The survey's section 5 proposes bounds by rasterisation, but measures none.
 """
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def cells(full: bool) -> list[Cell]:
 
 def row(scene: str, label: str, plain: dict[str, Any], treated: dict[str, Any]
         ) -> dict[str, Any]:
-    """What one pair of cells says; nodes that rays or packets visit together count in parts."""
+    """The values of a pair of cells. Nodes that several rays visit together are divided."""
     nodes, left = (each["counters"]["nodes_visited"] for each in (plain, treated))
     driver = treated["driver"]
     beams = driver.get("entry_nodes_visited", 0.0)

@@ -1,4 +1,4 @@
-"""An extreme case, and the table that all of them are entered in."""
+"""Extreme case: a scene and rays where ray tracers may fail, and the table of these cases."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -19,8 +19,8 @@ class Case:
     triangles : (m, 3, 3) float32
     origins, directions : (n, 3) float32
     closed : whether every ray must hit, whatever the test's rounding
-    options : of a method by name, where the case is about them
-    t_min : (n,) float32, or one for all rays
+    options : method name -> options, if the case depends on them
+    t_min : (n,) float32, or a single value for all rays
     """
 
     triangles: np.ndarray
@@ -44,7 +44,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Kind:
-    """A row of the table below: ``make(rays, seed)`` gives the case."""
+    """A row of CASES: ``make(rays, seed)`` returns the case."""
 
     name: str
     row: int
@@ -56,7 +56,7 @@ CASES: dict[str, Kind] = {}
 
 
 def entry(name: str, row: int, what: str) -> Callable:
-    """Enters a maker of cases, (rays, seed) -> Case, under its name and catalogue row."""
+    """Register a function (rays, seed) -> case in CASES, under a name and a catalogue row."""
     def register(make: Callable) -> Callable:
         CASES[name] = Kind(name, row, what, make)
         return make

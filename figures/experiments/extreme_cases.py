@@ -1,13 +1,13 @@
 """The extremes: scenes and rays where ray tracers fail, each with its row in the catalogue.
 
-Tests trace them with every method and the figure `extremes` measures them. A case is made by its
-name, a number of rays and a seed; scenes do not depend on the number of rays.
+Tests trace them with every method, and the figure `extremes` measures them. A case is made from
+its name, a number of rays and a seed. Its scene does not depend on the number of rays.
 """
 from __future__ import annotations
 
 import numpy as np
 
-from . import flat_cases  # noqa: F401, enters its cases
+from . import flat_cases  # noqa: F401, registers its cases
 from .extreme_case import CASES, Case, Kind, entry
 from .extreme_shapes import aims_at, bumpy_sphere, lattice, outside_rays, soup, square, unit
 
@@ -60,14 +60,14 @@ def _(n: int, seed: int) -> Case:
 
 
 def square_case(quads: int, n: int, seed: int) -> Case:
-    """Half of the rays at vertices, half anywhere, from one point in front of the square."""
+    """Rays from a point in front of the square: half at vertices, half at random places."""
     rng = np.random.default_rng(seed)
     triangles = square(quads)
     inner = triangles.reshape(-1, 3)
     aims = np.concatenate([inner[rng.integers(len(inner), size=n // 2)],
                            np.column_stack([rng.uniform(-1, 1, (n - n // 2, 2)),
                                             np.full(n - n // 2, -1)])])
-    aims[:, :2] *= 1 - 2.0**-12    # off the square's own border
+    aims[:, :2] *= 1 - 2.0**-12    # keep off the square's own border
     origin = (rng.uniform(-0.3, 0.3, 3) + [0, 0, 0.5]).astype(np.float32)
     return Case(triangles, np.tile(origin, (n, 1)), aims - origin, closed=True)
 
@@ -97,7 +97,7 @@ for _k in (-20, 20):
 
 
 def moved(power: int, n: int, seed: int) -> Case:
-    """The sphere 10^power of its sizes from 0, rays aimed at vertices and edges from inside."""
+    """The sphere at 10^power of its sizes from 0; rays from inside at vertices and edges."""
     rng = np.random.default_rng(seed)
     at = 2.0 * 10**power * np.float64([1, -0.6, 0.3])
     triangles = bumpy_sphere(at=at)
@@ -205,7 +205,7 @@ def _(n: int, seed: int) -> Case:
         x = 4.0 * (k - 1)
         for z in (np.float32(1), np.float32(1) + k * np.float32(2.0**-23)):
             triangles.append([[x - 1, -1, z], [x + 1, -1, z], [x, 2, z]])
-    order = rng.permutation(16)    # the nearer one has the lower index in some pairs only
+    order = rng.permutation(16)    # the nearer plane has the lower index in some pairs only
     x = 4.0 * rng.integers(8, size=n)
     origins = np.column_stack([x + rng.uniform(-0.2, 0.2, n), rng.uniform(-0.2, 0.2, n),
                                rng.choice([0.0, 1.5], n)])
@@ -263,7 +263,7 @@ def _(n: int, seed: int) -> Case:
     return Case(case.triangles, case.origins, unit(case.directions.astype(np.float64)) * length)
 
 
-# Rows 24 to 36: what accelerators find hard ------------------------------------------------------
+# Rows 24 to 36: hard cases for acceleration structures -------------------------------------------
 
 @entry("in-planes", 25, "rays and triangles in the planes that split a lattice")
 def _(n: int, seed: int) -> Case:
@@ -332,7 +332,7 @@ def _(n: int, seed: int) -> Case:
 
 
 def long_way(count: int, n: int, seed: int) -> Case:
-    """A row of triangles whose boxes, but not they, lie in the rays' way to the last one."""
+    """A row of triangles: the rays to the last triangle cross the boxes of all, but miss them."""
     rng = np.random.default_rng(seed)
     at = np.arange(count)[:, None, None] * np.float64([0, 0, -1])
     triangles = at + np.float64([[0, 0, 0.1], [1, 0, 0], [0, 1, 0]])

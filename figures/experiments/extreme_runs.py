@@ -1,4 +1,4 @@
-"""Measures the extreme cases: what became of each one's rays."""
+"""Extreme runs: measures the extreme cases, and judges the rays of each."""
 from __future__ import annotations
 
 import functools
@@ -13,18 +13,18 @@ from .extreme_cases import CASES, make_case
 
 FEW = {"coincident": 100, "coplanar": 500, "one-centroid": 300, "long-way": 3}
 SEED = 1
-LONG = ("coincident", "long-way")    # their few rays take more steps than a cell's cap allows
+LONG = ("coincident", "long-way")    # their few rays need more steps than a cell's cap allows
 
 
 def measure(method: str, options: dict[str, Any], rays: int) -> dict[str, dict[str, Any]]:
-    """Every case by one method with ``options``, judged: case -> what became of its rays."""
+    """Every case by one method with ``options``: case -> the judgement of its rays."""
     return {name: _measure_one(name, method, options, min(rays, FEW.get(name, rays)))
             for name in CASES}
 
 
 @functools.cache
 def _known(name: str, rays: int) -> tuple[Case, rt.Hits]:
-    """A case and what the reference says of it, for all the settings that a process measures."""
+    """A case and the reference's hits, kept for all settings that a process measures."""
     case = make_case(name, rays, SEED)
     return case, rt.reference.trace(case.triangles, case.origins, case.directions, case.t_min,
                                     accelerated=True)
@@ -49,7 +49,7 @@ def _measure_one(name: str, method: str, options: dict[str, Any], rays: int) -> 
 
 @functools.cache
 def digest() -> str:
-    """Tells the cases from those of another version."""
+    """A digest of all cases. It differs if a case differs."""
     total = hashlib.sha256()
     for name in CASES:
         case = make_case(name, 16, SEED)

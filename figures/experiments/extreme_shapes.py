@@ -8,8 +8,11 @@ Rays = tuple[np.ndarray, np.ndarray]
 
 
 def bumpy_sphere(subdivisions: int = 3, at: np.ndarray | float = 0.0) -> np.ndarray:
-    """(20 4^subdivisions, 3, 3) float32: closed, shared vertices equal to the bit, centred at
-    ``at``, star-shaped around it with radii from 0.8 to 1.2."""
+    """A closed bumpy sphere, (20 4^subdivisions, 3, 3) float32.
+
+    Shared vertices are equal to the bit. The sphere is star-shaped around its centre ``at``, with
+    radii from 0.8 to 1.2.
+    """
     mesh = trimesh.creation.icosphere(subdivisions=subdivisions)
     v = np.asarray(mesh.vertices)
     v = v * (1 + 0.1 * np.sin(7 * v[:, :1]) + 0.1 * np.cos(5 * v[:, 1:2] + 3 * v[:, 2:]))
@@ -17,7 +20,7 @@ def bumpy_sphere(subdivisions: int = 3, at: np.ndarray | float = 0.0) -> np.ndar
 
 
 def soup(count: int, seed: int, size: float = 0.2) -> np.ndarray:
-    """(count, 3, 3) float32 in about the unit box, every seventh triangle axis-parallel."""
+    """(count, 3, 3) float32 random triangles in about the unit box; each seventh axis-parallel."""
     rng = np.random.default_rng(seed)
     corners = rng.random((count, 1, 3)) + size * rng.normal(size=(count, 3, 3))
     corners[::7, :, seed % 3] = corners[::7, :1, seed % 3]
@@ -25,8 +28,10 @@ def soup(count: int, seed: int, size: float = 0.2) -> np.ndarray:
 
 
 def lattice(cells: int) -> np.ndarray:
-    """(12 cells^3, 3, 3) float32 walls of every second cell of a lattice in the unit box:
-    coordinates are exact, so rays can run in planes, through edges and through corners."""
+    """The walls of every second cell of a lattice in the unit box, (1.5 cells^3, 3, 3) float32.
+
+    Coordinates are exact, so rays can run in planes, through edges and through corners.
+    """
     cube = np.asarray(trimesh.creation.box((1, 1, 1)).triangles) + 0.5
     at = np.stack(np.meshgrid(*[np.arange(0, cells, 2)] * 3), -1).reshape(-1, 1, 1, 3)
     return ((cube + at) / cells).reshape(-1, 3, 3).astype(np.float32)
@@ -37,7 +42,7 @@ def unit(vectors: np.ndarray) -> np.ndarray:
 
 
 def aims_at(triangles: np.ndarray, n: int, rng: np.random.Generator, at: str) -> np.ndarray:
-    """(n, 3) points of vertices, of edges or of insides, float64."""
+    """(n, 3) float64 random points: vertices, points of edges, or points inside triangles."""
     corners = triangles.astype(np.float64)[rng.integers(len(triangles), size=n)]
     weights = rng.dirichlet((1, 1, 1), n)
     if at != "insides":
@@ -50,7 +55,7 @@ def aims_at(triangles: np.ndarray, n: int, rng: np.random.Generator, at: str) ->
 
 
 def square(quads: int) -> np.ndarray:
-    """(2 quads^2, 3, 3) float32, the square [-1, 1]^2 at z = -1."""
+    """The square [-1, 1]^2 at z = -1, (2 quads^2, 3, 3) float32."""
     side = np.linspace(-1, 1, quads + 1).astype(np.float32)
     x, y = np.meshgrid(side, side)
     v = np.stack([x, y, np.full_like(x, -1)], -1)
@@ -60,7 +65,10 @@ def square(quads: int) -> np.ndarray:
 
 def outside_rays(triangles: np.ndarray, n: int, rng: np.random.Generator,
                  distance: float = 1.0) -> Rays:
-    """From a sphere of ``distance`` sizes around the scene at points of its triangles."""
+    """Rays at points of the scene's triangles, from a sphere around the scene.
+
+    The radius of the sphere is ``distance`` diagonals of the scene.
+    """
     corners = triangles.reshape(-1, 3).astype(np.float64)
     lo, hi = corners.min(axis=0), corners.max(axis=0)
     origins = (lo + hi) / 2 + distance * np.linalg.norm(hi - lo) * unit(rng.normal(size=(n, 3)))

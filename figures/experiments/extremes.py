@@ -1,4 +1,4 @@
-"""The extremes: every method by every case of the catalogue, in full and in relaxed settings."""
+"""The extremes: every method on every case of the catalogue, in full and in relaxed settings."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -16,28 +16,31 @@ from .extreme_cases import CASES
 
 PRECISIONS = ({"precision": "fp24"}, {"precision": "fp16"})
 STORED = tuple({"storage": "fp16", "rounding": rounding} for rounding in ("nearest", "chop", "up"))
-CAP = 10_000    # of settings in which rays may go round: far above what most rays need here
-DETAIL = ("grid", "kd-restart", "bvh-threaded")   # where it must be quick, all settings of these
+CAP = 10_000    # for settings in which rays may loop: far above the steps that most rays need
+DETAIL = ("grid", "kd-restart", "bvh-threaded")   # at the quick size, only these in all settings
 CATEGORIES = ("leak", "false hit", "wrong triangle", "wrong distance", "unfinished")
 
 
 def settings_of(row: Any) -> list[dict[str, Any]]:
-    """What is measured of a method: as it is, and in every setting that may lose hits."""
+    """The settings that are measured: the defaults, and every setting that may lose hits."""
     kd = row.name.startswith("kd-")
     capped = {"step_cap": CAP} if kd else {}
     found: list[dict[str, Any]] = [{}, *({**p, **capped} for p in PRECISIONS)]
     found += [{**stored, **capped} for stored in STORED if kd]
     found += [{option.name: value, **capped} for option in row.options
               for value in option.relaxed]
-    if row.name == "bvh-threaded":    # the test is the same in all; one accelerator tells
+    if row.name == "bvh-threaded":    # all methods share the tests, so one method is enough
         tests = next(o for o in TRACER_OPTIONS if o.name == "intersection")
         found += [{tests.name: c} for c in tests.choices or () if c != tests.default]
     return found
 
 
 def cells(full: bool) -> list[Cell]:
-    """Every setting of every method; where it must be quick, the defaults of most, and no method
-    that runs in passes alone."""
+    """Every setting of every method.
+
+    The quick size has only the defaults of most methods, and no method without the schedule
+    `loop`.
+    """
     return [Cell("extremes", row.name, tuple(options.items()), 128 if full else 24, "extremes", 1)
             for row in rt.methods() if full or "loop" in row.schedules
             for options in settings_of(row)[:None if full or row.name in DETAIL else 1]]
@@ -80,7 +83,7 @@ def _csv_row(name: str, cell: Cell, r: dict[str, Any]) -> list[Any]:
 
 
 def _plain_table(plain: dict[str, dict[str, Any]]) -> str:
-    """A row a case: rays, the worst t error, and a method a column."""
+    """The table of the defaults: a row per case, with the worst t error, a column per method."""
     rows = []
     for name, kind in CASES.items():
         mine = {method: cases[name] for method, cases in plain.items() if name in cases}
@@ -115,7 +118,7 @@ def _settings_table(results: dict[Cell, dict[str, Any]]) -> str:
 
 
 def _chart(results: dict[Cell, dict[str, Any]], path: Path, renderer: str) -> None:
-    """Shares of rays whose hit or miss is wrong, or that did not end: settings by cases."""
+    """Draw the shares of rays with a wrong hit or miss, or without an end, by setting and case."""
     names = list(CASES)
     shares = np.full((len(results), len(names)), np.nan)
     for i, result in enumerate(results.values()):

@@ -1,4 +1,4 @@
-"""First hits from the rasteriser beside traced ones: time, what is in doubt, what is wrong."""
+"""First hit times: rasterised first hits beside traced hits, with doubts and errors."""
 from __future__ import annotations
 
 import statistics
@@ -13,12 +13,15 @@ from gpgpu_rt.workers.machine import alone
 
 def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int,
             runs: int) -> dict[str, dict[str, Any]]:
-    """By where first hits come from: seconds of each run, taken in turns; rays in doubt; and rays
-    whose hit differs from the traced one, as pixels counted row by row."""
+    """Measure first hits from each source.
+
+    Returns for each source the seconds of each run, which alternate between sources; the number of
+    rays in doubt; and the pixels, counted row by row, whose hit differs from the traced hit.
+    """
     with rt.Tracer(scene, method, **options) as tracer:
         truth = tracer.eye_hits(size=(size, size))
         found: dict[str, dict[str, Any]] = {kind: {"seconds": []} for kind in FIRST_HITS}
-        for kind, row in found.items():      # warms up too
+        for kind, row in found.items():      # this also warms up
             hits = tracer.eye_hits(size=(size, size), first_hits=kind)
             wrong = np.flatnonzero((hits.triangle != truth.triangle) | (hits.t != truth.t))
             row.update(tracer.statistics.first_hits, wrong=wrong.tolist())
@@ -31,6 +34,6 @@ def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int,
 
 
 def ratio(found: dict[str, dict[str, Any]], kind: str) -> float:
-    """Times as fast as tracing: the median over the turns."""
+    """How many times as fast as tracing a source is: the median over the runs."""
     pairs = zip(found["traced"]["seconds"], found[kind]["seconds"])
     return statistics.median(traced / took for traced, took in pairs)

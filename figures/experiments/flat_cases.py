@@ -1,8 +1,8 @@
-"""Flat scenes across an axis, and rays that start on them or next to them.
+"""Flat cases: scenes that are flat along an axis, and rays that start on them or next to them.
 
-A scene lies in a coordinate plane, in a plane next to it, or far from 0; it may be tilted by a
-spacing of float32. Shadow rays off a floor are such rays: origin and scene differ by less along
-the flat axis than arithmetic rounds along the other two.
+A scene lies in a coordinate plane, in a plane next to it, or far from 0. It may be tilted by a
+float32 spacing. Shadow rays from a floor are such rays: along the flat axis, origin and scene
+differ by less than the rounding errors along the other two axes.
 """
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from .extreme_case import Case, entry
 
-HEIGHTS = (0.0, *10.0 ** np.arange(-12, -2))     # of origins; also one spacing
+HEIGHTS = (0.0, *10.0 ** np.arange(-12, -2))     # of origins; a float32 spacing is used as well
 STARTS = (-1.0, -1e-6, 0.0, 0.0, 1e-9, 1e-6, 0.3)
 
 
@@ -23,11 +23,11 @@ class Flat:
 
     Attributes
     ----------
-    axis : across which it lies
-    at : its coordinate there
-    spacings : how many float32 further it is moved
-    tilted : by a spacing, the larger one of its height and its extent, from side to side
-    count : triangles; two are a square
+    axis : along which it is flat
+    at : its coordinate on this axis
+    spacings : number of float32 values by which it is moved further
+    tilted : from side to side by one spacing, the larger one of its height and its extent
+    count : triangles; 2 form a square
     """
 
     axis: int
@@ -56,7 +56,9 @@ class Flat:
         return self._turned(flat, height).astype(np.float32)
 
     def case(self, n: int, seed: int, together: bool = False) -> Case:
-        """n rays on it and next to it, of any direction, along it, or nearly so.
+        """A case of n rays that start on the scene or next to it.
+
+        Directions are random, in the plane, or nearly in the plane.
 
         Parameters
         ----------
@@ -80,7 +82,7 @@ class Flat:
         return Case(self.triangles(seed), origins, directions, t_min=t_min)
 
     def _turned(self, flat: np.ndarray, height: np.ndarray) -> np.ndarray:
-        """(..., 3) from places (..., 2) in the plane, and heights (...)."""
+        """(..., 3) places, from places (..., 2) in the plane and heights (...)."""
         height = np.broadcast_to(height, flat.shape[:-1])
         return np.roll(np.concatenate([height[..., None], flat], -1), self.axis, -1)
 

@@ -1,4 +1,4 @@
-"""What a frame of a moving scene takes: following the triangles, and tracing them."""
+"""Frame times: how long a frame of a moving scene takes to follow the triangles and to trace."""
 from __future__ import annotations
 
 import functools
@@ -13,23 +13,23 @@ import gpgpu_rt as rt
 from gpgpu_rt.scene.animation import animation_names, load_animation
 from gpgpu_rt.workers.machine import alone
 
-# The cameras of the published times. Pictures are taken from further away.
+# The cameras of the published times. Pictures have cameras that are further away.
 CAMERAS = {"cloth": rt.Camera((-1.9, 1.7, 2.6), (0.0, -0.1, 0.1), fov=40),
            "walker": rt.Camera((-5.4, 5.0, 8.6), (0.0, 0.8, 0.2), fov=40)}
-STRIDE = 4   # frames of the animation between two that are measured
+STRIDE = 4   # animation frames from one measured frame to the next
 
 
 def measure(scene: str, method: str, options: Mapping[str, Any], size: int,
             frames: int) -> dict[str, Any]:
     """Times of each frame, in seconds, for size x size eye rays.
 
-    A scene that has no animation stands still; its triangles are handed over all the same, as by a
+    A scene without an animation stands still. Its triangles are updated all the same, as by a
     program that does not know that nothing moved.
 
     Returns
     -------
-    update, trace : lists, one entry a frame after the first
-    rebuilt : how many of them were built anew
+    update, trace : lists, with an entry for each frame after the first
+    rebuilt : number of frames whose structure was rebuilt
     differing : rays, over all frames, whose distance is not that of a tree built for the frame
     """
     start = _start(scene)
@@ -38,7 +38,7 @@ def measure(scene: str, method: str, options: Mapping[str, Any], size: int,
     shown = range(STRIDE, STRIDE * (frames + 1), STRIDE)
     vertices, found = {frame: _vertices(scene, frame) for frame in shown}, {}
     with rt.Tracer(start, method, **options) as tracer:
-        tracer.trace(*rays)     # compiles what is compiled
+        tracer.trace(*rays)     # compile the programs
         with alone():
             for frame in shown:
                 began = time.perf_counter()
@@ -66,7 +66,7 @@ def _vertices(scene: str, frame: int) -> np.ndarray:
 
 @functools.lru_cache(maxsize=64)
 def _distances(scene: str, frame: int, size: int) -> np.ndarray:
-    """(rays,) float32, from a tree built for the frame."""
+    """(rays,) float32 distances, from a tree that is built for the frame."""
     still = _start(scene).moved(_vertices(scene, frame))
     with rt.Tracer(still, "bvh-threaded") as tracer:
         return tracer.trace(*still.camera.rays((size, size))).t

@@ -1,4 +1,4 @@
-"""Time a frame of moving scenes: refitted, rebuilt by each build, and kd-trees beside them."""
+"""Frames: the time per frame of moving scenes, by refitting, by each build, and with kd-trees."""
 from __future__ import annotations
 
 import statistics
@@ -13,17 +13,19 @@ from ..framework.results import read
 
 SCENES = {"cloth": "a cloth waves", "walker": "an animal walks", "explosion": "a mesh flies apart",
           "bunny": "nothing moves"}
-# That are fast enough for frames, of those a method has, and on what. (The other builds by passes
-# are for graphics hardware: on a software renderer a frame takes them seconds.)
+# The builds that are fast enough for frames, and the devices that run them. (The other builds by
+# passes are for graphics hardware; on a software renderer they need seconds for a frame.)
 BUILDS = {"sah": ("cpu",), "lbvh": ("cpu", "gpu"), "hybrid": ("cpu",)}
-REBUILT = ("bih", "kd-short-stack")   # built anew each frame, having nothing to refit
-FULL_ONLY = ("explosion", "bunny")    # what walks moves too, and what stands still need not
+REBUILT = ("bih", "kd-short-stack")   # rebuilt in each frame, because they cannot refit
+FULL_ONLY = ("explosion", "bunny")    # not at the quick size, where the walker shows enough motion
 FRAMES, FULL_FRAMES = 3, 12
 
 
 def columns() -> list[tuple[str, str, tuple[tuple[str, Any], ...]]]:
-    """Label, method and options of what is compared: read from the table, so that a method that
-    can follow joins by its row."""
+    """Label, method and options of each column, read from the method table.
+
+    A new method that can refit is therefore compared as soon as it has a row.
+    """
     found = []
     for row in rt.methods():
         own = {option.name: option for option in row.options}
@@ -36,7 +38,7 @@ def columns() -> list[tuple[str, str, tuple[tuple[str, Any], ...]]]:
                     *best, ("build", build), ("build_device", device), ("rebuild_ratio", 0.0))))
         if row.name in REBUILT:
             found.append((f"{row.name} rebuilt", row.name, ()))
-    return sorted(found, key=lambda column: "rebuilt" in column[0])   # those that refit first
+    return sorted(found, key=lambda column: "rebuilt" in column[0])   # refitting methods first
 
 
 def cell(scene: str, method: str, options: tuple[tuple[str, Any], ...], full: bool) -> Cell:
