@@ -1,4 +1,4 @@
-"""Ten scenes that need more and more: the bunny, and step by step what a renderer must know."""
+"""Growing: ten scenes, each of which needs more of a renderer; the first is the bare bunny."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -19,7 +19,7 @@ BUNNY, FLOOR, LAMP, BALL, GLASS = range(5)
 
 @cache
 def scenes(name: str = "bunny") -> tuple[rt.Scene, ...]:
-    """The scene of each step; ``name`` is that of the mesh in the middle."""
+    """The scene of each step; ``name`` is the mesh in the middle."""
     base = rt.load_scene(name)
     lo, hi = (side.astype(np.float64) for side in base.bounds)
     middle, size = (lo + hi) / 2, float((hi - lo).max())

@@ -1,5 +1,7 @@
-"""Hardware for rays (survey, sections 4.4 and 5): triangle and traversal units, and explicit
-transfers, as a cost model over counted work."""
+"""Ideal hardware: a cost model of hardware for rays (survey, sections 4.4 and 5).
+
+The model applies triangle units, traversal units and explicit transfers to counted work.
+"""
 from __future__ import annotations
 
 from pathlib import Path
@@ -17,14 +19,14 @@ from .gap_work import DONE
 
 SCENES = ("kitchen", "conference")
 METHODS = ("kd-restart", "kd-stack", "bvh-threaded")
-TEST = ("intersection", "moller-trumbore")   # of their time: the watertight one is of 2013
-CARD, TREE = "G80", "kd-stack"     # prototypes and the Cell keep a stack
+TEST = ("intersection", "moller-trumbore")   # the period's test: the watertight one is of 2013
+CARD, TREE = "G80", "kd-stack"     # the prototypes and the Cell keep a stack
 HEADS = ("scene", "method", "machine", "shader ns", "steps ns", "tests ns", "memory ns",
          "waiting ns", "ns a ray", "Mrays/s", "bound by", "published Mrays/s")
 
 
 def size(full: bool) -> int:
-    """Pixels a side."""
+    """Pixels per side."""
     return 1024 if full else 256
 
 
@@ -38,7 +40,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def leasts(method: str, work: dict[str, Any]) -> dict[str, Least]:
-    """By machine, what the counted work takes at its peak rates."""
+    """Machine -> the time of the counted work at the machine's peak rates."""
     card, ideal = find_card(CARD), machines()["ideal"]
     found = {
         f"{CARD}, shaders alone": on_card(card, work),
@@ -55,7 +57,7 @@ def leasts(method: str, work: dict[str, Any]) -> dict[str, Least]:
 
 
 def rows(data: Path, full: bool) -> list[list[Any]]:
-    """As HEADS says."""
+    """The rows of HEADS."""
     found = []
     for scene in SCENES:
         for method in METHODS:
@@ -109,7 +111,7 @@ PARTS = {"shader": "#2f6db3", "steps": "#c98a1b", "tests": "#b33a3a", "memory": 
 
 
 def _bars(axis: Any, mine: list[list[Any]]) -> None:
-    """What each part would take by itself, and what all take together."""
+    """Draw the time of each part by itself, and of all parts together."""
     for at, row in enumerate(mine):
         for part, (name, colour) in enumerate(PARTS.items()):
             if row[3 + part] > 0:
@@ -131,7 +133,7 @@ def _bars(axis: Any, mine: list[list[Any]]) -> None:
 
 
 def _paragraph(found: list[list[Any]], data: Path, full: bool) -> str:
-    """What the survey expects, and what the rows say."""
+    """Sentences on what the survey expects, and on what the rows show."""
     times = {(row[0], row[1], row[2]): row for row in found}
     scene = next((s for s in reversed(SCENES) if (s, TREE, f"{CARD} and both") in times), None)
     if scene is None:

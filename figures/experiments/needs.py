@@ -1,4 +1,4 @@
-"""Renderers derived from ten scenes that need more and more, beside one that is ready for all."""
+"""Needs: renderers derived from ten scenes that need more and more, beside one for all."""
 from __future__ import annotations
 
 import textwrap
@@ -29,7 +29,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def row_of(step: int, found: dict[str, Any]) -> list[Any]:
-    """A row as HEADS names it."""
+    """The values of HEADS."""
     one, other = found["derived"], found["all"]
     return [STEPS[step], 1e3 * one["seconds"], 1e3 * other["seconds"], found["ratio"],
             one["texture_bytes"] / 2**20, other["texture_bytes"] / 2**20, one["texel_fetches"],

@@ -1,4 +1,4 @@
-"""What deriving a renderer from its scene saves, beside one with everything forced on."""
+"""Needs times: what a renderer derived from its scene saves, beside one with all features on."""
 from __future__ import annotations
 
 import hashlib
@@ -18,19 +18,19 @@ LIGHT_SAMPLES, BOUNCES = 4, 4
 
 
 def digest(name: str, step: int) -> str:
-    """Tells a step's scene from what it was in another version."""
+    """A digest of a step's scene. It differs if the scene differs."""
     scene = scenes(name)[step]
     said = (scene.camera, scene.lights, [(m.name, m.diffuse) for m in scene.materials])
     return hashlib.sha256(scene.triangles.tobytes() + repr(said).encode()).hexdigest()
 
 
 def measure(step: int, method: str, size: int, runs: int, name: str = "bunny") -> dict[str, Any]:
-    """Medians of ``runs`` pairs of pictures of a step, turn by turn in one process.
+    """Medians of ``runs`` pairs of pictures of a step, drawn alternately in one process.
 
     Returns
     -------
-    ``seconds`` and each of COUNTS of both, by "derived" and "all"; ``ratio``, the median of the
-    pairs' ratios; ``passes_by_name``; ``differing`` pixels
+    ``seconds`` and each of COUNTS, for "derived" and for "all"; ``ratio``, the median of the
+    pairs' ratios; ``passes_by_name``; ``differing``, the number of pixels that differ
     """
     scene = scenes(name)[step]
     kinds = {"derived": False, "all": True}

@@ -1,5 +1,8 @@
-"""How far path traced pictures are off after how many samples: of a furnace, whose radiance a
-formula gives, and of the Cornell box beside an independent renderer's (see measured/README.md)."""
+"""Path errors: how far path traced pictures are off, by number of samples.
+
+A furnace is compared with the radiance that a formula gives. The Cornell box is compared with an
+independent renderer's picture (see measured/README.md).
+"""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -17,7 +20,7 @@ EMITTED, REFLECTED = np.array((0.5, 0.4, 0.3)), 0.6
 
 
 def furnace() -> tuple[rt.Scene, np.ndarray]:
-    """A closed box whose walls emit and reflect evenly, and the radiance that it is full of."""
+    """A closed box whose walls emit and reflect evenly, and the radiance inside it."""
     box = trimesh.creation.box((2, 2, 2))
     walls = rt.Material(diffuse=(REFLECTED,) * 3, emission=tuple(EMITTED))
     return rt.Scene.from_arrays(
@@ -26,32 +29,36 @@ def furnace() -> tuple[rt.Scene, np.ndarray]:
 
 
 def cornell_truth() -> tuple[np.ndarray, np.ndarray]:
-    """(64, 64, 3) float64, linear: the scene ``cornell-light`` by Mitsuba 3, and the standard
-    error of that."""
+    """The scene ``cornell-light`` as rendered by Mitsuba 3, and the picture's standard error.
+
+    Both are (64, 64, 3) float64, linear.
+    """
     with np.load(TRUTH) as kept:
         return kept["radiance"].astype(np.float64), kept["error"].astype(np.float64)
 
 
 def truth_noise() -> float:
-    """The mean relative error that the truth has itself, of normal noise."""
+    """The truth's own mean relative error, if its noise is normal."""
     radiance, error = cornell_truth()
     seen = radiance > 0
     return float(np.sqrt(2 / np.pi) * (error[seen] / radiance[seen]).mean())
 
 
 def relative_error(found: np.ndarray, truth: np.ndarray) -> float:
-    """The mean over all channels of all pixels that are not black."""
+    """The mean relative error over all channels that are not black in the truth."""
     seen = truth > 0
     return float((np.abs(found - truth)[seen] / truth[seen]).mean())
 
 
 def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int) -> dict[str, Any]:
-    """Mean relative errors by number of samples: of the scene's pixels, less the truth's own
-    noise, of the furnace's pixels, and of its mean.
+    """Mean relative errors by number of samples.
+
+    They are those of the scene's pixels, without the truth's own noise, those of the furnace's
+    pixels, and that of the furnace's mean.
 
     Parameters
     ----------
-    options : "samples", at most, and more of the integrator's
+    options : "samples", the largest number, and other options of the integrator
     """
     furnace_scene, expected = furnace()
     truth, noise = cornell_truth()[0], truth_noise()
@@ -67,7 +74,7 @@ def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int) ->
 
 def pictures(scene: rt.Scene, method: str, options: dict[str, Any], size: int
              ) -> Iterator[tuple[int, np.ndarray]]:
-    """Samples, in powers of two, and the radiance that so many found, (size, size, 3)."""
+    """Yield a number of samples, in powers of two, and its radiance, (size, size, 3)."""
     with rt.Tracer(scene, method) as tracer:
         for power in range(FEWEST.bit_length() - 1, int(options["samples"]).bit_length()):
             tracer.render(size=(size, size), integrator="path",

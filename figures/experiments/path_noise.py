@@ -1,4 +1,4 @@
-"""Path tracing by Sobol' points and by random numbers: the error after how many samples."""
+"""Path noise: the error of path tracing by number of samples, with Sobol' and random points."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -27,7 +27,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(data: Path, full: bool) -> list[list[Any]]:
-    """Rows as HEADS names them."""
+    """The rows of HEADS."""
     found = []
     for cell, result in finished(cells(full), data):
         errors = result["errors"]

@@ -1,5 +1,7 @@
-"""Predicted against published: the survey's Figures 12, 13, 16, 20 and 22 on the cards of their
-papers, from counted work and the cards' own figures."""
+"""Period: predicted against published times of the survey's Figures 12, 13, 16, 20 and 22.
+
+The predictions are for the cards of the papers, from counted work and the cards' own figures.
+"""
 from __future__ import annotations
 
 import math
@@ -28,31 +30,31 @@ from .period_misses import miss, missed, other_editions, reasons, tau_of, turned
 from .period_notes import NOTES, TWICE_PRINTED
 from .period_work import KERNELS, SQUARES, WORK, counted_rays, image_scale
 
-TEST = ("intersection", "moller-trumbore")   # the papers': the watertight one is of 2013
+TEST = ("intersection", "moller-trumbore")   # the papers' test: the watertight one is of 2013
 WARP_PACKET = (4, 4)
-# Where no mesh of them is named: then the quick size leaves them out.
+# The quick size leaves these scenes out if no mesh file is named for them.
 STAND_INS = ("shirley6", "fairyforest", "cows", "sodahall", "powerplant")
-TAU, HIGH_TAU, ENOUGH = 0.6, 0.8, 5   # the bars: of every scene, of those with so many methods
+TAU, HIGH_TAU, ENOUGH = 0.6, 0.8, 5   # targets of tau-b; HIGH_TAU is for ENOUGH methods or more
 COLOURS = {"fig12": "#8c8c8c", "fig13": "#4b2a70", "fig16": "#b33a3a", "fig20": "#3d8b57",
            "fig22": "#2f6db3"}
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """A figure: the card it was measured on, at what size, in what manner."""
+    """A figure, the card that it was measured on, its size, and the manner of counting."""
 
     figure: Comparison
     chip: str
     size: int
     manner: str = ""
-    left_out: tuple[str, ...] = ()    # columns that are not of the paper, or not of a card
+    left_out: tuple[str, ...] = ()    # columns that are not in the paper, or not of a card
 
     @property
     def card(self) -> Card:
         return find_card(self.chip)
 
     def pairs(self) -> Iterator[tuple[Panel, Column]]:
-        """Panels and columns that have a published number of a card."""
+        """Yield the panels and columns that have a published number of a card."""
         for panel, column in self.figure.pairs(full=True):
             if (panel.scene not in fig22.HUGE and column.method != ON_CPU
                     and column.label not in self.left_out
@@ -64,7 +66,7 @@ class Experiment:
                              column.published_options, panel.rays)
 
     def cells(self, panel: Panel, column: Column) -> list[Cell]:
-        """Of each kind of rays that the number is of."""
+        """A cell for each kind of rays that the published number covers."""
         options = (*self.figure.cell(panel, column, False).options, TEST)
         if self.warps(column):
             options += (("packet", WARP_PACKET),)
@@ -72,11 +74,11 @@ class Experiment:
                      runs=1) for kind in self.kinds(panel)]
 
     def warps(self, column: Column) -> bool:
-        """Whether a packet's rays are the lanes of a warp, and not one lane's."""
+        """Whether the rays of a packet are lanes of a warp, instead of sharing one lane."""
         return self.chip == "G80" and column.label.endswith("-packet")
 
     def width(self, column: Column) -> int:
-        """Fragments that branch alike."""
+        """The number of fragments that branch together."""
         return self.card.branch_width // (math.prod(WARP_PACKET) if self.warps(column) else 1)
 
     def kinds(self, panel: Panel) -> tuple[str, ...]:
@@ -98,7 +100,7 @@ EXPERIMENTS = (
 
 @dataclass
 class Row:
-    """A cell of a figure: published and predicted, nanoseconds a ray (of a picture: a pixel)."""
+    """A cell of a figure: published and predicted nanoseconds per ray (per pixel of a picture)."""
 
     experiment: Experiment
     panel: Panel
@@ -108,12 +110,12 @@ class Row:
     stand_in: bool
     triangles: int
     ns: float = 0.0
-    instructions: float = 0.0    # a ray, waiting among them
+    instructions: float = 0.0    # per ray, including those of waiting lanes
     prediction: Prediction | None = None
 
     @property
     def scored(self) -> bool:
-        """Real scenes count; so does what a figure does not repeat from another one."""
+        """Whether the cell counts: its scene is real, and no other figure has its number."""
         return not self.stand_in and (self.experiment.figure.name, self.column.label
                                       ) not in TWICE_PRINTED
 
@@ -127,26 +129,29 @@ class Row:
 
     @property
     def count(self) -> float:
-        """Rays, or of a picture pixels, that the work is of."""
+        """The number of rays that the work covers; of a picture, the number of pixels."""
         of_picture = len(self.works) > 1 or self.experiment.figure.name == "fig20"
         first = self.works[0][1]
         return max(first["pixels"] if of_picture else counted_rays(first), 1)
 
     @property
     def share(self) -> float:
-        """The share of the card's rates at which the published time would be predicted."""
+        """The share of the card's rates at which the prediction equals the published time."""
         return share_of(self.experiment.card, self.total, 1e-9 * self.published * self.count)
 
     def predict(self, share: float) -> None:
-        """Take a card's constant into account."""
+        """Predict the cell with ``share``, a card's constant."""
         self.prediction = predict(self.experiment.card, self.total, share)
         self.ns = 1e9 * self.prediction.seconds / self.count
         self.instructions = self.total.instructions / self.count
 
     @property
     def utilisation(self) -> float:
-        """The share of lanes that do what they wait for; where a packet is part of a warp, of
-        packets, whose rays count as doing it all."""
+        """The share of lanes that work instead of waiting.
+
+        If a packet is a part of a warp, it is the share of packets, whose rays all count as
+        working.
+        """
         work = self.works[0][1]
         width = self.experiment.width(self.column)
         kind = "scalar" if self.experiment.card.scalar_units else "vector"
@@ -156,8 +161,10 @@ class Row:
 
 
 def cells(full: bool, chip: str | None = None) -> list[Cell]:
-    """All of them, or those of a chip; the quick size leaves out scenes of which there is a
-    stand-in alone."""
+    """The cells of all experiments, or those of one chip.
+
+    The quick size leaves out the scenes of which only a stand-in exists.
+    """
     return list(dict.fromkeys(cell for one in EXPERIMENTS if chip in (None, one.chip)
                               for panel, column in one.pairs()
                               if full or panel.scene not in STAND_INS or mesh_path(panel.scene)
@@ -165,7 +172,7 @@ def cells(full: bool, chip: str | None = None) -> list[Cell]:
 
 
 def rows(data: Path) -> list[Row]:
-    """Every cell whose work is measured, without a prediction yet."""
+    """Every cell whose work is measured, still without a prediction."""
     found = []
     for one in EXPERIMENTS:
         for panel, column in one.pairs():
@@ -195,9 +202,9 @@ class Fit:
 
     Attributes
     ----------
-    share : the one that leaves as many cells predicted too fast as too slow
-    cells : how many it is fitted to
-    stand_ins : whether those are stand-ins, or repeated, as no other is there
+    share : with this share as many cells are predicted too fast as too slow
+    cells : the number of cells that it is fitted to
+    stand_ins : whether these are stand-ins or repeated numbers, because no scored cell is measured
     """
 
     share: float
@@ -209,7 +216,7 @@ class Fit:
 
 
 def fit(found: list[Row]) -> dict[str, Fit]:
-    """By chip, to its scored cells; and every cell predicted by it."""
+    """Fit each chip's constant to its scored cells, and predict every cell with it."""
     fits = {}
     for chip in dict.fromkeys(row.experiment.chip for row in found):
         mine = [row for row in found if row.experiment.chip == chip]
@@ -285,7 +292,7 @@ def _page(found: list[Row], fits: dict[str, Fit]) -> str:
 
 
 def _orders(found: list[Row]) -> str:
-    """Which scenes' methods come out in the published order, against the bars."""
+    """A sentence on how many scenes' methods have the published order, against the targets."""
     taus = {}
     for row in found:
         name = row.experiment.figure.name

@@ -1,4 +1,4 @@
-"""Where predictions of period hardware miss, and what their counts say of it."""
+"""Period misses: where predictions of period hardware miss, and what their counts say of it."""
 from __future__ import annotations
 
 import math
@@ -14,19 +14,21 @@ from .period_work import image_scale
 if TYPE_CHECKING:
     from .period import Row
 
-TIE = 0.05     # published times this close are no order, as `tau_b` has it
-FACTOR = 2     # off by more is a miss
+TIE = 0.05     # published times within this share of each other have no order, as in `tau_b`
+FACTOR = 2     # a prediction that is off by more is a miss
 
 
 def tau_of(found: list[Row], figure: str, panel: Panel) -> tuple[float, int]:
-    """How well predicted times order a panel's methods as published ones do, and how many."""
+    """tau-b of the predicted and the published times of a panel's methods, and their number."""
     mine = [row for row in found if row.experiment.figure.name == figure and row.panel == panel]
     return tau_b([r.ns for r in mine], [r.published for r in mine]), len(mine)
 
 
 def turned_round(found: list[Row], bar: float) -> list[str]:
-    """Of each scored scene below the bar, the pairs of methods that come out in the other order,
-    with what was counted of them."""
+    """A sentence for each scored scene below the bar, with the pairs of methods in wrong order.
+
+    Each pair comes with its counts.
+    """
     lines = []
     for name, panel in dict.fromkeys((r.experiment.figure.name, r.panel) for r in found
                                      if r.scored):
@@ -44,13 +46,13 @@ def turned_round(found: list[Row], bar: float) -> list[str]:
 
 
 def missed(found: list[Row]) -> list[Row]:
-    """Scored cells off by more than a factor of two, the farthest first."""
+    """Scored cells that are off by more than a factor of two, the farthest first."""
     return sorted((r for r in found if r.scored and not 1 / FACTOR <= r.ratio <= FACTOR),
                   key=lambda r: -abs(math.log2(r.ratio)))
 
 
 def miss(row: Row) -> str:
-    """What was counted of a cell, beside what its published time has room for."""
+    """A sentence on a missed cell: its counts, and the instructions that its time allows."""
     scale = image_scale(row.works[0][1])
     return (f"{row.experiment.figure.name}, {row.panel.label}, {row.column.label}: predicted "
             f"{number(row.ratio)} times the published time, bound by "
@@ -62,7 +64,7 @@ def miss(row: Row) -> str:
 
 
 def other_editions(found: list[Row]) -> list[str]:
-    """Scenes that have another number of triangles than the paper's."""
+    """Sentences on scenes whose number of triangles is not the paper's."""
     counts = {row.panel.scene: (row.triangles,
                                 published_triangles(row.experiment.figure.name, row.panel.scene))
               for row in found if not row.stand_in}
@@ -71,18 +73,18 @@ def other_editions(found: list[Row]) -> list[str]:
 
 
 def reasons(found: list[Row]) -> list[str]:
-    """What misses and turned orders have in common, of those that there are."""
+    """Sentences on the common reasons of misses and wrong orders, as far as these occur."""
     return [says for reason in _REASONS for says in reason(found)]
 
 
 def _room(row: Row) -> float:
-    """Instructions a ray that the published time has room for at the card's peak."""
+    """Instructions per ray that the published time allows at the card's peak."""
     card = row.experiment.card
     return 1e-9 * row.published * (card.scalar_rate if card.scalar_units else card.vector_rate)
 
 
 def _counts(row: Row) -> str:
-    """What a ray (of a picture: a pixel) was counted to take."""
+    """The counted instructions of a ray (of a picture: of a pixel), and the lanes used."""
     return (f"{number(row.instructions)} instructions with {100 * row.utilisation:.0f} % of the "
             "lanes used")
 

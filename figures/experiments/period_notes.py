@@ -1,4 +1,4 @@
-"""What the reader of the predictions must know of the published numbers."""
+"""Period notes: what a reader of the predictions must know about the published numbers."""
 from __future__ import annotations
 
 # Figure 22 repeats Popov's numbers of Figure 16.

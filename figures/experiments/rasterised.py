@@ -1,7 +1,7 @@
-"""The rasteriser as a helper (survey, section 5): first hits, beside the traced truth.
+"""First hits from the rasteriser (survey, section 5), beside traced hits.
 
-"rasterised" hits are proved to be the traced ones; of "verified" ones each is a hit of its ray,
-but one that comes before may be missing. What the proof costs, and what is wrong without it.
+"rasterised" hits are proved to be the traced hits. A "verified" hit is a hit of its ray, but an
+earlier hit may be missing. The figure shows the cost of the proof, and the errors without it.
 """
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 
 def _draw_map(axis: Any, cell: Cell, result: dict[str, Any] | None) -> None:
-    """Where verified hits are wrong: at silhouettes and where surfaces nearly coincide."""
+    """Draw where verified hits are wrong: at silhouettes, and where surfaces nearly coincide."""
     axis.set_xticks([])
     axis.set_yticks([])
     axis.set_xlim(0, cell.size)

@@ -1,4 +1,4 @@
-"""Ray bundles by peeled projections (survey, section 5), beside traced ones and path tracing."""
+"""Ray bundles by peeled projections (survey, section 5), beside traced bundles and paths."""
 from __future__ import annotations
 
 from pathlib import Path
