@@ -1,1 +1,1 @@
-"""The small world that diagrams are drawn from, and how passes are drawn."""
+"""The small world of the diagrams, and how passes are drawn."""

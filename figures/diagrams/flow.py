@@ -1,4 +1,4 @@
-"""How a list of passes is drawn: kernels below one another, and which stream goes where."""
+"""Flow: draws a list of passes, with kernels below one another and the streams between them."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -13,11 +13,11 @@ ROW = 1.0
 
 
 def draw_flow(axis: Any, log: PassLog, words: Mapping[str, str]) -> None:
-    """Kernels in the order they were first issued; tables on the left, streams on the right.
+    """Draw kernels in the order of their first passes, tables on the left, streams on the right.
 
     Parameters
     ----------
-    words : kernel -> what it does, a line
+    words : kernel -> a line on what it does
     """
     kinds = log.kinds()
     rows = {kernel: -ROW * at for at, kernel in enumerate(kinds)}
@@ -58,7 +58,7 @@ def draw_flow(axis: Any, log: PassLog, words: Mapping[str, str]) -> None:
 
 
 def _join(axis: Any, lanes: list[float], y: float, colour: str, outward: bool) -> None:
-    """A line between a kernel and some streams, a dot on each of them."""
+    """Draw a line between a kernel and its streams, with a dot on each stream."""
     if not lanes:
         return
     axis.plot([4.45, max(lanes)], [y, y], color=colour, linewidth=0.9, zorder=1)
@@ -70,7 +70,7 @@ def _join(axis: Any, lanes: list[float], y: float, colour: str, outward: bool) -
 
 
 def table_rows(log: PassLog, words: Mapping[str, str]) -> list[list[str]]:
-    """Kernel, what it does, draws, reads, writes: for a page."""
+    """The rows of a page's table: kernel, what it does, draws, reads and writes."""
     return [[kernel, words.get(kernel, ""), str(count), ", ".join(one.reads) or "-",
              ", ".join(one.writes)] for kernel, (one, count) in log.kinds().items()]
 

@@ -1,4 +1,4 @@
-"""How the diagrams draw: the small world from above, and its tree beside it."""
+"""Plan: draws the small world from above, and its tree beside it."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
@@ -17,12 +17,12 @@ _HALO = [patheffects.withStroke(linewidth=3, foreground="white")]
 
 def draw_ground(axis: Any, small: World, shaded: Mapping[int, str] | None = None,
                 central: bool = False) -> None:
-    """Boxes of leaves, split planes and triangles, seen from above.
+    """Draw boxes of leaves, split planes and triangles, seen from above.
 
     Parameters
     ----------
     shaded : leaf -> colour
-    central : write a leaf's name into its middle, and no numbers of triangles
+    central : write the names of leaves in their middle, and leave out the triangles' numbers
     """
     tree = small.tree
     for node in range(len(tree.axis)):
@@ -55,7 +55,7 @@ def draw_ground(axis: Any, small: World, shaded: Mapping[int, str] | None = None
 
 
 def _clearest(small: World, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
-    """The corner of a box, or rather a place near it, that lies farthest from triangles."""
+    """A place near a corner of a box, at the corner that is farthest from triangles."""
     inset = np.minimum(0.03, (hi - lo) / 2)
     places = np.array([[x, y] for x in (lo[0] + inset[0], hi[0] - inset[0])
                        for y in (hi[1] - inset[1], lo[1] + inset[1])])
@@ -67,7 +67,7 @@ def _clearest(small: World, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
 
 
 def draw_ray(axis: Any, small: World, until: float, hit: bool = True) -> None:
-    """The ray from its origin to t = ``until``; a dot where it hits."""
+    """Draw the ray from its origin to t = ``until``, with a dot at its hit."""
     start, end = small.at(0)[:2], small.at(until)[:2]
     axis.annotate("", xy=end, xytext=start, zorder=6,
                   arrowprops={"arrowstyle": "-|>", "color": RAY, "lw": 1.8, "shrinkA": 0,
@@ -78,7 +78,7 @@ def draw_ray(axis: Any, small: World, until: float, hit: bool = True) -> None:
 
 
 def draw_marks(axis: Any, small: World, marks: Mapping[float, str], side: float = 1.0) -> None:
-    """Ticks across the ray at given t, with a text each; ``side`` -1 writes on its right."""
+    """Draw ticks across the ray at given t, each with a text; ``side`` -1 writes on its right."""
     along = small.direction[:2] / np.linalg.norm(small.direction[:2])
     across = side * np.array([-along[1], along[0]])
     for t, text in marks.items():
@@ -108,12 +108,12 @@ def tree_places(small: World) -> np.ndarray:
 def draw_tree(axis: Any, small: World, shaded: Mapping[int, str] | None = None,
               edges: Iterable[tuple[int, int]] = (), notes: Mapping[int, str] | None = None,
               planes: bool = True) -> None:
-    """The tree.
+    """Draw the tree.
 
     Parameters
     ----------
     shaded : node -> colour
-    edges : (parent, child) drawn heavily
+    edges : (parent, child), drawn thick
     notes : node -> text beside it
     planes : write the planes of splits and the triangles of leaves
     """
@@ -139,7 +139,7 @@ def draw_tree(axis: Any, small: World, shaded: Mapping[int, str] | None = None,
             axis.text(x, y + 0.25, f"{'xy'[tree.axis[node]]} = {tree.split[node]:.2f}",
                       ha="center", va="bottom", fontsize=7.5, color=SPLITS[tree.axis[node]],
                       path_effects=_HALO, zorder=4)
-        if notes and node in notes:    # on the side that the edge from the parent leaves free
+        if notes and node in notes:    # on the side without the edge to the parent
             side = -1 if node % 2 else 1
             axis.text(*((x, y - 0.24) if leaf else (x + 0.3 * side, y + 0.1)), notes[node],
                       ha="center" if leaf else "right" if side < 0 else "left",
@@ -150,6 +150,6 @@ def draw_tree(axis: Any, small: World, shaded: Mapping[int, str] | None = None,
 
 
 def label(axis: Any, at: Any, text: str, **more: Any) -> None:
-    """Text that lines do not strike through."""
+    """Write a text with a halo, which keeps lines from crossing it."""
     axis.text(*at, text, **{"ha": "center", "va": "center", "fontsize": 9, "zorder": 5,
                             "path_effects": _HALO, **more})

@@ -1,5 +1,7 @@
-"""The bounding volume hierarchy of the diagrams: over the triangles of the small world, with the
-same ray, as bvh-threaded builds and walks it."""
+"""Small BVH: the diagrams' bounding volume hierarchy, as bvh-threaded builds and walks it.
+
+The hierarchy is built over the triangles of the small world, and traced by the same ray.
+"""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -39,23 +41,23 @@ class Hierarchy:
         return bool(self.bvh.count[node] > 0)
 
     def children(self, node: int) -> tuple[int, int]:
-        """Of an inner node."""
+        """The two children of an inner node."""
         return node + 1, int(self.bvh.escape[node + 1])
 
     def inside(self, node: int) -> list[int]:
-        """Triangles a leaf lists."""
+        """The triangles that a leaf lists."""
         first = self.bvh.first[node]
         return self.bvh.order[first:first + self.bvh.count[node]].tolist()
 
     def hit_link(self, node: int) -> int | None:
-        """Where a ray goes that meets the node's box: to the next in the array; None is the end.
+        """The next node for a ray that meets this node's box: the next in the array, or None.
 
-        From a leaf it goes there by its miss link, which leads to the same node.
+        None is the end. A ray leaves a leaf by the miss link, which leads to the same node.
         """
         return node + 1 if node + 1 < len(self) else None
 
     def miss_link(self, node: int) -> int | None:
-        """Where a ray goes that misses the node's box; None is the end."""
+        """The next node for a ray that misses this node's box; None is the end."""
         escape = int(self.bvh.escape[node])
         return escape if escape < len(self) else None
 
@@ -78,8 +80,9 @@ def node_colour(found: Hierarchy, node: int) -> str:
 
 
 def draw_boxes(axis: Any, found: Hierarchy, shaded: Mapping[int, str] | None = None) -> None:
-    """Boxes and triangles, seen from above; boxes of inner nodes a little widened, so that those
-    that share a side can be told apart.
+    """Draw boxes and triangles, seen from above.
+
+    Boxes of inner nodes are a little widened, which separates boxes that share a side.
 
     shaded : leaf -> colour
     """
@@ -92,7 +95,7 @@ def draw_boxes(axis: Any, found: Hierarchy, shaded: Mapping[int, str] | None = N
         axis.add_patch(Rectangle(lo, *(hi - lo), edgecolor=colour, linewidth=1.0 if leaf else 1.7,
                                  facecolor=(shaded or {}).get(node, "none"),
                                  linestyle="--" if leaf else "-", zorder=2))
-        # Sides of nested boxes lie close together: their names are written side by side.
+        # Sides of nested boxes lie close together. Write their names side by side.
         at = (lo[0], hi[1]) if leaf else (lo[0] + (0.1 + 0.16 * found.depth[node])
                                           * (hi[0] - lo[0]), lo[1])
         label(axis, at, str(node), color=colour, fontsize=9)
@@ -122,7 +125,7 @@ def tree_places(found: Hierarchy) -> np.ndarray:
 
 def draw_nodes(axis: Any, found: Hierarchy, places: np.ndarray,
                shaded: Mapping[int, str] | None = None) -> None:
-    """The tree: edges, nodes by number, and under each leaf the triangles it lists."""
+    """Draw the tree: edges, nodes by number, and under each leaf the triangles that it lists."""
     for node, parent in enumerate(found.parent):
         if parent >= 0:
             axis.plot(*places[[parent, node]].T, color=PALE, linewidth=1.4, zorder=1)
@@ -140,7 +143,7 @@ def draw_nodes(axis: Any, found: Hierarchy, places: np.ndarray,
 
 
 def draw_way(axis: Any, found: Hierarchy, until: float) -> None:
-    """The small world's ray as far as t = ``until``."""
+    """Draw the small world's ray up to t = ``until``."""
     start, end = found.small.at(0)[:2], found.small.at(until)[:2]
     axis.annotate("", xy=end, xytext=start, zorder=7, arrowprops={
         "arrowstyle": "-|>", "color": RAY, "lw": 1.8, "shrinkA": 0, "shrinkB": 0})

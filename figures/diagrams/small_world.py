@@ -1,8 +1,8 @@
-"""The small world of the diagrams: a few triangles standing on a plane, their kd-tree, and one ray
-that is traced by real passes, each state read after its pass.
+"""Small world: a few triangles that stand on a plane, their kd-tree, and one ray.
 
-The triangles are low, the ray runs parallel to the ground: no split across z pays, so that seen
-from above the tree is a two-dimensional one, as the survey draws it.
+Real passes trace the ray, and each state is read after its pass. The triangles are low, and the
+ray runs parallel to the ground. Therefore no split across z pays, and the tree is two-dimensional
+when seen from above, as the survey draws it.
 """
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from gpgpu_rt.methods.kdtree.tree import LEAF as KD_LEAF_AXIS
 from gpgpu_rt.methods.kdtree.tree import KdTree
 
 SEED, COUNT, HEIGHT, MAX_DEPTH = 1, 6, 0.05, 3
-BVH = {"build": "kay-kajiya"}      # as Thrane and Simonsen drew it: a leaf a triangle
+BVH = {"build": "kay-kajiya"}      # as Thrane and Simonsen drew it: one triangle per leaf
 ORIGIN, DIRECTION = (0.7, 0.64), (-0.9, 0.37)
 
 
 @dataclass(frozen=True)
 class World:
-    """Scene, tree and ray.
+    """The scene, its tree and its ray.
 
     triangles : (n, 3, 3) float32; lo, hi : (nodes, 3) float32, the boxes of the tree's nodes
-    origin, direction : (3,) float32; the direction's largest component lies in [0.5, 1), the
-        size in which kernels compute, so that their t is the caller's
+    origin, direction : (3,) float32; the direction's largest component lies in [0.5, 1), the size
+        at which kernels compute, so that the kernels' t is the caller's t
     """
 
     scene: rt.Scene
@@ -52,13 +52,13 @@ class World:
         return bool(self.tree.axis[node] == KD_LEAF_AXIS)
 
     def name(self, node: int) -> str:
-        """S0, S1, ... for splits and n0, n1, ... for leaves, as the survey's Figure 9 has them."""
+        """S0, S1, ... for splits and n0, n1, ... for leaves, as in the survey's Figure 9."""
         leaf = self.tree.axis == KD_LEAF_AXIS
         same = leaf if leaf[node] else ~leaf
         return f"{'n' if leaf[node] else 'S'}{int(same[:node].sum())}"
 
     def inside(self, node: int) -> list[int]:
-        """Triangles a leaf lists."""
+        """The triangles that a leaf lists."""
         first = self.tree.left[node]
         return self.tree.references[first:first + self.tree.count[node]].tolist()
 
@@ -73,7 +73,7 @@ class World:
 
 
 def standing_triangles(seed: int, count: int) -> np.ndarray:
-    """(count, 3, 3) float32: a base on the plane z = 0, the tip above its middle."""
+    """(count, 3, 3) float32: the base lies on the plane z = 0, the tip above the base's middle."""
     rng = np.random.default_rng(seed)
     middle = rng.uniform(0.12, 0.88, (count, 2))
     angle, half = rng.uniform(0, np.pi, count), rng.uniform(0.06, 0.14, count)
@@ -92,14 +92,14 @@ def world(seed: int = SEED, origin: tuple[float, float] = ORIGIN,
     scene = rt.Scene.from_arrays(corners, np.arange(3 * COUNT).reshape(-1, 3), camera=camera)
     with rt.Tracer(scene, "kd-restart", max_depth=MAX_DEPTH) as tracer:
         tree = tracer.accelerator.structure
-    # Near the ground, where a triangle is all but as wide as its base.
+    # Start near the ground, where a triangle is almost as wide as its base.
     start = np.float32([*origin, 0.02 * HEIGHT])
     return World(scene, triangles, tree, *tree.boxes(), start, np.float32([*direction, 0]))
 
 
 @dataclass(frozen=True)
 class Step:
-    """What a pass did to the ray: the kernel it ran, its state before and behind it."""
+    """The effect of a pass on the ray: its kernel, and the ray's state before and after it."""
 
     kernel: str
     before: dict[str, Any]
@@ -108,14 +108,14 @@ class Step:
 
     @property
     def visited(self) -> int | None:
-        """The node whose record the kernel read to choose the way, if it was one that does."""
+        """The node whose record the kernel read to choose the next node, if it read one."""
         return {"down": self.before["node"], "traverse": self.before["node"],
                 "climb": self.after["node"]}.get(self.kernel)
 
 
 @dataclass(frozen=True)
 class Walk:
-    """A ray's way by one method: each step, and what the tracer answered and counted."""
+    """A ray's way by one method: each step, and the tracer's hit with its counters."""
 
     method: str
     steps: list[Step]
@@ -127,7 +127,7 @@ class Walk:
 
 
 def walk(method: str, small: World | None = None) -> Walk:
-    """Trace a world's ray (that of ``world()``) by single steps, a pass each."""
+    """Trace the ray of ``small`` (by default of ``world()``) by single steps, one per pass."""
     return _own_walk(method) if small is None else _walk(method, small)
 
 

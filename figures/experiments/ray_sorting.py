@@ -1,6 +1,6 @@
-"""Ray sorting (survey, section 4.3): trace alone and sort plus trace, and how alike rays are.
+"""Ray sorting (survey, section 4.3): times with and without sorting, and how alike rays are.
 
-The survey proposes to sort rays on the GPU before they are traced, and measures nothing.
+The survey proposes to sort rays on the GPU before they are traced, but measures nothing.
 """
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SCENE = "kitchen"
 METHODS = ("bvh-threaded", "bvh-packet")
 ALIKE_WORK = (EYE, SHADOW, mirror(1), diffuse(1), diffuse(2))
 WORK = (*ALIKE_WORK, RANDOM)
-SORTERS = {"passes": "sort_rays", "host": "presort"}    # who sorts, and the option for it
+SORTERS = {"passes": "sort_rays", "host": "presort"}    # who sorts -> the option for it
 HEADS = ("rays", "method", "sorted by", "unsorted ms", "sorted ms", "of it the sort",
          "trace alone, times", "sort and trace, times")
 ALIKE = ("rays", "nodes a ray", "nodes a tile", "sorted", "fewer by", "waiting", "sorted",
@@ -28,7 +28,7 @@ ALIKE = ("rays", "nodes a ray", "nodes a tile", "sorted", "fewer by", "waiting",
 
 
 def size(full: bool) -> int:
-    """Pixels a side."""
+    """Pixels per side."""
     return 512 if full else 128
 
 

@@ -1,5 +1,8 @@
-"""Whether tables over rays suit graphics hardware: memory, candidates and rate of ray
-classification and the visibility field, beside a kd-tree and a BVH (survey, Table 1)."""
+"""Ray space: whether tables over rays suit graphics hardware (survey, Table 1).
+
+Ray classification and the visibility field are compared with a kd-tree and a BVH, by memory,
+candidates and rate.
+"""
 from __future__ import annotations
 
 from pathlib import Path
@@ -23,7 +26,7 @@ RUNS = 3
 
 
 def columns() -> list[tuple[str, str, tuple[tuple[str, Any], ...]]]:
-    """Label, method and options of what is compared."""
+    """Label, method and options of each column."""
     tables = [(f"{method}, {budget} MiB", method, (("budget", float(budget)),))
               for method in TABLES for budget in BUDGETS]
     return tables + [(method, method, ()) for method in TREES]
@@ -80,7 +83,7 @@ def _row(scene: str, work: str, label: str, result: dict[str, Any]) -> dict[str,
 
 
 def findings(rows: list[dict[str, Any]]) -> list[str]:
-    """What the rows say, in sentences: each table against the faster tree on the same rays."""
+    """Sentences on the rows: each table against the faster tree on the same rays."""
     found = []
     for row in rows:
         trees = [r for r in rows if r["method"] in TREES

@@ -1,4 +1,4 @@
-"""Stream reduction: elements a second by blocks, by the whole stream, and of a scan alone."""
+"""Reduction: rates of stream reduction by blocks and by the whole stream, beside a scan."""
 from __future__ import annotations
 
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What stream reduction takes, by blocks and by the whole stream, beside a scan alone."""
+"""Reduction times: stream reduction by blocks and by the whole stream, beside a scan alone."""
 from __future__ import annotations
 
 import statistics
@@ -20,12 +20,12 @@ WARM_UPS = 1
 
 
 def measure(length: int, kept: float, runs: int) -> dict[str, list[float]]:
-    """Seconds of each run by name, taken in turns: "scan" of the flags alone, "blocks", "whole".
+    """Seconds of each run of "scan" (of the flags alone), "blocks" and "whole", which alternate.
 
     Parameters
     ----------
     length : elements
-    kept : share of them that is kept, at random
+    kept : share of the elements that is kept, at random
     """
     gpu = open_gpu()
     flags = np.random.default_rng(length).random(length) < kept
@@ -53,7 +53,7 @@ def measure(length: int, kept: float, runs: int) -> dict[str, list[float]]:
 
 
 def rates(length: int, seconds: dict[str, list[float]]) -> dict[str, Any]:
-    """Elements a second by name, and the blocks' rate over the others', medians of the runs."""
+    """Median elements per second by name, and the rate of "blocks" over the other two."""
     median = {name: statistics.median(times) for name, times in seconds.items()}
     return {**{name: length / took for name, took in median.items()},
             "over scan": median["scan"] / median["blocks"],

@@ -77,7 +77,7 @@ def _pictures(line: Any, cell: Cell, result: dict[str, Any]) -> None:
 
 
 def _chequers(directions: np.ndarray) -> np.ndarray:
-    """(h, w, 3) colours: what lies in each direction, squares of 15 degrees."""
+    """(h, w, 3) colours of the surroundings in each direction, in squares of 15 degrees."""
     x, y, z = np.moveaxis(directions, 2, 0)
     squares = (np.floor(np.degrees(np.arctan2(x, -z)) / 15)
                + np.floor(np.degrees(np.arcsin(np.clip(y, -1, 1))) / 15)) % 2

@@ -1,4 +1,4 @@
-"""Image-space refraction beside the float64 truth: what is off, pixel by pixel, and the time."""
+"""Refraction errors: image-space refraction beside the float64 truth, by pixel, and its time."""
 from __future__ import annotations
 
 import time
@@ -16,7 +16,7 @@ IOR = 1.5
 
 
 def scene_of(name: str) -> rt.Scene:
-    """A scene's name, or "ball"."""
+    """The scene of this name, or the "ball"."""
     if name != "ball":
         return rt.load_scene(name)
     corners = np.asarray(ball(20000), np.float32).reshape(-1, 3)
@@ -25,8 +25,11 @@ def scene_of(name: str) -> rt.Scene:
 
 def measure(name: str, method: str, options: dict[str, Any], size: int,
             runs: int) -> dict[str, Any]:
-    """Seconds of each run, rasterised, and of the tracer's two sets of rays, in turns; directions
-    and kinds of both, by pixel, row by row."""
+    """Compare image-space refraction with traced rays and with the truth.
+
+    Returns the seconds of each run of the rasterised passes and of the tracer's two sets of rays,
+    which alternate; and the directions and kinds found and true, by pixel, row by row.
+    """
     scene = scene_of(name)
     origins, directions = (r.reshape(-1, 3) for r in scene.camera.rays((size, size)))
     seconds: dict[str, list[float]] = {"rasterised": [], "traced": []}

@@ -1,4 +1,4 @@
-"""Data retention (survey, section 4.3): what rays' data cost that no pass keeps for the next."""
+"""Data retention (survey, section 4.3): the cost of rays' data that no pass keeps for the next."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -27,7 +27,7 @@ HEADS = ("method", "schedule", "rays", "draws", "queries", "fragments a ray", "r
 
 
 def size(full: bool) -> int:
-    """Pixels a side."""
+    """Pixels per side."""
     return 512 if full else 128
 
 
@@ -40,7 +40,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(data: Path, full: bool) -> list[list[Any]]:
-    """As HEADS says, in bytes a ray; of a method whose ``loop`` is measured."""
+    """The rows of HEADS, in bytes per ray, for the methods whose ``loop`` is measured."""
     card, found = find_card(CARD), []
     for method in METHODS:
         results = {s: read(_cell(method, s, full), data) for s in SCHEDULES}
@@ -99,7 +99,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 
 def _published() -> tuple[float, float]:
-    """The least and the most nanoseconds a ray that cards are published with."""
+    """The smallest and the largest published nanoseconds per ray of cards."""
     on_cards = {card.name for card in cards()}
     times = [nanoseconds(row) for name in ("fig13", "fig16", "fig22") for row in rows_of(name)
              if row["rays"] in ("primary", "shadow") and row["unit"] in TIMES
@@ -108,7 +108,7 @@ def _published() -> tuple[float, float]:
 
 
 def _paragraph(found: list[list[Any]]) -> str:
-    """What the survey expects, and what the rows say."""
+    """Sentences on what the survey expects, and on what the rows show."""
     worst = max(found, key=lambda row: row[10])
     shares = [row[6] / row[9] for row in found if row[1] == "kernels"]
     sixteen = [row[10] for row in found if row[1] == "step, K = 16"]

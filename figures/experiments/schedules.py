@@ -1,4 +1,4 @@
-"""What being literal costs: the three schedules, and steps a pass (survey, section 4.3)."""
+"""Schedules: the cost of literal passes, and of steps per pass (survey, section 4.3)."""
 from __future__ import annotations
 
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Sheets close above each other: which of them a ray from above hits, by depth and by blending."""
+"""Sheets: squares close above each other, and which of them the Ray Engine hits from above."""
 from __future__ import annotations
 
 from typing import Any
@@ -7,15 +7,15 @@ import numpy as np
 
 import gpgpu_rt as rt
 
-COUNT, FLOOR = 9, -7.0    # sheets; the height of a floor below them, to which depth reaches
-FAR = 1.0 - FLOOR         # from where the highest rays start to the floor: depth reaches as far
-GAPS = tuple(range(-27, -20))       # that are tried, as exponents of 2, over FAR
+COUNT, FLOOR = 9, -7.0    # number of sheets; height of the floor below them, where depth ends
+FAR = 1.0 - FLOOR         # distance from the highest rays to the floor, which depth covers
+GAPS = tuple(range(-27, -20))       # measured gaps, as exponents of 2, over FAR
 HEADS = ("gap over the rays' way", "wrong by MIN blending", "wrong by depth",
          "t off by, over the rays' way")
 
 
 def sheets(gap: float) -> rt.Scene:
-    """COUNT squares, the topmost one last, ``gap`` apart from 0 up, and the floor after them."""
+    """COUNT squares, ``gap`` apart from 0 up, the topmost last, and then the floor."""
     square = np.float32([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])[[0, 1, 2, 0, 2, 3]]
     height = (gap * np.arange(COUNT)).astype(np.float32)
     up = height[:, None, None] * np.float32([0, 0, 1])
@@ -25,14 +25,14 @@ def sheets(gap: float) -> rt.Scene:
 
 
 def rays(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """(count, 3) origins, a half to 1 above the lowest sheet, and directions, down."""
+    """(count, 3) origins, 0.5 to 1 above the lowest sheet, and directions downwards."""
     points = np.random.default_rng(seed).random((count, 3)).astype(np.float32)
     points[:, 2] = (1 + points[:, 2]) / 2
     return points, np.tile(np.float32([0, 0, -1]), (count, 1))
 
 
 def measure(gap: float, nearest: str, count: int = 500, seed: int = 1) -> tuple[float, float]:
-    """Share of rays whose hit is not on the topmost sheet, and how far t is off at most."""
+    """The share of rays whose hit is not on the topmost sheet, and the largest error of t."""
     origins, directions = rays(count, seed)
     with rt.Tracer(sheets(gap), "ray-engine", nearest=nearest) as tracer:
         hits = tracer.trace(origins, directions)
@@ -41,7 +41,7 @@ def measure(gap: float, nearest: str, count: int = 500, seed: int = 1) -> tuple[
 
 
 def rows() -> list[list[Any]]:
-    """A row a gap, as HEADS names it."""
+    """The rows of HEADS, one per gap."""
     found = []
     for exponent in GAPS:
         gap = FAR * 2.0 ** exponent

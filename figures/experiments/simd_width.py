@@ -1,5 +1,7 @@
-"""Wide SIMD (survey, section 4.3): what rays that must branch alike make each other wait, by how
-many they are; with and without packets, and with and without sorting."""
+"""SIMD width (survey, section 4.3): how long rays that branch together wait for each other.
+
+The waiting is measured by width, with and without packets, and with and without sorting.
+"""
 from __future__ import annotations
 
 from pathlib import Path
@@ -14,7 +16,7 @@ from .gap_work import DONE, WIDTHS
 
 SCENE = "kitchen"
 RAYS = (EYE, diffuse(2))
-# Label -> method, options, rays a fragment.
+# Label -> method, options, rays per fragment.
 METHODS: dict[str, tuple[str, tuple[tuple[str, Any], ...], int]] = {
     "kd-short-stack": ("kd-short-stack", (), 1),
     "kd-packet 2x2": ("kd-packet", (("packet", (2, 2)),), 4),
@@ -27,7 +29,7 @@ HEADS = ("rays", "method", "order", "width", "utilisation", "instructions a ray"
 
 
 def size(full: bool) -> int:
-    """Pixels a side."""
+    """Pixels per side."""
     return 512 if full else 128
 
 
@@ -42,12 +44,12 @@ def cells(full: bool) -> list[Cell]:
 
 
 def lanes(one: dict[str, Any], width: int) -> float:
-    """Vector instructions that lanes are kept busy with, those that wait among them."""
+    """Vector instructions of all lanes, including the lanes that wait."""
     return sum(width * region["runs"][str(width)] * region["vector"] for region in one["regions"])
 
 
 def rows(data: Path, full: bool) -> list[tuple[Any, ...]]:
-    """As HEADS says."""
+    """The rows of HEADS."""
     found = []
     for rays in RAYS:
         for label in METHODS:
@@ -113,7 +115,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 
 def _paragraph(found: list[tuple[Any, ...]]) -> str:
-    """What the survey expects, and what the rows say."""
+    """Sentences on what the survey expects, and on what the rows show."""
     at = {row[:4]: row for row in found}
     widest = WIDTHS[-1]
     plain, ordered = ORDERS

@@ -1,5 +1,4 @@
-"""Stack against stackless (survey, section 4.3): what a ray keeps on the chip, and how many rays
-that leaves in flight."""
+"""Stacks (survey, section 4.3): the bytes that a ray keeps on the chip, and the rays in flight."""
 from __future__ import annotations
 
 from collections.abc import Iterable
@@ -20,25 +19,25 @@ from ..framework.results import finished, read
 from .gap_work import DONE, STACKS
 
 SCENE, CARD = "kitchen", "G80"
-WARP, CLOCKS = 32, 4      # rays of a warp, and clocks that it takes for an instruction
-MEMORIES = range(512, 128 * 1024 + 1, 512)    # bytes on chip of a multiprocessor
+WARP, CLOCKS = 32, 4      # rays of a warp, and clocks that an instruction of a warp takes
+MEMORIES = range(512, 128 * 1024 + 1, 512)    # on-chip bytes of a multiprocessor
 TICKS = (1, 2, 4, 8, 16, 32, 64, 128)         # KiB
-CHANNEL = 4               # bytes
-# Bytes of stack a ray, and rays that could run, as the survey reckons.
+CHANNEL = 4               # bytes of a channel
+# The survey's numbers: bytes of stack per ray, and rays that could run at once.
 SURVEYS = int(published("text", "", "bvh stack", quantity="local stack per ray") or 0)
 AT_ONCE = int(published("text", "", "", quantity="processes in parallel") or 0)
 
 
 def _bytes(fields: Iterable[Field], names: Iterable[str] | None = None) -> int:
-    """Bytes of a record's fields, or of those named, which it must have."""
+    """Bytes of a record's fields, or only of the named fields, which the record must have."""
     widths = {field.name: CHANNEL * field.width for field in fields}
     return sum(widths.values() if names is None else map(widths.__getitem__, names))
 
 
-# A BVH's stack keeps nodes alone, a kd-tree's where the interval ends too.
+# A BVH's stack stores nodes alone; a kd-tree's stack also stores where the interval ends.
 NODE, KD_ENTRY = _bytes(STACK_ENTRY.fields, ["node"]), _bytes(STACK_ENTRY.fields)
-LOCAL = ("node", "cursor", "stacked")    # what a packet keeps that goes on within one pass
-# Label -> method, options, bytes of an entry of its stack, entries (None: as deep as the tree).
+LOCAL = ("node", "cursor", "stacked")    # the state that a packet keeps within a pass
+# Label -> method, options, bytes of a stack entry, entries (None: as deep as the tree).
 METHODS: dict[str, tuple[str, tuple[tuple[str, Any], ...], int, int | None]] = {
     "kd-restart": ("kd-restart", (), 0, 0),
     "kd-push-down": ("kd-push-down", (), 0, 0),
@@ -47,7 +46,7 @@ METHODS: dict[str, tuple[str, tuple[tuple[str, Any], ...], int, int | None]] = {
     "kd-stack": ("kd-stack", (), KD_ENTRY, None),
     "bvh-threaded octants": ("bvh-threaded", (("octants", True),), 0, 0),
     "bvh-stack": ("bvh-stack", (), NODE, None)}
-DEPTHS = {"kd-stack": "kd-texture-stack", "bvh-stack": "bvh-stack"}   # whose states show a stack
+DEPTHS = {"kd-stack": "kd-texture-stack", "bvh-stack": "bvh-stack"}   # methods that show stacks
 COLOURS = {"kd-restart": "#2f6db3", "kd-push-down": "#1b3f73", "kd-ropes": "#b33a3a",
            "kd-short-stack": "#7a4fa3", "kd-stack": "#d16fae", "bvh-threaded octants": "#1d5c37",
            "bvh-stack": "#8cc79d"}
@@ -57,7 +56,7 @@ HEADS = ("method", "bytes a ray in registers", "bytes of stack", "deepest seen",
 
 
 def size(full: bool) -> int:
-    """Pixels a side."""
+    """Pixels per side."""
     return 1024 if full else 256
 
 
@@ -75,13 +74,13 @@ def cells(full: bool) -> list[Cell]:
 
 
 class Flight:
-    """How many rays fit a multiprocessor, and what they come to.
+    """The number of rays that fit a multiprocessor, and the rate that they reach.
 
     Parameters
     ----------
-    work : as `gap_work` measures what is done
+    work : the result of a `gap_work` cell of the kind DONE
     kept : bytes of a ray in registers
-    stack : bytes of its stack beside them
+    stack : bytes of a ray's stack, besides the registers
     """
 
     def __init__(self, work: dict[str, Any], kept: int, stack: int) -> None:
@@ -90,7 +89,7 @@ class Flight:
                  for region, one in enumerate(work["regions"])}
         self.instructions = sum(warps[at] * one["scalar"]
                                 for at, one in enumerate(work["regions"]))
-        # Texels of one record are on their way together.
+        # The texels of a record are fetched at the same time, so they count once.
         self.fetches = sum(warps[at] * sum(name.endswith("_table") for name in one["fetches"])
                            for at, one in enumerate(work["regions"]))
 
@@ -101,28 +100,30 @@ class Flight:
 
     @property
     def needed(self) -> float:
-        """Rays in flight that leave no clock without an instruction."""
+        """The number of rays in flight with which every clock has an instruction."""
         return WARP * self.clocks / (CLOCKS * self.instructions)
 
     def fitting(self, memory: int) -> int:
-        """Rays whose states fit the registers and whose stacks fit so much memory, in whole
-        warps; as many as the card can tell apart."""
+        """Rays, in whole warps, whose states fit the registers and whose stacks fit ``memory``.
+
+        The card's limit of resident rays applies as well.
+        """
         states = self.card.registers // (self.kept * WARP) * WARP
         stacks = memory // (self.stack * WARP) * WARP if self.stack else states
         return min(states, stacks, self.card.resident)
 
     def rate(self, memory: int) -> float:
-        """Rays a second of the card."""
+        """Rays per second of the card, with this memory for stacks."""
         return self._rate(self.fitting(memory))
 
     @property
     def best(self) -> float:
-        """Rays a second if memory for stacks were no matter."""
+        """Rays per second with unlimited memory for stacks."""
         return self.rate(1 << 40)
 
     @property
     def peak(self) -> float:
-        """Rays a second if no fetch were waited for."""
+        """Rays per second if no fetch had to be waited for."""
         return self.card.multiprocessors * self.card.clock * WARP / (CLOCKS * self.instructions)
 
     def _rate(self, rays: float) -> float:
@@ -131,8 +132,10 @@ class Flight:
 
 
 def state_bytes(label: str) -> int:
-    """Bytes of what a ray carries besides a stack: the ray, its hit, and the method's state, of
-    which stacks in it are left out."""
+    """Bytes that a ray carries besides a stack: the ray, its hit, and the method's state.
+
+    Stacks inside the state are left out.
+    """
     row = find_method(METHODS[label][0])
     if row.packet_state:
         kept = _bytes(row.packet_state({}).state.fields, LOCAL)
@@ -142,7 +145,7 @@ def state_bytes(label: str) -> int:
 
 
 def flights(data: Path, full: bool) -> dict[str, tuple[Flight, int | None]]:
-    """By method its flight, and the deepest stack that rays had."""
+    """Method -> its `Flight`, and the deepest stack that rays had."""
     found = {}
     for label, (_, _, entry, entries) in METHODS.items():
         result = read(_cell(label, full), data)
@@ -154,14 +157,14 @@ def flights(data: Path, full: bool) -> dict[str, tuple[Flight, int | None]]:
             if seen is None:
                 continue
             stack, deepest = entry * seen["gap"]["levels"], len(seen["gap"]["histogram"]) - 1
-        else:     # a few entries are registers too
+        else:     # a few entries fit into registers
             kept += entry * (entries or 0)
         found[label] = Flight(result["gap"], kept, stack), deepest
     return found
 
 
 def rows(data: Path, full: bool) -> list[list[Any]]:
-    """As HEADS says, at the card's own memory."""
+    """The rows of HEADS, at the card's own memory."""
     card = machines()[CARD]
     return [[label, one.kept, one.stack, deepest, one.instructions, one.fetches, one.needed,
              one.fitting(card.on_chip), one.rate(card.on_chip) / one.peak,
@@ -207,7 +210,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 
 def _paragraph(found: list[list[Any]]) -> str:
-    """What the survey expects, and what the rows say."""
+    """Sentences on what the survey expects, and on what the rows show."""
     card, by = machines()[CARD], {row[0]: row for row in found}
     parts = [
         f"The survey reckons that a stack of {SURVEYS} bytes a ray leaves "

@@ -1,4 +1,4 @@
-"""Speed against accuracy: what precision, intersection test and intervals buy and cost."""
+"""Tradeoff: speed against accuracy, by precision, intersection test and intervals."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -17,24 +17,28 @@ from ..framework.results import finished
 from ..framework.works import picture_size
 
 SCENES = ("bunny", "cornell")
-# All options of these; of the others precision alone, half floats where it must be quick (packets
-# compute as their rays would alone, and take seconds to compile).
+# At the quick size, all options are measured for these methods only. Other methods vary precision
+# alone, in half floats, and packets not even that: they compute what their rays would compute
+# alone, and take seconds to compile.
 DETAIL = ("kd-restart", "bvh-threaded")
-# These have a quarter of the rays, as methods that run in passes alone have, and on the bunny full
-# precision alone: minutes in any other.
+# These methods get a quarter of the rays, like methods without the schedule `loop`. On the bunny
+# they are measured in full precision alone, because every other precision takes minutes.
 SLOW = ("ray-classification", "visibility-field")
 MARKERS = {"fp32": "o", "fp24": "s", "fp16": "^"}
 
 
 def scenes(full: bool) -> tuple[str, ...]:
-    """The scenes of the figure, one where it must be quick."""
+    """The scenes of the figure; the quick size has one scene."""
     return SCENES if full else SCENES[:1]
 
 
 def _options(row: rt.Method, scene: str, full: bool) -> list[dict[str, Any]]:
-    """What is measured of a method: every precision, and every other value of what may lose hits,
-    in full precision. The slowest have full precision alone on the first scene; where it must be
-    quick, packets as well, and most of the others that and half floats."""
+    """The settings that are measured: every precision, and every option value that may lose hits.
+
+    Options vary in full precision. The slowest methods have full precision alone on the first
+    scene. At the quick size packets have it alone as well, and most other methods have it and half
+    floats.
+    """
     table = option_table(row.name)
     found: list[dict[str, Any]] = [{}]
     if row.name in SLOW and scene == SCENES[0]:
@@ -51,8 +55,11 @@ def _options(row: rt.Method, scene: str, full: bool) -> list[dict[str, Any]]:
 
 
 def cells_of(scene: str, full: bool) -> list[Cell]:
-    """The cells of one scene. ``brute-force`` would take minutes and hits what the grid hits; so
-    would, on the bunny, a method that runs in passes alone."""
+    """The cells of one scene.
+
+    ``brute-force`` is left out: it would take minutes, and hits what the grid hits. On the bunny,
+    methods without the schedule `loop` are left out for the same reason.
+    """
     found = []
     for row in rt.methods():
         if row.name == "brute-force" or (scene == SCENES[0] and "loop" not in row.schedules):
@@ -70,7 +77,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def pareto(points: Sequence[tuple[float, float]]) -> list[int]:
-    """Indices of the (rate, error) that no other one beats in both, by falling rate."""
+    """Indices of the points (rate, error) that no other point beats in both, by falling rate."""
     order = sorted(range(len(points)), key=lambda i: (-points[i][0], points[i][1]))
     kept: list[int] = []
     for i in order:
@@ -146,7 +153,7 @@ def _plot(axis: Any, rows: list[dict[str, Any]], key: str, front: list[int]) -> 
         axis.plot(row["rays_per_second"] / 1e6, max(row[key], 1e-9),
                   MARKERS.get(row["precision"], "D"), color=COLOURS.get(row["method"], "#555555"),
                   fillstyle="none" if none_wrong else "full", markersize=6)
-    # What differs from the default is written once, at the fastest method that has it.
+    # Write an option that is not the default once, at the fastest method that has it.
     fastest = {row["options"]: row for row in sorted(rows, key=lambda r: r["rays_per_second"])}
     for at, (options, row) in enumerate(fastest.items()):
         if options:

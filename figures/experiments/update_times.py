@@ -1,4 +1,4 @@
-"""What it takes a method to follow triangles that moved: building, and `Tracer.update`."""
+"""Update times: how long a method takes to build, and to follow moved triangles."""
 from __future__ import annotations
 
 import statistics
@@ -12,7 +12,7 @@ import gpgpu_rt as rt
 from gpgpu_rt.accel.cache import uncached
 from gpgpu_rt.workers.machine import alone
 
-SWAY = 0.01    # how far a corner goes at most, over the scene's diagonal
+SWAY = 0.01    # the longest move of a corner, over the scene's diagonal
 
 
 def measure(scene: rt.Scene, method: str, options: Mapping[str, Any], runs: int) -> dict[str, Any]:
@@ -21,9 +21,9 @@ def measure(scene: rt.Scene, method: str, options: Mapping[str, Any], runs: int)
     Returns
     -------
     build, update : float, the latter a median
-    rebuilt : bool, whether the last update built the structure anew
+    rebuilt : bool, whether the last update rebuilt the structure
     size : float, bytes of all tables
-    tables : list of str, their records
+    tables : list of str, the tables' names
     """
     still = scene.triangles
     diagonal = float(np.linalg.norm(np.ptp(still.reshape(-1, 3), axis=0)))
@@ -31,7 +31,7 @@ def measure(scene: rt.Scene, method: str, options: Mapping[str, Any], runs: int)
     with alone(), uncached(), rt.Tracer(scene, method, **options) as tracer:
         build = tracer.statistics.build_seconds
         for turn in range(1, runs + 1):
-            # A wave through space: corners that coincide move alike.
+            # Move corners by a wave through space, so that coincident corners move alike.
             wave = np.sin(turn + 9 * still[..., ::-1] / diagonal)
             moved = still + np.float32(SWAY * diagonal / np.sqrt(3)) * wave
             began = time.perf_counter()
