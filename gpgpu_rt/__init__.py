@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from .scene.texture import Texture
     from .tracer import Tracer
 
-# The module of each public name. A name is imported when it is first used, so that the commands
-# can handle interrupts before the libraries load, and errors do not wait for OpenGL.
+# The module of each public name. A name is imported at its first use. The commands can thus
+# handle interrupts before the libraries load, and an error message does not wait for OpenGL.
 _HOMES = {
     "Animation": "scene.animation", "load_animation": "scene.animation",
     "Environment": "scene.light", "PointLight": "scene.light", "Material": "scene.material",
@@ -52,7 +52,10 @@ __all__ = [
 
 
 class _Package(types.ModuleType):
-    """This package: `methods` is the function, also once the module of that name is imported."""
+    """The class of this package.
+
+    `gpgpu_rt.methods` is a function, and stays it when the module of the same name is imported.
+    """
 
     def __setattr__(self, name: str, value: Any) -> None:
         if not (name in _HOMES and isinstance(value, types.ModuleType)):

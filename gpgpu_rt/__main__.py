@@ -1,4 +1,4 @@
-"""``python -m gpgpu_rt`` is ``gpgpu-rt``."""
+"""``python -m gpgpu_rt`` runs the same command as ``gpgpu-rt``."""
 from __future__ import annotations
 
 import sys
@@ -7,7 +7,7 @@ from .interrupts import Command, run
 
 
 def main() -> int:
-    """Run the command that ``sys.argv`` names; the exit status."""
+    """Run the command that ``sys.argv`` names and return the exit status."""
     return run(_load)
 
 

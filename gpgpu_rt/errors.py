@@ -1,4 +1,4 @@
-"""The errors a caller may meet; each message says what happened and what to do next."""
+"""The errors that this package raises; each message says what is wrong and what to do next."""
 from __future__ import annotations
 
 import difflib
@@ -11,10 +11,10 @@ Made = TypeVar("Made")
 
 
 class Error(Exception):
-    """Base of every error this package raises on purpose.
+    """Base class of every error that this package raises on purpose.
 
-    A message quotes what a file or a caller gave. The middle of one that gets too long is left
-    out.
+    A message may quote a file or an argument. A message longer than ``longest`` characters loses
+    its middle.
     """
 
     longest: int | None = 900
@@ -27,13 +27,13 @@ class Error(Exception):
 
 
 class ContextError(Error):
-    """No OpenGL context could be made, or the one at hand is too old."""
+    """No OpenGL context could be created, or the context is too old."""
 
 
 class ShaderError(Error):
-    """A fragment program does not resolve or compile."""
+    """A fragment program has an unresolved include, or does not compile."""
 
-    longest = None      # it holds the compiler's lines
+    longest = None      # the message holds the compiler's output, which must stay whole
 
 
 class SceneError(Error):
@@ -41,26 +41,26 @@ class SceneError(Error):
 
 
 class LimitError(Error):
-    """A texture, an index or the memory is past what the platform holds."""
+    """A texture, an index or the memory exceeds what the platform can hold."""
 
 
 class OptionError(Error, ValueError):
-    """An option or a name is not one that exists."""
+    """An option, its value or a name is not valid."""
 
 
 class MethodError(Error):
     """A folder or file of a user's own methods is missing or broken."""
 
-    longest = None      # it may hold the compiler's lines
+    longest = None      # the message may hold the compiler's output, which must stay whole
 
 
 class SettingsError(Error):
-    """A settings file is unreadable, or made for another scene or renderer."""
+    """A settings file is unreadable, or was made for another scene or renderer."""
 
 
 def memory_limited(function: Callable[Given, Made]) -> Callable[Given, Made]:
-    """A public function whose MemoryError becomes a LimitError, which says how much was asked
-    for."""
+    """Decorate a public function: a MemoryError becomes a LimitError that tells the user what to
+    reduce."""
     @functools.wraps(function)
     def limited(*given: Given.args, **named: Given.kwargs) -> Made:
         try:
@@ -73,20 +73,28 @@ def memory_limited(function: Callable[Given, Made]) -> Callable[Given, Made]:
 
 
 def how_to_install(extra: str) -> str:
-    """The command that installs what an extra of setup.cfg lists. No package index serves this
-    package, so the command names the checkout's own folder."""
+    """Return the command that installs an extra of setup.cfg.
+
+    No package index serves this package, so the command runs in the folder of the checkout.
+    """
     return f"in the checkout's folder, pip install -e '.[{extra}]'"
 
 
 def nearest_names(name: str, known: Iterable[str]) -> str:
-    """A clause that suggests the nearest known names: "; did you mean a or b?"; else all."""
+    """Return a clause with the nearest known names, "; did you mean a or b?".
+
+    Where no known name is near, the clause lists all known names.
+    """
     known = sorted(known)
     return did_you_mean(name, known) or f"; known: {', '.join(known)}"
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """The same, empty where no name is near: for messages that list the known ones anyway."""
-    if not isinstance(name, str):       # a wrong type, through the Python API
+    """Return the same clause, or "" where no known name is near.
+
+    It is meant for messages that list the known names anyway.
+    """
+    if not isinstance(name, str):       # the Python API was called with a wrong type
         return ""
     near = difflib.get_close_matches(name, sorted(known), n=3, cutoff=0.6)
     return f"; did you mean {' or '.join(near)}?" if near else ""

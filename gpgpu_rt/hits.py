@@ -1,4 +1,4 @@
-"""Hits: what a trace returns, one entry a ray."""
+"""Hits: the result of a trace, one entry per ray."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -18,13 +18,13 @@ class Hits:
 
     Attributes
     ----------
-    t : (n,) float, in units of the ray's |direction|, inf on a miss
-    u, v : (n,) float, barycentric: p = (1 - u - v) v0 + u v1 + v v2; 0 on a miss
-    triangle : (n,) int32, row of the scene's faces as given, -1 on a miss
+    t : (n,) float, distance in units of the ray's |direction|; inf on a miss
+    u, v : (n,) float, barycentric coordinates: p = (1 - u - v) v0 + u v1 + v v2; 0 on a miss
+    triangle : (n,) int32, row of the hit triangle in the scene's faces; -1 on a miss
     status : (n,) uint8, 0 traced, 1 invalid ray, 2 unfinished (step cap), 3 stack overflow
     nodes_visited, leaves_visited, triangles_tested : (n,) int32, or None without statistics
-    steps : (n,) int32 kernel runs a ray took, or None without statistics
-    shape : what shape the rays had: (n,), or (h, w) for rays of (h, w, 3) or a ``shape`` given
+    steps : (n,) int32, number of kernel runs for the ray, or None without statistics
+    shape : shape of the ray arrays without their last axis: (n,), or (h, w) for (h, w, 3)
     """
 
     t: np.ndarray
@@ -46,16 +46,16 @@ class Hits:
 
     @property
     def hit(self) -> np.ndarray:
-        """(n,) bool, true where a triangle was hit."""
+        """(n,) bool, true where the ray hit a triangle."""
         return self.triangle >= 0
 
     def image(self, name: str) -> np.ndarray:
-        """The array of a field, or ``hit``, in the shape that the rays had: (h, w) for (h, w, 3).
+        """Return the array of a field, or ``hit``, in the shape of the rays: (h, w) for (h, w, 3).
 
         Raises
         ------
         OptionError
-            for a name that is no array of these hits
+            if these hits have no array of this name
         """
         known = [*self.to_dict(), "hit"]
         if name not in known:
@@ -63,12 +63,12 @@ class Hits:
         return getattr(self, name).reshape(self.shape)
 
     def to_dict(self) -> dict[str, Any]:
-        """The arrays that are present, by field name, ready for ``numpy.savez``."""
+        """Return the arrays that are present, by field name, ready for ``numpy.savez``."""
         pairs = ((f.name, getattr(self, f.name)) for f in fields(self) if f.name != "shape")
         return {name: array for name, array in pairs if array is not None}
 
 
 def joined(parts: Sequence[Hits]) -> Hits:
-    """The hits of several sets of rays as those of one, in their order."""
+    """Return the hits of several sets of rays as the hits of a single set, in the same order."""
     found = [part.to_dict() for part in parts]
     return Hits(**{name: np.concatenate([one[name] for one in found]) for name in found[0]})

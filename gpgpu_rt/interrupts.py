@@ -1,6 +1,6 @@
-"""Interrupts: Ctrl-C ends a command with status 130 and no traceback, whenever it comes.
+"""Interrupts: Ctrl-C ends a command with status 130 and no traceback, at any moment.
 
-Imports little: a command installs the handler first, and loads the libraries then.
+This module imports little, because a command installs the handler before it loads the libraries.
 """
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from _thread import start_new_thread
 from collections.abc import Callable, Iterator
 from types import FrameType
 
-STATUS = 130        # what a shell makes of a command that Ctrl-C ended
-RETRY = 0.01        # seconds until an interrupt that was deferred comes again
+STATUS = 130        # a shell reports this exit status for a command that Ctrl-C ended
+RETRY = 0.01        # seconds until a deferred interrupt is sent again
 
 Command = Callable[[], int]
 
@@ -24,14 +24,15 @@ def run(load: Callable[[], Command], also: tuple[int, ...] = ()) -> int:
 
     Parameters
     ----------
-    load : imports the command's libraries and returns the command. An interrupt meanwhile ends the
-        process at once: nothing is written yet, and libraries catch exceptions as they are loaded
-    also : signals besides SIGINT that interrupt
+    load : imports the command's libraries and returns the command. An interrupt during the import
+        ends the process at once, because nothing is written yet and a library that is being
+        imported may catch an exception
+    also : further signals that interrupt the command as SIGINT does
 
     Notes
     -----
-    Within the command an interrupt is a ``KeyboardInterrupt``, as ever. A process that was started
-    with SIGINT ignored, as by ``nohup`` or ``&``, goes on ignoring it.
+    Within the command an interrupt is a ``KeyboardInterrupt``, as usual. A process that was
+    started with SIGINT ignored (``nohup``, ``&``) keeps ignoring SIGINT.
     """
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         for number in (signal.SIGINT, *also):
@@ -45,7 +46,8 @@ def run(load: Callable[[], Command], also: tuple[int, ...] = ()) -> int:
 
 
 def _run(command: Command) -> int:
-    """Run the command: a frame by which the handler knows that the command is running."""
+    """Run the command. The handler looks for the frame of this function on the stack: the command
+    is running if the frame is there."""
     return command()
 
 
@@ -54,16 +56,16 @@ def _interrupted(number: int, frame: FrameType | None) -> None:
     while frame is not None and frame.f_code is not _run.__code__:
         importing = importing or frame.f_code.co_filename.startswith("<frozen importlib")
         frame = frame.f_back
-    if frame is None:       # before the command, or behind it
+    if frame is None:       # the command has not begun, or has ended
         os._exit(STATUS)
-    if importing:       # libraries catch everything around their optional imports
+    if importing:       # many libraries catch every exception around their optional imports
         return _again(number)
     raise KeyboardInterrupt
 
 
 def _again(number: int) -> None:
-    """Send this process the signal once more, soon."""
-    # A Thread object would take a lock, which the interrupted code may hold.
+    """Send this process the signal again after RETRY seconds."""
+    # A Thread object acquires a lock that the interrupted code may already hold.
     start_new_thread(_send, (number,))
 
 
@@ -73,7 +75,8 @@ def _send(number: int) -> None:
 
 
 def _not_raised(problem: sys.UnraisableHookArgs) -> None:
-    """Interrupt again where the exception was lost, as in ``__del__``, instead of printing it."""
+    """Send the interrupt again where Python could not raise it, as in ``__del__``; print any other
+    exception as usual."""
     if issubclass(problem.exc_type, KeyboardInterrupt):
         _again(signal.SIGINT)
     else:
@@ -82,10 +85,11 @@ def _not_raised(problem: sys.UnraisableHookArgs) -> None:
 
 @contextlib.contextmanager
 def left_to_this_process() -> Iterator[None]:
-    """Within, processes that this thread starts ignore Ctrl-C, which a terminal sends them too.
+    """Return a context in which processes that this thread starts do not receive Ctrl-C.
 
-    So do the processes of threads that this thread starts within. The signal is blocked and not
-    ignored: this process has threads besides, which receive it.
+    A terminal sends Ctrl-C to all processes of a command. The context also covers the processes of
+    threads that this thread starts in the context. The signal is blocked and not ignored, so the
+    other threads of this process still receive it.
     """
     from multiprocessing import resource_tracker
     resource_tracker.ensure_running()       # starting it would unblock the signal

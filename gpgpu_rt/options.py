@@ -1,4 +1,4 @@
-"""Options: the same words as keyword in Python, ``--word`` on the command line, key in JSON."""
+"""Options: each has one name, used as a Python keyword, as ``--name`` and as a JSON key."""
 from __future__ import annotations
 
 import operator
@@ -12,39 +12,57 @@ from .gl.precision import PRECISIONS, ROUNDINGS
 
 @dataclass(frozen=True)
 class Option:
-    """An option: its word, its values and what it stands for.
+    """An option: its name, its values and its meaning.
 
-    ``choices`` are the values it takes; without them ``kind`` says which type. ``define`` is the
-    GLSL define that follows it: set where the option is true, with its value for a number, and
-    for a word ``define``_WORD. An option that is set leaves those that it ``excludes`` at their
-    defaults, and of its method's schedules those of ``schedules``, if it names any; and it means
-    something only where the option that it ``goes_with`` has one of these values.
+    Attributes
+    ----------
+    name : the Python keyword and JSON key; the command line writes it with hyphens
+    default : the value that holds where the caller gives none
+    help : the text for users. A text that contains "default:" explains the default None itself
+    kind : the type of a value, where ``choices`` is None
+    words : values besides the values of ``kind``
+    choices : all valid values
+    minimum, maximum : bounds of a number; a larger number exceeds what textures or floats hold
+    optional : whether None is valid although the default is another value
+    define : the GLSL define that follows the option. A true switch defines the name, a number
+        defines it with its value, and a word defines ``define``_WORD
+    relaxed : choices that may lose hits; they exist to be measured
+    excludes : options that must keep their defaults where this option is not at its default
+    schedules : the schedules that allow a value other than the default; empty for all
+    goes_with : an option and the values of it that give this option a meaning
     """
 
     name: str
     default: Any
     help: str
     kind: type = str
-    words: tuple[str, ...] = ()     # values besides those of its kind
+    words: tuple[str, ...] = ()
     choices: tuple[Any, ...] | None = None
     minimum: float | None = None
-    maximum: float | None = None    # more is past what textures or floats hold
-    optional: bool = False     # takes None as well
+    maximum: float | None = None
+    optional: bool = False
     define: str | None = None
-    relaxed: tuple[Any, ...] = ()   # choices that may lose hits: there to be measured
+    relaxed: tuple[Any, ...] = ()
     excludes: tuple[str, ...] = ()
     schedules: tuple[str, ...] = ()
     goes_with: tuple[str, tuple[Any, ...]] | None = None
 
     def glsl_define(self, value: Any) -> tuple[str, object]:
-        """The define that stands for a value, and whether it is set."""
+        """Return the name of the define for a value, and the value of the define."""
         if isinstance(value, str):
             return word_define(str(self.define), value), True
         return str(self.define), value
 
     def check(self, value: Any) -> Any:
-        """The value, converted where that loses nothing; OptionError says what it takes. A choice
-        may be given as it is spelt: "4x2" for (4, 2)."""
+        """Return the value, converted to the option's type if the conversion loses nothing.
+
+        A choice may be given as the command line spells it: "4x2" for (4, 2).
+
+        Raises
+        ------
+        OptionError
+            for an invalid value; the message names the valid values
+        """
         if value is None and (self.optional or self.default is None):
             return None
         if self.choices is not None:
@@ -74,15 +92,15 @@ class Option:
         return converted
 
     def fits(self, values: Mapping[str, Any]) -> bool:
-        """Whether it means something beside the others' values."""
+        """Return whether this option has a meaning beside the values of the other options."""
         return self.goes_with is None or values[self.goes_with[0]] in self.goes_with[1]
 
     def runs_under(self, value: Any, schedule: str) -> bool:
-        """Whether the value goes together with a schedule."""
+        """Return whether a schedule allows the value."""
         return value == self.default or not self.schedules or schedule in self.schedules
 
     def accepts(self, value: Any) -> bool:
-        """Whether ``check`` would take the value."""
+        """Return whether ``check`` accepts the value."""
         try:
             self.check(value)
         except OptionError:
@@ -90,7 +108,7 @@ class Option:
         return True
 
     def parse(self, text: str) -> Any:
-        """The value that a word on the command line stands for, checked."""
+        """Return the checked value of a word from the command line."""
         if text.lower() in ("none", "null"):
             return self.check(None)
         if self.choices is not None:
@@ -110,7 +128,7 @@ class Option:
         return self.check(text)
 
 
-# The words for yes and no.
+# The words that stand for the values of a switch.
 TRUTH = {"1": True, "true": True, "yes": True, "on": True,
          "0": False, "false": False, "no": False, "off": False}
 
@@ -146,18 +164,24 @@ TRACER_OPTIONS: tuple[Option, ...] = (
 
 
 def spell(choice: Any) -> str:
-    """A choice as the command line spells it: (4, 2) is 4x2."""
+    """Return a choice as the command line spells it: (4, 2) is 4x2."""
     return "x".join(map(str, choice)) if isinstance(choice, tuple) else str(choice)
 
 
 def word_define(prefix: str, word: str) -> str:
-    """INTERSECTION, moller-trumbore -> INTERSECTION_MOLLER_TRUMBORE."""
+    """Return a word's define: INTERSECTION, moller-trumbore -> INTERSECTION_MOLLER_TRUMBORE."""
     return f"{prefix}_{word.upper().replace('-', '_')}"
 
 
 def resolve_options(given: Mapping[str, Any], known: Iterable[Option],
                     what: str) -> dict[str, Any]:
-    """Every known option with its value; an unknown one raises OptionError."""
+    """Return the value of every known option; ``what`` names their owner in messages.
+
+    Raises
+    ------
+    OptionError
+        for an unknown option, an invalid value, or options that exclude each other
+    """
     table = {option.name: option for option in known}
     for name in given:
         if name not in table:
@@ -171,8 +195,10 @@ def resolve_options(given: Mapping[str, Any], known: Iterable[Option],
 
 
 def clashing(values: Mapping[str, Any], known: Iterable[Option]) -> str | None:
-    """Which options do not go together, and what to do; None where all do. One that is left out
-    is at its default."""
+    """Return a message about two options that conflict, or None.
+
+    An option that is missing from ``values`` has its default.
+    """
     table = {option.name: option for option in known}
     given = {name: values.get(name, option.default) for name, option in table.items()}
     changed = [option for name, option in table.items() if given[name] != option.default]

@@ -1,4 +1,4 @@
-"""Statistics: what the last call cost."""
+"""Statistics: the cost of a tracer's last call."""
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field
@@ -13,43 +13,45 @@ class Statistics:
 
     Attributes
     ----------
-    rays : rays given
-    method : that traced, by its name in the table
-    choice : of a tracer with two choices, which rays the method was taken for: "coherent" or
-        "incoherent"; else ""
-    passes : traversal passes, the set-up pass included
-    draw_calls : draws, passes that mask or count among them
+    rays : number of rays in the call
+    method : name of the method that traced
+    choice : "coherent" or "incoherent" where the tracer has a method for each: the rays for which
+        this method was chosen; else ""
+    passes : traversal passes, including the set-up pass
+    draw_calls : draw calls, including passes that mask or count rays
     queries : occlusion queries read back
-    stopped : rays that the step cap or a full stack stopped; of a picture, shadow rays too
+    stopped : rays that the step cap or a full stack stopped; a picture counts its shadow rays too
     kernel_passes : passes by kernel, under the ``kernels`` schedule
-    live : rays that were not over, each time the schedules ``step`` and ``kernels`` counted them;
-        of a picture, wave after wave
-    picture_passes : of a picture, passes besides those of traversal, by name
-    waves : of a picture, sets of rays that were traced
-    texel_fetches : texels that those passes read, a pixel
-    vertices : of a picture by paths, vertex after vertex, where they may be packed:
-        ``live`` paths that came there and ``texels`` of the textures that they were in, which
-        a traversal pass runs over; summed over all waves
-    samples : of each pixel, by an integrator that takes samples
-    noise : standard error of such a picture's pixels over their luminance, both averaged
+    live : live rays, each time the schedules ``step`` and ``kernels`` counted them; a picture
+        lists the counts of its waves one after another
+    picture_passes : passes of a picture other than traversal passes, by name
+    waves : number of ray sets that a picture traced
+    texel_fetches : texels per pixel that ``picture_passes`` read
+    vertices : for a picture by paths that may be packed, an entry per path vertex: the ``live``
+        paths that reached the vertex and the ``texels`` of the textures that held them, which a
+        traversal pass covers; summed over all waves
+    samples : samples per pixel, for an integrator that samples
+    noise : standard error of the pixels of such a picture over their luminance, both averaged
     texture_bytes : scene tables, rays and state
     table_bytes : the scene tables by record
-    build_seconds : building (or loading from the cache) and packing the accelerator, when it was
-        built last
-    refit_seconds : refitting and packing it, at the last update; where it was built anew, what a
-        try at refitting took before
-    rebuilt : whether the last update built it anew
-    trace_seconds : first draw to last, finished; with ``presort``, what that took the host too
-    sort_seconds : of those, what sorting rays and bringing hits back took
-    upload_seconds, readback_seconds : arrays to textures, and back
-    driver : what the method's own driver counts, by name
-    counters : means a ray of the counters, with statistics=True
-    first_hits : of a picture whose first hits were rasterised: ``drawn`` triangles, ``rivals``
-        that come before what was drawn, ``retraced`` eye rays and their ``retraced_share``
-    pass_log : with statistics=True, each program drawn: name, draws, fragments, bytes of streams
+    build_seconds : building (or loading from the cache) and packing the accelerator, at the last
+        build
+    refit_seconds : refitting and packing the accelerator, at the last update. After a rebuild,
+        the time of the attempt to refit that preceded the rebuild
+    rebuilt : whether the last update rebuilt the accelerator
+    trace_seconds : from the first draw to the end of the last; with ``presort``, also the time
+        that the host sorts
+    sort_seconds : the part of ``trace_seconds`` that sorts rays and restores the order of hits
+    upload_seconds, readback_seconds : copying arrays to textures, and textures to arrays
+    driver : counts of the method's own driver, by name
+    counters : means of the counters over all rays, with statistics=True
+    first_hits : for a picture with rasterised first hits: ``drawn`` triangles, ``rivals`` that
+        come before the drawn triangle of a pixel, ``retraced`` eye rays and their
+        ``retraced_share``
+    pass_log : with statistics=True, an entry per program: name, draws, fragments, bytes of streams
         read, tables sampled, bytes written; see ``gl/pass_log.py``
-    uploaded_bytes, read_back_bytes : over the bus during the call, with statistics=True
-    split : of a method that shares its work with the host, seconds and bytes by what they went to
+    uploaded_bytes, read_back_bytes : bytes over the bus during the call, with statistics=True
+    split : for a method that shares its work with the host, seconds and bytes by purpose
     """
 
     rays: int = 0
@@ -88,14 +90,14 @@ class Statistics:
         return asdict(self)
 
     def start_call(self, rays: int) -> None:
-        """Forget the last call; what building and updating cost stays."""
+        """Reset the figures of the last call, and keep the costs of building and updating."""
         self.__dict__.update(Statistics(rays=rays, **self.of_structure()).__dict__)
 
     def add(self, **figures: float) -> None:
-        """Add to what the driver counts: its runs of a call come to one figure."""
+        """Add to the driver's counts, which sum over all its runs in a call."""
         for name, value in figures.items():
             self.driver[name] = self.driver.get(name, 0.0) + value
 
     def of_structure(self) -> dict[str, Any]:
-        """What is said of the structure that was traced, by name; not of a call."""
+        """Return the figures of the traced structure, by name; they do not belong to a call."""
         return {name: getattr(self, name) for name in OF_STRUCTURE}

@@ -1,33 +1,33 @@
-"""Words: how numbers, and numbers of things, are told."""
+"""Text format: how messages and tables write numbers, counts and names."""
 from __future__ import annotations
 
 
 def counted(number: int, thing: str) -> str:
-    """``1 pass``, ``1,281 passes``, ``2 rays``."""
+    """Return a count with its noun: ``1 pass``, ``1,281 passes``, ``2 rays``."""
     plural = thing + ("es" if thing.endswith(("s", "x", "ch", "sh")) else "s")
     return f"{number:,} {thing if number == 1 else plural}"
 
 
 def shortened(value: object) -> str:
-    """A value for a line: whole numbers can have thousands of digits."""
+    """Return the text of a value in at most 80 characters; an int can have thousands of digits."""
     try:
         words = repr(value)
-    except ValueError:      # more digits than Python writes
+    except ValueError:      # Python refuses to write so many digits
         words = "a number of too many digits"
     return words if len(words) <= 80 else words[:77] + "..."
 
 
 def printable(text: str) -> str:
-    """A file's name as pictures and tables can hold it: a question mark for each byte that is not
-    UTF-8."""
+    """Return a file's name for pictures and tables: a byte that is not UTF-8 becomes a question
+    mark."""
     return text.encode("utf-8", "replace").decode()
 
 
 def titled(name: str, stand_in: str | None) -> str:
-    """A scene's name, as pictures and tables have it: a stand-in is called one."""
+    """Return a scene's name for pictures and tables; a stand-in gets the suffix " (stand-in)"."""
     return f"{name} (stand-in)" if stand_in else name
 
 
 def number(value: float | None, digits: int = 3) -> str:
-    """To ``digits`` significant figures; a dash for None and NaN."""
+    """Return a number with ``digits`` significant digits; a dash for None and NaN."""
     return "-" if value is None or value != value else f"{float(f'{value:.{digits}g}'):g}"

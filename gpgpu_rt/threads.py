@@ -1,4 +1,4 @@
-"""Threads: they share work on long arrays, as numpy lets go of the interpreter in its loops."""
+"""Threads that share the work on long arrays; numpy releases the interpreter lock in its loops."""
 from __future__ import annotations
 
 import os
@@ -8,28 +8,30 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 from typing import Any
 
-WORTH = 10_000      # triangles or rays from which on arrays are long enough to share
-MOST = 8            # threads: there are few parts
+WORTH = 10_000      # smallest number of triangles or rays that is shared among threads
+MOST = 8            # largest number of threads: the work has few parts
 
-Run = Callable[..., Iterable[Any]]    # `map`, or a pool's
+Run = Callable[..., Iterable[Any]]    # `map`, or the `map` of a thread pool
 
 
 def cores() -> int:
-    """Those that this process may use."""
+    """Return the number of processor cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def threads(count: int) -> Run:
-    """What goes over parts of work on ``count`` triangles or rays: results come in the parts'
-    order, whoever made them, and so what is made of them is the same. A part that shares out its
-    work in turn goes over all of it itself."""
+    """Return a `map` over the parts of work on ``count`` triangles or rays.
+
+    Results come in the order of the parts, so they do not depend on the number of threads. A part
+    that calls this function runs its own parts on its own thread.
+    """
     return map if count < WORTH or cores() < 2 else _shared_out
 
 
 def _shared_out(function: Callable[..., Any], *parts: Iterable[Any]) -> Iterable[Any]:
-    if getattr(_thread, "has_a_part", False):   # it would wait for a thread that it holds itself
+    if getattr(_thread, "has_a_part", False):   # the pool would wait for this thread: a deadlock
         return map(function, *parts)
     return _pool(min(cores(), MOST)).map(function, *parts)
 
@@ -43,9 +45,10 @@ def _begin() -> None:
 
 @lru_cache(maxsize=1)
 def _pool(size: int) -> ThreadPoolExecutor:
-    """It stays: to start threads takes half a millisecond, as long as a million hits do."""
+    """Return the thread pool. It stays open, because starting threads takes half a millisecond,
+    as long as the work on a million hits."""
     return ThreadPoolExecutor(size, initializer=_begin)
 
 
-if hasattr(os, "register_at_fork"):     # threads do not outlive a fork
+if hasattr(os, "register_at_fork"):     # a forked process has no copy of the threads
     os.register_at_fork(after_in_child=_pool.cache_clear)

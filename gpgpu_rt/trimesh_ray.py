@@ -1,18 +1,18 @@
 """A drop-in for trimesh's ray engines: ``mesh.ray = RayMeshIntersector(mesh, "kd-restart")``.
 
-Names, arguments, shapes and the order of what is returned are those of ``trimesh.ray``. What
-differs is said here once:
+Names, arguments, shapes and the order of results are those of ``trimesh.ray``. The differences:
 
-* The hits of a ray come nearest first, by (t, triangle), ray after ray. A ray goes on behind a hit
-  exactly (see ``session/all_hits.py``): triangles that coincide are all found, and none is stepped
-  over.
-* Rays and mesh meet in float32. A mesh that lies far from the origin for its size is moved there
-  first, in float64. Where a hit lies on its ray is then computed in float64.
-* ``intersects_location`` names a place once: of triangles that a ray passes through at one place,
-  as at an edge, the first is kept. ``intersects_id`` names all of them, as trimesh's own engine
-  does, and with ``coincident=False`` the first at each place, as its engine on Embree does.
-* A ray whose origin or direction is not finite, or that has no direction, hits nothing. A
-  direction's length does not count, whatever of float64's it is.
+* The hits of a ray are sorted by (t, triangle), ray after ray. The search for the next hit
+  continues exactly behind the last hit (see ``session/all_hits.py``), so it finds all coincident
+  triangles and skips no triangle.
+* Intersection is computed in float32. A mesh that is far from the origin for its size is first
+  moved to the origin in float64. The position of a hit on its ray is then computed in float64.
+* ``intersects_location`` returns each place once: where a ray passes through several triangles at
+  the same place, such as an edge, the first triangle is kept. ``intersects_id`` returns all of
+  them, as trimesh's own engine does. With ``coincident=False`` it returns the first triangle of
+  each place, as trimesh's Embree engine does.
+* A ray hits nothing if its origin or direction is not finite, or if its direction is zero. The
+  length of a direction has no effect, for any length that float64 holds.
 """
 from __future__ import annotations
 
@@ -33,27 +33,27 @@ from .tracer import AUTO, DEFAULT_METHOD, Tracer
 
 
 class RayMeshIntersector:
-    """Ray queries of a mesh by one of the methods of ``gpgpu_rt.methods()``.
+    """Ray queries on a mesh by a method of ``gpgpu_rt.methods()``.
 
-    A mesh that changes is noticed, as trimesh notices it: the next query takes it as it is then.
-    It can be pickled and copied; the copy makes textures of its own when it is first asked.
+    A change of the mesh is detected as trimesh detects it: the next query uses the changed mesh.
+    An intersector can be pickled and copied; the copy builds its own textures at its first query.
 
     Parameters
     ----------
     mesh : trimesh.Trimesh
-    method, options : as for ``Tracer``, a method's name among them and "auto"
-    coincident : whether ``intersects_id`` names every triangle that a ray meets, or of those that
-        it meets at one place the first alone
+    method, options : as for ``Tracer``: a method's name, or "auto"
+    coincident : whether ``intersects_id`` returns every triangle that a ray hits, or only the
+        first triangle of each place
 
     Raises
     ------
     OptionError
-        an unknown method or option; queries raise what ``Tracer`` does
+        for an unknown method or option; queries raise the errors of ``Tracer``
     """
 
     def __init__(self, mesh: trimesh.Trimesh, method: str = DEFAULT_METHOD, *,
                  coincident: bool = True, **options: Any) -> None:
-        if method != AUTO:    # or a mistake would show at the first query
+        if method != AUTO:    # report a wrong option now, not at the first query
             find_method(method).resolved(options)
         self.mesh = mesh
         self.method, self.options, self.coincident = method, options, coincident
@@ -64,14 +64,15 @@ class RayMeshIntersector:
     def intersects_id(self, ray_origins: np.ndarray, ray_directions: np.ndarray,
                       return_locations: bool = False, multiple_hits: bool = True,
                       max_hits: int | None = None) -> tuple[np.ndarray, ...]:
-        """The triangles that rays hit.
+        """Return the triangles that rays hit.
 
         Parameters
         ----------
         ray_origins, ray_directions : (n, 3) float
-        return_locations : say where, too
-        multiple_hits : all hits of a ray, or its first one alone
-        max_hits : of a ray, the nearest ones (places, with ``coincident=False``); None for all
+        return_locations : whether to return the positions of the hits, too
+        multiple_hits : whether to return all hits of a ray, or only the first
+        max_hits : the number of nearest hits per ray (of places, with ``coincident=False``); None
+            for all
 
         Returns
         -------
@@ -89,30 +90,31 @@ class RayMeshIntersector:
     def intersects_location(self, ray_origins: np.ndarray, ray_directions: np.ndarray,
                             multiple_hits: bool = True, max_hits: int | None = None
                             ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The places where rays hit the mesh, each once: the triangles around an edge or a vertex
-        are one, and so are two that coincide.
+        """Return the places where rays hit the mesh, each place once.
 
-        Hits of a ray are one place where float32 cannot tell their t apart, by the bounds of
-        ``numerics/error_bounds.py``, unless float64 can, and knows the ray to meet both: a thin
-        sheet seen from afar has two sides.
+        Hits at the triangles around an edge or a vertex are a single place, and so are hits at
+        coincident triangles. Two hits of a ray are the same place if the bounds of
+        ``numerics/error_bounds.py`` allow their float32 t to be equal. They are two places if
+        float64 separates them and proves that the ray hits both: a thin sheet seen from afar has
+        two sides.
 
         Parameters
         ----------
         ray_origins, ray_directions, multiple_hits : as for ``intersects_id``
-        max_hits : of a ray, the nearest places; None for all
+        max_hits : the number of nearest places per ray; None for all
 
         Returns
         -------
         locations : (m, 3) float64
         index_ray : (m,) int64, ascending
-        index_tri : (m,) int64, of each place the first in the order of (t, triangle)
+        index_tri : (m,) int64, the first triangle of each place in the order of (t, triangle)
         """
         hits, kept, locations = self._places(ray_origins, ray_directions,
                                              max_hits if multiple_hits else 1)
         return locations[kept], hits.ray[kept], hits.triangle[kept].astype(np.int64)
 
     def intersects_first(self, ray_origins: np.ndarray, ray_directions: np.ndarray) -> np.ndarray:
-        """(n,) int64, the first triangle that each ray hits, -1 where there is none.
+        """Return the first triangle that each ray hits, (n,) int64; -1 for a miss.
 
         Parameters
         ----------
@@ -125,7 +127,7 @@ class RayMeshIntersector:
         return hits.triangle.astype(np.int64)
 
     def intersects_any(self, ray_origins: np.ndarray, ray_directions: np.ndarray) -> np.ndarray:
-        """(n,) bool, whether each ray hits anything.
+        """Return whether each ray hits any triangle, (n,) bool.
 
         Parameters
         ----------
@@ -136,17 +138,18 @@ class RayMeshIntersector:
             return tracer.occluded(origins, directions, invalid="miss")
 
     def contains_points(self, points: np.ndarray) -> np.ndarray:
-        """(n,) bool, which of (n, 3) points lie inside; on the surface, either.
+        """Return whether each of the (n, 3) points lies inside, (n,) bool; undefined on the
+        surface.
 
-        trimesh's own way: the parity of the places that rays to both sides pass through.
+        The test is trimesh's own: the parity of the number of places that rays to both sides hit.
         """
         return contains_points(self, points)
 
-    # What they are made of ------------------------------------------------------------------
+    # Parts of the queries -------------------------------------------------------------------
 
     def _places(self, origins: np.ndarray, directions: np.ndarray, most: int | None
                 ) -> tuple[AllHits, np.ndarray, np.ndarray]:
-        """As ``_hits`` gives it, of each ray the nearest ``most`` places."""
+        """Return what ``_hits`` returns, for the nearest ``most`` places of each ray."""
         asked = most
         while True:
             hits, places, locations = self._hits(origins, directions, asked, True)
@@ -157,12 +160,12 @@ class RayMeshIntersector:
             if not ((found < most) & (cut >= asked)).any():
                 rank = np.arange(len(places)) - (np.cumsum(found) - found)[hits.ray[places]]
                 return hits, places[rank < most], locations
-            asked *= 2      # what is left of some ray's hits are too few places
+            asked *= 2      # a ray has fewer places than ``most`` and may have more hits
 
     def _hits(self, origins: np.ndarray, directions: np.ndarray, most: int | None, locate: bool
               ) -> tuple[AllHits, np.ndarray, np.ndarray]:
-        """Of each ray the nearest ``most`` hits; where that is asked, the rows that begin a place,
-        (k,), and where all hits lie, (m, 3)."""
+        """Return the nearest ``most`` hits of each ray, the rows of the hits that begin a place
+        (k,), and the positions of all hits (m, 3). Without ``locate`` the last two are empty."""
         with self._lock:
             origins, directions, tracer = self._prepared(origins, directions)
             hits = tracer.trace_all(origins, directions, invalid="miss", max_hits=most)
@@ -174,7 +177,8 @@ class RayMeshIntersector:
         with np.errstate(over="ignore"):
             pairs = (triangles, origins.astype(np.float32), directions.astype(np.float32))
             bounds, sharp = (bound_pairs(*pairs, arithmetic) for arithmetic in (FLOAT32, FLOAT64))
-        # Where the plane is met, as far as float32's t allows: one seen edge-on is met anywhere.
+        # Intersect the triangle's plane in float64, and stay within float32's error bound on t: a
+        # ray that lies nearly in the plane would otherwise get an arbitrary t.
         t = hits.t.astype(np.float64)
         reach = np.where(np.isfinite(bounds.t_bound), bounds.t_bound, 0)
         exact = np.where(np.isfinite(bounds.t), bounds.t, t)
@@ -185,22 +189,26 @@ class RayMeshIntersector:
 
     def _prepared(self, origins: np.ndarray, directions: np.ndarray
                   ) -> tuple[np.ndarray, np.ndarray, Tracer]:
-        """Rays, (n, 3) float64 each, seen from where the mesh was moved, directions with largest
-        components in [0.5, 1); and its tracer."""
+        """Return origins and directions, (n, 3) float64 each, and the tracer of the mesh.
+
+        Origins are relative to the moved mesh. Each direction is scaled by a power of two, so that
+        its largest component lies in [0.5, 1).
+        """
         origins, directions = (_rays_array(*given) for given in (
             (origins, "ray_origins"), (directions, "ray_directions")))
         if origins.shape != directions.shape:
             raise ValueError(f"ray_origins {origins.shape} and ray_directions "
                              f"{directions.shape} differ")
-        # In units of a direction's length t may be past what float32 holds, and all hits be one.
+        # t is in units of the direction's length. With a very long or short direction, t would
+        # exceed the range of float32 and all hits would get the same t.
         directions = np.ldexp(directions, -np.frexp(
             np.abs(directions).max(axis=1, initial=0, keepdims=True))[1])
         tracer = self._current()
         return origins - self._moved, directions, tracer
 
     def _current(self) -> Tracer:
-        """The tracer of the mesh as it is now."""
-        if self._process != os.getpid():    # a context does not outlive a fork
+        """Return the tracer of the mesh in its present state."""
+        if self._process != os.getpid():    # an OpenGL context cannot be used after a fork
             self._forget()
         shape, faces = hash(self.mesh), hash(self.mesh.faces)
         if self._tracer is not None and shape == self._shape:
@@ -228,7 +236,7 @@ class RayMeshIntersector:
         self._process = os.getpid()
 
     def release(self) -> None:
-        """Free textures and programs; the next query makes them again."""
+        """Free the textures and programs; the next query builds them again."""
         if self._tracer is not None and self._process == os.getpid():
             self._tracer.release()
         self._tracer = None
@@ -248,8 +256,10 @@ class RayMeshIntersector:
         self._forget()
 
     def __deepcopy__(self, memo: Any) -> RayMeshIntersector:
-        """Of the same mesh, as trimesh's own do. (``mesh.copy()`` gives the copy an engine of
-        trimesh's: set its ``ray`` again.)"""
+        """Return an intersector of the same mesh, as trimesh's own engines do.
+
+        ``mesh.copy()`` gives the copied mesh one of trimesh's engines: set its ``ray`` again.
+        """
         return self.__copy__()
 
     def __copy__(self) -> RayMeshIntersector:
@@ -257,7 +267,7 @@ class RayMeshIntersector:
 
 
 def _rays_array(given: Any, name: str) -> np.ndarray:
-    """(n, 3) float64; an empty list is none."""
+    """Return rays as an (n, 3) float64 array; an empty list becomes (0, 3)."""
     try:
         rays = np.asanyarray(given, np.float64)
     except (TypeError, ValueError):
@@ -270,8 +280,11 @@ def _rays_array(given: Any, name: str) -> np.ndarray:
 
 
 def _far_centre(vertices: np.ndarray) -> np.ndarray:
-    """(3,) float64: where (v, 3) vertices lie along each axis if that is far from 0 for their
-    size, else 0: float32 would round them coarsely there."""
+    """Return the offset that moves (v, 3) vertices near the origin, (3,) float64.
+
+    The offset is the centre along each axis where the centre is farther from 0 than the mesh is
+    large, else 0. Far from 0, float32 would round the vertices coarsely.
+    """
     if not len(vertices) or not np.isfinite(vertices).all():
         return np.zeros(3)
     lo, hi = vertices.min(axis=0), vertices.max(axis=0)
@@ -280,22 +293,26 @@ def _far_centre(vertices: np.ndarray) -> np.ndarray:
 
 
 def _begins(group: np.ndarray, t: np.ndarray, reach: np.ndarray) -> np.ndarray:
-    """(m,) bool: whether a hit is of another group than the one before, or its t, off by
-    ``reach`` at most, past all that that one's may be."""
+    """Return whether each hit begins a new place, (m,) bool.
+
+    A hit begins a place if its group differs from the group of the hit before, or if the intervals
+    t - reach to t + reach of the two hits are disjoint.
+    """
     new = np.ones(len(t), bool)
     new[1:] = (np.diff(group) > 0) | (t[1:] - reach[1:] > t[:-1] + reach[:-1])
     return new
 
 
 def _places(blurred: np.ndarray, t: np.ndarray, sharp: np.ndarray) -> np.ndarray:
-    """(k,) rows of the hits that begin a place, ray by ray and nearest first.
+    """Return the rows of the hits that begin a place, (k,), ray by ray and nearest first.
 
     Parameters
     ----------
-    blurred : (m,) int, ascending: what float32 takes for one place
-    t : (m,) float64, where a hit's ray meets the triangle's plane
-    sharp : (m,) float64, how far float64's t is off; inf where it knows the ray to pass by: such
-        a hit counts only where float64 knows of none at what float32 takes for its place
+    blurred : (m,) int, ascending: the number of the place, as far as float32 can tell
+    t : (m,) float64, where the ray of a hit meets the triangle's plane
+    sharp : (m,) float64, error bound of t in float64; inf where float64 proves that the ray misses
+        the triangle. Such a hit counts only if float64 confirms no other hit of its ``blurred``
+        place
     """
     order = np.lexsort((t, ~np.isfinite(sharp), blurred))
     group, t, sharp = blurred[order], t[order], sharp[order]
@@ -303,14 +320,14 @@ def _places(blurred: np.ndarray, t: np.ndarray, sharp: np.ndarray) -> np.ndarray
     first = np.r_[True, np.diff(group) > 0][:len(group)]
     stands = known == known[np.flatnonzero(first)[np.cumsum(first) - 1]]
     places = np.cumsum(first | known & _begins(group, t, np.where(known, sharp, 0)))
-    # Of each place the row that comes first as hits are given, places in the order of t.
+    # Choose for each place the hit that comes first in the given order; places stay sorted by t.
     rows = np.full(places[-1] if len(places) else 0, len(order))
     np.minimum.at(rows, places[stands] - 1, order[stands])
     return rows
 
 
 def _check_status(status: np.ndarray) -> None:
-    """Raise where rays were stopped: there may be more hits, or nearer ones."""
+    """Raise an error if rays were stopped, because they may have more hits, or nearer hits."""
     stopped = int((status > 1).sum())
     if stopped:
         raise Error(f"{stopped} rays were stopped before their end was known; raise step_cap or "
