@@ -1,4 +1,4 @@
-"""``gpgpu-rt bench``: methods beside the engines that users would pick instead."""
+"""``gpgpu-rt bench``: compare the methods with the engines that users would choose instead."""
 from __future__ import annotations
 
 import argparse
@@ -21,7 +21,7 @@ from .shared import (
 Races = list[tuple[str, str, list[Entry]]]
 
 SIZE = 1024
-# Those that were fastest, by options that are not their defaults, and the first in half the bytes.
+# The fastest methods with options other than defaults, and the first of them in half the bytes.
 _TREE = {"octants": True, "quantise_nodes": 16}
 _EYE = {"packet": (4, 2), "interval_test": True, "entry_points": 32, **_TREE, "reinsertion": 3}
 BEST = (("bvh-packet", _EYE),
@@ -54,7 +54,7 @@ def _bench(chosen: argparse.Namespace) -> None:
     if chosen.plot is not None:
         _chart(chosen.plot)
     candidates = _candidates(chosen)
-    for scene in chosen.scenes:      # what is misspelt is found before hours are spent
+    for scene in chosen.scenes:      # report a wrong name now, not after hours of timing
         load(scene)
     gpu = open_gpu(given_options(chosen).get("context"))
     found, peak = [], None
@@ -64,7 +64,7 @@ def _bench(chosen: argparse.Namespace) -> None:
         for kind in kinds:
             entries = race(scene, RAY_SETS[kind], candidates, chosen.size, chosen.runs,
                            report=say)
-            peak = peak or peaks(gpu)     # when the first race has found nothing to refuse
+            peak = peak or peaks(gpu)     # measured after the first race has accepted its inputs
             found.append((scene, kind, entries))
             if not chosen.json:
                 _print(scene, kind, entries, chosen.size, peak)
@@ -86,7 +86,11 @@ def _bench(chosen: argparse.Namespace) -> None:
 
 
 def _candidates(chosen: argparse.Namespace) -> list[tuple[str, dict[str, Any]]]:
-    """Methods with the options that were given: of the default ones, those that take them."""
+    """Return the methods to time, with their options.
+
+    Methods that the user named must accept the given options; default methods that do not accept
+    them are left out.
+    """
     if chosen.methods:
         named = [(name, options_for(chosen, name)) for name in chosen.methods]
         for name, options in named:
@@ -104,7 +108,7 @@ def _candidates(chosen: argparse.Namespace) -> list[tuple[str, dict[str, Any]]]:
 
 
 def _shares(entry: Entry, peak: Peaks) -> dict[str, float | None]:
-    """Of the renderer's peaks; of an engine nothing is known."""
+    """Return the shares of the renderer's peaks by name; they are unknown for other engines."""
     return (entry.work or Work(unknown="an engine")).shares(peak, entry.rays_per_second)
 
 
@@ -140,13 +144,13 @@ def _rays(kind: str, size: int) -> str:
 
 
 def _renderer(gpu: Gpu) -> str:
-    """Its name, and how many threads it draws by where that is known."""
+    """Return the renderer's name and, if known, the number of threads that it draws with."""
     threads = threads_of(gpu.renderer)
     return gpu.renderer + ("" if threads is None else f", on {counted(threads, 'thread')}")
 
 
 def _print_notes(gpu: Gpu, peak: Peaks, found: Races) -> None:
-    """What the tables' columns mean."""
+    """Print the meaning of the tables' columns."""
     if any(entry.over for *_, entries in found for entry in entries):
         print("over embreex: times the rate of embreex on one thread, turn by turn, the median; "
               "our passes alone, by\n"
@@ -169,12 +173,18 @@ def _print_notes(gpu: Gpu, peak: Peaks, found: Races) -> None:
 
 
 def _missing() -> dict[str, str]:
-    """Why each engine that is not here is not."""
+    """Return, for each engine that is missing, the reason."""
     return {engine.name: engine.missing for engine in ENGINES if engine.missing}
 
 
 def _chart(path: str) -> Callable[[Races, str, str], None]:
-    """What draws a chart into such a file; Error where nothing can."""
+    """Return the function that draws the chart into a file of this name.
+
+    Raises
+    ------
+    Error
+        without matplotlib, or if ``path`` cannot be written
+    """
     try:
         from ..bench.chart import FORMATS, draw
     except ImportError as failure:
@@ -185,5 +195,5 @@ def _chart(path: str) -> Callable[[Races, str, str], None]:
 
 
 def _is_quick(row: Method) -> bool:
-    """Whether a method takes a million rays in seconds, not in minutes a run."""
+    """Return whether a method traces a million rays in seconds; the others need minutes a run."""
     return row.name != "brute-force" and "loop" in row.schedules

@@ -1,4 +1,4 @@
-"""``--eye --target --up --fov``: another camera than the scene's own."""
+"""``--eye --target --up --fov``: change the scene's own camera."""
 from __future__ import annotations
 
 import argparse
@@ -11,7 +11,7 @@ PLACES = {"eye": "where the camera stands", "target": "what it looks at",
 
 
 def add_camera(sub: argparse.ArgumentParser) -> None:
-    """The options that are about the camera."""
+    """Declare the options of the camera."""
     group = sub.add_argument_group("camera, where it is not the scene's own")
     for name, text in PLACES.items():
         group.add_argument(f"--{name}", type=_vector, metavar="X,Y,Z",
@@ -20,7 +20,7 @@ def add_camera(sub: argparse.ArgumentParser) -> None:
 
 
 def camera_of(chosen: argparse.Namespace, own: Camera) -> Camera:
-    """The scene's own camera, with what was given in its place."""
+    """Return the scene's own camera, changed by the options that were given."""
     given = {name: value for name in (*PLACES, "fov")
              if (value := getattr(chosen, name)) is not None}
     return replace(own, **given)

@@ -1,4 +1,4 @@
-"""``gpgpu-rt trace|render --scheduler``: rays, tiles and frames shared among workers."""
+"""``gpgpu-rt trace|render --scheduler``: share rays, tiles and frames among workers."""
 from __future__ import annotations
 
 import argparse
@@ -28,13 +28,13 @@ from .unfinished import Unfinished, follows_from
 
 
 def add_scheduler(sub: argparse.ArgumentParser, what: str) -> None:
-    """The option that shares ``what``."""
+    """Declare the option that shares ``what`` among workers."""
     sub.add_argument("--scheduler", metavar="local|ADDRESS", help=f"share {what} among a process "
                      "a core, or among the workers of a Dask scheduler")
 
 
 def trace_shared(chosen: argparse.Namespace, rays: dict[str, np.ndarray]) -> None:
-    """`trace` among workers."""
+    """Run `trace` among workers."""
     method, options = _method(chosen)
     scene = load_scene(chosen.scene)
     with Workers(chosen.scheduler) as workers, told("part", tenths("part")) as progress:
@@ -55,7 +55,7 @@ def trace_shared(chosen: argparse.Namespace, rays: dict[str, np.ndarray]) -> Non
 
 
 def render_shared(chosen: argparse.Namespace) -> None:
-    """`render` among workers: a picture by its tiles, or frames."""
+    """Run `render` among workers, which draw the tiles of a picture, or frames."""
     if chosen.explain:
         raise OptionError("--explain is of one process; leave --scheduler out")
     method, options = _method(chosen)
@@ -86,7 +86,7 @@ def render_shared(chosen: argparse.Namespace) -> None:
 def _tiles(chosen: argparse.Namespace, workers: Workers, scene: Scene, drawing: dict[str, Any],
            method: str, options: dict[str, Any], settings: dict[str, Any]
            ) -> tuple[int, Unfinished]:
-    """Draw the tiles that are not there yet, and the picture; how many were drawn."""
+    """Draw the missing tiles, write the picture, and return how many tiles were drawn."""
     regions = Region.of(chosen.size, None).tiles(TILE)
     kept = Unfinished(Path(chosen.output), len(regions),
                       {**settings, "scene": digest(scene), "tile": TILE}, chosen.resume)
@@ -106,7 +106,7 @@ def _tiles(chosen: argparse.Namespace, workers: Workers, scene: Scene, drawing: 
 def _frames(chosen: argparse.Namespace, workers: Workers, animation: Animation,
             drawing: dict[str, Any], method: str, options: dict[str, Any],
             settings: dict[str, Any]) -> tuple[int, Unfinished]:
-    """Draw the frames that are not there yet, and the film; how many were drawn."""
+    """Draw the missing frames, write the film, and return how many frames were drawn."""
     kept = kept_frames(chosen, animation, settings)
     with kept.until_whole(), told("frame", tenths("frame")) as progress:
         for frame, pixels in workers.frames(animation, kept.missing, method, progress, drawing,
@@ -117,7 +117,7 @@ def _frames(chosen: argparse.Namespace, workers: Workers, animation: Animation,
 
 
 def _method(chosen: argparse.Namespace) -> tuple[str, dict[str, Any]]:
-    """The method that was named and its options; whatever machine takes them, they are known."""
+    """Return the method that was named and its options, which must not depend on the machine."""
     if chosen.settings is not None or chosen.force or chosen.method == AUTO:
         raise OptionError("auto and --settings choose within one process; with --scheduler name a "
                           "method, by --method")

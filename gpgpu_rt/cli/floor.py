@@ -1,8 +1,8 @@
-"""``gpgpu-rt render --floor``: an object on the ground, with its shadow.
+"""``gpgpu-rt render --floor``: put a floor below the scene, on which its shadow falls.
 
-A floor is only drawn when it is asked for. `render` prints counts, times and hits of the scene
-that was given, the settings and trees that are kept belong to this scene, and the picture is the
-one that ``Tracer.render`` draws.
+The default is no floor. Without a floor, the counts and times that `render` prints are those of
+the given scene, saved settings and cached trees belong to this scene, and the picture is the same
+as that of ``Tracer.render``.
 """
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from ..scene.scene import Scene
 from ..tracer import AUTO
 from .shared import say
 
-WIDTH = 2.5         # half the floor's side, in diagonals of the scene's box
-BELOW = 1e-4        # of the diagonal: how far below the scene, so that no triangles coincide
+WIDTH = 2.5         # half the side of the floor, in diagonals of the scene's bounding box
+BELOW = 1e-4        # gap below the scene, in diagonals, so that no triangles coincide
 GREY = 0.75
 
 
 def add_floor(sub: argparse.ArgumentParser) -> None:
-    """The option of ``render``."""
+    """Declare the option of ``render``."""
     sub.add_argument("--floor", action="store_true", help="put two triangles below the scene, on "
                      "which its shadow falls")
 
 
 def scene_of(chosen: argparse.Namespace) -> Scene:
-    """The scene that is named, with the floor that was asked for."""
+    """Return the scene that the command names, with a floor if the user asked for a floor."""
     scene = load_scene(chosen.scene)
     if not chosen.floor:
         return scene
@@ -46,8 +46,10 @@ def scene_of(chosen: argparse.Namespace) -> Scene:
 
 
 def on_floor(scene: Scene) -> Scene:
-    """The scene with two more triangles, the last ones: a grey square below its box, y up, with
-    an edge across the view."""
+    """Return the scene with a floor: two triangles at the end of its list.
+
+    The floor is a grey square below the bounding box (y is up), with an edge across the view.
+    """
     lo, hi = (corner.astype(np.float64) for corner in scene.bounds)
     diagonal = float(np.linalg.norm(hi - lo)) or 1.0
     right, _, _ = scene.camera.basis((1, 1))

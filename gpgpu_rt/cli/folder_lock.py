@@ -1,4 +1,4 @@
-"""Claim: a folder that one run at a time writes into."""
+"""Folder lock: a folder that only one run at a time writes into."""
 from __future__ import annotations
 
 import contextlib
@@ -9,21 +9,21 @@ from typing import IO
 from ..disk.own_folder import fault_of, open_lock
 from ..errors import Error
 
-LOCK = "lock"     # the file in it that a run holds
+LOCK = "lock"     # the file in the folder that a run locks
 
 
 class Claim:
-    """Makes a folder and holds it, until ``release`` or the end of the process, however that ends.
+    """Creates a folder and locks it, until ``release`` or until the process ends for any reason.
 
     Parameters
     ----------
-    folder : is made where it is missing
-    purpose : what it is written for, for the message
+    folder : the folder, created if it is missing
+    purpose : the output that the folder is for; error messages name it
 
     Raises
     ------
     Error
-        where another run holds it, or it cannot be made or written into
+        if another run has locked the folder, or if the folder cannot be created or written
     """
 
     def __init__(self, folder: Path, purpose: Path) -> None:
@@ -34,7 +34,7 @@ class Claim:
                 fault = fault_of(folder, shared=True)
             except FileNotFoundError:
                 if folder.parent.is_dir():
-                    continue     # the run that had it took the folder away just now
+                    continue     # another run has just removed the folder
                 raise Error(f"cannot make the folder {folder}: there is no {folder.parent}"
                             ) from None
             except OSError as failure:
@@ -45,7 +45,7 @@ class Claim:
             try:
                 self._file = open_lock(self._path)
             except FileNotFoundError:
-                continue     # the run that had it took the folder away just now
+                continue     # another run has just removed the folder
             if not _locked(self._file):
                 self._file.close()
                 raise Error(f"another run is writing {purpose}, and holds {folder}; wait until it "
@@ -53,17 +53,17 @@ class Claim:
             with contextlib.suppress(FileNotFoundError):
                 if os.path.samestat(os.fstat(self._file.fileno()), self._path.stat()):
                     return
-            self._file.close()      # of a run that has let it go: who comes now has a new one
+            self._file.close()      # another run released this file: lock its successor
 
     def release(self) -> None:
-        """Let others write there; again, it does nothing."""
+        """Unlock the folder for other runs. A second call does nothing."""
         if not self._file.closed:
             self._path.unlink(missing_ok=True)
             self._file.close()
 
 
 def _locked(file: IO[bytes]) -> bool:
-    """Whether the file is this run's now, as far as its system has locks."""
+    """Lock the file and return whether that succeeded; true on a system without file locks."""
     try:
         import fcntl
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -1,4 +1,4 @@
-"""``gpgpu-rt render --frames``: pictures of a scene that moves, as numbered files or one film."""
+"""``gpgpu-rt render --frames``: render a moving scene to numbered files or to one film."""
 from __future__ import annotations
 
 import argparse
@@ -28,7 +28,7 @@ MOST_FRAMES = 1_000_000
 
 
 def add_frames(sub: argparse.ArgumentParser) -> None:
-    """The options of ``render`` that are about frames."""
+    """Declare the options of ``render`` for frames."""
     sub.add_argument("--resume", action="store_true", help="of frames, or a picture by "
                      "--scheduler: take what a run with the same settings left in "
                      "OUTPUT.unfinished when it was interrupted, and draw the rest")
@@ -39,9 +39,9 @@ def add_frames(sub: argparse.ArgumentParser) -> None:
 
 def render_frames(chosen: argparse.Namespace,
                   open_tracer: Callable[[Animation], Tracer]) -> tuple[Tracer, str]:
-    """Render and write the frames; the tracer, and a line that says what was done.
+    """Render and write the frames; return the tracer and a summary to print.
 
-    ``open_tracer`` makes the tracer of the scene at frame 0.
+    ``open_tracer`` returns the tracer of the animation's scene at frame 0.
     """
     if chosen.explain:
         raise OptionError("--explain is of one picture; leave --frames out")
@@ -69,7 +69,7 @@ def render_frames(chosen: argparse.Namespace,
 
 
 def opened(chosen: argparse.Namespace) -> Animation:
-    """The animation that is asked for, once it is sure that its frames can be written."""
+    """Check that the frames can be written, then return the animation that the command names."""
     _check(chosen.output)
     animation = load_animation(chosen.scene)
     if animation.frames is not None and chosen.frames > animation.frames:
@@ -79,8 +79,11 @@ def opened(chosen: argparse.Namespace) -> Animation:
 
 def kept_frames(chosen: argparse.Namespace, animation: Animation,
                 settings: dict[str, Any]) -> Unfinished:
-    """Which frames are there. ``settings`` are what they follow from besides the animation; how
-    many are asked for is none, so that more may follow."""
+    """Return the record of finished frames.
+
+    ``settings`` and the animation determine a frame. The number of frames does not, so a later run
+    may resume with more frames.
+    """
     numbered = _is_numbered(chosen.output)
     output = Path(chosen.output) / "frames" if Path(chosen.output).is_dir() else Path(
         chosen.output)
@@ -90,7 +93,7 @@ def kept_frames(chosen: argparse.Namespace, animation: Animation,
 
 
 def _summary(spent: list[dict[str, Any]]) -> str:
-    """Medians over the frames after the first, in words."""
+    """Return a line with the median times of the frames after the first."""
     if not spent:
         return "nothing moved"
     builds = [s["build_seconds"] for s in spent if s["rebuilt"]]
@@ -111,7 +114,7 @@ def _is_numbered(output: str) -> bool:
 
 
 def _check(output: str) -> None:
-    """Refuse what cannot be written, before anything is rendered."""
+    """Refuse an output that cannot be written, before anything is rendered."""
     path, suffix = Path(output), Path(output).suffix.lower()
     if (wide := _WIDE.search(output)) and not _NUMBER.fullmatch(wide[0]):
         raise OptionError(f"cannot number frames by {wide[0][:20]}; give at most 9 digits, as in "
@@ -135,15 +138,17 @@ def _check(output: str) -> None:
 
 
 def _name(output: str, frame: int) -> Path:
-    """The file of a frame; a folder holds frame_0000.png and so on."""
+    """Return the file of a frame; in a folder the files are frame_0000.png and so on."""
     if _NUMBER.search(output):
         return Path(_NUMBER.sub(lambda match: match[0] % frame, output))
     return Path(output) / f"frame_{frame:04d}.png"
 
 
 def write_film(output: str, kept: Unfinished) -> None:
-    """One file that plays for ever, written whole once all frames are there; nothing where they
-    are files of their own."""
+    """Write the finished frames as one film that plays in a loop.
+
+    Does nothing where each frame is a file of its own.
+    """
     if _is_numbered(output):
         return
     first, *rest = map(kept.image, range(kept.count))

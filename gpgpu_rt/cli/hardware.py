@@ -1,4 +1,4 @@
-"""``gpgpu-rt hardware``: the cards of the survey, and what they could have run."""
+"""``gpgpu-rt hardware``: the survey's graphics cards and the methods that fit their limits."""
 from __future__ import annotations
 
 import argparse
@@ -9,8 +9,8 @@ from ..errors import OptionError
 from ..hardware.cards import Card, Refusal, cards
 from .shared import Command, print_json, print_table, say
 
-SCENE = "cornell"   # programs hardly depend on the scene, their tables do
-WIDTH = 100         # columns of a terminal that the table of methods fits
+SCENE = "cornell"   # the tables depend on the scene; the programs hardly do
+WIDTH = 100         # columns to which text is wrapped: the table of methods has about this width
 NOTE = ("The programs are this package's: an index is one channel here, two coordinates would "
         "reach further; the ray engine of 2002 ran in fixed point, ours stands on float textures. "
         "How often loops turn is not held against the loop limit: that depends on the rays.")
@@ -63,7 +63,8 @@ def _hardware(chosen: argparse.Namespace) -> None:
 def _print_methods(found: Sequence[Card],
                    refused: Mapping[str, Mapping[tuple[str, str], list[Refusal]]],
                    unknown: str) -> None:
-    """A row a method and schedule: yes, or the first limit of a card that it passes."""
+    """Print a row per method and schedule: "yes", or the first limit of the card that the programs
+    exceed."""
     def word(card: Card, pair: tuple[str, str]) -> str:
         reasons = refused[card.name][pair]
         return reasons[0].limit if reasons else "unknown" if unknown else "yes"
@@ -72,7 +73,7 @@ def _print_methods(found: Sequence[Card],
                 [(*pair, *(word(card, pair) for card in found)) for pair in pairs])
     print("\nyes: the card could run it. Else the first limit that it falls short of:")
     for limit in dict.fromkeys(r[0].limit for of in refused.values() for r in of.values() if r):
-        # One example a limit; --json has every number.
+        # Print one example for each limit; --json prints all of them.
         card, pair = next((card, pair) for pair in pairs for card in found
                           if word(card, pair) == limit)
         _print_filled(f"{limit}: such as {' '.join(pair)} on the {card.chip}: "

@@ -45,14 +45,14 @@ from .streams import printed
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a command; the exit status. A user's mistake is one line on stderr."""
+    """Run a command and return the exit status. A user's mistake prints one line on stderr."""
     return printed(lambda: _main(arguments))
 
 
 def _main(arguments: Sequence[str] | None) -> int:
     print_any_name()
     try:
-        # First what says which methods there are: the other words' options are theirs.
+        # Load the methods first, because they declare most of the options.
         arguments = _take_methods(sys.argv[1:] if arguments is None else arguments)
         options = {**all_options(), **light_options()}
         if not arguments:
@@ -85,7 +85,7 @@ def _main(arguments: Sequence[str] | None) -> int:
 
 
 def _show(message: Warning | str, *where: Any, **more: Any) -> None:
-    """What was found odd and gone on with: a line, not the place in the code that says so."""
+    """Print a warning as one line, without the place in the code that raised it."""
     say(f"gpgpu-rt: note: {message}")
 
 
@@ -111,7 +111,7 @@ def _info(chosen: argparse.Namespace) -> None:
     if not some:
         raise Error("no OpenGL context here; install libegl1 libgl1 libgl1-mesa-dri "
                     "(Debian, Ubuntu) or a graphics driver")
-    sys.stdout.flush()      # before what may be wrong in the environment
+    sys.stdout.flush()      # print the table even if the environment variables make this fail
     print(f"without --context, {open_gpu().backend} is taken")
 
 
@@ -177,7 +177,7 @@ def _render(chosen: argparse.Namespace) -> None:
 
 
 def _check_picture(chosen: argparse.Namespace) -> None:
-    """Refuse one picture that cannot be written, before it is drawn."""
+    """Refuse a picture that cannot be written, before it is drawn."""
     check_writable(chosen.output)
     if os.path.splitext(chosen.output)[1].lower() not in IMAGES:
         raise OptionError(f"cannot tell an image format from {chosen.output}; end it in .png")
@@ -222,7 +222,7 @@ def _remesh(chosen: argparse.Namespace) -> None:
 
 
 def _tracer(chosen: argparse.Namespace, scene: Scene | None = None) -> Tracer:
-    """The tracer that the command asks for, of ``scene`` or of the one it names."""
+    """Return the tracer that the command asks for; ``scene`` replaces the scene that it names."""
     source = chosen.scene if scene is None else scene
     if chosen.settings is not None:
         if chosen.method is not None:
@@ -239,7 +239,7 @@ def _tracer(chosen: argparse.Namespace, scene: Scene | None = None) -> Tracer:
 
 
 def _bounds(tracer: Tracer) -> str:
-    """What the settings in force promise."""
+    """Return a clause with the error bounds that the settings keep, or ""."""
     promise = tracer.choices.of(tracer.taken).promise
     return "" if not promise else (f": at most {promise['max_wrong']:g} of rays wrong, t within "
                                    f"{promise['max_t_error']:g}")
@@ -305,7 +305,7 @@ def _add_methods_from(parser: argparse.ArgumentParser) -> None:
 
 
 def _take_methods(arguments: Sequence[str]) -> list[str]:
-    """Load what --methods-from names, wherever it stands; the other arguments."""
+    """Load the folders of every --methods-from and return the other arguments."""
     first = Parser(prog="gpgpu-rt", add_help=False, allow_abbrev=False)
     _add_methods_from(first)
     chosen, others = first.parse_known_args(list(arguments))

@@ -1,4 +1,4 @@
-"""Parser: words of a command line, and what is wrong with them in one line."""
+"""Parser: an argument parser that reports a mistake in one line."""
 from __future__ import annotations
 
 import argparse
@@ -8,7 +8,7 @@ from ..errors import did_you_mean, nearest_names
 
 
 class Parser(argparse.ArgumentParser):
-    """Says what is wrong in one line, and which words are near."""
+    """Reports what is wrong in one line and suggests similar words."""
 
     speaker = "gpgpu-rt"
 
@@ -16,13 +16,13 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.speaker}: {message} (see `{self.prog} --help`)\n")
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
-        """What argparse asks about choices, commands among them."""
+        """Check a choice or a command; argparse calls this method."""
         if action.choices is not None and value not in action.choices:
             near = nearest_names(str(value), map(str, action.choices))
             raise argparse.ArgumentError(action, f"invalid choice {value!r}{near}")
 
     def refuse(self, word: str) -> None:
-        """One that nothing stands for here."""
+        """Report a word that no option or argument of this command accepts."""
         name = word.partition("=")[0]
         near = did_you_mean(name, self._option_string_actions) if name.startswith("-") else ""
         self.error(f"{self.prog.split()[-1]} takes no {name}{near}")

@@ -1,4 +1,4 @@
-"""The commands that look into a traversal: ``passes`` and ``heat``."""
+"""The commands that show the inside of a traversal: ``passes`` and ``heat``."""
 from __future__ import annotations
 
 import argparse
@@ -23,7 +23,7 @@ from .shared import (
 
 
 def add_commands(command: Command) -> None:
-    """Declare the commands; ``command(name, run, text)`` makes a parser."""
+    """Declare the commands; ``command(name, run, text)`` returns a parser."""
     sub = command("passes", _passes, "the state of every ray after every pass, as pictures, a GIF "
                   "and JSON")
     sub.add_argument("scene", help="a scene's name or a mesh file")
@@ -101,5 +101,6 @@ def _heat(chosen: argparse.Namespace) -> None:
 
 
 def _in_passes(method: str, options: dict) -> dict:
-    """A schedule that has passes where none was asked: under ``loop`` there is one."""
+    """Return the options with a schedule of many passes unless the user chose a schedule: ``loop``
+    runs in a single pass."""
     return options if "schedule" in options else find_method(method).in_passes(options)

@@ -1,4 +1,4 @@
-"""``gpgpu-rt render --integrator --explain``: what a picture is to show, and what that takes."""
+"""``gpgpu-rt render --integrator --explain``: the light in a picture, and the plan to draw it."""
 from __future__ import annotations
 
 import argparse
@@ -16,7 +16,7 @@ from .shared import Variants, add_variants, parsed, variants
 
 
 def add_picture(sub: argparse.ArgumentParser) -> None:
-    """The options of ``render`` that are about light."""
+    """Declare the options of ``render`` for light."""
     group = sub.add_argument_group("light")
     group.add_argument("--integrator", metavar="NAME", help=f"{', '.join(INTEGRATORS)}; default "
                        f"{DEFAULT}")
@@ -26,21 +26,26 @@ def add_picture(sub: argparse.ArgumentParser) -> None:
 
 
 def picture_options(chosen: argparse.Namespace) -> dict[str, Any]:
-    """What `Tracer.render` takes besides camera and size; OptionError for an option that the
-    integrator has not."""
+    """Return the integrator and its options, as arguments of `Tracer.render`.
+
+    Raises
+    ------
+    OptionError
+        for an option that the integrator does not have
+    """
     kind = find_integrator(chosen.integrator)
     return {"integrator": kind.name, **parsed(chosen, "picture_", light_options(), kind.options,
                                               f"integrator {kind.name}")}
 
 
 def drawing_of(chosen: argparse.Namespace, scene: Scene) -> dict[str, Any]:
-    """All that `Tracer.render` takes from the command line."""
+    """Return all arguments of `Tracer.render` that the command line determines."""
     return {"camera": camera_of(chosen, scene.camera), "size": chosen.size,
             "first_hits": chosen.first_hits, **picture_options(chosen)}
 
 
 def explain(chosen: argparse.Namespace, tracer: Tracer) -> Plan | None:
-    """The plan, printed unless JSON will hold it; None where it was not asked for."""
+    """Return the plan, or None without --explain. Print the plan unless JSON will contain it."""
     if not chosen.explain:
         return None
     plan = tracer.plan(chosen.size, **picture_options(chosen))
@@ -51,13 +56,13 @@ def explain(chosen: argparse.Namespace, tracer: Tracer) -> Plan | None:
 
 @contextmanager
 def progress_shown() -> Iterator[Callable[[int, int, float], None]]:
-    """What `Tracer.render` is to tell its progress."""
+    """Yield the function to which `Tracer.render` reports its progress."""
     with told("sample", doublings("sample")) as tell:
         yield lambda done, samples, noise: tell(
             done, samples, "" if noise == float("inf") else f"noise {noise:.1%}")
 
 
 def light_options() -> Variants:
-    """Every option of every integrator, by name, the default one's first."""
+    """Return every option of every integrator by name, with the default integrator first."""
     kinds = sorted(INTEGRATORS.values(), key=lambda kind: kind.name != DEFAULT)
     return variants((kind.name, kind.options) for kind in kinds)

@@ -1,4 +1,4 @@
-"""Progress: a bar where tqdm is installed and someone looks on, else lines now and then."""
+"""Progress: a bar if tqdm is installed and stderr is a terminal, else a line from time to time."""
 from __future__ import annotations
 
 import contextlib
@@ -8,12 +8,12 @@ from typing import Any
 from ..text_format import counted
 from .shared import say
 
-Lines = Callable[[int, int, str], None]     # done, of how many, and a note
+Lines = Callable[[int, int, str], None]     # the count done, the total, and a note
 
 
 @contextlib.contextmanager
 def told(unit: str, lines: Lines) -> Iterator[Callable[..., None]]:
-    """What is to be told how much is done, of how much, and a note if there is one."""
+    """Yield a function that shows progress: ``report(done, total, note)``; the note may be ""."""
     bars: list[Any] = []
 
     def tell(done: int, of: int, note: str = "") -> None:
@@ -34,7 +34,7 @@ def told(unit: str, lines: Lines) -> Iterator[Callable[..., None]]:
 
 
 def tenths(unit: str) -> Lines:
-    """A line for each tenth."""
+    """Return a function that prints a line for each tenth of the work."""
     def tell(done: int, of: int, note: str) -> None:
         if 10 * done // of > 10 * (done - 1) // of:
             say(f"{done:,} of {counted(of, unit)}")
@@ -43,7 +43,7 @@ def tenths(unit: str) -> Lines:
 
 
 def doublings(unit: str) -> Lines:
-    """A line each time that twice as much is done."""
+    """Return a function that prints a line each time the amount done has doubled."""
     told_of = 0
 
     def tell(done: int, of: int, note: str) -> None:
@@ -56,7 +56,7 @@ def doublings(unit: str) -> Lines:
 
 
 def _bar(unit: str, of: int) -> Any:
-    """None where there is nobody to see it."""
+    """Return a tqdm bar, or None without tqdm or without a terminal."""
     try:
         from tqdm import tqdm
     except ImportError:

@@ -1,4 +1,4 @@
-"""``gpgpu-rt report``: one page with every figure, offline."""
+"""``gpgpu-rt report``: write one page with every figure, for reading offline."""
 from __future__ import annotations
 
 import argparse
@@ -9,7 +9,7 @@ from .shared import print_json, say, size_word
 
 
 def add_command(command: Callable[..., argparse.ArgumentParser]) -> None:
-    """Declare the command; ``command(name, run, text)`` makes a parser."""
+    """Declare the command; ``command(name, run, text)`` returns a parser."""
     sub = command("report", _report, "one self-contained page: every figure beside what was "
                   "published, heat maps, and passes as films")
     sub.add_argument("-o", "--output", required=True, metavar="REPORT.html")

@@ -1,4 +1,4 @@
-"""What the commands share: options from words, sizes, tables and JSON."""
+"""Functions that the commands share: parse options and sizes, print tables and JSON."""
 from __future__ import annotations
 
 import argparse
@@ -14,19 +14,19 @@ from ..methods import find_method, methods
 from ..options import TRACER_OPTIONS, TRUTH, Option, spell
 from ..scene.scene import Scene
 
-# Declares a command: its name, what runs it and its help.
+# A function that declares a command, given its name, the function that runs it, and its help text.
 Command = Callable[[str, Callable[[argparse.Namespace], None], str], argparse.ArgumentParser]
 
 
 _WORD = re.compile(r"--[a-z-]+")
-_PLACE = re.compile(r"-[\d.][^,]*,.*")     # numbers of which the first is below 0
+_PLACE = re.compile(r"-[\d.][^,]*,.*")     # a list of numbers that begins with a minus sign
 
-# Options of one name, each with whose it is.
+# For each name, the options that have this name, each with the names of its owners.
 Variants = dict[str, dict[Option, list[str]]]
 
 
 def variants(owners: Iterable[tuple[str, Sequence[Option]]]) -> Variants:
-    """What each name stands for, and by whom, in the owners' order."""
+    """Return the options of each name with their owners, in the order of ``owners``."""
     found: Variants = {}
     for owner, options in owners:
         for option in options:
@@ -35,19 +35,19 @@ def variants(owners: Iterable[tuple[str, Sequence[Option]]]) -> Variants:
 
 
 def all_options() -> Variants:
-    """Every option of the tracer and of every method, by name."""
+    """Return every option of the tracer and of every method, by name."""
     return variants([("the tracer", TRACER_OPTIONS),
                      *((row.name, row.options) for row in methods())])
 
 
 def add_options(sub: argparse.ArgumentParser) -> None:
-    """A ``--word`` for every option of the tracer and its methods."""
+    """Declare a ``--word`` for every option of the tracer and of the methods."""
     add_variants(sub.add_argument_group("options of the tracer and its methods"), all_options(),
                  "option_")
 
 
 def names(text: str) -> list[str]:
-    """Those of a word such as grid,kd-restart."""
+    """Return the names in a word such as grid,kd-restart."""
     found = [name.strip() for name in text.split(",")]
     if not all(found):
         raise argparse.ArgumentTypeError(f"{text!r} has an empty name; give NAME,NAME,...")
@@ -55,7 +55,7 @@ def names(text: str) -> list[str]:
 
 
 class _Collect(argparse.Action):
-    """Adds names to those of an earlier word, each once."""
+    """Appends names to the names of earlier words, each name once."""
 
     def __call__(self, parser: argparse.ArgumentParser, chosen: argparse.Namespace, values: Any,
                  word: str | None = None) -> None:
@@ -64,7 +64,7 @@ class _Collect(argparse.Action):
 
 
 class _Single(argparse.Action):
-    """Refuses a second word where one says it all."""
+    """Stores one value, and refuses a second."""
 
     def __call__(self, parser: argparse.ArgumentParser, chosen: argparse.Namespace, value: Any,
                  word: str | None = None) -> None:
@@ -75,14 +75,17 @@ class _Single(argparse.Action):
 
 
 def add_method(sub: argparse.ArgumentParser, text: str, required: bool = False) -> None:
-    """``-m`` for one method."""
+    """Declare ``-m`` for a single method."""
     sub.add_argument("-m", "--method", required=required, action=_Single, metavar="NAME",
                      help=text)
 
 
 def add_methods(sub: argparse.ArgumentParser, default: str | None = None) -> None:
-    """``-m`` for several methods: ``chosen.methods`` is a list; None, where that is allowed (what
-    it means stands in ``default``), without one."""
+    """Declare ``-m`` for several methods; ``chosen.methods`` is their list.
+
+    With a ``default``, which is a text for the help, the user may leave out ``-m``, and
+    ``chosen.methods`` is None.
+    """
     sub.add_argument("-m", "--method", "--methods", required=default is None, action=_Collect,
                      dest="methods", metavar="NAME,NAME,...", type=names,
                      help="by these methods, together or one -m each"
@@ -90,7 +93,7 @@ def add_methods(sub: argparse.ArgumentParser, default: str | None = None) -> Non
 
 
 def word_of(name: str) -> str:
-    """The option as it is written on the command line."""
+    """Return the option as the command line writes it."""
     return "--" + name.replace("_", "-")
 
 
@@ -105,7 +108,7 @@ def add_variants(group: argparse._ArgumentGroup, table: Variants, prefix: str) -
             group.add_argument(word_of(name), dest=prefix + name,
                                metavar="true|false" if bare else "VALUE",
                                help=". ".join(told).replace("%", "%%"), **bare)
-        except argparse.ArgumentError:      # of a method of the user's own
+        except argparse.ArgumentError:      # a method from a foreign folder has this option
             owner = [owner for owners in kinds.values() for owner in owners][-1]
             raise OptionError(f"{find_method(owner).glsl}: method {owner} has an option {name}, "
                               f"but {word_of(name)} is a word of the commands themselves; give it "
@@ -128,8 +131,12 @@ def _listed(owners: Sequence[str]) -> str:
 
 
 def spelled_out(arguments: Sequence[str], options: Variants) -> list[str]:
-    """A bare switch as ``--word=true``: what follows it, such as a scene, is not its value; and
-    -1,0,2, which does not begin another word, is one."""
+    """Return the arguments in a form that argparse reads without ambiguity.
+
+    A switch without a value becomes ``--word=true``, so that the next argument, such as a scene,
+    is not read as its value. A vector such as -1,0,2 is joined to the word before it, so that
+    argparse does not read it as an option.
+    """
     switches = {word_of(name) for name, kinds in options.items() if _is_switch(kinds)}
     found: list[str] = []
     for word, after in zip(arguments, [*arguments[1:], ""]):
@@ -142,8 +149,10 @@ def spelled_out(arguments: Sequence[str], options: Variants) -> list[str]:
 
 
 def given_options(chosen: argparse.Namespace) -> dict[str, Any]:
-    """The options that were given, whatever method they belong to: as the first says who takes
-    such a value."""
+    """Return the options that were given, of whichever method.
+
+    Where several options have the same name, the first that accepts the text parses it.
+    """
     table = all_options()
     words = {name: getattr(chosen, "option_" + name) for name in table}
     return {name: _read(list(table[name]), text) for name, text in words.items()
@@ -160,19 +169,25 @@ def _read(kinds: Sequence[Option], text: str) -> Any:
 
 
 def options_for(chosen: argparse.Namespace, method: str) -> dict[str, Any]:
-    """The options that were given; one that the method has not is refused."""
+    """Return the options that were given; refuse an option that the method does not have."""
     return parsed(chosen, "option_", all_options(), TRACER_OPTIONS + find_method(method).options,
                   f"method {method}")
 
 
 def parsed(chosen: argparse.Namespace, prefix: str, asked: Iterable[str],
            known: Sequence[Option], whose: str) -> dict[str, Any]:
-    """The options among those ``asked`` for under ``prefix`` that were given.
+    """Return the parsed values of the options that were given, by name.
+
+    Parameters
+    ----------
+    chosen : the parsed arguments; an option's text has the attribute ``prefix`` + name
+    asked : the names of the options to look for
+    known : the options of the owner, whose name is ``whose``
 
     Raises
     ------
     OptionError
-        for one that is not ``known``, and so not ``whose``, or a value that it does not take
+        for an option that the owner does not have, or an invalid value
     """
     table = {option.name: option for option in known}
     given = {}
@@ -190,13 +205,13 @@ def parsed(chosen: argparse.Namespace, prefix: str, asked: Iterable[str],
 
 
 def _whose(name: str) -> str:
-    """A clause that names the methods with an option."""
+    """Return a clause that names the methods with an option, or ""."""
     owners = [row.name for row in methods() if name in {option.name for option in row.options}]
     return f"; {', '.join(owners)} {'has' if len(owners) == 1 else 'have'} it" if owners else ""
 
 
 def size_word(text: str) -> tuple[int, int]:
-    """(width, height) of a word such as 512x512."""
+    """Return (width, height) from a word such as 512x512."""
     width, _, height = text.lower().partition("x")
     try:
         size = int(width), int(height or width)
@@ -208,7 +223,7 @@ def size_word(text: str) -> tuple[int, int]:
 
 
 def side_word(text: str) -> int:
-    """Pixels a side of a word such as 512 or 512x512."""
+    """Return the side of a square in pixels, from a word such as 512 or 512x512."""
     try:
         width, height = size_word(text)
     except argparse.ArgumentTypeError:
@@ -220,19 +235,19 @@ def side_word(text: str) -> int:
 
 
 def whole_word(text: str, least: int = 0) -> int:
-    """A whole number, not below ``least``."""
+    """Return a whole number that is at least ``least``."""
     if not text.isdecimal() or int(text) < least:
         raise argparse.ArgumentTypeError(f"{text!r} is no whole number of {least} or more")
     return int(text)
 
 
 def count_word(text: str) -> int:
-    """How many: one or more."""
+    """Return a count, which is at least 1."""
     return whole_word(text, 1)
 
 
 def seconds_word(text: str) -> float:
-    """A time, none at all among them."""
+    """Return a time in seconds, 0 or more."""
     try:
         seconds = float(text)
     except ValueError:
@@ -243,14 +258,16 @@ def seconds_word(text: str) -> float:
 
 
 def print_any_name() -> None:
-    """Let what a terminal's encoding does not have, such as a file's name, be printed escaped."""
+    """Make stdout and stderr escape characters that the terminal's encoding lacks, as in the name
+    of a file."""
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
 
 
 def say(line: str) -> None:
-    """Progress: to stderr, for stdout may be a table or JSON that something reads."""
+    """Print a line about progress to stderr, because a program may read a table or JSON from
+    stdout."""
     print(line, file=sys.stderr, flush=True)
 
 
@@ -259,7 +276,7 @@ def print_json(value: Any) -> None:
 
 
 def print_stand_in(scene: Scene) -> None:
-    """Say so where the scene is not the one of the papers."""
+    """Print a note if the scene is a stand-in for a scene of the papers."""
     if scene.stand_in:
         print(f"{scene.name} is a procedural stand-in for {scene.stand_in} "
               "(`gpgpu-rt scenes` says where the original is)")

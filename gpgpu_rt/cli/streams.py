@@ -1,4 +1,4 @@
-"""Streams: stdout and stderr of a command, also where the caller closed them or stops reading."""
+"""Streams: make a command work when the caller closes stdout or stderr, or stops reading them."""
 from __future__ import annotations
 
 import os
@@ -7,11 +7,11 @@ from collections.abc import Callable
 
 
 def printed(command: Callable[[], int]) -> int:
-    """Run a command that prints, and flush what it printed; its exit status.
+    """Run a command that prints, flush its output, and return its exit status.
 
-    A stream that the caller closed (``>&-``) becomes the null device: else the first file that the
-    command opens would take the stream's number, and messages of libraries would go there. Where
-    the reader went, as in ``gpgpu-rt methods | head -1``, the status is 0.
+    A stream that the caller closed (``>&-``) becomes the null device. Otherwise the first file
+    that the command opens would get the number of the stream, and libraries would print messages
+    into that file. The status is 0 if the reader stops early (``gpgpu-rt methods | head -1``).
     """
     for name in ("stdin", "stdout", "stderr"):
         if getattr(sys, name) is None:

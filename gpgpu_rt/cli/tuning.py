@@ -25,7 +25,7 @@ from .shared import (
 
 
 def add_commands(command: Command) -> None:
-    """Declare the commands; ``command(name, run, text)`` makes a parser."""
+    """Declare the commands; ``command(name, run, text)`` returns a parser."""
     sub = command("accuracy", _accuracy, "errors of methods and precisions against the float64 "
                   "reference")
     sub.add_argument("scene", help="a scene's name or a mesh file")
@@ -64,7 +64,7 @@ def add_commands(command: Command) -> None:
 
 
 def _facts(scene: Scene) -> dict[str, Any]:
-    """What JSON says of the scene: what settings are held to, too."""
+    """Return the facts about the scene for JSON, with the description that settings contain."""
     return {**scene.facts(), "scene": settings.describe(scene)}
 
 

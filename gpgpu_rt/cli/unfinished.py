@@ -1,4 +1,4 @@
-"""Unfinished: what is done of a film or a picture before it is whole, so that a run can go on."""
+"""Unfinished output: the finished parts of a film or picture, from which a run can resume."""
 from __future__ import annotations
 
 import contextlib
@@ -22,28 +22,29 @@ RECORD = "parts.json"
 
 def follows_from(method: str, options: Mapping[str, Any], renderer: str,
                  drawing: Mapping[str, Any]) -> dict[str, Any]:
-    """What parts follow from besides their scene, whoever draws them: ``options`` are resolved,
-    ``drawing`` is what ``Tracer.render`` takes."""
+    """Return the settings that, with the scene, determine a part, whichever process draws it.
+
+    ``options`` are resolved options; ``drawing`` holds the arguments of ``Tracer.render``.
+    """
     return {**drawing, "method": method, "options": options, "renderer": renderer}
 
 
 class Unfinished:
-    """The parts of an output, kept in a folder beside it that goes when all are there.
+    """The finished parts of an output, in a folder that is removed when the output is complete.
 
     Parameters
     ----------
-    output : the file that is to come; ``OUTPUT.unfinished`` is the folder
-    count : parts in all
-    settings : what a part follows from, as JSON has it
-    resume : take the parts that an earlier run left
-    files : number -> file of a part, where parts are what was asked for; else they are kept in the
-        folder
+    output : the file to write; the folder is ``OUTPUT.unfinished``
+    count : the number of parts
+    settings : the settings that determine a part, in types that JSON can hold
+    resume : whether to keep the parts that an earlier run finished
+    files : maps the number of a part to its file, where the user asked for the parts themselves;
+        by default the parts are in the folder
 
     Raises
     ------
     Error
-        where parts are there, but of other settings, or the folder cannot be made, or another run
-        has it
+        if the folder holds parts of other settings, cannot be created, or is locked by another run
     """
 
     def __init__(self, output: Path, count: int, settings: Mapping[str, Any], resume: bool,
@@ -68,14 +69,14 @@ class Unfinished:
             raise
 
     def keep(self, part: int, image: Image.Image) -> None:
-        """Write a part, then that it is there."""
+        """Write a part, then record that the part is finished."""
         with replacing(self.file(part)) as path:
             image.save(path)
         self._done[str(part)] = _digest(self.file(part))
         self._note()
 
     def image(self, part: int) -> Image.Image:
-        """A part that is there."""
+        """Return the image of a finished part."""
         with open_input(self.file(part)) as file, Image.open(file) as image:
             check_texels(*image.size, str(self.file(part)))
             image.load()
@@ -83,8 +84,11 @@ class Unfinished:
 
     @contextlib.contextmanager
     def until_whole(self) -> Iterator[None]:
-        """Within, parts are made and put together; what was kept on the way goes at the end. It
-        stays where the run was interrupted or failed, unless it would fail again."""
+        """Return a context in which the caller makes the parts and assembles the output.
+
+        The folder is removed at the end. It stays if the run is interrupted or fails, unless a
+        resumed run would fail in the same way.
+        """
         try:
             yield
         except (SceneError, OptionError, LimitError):
@@ -107,7 +111,7 @@ class Unfinished:
             found = read_json(self._record)
             settings, done = dict(found["settings"]), dict(found["done"])
         except (OSError, ValueError, KeyError, TypeError):
-            return      # nothing was begun, or nothing of it can be trusted
+            return      # no earlier run, or its record is damaged: draw all parts
         others = [name for name in {**settings, **self._settings}
                   if settings.get(name) != self._settings.get(name)]
         if others:
@@ -118,7 +122,7 @@ class Unfinished:
         self._done = done
 
     def _is_there(self, part: int) -> bool:
-        """Whether the file of a part is the one that was written."""
+        """Return whether the file of a part is unchanged since it was written."""
         file = self.file(part)
         return str(part) in self._done and is_file(file) and (
             _digest(file) == self._done[str(part)])
@@ -136,7 +140,7 @@ class Unfinished:
     def _remove(self) -> None:
         self._clear()
         self._claim.release()
-        with contextlib.suppress(OSError):     # what someone else put there stays
+        with contextlib.suppress(OSError):     # the folder stays if it holds foreign files
             self.folder.rmdir()
 
 

@@ -1,4 +1,4 @@
-"""``gpgpu-rt view``: a window to look at a scene by any method."""
+"""``gpgpu-rt view``: open a window that shows a scene by any method."""
 from __future__ import annotations
 
 import argparse
