@@ -1,9 +1,8 @@
-// Where a packet begins: at its tile's entry (written by stages/packet_entries.frag) if the beam that
-// found it holds all rays whose turn it is, else at the root.
+// Where a packet begins its walk: at the entry of its tile (written by stages/packet_entries.frag) if the
+// beam that found the entry contains all rays of the turn, else at the root.
 //
-// The links of an entry say what follows. With OCTANTS they are two jumps: from where the beam leaves
-// what it entered, link_1 to link_2 and link_3 to link_4, over nodes that it misses. With a stack they
-// are what lies on it, link_1 at the bottom.
+// An entry has four links, which say how the walk continues. methods/bvh/entry_stack.glsl and
+// methods/bvh/entry_threads.glsl give them their meaning.
 
 Packet_entry entry;
 bool within;

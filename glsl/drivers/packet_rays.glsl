@@ -4,22 +4,19 @@ uniform ivec2 ray_texture_size;
 uniform int most_steps;
 int step_limit = max(most_steps, 0);   // read once, as bound_step in core/quantised.glsl
 
-// EACH(f) calls f(0), f(1), ...: with constant indices the arrays stay in registers.
+// EACH(f) calls f(0), f(1), ...: constant indices keep the arrays in registers.
 Ray rays[RAYS];
 Hit hits[RAYS];
+int rows[RAYS];   // the rows of the hit triangles in the triangle table, or NO_TRIANGLE; a program that
+                  // does not write rows (drivers/packet_targets/rows.glsl) has them optimised away
 int steps = 0;
-int tested;   // the triangle that EACH(test_ray) tests
-#ifdef ROWS_ALONE
-int rows[RAYS];   // of the triangle table: where the triangle hit stands
-#endif
+int tested;       // the row that EACH(test_ray) tests
 
 void test_ray(int r) {
     Hit hit = hits[r];
     test_triangle(rays[r], tested, hit);
     hit.t = stored(hit.t);
-#ifdef ROWS_ALONE
     rows[r] = hit.triangle != hits[r].triangle ? tested : rows[r];
-#endif
     hits[r] = hit;
 }
 
@@ -27,7 +24,7 @@ ivec2 ray_texel(int r) {
     return ivec2(gl_FragCoord.xy) * PACKET_SIZE + ivec2(r % PACKET_WIDTH, r / PACKET_WIDTH);
 }
 
-// Past the edge of the ray textures rays are empty.
+// Load ray r. A ray beyond the edge of the ray textures gets an empty interval.
 void load(int r) {
     ivec2 texel = ray_texel(r);
     bool inside = texel.x < ray_texture_size.x && texel.y < ray_texture_size.y;
@@ -36,7 +33,5 @@ void load(int r) {
     texels.t_min = inside ? texels.t_min : 1.0;
     rays[r] = ray_setup(texels);
     hits[r] = no_hit(stored(rays[r].t_max));
-#ifdef ROWS_ALONE
     rows[r] = NO_TRIANGLE;
-#endif
 }

@@ -1,37 +1,30 @@
-// Turns: rays of a packet whose directions differ in a sign would need another order of nodes. They
-// wait until the rays that agree with the first unsettled one are through.
+// Turns: a walk has one order of nodes, and rays whose directions differ in a sign need different orders.
+// The rays that agree with the first unsettled ray walk together; all other rays wait for a later turn.
 
 #include "core/octant.glsl"
 
 const float NEVER = 3.0e38;   // t_min of a ray that waits or is settled
 
-float t_turn[RAYS];           // t_min of a ray whose turn has not come, else NEVER
-int octant[RAYS];
-int turn;                     // the octant whose turn it is: bit a is set where axis a is negative
-                              // and the dominant axis, times 8, where rays share that as well
+float t_turn[RAYS];           // t_min of a ray that waits for its turn, else NEVER
+int octant[RAYS];             // the turn that a ray belongs to
+int turn;                     // the current turn. Bit a is set where axis a is negative; where the rays
+                              // share a dominant axis as well, that axis times 8 is added.
 
-int shared_axis(Ray ray) {
-#ifdef SHARED_AXES
-    return ray.dominant.x ? 0 : ray.dominant.y ? 8 : 16;
+// The octant of a ray's direction. Without an order of nodes or a bound that depends on signs, all rays
+// have octant 0 and walk together.
+int octant_of(Ray ray) {
+#if defined(OCTANTS) || defined(INTERVAL_TEST)
+    return direction_octant(ray.direction);
 #else
     return 0;
 #endif
-}
-
-// Rays go together whatever their signs where no order of nodes is a direction's, and no bound.
-int octant_of(Ray ray) {
-    int found = 0;
-#if defined(OCTANTS) || defined(INTERVAL_TEST)
-    found = direction_octant(ray.direction);
-#endif
-    return found + shared_axis(ray);
 }
 
 void find_turn(int r) {
     turn = turn < 0 && t_turn[r] != NEVER ? octant[r] : turn;
 }
 
-// Whose turn it is: that of the first ray that waits; false when none does.
+// Choose the turn of the first ray that waits. False when no ray waits.
 bool rays_wait() {
     turn = -1;
     EACH(find_turn)

@@ -1,10 +1,17 @@
 #version 330 core
-// A step of packets under the schedule `step`: one texel a packet. A packet visits one node, or leaves
-// the triangle that its rays have just tested (drivers/packet_intersect.frag, one fragment a ray), or
-// takes up what its stack holds. The kernels are bvh_packet.glsl's own.
+// A step of packets under the schedule `step`; one fragment steps one packet. A packet visits a node,
+// leaves the triangle that its rays have just tested (drivers/packet_intersect.frag, one fragment a ray),
+// or pushes to or pops from its stack.
 //
-// `turns` has a bit for each octant whose rays are still to come. Departure: with INTERVAL_TEST a whole
-// octant is awake at once, as which of its rays begin near one another would be more state.
+// <method> is the method's own file, with start_walk and visit. <stepwise> defines a walk's part of a step:
+//   clear_walk, load_walk, store_walk   the walk's own fields of the state
+//   go_on       to where `node` points, to a pop, or to the end of the walk
+//   traverse    visit a node
+//   leave_leaf  after its last triangle
+//   run_stack   push or pop
+//
+// `turns` has a bit for each octant whose rays still wait. Departure: with INTERVAL_TEST all rays of an
+// octant walk at once. To keep apart the rays that begin near one another would need more state.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"
@@ -20,9 +27,6 @@
 #include "drivers/packet.glsl"
 #include "drivers/packet_rays.glsl"
 #include <method>
-#ifndef OCTANTS
-#include "core/tiles.glsl"
-#endif
 
 uniform int step_cap;
 
@@ -32,7 +36,7 @@ void find_octant(int r) {
     state.turns |= node_count > 0 && rays[r].t_min <= rays[r].t_max ? 1 << octant_of(rays[r]) : 0;
 }
 
-// Of the rays here: those whose turn it is, and that have not found any hit.
+// Keep a ray present if this is its turn and its search is not over.
 void wake(int r) {
     hits[r] = hit_load(min(ray_texel(r), ray_texture_size - 1));
     bool awake = rays[r].t_min <= rays[r].t_max && octant_of(rays[r]) == turn && !search_over(hits[r]);
@@ -40,7 +44,7 @@ void wake(int r) {
     any_left = any_left || awake;
 }
 
-// The next octant's walk from the root, or the end.
+// Begin the next octant's walk at the root, or end the traversal.
 void begin_walk() {
     state.turn = 0;
     while (state.turn < 8 && (state.turns >> state.turn & 1) == 0) {
@@ -56,109 +60,47 @@ void end_walk() {
     begin_walk();
 }
 
-// On to where `node` points, or to what the stack holds, or to the end of the walk.
-void go_on() {
-#ifdef OCTANTS
-    state.phase = TRAVERSE;
-    if (node < 0) {
-        end_walk();
-    }
-#else
-    if (node == NOTHING && stacked == 0) {
-        end_walk();
-    } else {
-        state.phase = node == NOTHING ? POP : is_leaf(node) ? INTERSECT : TRAVERSE;
-        state.cursor = first_triangle(node);
-    }
-#endif
-}
+#include <stepwise>
 
-void traverse() {
-#ifdef OCTANTS
-    int leaf = visit();
-    if (leaf >= 0) {
-        state.phase = INTERSECT;
-        state.cursor = leaf;
-    } else {
-        go_on();
-    }
-#else
-    // A root that is a leaf has not been visited as any node's child.
-    state.far = NOTHING;
-    if (!is_leaf(node)) {
-        state.far = visit();
-    }
-    go_on();
-    if (state.far != NOTHING) {
-        state.phase = PUSH;
-    }
-#endif
-}
-
-// The rays have tested the triangle at the cursor.
+// Go on after the rays have tested the triangle at the cursor.
 void leave_triangle() {
     ++steps;
-#ifdef STATISTICS
-    counters.triangles_tested += RAYS;
-#endif
+    COUNT_SEVERAL(triangles_tested, RAYS);
     bool last = triangle_last(state.cursor) != 0;
     ++state.cursor;
     if (!any_left) {
         end_walk();
     } else if (last) {
         COUNT(leaves_visited);
-#ifndef OCTANTS
-        node = NOTHING;
-#endif
-        go_on();
+        leave_leaf();
     }
 }
 
 void main() {
 #ifdef START
-#ifdef STATISTICS
-    counters = Counters(0, 0, 0);
-#endif
+    CLEAR_COUNTERS;
     state.cursor = state.turns = 0;
-#ifndef OCTANTS
-    state.far = 0;
-    state.far_t_max = 0.0;
-#endif
+    clear_walk();
     EACH(load)
     EACH(find_octant)
     begin_walk();
 #else
     state = state_load(ivec2(gl_FragCoord.xy));
-#ifdef STATISTICS
-    counters = counters_load(ivec2(gl_FragCoord.xy));
-#endif
+    LOAD_COUNTERS(ivec2(gl_FragCoord.xy));
     steps = state.steps;
     node = state.node;
     turn = state.turn;
-#ifndef OCTANTS
-    stacked = state.stacked;
-#elif defined(SHARED_SUBTREES)
-    after = state.after;
-#endif
+    load_walk();
     EACH(load)
     any_left = false;
     EACH(wake)
-#ifdef INTERVAL_TEST
     bound_rays();
-#endif
     if (state.phase == TRAVERSE) {
         traverse();
     } else if (state.phase == INTERSECT) {
         leave_triangle();
-#ifndef OCTANTS
-    } else if (state.phase == PUSH) {
-        ++stacked;
-        go_on();
-    } else if (state.phase == POP) {
-        --stacked;
-        node = stack_entry_load(tile_corner(stacked) + ivec2(gl_FragCoord.xy)).node;
-        go_on();
-#endif
+    } else {
+        run_stack();
     }
     if (state.phase > DONE && steps >= step_cap) {
         state.phase = UNFINISHED;
@@ -166,13 +108,7 @@ void main() {
 #endif
     state.steps = steps;
     state.node = node;
-#ifndef OCTANTS
-    state.stacked = stacked;
-#elif defined(SHARED_SUBTREES)
-    state.after = after;
-#endif
+    store_walk();
     state_store(state);
-#ifdef STATISTICS
-    counters_store(counters);
-#endif
+    STORE_COUNTERS;
 }

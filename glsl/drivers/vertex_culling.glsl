@@ -1,22 +1,22 @@
 // Vertex culling: Reshetov, "Faster Ray Packets - Triangle Intersection through Vertex Culling", RT
-// 2007. A triangle whose corners all lie outside one side of the frustum around a packet's rays is
-// skipped before any ray tests it.
+// 2007. A packet skips a triangle whose corners all lie outside one side of the frustum around the
+// packet's rays; no ray tests the triangle then.
 //
-// The sides are those of the watertight test, which moves each corner along the ray onto the plane
-// through its origin and asks for a box of corners around 0 there. Here every operation of that is
-// one on intervals that hold what it is for each ray. Rounding is monotonic, so that the corners'
-// intervals hold the corners as each ray computes them, and what is culled is what no ray accepts: no
-// margin is needed, and no triangle is lost, in any precision.
+// The sides are those of the watertight test. That test moves each corner along the ray onto the plane
+// through the ray's origin, and rejects a triangle whose corners there all lie on one side of 0. Here each
+// operation works on intervals that hold the operands of every ray. Rounding is monotonic, so the
+// intervals of the corners hold the corners as each ray computes them. A culled triangle is therefore one
+// that no ray accepts. Culling needs no margin and loses no triangle, in any precision.
 //
-// Departures: the frustum is a packet's, not one made anew in each leaf, so that rays that go far apart
-// before they come to a leaf cull little. Rays of different dominant axes cull nothing.
+// Departures: the frustum belongs to the packet and is not computed anew in each leaf, so rays that
+// diverge before they reach a leaf cull little. Rays with different dominant axes cull nothing.
 
-vec3 cull_origin_lo;    // of the rays, axes permuted as theirs
+vec3 cull_origin_lo;    // bounds of the origins and shears, axes permuted as the rays permute them
 vec3 cull_origin_hi;
 vec2 cull_shear_lo;
 vec2 cull_shear_hi;
 bvec2 cull_dominant;
-int cull_axes;          // how many dominant axes the rays have, as far as that matters: 0, 1 or 2
+int cull_axes;          // the number of different dominant axes: 0, 1, or 2 for two and more
 
 void bound_for_culling(int r) {
     Ray ray = rays[r];
@@ -34,7 +34,7 @@ void bound_for_culling(int r) {
     cull_shear_hi = here ? max(cull_shear_hi, ray.shear.xy) : cull_shear_hi;
 }
 
-// The frustum around the rays whose turn it is.
+// Bound the rays of the current turn.
 void bound_frustum() {
     cull_axes = 0;
     cull_dominant = bvec2(false);
@@ -45,7 +45,8 @@ void bound_frustum() {
     EACH(bound_for_culling)
 }
 
-// Whether a corner lies outside each side: at x and y below 0, in z and w above, for all rays.
+// Whether a corner lies outside each side for all rays. Components x and y: below 0 on that axis; z and w:
+// above 0.
 bvec4 sides_outside(vec3 corner) {
     vec3 at = permuted(cull_dominant, corner);
     PRECISE vec3 lo = R(at - cull_origin_hi);
@@ -59,6 +60,7 @@ bvec4 sides_outside(vec3 corner) {
     return bvec4(lessThan(most, vec2(0.0)), greaterThan(least, vec2(0.0)));
 }
 
+// Whether no ray of the turn can hit triangle i.
 bool culled(int i) {
     bvec4 a = sides_outside(triangle_v0(i));
     bvec4 b = sides_outside(triangle_v1(i));

@@ -20,8 +20,7 @@ SCHEDULES = ("kernels", "step", "loop")
 PACKET = Option("packet", (2, 2), "rays a fragment", tuple,
                 choices=((1, 1), (2, 1), (2, 2), (4, 2), (4, 4)))
 VERTEX_CULLING = Option("vertex_culling", False, "skip triangles of a leaf that lie outside the "
-                        "frustum around a packet's rays", bool, define="VERTEX_CULLING",
-                        schedules=("loop",))
+                        "frustum around a packet's rays", bool, schedules=("loop",))
 
 ENTRY_POINTS = Option(
     "entry_points", None, "rays begin at nodes that a beam found for their tile of 4x4; rays a "
@@ -42,7 +41,6 @@ def stack_defines(levels: int) -> dict[str, object]:
     """Of a stack that takes so many levels at most: its array is longer by what makes trees of
     like depth share their programs."""
     return {"STACK_SIZE": -(-levels // STACK_STEP) * STACK_STEP}
-
 
 class Finisher(Protocol):
     """Passes that complete tables on the GPU."""
@@ -85,18 +83,52 @@ class Accelerator:
 
 
 @dataclass(frozen=True)
-class Stepwise:
-    """What a packet method carries from pass to pass under the schedule ``step``.
+class Part:
+    """The choice of the file that stands for ``#include <name>`` in a method's GLSL.
+
+    A traversal file calls functions that it leaves open; each file of the choice defines them.
 
     Attributes
     ----------
-    state : one record a packet
-    kernels : what a packet can wait for, in the order of its phases
-    stack_entry : what a level of its stack holds, if it has one
+    name : str, the name of the include
+    option : str, the option whose value chooses the file
+    plain : file under ``glsl/`` for every value that ``files`` does not name
+    files : value -> file; True stands for every value that counts as true
+    """
+
+    name: str
+    option: str
+    plain: str
+    files: Mapping[Any, str]
+
+    def file(self, options: Mapping[str, Any]) -> str:
+        """The file for these options; without the option, the plain one."""
+        value = options.get(self.option)
+        return self.files.get(value, self.files.get(bool(value), self.plain))
+
+
+# How the rays of a packet test a triangle, and which triangles of a leaf they skip.
+TRIANGLE_TESTS = Part("triangle_tests", "intersection", "drivers/triangle_by_ray.glsl",
+                      {"woop-watertight": "drivers/triangle_by_axes.glsl"})
+CULLING = Part("culling", "vertex_culling", "drivers/cull_nothing.glsl",
+               {True: "drivers/vertex_culling.glsl"})
+
+
+@dataclass(frozen=True)
+class Stepwise:
+    """What a packet method needs under the schedule ``step``.
+
+    Attributes
+    ----------
+    state : the record that a packet carries from pass to pass
+    kernels : the kernels that a packet can wait for, in the order of its phases
+    glsl : file under ``glsl/`` with a packet's step, which drivers/packet_visit.frag includes
+    stack_entry : the record of a level of the packet's stack, if the packet has a stack
     """
 
     state: Record
     kernels: tuple[str, ...]
+    glsl: str
     stack_entry: Record | None = None
 
 
@@ -109,6 +141,7 @@ class Method:
     name : str, the word users say
     summary, citation : one line each; the citation as the survey gives it
     glsl : file under ``glsl/`` (or absolute) with ``init`` and the kernels
+    parts : the files that options choose for ``#include <name>`` in the GLSL
     kernels : their names in the order of their phases
     state : what a ray carries from pass to pass; has the fields ``phase`` and ``steps``
     tables : the records its programs read
@@ -145,6 +178,7 @@ class Method:
     adopt: Callable[[Any, np.ndarray, Mapping[str, Any]], Accelerator] | None = None
     refit: Callable[[Accelerator, np.ndarray, Mapping[str, Any]], Accelerator] | None = None
     options: tuple[Option, ...] = ()
+    parts: tuple[Part, ...] = ()
     form: Callable[[Method, Mapping[str, Any]], Method] | None = None
     choose_tables: Callable[[Mapping[str, Any]], Tables] | None = None
     schedules: tuple[str, ...] = SCHEDULES

@@ -38,7 +38,7 @@ class PacketSteps:
         self.precision = Precision.of(options)
         assert self.method.packet_state is not None
         stepwise = self.method.packet_state(options)
-        self.state, self.entry = stepwise.state, stepwise.stack_entry
+        self.state, self.entry, self.glsl = stepwise.state, stepwise.stack_entry, stepwise.glsl
         self.phases = kernel_defines(stepwise.kernels)
         self.counted = [COUNTERS] if options["statistics"] else []
         self._programs: dict[object, FullScreenPass] = {}
@@ -134,8 +134,8 @@ class PacketSteps:
             self._programs[key] = FullScreenPass(
                 self.gpu, f"drivers/{name}.frag",
                 {**packet_defines(self.method, self.accelerator, self.options, any_hit),
-                 **self.phases, "START": start, "STEPWISE": True},
-                {**method_texts(self.method, self.options),
+                 **self.phases, "START": start},
+                {**method_texts(self.method, self.options), "stepwise": f"file:{self.glsl}",
                  "streams": streams_glsl(reads, writes)})
             self._programs[key].set(**self.accelerator.uniforms)
         return self._programs[key]

@@ -320,7 +320,11 @@ def method_defines(method: Method, accelerator: Accelerator, options: Mapping[st
 
 
 def method_texts(method: Method, options: Mapping[str, Any]) -> dict[str, str]:
-    """What its programs include: the method's own file, and the accessors of its tables."""
+    """The texts that programs of a method include, by name.
+
+    They are the method's own file, the files that its options choose, and the accessors of its
+    tables.
+    """
     layout = Precision.of(options).layout
     tables = [layout(r).table_glsl() for r in method.tables_for(options)]
     if options.get("entry_points") and method.packet:
@@ -329,7 +333,8 @@ def method_texts(method: Method, options: Mapping[str, Any]) -> dict[str, str]:
     elif options.get("entry_points"):
         tables += [f"#define ENTRY_TILE {ENTRY_TILE}", f"const int ENTRIES = {ENTRIES};",
                    ENTRY_LIST.stream_glsl(writes=False)]
-    return {"method": "file:" + str(method.glsl), "tables": "\n".join(tables)}
+    return {"method": f"file:{method.glsl}", "tables": "\n".join(tables),
+            **{part.name: f"file:{part.file(options)}" for part in method.parts}}
 
 
 def kernel_defines(kernels: tuple[str, ...]) -> dict[str, object]:

@@ -1,8 +1,18 @@
-// Reads a threaded BVH's nodes, as float texels or quantised: the kernels see no difference.
+// Reads the nodes of a threaded BVH, from float texels or quantised ones: kernels see no difference.
+//
+// The field `first` is the first triangle of a leaf, -1 at an inner node, and below -1 at a portal, which
+// leads to a subtree that octant copies share (shared_subtrees.glsl).
 
-#ifdef SHARED_SUBTREES
-#include "methods/bvh/shared_subtrees.glsl"
-#endif
+// Encode the first node below a portal as its field `first`, or decode it: the function is its own inverse.
+int portal_code(int node) {
+    return -2 - node;
+}
+
+bool is_portal(int first) {
+    return first < -1;
+}
+
+#include <subtrees>
 
 #ifdef QUANTISED_NODES
 
@@ -14,27 +24,17 @@ vec3 bvh_node_hi(int i) {
     return decoded(quantised_node_hi_x(i), quantised_node_hi_y(i), quantised_node_hi_z(i));
 }
 
-#ifdef SHARED_SUBTREES
 int bvh_node_first(int i) {
     int target = int(quantised_node_target(i));
-    int inner = quantised_node_portal(i) != 0u ? portal_code(target) : -1;
+    int inner = PORTAL(i) != 0u ? portal_code(target) : -1;
     return quantised_node_leaf(i) != 0u ? target : inner;
 }
 
+// The escape index of a leaf or a portal is the next node: they have no children to skip.
 bool escapes_to_next(int i) {
-    return (quantised_node_leaf(i) | quantised_node_portal(i)) != 0u;
-}
-#else
-int bvh_node_first(int i) {
-    return quantised_node_leaf(i) != 0u ? int(quantised_node_target(i)) : -1;
+    return (quantised_node_leaf(i) | PORTAL(i)) != 0u;
 }
 
-bool escapes_to_next(int i) {
-    return quantised_node_leaf(i) != 0u;
-}
-#endif
-
-// A leaf has no children to skip, nor has a portal: its escape index is the next node.
 int bvh_node_escape(int i) {
     int target = escapes_to_next(i) ? i + 1 : int(quantised_node_target(i));
     return quantised_node_last(i) != 0u ? -1 : target;

@@ -1,321 +1,76 @@
 // bvh-packet: Günther, Popov, Seidel, Slusallek, "Realtime Ray Tracing on GPU with BVH-based Packet
-// Traversal", RT 2007 (survey, section 3.5, Figure 22). The rays of a packet share one node pointer
-// and one stack. Each ray tests both children's boxes; a child is entered if any ray is in it, and
-// where both are, the one that more rays meet first comes first, the other goes on the stack.
+// Traversal", RT 2007 (survey, section 3.5, Figure 22). The rays of a packet share one node pointer and
+// one stack. Each ray tests the boxes of both children. The packet enters a child if any ray is in its
+// box. Where rays are in both boxes, the packet enters the child that more rays meet first, and pushes
+// the other child.
 //
-// Departures: the packet is a fragment's, not a warp's, so votes are sums and not reductions in shared
-// memory. bvh-stack is this file with packets of one ray. With INTERVAL_TEST a box is tested once a
-// packet (packet_bounds.glsl). With OCTANTS there is no stack: the packet walks the threaded copy of
-// the tree (Thrane and Simonsen 2005) for its rays' direction octant; with SHARED_SUBTREES what stands
-// low in the tree is no copy (methods/bvh/shared_subtrees.glsl). With VERTEX_CULLING the rays
-// test only those triangles of a leaf that the packet's frustum does not rule out. With ENTRY_TILE a
-// packet begins where a beam ahead of it found (drivers/packet_entry.glsl). In `loop` a
-// walk from one leaf to the next pauses after BOXES boxes, whether it has found one or not.
+// Departures: one fragment traces the packet, where the paper has a warp, so votes are sums and not
+// reductions in shared memory. Rays of a turn walk together (packet_common.glsl), and a walk pauses
+// (core/lockstep.glsl). Options choose the files behind <box_tests> and <entry>: with `interval_test` the
+// packet tests a box as if it were one ray (drivers/boxes_by_interval.glsl), and with `entry_points` the
+// packet begins where a beam entered the tree (methods/bvh/entry_stack.glsl).
 
-#define PRESENT(r) (rays[r].t_min < NEVER)
-#if defined(INTERSECTION_WOOP_WATERTIGHT) && !defined(STEPWISE)
-#define SHARED_AXES
-#endif
-
-#include "core/quantised.glsl"
-#include "drivers/packet_turns.glsl"
-#include "drivers/packet_axes.glsl"
-#include "drivers/packet_bounds.glsl"
-#ifdef VERTEX_CULLING
-#include "drivers/vertex_culling.glsl"
-#endif
-
-uniform int node_count;
-
-bool through = false;   // the walk of the present rays has ended
-bool any_in;
-bool any_left;
-vec3 lo;
-vec3 hi;
-
-bool is_settled(int r) {
-    return t_turn[r] == NEVER && (through || rays[r].t_min == NEVER);
-}
-
-void start_ray(int r) {
-    Ray ray = rays[r];
-    octant[r] = octant_of(ray);
-    t_turn[r] = node_count > 0 && ray.t_min <= ray.t_max ? ray.t_min : NEVER;
-    rays[r].t_min = NEVER;
-}
-
-void start_packet() {
-    EACH(start_ray)
-}
-
-void take_turn(int r) {
-    bool comes = octant[r] == turn;
-#ifdef INTERVAL_TEST
-    comes = comes && begins_near(r);
-#endif
-    rays[r].t_min = comes ? t_turn[r] : through ? NEVER : rays[r].t_min;
-    t_turn[r] = comes ? NEVER : t_turn[r];
-}
-
-void start_walk();
-
-#ifndef STEPWISE
-
-// A renderer runs packets side by side, and those that are at a leaf wait until the last one is. So whoever
-// has found none after BOXES boxes stands by while the others test triangles, and walks on then. The first
-// walk, all the way down, is about as long for all, and does not pause.
-const int BOXES = 12;
-
-void walk_on(int most);
-
-// From the root, to the first leaf.
-void begin_turn() {
-#ifdef INTERVAL_TEST
-    find_neighbourhood();
-#endif
-    EACH(take_turn)
-#ifdef SHARED_AXES
-    EACH(find_start)
-#endif
-#ifdef INTERVAL_TEST
-    bound_rays();
-#endif
-#ifdef VERTEX_CULLING
-    bound_frustum();
-#endif
-    start_walk();
-    walk_on(step_limit);
-}
-
-#endif
-
-// Leaves -----------------------------------------------------------------------------------------
-
-// A ray that found any hit is settled.
-void leave_ray(int r) {
-    rays[r].t_min = search_over(hits[r]) ? NEVER : rays[r].t_min;
-    any_left = any_left || rays[r].t_min < NEVER;
-}
-
-// The triangles of a leaf; false when no ray has anything left to find, or steps ran out.
-bool intersect(int first) {
-    COUNT(leaves_visited);
-    int next = first;
-    do {
-        tested = next;
-#ifdef VERTEX_CULLING
-        bool outside = culled(tested);
-        while (outside && triangle_last(tested) == 0) {
-            ++tested;
-            outside = culled(tested);
-        }
-        if (!outside) {
-            test_rays();
-        }
-#else
-        test_rays();
-#endif
-        next = triangle_last(tested) != 0 ? -1 : tested + 1;
-        ++steps;
-    } while (next >= 0 && steps < step_limit);
-    any_left = true;
-#ifdef ANY_HIT
-    any_left = false;
-    EACH(leave_ray)
-#endif
-#ifdef INTERVAL_TEST
-    bound_hits();
-#endif
-    return any_left && next < 0;
-}
-
-#ifdef ENTRY_TILE
-#include "drivers/packet_entry.glsl"
-#else
-#define first_node(root) root
-#endif
-
-#ifdef OCTANTS
-
-// Along escape indices ---------------------------------------------------------------------------
-
-#include "methods/bvh/bvh_nodes.glsl"
-
-int node;
-#ifdef SHARED_SUBTREES
-int after;
-#endif
-
-void start_walk() {
-#ifdef SHARED_SUBTREES
-    after = -1;
-#endif
-    node = first_node((turn & 7) * node_count);
-}
-
-// A node, or what the beam meets next where it misses all up to there.
-int jumped(int to) {
-#ifdef ENTRY_TILE
-    to = to == entry.link_1 ? entry.link_2 : to;
-    to = to == entry.link_3 ? entry.link_4 : to;
-#endif
-    return to;
-}
-
-void test_box(int r) {
-    vec2 interval = box_interval(rays[r], lo, hi);
-    any_in = any_in || larger(interval.x, rays[r].t_min) <= smaller(interval.y, hits[r].t);
-}
-
-// One node: moves on to the next, and gives the first triangle of a leaf that a ray is in, else -1.
-int visit() {
-    COUNT(nodes_visited);
-    ++steps;
-    lo = bvh_node_lo(node);
-    hi = bvh_node_hi(node);
-#ifdef SHARED_SUBTREES
-    order_corners(negative_axes(turn), lo, hi);
-#endif
-    int first = bvh_node_first(node);
-#ifdef INTERVAL_TEST
-    vec2 interval = bounding_interval(lo, hi);
-    any_in = interval.x <= interval.y;
-#else
-    any_in = false;
-    EACH(test_box)
-#endif
-    int escape = bvh_node_escape(node);
-    bool down = any_in && first < 0;
-#ifdef SHARED_SUBTREES
-    int past = behind(escape, after);
-    int next = below(node, first);
-    after = way_out(first, escape, past, down, after);
-#else
-    int past = escape;
-    int next = node + 1;
-#endif
-    past = jumped(past);   // a call within ?: would be a branch to llvmpipe
-    node = down ? next : past;
-    return any_in ? first : -1;
-}
-
-#ifndef STEPWISE
-
-int leaf;   // where its triangles begin; -1: the walk pauses, the rays are through, or out of steps
-
-// To the next leaf that a ray is in, or as far as `most` nodes lead.
-void walk_on(int most) {
-    // Carried from turn to turn of the loop: llvmpipe loses what only the last one computed, for
-    // packets that leave it before others do.
-    leaf = -1;
-    int pause = min(step_limit, steps + most);
-    do {
-        leaf = visit();
-    } while (leaf < 0 && node >= 0 && steps < pause);
-    through = leaf < 0 && node < 0;
-}
-
-// Through the triangles of a leaf, and on towards the next one: in this order the first turn of the loop has
-// triangles. False when the rays whose turn it is are through, or out of steps.
-bool step_packet() {
-    bool on = steps < step_limit;
-    if (on && leaf >= 0) {
-        on = intersect(leaf);
-        through = !any_left || (on && node < 0);
-        leaf = -1;
-    }
-    if (on && node >= 0 && steps < step_limit) {
-        walk_on(BOXES);
-    }
-    return !through && steps < step_limit;
-}
-
-#endif
-
-#else
-
-// With a stack -----------------------------------------------------------------------------------
-
+#include "methods/bvh/packet_common.glsl"
 #include "methods/bvh/bvh_pairs.glsl"
 
 int node;
 int stacked;
-
-#ifndef STEPWISE
 int stack[STACK_SIZE];
-#endif
 
-#ifdef ENTRY_TILE
-void put_on_stack(int link) {
-    if (link != NO_LINK) {
-        stack[stacked] = link;
-        ++stacked;
-    }
-}
-#endif
+#include <entry>
 
 void start_walk() {
     stacked = 0;
     node = first_node(root);
-#ifdef ENTRY_TILE
-    put_on_stack(entry.link_1);
-    put_on_stack(entry.link_2);
-    put_on_stack(entry.link_3);
-    put_on_stack(entry.link_4);
-#endif
+    push_links();
 }
 
+// Visit an inner node ----------------------------------------------------------------------------
+
+vec3 left_lo;
+vec3 left_hi;
 vec3 right_lo;
 vec3 right_hi;
-bool any_right;
-int for_left;     // how many more rays meet the left child first
+bool any_left_in;     // a ray is in the left box
+bool any_right_in;
+int for_left;         // how many more rays meet the left child first
 
 void test_boxes(int r) {
-    vec2 left = box_interval(rays[r], lo, hi);
-    vec2 right = box_interval(rays[r], right_lo, right_hi);
-    left.x = larger(left.x, rays[r].t_min);
-    right.x = larger(right.x, rays[r].t_min);
-    bool in_left = left.x <= smaller(left.y, hits[r].t);
-    bool in_right = right.x <= smaller(right.y, hits[r].t);
-    any_in = any_in || in_left;
-    any_right = any_right || in_right;
+    vec2 left = searched(r, left_lo, left_hi);
+    vec2 right = searched(r, right_lo, right_hi);
+    bool in_left = left.x <= left.y;
+    bool in_right = right.x <= right.y;
+    any_left_in = any_left_in || in_left;
+    any_right_in = any_right_in || in_right;
     bool left_first = in_left && (!in_right || left.x <= right.x);
     for_left += left_first ? 1 : (in_right ? -1 : 0);
 }
 
-// One inner node: moves on to the nearer child that a ray is in, or else to NOTHING, and gives the
-// farther one if a ray is in that as well, else NOTHING.
+// Move on to the child that the packet enters first, or to NOTHING if no ray is in a child. Return the
+// other child if a ray is in its box as well, else NOTHING.
 int visit() {
     COUNT(nodes_visited);
     ++steps;
-    lo = bvh_pair_left_lo(node);
-    hi = bvh_pair_left_hi(node);
+    left_lo = bvh_pair_left_lo(node);
+    left_hi = bvh_pair_left_hi(node);
     right_lo = bvh_pair_right_lo(node);
     right_hi = bvh_pair_right_hi(node);
     int left = bvh_pair_left(node);
     int right = bvh_pair_right(node);
-#ifdef INTERVAL_TEST
-    vec2 in_left = bounding_interval(lo, hi);
-    vec2 in_right = bounding_interval(right_lo, right_hi);
-    any_in = in_left.x <= in_left.y;
-    any_right = in_right.x <= in_right.y;
-    for_left = in_left.x <= in_right.x ? 1 : -1;
-#else
-    any_in = any_right = false;
+    any_left_in = any_right_in = false;
     for_left = 0;
-    EACH(test_boxes)
-#endif
-    bool both = any_in && any_right;
-    bool left_first = any_in && (!any_right || for_left >= 0);
-    node = left_first ? left : any_right ? right : NOTHING;
+    TESTERS(test_boxes)
+    bool both = any_left_in && any_right_in;
+    bool left_first = any_left_in && (!any_right_in || for_left >= 0);
+    node = left_first ? left : any_right_in ? right : NOTHING;
     return both ? (left_first ? right : left) : NOTHING;
 }
 
-#ifndef STEPWISE
+// Walk -------------------------------------------------------------------------------------------
 
 bool on;   // the walk goes on
 
-// Down to a leaf, from `node` or what the stack holds, or as far as `most` pairs of boxes lead.
+// Walk down to a leaf, from `node` or from the top of the stack. Stop after `most` pairs of boxes.
 void walk_on(int most) {
     on = true;
     int pause = min(step_limit, steps + most);
@@ -336,8 +91,8 @@ void walk_on(int most) {
     through = !on;
 }
 
-// Through the triangles of a leaf, and on towards the next one; false when there is nothing left, or out of
-// steps.
+// Test the triangles of a leaf, pop the next node, and walk on towards the next leaf. False when the rays
+// of the turn are through, or the steps ran out.
 bool step_packet() {
     on = on && steps < step_limit;
     if (on && is_leaf(node)) {
@@ -349,10 +104,7 @@ bool step_packet() {
         }
     }
     if (on && !through && steps < step_limit) {
-        walk_on(BOXES / 2);   // a pair has two
+        walk_on(BOXES / 2);   // a pair has two boxes
     }
     return on && !through && steps < step_limit;
 }
-
-#endif
-#endif

@@ -10,8 +10,8 @@ import numpy as np
 from ...gl.record import EXACT_INTEGER
 from ...options import Option
 from ...traversal.method import (
-    ENTRY_POINTS, PACKET, PACKET_ENTRIES, VERTEX_CULLING, Accelerator, Method, Stepwise,
-    check_culling, stack_defines, with_entries
+    CULLING, ENTRY_POINTS, PACKET, PACKET_ENTRIES, TRIANGLE_TESTS, VERTEX_CULLING, Accelerator,
+    Method, Part, Stepwise, check_culling, stack_defines, with_entries
 )
 from ...traversal.packet_steps import PacketSteps
 from ...traversal.packets import PacketTraversal
@@ -118,13 +118,29 @@ _REBUILD = Option("rebuild_ratio", REBUILD_RATIO, "a tree refitted to triangles 
                   "is built anew when its SAH cost is so many times that of the last build; 0: "
                   "always", float, minimum=0)
 
+# The files that options choose. The walk of a packet is the file ``glsl`` of its row.
+_SUBTREES = Part("subtrees", "shared_subtrees", "methods/bvh/own_subtrees.glsl",
+                 {True: "methods/bvh/shared_subtrees.glsl"})
+_ENTRIES = Part("entries", "entry_points", "methods/bvh/threaded_root.glsl",
+                {True: "methods/bvh/threaded_entries.glsl"})
+_PACKET_PARTS = (
+    TRIANGLE_TESTS, CULLING, _SUBTREES,
+    Part("box_tests", "interval_test", "drivers/boxes_by_ray.glsl",
+         {True: "drivers/boxes_by_interval.glsl"}))
+_STACK_PARTS = (*_PACKET_PARTS, Part("entry", "entry_points", "drivers/packet_root.glsl",
+                                     {True: "methods/bvh/entry_stack.glsl"}))
+_THREADS_PARTS = (*_PACKET_PARTS, Part("entry", "entry_points", "drivers/packet_root.glsl",
+                                       {True: "methods/bvh/entry_threads.glsl"}))
+
 
 def _stepwise(options: Options) -> Stepwise:
-    """A packet's state and kernels under ``step``, and its stack entry if it has a stack."""
+    """State, kernels and GLSL of a packet under ``step``, with a stack or along escape indices."""
     if options.get("octants"):
         state = PACKET_SHARED_STATE if options.get("shared_subtrees") else PACKET_STATE
-        return Stepwise(state, ("traverse", "intersect"))
-    return Stepwise(PACKET_STACK_STATE, ("traverse", "intersect", "push", "pop"), STACK_ENTRY)
+        return Stepwise(state, ("traverse", "intersect"),
+                        "methods/bvh/packet_steps_threads.glsl")
+    return Stepwise(PACKET_STACK_STATE, ("traverse", "intersect", "push", "pop"),
+                    "methods/bvh/packet_steps_stack.glsl", STACK_ENTRY)
 
 
 def _own_array(options: Options) -> bool:
@@ -140,8 +156,8 @@ def _stack_row(name: str, summary: str, **more: Any) -> Method:
     """A row of Günther's method. Its ``state`` is that of the single rays after the packets."""
     return Method(
         name=name, summary=summary, citation="Günther et al. 2007",
-        glsl="methods/bvh/bvh_packet.glsl", kernels=("step_packet",),
-        state=STATE, tables=(TRIANGLE, BVH_PAIR),
+        glsl=f"methods/bvh/{name.replace('-', '_')}.glsl", kernels=("step_packet",),
+        parts=_STACK_PARTS, state=STATE, tables=(TRIANGLE, BVH_PAIR),
         schedules=("step", "loop"), drivers={
             "step": PacketSteps, "loop": PacketTraversal},
         packet_state=_stepwise, single="bvh-threaded", stack=True, own_array=_own_array,
@@ -156,12 +172,14 @@ def _threaded_form(row: Method, options: Options) -> Method:
 
 
 def _packet_form(packets: Method, options: Options) -> Method:
-    """The row of packets, with the entry walk for their node layout, or the row of streams."""
+    """Packets with a stack or, with octants, along escape indices; or the stream of rays."""
     if options["streams"]:
         return replace(packets, schedules=("kernels",), drivers={
             "kernels": RayStreams})
-    nodes = "threads" if options["octants"] else "pairs"
-    return replace(packets, entry_walk=f"methods/bvh/packet_entry_{nodes}.glsl")
+    if options["octants"]:
+        return replace(packets, glsl="methods/bvh/bvh_packet_threads.glsl", parts=_THREADS_PARTS,
+                       entry_walk="methods/bvh/packet_entry_threads.glsl")
+    return replace(packets, entry_walk="methods/bvh/packet_entry_pairs.glsl")
 
 
 ROWS = (
@@ -169,7 +187,7 @@ ROWS = (
         name="bvh-threaded",
         summary="BVH in depth-first order, escape indices instead of a stack",
         citation="Thrane and Simonsen 2005",
-        glsl="methods/bvh/bvh_threaded.glsl",
+        glsl="methods/bvh/bvh_threaded.glsl", parts=(_SUBTREES, _ENTRIES),
         kernels=("traverse", "intersect"),
         state=TREE_STATE,
         tables=(TRIANGLE, BVH_NODE),

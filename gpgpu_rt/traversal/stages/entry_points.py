@@ -119,10 +119,9 @@ class EntryPoints:
                        "EACH_LIST(f)": ", ".join(f"f({k})" for k in range(ENTRIES // 4))}
             if name == "beam_rays":   # its beams are the same for every order of nodes
                 defines["OCTANTS"] = False
-            virtual = {"streams": "\n".join([*texts, writes.stream_glsl(True)]),
+            virtual = {**method_texts(setup.method, setup.options),
+                       "streams": "\n".join([*texts, writes.stream_glsl(True)]),
                        "walk": f"file:{setup.method.entry_walk}"}
-            if name == "entry_points":
-                virtual["tables"] = method_texts(setup.method, setup.options)["tables"]
             self._programs[key] = FullScreenPass(self.gpu, f"stages/{name}.frag", defines, virtual)
             self._programs[key].set(**self.accelerator.uniforms)
         return self._programs[key]

@@ -78,10 +78,9 @@ class PacketEntries:
             defines = {**method_defines(setup.method, self.accelerator, setup.options, False),
                        "STATISTICS": False, "TILE": self.tile, "BOUNDED": bounded,
                        "OCTANTS": False}     # a beam is the same for every order of nodes
-            virtual = {"streams": streams_glsl(streams, [PACKET_ENTRY]),
-                       "walk": f"file:{setup.method.entry_walk}",
-                       "tables": method_texts(setup.method, {**setup.options,
-                                                             "entry_points": None})["tables"]}
+            texts = method_texts(setup.method, {**setup.options, "entry_points": None})
+            virtual = {**texts, "streams": streams_glsl(streams, [PACKET_ENTRY]),
+                       "walk": f"file:{setup.method.entry_walk}"}
             program = FullScreenPass(self.gpu, "stages/packet_entries.frag", defines, virtual)
             program.set(**self.accelerator.uniforms)
             self._programs[rays, bounded] = program

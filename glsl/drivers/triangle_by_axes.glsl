@@ -1,13 +1,16 @@
-// A triangle for the rays of a packet whose turn it is. With SHARED_AXES they agree in their dominant
-// axis, so that they have the triangle's corners with the axes permuted in common, and where all rays
-// of the image begin at one point the corners relative to that too. Each operation is one of
-// test_triangle's on the same numbers, so the bits are the same. A method defines PRESENT(r).
+// The watertight test of a triangle by the rays of a turn, which agree in their dominant axis.
+//
+// The rays share the corners with the axes permuted. Where all rays of the image have one origin, they
+// also share the corners relative to that origin. Each operation is an operation of test_triangle on the
+// same numbers, so the hits have the same bits. A method defines PRESENT(r): ray r takes part.
 
-#ifdef SHARED_AXES
+int shared_axis(Ray ray) {
+    return ray.dominant.x ? 0 : ray.dominant.y ? 8 : 16;
+}
 
-vec3 corners[3];   // with RAYS_TEXEL_0_UNIFORM relative to the origin that all rays have
+vec3 corners[3];   // axes permuted; relative to the origin where all rays have one origin
 
-#ifdef RAYS_TEXEL_0_UNIFORM
+#ifdef RAYS_TEXEL_0_UNIFORM   // all rays have one origin
 
 void find_start(int r) {
 }
@@ -44,12 +47,10 @@ void test_present(int r) {
         Hit hit = hits[r];
         test_corners(rays[r], corner_seen(r, 0), corner_seen(r, 1), corner_seen(r, 2), tested, hit);
 #ifdef ANY_HIT
-        hit.u = hit.v = 0.0;   // nobody asks where a shadow ray is stopped
+        hit.u = hit.v = 0.0;   // no caller asks where a shadow ray is blocked
 #endif
         hit.t = stored(hit.t);
-#ifdef ROWS_ALONE
         rows[r] = hit.triangle != hits[r].triangle ? tested : rows[r];
-#endif
         hits[r] = hit;
     }
 }
@@ -59,16 +60,6 @@ void test_rays() {
     take_corner(0, axes, triangle_v0(tested));
     take_corner(1, axes, triangle_v1(tested));
     take_corner(2, axes, triangle_v2(tested));
-#ifdef STATISTICS
-    counters.triangles_tested += RAYS;
-#endif
+    COUNT_SEVERAL(triangles_tested, RAYS);
     EACH(test_present)
 }
-
-#else
-
-void test_rays() {
-    EACH(test_ray)
-}
-
-#endif

@@ -1,0 +1,22 @@
+// Each ray of a packet tests a box by itself.
+
+#define TESTERS(f) EACH(f)   // f(r) for each tester r of a box: here for each ray
+
+void find_neighbourhood() {
+}
+
+bool begins_near(int r) {
+    return true;
+}
+
+void bound_rays() {
+}
+
+void bound_hits() {
+}
+
+// The part of ray r that lies in a box and is still to be searched; empty where x > y.
+vec2 searched(int r, vec3 lo, vec3 hi) {
+    vec2 interval = box_interval(rays[r], lo, hi);
+    return vec2(larger(interval.x, rays[r].t_min), smaller(interval.y, hits[r].t));
+}

@@ -1,0 +1,8 @@
+// Every ray of a packet tests every triangle of a leaf.
+
+void bound_frustum() {
+}
+
+bool culled(int i) {
+    return false;
+}

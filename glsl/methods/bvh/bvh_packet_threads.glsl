@@ -1,0 +1,81 @@
+// bvh-packet with `octants`: a packet walks along escape indices and needs no stack. The packet walks the
+// copy of the tree that is threaded front to back for the direction octant of its turn (Thrane and Simonsen
+// 2005; survey, section 3.5, Figure 19). A packet enters an inner node if any ray is in its box, else
+// follows the node's escape index.
+//
+// Options choose the files behind <box_tests> (packet_common.glsl), <entry> and <subtrees>: with
+// `entry_points` the packet begins where a beam entered the tree and jumps over nodes that the beam misses
+// (methods/bvh/entry_threads.glsl), and with `shared_subtrees` the copies share the lower part of the tree
+// (methods/bvh/shared_subtrees.glsl).
+
+#include "methods/bvh/packet_common.glsl"
+#include "methods/bvh/bvh_nodes.glsl"
+#include <entry>
+
+int node;
+int after;   // the node behind the shared subtree that the walk is in; -1 outside shared subtrees
+
+void start_walk() {
+    after = -1;
+    node = first_node((turn & 7) * node_count);
+}
+
+// Visit a node -----------------------------------------------------------------------------------
+
+vec3 lo;
+vec3 hi;
+bool any_in;   // a ray is in the box
+
+void test_box(int r) {
+    vec2 interval = searched(r, lo, hi);
+    any_in = any_in || interval.x <= interval.y;
+}
+
+// Visit a node and move on to the next one. Return the first triangle of a leaf that a ray is in, else -1.
+int visit() {
+    COUNT(nodes_visited);
+    ++steps;
+    lo = bvh_node_lo(node);
+    hi = bvh_node_hi(node);
+    order_corners(negative_axes(turn), lo, hi);
+    int first = bvh_node_first(node);
+    any_in = false;
+    TESTERS(test_box)
+    int escape = bvh_node_escape(node);
+    bool down = any_in && first < 0;
+    int past = behind(escape, after);
+    int next = below(node, first);
+    after = way_out(first, escape, past, down, after);
+    past = jumped(past);   // llvmpipe would make a branch of a call within ?:
+    node = down ? next : past;
+    return any_in ? first : -1;
+}
+
+// Walk -------------------------------------------------------------------------------------------
+
+int leaf;   // the first triangle of the leaf that the walk reached; -1: no leaf was reached
+
+// Walk to the next leaf that a ray is in. Stop after `most` nodes.
+void walk_on(int most) {
+    leaf = -1;
+    int pause = min(step_limit, steps + most);
+    do {
+        leaf = visit();
+    } while (leaf < 0 && node >= 0 && steps < pause);
+    through = leaf < 0 && node < 0;
+}
+
+// Test the triangles of a leaf, then walk on towards the next leaf; in this order the first iteration
+// has triangles to test. False when the rays of the turn are through, or the steps ran out.
+bool step_packet() {
+    bool on = steps < step_limit;
+    if (on && leaf >= 0) {
+        on = intersect(leaf);
+        through = !any_left || (on && node < 0);
+        leaf = -1;
+    }
+    if (on && node >= 0 && steps < step_limit) {
+        walk_on(BOXES);
+    }
+    return !through && steps < step_limit;
+}

@@ -1,0 +1,22 @@
+// A threaded BVH whose order is stored in full: no subtree is shared. The counterpart of
+// shared_subtrees.glsl; a compiler removes the unused `after`.
+
+int no_way_out;
+
+#define AFTER(state) no_way_out
+#define PORTAL(i) 0u
+
+void order_corners(bvec3 negative, inout vec3 lo, inout vec3 hi) {
+}
+
+int behind(int escape, int after) {
+    return escape;
+}
+
+int below(int node, int first) {
+    return node + 1;
+}
+
+int way_out(int first, int escape, int past, bool down, int after) {
+    return after;
+}
