@@ -1,16 +1,18 @@
 #version 330 core
-// The driver of packet methods: traces RAYS rays a fragment, their whole way in one pass, and
-// writes their hits to as many render targets, as Horn et al. 2007 do; where there are four or more,
-// a target takes one number of four hits, and not four numbers of one (FOURS), and of any hit that is
-// asked for only their triangles are written (TRIANGLES_ALONE). With ROWS_ALONE
-// there are more rays than targets: each takes the rows of the triangles that four rays hit, and
-// drivers/packet_hits.frag computes the hits again. With SETTLED_ALONE a packet that leaves a ray behind
-// is discarded: an occlusion query then tells whether there is any, and all are drawn again without.
-// So no pass has to look at what packets wrote, for the sake of a limit that is hardly ever met.
+// The driver of packet methods: one fragment traces RAYS rays, all the way in one pass, and writes their
+// hits to several render targets (Horn et al. 2007). <targets> says how the hits lie there. Counters are
+// drawn in a pass of their own.
 //
-// A method defines start_packet; begin_turn, for the rays whose turn it is (drivers/packet_turns.glsl);
-// step_packet, false when they are through; and is_settled(r), which tells a ray that is from one that
-// the limit on steps left behind. Loops end at their bottom, as in drivers/traverse.frag.
+// With SETTLED_ALONE a packet that leaves a ray unsettled is discarded. An occlusion query then tells
+// whether there is such a packet, and if so all packets are drawn again without SETTLED_ALONE. So no pass
+// has to read the hits for the sake of a limit that packets hardly ever meet.
+//
+// A method (<method>) defines
+//   start_packet    set up all rays
+//   begin_turn      begin the walk of the rays of a turn (drivers/packet_turns.glsl)
+//   step_packet     walk on; false when the rays of the turn are through
+//   is_settled(r)   false for a ray that the limit on steps stopped
+// Loops test at their bottom, for the reason given in drivers/traverse.frag.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"
@@ -25,52 +27,27 @@
 #include "drivers/packet.glsl"
 #include "drivers/packet_rays.glsl"
 #include <method>
+#include <targets>
 
 #ifdef STATISTICS
 out vec4 packet_counters;   // drawn apart: hits may fill all render targets
 #else
-#ifdef ROWS_ALONE
-layout(location = 0) out uvec4 packet_target[PACKET_TARGETS];
-#else
-layout(location = 0) out vec4 packet_target[PACKET_TARGETS];
-#endif
+layout(location = 0) out TARGET packet_target[PACKET_TARGETS];
 #endif
 
-#ifdef ROWS_ALONE
-#define ROW(r) packed_row(rows[r], is_settled(r))
-#define STORE(k) packet_target[k] = uvec4(ROW(4 * k), ROW(4 * k + 1), ROW(4 * k + 2), ROW(4 * k + 3));
-#else
 vec4 numbers[RAYS];
+bool all_settled = true;
 
 void pack(int r) {
     numbers[r] = packed_hit(hits[r], is_settled(r));
 }
 
-#ifdef TRIANGLES_ALONE
-#define PACKED(k, r) numbers[4 * k + r].w
-#elif defined(FOURS)
-#define PACKED(k, r) numbers[k / 4 * 4 + r][k % 4]
-#endif
-
-#ifdef FOURS
-#define STORE(k) packet_target[k] = vec4(PACKED(k, 0), PACKED(k, 1), PACKED(k, 2), PACKED(k, 3));
-#else
-#define STORE(k) packet_target[k] = numbers[k];
-#endif
-#endif
-
-#ifdef SETTLED_ALONE
-bool all_settled = true;
-
 void see_settled(int r) {
     all_settled = all_settled && is_settled(r);
 }
-#endif
 
 void main() {
-#ifdef STATISTICS
-    counters = Counters(0, 0, 0);
-#endif
+    CLEAR_COUNTERS;
     EACH(load)
     start_packet();
     bool more = rays_wait();
@@ -86,19 +63,17 @@ void main() {
         } while (on && steps < step_limit);
         more = rays_wait();
     } while (more && steps < step_limit);
-#ifdef STATISTICS
-    packet_counters = vec4(counters.nodes_visited, counters.leaves_visited,
-                           counters.triangles_tested, steps);
-#else
 #ifdef SETTLED_ALONE
     EACH(see_settled)
     if (!all_settled) {
         discard;
     }
 #endif
-#ifndef ROWS_ALONE
+#ifdef STATISTICS
+    packet_counters = vec4(counters.nodes_visited, counters.leaves_visited,
+                           counters.triangles_tested, steps);
+#else
     EACH(pack)
-#endif
     EACH_TARGET(STORE)
 #endif
 }

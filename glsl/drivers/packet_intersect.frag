@@ -1,6 +1,6 @@
 #version 330 core
-// The rays' part of a packet's step under the schedule `step`: every ray whose packet stands at a
-// triangle tests it. A ray's state is what became of its packet.
+// The rays' part of a packet's step under the schedule `step`: every ray whose packet is at a triangle
+// tests the triangle. The state of a ray repeats the phase and the steps of its packet.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"
@@ -24,9 +24,7 @@ void main() {
 #else
     Hit hit = hit_load(pixel);
 #endif
-#ifdef STATISTICS
-    counters = Counters(0, 0, 0);
-#endif
+    CLEAR_COUNTERS;
     bool present = ray.t_min <= ray.t_max && octant_of(ray) == packet.turn;
     if (packet.phase == INTERSECT && present && !search_over(hit)) {
         test_triangle(ray, packet.cursor, hit);

@@ -1,7 +1,7 @@
 #version 330 core
-// What packets hold whose rays meet nothing, or of which none is live: drawn over the tiles that
-// drivers/packet.frag leaves out, into the targets that hold triangles: nobody reads more of a miss. To
-// clear all of a target first is to write most of it twice. Packets that are not drawn count nothing.
+// The result of packets whose rays meet nothing, or that have no live ray. It is drawn over the tiles that
+// drivers/packet.frag leaves out, and only into the targets that hold triangles: no reader needs more of a
+// miss. To clear whole targets first would write most texels twice. Packets that are not drawn count nothing.
 
 #include <streams>
 

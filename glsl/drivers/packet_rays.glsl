@@ -8,7 +8,7 @@ int step_limit = max(most_steps, 0);   // read once, as bound_step in core/quant
 Ray rays[RAYS];
 Hit hits[RAYS];
 int rows[RAYS];   // the rows of the hit triangles in the triangle table, or NO_TRIANGLE; a program that
-                  // does not write rows (drivers/packet_targets/rows.glsl) has them optimised away
+                  // does not write rows (drivers/targets_rows.glsl) has them optimised away
 int steps = 0;
 int tested;       // the row that EACH(test_ray) tests
 

@@ -42,6 +42,7 @@ def stack_defines(levels: int) -> dict[str, object]:
     like depth share their programs."""
     return {"STACK_SIZE": -(-levels // STACK_STEP) * STACK_STEP}
 
+
 class Finisher(Protocol):
     """Passes that complete tables on the GPU."""
 

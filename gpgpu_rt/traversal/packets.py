@@ -194,19 +194,25 @@ class PacketTraversal:
                rays: Record) -> tuple[str, dict[str, object], dict[str, str]]:
         """The file of a fragment program, defines and what it includes."""
         file = name.replace("_counters", "").replace("_unsettled", "")
-        defines = self._defines(any_hit, any_hit or name == "packet_none")
-        defines["SETTLED_ALONE"] = name == "packet"
+        alone = any_hit or name == "packet_none"
+        defines = {**self._defines(any_hit, alone), "SETTLED_ALONE": name == "packet"}
         if name in ("packet", "packet_unsettled", "packet_none"):   # counters are drawn apart
             defines["STATISTICS"] = False
-        return f"drivers/{file}.frag", defines, self._virtual(name, rays)
+        return f"drivers/{file}.frag", defines, {**self._virtual(name, rays),
+                                                 "targets": self._targets_text(alone)}
 
     def _defines(self, any_hit: bool, alone: bool) -> dict[str, object]:
         """``alone``: of the targets that hold triangles."""
         targets = self.targets // 4 if alone and self.fours else self.targets
         return {**packet_defines(self.method, self.accelerator, self.options, any_hit),
-                "PACKET_TARGETS": targets, "ROWS_ALONE": self.rows_alone,
-                "FOURS": self.fours, "TRIANGLES_ALONE": alone and self.fours,
+                "PACKET_TARGETS": targets,
                 "EACH_TARGET(f)": " ".join(f"f({k})" for k in range(targets))}
+
+    def _targets_text(self, alone: bool) -> str:
+        """The file that says how hits lie in render targets; ``alone``: triangles alone."""
+        layout = ("rows" if self.rows_alone else "hits" if not self.fours else
+                  "triangles" if alone else "numbers")
+        return f"file:drivers/targets_{layout}.glsl"
 
     def _virtual(self, name: str, rays: Record) -> dict[str, str]:
         """What a pass includes: the streams that it reads and writes, tables and method."""

@@ -1,0 +1,11 @@
+// How hits lie in render targets: target k holds the hit of ray k of the packet.
+
+#define TARGET vec4
+#define TARGET_SAMPLER sampler2D
+
+// Write target k.
+#define STORE(k) packet_target[k] = numbers[k];
+
+// Read the hit of ray r, target by target.
+#define READ(k) texel = k == r ? TEXEL(packet_texels_##k, packet_step, packet) : texel;
+#define HIT_OF(texel) unpacked_hit(texel, settled)

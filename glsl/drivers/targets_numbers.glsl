@@ -1,0 +1,13 @@
+// How hits lie in render targets: a target holds one of the four numbers of a hit, for four rays. A
+// readback of 4x2 rays then has the order in which the numbers are asked for.
+
+#define TARGET vec4
+#define TARGET_SAMPLER sampler2D
+
+// Write target k.
+#define NUMBER(k, r) numbers[k / 4 * 4 + r][k % 4]
+#define STORE(k) packet_target[k] = vec4(NUMBER(k, 0), NUMBER(k, 1), NUMBER(k, 2), NUMBER(k, 3));
+
+// Read the hit of ray r, target by target.
+#define READ(k) texel[k % 4] = k / 4 == r / 4 ? TEXEL(packet_texels_##k, packet_step, packet)[r % 4] : texel[k % 4];
+#define HIT_OF(texel) unpacked_hit(texel, settled)

@@ -1,0 +1,29 @@
+// How hits lie in render targets: a target holds for four rays the rows of the hit triangles in the triangle
+// table. Packets with more rays than there are render targets need this layout. Whoever reads a hit tests
+// the triangle once more, which gives the same bits.
+
+#define TARGET uvec4
+#define TARGET_SAMPLER usampler2D
+
+uint packed_row(int row, bool settled) {
+    return uint(row) | (settled ? 0u : UNSETTLED);
+}
+
+Hit hit_of_row(uint texel, ivec2 pixel, out bool settled) {
+    settled = (texel & UNSETTLED) == 0u;
+    int row = int(texel & ~UNSETTLED);
+    Ray ray = ray_setup(rays_load(pixel));
+    Hit hit = no_hit(ray.t_max);
+    if (row != NO_TRIANGLE) {
+        test_triangle(ray, row, hit);
+    }
+    return hit;
+}
+
+// Write target k.
+#define ROW(r) packed_row(rows[r], is_settled(r))
+#define STORE(k) packet_target[k] = uvec4(ROW(4 * k), ROW(4 * k + 1), ROW(4 * k + 2), ROW(4 * k + 3));
+
+// Read the hit of ray r, target by target.
+#define READ(k) texel = k == r / 4 ? TEXEL(packet_texels_##k, packet_step, packet) : texel;
+#define HIT_OF(texel) hit_of_row(texel[r % 4], pixel, settled)

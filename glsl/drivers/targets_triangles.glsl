@@ -1,0 +1,13 @@
+// How hits lie in render targets: a target holds the triangles of four rays' hits, and no other numbers.
+// Shadow rays need no more than the triangle.
+
+#define TARGET vec4
+#define TARGET_SAMPLER sampler2D
+
+// Write target k.
+#define TRIANGLE(k, r) numbers[4 * k + r].w
+#define STORE(k) packet_target[k] = vec4(TRIANGLE(k, 0), TRIANGLE(k, 1), TRIANGLE(k, 2), TRIANGLE(k, 3));
+
+// Read the hit of ray r, target by target.
+#define READ(k) texel.w = k == r / 4 ? TEXEL(packet_texels_##k, packet_step, packet)[r % 4] : texel.w;
+#define HIT_OF(texel) unpacked_hit(texel, settled)
