@@ -31,10 +31,8 @@ ivec2 first_cell;       // of the rectangle
 ivec2 last_cell;
 ivec2 cell;             // the one to look into next; past the last row at the rectangle's end
 
-#ifdef INTERSECTION_WOOP_WATERTIGHT
 #define PRESENT(r) (rays[r].t_min < NEVER)
-#include "drivers/vertex_culling.glsl"
-#endif
+#include <culling>
 
 bool is_settled(int r) {
     return t_turn[r] == NEVER && (through || rays[r].t_min == NEVER);
@@ -84,9 +82,7 @@ void begin_turn() {
     forward = turn % 2 == 0;
     start = forward ? NEVER : -NEVER;
     EACH(take_turn)
-#ifdef INTERSECTION_WOOP_WATERTIGHT
     bound_frustum();
-#endif
     grid_lo = permuted(major, scene_lo);
     size = permuted(major, cell_size);
     resolution = permuted_cells(grid_resolution);
@@ -164,7 +160,6 @@ bool intersect(int cursor) {
         tested = next;
         ++cursor;
         next = reference_triangle(cursor);
-#ifdef INTERSECTION_WOOP_WATERTIGHT
         bool outside = culled(tested);
         while (outside && next >= 0) {
             tested = next;
@@ -175,9 +170,6 @@ bool intersect(int cursor) {
         if (!outside) {
             EACH(test_ray)
         }
-#else
-        EACH(test_ray)
-#endif
         ++steps;
     } while (next >= 0 && steps < step_limit);
     any_left = true;

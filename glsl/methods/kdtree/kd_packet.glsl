@@ -1,16 +1,12 @@
 // kd-packet: Horn, Sugerman, Houston, Hanrahan, "Interactive k-D Tree GPU Raytracing", I3D 2007
-// (survey, section 3.4, Figures 13 and 14). The rays of a packet share the node and its fetch; each
-// keeps its interval. A node is entered if any ray needs it, and the far child is kept where any
-// needs both. STACK_SIZE and PUSH_DOWN as in kd-short-stack and kd-push-down; a stack of 0 restarts.
+// (survey, section 3.4, Figures 13 and 14). The rays of a packet share the node and its fetch; each ray
+// keeps its own interval. The packet enters a child if any ray needs the child, and keeps the far child
+// where any ray needs both. PUSH_DOWN is as in kd_push_down.glsl.
 //
-// Rays whose directions have other signs, or another dominant axis where rays share the triangle's
-// axes (packet_axes.glsl), wait, masked by an empty interval. With VERTEX_CULLING rays test
-// only those triangles of a leaf that the packet's frustum does not rule out.
+// Rays of another turn (packet_turns.glsl) wait, masked by an empty interval. Options choose the files
+// behind <triangle_tests> (triangle by ray, or by shared axes), <culling>, and <short_stack>.
 
 #define PRESENT(r) (t_min[r] < t_exit[r])
-#ifdef INTERSECTION_WOOP_WATERTIGHT
-#define SHARED_AXES
-#endif
 
 #include "methods/kdtree/kd.glsl"
 #include "drivers/packet_turns.glsl"
@@ -21,23 +17,16 @@ float t_exit[RAYS];
 float t_split[RAYS];
 
 int node;
-int pushed;                   // a restart begins here
+int pushed;                   // a restart begins at this node
 bool pushing;
 bool any_near;
 bool any_far;
 bool any_awake;
 bool any_left;
 
-#if STACK_SIZE > 0
-int stacked;
-int stack_node[STACK_SIZE];
-float stack_t_max[STACK_SIZE * RAYS];
-#endif
-
-#include "drivers/packet_axes.glsl"
-#ifdef VERTEX_CULLING
-#include "drivers/vertex_culling.glsl"
-#endif
+#include <triangle_tests>
+#include <culling>
+#include <short_stack>
 
 bool is_settled(int r) {
     return t_min[r] >= t_exit[r] && t_turn[r] == NEVER;
@@ -48,12 +37,16 @@ void start_ray(int r) {
     vec2 interval = box_interval(ray, scene_lo, scene_hi);
     float start = max(interval.x, ray.t_min);
     t_exit[r] = min(max(box_exit(ray, scene_lo, scene_hi), start), ray.t_max);
-    // An interval of one point is widened: a ray is awake in a node where it has a length.
+    // Widen an interval of one point: a ray is awake in a node where its interval has a length.
     t_exit[r] = max(t_exit[r], start + abs(start) * (4.0 * ARITHMETIC_UNIT) + 1e-30);
     octant[r] = direction_octant(ray.inv_dir) + shared_axis(ray);
     t_turn[r] = start <= min(interval.y, ray.t_max) && ray.t_min <= ray.t_max ? start : NEVER;
     t_min[r] = NEVER;
     t_max[r] = 0.0;
+}
+
+void start_packet() {
+    EACH(start_ray)
 }
 
 void take_turn(int r) {
@@ -63,25 +56,15 @@ void take_turn(int r) {
     t_turn[r] = comes ? NEVER : t_turn[r];
 }
 
-// From the root.
+// Begin the search of a turn at the root.
 void begin_turn() {
     EACH(take_turn)
-#ifdef SHARED_AXES
     EACH(find_start)
-#endif
-#ifdef VERTEX_CULLING
     bound_frustum();
-#endif
     node = 0;
     pushed = 0;
     pushing = true;
-#if STACK_SIZE > 0
-    stacked = 0;
-#endif
-}
-
-void start_packet() {
-    EACH(start_ray)
+    clear_stack();
 }
 
 // Descent ----------------------------------------------------------------------------------------
@@ -91,6 +74,7 @@ int axis;
 bool near_is_empty;
 bool far_is_empty;
 
+// A ray passes through an empty leaf at once.
 void split_ray(int r) {
     t_split[r] = plane_t(rays[r], axis, plane);
     bool awake = t_min[r] < t_max[r];
@@ -102,48 +86,13 @@ void split_ray(int r) {
     any_far = any_far || (far && !far_is_empty);
 }
 
-// The interval in the near child; empty for a ray that needs the far one alone.
+// Cut the interval to the near child. The interval of a ray that needs the far child alone becomes empty.
 void cut_ray(int r) {
     t_max[r] = smaller(t_split[r], t_max[r]);
 }
 
-#if STACK_SIZE > 0
-void push_ray(int r) {
-    for (int k = STACK_SIZE - 1; k > 0; --k) {
-        stack_t_max[k * RAYS + r] = stack_t_max[(k - 1) * RAYS + r];
-    }
-    stack_t_max[r] = t_max[r];
-}
-
-void push(int far) {
-    EACH(push_ray)
-    for (int k = STACK_SIZE - 1; k > 0; --k) {
-        stack_node[k] = stack_node[k - 1];
-    }
-    stack_node[0] = far;
-    stacked = min(stacked + 1, STACK_SIZE);
-}
-
-void pop_ray(int r) {
-    t_max[r] = stack_t_max[r];
-    for (int k = 1; k < STACK_SIZE; ++k) {
-        stack_t_max[(k - 1) * RAYS + r] = stack_t_max[k * RAYS + r];
-    }
-    any_awake = any_awake || t_min[r] < t_max[r];
-}
-
-void pop() {
-    node = stack_node[0];
-    for (int k = 1; k < STACK_SIZE; ++k) {
-        stack_node[k - 1] = stack_node[k];
-    }
-    --stacked;
-    EACH(pop_ray)
-}
-#endif
-
-// `empty` tells which children are leaves without triangles, 1 the left and 2 the right one: rays
-// pass through these at once. False when no ray needs a child.
+// Move on to a child. `empty` says which children are leaves without triangles: 1 the left child, 2 the
+// right one, 3 both. False when no ray needs a child.
 bool enter(int left, int empty) {
     int negative = (turn >> axis) & 1;
     int near = left + negative;
@@ -154,11 +103,9 @@ bool enter(int left, int empty) {
     EACH(split_ray)
     node = any_near ? near : far;
     if (any_near) {
-#if STACK_SIZE > 0
         if (any_far) {
             push(far);
         }
-#endif
         EACH(cut_ray)
     }
     pushing = pushing && !(any_near && any_far);
@@ -170,16 +117,14 @@ bool enter(int left, int empty) {
 
 // Leaves -----------------------------------------------------------------------------------------
 
-// A hit before the leaf's end settles a ray, as does the end of its interval.
+// A hit before the leaf's end settles a ray, as does the end of the ray's interval.
 void leave_ray(int r) {
     bool awake = t_min[r] < t_max[r];
     t_min[r] = awake ? (hits[r].t < t_max[r] ? NEVER : t_max[r]) : t_min[r];
-#ifdef ANY_HIT
     if (search_over(hits[r])) {
         t_min[r] = NEVER;
         t_turn[r] = NEVER;
     }
-#endif
     any_left = any_left || t_min[r] < t_exit[r];
 }
 
@@ -187,8 +132,8 @@ void restart_ray(int r) {
     t_max[r] = t_exit[r];
 }
 
-// Down to a leaf, through its triangles, and on to the next node; false when the rays whose turn
-// it is are through.
+// Descend to a leaf, test its triangles, and go on to the next node. False when the rays of the turn are
+// through, or the steps ran out.
 bool step_packet() {
     axis = kd_node_axis(node);
     int left = kd_node_left(node);
@@ -217,7 +162,6 @@ bool step_packet() {
     if (needed && count > 0) {
         do {
             tested = reference_triangle(left);
-#ifdef VERTEX_CULLING
             bool outside = culled(tested);
             while (outside && left + 1 < end) {
                 ++left;
@@ -227,9 +171,6 @@ bool step_packet() {
             if (!outside) {
                 test_rays();
             }
-#else
-            test_rays();
-#endif
             ++left;
             ++steps;
         } while (left < end && steps < step_limit);
@@ -240,13 +181,7 @@ bool step_packet() {
     any_left = false;
     EACH(leave_ray)
     any_awake = false;
-#if STACK_SIZE > 0
-    if (any_left && stacked > 0) {
-        do {
-            pop();
-        } while (!any_awake && stacked > 0);
-    }
-#endif
+    pop_awake();
     if (any_left && !any_awake) {
         node = pushed;
         pushing = true;

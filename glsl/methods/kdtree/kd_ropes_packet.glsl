@@ -1,19 +1,16 @@
 // kd-ropes-packet: Popov, Günther, Seidel, Slusallek, "Stackless KD-Tree Traversal for High
 // Performance GPU Ray Tracing", Eurographics 2007 (survey, section 3.4, Figure 16). The rays of a
-// packet share the node that is fetched; each has a node and a t of its own, and those that are
-// elsewhere wait. Ropes are not pushed down: a leaf's rope names the root of the sibling subtree,
-// where rays that left by different leaves meet again.
+// packet share the node that is fetched. Each ray has a node and a t of its own, and rays at another node
+// wait. Ropes are not pushed down: a leaf's rope names the root of the sibling subtree, where rays that left
+// by different leaves meet again.
 //
-// The next node is where the ray is that is furthest behind: those ahead of it wait, so that a leaf
-// which several meet is fetched and tested for all of them at once.
+// The next node is the node of the ray that is furthest behind. Rays ahead of it wait, so a leaf that
+// several rays meet is fetched and tested for all of them at once.
 //
-// Departure: rays of another octant or, where rays share the triangle's axes (packet_axes.glsl), of
-// another dominant axis take turns, so that those of a turn leave a box by the same three planes.
+// Departure: rays of another turn (packet_turns.glsl) wait, so the rays of a turn leave a box by the same
+// three planes. An option chooses the file behind <triangle_tests> (triangle by ray, or by shared axes).
 
 #define PRESENT(r) (ray_node[r] == node)
-#ifdef INTERSECTION_WOOP_WATERTIGHT
-#define SHARED_AXES
-#endif
 
 #include "methods/kdtree/ropes.glsl"
 #include "drivers/packet_turns.glsl"
@@ -24,7 +21,7 @@ float t_min[RAYS];
 int ray_node[RAYS];
 int node;
 
-#include "drivers/packet_axes.glsl"
+#include <triangle_tests>
 
 bool is_settled(int r) {
     return ray_node[r] == SETTLED && t_turn[r] == NEVER;
@@ -46,7 +43,7 @@ void take_turn(int r) {
     t_turn[r] = comes ? NEVER : t_turn[r];
 }
 
-float t_front;   // where the ray is that is furthest behind
+float t_front;   // t_min of the ray that is furthest behind
 
 void find_front(int r) {
     t_front = ray_node[r] == SETTLED ? t_front : min(t_front, t_min[r]);
@@ -56,6 +53,7 @@ void choose_node(int r) {
     node = t_min[r] == t_front ? min(node, ray_node[r]) : node;
 }
 
+// Choose the next node. False when all rays of the turn are settled.
 bool next_node() {
     node = SETTLED;
     t_front = INFINITE;
@@ -68,12 +66,10 @@ void start_packet() {
     EACH(start_ray)
 }
 
-// From the root.
+// Begin the search of a turn at the root.
 void begin_turn() {
     EACH(take_turn)
-#ifdef SHARED_AXES
     EACH(find_start)
-#endif
     next_node();
 }
 
@@ -106,7 +102,8 @@ void follow_rope(int r) {
     t_min[r] = here ? max(t_min[r], t_leave) : t_min[r];
 }
 
-// Down to a leaf, through its triangles, and along the ropes of the rays that are there.
+// Descend to a leaf, test its triangles, and follow the ropes of the rays that are there. False when the rays
+// of the turn are through, or the steps ran out.
 bool step_packet() {
     axis = kd_node_axis(node);
     left = kd_node_left(node);

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...accel.cache import cached
 from ...options import Option
-from ...traversal.method import PACKET, Accelerator, Method
+from ...traversal.method import CULLING, PACKET, Accelerator, Method
 from ...traversal.packets import PacketTraversal
 from ...traversal.records import STATE
 from ...traversal.triangle_table import REFERENCE, TRIANGLE, triangle_table
@@ -52,6 +52,8 @@ _GRID_OPTIONS = (
 
 _PACKET = replace(PACKET, default=(1, 1), help="rays a fragment; several walk the grid slice by "
                   "slice together (Wald et al. 2006)")
+_CULLING = replace(CULLING, option="intersection", files={
+    "woop-watertight": "drivers/vertex_culling.glsl"})    # no other test has a frustum to rely on
 
 
 def _prepare_packets(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
@@ -81,6 +83,7 @@ def _form(single: Method, options: Mapping[str, Any]) -> Method:
         return single
     return replace(
         single, glsl="methods/grid/coherent_grid.glsl", kernels=("step_packet",),
+        parts=(_CULLING,),
         state=STATE, prepare=_prepare_packets,
         schedules=("loop",), drivers={"loop": PacketTraversal}, packet=True,
         single="grid")

@@ -9,8 +9,8 @@ import numpy as np
 from ...gl.record import Record
 from ...options import Option
 from ...traversal.method import (
-    ENTRY_POINTS, PACKET, SCHEDULES, VERTEX_CULLING, Accelerator, Method, check_culling,
-    stack_defines, with_entries
+    CULLING, ENTRY_POINTS, PACKET, SCHEDULES, TRIANGLE_TESTS, VERTEX_CULLING, Accelerator, Method,
+    Part, check_culling, stack_defines, with_entries
 )
 from ...traversal.packets import PacketTraversal
 from ...traversal.records import ENTRIES, KD_ENTERING, STACK_ENTRY, STATE
@@ -29,9 +29,16 @@ _TABLES = (TRIANGLE, KD_NODE, REFERENCE)
 _NOT_EXACT = ("strict", "nudge-relative", "nudge-absolute")
 _OPTIONS = (*BUILD_OPTIONS, Option(
     "interval", "exact", "where a ray takes up its interval after a leaf: exactly at its end, or "
-    "as others do it", choices=("exact", *_NOT_EXACT), define="INTERVAL", relaxed=_NOT_EXACT))
+    "as others do it", choices=("exact", *_NOT_EXACT), relaxed=_NOT_EXACT))
 _PUSH_DOWN = Option("push_down", True, "restart at the last node that holds the whole rest of the "
                     "interval, not at the root", bool, define="PUSH_DOWN")
+_PARTS = (
+    Part("entries", "entry_points", "methods/kdtree/kd_root.glsl",
+         {True: "methods/kdtree/kd_entries.glsl"}),
+    Part("interval", "interval", "methods/kdtree/interval_exact.glsl", {
+        word: f"methods/kdtree/interval_{word.replace('-', '_')}.glsl" for word in _NOT_EXACT}))
+_SHORT_STACK = Part("short_stack", "stack_size", "methods/kdtree/packet_short_stack.glsl",
+                    {0: "methods/kdtree/packet_restart.glsl"})
 SIBLINGS, PUSHED = "siblings", "pushed"
 
 
@@ -137,7 +144,7 @@ def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
         glsl=f"methods/kdtree/{name.replace('-', '_')}.glsl",
         kernels=("down", "intersect", *kernels),
         state=state, tables=(*_TABLES, *tables), prepare=prepare,
-        options=(*_OPTIONS, *options), **more)
+        options=(*_OPTIONS, *options), parts=_PARTS, **more)
 
 
 def _entering_row(name: str, summary: str, citation: str, state: Record = KD_STATE,
@@ -178,10 +185,11 @@ ROWS = (
                                                                 options),
                 options=(*BUILD_OPTIONS, PACKET, VERTEX_CULLING, _PUSH_DOWN, Option(
                     "stack_size", 3, "entries of the stack; 0: restarts alone", int,
-                    choices=(0, 1, 2, 3, 4), define="STACK_SIZE")), stack=True),
+                    choices=(0, 1, 2, 3, 4), define="STACK_SIZE")),
+                parts=(TRIANGLE_TESTS, CULLING, _SHORT_STACK), stack=True),
     _packet_row("kd-ropes-packet", "several rays a fragment, along ropes that meet at siblings",
                 "Popov et al. 2007", "kd-ropes", tables=(*_TABLES, KD_LEAF),
                 prepare=lambda triangles, options: _for_packets(
                     _prepare_ropes(triangles, options), options),
-                options=(*BUILD_OPTIONS, PACKET, _ropes(SIBLINGS))),
+                options=(*BUILD_OPTIONS, PACKET, _ropes(SIBLINGS)), parts=(TRIANGLE_TESTS,)),
 )

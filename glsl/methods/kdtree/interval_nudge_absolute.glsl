@@ -1,0 +1,10 @@
+// `interval=nudge-absolute`, there to be measured: a ray continues 1e-6 behind its leaf. The ray skips leaves
+// that are thinner.
+
+bool takes_far_child(float t_split, float t_min) {
+    return t_split <= t_min;
+}
+
+float resumed(float t) {
+    return R(t + 1e-6);
+}

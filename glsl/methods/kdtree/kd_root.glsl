@@ -1,0 +1,16 @@
+// A ray begins its search at the root of the kd-tree. The counterpart of kd_entries.glsl.
+
+#define BEGIN DOWN
+
+void begin_entries(inout State state) {
+}
+
+// The node at which a restart begins.
+int root_of(State state) {
+    return 0;
+}
+
+// End a search that is settled.
+void settle(inout State state, Hit hit) {
+    state.phase = DONE;
+}

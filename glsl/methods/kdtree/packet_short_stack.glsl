@@ -1,0 +1,52 @@
+// The short stack of a kd packet: far children in a few entries. A push onto a full stack drops the lowest
+// entry. Each ray keeps the end of its own interval in each entry.
+
+int stacked;
+int stack_node[STACK_SIZE];
+float stack_t_max[STACK_SIZE * RAYS];
+
+void clear_stack() {
+    stacked = 0;
+}
+
+void push_ray(int r) {
+    for (int k = STACK_SIZE - 1; k > 0; --k) {
+        stack_t_max[k * RAYS + r] = stack_t_max[(k - 1) * RAYS + r];
+    }
+    stack_t_max[r] = t_max[r];
+}
+
+void push(int far) {
+    EACH(push_ray)
+    for (int k = STACK_SIZE - 1; k > 0; --k) {
+        stack_node[k] = stack_node[k - 1];
+    }
+    stack_node[0] = far;
+    stacked = min(stacked + 1, STACK_SIZE);
+}
+
+void pop_ray(int r) {
+    t_max[r] = stack_t_max[r];
+    for (int k = 1; k < STACK_SIZE; ++k) {
+        stack_t_max[(k - 1) * RAYS + r] = stack_t_max[k * RAYS + r];
+    }
+    any_awake = any_awake || t_min[r] < t_max[r];
+}
+
+void pop() {
+    node = stack_node[0];
+    for (int k = 1; k < STACK_SIZE; ++k) {
+        stack_node[k - 1] = stack_node[k];
+    }
+    --stacked;
+    EACH(pop_ray)
+}
+
+// Pop entries until a ray is awake in one.
+void pop_awake() {
+    if (any_left && stacked > 0) {
+        do {
+            pop();
+        } while (!any_awake && stacked > 0);
+    }
+}
