@@ -1,18 +1,19 @@
 #version 330 core
-// The driver of every method: runs the method's kernels on each ray's state, up to `steps_per_pass`
-// of them a pass. One program serves the three schedules:
-//   kernels  ONLY_KERNEL is the kernel of this pass; rays that wait for another pass unchanged;
-//   step     every ray runs the kernel that its own state asks for (1 step a pass: literal);
-//   loop     as step, with the longest run of steps that the renderer's loops allow, so that one
-//            pass, or very few, do it all.
-// START sets the state up; then SINGLE_STEP runs one step, MANY_STEPS `steps_per_pass`, or else none.
+// The driver of every single-ray method: runs the method's kernels on each ray's state, at most
+// `steps_per_pass` of them in a pass. One program text serves the three schedules:
+//   kernels  ONLY_KERNEL is the kernel of this pass; rays that wait for another kernel stay unchanged
+//   step     every ray runs the kernel that its own state asks for (one step a pass)
+//   loop     as step, with as many steps as the renderer's limit on loops allows, so one pass or very few
+//            complete the traversal
+// START sets up the state. Then SINGLE_STEP runs one step, MANY_STEPS runs `steps_per_pass`, and without
+// either the pass ends.
 //
-// Kernels nest as loops, each running on while rays want it: a renderer that executes both sides
-// of a branch still leaves a loop that no ray is in (Aila and Laine, HPG 2009, call it
-// while-while). Such a renderer runs the body of a loop that breaks at its top once more than rays
-// want, with nothing to do: hence `if` and `do while`, and for a single step no loop at all.
-// STEP_A_TURN takes one step a turn of the outer loop instead, as a program does that has one loop
-// for all: the cost model of period hardware asks for it.
+// Each kernel is a loop of its own that runs while rays want the kernel. Aila and Laine, HPG 2009, call this
+// while-while: a renderer that executes both sides of a branch still leaves a loop that no ray is in. Such a
+// renderer runs the body of a loop that breaks at its top once more than rays want, with nothing to do.
+// Loops here therefore test at their bottom (`if` and `do while`), and a single step has no loop at all.
+// STEP_A_TURN runs one step in an iteration of the outer loop instead, as a program with one loop for all
+// kernels does: the cost model of period hardware asks for it.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"
@@ -36,7 +37,7 @@ uniform int step_cap;
 #define RUNS(kernel) true
 #endif
 
-// A step leaves what the textures would hold, so that all schedules give the same hits.
+// A step ends with the values that the textures would hold, so all schedules give the same hits.
 #define STEP(kernel) \
     kernel(ray, state, hit); \
     ++state.steps; \
@@ -57,27 +58,17 @@ uniform int step_cap;
     }
 #endif
 
-// Each kernel that the ray is in for, in the order of their phases.
+// Run each kernel that the ray waits for, in the order of the phases. EACH_KERNEL(F) stands for
+// F(1, first kernel) F(2, second kernel) and so on.
 void run_kernels(Ray ray, int limit, inout State state, inout Hit hit) {
     int phase = state.steps < limit ? state.phase : DONE;
-    RUN(1, KERNEL_1)
-#ifdef KERNEL_2
-    RUN(2, KERNEL_2)
-#endif
-#ifdef KERNEL_3
-    RUN(3, KERNEL_3)
-#endif
-#ifdef KERNEL_4
-    RUN(4, KERNEL_4)
-#endif
+    EACH_KERNEL(RUN)
 }
 
-// A ray whose interval is empty, or that was marked invalid so, is done before it starts.
+// A ray with an empty interval is done before it starts. Invalid rays are given an empty interval.
 void start(Ray ray, out State state, out Hit hit) {
     hit = no_hit(ray.t_max);
-#ifdef STATISTICS
-    counters = Counters(0, 0, 0);
-#endif
+    CLEAR_COUNTERS;
     init(ray, state);
     state.steps = 0;
     if (!(ray.t_min <= ray.t_max)) {
@@ -97,9 +88,7 @@ void main() {
 #else
     state = state_load(pixel);
     hit = hit_load(pixel);
-#ifdef STATISTICS
-    counters = counters_load(pixel);
-#endif
+    LOAD_COUNTERS(pixel);
 #endif
 
 #ifdef SINGLE_STEP
@@ -116,7 +105,5 @@ void main() {
 
     state_store(state);
     hit_store(hit);
-#ifdef STATISTICS
-    counters_store(counters);
-#endif
+    STORE_COUNTERS;
 }

@@ -338,9 +338,8 @@ def method_texts(method: Method, options: Mapping[str, Any]) -> dict[str, str]:
 
 
 def kernel_defines(kernels: tuple[str, ...]) -> dict[str, object]:
-    """``KERNEL_1 down`` runs phase 1, and the method's file calls that phase ``DOWN``."""
-    defines: dict[str, object] = {}
-    for number, kernel in enumerate(kernels, 1):
-        defines[f"KERNEL_{number}"] = kernel
-        defines[kernel.upper()] = number
-    return defines
+    """Defines that number a method's kernels: ``DOWN 1`` is the phase of the kernel ``down``, and
+    ``EACH_KERNEL(F)`` stands for ``F(1, down) F(2, intersect)`` and so on."""
+    numbered = list(enumerate(kernels, 1))
+    return {**{kernel.upper(): number for number, kernel in numbered},
+            "EACH_KERNEL(F)": " ".join(f"F({number}, {kernel})" for number, kernel in numbered)}

@@ -203,14 +203,14 @@ class RayHierarchy:
                 {**method_texts(self.method, self.options), "streams": text, "records": text})
         return self._programs[key]
 
-    def take(self, rays: RayTextures, any_hit: bool, word: str | None) -> FullScreenPass:
-        """The pass that STARTs, FINISHes, or takes up what blending has left."""
+    def rays_pass(self, rays: RayTextures, any_hit: bool, part: str) -> FullScreenPass:
+        """The pass over all rays at the "start" and the "finish" of a call, or for the "nearest"
+        triangles of a batch."""
         layout = self.precision.layout
         records = [(rays.record, False), (LEAST, False), (LOWEST, False), (VISITS, False),
                    (layout(self.method.state), True), (layout(HIT), True)]
         records += [(COUNTERS, True)] if self.statistics_on else []
-        return self.program("methods/ray_hierarchy/take_nearest", records, {}, any_hit,
-                            **({word: True} if word else {}))
+        return self.program(f"methods/ray_hierarchy/rays_{part}", records, {}, any_hit)
 
     def stream(self, record: Record, length: int) -> Stream:
         """A stream that is used again and again, at least so long."""
@@ -261,7 +261,7 @@ class _Trace:
 
     def run(self) -> None:
         owner, chunk = self.owner, self.owner.options["stream_size"]
-        owner._draw(owner.take(self.rays, self.any_hit, "START"), self.rays, None, self.now,
+        owner._draw(owner.rays_pass(self.rays, self.any_hit, "start"), self.rays, None, self.now,
                     self.statistics)
         assert owner.cones is not None
         top = owner.cones.top(owner.options["top_nodes"])
@@ -277,7 +277,7 @@ class _Trace:
                 self._descend(top, some * owner.cones.levels[top].length)
             first, batch = first + count, GROWTH * batch
         owner.hand_down_visits()
-        self._take("FINISH")
+        self._update_rays("finish")
 
     def _descend(self, level: int, pairs: int) -> None:
         """Bring the pairs of a level down to the rays, some at a time."""
@@ -293,11 +293,11 @@ class _Trace:
                 self.owner.nearest_of(count, first, self.rays, self.now, self.any_hit)
                 self.statistics.passes += 1
                 self.statistics.draw_calls += 1
-                self._take(None)
+                self._update_rays("nearest")
 
-    def _take(self, word: str | None) -> None:
-        """Every ray takes up what was found for it."""
+    def _update_rays(self, part: str) -> None:
+        """Run a pass over all rays, into the other buffer."""
         other = self.buffers.side(1 if self.now is self.buffers.side(0) else 0)
-        self.owner._draw(self.owner.take(self.rays, self.any_hit, word), self.rays, self.now,
-                         other, self.statistics)
+        self.owner._draw(self.owner.rays_pass(self.rays, self.any_hit, part), self.rays,
+                         self.now, other, self.statistics)
         self.now = other

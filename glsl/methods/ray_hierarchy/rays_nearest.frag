@@ -1,6 +1,6 @@
 #version 330 core
-// The rays take up what blending left them: START begins, FINISH ends them all; else a ray tests the
-// triangle once more that was nearest, for u and v.
+// The rays after a batch of triangles: blending left each ray the triangle that is nearest in the batch.
+// The ray tests this triangle once more, for u and v.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"
@@ -14,34 +14,15 @@
 #include "core/phase.glsl"
 
 uniform int step_cap;
-uniform ivec2 fan;   // rays below a node of the first level
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     Ray ray = ray_setup(rays_load(pixel));
-#ifdef START
-    Hit hit = no_hit(ray.t_max);
-    State state = State(ray.t_min <= ray.t_max ? INTERSECT : DONE, 0);
-#ifdef STATISTICS
-    counters = Counters(0, 0, 0);
-#endif
-#else
     State state = state_load(pixel);
     Hit hit = hit_load(pixel);
-#ifdef STATISTICS
-    counters = counters_load(pixel);
-#endif
-#ifdef FINISH
-    state.phase = min(state.phase, DONE);
-#ifdef STATISTICS
-    counters.nodes_visited = visits_load(pixel / fan).count;
-#endif
-#else
+    CLEAR_COUNTERS;
     int lowest = lowest_load(pixel).triangle;
     int tests = least_load(pixel).tests;
-#ifdef STATISTICS
-    Counters before = counters;
-#endif
     if (state.phase > DONE) {
         if (lowest < NO_TRIANGLE) {
             test_triangle(ray, lowest, hit);
@@ -54,14 +35,10 @@ void main() {
             state.phase = UNFINISHED;
         }
     }
-#ifdef STATISTICS
-    counters = Counters(0, before.leaves_visited + tests, before.triangles_tested + tests);
-#endif
-#endif
-#endif
     state_store(state_stored(state));
     hit_store(hit_stored(hit));
 #ifdef STATISTICS
-    counters_store(counters);
+    Counters before = counters_load(pixel);   // the tests of the batch count, and not the test here
+    counters_store(Counters(0, before.leaves_visited + tests, before.triangles_tested + tests));
 #endif
 }

@@ -1,0 +1,23 @@
+#version 330 core
+// The rays after the last batch of triangles: all are done, and get the visits of their node.
+
+#include "core/precision.glsl"
+#include "core/fetch.glsl"
+#include <streams>
+#include "core/stats.glsl"
+#include "core/phase.glsl"
+
+uniform ivec2 fan;   // rays below a node of the first level
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    State state = state_load(pixel);
+    state.phase = min(state.phase, DONE);
+    state_store(state_stored(state));
+    hit_store(hit_stored(hit_load(pixel)));
+#ifdef STATISTICS
+    LOAD_COUNTERS(pixel);
+    counters.nodes_visited = visits_load(pixel / fan).count;
+    STORE_COUNTERS;
+#endif
+}
