@@ -1,1 +1,1 @@
-"""Rays on their way in, hits on their way out, and the textures between."""
+"""Rays: converts arrays of rays to textures, and textures of hits to arrays."""

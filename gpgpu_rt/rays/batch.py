@@ -1,4 +1,4 @@
-"""Rays on their way in, as texels, and hits on their way out."""
+"""Ray batch: converts arrays of rays to texels, and hits back to the caller's units and order."""
 from __future__ import annotations
 
 import time
@@ -16,52 +16,56 @@ from .order import RayOrder
 from .records import NO_RAY, NO_TRIANGLE, RAY_TEXELS
 from .tile_bounds import SIDE, TileBounds
 
-# Rays laid out at a time, at least and at most: of fewer, threads wait for the interpreter longer
-# than they work, more are in no cache any more when their bounds are found.
+# Smallest and largest block of rays that a thread writes to texels. Threads with smaller blocks
+# spend more time waiting for the interpreter lock than working. Larger blocks leave the cache
+# before their bounds are computed.
 FEW, AT_ONCE = 1 << 16, 1 << 18
-ROW = 1024   # rays in a row of the texture where the caller gave no shape
-MANY = 5     # a share of 1 in so many: more is written by columns, less ray by ray
-# Of a block: which rays are invalid, as indices; the exponents and the shifts of all, None where
-# none has one; and where all start, None where that differs.
+ROW = 1024   # rays in a row of the texture if the caller gives no shape
+MANY = 5     # if more than 1 in 5 rays is invalid, write them by columns instead of ray by ray
+# The result for a block: indices of the invalid rays; exponents of the rays, or None if all are 0;
+# shifts of the rays, or None if all are 0; and the start that all rays share, or None.
 _Laid = tuple[np.ndarray, np.ndarray | None, np.ndarray | None, np.ndarray | None]
 _ON_MISS = {"t": np.inf, "u": 0, "v": 0, "triangle": -1}
 
 
 class RayBatch:
-    """Rays as arrays, checked, rounded to float32 and laid out as texels.
+    """Rays from arrays, checked, rounded to float32 and stored as texels.
 
-    A direction is scaled by the power of two that brings its largest component into [0.5, 1), and
-    t with it: exact, so that kernels meet directions of one size whatever length the caller's
-    have. An origin far outside ``bounds`` is advanced along its ray (see ``approach``). ``Hits``
-    come back in the caller's units. An end of the interval that is smaller than 2^-126 once it is
-    scaled moves inwards, to 0 or to 2^-126: a renderer may flush it to 0. An empty interval stays
-    empty.
+    Each direction is scaled by the power of two that brings its largest component into [0.5, 1),
+    and t_min and t_max are scaled to match. The scaling is exact, so kernels see directions of
+    similar length for any length of the caller's directions. An origin far outside ``bounds`` is
+    advanced along its ray (see ``approach``). ``Hits`` are returned in the caller's units.
+
+    A renderer may flush numbers below 2^-126 to 0. An end of the interval that is smaller than
+    this after scaling therefore moves inwards, to 0 or to 2^-126. An empty interval stays empty.
 
     Parameters
     ----------
     origins, directions : (n, 3) or (h, w, 3) float, world units
-    t_min, t_max : scalars, or one a ray; both ends count
-    shape : (h, w) of the tile the rays form, or None: the shape of the arrays, else rows of 1024
-    invalid : "raise" or "miss": what becomes of a ray with a NaN, an infinity or a zero direction
-    bounds : the scene's (lo, hi), or None to leave every origin as it is
-    tiled : whether tiles of the textures are to be bounded
+    t_min, t_max : numbers, or a value per ray; both ends are included
+    shape : (h, w) of the image that the rays form. If None, the shape of the arrays (h, w, 3), or
+        rows of 1024 rays
+    invalid : treatment of rays with a NaN, an infinity or a zero direction: "raise" an error, or
+        count them as a "miss"
+    bounds : the scene's (lo, hi), or None to leave all origins unchanged
+    tiled : whether to compute bounds of tiles
 
     Attributes
     ----------
-    count : rays
-    shape : (n,) of the rays, or the (h, w) of ``shape`` or the arrays
-    size : (width, height) of their textures
-    start : (4,) float32, origin and t_min where all rays have the same, are valid and do not begin
-        behind their origin, else None
-    tiles : bounds of the tiles, or None where nobody asked, the textures are too wide, or rays
-        were put in an order
-    order : in which they lie there, once they were put in one
-    sort_seconds : what that took so far, and hits back into the rays' own
+    count : the number of rays, n
+    shape : (h, w) if given by ``shape`` or the arrays, else (n,)
+    size : (width, height) of the ray textures
+    start : (4,) float32, the origin and t_min that all rays share; None if they differ, if a ray
+        is invalid, or if t_min is negative
+    tiles : bounds of the tiles; None if they were not requested, if the textures are too wide, or
+        if the rays were sorted
+    order : the order of the rays in the textures, or None if they were not sorted
+    sort_seconds : time spent so far on sorting rays and on sorting hits back
 
     Raises
     ------
     ValueError
-        for arrays that do not fit, and under "raise" for the first invalid ray.
+        shapes do not match; or, with "raise", a ray is invalid, and the message names the first
     """
 
     def __init__(self, origins: np.ndarray, directions: np.ndarray,
@@ -87,7 +91,7 @@ class RayBatch:
         width = shape[1] if shape is not None else max(1, min(self.count, ROW))
         height = shape[0] if shape is not None else -(-self.count // width)
         self.size = (max(1, width), max(1, height))
-        # A texture apart from the other: one that is not written to takes no memory.
+        # Separate arrays for the two textures: an array that is never written uses no memory.
         planes = [np.empty((self.size[0] * self.size[1], 4), np.float32)
                   for _ in range(RAY_TEXELS.texels)]
         self._planes, self._given, self.sort_seconds = planes, planes, 0.0
@@ -95,7 +99,7 @@ class RayBatch:
         _put(planes, slice(self.count, None), NO_RAY)
         at_once, self.tiles = min(max(FEW, -(-self.count // cores())), AT_ONCE), None
         across = SIDE * self.size[0]
-        if tiled and across <= AT_ONCE:     # blocks of whole tiles
+        if tiled and across <= AT_ONCE:     # make blocks of whole tiles
             at_once = max(at_once // across, 1) * across
             self.tiles = TileBounds(self.size)
         blocks = [slice(first, min(first + at_once, self.count))
@@ -104,7 +108,7 @@ class RayBatch:
         def lay(part: slice) -> _Laid:
             laid = _lay_out([plane[part] for plane in planes], origins[part], directions[part],
                             t_min[part], t_max[part], bounds)
-            if self.tiles is not None:      # now, as they are still in the core's cache
+            if self.tiles is not None:      # here, because the rays are still in the core's cache
                 self.tiles.see(part.start // self.size[0], self._rows(part), laid[3])
             return laid
         laid = list(threads(self.count)(lay, blocks))
@@ -121,7 +125,7 @@ class RayBatch:
         starts = [start for *_, start in laid]
         alike = bool(starts) and all(_same(start, starts[0]) for start in starts)
         self.start = starts[0] if alike else None
-        self._starts = list(zip(blocks, starts))    # those that have none are laid out already
+        self._starts = list(zip(blocks, starts))    # blocks without a start are complete already
         if not alike:
             self._lay_out_starts()
 
@@ -133,7 +137,7 @@ class RayBatch:
         return np.broadcast_to(t, self.count)
 
     def _rows(self, part: slice) -> list[np.ndarray]:
-        """(rows, width, 4) each: the rows of the textures that some rays begin."""
+        """Return the rows of each texture, (rows, width, 4), that a block of rays begins."""
         width = self.size[0]
         rows = slice(part.start, -(-part.stop // width) * width)
         return [plane[rows].reshape(-1, width, 4) for plane in self._planes]
@@ -145,14 +149,15 @@ class RayBatch:
         self._starts = []
 
     def texels(self, texel: int) -> np.ndarray:
-        """(height, width, 4) float32, what the texture of a texel of RAY_TEXELS holds."""
+        """Return (height, width, 4) float32, the content of the texture for a texel of
+        RAY_TEXELS."""
         if not texel:
             self._lay_out_starts()
         return self._planes[texel].reshape(*self.size[::-1], 4)
 
     def sample(self, rows: np.ndarray, columns: np.ndarray) -> dict[str, np.ndarray]:
-        """The fields of the rays in some rows and columns of the textures, shaped as these are
-        together."""
+        """Return the fields of the rays at rows and columns of the textures, in the shape to which
+        ``rows`` and ``columns`` broadcast."""
         width, height = self.size
         planes = [plane.reshape(height, width, 4)[rows, columns] for plane in self._planes]
         if self.start is not None:
@@ -160,7 +165,7 @@ class RayBatch:
         return RAY_TEXELS.unpack_planes(planes)
 
     def given_units(self, t: np.ndarray, rays: slice | np.ndarray) -> np.ndarray:
-        """(k,) float32 t of the programs, of the rays chosen, in the caller's units."""
+        """Convert (k,) float32 values of t, for the chosen rays, to the caller's units."""
         with np.errstate(over="ignore"):
             if self._shift is not None:
                 t = (t + self._shift[rays]).astype(np.float32)
@@ -168,7 +173,7 @@ class RayBatch:
 
     def put_in_order(self, bounds: tuple[np.ndarray, np.ndarray],
                      precision: Precision = Precision()) -> None:
-        """Lay rays that are alike side by side; see ``RayOrder``."""
+        """Sort the rays so that similar rays lie side by side; see ``RayOrder``."""
         began = time.perf_counter()
         self._lay_out_starts()
         given = [plane[:self.count] for plane in self._given]
@@ -178,13 +183,15 @@ class RayBatch:
         self.sort_seconds += time.perf_counter() - began
 
     def given_fields(self) -> dict[str, np.ndarray]:
-        """(n,) or (n, 3) float32 by field of RAY_TEXELS, copies: the rays in the order given."""
+        """Return copies of the fields of RAY_TEXELS, (n,) or (n, 3) float32 by name, in the
+        caller's order of rays."""
         self._lay_out_starts()
         fields = RAY_TEXELS.unpack_planes(self._given)
         return {name: values[:self.count].copy() for name, values in fields.items()}
 
     def by_ray(self, texels: np.ndarray) -> np.ndarray:
-        """What a texture of ``size`` holds, (k, 4) row by row, ray by ray: (n, 4)."""
+        """Convert the texels of a texture of ``size``, (k, 4) row by row, to (n, 4) in the
+        caller's order of rays."""
         if self.order is None:
             return texels[:self.count]
         began = time.perf_counter()
@@ -193,11 +200,11 @@ class RayBatch:
         return found
 
     def hits(self, fields: Mapping[str, np.ndarray]) -> Hits:
-        """Hits in the caller's units from the fields of HIT, (n,) each.
+        """Return hits in the caller's units from the fields of HIT, (n,) each.
 
         Parameters
         ----------
-        fields : as for `hits_of`; entries behind the last ray's do not count
+        fields : as for `hits_of`; entries after the last ray are ignored
         """
         fields = {name: values[:self.count] for name, values in fields.items()}
         if "t" in fields:
@@ -207,7 +214,7 @@ class RayBatch:
         return hits
 
     def status(self) -> np.ndarray:
-        """(n,) uint8, what is known before anything is traced: which rays are invalid."""
+        """Return (n,) uint8, the status of the rays before tracing, which marks invalid rays."""
         status = np.zeros(self.count, np.uint8)
         status[self.invalid] = INVALID
         return status
@@ -216,7 +223,8 @@ class RayBatch:
 def _lay_out(planes: list[np.ndarray], origins: np.ndarray, directions: np.ndarray,
              t_min: np.ndarray, t_max: np.ndarray,
              bounds: tuple[np.ndarray, np.ndarray] | None) -> _Laid:
-    """A block of rays into (n, 4) each, one a texel, without the start that all share."""
+    """Write a block of rays to planes, (n, 4) each, a plane for each texel of RAY_TEXELS. If all
+    rays share a start, the plane of origins is left out and the start is returned."""
     size, bad = _size(directions), np.zeros(len(origins), bool)
     alike = _alike(origins)
     if not (size.min() > 0 and size.max() < np.inf
@@ -227,7 +235,8 @@ def _lay_out(planes: list[np.ndarray], origins: np.ndarray, directions: np.ndarr
             well &= np.isfinite(along)
         bad = ~well
         np.copyto(size, 0.5, where=bad)
-        middle = np.zeros(3) if bounds is None else (bounds[0] + bounds[1]) / 2    # not far off
+        # Replace the origin of invalid rays by a point near the scene.
+        middle = np.zeros(3) if bounds is None else (bounds[0] + bounds[1]) / 2
         origins, alike = origins.copy(), False
         for along, value in zip(origins.T, middle):
             np.copyto(along, value, where=bad, casting="same_kind")
@@ -243,7 +252,7 @@ def _lay_out(planes: list[np.ndarray], origins: np.ndarray, directions: np.ndarr
             origins, shift = approach(origins, directions, *bounds)
             if shift is not None:
                 t_min, t_max, alike = t_min - shift, t_max - shift, False
-        # An empty ray is one whose t_max is -1: that only a t_min below could make it live.
+        # Empty rays have t_max = -1, so a shared t_min below that would make them live.
         start = np.float32([*origins[0], t_min[0]]) if (
             alike and _alike(t_min) and t_min[0] >= 0) else None
         into = planes if start is None else [None, *planes[1:]]
@@ -264,12 +273,12 @@ def _put(planes: list[np.ndarray], at: slice | np.ndarray, texels: np.ndarray) -
 
 
 def _alike(values: np.ndarray) -> bool:
-    """Whether all of (n,) or (n, k) are the same, and numbers."""
+    """Return whether all rows of (n,) or (n, k) values are equal, and none is NaN."""
     if not values.strides[0]:
         values = values[:1]
-    if (values[:1] != values[len(values) // 2]).any():     # most that differ do so here
+    if (values[:1] != values[len(values) // 2]).any():     # finds most differences at once
         return False
-    # Each against the one before it, in one row: numpy is slow along short axes.
+    # Compare each row with the row before it, as flat arrays: numpy is slow along short axes.
     width, row = values[0].size, values.reshape(-1)
     return bool((row[width:] == row[:-width]).all() and not np.isnan(values[0]).any())
 
@@ -279,7 +288,8 @@ def _same(one: np.ndarray | None, other: np.ndarray | None) -> bool:
 
 
 def _joined(blocks: list[slice], parts: list[np.ndarray | None]) -> np.ndarray | None:
-    """One a ray from one a ray of each block, 0 where a block has none; None where all have."""
+    """Join the values per ray of all blocks, with 0 for blocks that have None; return None if all
+    blocks have None."""
     some = [part for part in parts if part is not None]
     if not some:
         return None
@@ -289,8 +299,8 @@ def _joined(blocks: list[slice], parts: list[np.ndarray | None]) -> np.ndarray |
 
 def _normal(t: np.ndarray, exponents: np.ndarray | None, above: float, below: float
             ) -> np.ndarray:
-    """(n,) float32 ends of intervals times 2^exponents. Where a product is no normal number, which
-    a renderer may flush to 0, ``above`` stands for a positive and ``below`` for a negative one."""
+    """Return (n,) float32, ends of intervals times 2^exponents. A renderer may flush a denormal
+    product to 0, so ``above`` replaces positive denormals and ``below`` negative ones."""
     given = t if t.strides[0] else t[:1]
     scaled = given if exponents is None else np.ldexp(given, exponents)
     tiny = (np.abs(scaled) < FLOAT32.tiny) & (given != 0)
@@ -300,12 +310,13 @@ def _normal(t: np.ndarray, exponents: np.ndarray | None, above: float, below: fl
 
 
 def _numbers(values: np.ndarray) -> bool:
-    """Whether none of (n,) is NaN; one that stands for all is looked at once."""
+    """Return whether none of (n,) values is NaN; a broadcast value is checked once."""
     return not np.isnan(values if values.strides[0] else values[:1]).any()
 
 
 def _size(directions: np.ndarray) -> np.ndarray:
-    """(n,) the largest component of (n, 3), by columns: numpy is slow along short axes."""
+    """Return (n,) the largest magnitude of a component of (n, 3). It works by columns, because
+    numpy is slow along short axes."""
     size = np.abs(directions[:, 0])
     for axis in (1, 2):
         np.maximum(size, np.abs(directions[:, axis]), out=size)
@@ -313,24 +324,25 @@ def _size(directions: np.ndarray) -> np.ndarray:
 
 
 def _exponents(size: np.ndarray) -> np.ndarray | None:
-    """(n,) int, of the power of two times [0.5, 1) that each of (n,) is; None where all are 0."""
+    """Return (n,) int exponents e, such that each of (n,) sizes is in [0.5, 1) times 2^e; None if
+    all are 0."""
     if not len(size) or (size.min() >= 0.5 and size.max() < 1):
         return None
     return np.frexp(size)[1]
 
 
 def hits_of(fields: Mapping[str, np.ndarray]) -> Hits:
-    """Hits from the fields of HIT, in the units they are in.
+    """Return hits from the fields of HIT, without a change of units.
 
     Parameters
     ----------
-    fields : (n,) each of HIT's, just read: they are taken over, and changed where rays missed; of
-        any hit perhaps the triangles alone: all else is 0 then
+    fields : (n,) for each field of HIT. The arrays are reused, and modified where rays missed.
+        After an any-hit query, ``triangle`` may be the only field; the others are then 0
     """
     missed = fields["triangle"] == NO_TRIANGLE
 
     def column(name: str) -> np.ndarray:
-        found = np.ascontiguousarray(fields[name])      # together, not a column of what was read
+        found = np.ascontiguousarray(fields[name])      # copies the column of a readback
         np.copyto(found, _ON_MISS[name], where=missed, casting="unsafe")
         return found
     run = threads(len(missed))
@@ -340,7 +352,7 @@ def hits_of(fields: Mapping[str, np.ndarray]) -> Hits:
 
 
 def _check_shape(shape: tuple[int, int], count: int) -> None:
-    """Raise ValueError where rays form no such tile."""
+    """Raise ValueError unless ``shape`` is (height, width) of an image of ``count`` rays."""
     sides = np.asarray(shape, object)
     if sides.shape != (2,) or not all(isinstance(side, Integral) and side >= 0 for side in sides):
         raise ValueError(f"shape is {shape!r}; give (height, width), two whole numbers, or None")
@@ -349,7 +361,7 @@ def _check_shape(shape: tuple[int, int], count: int) -> None:
 
 
 def _float32(values: float | np.ndarray, name: str) -> np.ndarray:
-    """Infinite where a number is past what these hold."""
+    """Return the values as float32; numbers beyond its range become infinite."""
     try:
         array = np.asarray(values)
         if array.dtype.kind not in "biuf":

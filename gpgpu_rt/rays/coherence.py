@@ -1,31 +1,31 @@
-"""Coherence: how much alike neighbouring rays are, from a sample of their tiles."""
+"""Coherence: measures how similar neighbouring rays are, on a sample of tiles."""
 from __future__ import annotations
 
 import numpy as np
 
 from .batch import RayBatch
 
-TILE = 8          # rays a side
-SAMPLE = 256      # tiles looked at, evenly spread
-NEAR = 1 / 16     # of the scene's diagonal, within which origins of neighbours lie
+TILE = 8          # rays a side of a tile
+SAMPLE = 256      # most tiles in the sample, evenly distributed
+NEAR = 1 / 16     # origins closer than this share of the scene's diagonal count as near
 
 
 def coherence(batch: RayBatch, diagonal: float) -> float | None:
-    """The share of neighbouring rays that are alike.
+    """Return the share of neighbouring rays that are similar.
 
-    Two rays next to each other in a tile are alike where their directions have the same signs and
-    the same dominant axis, and their origins are near for a scene of this size: they then visit
-    much the same nodes in the same order, and test triangles along the same axis.
+    Two neighbours in a tile are similar if their directions have the same signs and the same
+    dominant axis, and if their origins are near each other. Similar rays visit nearly the same
+    nodes in the same order, and test triangles along the same axis.
 
     Parameters
     ----------
-    batch : the rays; one whose interval is empty says nothing of its neighbours
-    diagonal : of the scene's box, world units
+    batch : the rays; pairs with an empty interval are ignored
+    diagonal : the diagonal of the scene's box, world units
 
     Returns
     -------
     float
-        from 0 to 1; None where no two rays lie side by side
+        from 0 to 1; None if there are no two neighbouring rays
     """
     rays = batch.sample(*_sampled(*batch.size[::-1]))    # (tiles, y, x) each
     origins, directions = rays["origin"], rays["direction"]
@@ -42,8 +42,8 @@ def coherence(batch: RayBatch, diagonal: float) -> float | None:
 
 
 def _sampled(height: int, width: int) -> tuple[np.ndarray, np.ndarray]:
-    """Rows (tiles, y, 1) and columns (tiles, 1, x) of a sample of the whole tiles; smaller ones
-    where the rays fill none."""
+    """Return the rows (tiles, y, 1) and columns (tiles, 1, x) of a sample of complete tiles. If
+    the rays do not fill a tile, the tiles are smaller."""
     y, x = min(TILE, height), min(TILE, width)
     down, across = (height // y, width // x) if y and x else (0, 0)
     tiles = np.unique(np.linspace(0, max(down * across - 1, 0), min(SAMPLE, down * across))

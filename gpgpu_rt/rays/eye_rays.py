@@ -1,4 +1,4 @@
-"""Eye rays: those through the pixel centres of a camera's image, made where they are traced."""
+"""Eye rays: makes the rays through the pixel centres of a camera's image on the GPU."""
 from __future__ import annotations
 
 import numpy as np
@@ -16,8 +16,8 @@ Bounds = tuple[np.ndarray, np.ndarray]
 
 
 def eye_uniforms(camera: Camera, size: tuple[int, int], bounds: Bounds) -> dict[str, object]:
-    """What ``drivers/eye.glsl`` reads, of an image of (width, height) pixels and a scene within
-    ``bounds``."""
+    """Return the uniforms of ``drivers/eye.glsl`` for an image of (width, height) pixels and a
+    scene within ``bounds``."""
     right, up, forward = (tuple(axis) for axis in camera.basis(size))
     centre, radius = sphere(*bounds)
     far = np.linalg.norm(np.subtract(camera.eye, centre)) > FAR * radius
@@ -26,13 +26,14 @@ def eye_uniforms(camera: Camera, size: tuple[int, int], bounds: Bounds) -> dict[
 
 
 def share_eye(rays: RayTextures, uniforms: dict[str, object]) -> None:
-    """Let rays that were written with these share their start, where they do."""
+    """Set the start that all eye rays share, for rays written with these uniforms. Rays have no
+    shared start if far origins were moved."""
     rays.share_start(None if uniforms["beyond"]
                      else np.float32([*uniforms["eye"], 0]))  # type: ignore[misc]
 
 
 class EyeRays:
-    """The pass that writes them."""
+    """The pass that writes eye rays."""
 
     def __init__(self, gpu: Gpu, precision: Precision) -> None:
         self._pass = FullScreenPass(
@@ -41,8 +42,16 @@ class EyeRays:
 
     def write(self, rays: RayTextures, camera: Camera, bounds: Bounds,
               aside: tuple[float, float] = (0.0, 0.0), region: Region | None = None) -> None:
-        """The rays of an image as large as ``rays``, or of a region as large of a larger one;
-        ``bounds`` are the scene's, ``aside`` is how far beside the centres all go, in pixels."""
+        """Write the eye rays of an image of the size of ``rays``, or of a region of this size.
+
+        Parameters
+        ----------
+        rays : the textures to write
+        camera : the camera
+        bounds : the scene's (lo, hi)
+        aside : offset of all rays from the pixel centres, in pixels
+        region : the region of the image; by default the whole image
+        """
         region = region or Region.of(rays.size, None)
         uniforms = eye_uniforms(camera, region.whole, bounds)
         self._pass.set(**uniforms, corner=region.corner, aside=aside)

@@ -1,24 +1,26 @@
-"""Approach: rays that start far outside a scene start near it instead, on their own line.
+"""Far origins: moves the origin of a ray that starts far outside the scene near to the scene.
 
-What a program computes of a ray carries errors in proportion to the distance from its origin: a
-few 2^-24 of it. Builders widen what they list by `bounds.PADDING` of the largest coordinate, and a
-ray that starts within a few of the scene's sizes errs by less. From farther off it would pass
-cells and leaves by without seeing them: kd-trees lost 0.01 % of vertex-aimed rays at eight times
-the scene's size and 5 % at 10^4 times. Advancing such an origin in float64 costs half a float32
-spacing at the scene, less than a triangle test from afar does.
+A shader's errors in a ray's points are in proportion to the distance from the origin: a few times
+2^-24 of it. Builders widen boxes by `bounds.PADDING` of the largest coordinate. This exceeds the
+errors of a ray that starts within a few times the scene's size. A ray from further away would miss
+cells and leaves: kd-trees lost 0.01 % of vertex-aimed rays at eight times the scene's size, and 5
+% at 10^4 times. Moving the origin along its ray in float64 adds an error of half a float32 spacing
+at the scene, which is less than the error of a triangle test from the far origin.
 """
 from __future__ import annotations
 
 import numpy as np
 
-FAR = 4.0    # times the radius of the scene's sphere, from its centre
-NEAR = 2.0   # where a ray from farther off starts, the same unit
-ABREAST = 128       # points in a row of what is reduced by axis
+# An origin is far if its distance from the scene's centre exceeds FAR radii of the scene's sphere.
+# It moves to NEAR radii before the point of its ray that is nearest to the centre.
+FAR = 4.0
+NEAR = 2.0
+ABREAST = 128       # points per row in `by_axis`; long rows make numpy's reduction fast
 
 
 def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
              hi: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
-    """Rays that start near the scene, or where they did.
+    """Move far origins along their rays to near the scene; leave the others unchanged.
 
     Parameters
     ----------
@@ -27,11 +29,11 @@ def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
 
     Returns
     -------
-    (n, 3) float32 origins, and (n,) float64, how far each was advanced in units of its direction;
-    None where none was
+    (n, 3) float32 origins; and (n,) float64, the distance that each origin was moved, in units of
+    its direction's length, or None if no origin was moved
     """
     centre, radius = sphere(lo, hi)
-    # The cheap test first: nearly all calls end here.
+    # Apply the cheap test first, which decides nearly all calls.
     if not len(origins) or _near(origins, centre, radius):
         return origins, None
     offset = centre - origins.astype(np.float64)
@@ -42,7 +44,7 @@ def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
     d = directions[far].astype(np.float64)
     length = np.sqrt((d ** 2).sum(axis=1))
     ahead = np.maximum((offset[far] * d).sum(axis=1) / length - NEAR * radius, 0) / length
-    # 24 bits, so that the shift is exact in float32 and what lies at a round t stays there.
+    # Round the shift to float32, so that a hit at a round value of t keeps this value.
     shift[far] = ahead.astype(np.float32)
     moved = origins.copy()
     moved[far] = origins[far] + shift[far, None] * d
@@ -50,14 +52,15 @@ def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
 
 
 def _near(origins: np.ndarray, centre: np.ndarray, radius: float) -> bool:
-    """Whether no origin is far off, by the box around all; not where one holds a NaN."""
+    """Return whether the box around all origins shows that none is far; false if one is NaN."""
     ends = np.array([by_axis(end, origins) for end in (np.minimum, np.maximum)], np.float64)
     return radius == 0 or bool(
         (np.abs(ends - centre).max(axis=0) ** 2).sum() <= (FAR * radius) ** 2)
 
 
 def by_axis(extreme: np.ufunc, points: np.ndarray) -> np.ndarray:
-    """(k,) the extreme of (n, k) by axis: in rows of many points, as numpy is fast along those."""
+    """Return (k,) the minimum or maximum, ``extreme``, of (n, k) points along each axis. Points
+    are reduced in long rows, along which numpy is fast."""
     rows, axes = len(points) // ABREAST * ABREAST, points.shape[1]
     wide = points[:rows].reshape(-1, ABREAST * axes)
     parts = [extreme.reduce(wide, axis=0).reshape(-1, axes)] if rows else []
@@ -65,6 +68,6 @@ def by_axis(extreme: np.ufunc, points: np.ndarray) -> np.ndarray:
 
 
 def sphere(lo: np.ndarray, hi: np.ndarray) -> tuple[np.ndarray, float]:
-    """Centre, (3,) float64, and radius of the sphere around a box."""
+    """Return the centre, (3,) float64, and the radius of the sphere around a box."""
     lo, hi = np.asarray(lo, np.float64), np.asarray(hi, np.float64)
     return (lo + hi) / 2, float(np.linalg.norm(hi - lo)) / 2

@@ -1,9 +1,9 @@
-"""The order in which arrays of rays lie in their textures: those that are alike side by side.
+"""Ray order: sorts arrays of rays so that similar rays lie side by side in their textures.
 
-A renderer runs neighbouring fragments together until the last of them is through, and they share
-its caches. The survey (section 4.3) proposes to sort rays on the graphics hardware, which the
-option ``sort_rays`` does (``traversal/stages/sorted_rays.py``); rays that come as
-arrays can be put in order before they are uploaded, by the host.
+A renderer runs neighbouring fragments together until the last of them finishes, and neighbouring
+fragments share caches. The survey (section 4.3) proposes to sort rays on the graphics hardware,
+which the option ``sort_rays`` does (``traversal/stages/sorted_rays.py``). Here, the host sorts
+rays that come as arrays, before the upload.
 """
 from __future__ import annotations
 
@@ -17,36 +17,38 @@ from ..gl.precision import Precision
 from ..threads import threads
 from .records import NO_RAY, RAY_TEXELS
 
-# Rays a side of a square, along whose Morton curve neighbours in order lie: 2^SQUARE_LOG2 of
+# Consecutive rays fill squares of this side along a Morton curve; 2^SQUARE_LOG2 of
 # stages/sorted_place.glsl.
 SQUARE = 8
-ORIGIN_BITS = 3     # an axis, of the scene's box: the cell in which a ray begins
-# Directions come first: their octant, and in it which of each two components is the larger. So
-# rays side by side agree in signs and dominant axis, without which those of a packet would take
-# turns (packet_turns.glsl).
+ORIGIN_BITS = 3     # bits per axis for the cell of a ray's origin in the scene's box
+# The direction comes first in the sort key: its octant, then the order of its components' sizes.
+# Neighbouring rays then agree in signs and dominant axis. Rays of a packet that differ in these
+# would have to run one after another (packet_turns.glsl).
 DIRECTIONS = 1 << 6
-_GRAY = (0, 1, 3, 2, 6, 7, 5, 4)    # octants, each with one sign other than the one before
-AT_ONCE = 1 << 16   # rays that are worked on at a time: they stay in a core's cache
-# Rays in a row that are put in order by themselves: those of a picture's rows begin near one
-# another as it is, and what lies in a cache is sorted and moved faster (docs/bvh.md).
+_GRAY = (0, 1, 3, 2, 6, 7, 5, 4)    # octants in Gray code order: neighbours differ in one sign
+AT_ONCE = 1 << 16   # rays per block of copying, which fits in a core's cache
+# Rays per block of sorting. Each block is sorted by itself: the rays of a picture's rows start
+# near each other anyway, and sorting and moving is faster within the cache (docs/bvh.md).
 BLOCK = 1 << 17
-SCATTERED = 0.75    # of all cells in which rays begin, a block's: from there on all are one
+# Sort all rays together if an average block contains at least this share of the origin cells that
+# all blocks contain.
+SCATTERED = 0.75
 
 
 class RayOrder:
-    """Rays put in order, but for empty ones: all of these are read from one empty texel.
+    """Sorted rays. Empty rays are left out; their results are read from a shared empty texel.
 
     Parameters
     ----------
-    planes : (n, 4) float32 each, one a texel of RAY_TEXELS
+    planes : (n, 4) float32 for each texel of RAY_TEXELS
     bounds : the scene's (lo, hi)
-    precision : what textures hold, where an empty ray may come to end where it begins
+    precision : the precision of textures; rounding to it may turn an empty interval into a point
 
     Attributes
     ----------
-    count : rays, n
-    rays : (m,) int, those that are not empty, in their order
-    size : (width, height) of the textures that they lie in
+    count : the number of rays, n
+    rays : (m,) int, the rays that are not empty, in sorted order
+    size : (width, height) of the textures of the sorted rays
     """
 
     def __init__(self, planes: list[np.ndarray], bounds: tuple[np.ndarray, np.ndarray],
@@ -62,11 +64,12 @@ class RayOrder:
         self.size = (SQUARE * across, SQUARE * down)
 
     def _sorted(self, rays: np.ndarray, keys: np.ndarray) -> np.ndarray:
-        order = np.argsort(keys, kind="stable")     # of 16 bits: numpy takes a radix sort
+        order = np.argsort(keys, kind="stable")     # numpy uses a radix sort for 16 bits
         return order if len(rays) == self.count else rays[order]
 
     def planes(self, planes: list[np.ndarray]) -> list[np.ndarray]:
-        """(width * height, 4) float32 each, the rays where they lie; empty ones elsewhere."""
+        """Return (width * height, 4) float32 for each texel of RAY_TEXELS: the sorted rays, and
+        empty rays in the other texels."""
         (width, height), count = self.size, len(self.rays)
         curve, rank = _curve(self.size)
         laid = [np.empty((width * height, 4), np.float32) for _ in planes]
@@ -75,7 +78,8 @@ class RayOrder:
             part = slice(first, first + AT_ONCE)
             lies = self.rays[np.minimum(rank[part], count - 1)]
             for values, into in zip(planes, laid):
-                np.take(_whole(values), lies, out=_whole(into)[part], mode="clip")   # in place
+                # "clip" lets numpy write directly to ``out``, without a buffer.
+                np.take(_whole(values), lies, out=_whole(into)[part], mode="clip")
         if count:
             run = threads(count)
             list(run(lay, range(0, width * height, AT_ONCE)))
@@ -84,7 +88,7 @@ class RayOrder:
         return laid
 
     def back(self, values: np.ndarray) -> np.ndarray:
-        """What each ray came to, from what lies in a texture.
+        """Return the values of each ray in the caller's order, from the texels of a texture.
 
         Parameters
         ----------
@@ -92,10 +96,10 @@ class RayOrder:
 
         Returns
         -------
-        (n, ...), ray by ray
+        (n, ...)
         """
         count, (curve, _) = len(self.rays), _curve(self.size)
-        by_channel = values.ndim == 2 and values.flags.f_contiguous     # as packets' hits are
+        by_channel = values.ndim == 2 and values.flags.f_contiguous     # true for hits of packets
         found = np.empty((self.count, *values.shape[1:]), values.dtype, "F" if by_channel else "C")
         pairs = [(values, found)]
         if by_channel:
@@ -114,7 +118,8 @@ class RayOrder:
 
 
 def squares(rays: int) -> tuple[int, int]:
-    """Squares across and down: about as wide as high, and no more than hold all rays."""
+    """Return the numbers of squares across and down for a texture that holds all rays, about as
+    wide as high."""
     count = -(-rays // SQUARE ** 2)
     across = max(1, round(count ** 0.5))
     return across, max(1, -(-count // across))
@@ -122,8 +127,8 @@ def squares(rays: int) -> tuple[int, int]:
 
 def _live_keys(planes: list[np.ndarray], first: int, precision: Precision,
                bounds: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, ...]:
-    """Of a block of rays (m,) int, those not empty; (k,) int, those that are; (m,) uint16, of the
-    former the kind of direction, then the origin's cell along a Morton curve."""
+    """Return the rays of a block that are not empty, (m,) int; the empty rays, (k,) int; and the
+    sort keys of the former, (m,) uint16: direction, then origin cell along a Morton curve."""
     fields = RAY_TEXELS.unpack_planes([plane[first:first + BLOCK] for plane in planes])
     some = precision.stored(fields["t_min"]) <= precision.stored(fields["t_max"])
     live, empty = np.flatnonzero(some), np.flatnonzero(~some)
@@ -132,13 +137,14 @@ def _live_keys(planes: list[np.ndarray], first: int, precision: Precision,
     assert direction.channel == 0
     lattice = _direction_codes(planes[direction.texel][first:first + BLOCK]).view(np.int32)
     lattice <<= 3 * ORIGIN_BITS
-    place, cell = np.empty(len(some), np.float32), np.empty(len(some), np.int32)    # used again
-    with np.errstate(all="ignore"):     # a box without extent is some cell or other
+    # Buffers that the loop over the axes reuses.
+    place, cell = np.empty(len(some), np.float32), np.empty(len(some), np.int32)
+    with np.errstate(all="ignore"):     # in a box without extent, any cell will do
         for axis in range(3):
             np.subtract(fields["origin"][:, axis], lo[axis], out=place)
             place *= np.float32(1 << ORIGIN_BITS) / (hi - lo)[axis]
             np.copyto(cell, place, casting="unsafe")
-            # One outside is taken for another: that costs order, and no hit.
+            # An origin outside the box gets a wrong cell, which affects only the order.
             cell &= (1 << ORIGIN_BITS) - 1
             lattice |= np.left_shift(cell, ORIGIN_BITS * axis, out=cell)
     keys = np.take(_keys(), lattice[live] if len(empty) else lattice)
@@ -146,28 +152,30 @@ def _live_keys(planes: list[np.ndarray], first: int, precision: Precision,
 
 
 def _direction_codes(texels: np.ndarray) -> np.ndarray:
-    """(n,) uint32 below DIRECTIONS, bits that tell whether x is negative, |x| no less than |y|,
-    |x| than |z|, y negative, |y| no less than |z|, z negative.
+    """Return (n,) uint32 codes below DIRECTIONS. From the lowest bit: x < 0, |x| >= |y|,
+    |x| >= |z|, y < 0, |y| >= |z|, z < 0.
 
-    texels : (n, 4) float32, directions first. All numbers are taken in a row, each with those
-        after it, as numpy is slow along short axes.
+    texels : (n, 4) float32, directions in the first three channels. The flat array is compared
+        with itself at offsets 1 and 2, because numpy is slow along short axes
     """
     row = texels.reshape(-1)
     negative, size = row < 0, np.abs(row)
     next_less, second_less = np.zeros_like(negative), np.zeros_like(negative)
     np.greater_equal(size[:-1], size[1:], out=next_less[:-1])
     np.greater_equal(size[:-2], size[2:], out=second_less[:-2])
-    # A byte a component now; the last one's is cut off.
+    # Each component has a byte with its three bits. The mask drops the byte of the last channel
+    # and the comparisons with it.
     code = negative.view("<u4") | next_less.view("<u4") << 1 | second_less.view("<u4") << 2
     code &= 0x010307
-    code *= 1 << 16 | 1 << 11 | 1 << 5      # bits of the three bytes side by side, from the 16th
+    code *= 1 << 16 | 1 << 11 | 1 << 5      # moves the bits of the three bytes together at bit 16
     code >>= 16
     code &= DIRECTIONS - 1
     return code
 
 
 def _near_one_another(keys: list[np.ndarray]) -> bool:
-    """Whether rays of a block, one in eight, begin in a part of the cells in which any do."""
+    """Return whether the rays of a block start in a small part of the cells in which any rays
+    start. Every eighth ray is examined."""
     cells = np.zeros((len(keys), 1 << 3 * ORIGIN_BITS), bool)
     for held, each in zip(cells, keys):
         held[each[::8] & len(held) - 1] = True
@@ -179,20 +187,21 @@ def _joined(parts: list[np.ndarray]) -> np.ndarray:
 
 
 def _whole(texels: np.ndarray) -> np.ndarray:
-    """(n,) of (n, 4) float32: a texel as one number, which numpy moves faster than its four."""
+    """View (n, 4) float32 texels as (n,) complex128, because numpy moves single values faster."""
     return texels.view(np.complex128)[:, 0]
 
 
 @lru_cache(maxsize=None)
 def _keys() -> np.ndarray:
-    """(2^15,) uint16, the key of each direction's code and origin's cell, these in the low bits:
-    octant by octant, in each around its diagonal, then along a Morton curve of origins."""
+    """Return (2^15,) uint16, the sort key for each direction code and origin cell, with the cell
+    in the low bits of the index. Keys order rays by octant, then by the position around the
+    octant's diagonal, then along a Morton curve of origin cells."""
     place = np.arange(DIRECTIONS << 3 * ORIGIN_BITS)
     code, cell = np.divmod(place, 1 << 3 * ORIGIN_BITS)
     negative = code & 1 | code >> 2 & 2 | code >> 3 & 4
     over = code >> 1 & 1, code >> 2 & 1, code >> 4 & 1     # x over y, x over z, y over z
-    # The six orders of three sizes, each with two neighbours of the one before swapped: the
-    # largest is x, x, y, y, z, z.
+    # Number the six orders of |x|, |y|, |z| so that consecutive orders differ by a swap of two
+    # neighbours. The largest components of the six orders are x, x, y, y, z, z.
     around = np.zeros(8, int)
     around[[3, 7, 6, 4, 0, 1]] = range(6)
     way = around[over[0] | over[1] << 1 | over[2] << 2]
@@ -203,8 +212,8 @@ def _keys() -> np.ndarray:
 
 @lru_cache(maxsize=1)
 def _curve(size: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
-    """Texels of a texture in order, square by square and along each one's curve; and the number
-    that each has in it. (width * height,) int32 both."""
+    """Return the texels of a texture in curve order, square by square and along a Morton curve in
+    each square; and the rank of each texel in this order. Both are (width * height,) int32."""
     width, height = size
     y, x = np.divmod(np.arange(width * height), width)
     rank = ((y // SQUARE * (width // SQUARE) + x // SQUARE) * SQUARE ** 2

@@ -1,4 +1,4 @@
-"""Ray sets: the kinds of rays that tests and figures trace, (n, 3) float32 arrays."""
+"""Ray sets: makes the rays that tests and figures trace, as (n, 3) float32 arrays."""
 from __future__ import annotations
 
 from typing import Any
@@ -12,9 +12,9 @@ Rays = tuple[np.ndarray, np.ndarray]
 
 
 def eye_rays(scene: Any, n: int) -> Rays:
-    """The camera's rays through a square image of `n` pixels, row by row from the top.
+    """Return the camera's rays through a square image of `n` pixels, row by row from the top.
 
-    Raises OptionError where n is no square.
+    Raises OptionError if n is not a square number.
     """
     side = round(np.sqrt(max(n, 0)))
     if side * side != n or n < 1:
@@ -25,7 +25,7 @@ def eye_rays(scene: Any, n: int) -> Rays:
 
 
 def random_rays(scene: Any, n: int, seed: int) -> Rays:
-    """Origins uniform in the scene's box, directions uniform on the sphere."""
+    """Return rays with origins uniform in the scene's box and directions uniform on the sphere."""
     rng = np.random.default_rng(seed)
     lo, hi = (corner.astype(np.float64) for corner in scene.bounds)
     origins = lo + (hi - lo) * rng.random((n, 3))
@@ -33,8 +33,12 @@ def random_rays(scene: Any, n: int, seed: int) -> Rays:
 
 
 def surface_rays(scene: Any, n: int, seed: int) -> Rays:
-    """Rays that leave the surface: directions uniform on the hemisphere of the face's normal,
-    origins 1e-3 of the extent along them off points uniform by area."""
+    """Return rays that leave the surface. Points are uniform by area, directions uniform on the
+    hemisphere of the triangle's normal. Origins lie 1e-3 of the scene's extent along the direction
+    from the point.
+
+    Raises SceneError if no triangle has an area.
+    """
     rng = np.random.default_rng(seed)
     triangles = np.asarray(scene.triangles, np.float64)
     normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
@@ -55,12 +59,23 @@ def surface_rays(scene: Any, n: int, seed: int) -> Rays:
 
 def aimed_rays(scene: Any, n: int, seed: int, at: str = "vertices",
                origin: np.ndarray | None = None) -> Rays:
-    """Rays aimed at vertices or at points on edges, where an intersection test leaks.
+    """Return rays aimed at vertices or at points on edges, where intersection tests may leak.
 
     Parameters
     ----------
+    scene : Scene
+    n : number of rays
+    seed : of the random numbers
     at : "vertices" or "edges"
-    origin : (3,), where all rays start; by default uniform in the middle half of the box
+    origin : (3,), the origin of all rays; by default, origins are uniform in the middle half of
+        the scene's box
+
+    Raises
+    ------
+    OptionError
+        ``at`` is neither of the two
+    SceneError
+        the scene has no triangles
     """
     if at not in ("vertices", "edges"):
         raise OptionError(f"rays aimed at {at!r}{nearest_names(at, ('vertices', 'edges'))}")

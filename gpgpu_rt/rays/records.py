@@ -8,21 +8,22 @@ import numpy as np
 from ..gl.record import EXACT_INTEGER, Record
 
 RAY_TEXELS = Record("rays", "origin:vec3 t_min | direction:vec3 t_max")
-"""A ray as it lies in its two textures."""
+"""A ray, stored in a texel of each of two textures."""
 
 RAY_AFTER_HIT = replace(RAY_TEXELS, layout=RAY_TEXELS.layout + " | after:int",
                         define="AFTER_HIT")
-"""A ray that goes on behind what it hit at t_min: of the triangles at just that t only those above
-``after`` count, which is -1 where nothing was hit yet."""
+"""A ray that continues after its hit at t_min. Among the triangles at exactly t_min, only those
+with an index above ``after`` count; ``after`` is -1 before the first hit."""
 
 NO_RAY = RAY_AFTER_HIT.pack(origin=np.zeros((1, 3)), t_min=[1], direction=[[0, 0, 1]], t_max=[-1],
                             after=[-1])[0]
-"""(3, 4) float32, what texels hold that no ray lies in: one whose interval is empty."""
+"""(3, 4) float32, the content of texels without a ray: a ray with an empty interval."""
 
-NO_TRIANGLE = EXACT_INTEGER     # above every index: the lowest of several is one, if there is one
+NO_TRIANGLE = EXACT_INTEGER     # above every index, so that the minimum of several prefers a hit
 
 HIT = Record("hit", "t u v triangle:int", constants=(("NO_TRIANGLE", NO_TRIANGLE),))
-"""The nearest hit so far; of none NO_TRIANGLE and the ray's end; what packets miss has any end."""
+"""The nearest hit so far. Before the first hit, ``triangle`` is NO_TRIANGLE and ``t`` is the ray's
+t_max. After a packet pass, ``t`` is undefined where ``triangle`` is NO_TRIANGLE."""
 
 COUNTERS = Record("counters", "nodes_visited:int leaves_visited:int triangles_tested:int")
-"""What a ray did; exists only in programs with statistics."""
+"""The work of a ray so far; exists only in programs with statistics."""

@@ -1,14 +1,17 @@
-"""Bounds of rays by the tile of their textures, found as rays are laid out: a tile without a live
-ray, or whose rays all miss the scene, then need not be drawn."""
+"""Tile bounds: bounds of the rays in each tile of their textures.
+
+The bounds are computed while rays are written to texels. A tile without a live ray, or a tile
+whose rays all miss the scene, need not be drawn.
+"""
 from __future__ import annotations
 
 import numpy as np
 
-SIDE = 8    # rays a side of the tiles that are looked at; larger ones are joined of these
+SIDE = 8    # rays a side of the smallest tiles; larger tiles consist of these
 
 
 class TileBounds:
-    """What the live rays of each tile have in common.
+    """The bounds of the live rays in each tile. A ray is live if its interval is not empty.
 
     Parameters
     ----------
@@ -17,10 +20,10 @@ class TileBounds:
 
     Attributes
     ----------
-    size : (across, down) tiles
-    live : (down, across) bool, whether a ray of the tile is not empty
-    least, most : (down, across, 3) float32, the outermost components of their directions; without
-        meaning where none is live, and where rays do not all begin at one point
+    size : (across, down) number of tiles
+    live : (down, across) bool, whether the tile has a live ray
+    least, most : (down, across, 3) float32, the least and the largest components of the directions
+        of live rays; undefined if the tile has no live ray, or if not all rays have the same start
     """
 
     def __init__(self, size: tuple[int, int], side: int = SIDE) -> None:
@@ -31,43 +34,44 @@ class TileBounds:
         self.most = np.empty_like(self.least)
 
     def see(self, first: int, planes: list[np.ndarray], start: np.ndarray | None) -> None:
-        """Take rows of rays.
+        """Compute the bounds of tiles from some rows of rays.
 
         Parameters
         ----------
-        first : row of the textures, a multiple of the side
-        planes : (rows, width, 4) float32 each, as RAY_TEXELS lays rays out
-        start : (4,) float32, origin and t_min where these rays share them, else None
+        first : the first row in the textures, a multiple of the side
+        planes : (rows, width, 4) float32 each, rays in the layout of RAY_TEXELS
+        start : (4,) float32, the origin and t_min that all these rays share, or None
         """
         along = planes[1]
         rows = slice(first // self.side, -(-(first + len(along)) // self.side))
         if start is None:
             self.live[rows] = self._joined(np.logical_or, planes[0][:, :, 3] <= along[:, :, 3])
             return
-        # With t_max beside the directions, what is live follows from the same two walks over them.
+        # t_max lies beside the directions, so the same two reductions also show which tiles live.
         least, most = (self._joined(op, along) for op in (np.minimum, np.maximum))
         self.live[rows] = start[3] <= most[:, :, 3]
-        if not (start[3] <= least[:, :, 3]).all():      # some rays are empty, which do not count
+        if not (start[3] <= least[:, :, 3]).all():      # leave empty rays out of the bounds
             live = start[3] <= along[:, :, 3, None]
             least = self._joined(np.minimum, np.where(live, along, np.float32(np.inf)))
             most = self._joined(np.maximum, np.where(live, along, np.float32(-np.inf)))
         self.least[rows], self.most[rows] = least[:, :, :3], most[:, :, :3]
 
     def _joined(self, op: np.ufunc, values: np.ndarray) -> np.ndarray:
-        """(tiles down, tiles across, ...) of (rows, columns, ...); rows first, which are long."""
+        """Reduce values (rows, columns, ...) to (tiles down, tiles across, ...) with ``op``. Rows
+        are reduced first, along long contiguous memory."""
         rows, columns = (n // self.side * self.side for n in values.shape[:2])
         found = op.reduce(values[:rows].reshape(-1, self.side, *values.shape[1:]), axis=1)
         if rows < len(values):
             found = np.concatenate([found, op.reduce(values[rows:], axis=0)[None]])
         part = found[:, :columns].reshape(len(found), -1, self.side, *values.shape[2:])
-        while part.shape[2] > 1:    # by halves: numpy reduces short axes one number at a time
+        while part.shape[2] > 1:    # combine halves, as numpy reduces short axes slowly
             part = op(part[:, :, :part.shape[2] // 2], part[:, :, part.shape[2] // 2:])
         if columns == values.shape[1]:
             return part[:, :, 0]
         return np.concatenate([part[:, :, 0], op.reduce(found[:, columns:], axis=1)[:, None]], 1)
 
     def of_side(self, side: int) -> TileBounds:
-        """The same of larger tiles, ``side`` a multiple of these tiles'."""
+        """Return the bounds of larger tiles; ``side`` is a multiple of this object's side."""
         times = side // self.side
         if times == 1:
             return self
