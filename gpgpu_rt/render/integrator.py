@@ -65,18 +65,18 @@ class Pass:
 
 
 ALL_FEATURES = Option(
-    "all_features", False, "programs, textures and passes for all that some scene may have: the "
-    "same picture, to compare with", bool)
+    "all_features", False, "build the programs, textures and passes of every feature, even those "
+    "that the scene does not require; the picture is the same", bool)
 # Each depth of what is refracted has textures of its own, and branches double with each. Light
 # through a solid of glass takes a reflection inside or two; by 8 its picture is that of 12 bounces
 # to a grey level in the mean, for a third of the time.
-BOUNCES = Option("bounces", 8, "reflections and refractions that are followed, one after another",
+BOUNCES = Option("bounces", 8, "largest number of successive reflections and refractions",
                  int, minimum=0, maximum=64)
-LIGHT_SAMPLES = Option("light_samples", 16, "shadow rays of what the eye sees towards triangles "
-                       "that emit; half as many after each bounce", int, minimum=1,
+LIGHT_SAMPLES = Option("light_samples", 16, "shadow rays from each visible point towards emitting "
+                       "triangles; each bounce halves the number", int, minimum=1,
                        maximum=1 << 16)     # a host's list of them is made for each depth
-SAMPLES = Option("samples", 1, "rays through places of each pixel, whose light is averaged; 1: "
-                 "through its middle", int, minimum=1, maximum=EXACT_INTEGER)
+SAMPLES = Option("samples", 1, "samples per pixel, whose light is averaged; 1: a single ray "
+                 "through the centre of the pixel", int, minimum=1, maximum=EXACT_INTEGER)
 
 
 class Integrator:

@@ -39,8 +39,9 @@ MOST_SHARE = 0.75   # that may be left for paths to be packed: three times a wav
 SHARES = {"auto": 0.25, "on": 0.25, "off": 0.0}
 AUTO = 1 << 15      # texels of a wave from which on packing pays: docs/path-tracing.md
 
-COMPACT = Option("compact", "auto", "pack the paths that are left into smaller textures: on, off, "
-                 "auto (in large waves), or the share of texels that may be left for it", float,
+COMPACT = Option("compact", "auto", "pack the remaining paths into smaller textures: on, off, "
+                 "auto (in large waves), or the largest share of live texels at which to pack",
+                 float,
                  words=tuple(SHARES), minimum=0)
 
 _WRITES = (("rays", RAY_TEXELS), ("walk", WALK), ("radiance", RADIANCE), ("came_from", CAME_FROM))

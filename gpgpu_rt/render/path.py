@@ -54,16 +54,18 @@ class Path(Integrator):
     _packed: PackedPaths | None = None
     options = (
         ALL_FEATURES,
-        Option("bounces", _DEFAULTS.bounces, "how often a path may turn at most; "
-               "whitted, 8: reflections and refractions that are followed", int, minimum=0),
-        Option("samples", 64, "paths a pixel, at most", int, minimum=1, maximum=EXACT_INTEGER),
-        Option("noise", None, "stop where the pixels' standard errors are this share of their "
-               "luminance, both averaged over the picture", float, minimum=0),
-        Option("roulette", _DEFAULTS.roulette, "the vertex from which paths end by chance", int,
-               minimum=1),
-        Option("seed", _DEFAULTS.seed, "another one gives other noise", int, minimum=0),
-        Option("sampler", _DEFAULTS.sampler, "sobol: numbers spread evenly over a pixel's "
-               "samples, which leaves less noise; or random ones", choices=SAMPLERS),
+        Option("bounces", _DEFAULTS.bounces, "largest number of bounces of a path", int,
+               minimum=0),
+        Option("samples", 64, "largest number of paths per pixel", int, minimum=1,
+               maximum=EXACT_INTEGER),
+        Option("noise", None, "stop when the standard error of the pixels is at most this share "
+               "of their luminance, both averaged over the picture", float, minimum=0),
+        Option("roulette", _DEFAULTS.roulette, "path vertex from which Russian roulette may end a "
+               "path", int, minimum=1),
+        Option("seed", _DEFAULTS.seed, "seed of the random numbers", int, minimum=0),
+        Option("sampler", _DEFAULTS.sampler, "sample numbers: sobol spreads them evenly over the "
+               "samples of a pixel, which gives less noise; random draws them independently",
+               choices=SAMPLERS),
         COMPACT)
     passes = (
         Pass("path start", "render/path_start.frag", (), (),

@@ -17,18 +17,18 @@ from ..options import TRACER_OPTIONS, Option, resolve_options, spell
 
 Tables = tuple[Record | PackedRecord, ...]
 SCHEDULES = ("kernels", "step", "loop")
-PACKET = Option("packet", (2, 2), "rays a fragment", tuple,
+PACKET = Option("packet", (2, 2), "rays per fragment", tuple,
                 choices=((1, 1), (2, 1), (2, 2), (4, 2), (4, 4)))
 VERTEX_CULLING = Option("vertex_culling", False, "skip triangles of a leaf that lie outside the "
-                        "frustum around a packet's rays", bool, schedules=("loop",))
+                        "frustum around the packet's rays", bool, schedules=("loop",))
 
 ENTRY_POINTS = Option(
-    "entry_points", None, "rays begin at nodes that a beam found for their tile of 4x4; rays a "
-    "side of the tiles whose beams go first, those of 4x4 through what these found", int,
+    "entry_points", None, "start rays at the nodes that a beam around their 4x4 tile found; 16: "
+    "beams of 16x16 tiles search first, and the beams of 4x4 tiles start from their nodes", int,
     choices=(16, 4), optional=True)
 PACKET_ENTRIES = Option(
-    "entry_points", None, "packets begin where a beam around their tile's rays, or some of them, "
-    "enters the tree, if all of theirs lie in it; rays a side of the tile", int,
+    "entry_points", None, "side in rays of the tiles that get a beam; a packet whose rays all lie "
+    "in a beam of its tile starts at the node where the beam enters the tree", int,
     choices=(8, 16, 32), optional=True, schedules=("loop",))
 
 

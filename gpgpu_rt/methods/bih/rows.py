@@ -46,9 +46,10 @@ ROWS = (Method(
     tables=(TRIANGLE, BIH_NODE, BIH_BOUNDS),
     prepare=_prepare,
     options=(
-        Option("max_leaf", 4, "triangles up to which a node is a leaf", int, minimum=1),
-        Option("stack_size", 0, "entries of a stack in a local array, which lives a pass; 0: "
-               "up the parents alone", int, choices=(0, 4, 16), define="STACK_SIZE"),
+        Option("max_leaf", 4, "largest number of triangles in a leaf", int, minimum=1),
+        Option("stack_size", 0, "number of stack entries, in a local array that is lost at the "
+               "end of a pass; 0: no stack, only links to parents", int, choices=(0, 4, 16),
+               define="STACK_SIZE"),
     ),
     own_array=lambda options: options["stack_size"] > 0,
     fixed_defines={"ROOT": ROOT},

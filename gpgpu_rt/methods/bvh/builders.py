@@ -15,15 +15,15 @@ from .gpu_build.build import GPU_BUILDS, build_bvh_by_passes
 from .tree import Bvh
 
 BUILD_OPTIONS = (
-    Option("build", "sah", "who builds the tree",
+    Option("build", "sah", "builder of the tree",
            choices=("sah", "kay-kajiya", "goldsmith-salmon", "lbvh", "hybrid")),
-    Option("build_device", "cpu", "what builds it: numpy, or fragment passes (not kay-kajiya, nor "
-           "goldsmith-salmon)", choices=("cpu", "gpu")),
-    Option("morton_bits", None, "bits of an axis in the codes that lbvh sorts by, or in "
-           "those that hybrid makes clusters of; none: 10, and 2", int, minimum=1,
+    Option("build_device", "cpu", "build with numpy on the host, or with fragment passes (not "
+           "kay-kajiya or goldsmith-salmon)", choices=("cpu", "gpu")),
+    Option("morton_bits", None, "bits per axis of the Morton codes of the builds lbvh and hybrid; "
+           "default: 10 for lbvh, 2 for hybrid", int, minimum=1,
            goes_with=("build", ("lbvh", "hybrid"))),
-    Option("reinsertion", 0, "rounds in which all subtrees of what was built look for the place "
-           "where they cost least", int, minimum=0, maximum=MOST_ROUNDS,
+    Option("reinsertion", 0, "rounds of optimisation after the build, in which subtrees move to "
+           "the place in the tree where they cost least", int, minimum=0, maximum=MOST_ROUNDS,
            goes_with=("build_device", ("cpu",))),
 )
 

@@ -98,25 +98,27 @@ def _family(layout_of: LayoutOf) -> dict[str, Any]:
             "choose_tables": lambda options: (TRIANGLE, layout_of(options).record(options))}
 
 
-_OCTANTS = Option("octants", False, "eight copies threaded front to back, one a direction octant",
-                  bool, define="OCTANTS")
-_SHARED = Option("shared_subtrees", None, "with octants, subtrees of at most so many nodes stand "
-                 "once for all eight: with 64, half the bytes at 0.8 to 0.95 of the speed", int,
+_OCTANTS = Option("octants", False, "store eight copies of the tree, each threaded front to back "
+                  "for a direction octant", bool, define="OCTANTS")
+_SHARED = Option("shared_subtrees", None, "with octants: store a subtree of at most this many "
+                 "nodes once for all eight copies; 64 halves the memory at 0.8 to 0.95 of the "
+                 "speed", int,
                  minimum=3, maximum=EXACT_INTEGER, optional=True, define="SHARED_SUBTREES",
                  goes_with=("octants", (True,)))
-_QUANTISE = Option("quantise_nodes", None, "bits a bound, rounded outward: the same hits from "
-                   "smaller nodes", int, choices=(8, 16), optional=True, define="QUANTISED_NODES")
-_INTERVAL_TEST = Option("interval_test", False, "one test of a box for all rays of a packet, by "
+_QUANTISE = Option("quantise_nodes", None, "bits per bound of a box, rounded outward: smaller "
+                   "nodes with the same hits; default: no quantisation", int, choices=(8, 16),
+                   optional=True, define="QUANTISED_NODES")
+_INTERVAL_TEST = Option("interval_test", False, "test a box once for all rays of a packet, by "
                         "interval arithmetic", bool, define="INTERVAL_TEST")
-_STREAMS = Option("streams", False, "no packets: a stream of rays and their nodes, filtered in "
-                  "passes; kernels only", bool, excludes=(
+_STREAMS = Option("streams", False, "trace a stream of (ray, node) pairs that passes filter, "
+                  "instead of packets; schedule kernels only", bool, excludes=(
                       "packet", "octants", "interval_test", "vertex_culling", "entry_points"))
-_STREAM_SIZE = Option("stream_size", 1 << 15, "with streams, the most elements of a stream that "
-                      "go through a pass; fewer follow the order of nodes more closely", int,
+_STREAM_SIZE = Option("stream_size", 1 << 15, "with streams: largest number of stream elements "
+                      "in a pass; a smaller number follows the order of nodes more closely", int,
                       minimum=1, goes_with=("streams", (True,)))
-_REBUILD = Option("rebuild_ratio", REBUILD_RATIO, "a tree refitted to triangles that moved "
-                  "is built anew when its SAH cost is so many times that of the last build; 0: "
-                  "always", float, minimum=0)
+_REBUILD = Option("rebuild_ratio", REBUILD_RATIO, "rebuild the tree of moved triangles when the "
+                  "SAH cost of the refitted tree is this many times the cost of the last build; "
+                  "0: always rebuild", float, minimum=0)
 
 # The files that options choose. The walk of a packet is the file ``glsl`` of its row.
 _SUBTREES = Part("subtrees", "shared_subtrees", "methods/bvh/own_subtrees.glsl",

@@ -85,10 +85,10 @@ ROWS = (Method(
     prepare=_prepare,
     refit=_refit,
     options=(
-        Option("level", 0, "level of detail of a scene that is a geometry image: quads of 2^level "
-               "x 2^level cells", int, minimum=0),
-        Option("octants", False, "links baked front to back, once a direction octant", bool,
-               define="FRONT_TO_BACK"),
+        Option("level", 0, "level of detail of a geometry image, whose quads then have 2^level x "
+               "2^level cells", int, minimum=0),
+        Option("octants", False, "precompute the links in front-to-back order, once per direction "
+               "octant", bool, define="FRONT_TO_BACK"),
     ),
     choose_tables=lambda options: _TABLES + ((PYRAMID_LINK,) if options["octants"] else ()),
     dynamic=True,

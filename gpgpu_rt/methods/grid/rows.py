@@ -43,15 +43,15 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any], proximity: bool)
 
 
 _GRID_OPTIONS = (
-    Option("resolution", None, "cells an axis: a number or x,y,z; none: by density", object,
-           excludes=("density",)),
-    Option("density", 5.0, "cells aimed at per triangle, where no resolution is given", float,
+    Option("resolution", None, "cells per axis: a number or x,y,z; default: set by density",
+           object, excludes=("density",)),
+    Option("density", 5.0, "target number of cells per triangle, if no resolution is given", float,
            minimum=1e-6),
 )
 
 
-_PACKET = replace(PACKET, default=(1, 1), help="rays a fragment; several walk the grid slice by "
-                  "slice together (Wald et al. 2006)")
+_PACKET = replace(PACKET, default=(1, 1), help="rays per fragment; several rays walk the grid "
+                  "together, slice by slice (Wald et al. 2006)")
 _CULLING = replace(CULLING, option="intersection", files={
     "woop-watertight": "drivers/vertex_culling.glsl"})    # no other test has a frustum to rely on
 

@@ -17,25 +17,26 @@ from .sah import Costs
 from .tree import KdTree
 
 BUILD_OPTIONS = (
-    Option("build", "sah", "who builds the tree: by the surface area heuristic throughout, or "
-           "large nodes at their middle as zhou does, or the upper levels by codes",
+    Option("build", "sah", "builder of the tree: sah uses the surface area heuristic for all "
+           "nodes, zhou splits large nodes in the middle, hybrid builds the upper levels from "
+           "Morton codes",
            choices=("sah", "zhou", "hybrid")),
-    Option("build_device", "cpu", "what builds it: numpy, or fragment passes (zhou and hybrid)",
-           choices=("cpu", "gpu")),
-    Option("split", "binned", "where the builds sah and hybrid try split planes",
+    Option("build_device", "cpu", "build with numpy on the host, or with fragment passes (builds "
+           "zhou and hybrid only)", choices=("cpu", "gpu")),
+    Option("split", "binned", "candidate split planes of the builds sah and hybrid",
            choices=("binned", "exact"), goes_with=("build", ("sah", "hybrid"))),
-    Option("morton_bits", None, "bits of an axis in the codes of the build hybrid; none: 2", int,
-           minimum=1, goes_with=("build", ("hybrid",))),
-    Option("workers", 1, "processes of the build sah", int, minimum=1,
+    Option("morton_bits", None, "bits per axis of the Morton codes of the build hybrid; default: "
+           "2", int, minimum=1, goes_with=("build", ("hybrid",))),
+    Option("workers", 1, "number of processes of the build sah", int, minimum=1,
            goes_with=("build", ("sah",))),
-    Option("traversal_cost", Costs.traversal, "cost of a node, for the surface area "
-           "heuristic", float,
-           minimum=0),
-    Option("intersection_cost", Costs.intersection, "cost of a triangle, in the same unit",
-           float, minimum=1e-6),
-    Option("empty_bonus", Costs.empty_bonus, "share of its cost that a split is spared when it "
-           "cuts off a fifth or more as empty", float, minimum=0),
-    Option("max_depth", None, "deepest leaf; none: 8 + 1.3 log2 of the triangles", int, minimum=0),
+    Option("traversal_cost", Costs.traversal, "cost of a node in the surface area heuristic",
+           float, minimum=0),
+    Option("intersection_cost", Costs.intersection, "cost of a triangle in the surface area "
+           "heuristic, in the same unit", float, minimum=1e-6),
+    Option("empty_bonus", Costs.empty_bonus, "share by which the cost of a split is reduced if "
+           "the split cuts off empty space of a fifth or more", float, minimum=0),
+    Option("max_depth", None, "largest depth of a leaf; default: 8 + 1.3 log2 of the number of "
+           "triangles", int, minimum=0),
 )
 
 

@@ -28,10 +28,11 @@ _TABLES = (TRIANGLE, KD_NODE, REFERENCE)
 
 _NOT_EXACT = ("strict", "nudge-relative", "nudge-absolute")
 _OPTIONS = (*BUILD_OPTIONS, Option(
-    "interval", "exact", "where a ray takes up its interval after a leaf: exactly at its end, or "
-    "as others do it", choices=("exact", *_NOT_EXACT), relaxed=_NOT_EXACT))
-_PUSH_DOWN = Option("push_down", True, "restart at the last node that holds the whole rest of the "
-                    "interval, not at the root", bool, define="PUSH_DOWN")
+    "interval", "exact", "start of a ray's next interval after a leaf: exactly the end of the "
+    "last interval, or as other implementations choose it, which may lose hits",
+    choices=("exact", *_NOT_EXACT), relaxed=_NOT_EXACT))
+_PUSH_DOWN = Option("push_down", True, "restart at the last node that contains the whole rest of "
+                    "the interval, instead of the root", bool, define="PUSH_DOWN")
 _PARTS = (
     Part("entries", "entry_points", "methods/kdtree/kd_root.glsl",
          {True: "methods/kdtree/kd_entries.glsl"}),
@@ -44,13 +45,13 @@ SIBLINGS, PUSHED = "siblings", "pushed"
 
 def _ropes(default: str) -> Option:
     return Option(
-        "ropes", default, "where a leaf's ropes lead: to the root of the sibling subtree, where a "
-        "packet's rays meet again, or pushed down to the smallest node that has the whole face",
+        "ropes", default, "target of a leaf's ropes: the root of the sibling subtree, where the "
+        "rays of a packet meet again, or the smallest node that contains the whole face",
         choices=(SIBLINGS, PUSHED))
 
 
-_FULL_STACK = Option("stack_size", None, "levels; none: the tree's depth, which suffices", int,
-                     minimum=1)
+_FULL_STACK = Option("stack_size", None, "number of stack entries; default: the depth of the "
+                     "tree, which always suffices", int, minimum=1)
 
 
 def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
@@ -168,7 +169,7 @@ ROWS = (
     _entering_row(
         "kd-short-stack", "kd-push-down with a stack of a few far children", "Horn et al. 2007",
         state=KD_SHORT_STACK_STATE,
-        options=(Option("stack_size", 3, "entries of the stack", int, choices=(1, 2, 3, 4),
+        options=(Option("stack_size", 3, "number of stack entries", int, choices=(1, 2, 3, 4),
                         define="STACK_SIZE"), _PUSH_DOWN), stack=True),
     _entering_row("kd-stack", "kd-tree with a full stack a ray, in a local array",
                   "Budge et al. 2008", options=(_FULL_STACK,), prepare=_prepare_stack,
@@ -184,7 +185,7 @@ ROWS = (
                 prepare=lambda triangles, options: _for_packets(_prepare(triangles, options),
                                                                 options),
                 options=(*BUILD_OPTIONS, PACKET, VERTEX_CULLING, _PUSH_DOWN, Option(
-                    "stack_size", 3, "entries of the stack; 0: restarts alone", int,
+                    "stack_size", 3, "number of stack entries; 0: only restarts", int,
                     choices=(0, 1, 2, 3, 4), define="STACK_SIZE")),
                 parts=(TRIANGLE_TESTS, CULLING, _SHORT_STACK), stack=True),
     _packet_row("kd-ropes-packet", "several rays a fragment, along ropes that meet at siblings",

@@ -49,21 +49,22 @@ ROWS = (Method(
     tables=(TRIANGLE,),
     prepare=_prepare,
     options=(
-        Option("cells", "grid", "what the host walks", choices=("grid", "octree")),
-        Option("leaf_size", 8, "triangles above which an octree's cell is split", int, minimum=1,
-               goes_with=("cells", ("octree",))),
-        Option("resolution", None, "cells an axis: a number or x,y,z; none: by density", object,
-               excludes=("density",), goes_with=("cells", ("grid",))),
-        Option("density", 2.0, "cells aimed at per triangle, where no resolution is given", float,
-               minimum=1e-6),
-        Option("nearest", "blend", "how the nearest hit of a ray is kept: MIN blending in float, "
-               "or the depth test in 24 bits", choices=("blend", "depth"), relaxed=("depth",)),
-        Option("batch", 16_384, "most rays a batch holds", int, minimum=1),
-        Option("queue", 64, "rays a cell's queue waits for, while others are longer", int,
-               minimum=1),
-        Option("cpu_below", 0, "queues of fewer rays the host intersects itself; bits are the "
-               "same where the renderer rounds as IEEE says and keeps subnormal numbers", int,
-               minimum=0),
+        Option("cells", "grid", "structure that the host walks", choices=("grid", "octree")),
+        Option("leaf_size", 8, "an octree cell with more triangles than this is split", int,
+               minimum=1, goes_with=("cells", ("octree",))),
+        Option("resolution", None, "cells per axis: a number or x,y,z; default: set by density",
+               object, excludes=("density",), goes_with=("cells", ("grid",))),
+        Option("density", 2.0, "target number of cells per triangle, if no resolution is given",
+               float, minimum=1e-6),
+        Option("nearest", "blend", "how the nearest hit of a ray is kept: MIN blending of floats, "
+               "or a 24-bit depth test, which may lose hits", choices=("blend", "depth"),
+               relaxed=("depth",)),
+        Option("batch", 16_384, "largest number of rays in a batch", int, minimum=1),
+        Option("queue", 64, "number of rays for which a cell's queue waits while other queues are "
+               "longer", int, minimum=1),
+        Option("cpu_below", 0, "the host itself intersects queues of fewer rays than this; hits "
+               "are the same to the bit if the renderer rounds as IEEE 754 requires and keeps "
+               "subnormal numbers", int, minimum=0),
     ),
     schedules=("kernels",),
     drivers={"kernels": RayEngine},

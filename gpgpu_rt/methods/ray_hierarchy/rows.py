@@ -42,11 +42,11 @@ ROWS = (Method(
     prepare=_prepare,
     refit=nothing_kept(_prepare),
     options=(
-        Option("stream_size", 1 << 16, "pairs of a triangle and a node tested at a time", int,
-               minimum=1),
-        Option("first_batch", 64, "triangles that go through the hierarchy before it is made "
-               "anew; four times as many each time after", int, minimum=1),
-        Option("top_nodes", 4, "nodes at most of the level where the stream begins", int,
+        Option("stream_size", 1 << 16, "number of pairs of a triangle and a node that are tested "
+               "together", int, minimum=1),
+        Option("first_batch", 64, "number of triangles tested before the hierarchy is first "
+               "rebuilt; each further batch is four times as large", int, minimum=1),
+        Option("top_nodes", 4, "largest number of nodes in the level where the stream begins", int,
                minimum=1)),
     schedules=("kernels",),
     drivers={"kernels": RayHierarchy},

@@ -56,7 +56,7 @@ def _prepare_field(triangles: np.ndarray, options: Mapping[str, Any]) -> Acceler
 
 
 SEARCH_STEPS = 32   # upper bound on the steps of a binary search
-_BUDGET = "MiB that its lists may take; past them they are of larger boxes of rays"
+_BUDGET = "memory for all candidate lists, in MiB; a smaller budget makes the boxes of rays larger"
 
 ROWS = (
     Method(
@@ -69,12 +69,12 @@ ROWS = (
         tables=(TRIANGLE, RAY_BOX, CANDIDATE),
         prepare=_prepare_boxes,
         options=(
-            Option("origin_cells", 8, "finest boxes of origins an axis, a power of two", int,
-                   minimum=1),
-            Option("direction_cells", 16, "finest boxes of directions across a face of the "
-                   "direction cube, a power of two", int, minimum=1),
-            Option("min_rays", 1, "rays of a call that a box must hold to get a list", int,
-                   minimum=1),
+            Option("origin_cells", 8, "number of origin boxes per axis at the finest level, a "
+                   "power of two", int, minimum=1),
+            Option("direction_cells", 16, "number of direction boxes along a side of a face of "
+                   "the direction cube at the finest level, a power of two", int, minimum=1),
+            Option("min_rays", 1, "smallest number of rays of a call for which a box gets a "
+                   "candidate list", int, minimum=1),
             Option("budget", 128.0, _BUDGET, float, minimum=0.0),
         ),
         drivers=dict.fromkeys(SCHEDULES, RayClasses),
@@ -89,10 +89,10 @@ ROWS = (
         tables=(TRIANGLE, BEAM, BEAM_ENTRY),
         prepare=_prepare_field,
         options=(
-            Option("directions", None, "cells of directions across a face of the direction cube; "
-                   "none: by the budget", int, minimum=1),
-            Option("tiles", None, "tiles across a cell's plane of beams; none: by the budget", int,
-                   minimum=1),
+            Option("directions", None, "number of direction cells along a side of a face of the "
+                   "direction cube; default: set by the budget", int, minimum=1),
+            Option("tiles", None, "number of tiles along a side of a direction cell's plane of "
+                   "beams; default: set by the budget", int, minimum=1),
             Option("budget", 64.0, _BUDGET, float, minimum=0.0),
         ),
     ),

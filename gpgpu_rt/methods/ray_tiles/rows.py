@@ -46,9 +46,9 @@ ROWS = (Method(
     prepare=_prepare,
     refit=nothing_kept(_prepare),
     options=(
-        Option("tile", 8, "rays a side of a tile", int, choices=(8, 4, 16)),
-        Option("pairs", "points", "what a triangle is drawn over a tile as: a point of its size, "
-               "or a quad", choices=("points", "quads"))),
+        Option("tile", 8, "side of a tile, in rays", int, choices=(8, 4, 16)),
+        Option("pairs", "points", "primitive that is drawn over a tile for a triangle: a point as "
+               "large as the tile, or a quad", choices=("points", "quads"))),
     schedules=("kernels",),
     drivers={"kernels": RayTiles},
     dynamic=True,

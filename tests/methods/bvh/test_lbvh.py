@@ -80,7 +80,7 @@ def test_fewer_bits_are_the_first_ones() -> None:
 
 @pytest.mark.parametrize("wrong, message", [
     ({"build": "kay-kajiya", "build_device": "gpu"}, "no passes"),
-    ({"build": "sah", "morton_bits": 5}, "morton_bits means something with build lbvh or"),
+    ({"build": "sah", "morton_bits": 5}, "morton_bits needs build lbvh or"),
     ({"build": "lbvh", "morton_bits": 11}, "1 to 10"),
     ({"build": "lbvh", "morton_bits": 11, "build_device": "gpu"}, "1 to 10"),
     ({"build": "lbvh", "morton_bits": 0}, "at least 1"),
