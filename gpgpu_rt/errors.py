@@ -67,7 +67,7 @@ def memory_limited(function: Callable[Given, Made]) -> Callable[Given, Made]:
             return function(*given, **named)
         except MemoryError as failure:
             raise LimitError(f"{function.__name__}: not enough memory ({failure or 'all is used'})"
-                             "; take fewer rays at a time, a smaller picture or a smaller scene"
+                             "; use fewer rays per call, a smaller picture or a smaller scene"
                              ) from failure
     return limited
 

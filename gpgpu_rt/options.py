@@ -133,33 +133,35 @@ TRUTH = {"1": True, "true": True, "yes": True, "on": True,
          "0": False, "false": False, "no": False, "off": False}
 
 TRACER_OPTIONS: tuple[Option, ...] = (
-    Option("schedule", "loop", "how kernels are issued", choices=("kernels", "step", "loop")),
-    Option("steps_per_pass", 1, "kernel runs a pass under the step schedule", int, minimum=1,
+    Option("schedule", "loop", "how traversal kernels are run: a pass for each kernel, a pass for "
+           "each step, or all steps in one pass", choices=("kernels", "step", "loop")),
+    Option("steps_per_pass", 1, "kernel runs per pass under the step schedule", int, minimum=1,
            schedules=("step",)),
-    Option("mask_interval", None, "passes between two counts of the rays still alive; under "
-           "kernels an even number, so one less than an odd one, and 2 at least", int, minimum=1,
-           schedules=("kernels", "step")),
-    Option("step_cap", None, "kernel runs after which a ray is stopped and flagged; none: the "
-           "bound that follows from the accelerator's size", int, minimum=1),
-    Option("statistics", False, "count nodes, leaves and triangles a ray", bool),
-    Option("sort_rays", False, "sort rays by where they begin and end before tracing them, in "
-           "fragment passes", bool, excludes=("presort",)),
-    Option("presort", False, "put rays that come as arrays in order on the host, by direction and "
-           "origin, before they are uploaded; those of pictures stay as they are", bool),
-    Option("rasterised_bounds", None, "pixels a side of tiles that triangles are drawn to first, "
-           "so that eye rays search only where hits can lie", int, choices=(4, 8, 16),
-           optional=True),
+    Option("mask_interval", None, "passes between two counts of the live rays; under kernels, odd "
+           "values are rounded down and the minimum is 2; default: set by the schedule", int,
+           minimum=1, schedules=("kernels", "step")),
+    Option("step_cap", None, "kernel runs after which a ray is stopped and marked as unfinished; "
+           "default: a bound computed from the size of the accelerator", int, minimum=1),
+    Option("statistics", False, "count the nodes, leaves and triangles of each ray", bool),
+    Option("sort_rays", False, "sort the rays on the GPU before tracing, by their start and end "
+           "points", bool, excludes=("presort",)),
+    Option("presort", False, "sort ray arrays on the host before the upload, by direction and "
+           "origin; the eye rays of a picture are not sorted", bool),
+    Option("rasterised_bounds", None, "side in pixels of the tiles for which rasterisation "
+           "computes bounds on the hit distance, so that eye rays search a shorter interval; "
+           "default: no bounds", int, choices=(4, 8, 16), optional=True),
     Option("intersection", "woop-watertight", "ray-triangle test",
            choices=("woop-watertight", "moller-trumbore", "plucker", "kensler-shirley")),
-    Option("precision", None, "storage and arithmetic at once", choices=PRECISIONS,
-           optional=True),
-    Option("storage", None, "what geometric channels of textures hold; none: as precision",
+    Option("precision", None, "number format of both storage and arithmetic; default: fp32",
            choices=PRECISIONS, optional=True),
-    Option("arithmetic", None, "what each result of a kernel is rounded to; none: as precision",
-           choices=PRECISIONS, optional=True),
-    Option("rounding", "nearest", "how fp24 and fp16 round: to nearest, towards zero, or towards "
-           "plus infinity", choices=ROUNDINGS),
-    Option("context", None, "auto, egl, osmesa, or an existing context", object),
+    Option("storage", None, "number format of geometric values in textures; default: the value "
+           "of precision", choices=PRECISIONS, optional=True),
+    Option("arithmetic", None, "number format to which each result in a kernel is rounded; "
+           "default: the value of precision", choices=PRECISIONS, optional=True),
+    Option("rounding", "nearest", "rounding of fp24 and fp16: to nearest, towards zero, or "
+           "towards plus infinity", choices=ROUNDINGS),
+    Option("context", None, "OpenGL context: auto, egl, osmesa, or (in Python) an existing "
+           "context; default: the environment variable GPGPU_RT_CONTEXT, or auto", object),
 )
 
 
@@ -209,7 +211,7 @@ def clashing(values: Mapping[str, Any], known: Iterable[Option]) -> str | None:
                         "its default")
         if option.goes_with and not option.fits(given):
             name, fit = option.goes_with
-            return (f"{option.name} means something with {name} "
-                    f"{' or '.join(spell(value).lower() for value in fit)} alone; leave it out "
-                    f"with {spell(given[name]).lower()}")
+            return (f"{option.name} needs {name} "
+                    f"{' or '.join(spell(value).lower() for value in fit)}; leave "
+                    f"{option.name} out with {name} {spell(given[name]).lower()}")
     return None

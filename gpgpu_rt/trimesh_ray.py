@@ -271,11 +271,11 @@ def _rays_array(given: Any, name: str) -> np.ndarray:
     try:
         rays = np.asanyarray(given, np.float64)
     except (TypeError, ValueError):
-        raise ValueError(f"{name} are no array of numbers; give (n, 3)") from None
+        raise ValueError(f"{name} is not an array of numbers; give an array (n, 3)") from None
     if rays.shape == (0,):
         return rays.reshape(0, 3)
     if rays.ndim != 2 or rays.shape[1] != 3:
-        raise ValueError(f"{name} have shape {rays.shape}; give (n, 3)")
+        raise ValueError(f"{name} has shape {rays.shape}; give an array (n, 3)")
     return rays
 
 
@@ -330,7 +330,7 @@ def _check_status(status: np.ndarray) -> None:
     """Raise an error if rays were stopped, because they may have more hits, or nearer hits."""
     stopped = int((status > 1).sum())
     if stopped:
-        raise Error(f"{stopped} rays were stopped before their end was known; raise step_cap or "
+        raise Error(f"{stopped} rays were stopped before their search ended; raise step_cap or "
                     "stack_size")
 
 

@@ -32,17 +32,18 @@ BEST = (("bvh-packet", _EYE),
 
 
 def add_command(command: Command) -> None:
-    sub = command("bench", _bench, "methods and today's engines on the same rays")
+    sub = command("bench", _bench, "time methods and today's engines on the same rays")
     sub.add_argument("scenes", nargs="+", metavar="scene", help="a scene's name or a mesh file")
-    add_methods(sub, "all but " + " and ".join(row.name for row in methods()
-                                               if not _is_quick(row)))
+    add_methods(sub, "all but " + ", ".join(row.name for row in methods()
+                                            if not _is_quick(row)))
     sub.add_argument("--rays", type=names, default=["eye"], metavar="KIND,KIND,...",
-                     help=f"of {', '.join(RAY_SETS)}, or all; default eye")
+                     help=f"kinds of rays: {', '.join(RAY_SETS)}, or all; default eye")
     sub.add_argument("--size", type=side_word, default=SIZE, metavar="PIXELS",
-                     help="a side of the image that the rays belong to; default %(default)s")
-    sub.add_argument("--runs", type=int, default=5, help="timed runs of each after a warm-up, "
-                     "taking turns; before each of them it runs once untimed; default %(default)s")
-    sub.add_argument("--plot", metavar="IMAGE.png", help="draw the rates as well")
+                     help="side of the square image that the rays belong to; default %(default)s")
+    sub.add_argument("--runs", type=int, default=5, help="timed runs of each entry after a "
+                     "warm-up; entries run in turn, each with an untimed run before its timed "
+                     "run; default %(default)s")
+    sub.add_argument("--plot", metavar="IMAGE.png", help="draw the rates as a chart, too")
     add_options(sub)
 
 
@@ -100,7 +101,7 @@ def _candidates(chosen: argparse.Namespace) -> list[tuple[str, dict[str, Any]]]:
     found = taking(given, quick)
     if len(found) < len(quick):
         left = ", ".join(row.name for row in quick if row not in found)
-        say(f"without {left}: they do not take these options")
+        say(f"left out: {left} (they do not have these options)")
     plain = [(row.name, given) for row in found]
     best = [(name, {**own, **given}) for name, own in BEST
             if find_method(name).takes({**own, **given})]
@@ -117,7 +118,7 @@ def _print(scene: str, kind: str, entries: list[Entry], size: int, peak: Peaks) 
     print(f"{load(scene).name}, {len(load(scene)):,} triangles, "
           f"{entries[0].rays:,} {_rays(kind, size)}")
     heads = ["method", "options", "Mrays/s", "over embreex", "arrays in to out", "spread",
-             "bytes a triangle", "fetches of peak", "arithmetic of peak",
+             "bytes per triangle", "fetches of peak", "arithmetic of peak",
              "against embreex"]
     rows = []
     for entry in ranked(entries):
@@ -135,7 +136,7 @@ def _print(scene: str, kind: str, entries: list[Entry], size: int, peak: Peaks) 
     for why in dict.fromkeys(entry.work.unknown for entry in entries if entry.work is not None):
         if why:
             names = [e.label for e in entries if e.work is not None and e.work.unknown == why]
-            print(f"no share of the peaks for {', '.join(names)}: {why}")
+            print(f"shares of the peaks are unknown for {', '.join(names)}: {why}")
     print(f"no verdict: {noise}\n" if noise else "")
 
 
@@ -152,23 +153,23 @@ def _renderer(gpu: Gpu) -> str:
 def _print_notes(gpu: Gpu, peak: Peaks, found: Races) -> None:
     """Print the meaning of the tables' columns."""
     if any(entry.over for *_, entries in found for entry in entries):
-        print("over embreex: times the rate of embreex on one thread, turn by turn, the median; "
-              "our passes alone, by\n"
-              f"{_renderer(gpu)}; rows are in that order\n"
-              "arrays in to out: the same from numpy arrays to numpy arrays\n"
-              "against embreex: faster or slower where all turns agree on it")
-    print("spread: slowest turn over fastest\n"
-          "bytes a triangle: of the method's tables, over the scene's triangles; rays and hits "
-          "are not among them\n"
-          "fetches, arithmetic of peak: texels and instructions of a ray, times rays a second of "
-          "our passes, over what\n"
-          f"{_renderer(gpu)}, reaches a second of wall time by programs that do nothing else:\n"
-          f"{number(peak.near_texels / 1e9)} G texels fetched from a cache "
-          f"({number(peak.far_texels / 1e9)} from all over 64 MiB, which is no row's peak), and "
+        print("over embreex: our rate over the rate of embreex on one thread, the median over the "
+              "turns; only our passes are\n"
+              f"timed, on {_renderer(gpu)}; rows are sorted by this column\n"
+              "arrays in to out: the same ratio, timed from numpy arrays to numpy arrays\n"
+              "against embreex: faster or slower, where all turns agree")
+    print("spread: time of the slowest turn over the fastest\n"
+          "bytes per triangle: size of the method's tables over the number of triangles; without "
+          "rays and hits\n"
+          "fetches, arithmetic of peak: texels and instructions per ray, times rays per second of "
+          "our passes, over the peak\n"
+          f"of {_renderer(gpu)}, per second of wall time. Programs that do nothing else\n"
+          f"measured the peaks: {number(peak.near_texels / 1e9)} G texels from a cache "
+          f"({number(peak.far_texels / 1e9)} at random in 64 MiB, not used as a peak), and "
           f"{number(peak.flops / FLOPS_AN_INSTRUCTION / 1e9)} G\nmultiply-adds, an instruction "
           f"each ({number(peak.flops / 1e9)} GFLOP)")
     for why in dict.fromkeys(_missing().values()):
-        print(f"left out, as {why}: "
+        print(f"left out because {why}: "
               + "; ".join(name for name, reason in _missing().items() if reason == why))
 
 
@@ -190,7 +191,7 @@ def _chart(path: str) -> Callable[[Races, str, str], None]:
     except ImportError as failure:
         raise Error(f"--plot draws with matplotlib; {how_to_install('figures')}") from failure
     if check_writable(path).suffix.lower() not in FORMATS:
-        raise OptionError(f"--plot {path}: a chart's name ends in {', '.join(FORMATS)}")
+        raise OptionError(f"--plot {path}: end the chart's name in {' or '.join(FORMATS)}")
     return draw
 
 

@@ -6,17 +6,18 @@ from dataclasses import replace
 
 from ..scene.camera import Camera, Vector
 
-PLACES = {"eye": "where the camera stands", "target": "what it looks at",
-          "up": "what is up in the picture"}
+PLACES = {"eye": "position of the camera", "target": "point at the centre of the picture",
+          "up": "direction that points up in the picture"}
 
 
 def add_camera(sub: argparse.ArgumentParser) -> None:
     """Declare the options of the camera."""
-    group = sub.add_argument_group("camera, where it is not the scene's own")
+    group = sub.add_argument_group("camera (default: the scene's own)")
     for name, text in PLACES.items():
         group.add_argument(f"--{name}", type=_vector, metavar="X,Y,Z",
-                           help=f"{text}, world units; as in --{name}=-1,0,2.5")
-    group.add_argument("--fov", type=float, metavar="DEGREES", help="full vertical angle")
+                           help=f"{text}, in world units; for example --{name}=-1,0,2.5")
+    group.add_argument("--fov", type=float, metavar="DEGREES",
+                       help="vertical field of view, from edge to edge")
 
 
 def camera_of(chosen: argparse.Namespace, own: Camera) -> Camera:
@@ -30,6 +31,6 @@ def _vector(text: str) -> Vector:
     try:
         x, y, z = map(float, text.split(","))
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is no place; give X,Y,Z, as in 0,1.5,2"
+        raise argparse.ArgumentTypeError(f"{text!r} is not a vector; give X,Y,Z, as in 0,1.5,2"
                                          ) from None
     return x, y, z

@@ -29,8 +29,9 @@ from .unfinished import Unfinished, follows_from
 
 def add_scheduler(sub: argparse.ArgumentParser, what: str) -> None:
     """Declare the option that shares ``what`` among workers."""
-    sub.add_argument("--scheduler", metavar="local|ADDRESS", help=f"share {what} among a process "
-                     "a core, or among the workers of a Dask scheduler")
+    sub.add_argument("--scheduler", metavar="local|ADDRESS", help=f"share {what} among local "
+                     "processes (one per core), or among the workers of the Dask scheduler at "
+                     "this address")
 
 
 def trace_shared(chosen: argparse.Namespace, rays: dict[str, np.ndarray]) -> None:
@@ -57,7 +58,7 @@ def trace_shared(chosen: argparse.Namespace, rays: dict[str, np.ndarray]) -> Non
 def render_shared(chosen: argparse.Namespace) -> None:
     """Run `render` among workers, which draw the tiles of a picture, or frames."""
     if chosen.explain:
-        raise OptionError("--explain is of one process; leave --scheduler out")
+        raise OptionError("--explain works in one process only; leave --scheduler out")
     method, options = _method(chosen)
     draw, source, unit = (
         (_tiles, scene_of(chosen), "tile") if chosen.frames is None
@@ -69,7 +70,8 @@ def render_shared(chosen: argparse.Namespace) -> None:
     with Workers(chosen.scheduler) as workers:
         renderers = workers.renderers()
         if len(renderers) > 1:
-            say(f"workers draw by {', '.join(renderers)}: parts may differ by a bit")
+            say(f"workers use different renderers ({', '.join(renderers)}): their parts of the "
+                "output may differ in the last bit")
         resolved = find_method(method).resolved(options)
         drawn, kept = draw(chosen, workers, source, drawing, method, options, follows_from(
             method, resolved, ", ".join(renderers), drawing))
@@ -119,10 +121,10 @@ def _frames(chosen: argparse.Namespace, workers: Workers, animation: Animation,
 def _method(chosen: argparse.Namespace) -> tuple[str, dict[str, Any]]:
     """Return the method that was named and its options, which must not depend on the machine."""
     if chosen.settings is not None or chosen.force or chosen.method == AUTO:
-        raise OptionError("auto and --settings choose within one process; with --scheduler name a "
-                          "method, by --method")
+        raise OptionError("auto and --settings work in one process only; with --scheduler, name "
+                          "the method by --method")
     method = chosen.method or DEFAULT_METHOD
     options = options_for(chosen, method)
     if options.get("statistics"):
-        raise OptionError("--statistics counts within one process; leave --scheduler out")
+        raise OptionError("--statistics works in one process only; leave --scheduler out")
     return method, options

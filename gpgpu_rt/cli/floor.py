@@ -26,8 +26,8 @@ GREY = 0.75
 
 def add_floor(sub: argparse.ArgumentParser) -> None:
     """Declare the option of ``render``."""
-    sub.add_argument("--floor", action="store_true", help="put two triangles below the scene, on "
-                     "which its shadow falls")
+    sub.add_argument("--floor", action="store_true", help="add a floor of two triangles below the "
+                     "scene, on which its shadow falls")
 
 
 def scene_of(chosen: argparse.Namespace) -> Scene:
@@ -39,9 +39,9 @@ def scene_of(chosen: argparse.Namespace) -> Scene:
                         (chosen.settings is not None, "--settings"),
                         (chosen.method == "geometry-image", "geometry-image")):
         if given:
-            raise OptionError(f"--floor adds triangles that {word} knows nothing of; leave one of "
-                              "the two out")
-    say("gpgpu-rt: note: two triangles of a floor are drawn and counted too")
+            raise OptionError(f"--floor adds triangles to the scene, which {word} does not "
+                              f"support; leave out --floor or {word}")
+    say("gpgpu-rt: note: counts and times include the two triangles of the floor")
     return on_floor(scene)
 
 

@@ -35,21 +35,21 @@ class Claim:
             except FileNotFoundError:
                 if folder.parent.is_dir():
                     continue     # another run has just removed the folder
-                raise Error(f"cannot make the folder {folder}: there is no {folder.parent}"
+                raise Error(f"cannot create the folder {folder}: there is no {folder.parent}"
                             ) from None
             except OSError as failure:
-                raise Error(f"cannot make the folder {folder}: {failure.strerror}") from failure
+                raise Error(f"cannot create the folder {folder}: {failure.strerror}") from failure
             if fault:
-                raise Error(f"{folder} {fault}, and what is unfinished is to be kept there; "
-                            "remove it, or give another name")
+                raise Error(f"{folder} {fault}, but finished parts of the output must be kept "
+                            "there; remove it, or give the output another name")
             try:
                 self._file = open_lock(self._path)
             except FileNotFoundError:
                 continue     # another run has just removed the folder
             if not _locked(self._file):
                 self._file.close()
-                raise Error(f"another run is writing {purpose}, and holds {folder}; wait until it "
-                            "ends or stop it, or give another name")
+                raise Error(f"another run is writing {purpose} and has locked {folder}; wait for "
+                            "its end, stop it, or give the output another name")
             with contextlib.suppress(FileNotFoundError):
                 if os.path.samestat(os.fstat(self._file.fileno()), self._path.stat()):
                     return

@@ -29,12 +29,12 @@ MOST_FRAMES = 1_000_000
 
 def add_frames(sub: argparse.ArgumentParser) -> None:
     """Declare the options of ``render`` for frames."""
-    sub.add_argument("--resume", action="store_true", help="of frames, or a picture by "
-                     "--scheduler: take what a run with the same settings left in "
-                     "OUTPUT.unfinished when it was interrupted, and draw the rest")
-    sub.add_argument("--frames", type=_whole, metavar="N", help="the first N frames of a scene "
-                     "that moves: to numbered files where --output is a folder (a new one: "
-                     "with a / at its end) or holds %%04d, else to one GIF or APNG")
+    sub.add_argument("--resume", action="store_true", help="with --frames or --scheduler: keep "
+                     "the parts that an interrupted run with the same settings saved in "
+                     "OUTPUT.unfinished, and draw only the missing parts")
+    sub.add_argument("--frames", type=_whole, metavar="N", help="render the first N frames of a "
+                     "moving scene. They become numbered files if --output is a folder (end a "
+                     "new folder's name in /) or contains %%04d, else one GIF or APNG")
 
 
 def render_frames(chosen: argparse.Namespace,
@@ -44,7 +44,7 @@ def render_frames(chosen: argparse.Namespace,
     ``open_tracer`` returns the tracer of the animation's scene at frame 0.
     """
     if chosen.explain:
-        raise OptionError("--explain is of one picture; leave --frames out")
+        raise OptionError("--explain works for a single picture only; leave --frames out")
     animation = opened(chosen)
     tracer = open_tracer(animation)
     try:
@@ -65,7 +65,8 @@ def render_frames(chosen: argparse.Namespace,
         raise
     there = kept.count - len(kept.missing)
     return tracer, (f"wrote {counted(len(kept.missing), 'frame')} to {chosen.output}"
-                    + (f"; {there} were there" if there else "") + f"\n{_summary(spent)}")
+                    + (f"; {there} were kept from an earlier run" if there else "")
+                    + f"\n{_summary(spent)}")
 
 
 def opened(chosen: argparse.Namespace) -> Animation:
@@ -73,7 +74,8 @@ def opened(chosen: argparse.Namespace) -> Animation:
     _check(chosen.output)
     animation = load_animation(chosen.scene)
     if animation.frames is not None and chosen.frames > animation.frames:
-        raise OptionError(f"--frames {chosen.frames}: {chosen.scene} has {animation.frames}")
+        raise OptionError(f"--frames {chosen.frames}: {chosen.scene} has only "
+                          f"{counted(animation.frames, 'frame')}")
     return animation
 
 
@@ -104,7 +106,7 @@ def _summary(spent: list[dict[str, Any]]) -> str:
              for s in spent]
     trace = statistics.median(s["trace_seconds"] for s in spent)
     return (f"{', '.join(parts)}, rendered in {trace * 1e3:.0f} ms (medians): "
-            f"{1 / statistics.median(whole):.2f} frames a second")
+            f"{1 / statistics.median(whole):.2f} frames per second")
 
 
 # Output -----------------------------------------------------------------------------------------
@@ -117,21 +119,21 @@ def _check(output: str) -> None:
     """Refuse an output that cannot be written, before anything is rendered."""
     path, suffix = Path(output), Path(output).suffix.lower()
     if (wide := _WIDE.search(output)) and not _NUMBER.fullmatch(wide[0]):
-        raise OptionError(f"cannot number frames by {wide[0][:20]}; give at most 9 digits, as in "
-                          "frame_%04d.png")
+        raise OptionError(f"cannot number frames by {wide[0][:20]}; give at most 9 digits, for "
+                          "example frame_%04d.png")
     if not _is_numbered(output):
         if suffix not in _FILMS:
-            raise OptionError(f"cannot put frames into {output}; end it in .gif or .png for a "
-                              "film, hold %04d for numbered files, or give a folder")
+            raise OptionError(f"cannot write frames to {output}; end the name in .gif or .png for "
+                              "a film, put %04d into it for numbered files, or give a folder")
         check_writable(output)
     elif not _NUMBER.search(output):
         try:
             path.mkdir(exist_ok=True)
         except OSError as failure:
-            raise Error(f"cannot make the folder {output}: {failure.strerror}") from failure
+            raise Error(f"cannot create the folder {output}: {failure.strerror}") from failure
         check_writable(path / "frame_0000.png")
     elif _NUMBER.search(path.name) is None or suffix not in IMAGES:
-        raise OptionError(f"cannot number frames as {output}; give a name such as "
+        raise OptionError(f"cannot write numbered frames to {output}; give a name such as "
                           "frame_%04d.png")
     else:
         check_writable(_name(output, 0))
@@ -163,6 +165,6 @@ def _whole(text: str) -> int:
     except ValueError:
         number = 0
     if not 1 <= number <= MOST_FRAMES:
-        raise argparse.ArgumentTypeError(f"{text[:40]!r} is no number of frames; give 1 to "
-                                         f"{MOST_FRAMES:,}")
+        raise argparse.ArgumentTypeError(f"{text[:40]!r} is not a number of frames; give a number "
+                                         f"from 1 to {MOST_FRAMES:,}")
     return number

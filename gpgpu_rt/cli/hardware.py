@@ -11,26 +11,28 @@ from .shared import Command, print_json, print_table, say
 
 SCENE = "cornell"   # the tables depend on the scene; the programs hardly do
 WIDTH = 100         # columns to which text is wrapped: the table of methods has about this width
-NOTE = ("The programs are this package's: an index is one channel here, two coordinates would "
-        "reach further; the ray engine of 2002 ran in fixed point, ours stands on float textures. "
-        "How often loops turn is not held against the loop limit: that depends on the rays.")
+NOTE = ("The table judges the programs of this package. They store an index in one channel; two "
+        "coordinates would address more texels. The ray engine of 2002 ran in fixed point; ours "
+        "needs float textures. The number of loop iterations is not compared with a card's limit, "
+        "because it depends on the rays.")
 
 
 def add_command(command: Command) -> None:
-    sub = command("hardware", _hardware, "the survey's graphics cards: figures, sources, limits")
-    sub.add_argument("--methods", action="store_true", help="which methods each could have run, "
-                     "from the compiled programs of each schedule (takes a minute)")
-    sub.add_argument("--scene", help="with --methods, the scene whose tables must fit; default "
-                     + SCENE)
-    sub.add_argument("--sources", action="store_true", help="where each figure is from")
+    sub = command("hardware", _hardware, "list the survey's graphics cards with their figures, "
+                  "limits and sources")
+    sub.add_argument("--methods", action="store_true", help="print which methods each card could "
+                     "have run, judged by the compiled programs of each schedule (takes a minute)")
+    sub.add_argument("--scene", help="with --methods: the scene whose tables must fit into a "
+                     f"card's memory; default {SCENE}")
+    sub.add_argument("--sources", action="store_true", help="print the source of each figure")
 
 
 def _hardware(chosen: argparse.Namespace) -> None:
     if chosen.scene and not chosen.methods:
-        raise OptionError("option --scene says whose tables a card must hold, which --methods "
-                          "looks at; give --methods with it")
+        raise OptionError("--scene names the scene whose tables a card must hold, which only "
+                          "--methods checks; give --methods, too")
     if chosen.sources and chosen.methods:
-        raise OptionError("--sources and --methods are tables of their own; give one")
+        raise OptionError("--sources and --methods print different tables; give one of them")
     found = cards()
     refused, unknown = {}, ""
     if chosen.methods:
@@ -57,7 +59,8 @@ def _hardware(chosen: argparse.Namespace) -> None:
                 [("card", *(card.name for card in found)),
                  *((name.replace("_", " "), *(_value(card, name) for card in found))
                    for name in names)])
-    print("\nSources: --sources; those marked * there are recalled or derived, not read.")
+    print("\n--sources prints the sources. A figure marked * there was recalled or derived, not "
+          "read in its source.")
 
 
 def _print_methods(found: Sequence[Card],
@@ -71,15 +74,15 @@ def _print_methods(found: Sequence[Card],
     pairs = list(refused[found[0].name])
     print_table(("method", "schedule", *(card.chip for card in found)),
                 [(*pair, *(word(card, pair) for card in found)) for pair in pairs])
-    print("\nyes: the card could run it. Else the first limit that it falls short of:")
+    print("\nyes: the card could run it. Other words name the first limit that programs exceed:")
     for limit in dict.fromkeys(r[0].limit for of in refused.values() for r in of.values() if r):
         # Print one example for each limit; --json prints all of them.
         card, pair = next((card, pair) for pair in pairs for card in found
                           if word(card, pair) == limit)
-        _print_filled(f"{limit}: such as {' '.join(pair)} on the {card.chip}: "
+        _print_filled(f"{limit}: for example {' '.join(pair)} on the {card.chip}: "
                       f"{refused[card.name][pair][0].says}")
     if unknown:
-        _print_filled(f"unknown: how many instructions and fetches it takes; {unknown}")
+        _print_filled(f"unknown: the numbers of instructions and fetches are unknown; {unknown}")
     print()
     _print_filled(NOTE)
 

@@ -38,8 +38,8 @@ from .frames import IMAGES, add_frames, render_frames
 from .parser import Parser
 from .picture import add_picture, drawing_of, explain, light_options, progress_shown
 from .shared import (
-    add_method, add_options, all_options, given_options, options_for, print_any_name, print_json,
-    print_stand_in, print_table, say, size_word, spelled_out, word_of
+    add_method, add_options, all_options, described, given_options, options_for, print_any_name,
+    print_json, print_stand_in, print_table, say, size_word, spelled_out, word_of
 )
 from .streams import printed
 
@@ -103,16 +103,16 @@ def _info(chosen: argparse.Namespace) -> None:
         return print_json([{**row, "taken": row["backend"] == taken} for row in rows])
     for row in rows:
         if "missing" in row:
-            print(f"{row['backend']}: not here ({row['missing']})")
+            print(f"{row['backend']}: not available ({row['missing']})")
         else:
             print(f"{row['backend']}: {row['renderer']}\n    OpenGL {row['version']}\n"
                   f"    largest texture {row['max_texture_size']}, "
                   f"{row['max_draw_buffers']} render targets")
     if not some:
-        raise Error("no OpenGL context here; install libegl1 libgl1 libgl1-mesa-dri "
+        raise Error("no OpenGL context is available; install libegl1 libgl1 libgl1-mesa-dri "
                     "(Debian, Ubuntu) or a graphics driver")
     sys.stdout.flush()      # print the table even if the environment variables make this fail
-    print(f"without --context, {open_gpu().backend} is taken")
+    print(f"used without --context: {open_gpu().backend}")
 
 
 def _methods(chosen: argparse.Namespace) -> None:
@@ -126,9 +126,9 @@ def _methods(chosen: argparse.Namespace) -> None:
     for row in rows if chosen.names else ():
         print(f"{row.name}: {row.summary} ({row.citation})\n"
               f"schedules: {', '.join(row.schedules)}")
-        print_table(("option", "default", "what it is"), [
+        print_table(("option", "default", "meaning"), [
             (word_of(o.name), {None: "-", False: "no"}.get(o.default, spell(o.default)),
-             o.help + (f" ({', '.join(map(spell, o.choices))})" if o.choices else ""))
+             described(o))
             for o in row.options] or [("none", "-", "")])
         print()
 
@@ -137,19 +137,18 @@ def _scenes(chosen: argparse.Namespace) -> None:
     rows = list_scenes()
     if chosen.json:
         return print_json(rows)
-    print_table(("scene", "triangles", "found", "original"),
+    print_table(("scene", "triangles", "source", "original"),
                 [(r["name"], "?" if r["triangles"] is None else f"{r['triangles']:,}", r["found"],
                   r["original"]) for r in rows])
-    print("\nMeshes are looked for in the folders of GPGPU_RT_SCENES, then in ./scenes.")
+    print("\nMeshes are searched in the folders of GPGPU_RT_SCENES, then in ./scenes.")
 
 
 def _render(chosen: argparse.Namespace) -> None:
     if given_options(chosen).get("presort"):
-        raise OptionError("--presort puts arrays of rays in order, and a picture's rays are made "
-                          "on the GPU; leave it out, or take --sort-rays")
+        raise OptionError("--presort sorts arrays of rays on the host, but a picture's rays are "
+                          "generated on the GPU; leave it out, or use --sort-rays")
     if chosen.floor and chosen.frames is not None:
-        raise OptionError("--floor stands still under a scene that moves; leave --frames or "
-                          "--floor out")
+        raise OptionError("--floor cannot follow a moving scene; leave --frames or --floor out")
     if chosen.frames is None:
         _check_picture(chosen)
     if chosen.scheduler is not None:
@@ -170,8 +169,8 @@ def _render(chosen: argparse.Namespace) -> None:
                 raise
         with replacing(chosen.output) as path:
             image.save(path)
-        _report(chosen, tracer, f"wrote {chosen.output}" + (", as far as it was" if interrupted
-                                                            else ""), plan)
+        _report(chosen, tracer, f"wrote {chosen.output}" + (
+            " with the samples drawn before the interrupt" if interrupted else ""), plan)
         if interrupted:
             raise KeyboardInterrupt
 
@@ -180,18 +179,18 @@ def _check_picture(chosen: argparse.Namespace) -> None:
     """Refuse a picture that cannot be written, before it is drawn."""
     check_writable(chosen.output)
     if os.path.splitext(chosen.output)[1].lower() not in IMAGES:
-        raise OptionError(f"cannot tell an image format from {chosen.output}; end it in .png")
+        raise OptionError(f"{chosen.output} names no image format; end the name in .png")
     if chosen.resume and chosen.scheduler is None:
-        raise OptionError("--resume goes with --frames or --scheduler; one process draws a "
-                          "picture at a time")
+        raise OptionError("--resume needs --frames or --scheduler; without them, a picture is "
+                          "drawn as a whole")
 
 
 def _trace(chosen: argparse.Namespace) -> None:
     if Path(chosen.output).suffix.lower() != ".npz":
-        raise OptionError(f"{chosen.output}: hits are written as .npz; end it in that")
+        raise OptionError(f"{chosen.output}: hits are written as .npz; end the name in .npz")
     if check_writable(chosen.output).resolve() == Path(chosen.rays).resolve():
-        raise OptionError(f"the hits would take the place of the rays in {chosen.rays}; give "
-                          "--output another name")
+        raise OptionError(f"the hits would overwrite the rays in {chosen.rays}; give --output "
+                          "another name")
     rays = _read_rays(chosen.rays)
     if chosen.scheduler is not None:
         return trace_shared(chosen, rays)
@@ -205,7 +204,8 @@ def _trace(chosen: argparse.Namespace) -> None:
 
 def _remesh(chosen: argparse.Namespace) -> None:
     if not check_writable(chosen.output).suffix.lower() == ".npz":
-        raise OptionError(f"{chosen.output}: a geometry image is written as .npz; end it in that")
+        raise OptionError(f"{chosen.output}: a geometry image is written as .npz; end the name "
+                          "in .npz")
     spread = parametrise(chosen.scene, chosen.size, chosen.cuts)
     image = GeometryImage([spread.image])
     image.save(chosen.output)
@@ -214,8 +214,8 @@ def _remesh(chosen: argparse.Namespace) -> None:
     if chosen.json:
         return print_json(found)
     print(f"wrote {chosen.output}: {chosen.size + 1} x {chosen.size + 1} positions, "
-          f"{found['triangles']:,} triangles, at most {found['largest_distance']:.2%} of the "
-          "extent away from the mesh's vertices; render it with -m geometry-image")
+          f"{found['triangles']:,} triangles; the mesh's vertices are at most "
+          f"{found['largest_distance']:.2%} of the extent away; render it with -m geometry-image")
 
 
 # What commands share -------------------------------------------------------------------------
@@ -230,7 +230,7 @@ def _tracer(chosen: argparse.Namespace, scene: Scene | None = None) -> Tracer:
         return Tracer.from_settings(source, chosen.settings, chosen.force,
                                     **given_options(chosen))
     if chosen.force:
-        raise OptionError("--force goes with --settings; give both")
+        raise OptionError("--force needs --settings; give both")
     if chosen.method == AUTO:
         return Tracer(source, AUTO, **given_options(chosen))
     method = chosen.method or DEFAULT_METHOD
@@ -241,8 +241,8 @@ def _tracer(chosen: argparse.Namespace, scene: Scene | None = None) -> Tracer:
 def _bounds(tracer: Tracer) -> str:
     """Return a clause with the error bounds that the settings keep, or ""."""
     promise = tracer.choices.of(tracer.taken).promise
-    return "" if not promise else (f": at most {promise['max_wrong']:g} of rays wrong, t within "
-                                   f"{promise['max_t_error']:g}")
+    return "" if not promise else (f": share of wrong rays at most {promise['max_wrong']:g}, "
+                                   f"relative error of t at most {promise['max_t_error']:g}")
 
 
 def _report(chosen: argparse.Namespace, tracer: Tracer, line: str,
@@ -262,23 +262,23 @@ def _report(chosen: argparse.Namespace, tracer: Tracer, line: str,
           f"{statistics.build_seconds:.2f} s")
     rays = f" for {statistics.choice} rays" if statistics.choice else ""
     if chosen.method == AUTO:
-        print("auto took the settings that `tune` kept for this scene and renderer" + rays
+        print("auto used the settings that `tune` saved for this scene and renderer" + rays
               + _bounds(tracer) if tracer.settings is not None else
-              f"auto took a safe default{rays}: `tune` kept no settings that fit")
+              f"auto used a safe default{rays}: `tune` saved no settings that fit")
     elif rays:
-        print(f"{chosen.settings} says so{rays}")
+        print(f"{chosen.settings} chose this method{rays}")
     if statistics.samples:
-        print(f"{counted(statistics.samples, 'sample')} a pixel" + (
+        print(f"{counted(statistics.samples, 'sample')} per pixel" + (
             f", noise {statistics.noise:.2%} of the luminance" if statistics.noise else ""))
     if statistics.stopped:
-        print(f"{statistics.stopped:,} rays were stopped before their end was known, by the step "
+        print(f"{statistics.stopped:,} rays were stopped before their search ended, by the step "
               f"cap of {tracer.step_cap:,} or a full stack")
     if statistics.counters:
-        print("a ray: " + ", ".join(f"{k.replace('_', ' ')} {v:.2f}"
-                                    for k, v in statistics.counters.items()))
+        print("per ray: " + ", ".join(f"{k.replace('_', ' ')} {v:.2f}"
+                                      for k, v in statistics.counters.items()))
     if statistics.first_hits:
-        print(f"first hits rasterised: {statistics.first_hits['retraced']:,} of the eye rays were "
-              f"traced, {statistics.first_hits['retraced_share']:.3%}")
+        print(f"first hits rasterised; {statistics.first_hits['retraced']:,} eye rays were traced "
+              f"({statistics.first_hits['retraced_share']:.3%})")
     if statistics.split:
         print("shared with the host: " + ", ".join(
             f"{name.replace('_seconds', '').replace('_', ' ')} "
@@ -290,8 +290,8 @@ def _read_rays(path: str) -> dict[str, np.ndarray]:
     rays = read_npz(path, "rays", names=("origins", "directions", "t_min", "t_max"))
     missing = {"origins", "directions"} - set(rays)
     if missing:
-        raise Error(f"{path} holds no {' and no '.join(sorted(missing))}; a ray file is an .npz "
-                    "with origins and directions, (n, 3) each, and optionally t_min, t_max")
+        raise Error(f"{path} has no {' and no '.join(sorted(missing))}; a ray file is an .npz "
+                    "with origins and directions, (n, 3) each, and optionally t_min and t_max")
     return rays
 
 
@@ -300,8 +300,8 @@ def _read_rays(path: str) -> dict[str, np.ndarray]:
 
 def _add_methods_from(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--methods-from", metavar="FOLDER", action="append", default=[],
-                        help="take the methods of a folder too (see CONTRIBUTING.md), as the "
-                        "environment variable GPGPU_RT_METHODS does for all folders it names")
+                        help="load your own methods from this folder, too (see CONTRIBUTING.md); "
+                        "the environment variable GPGPU_RT_METHODS can name several folders")
 
 
 def _take_methods(arguments: Sequence[str]) -> list[str]:
@@ -326,53 +326,58 @@ def _parser() -> argparse.ArgumentParser:
                 text: str) -> argparse.ArgumentParser:
         sub = commands.add_parser(name, help=text, description=text)
         sub.set_defaults(run=run, parser=sub)
-        sub.add_argument("--json", action="store_true", help="print JSON")
+        sub.add_argument("--json", action="store_true", help="print JSON instead of text")
         return sub
 
     def add_choice(sub: argparse.ArgumentParser) -> None:
-        add_method(sub, "a method's name, or auto: as `tune` found for the scene where it was "
-                   f"run; default {DEFAULT_METHOD}")
-        sub.add_argument("--settings", metavar="FILE", help="method and options of a file that "
-                         "`tune` wrote")
-        sub.add_argument("--force", action="store_true", help="take the settings for another "
-                         "scene or renderer too")
+        add_method(sub, "a method's name, or auto: the settings that `tune` saved for this scene, "
+                   f"else a safe default; default {DEFAULT_METHOD}")
+        sub.add_argument("--settings", metavar="FILE", help="read method and options from a file "
+                         "that `tune` wrote")
+        sub.add_argument("--force", action="store_true", help="use the settings even if they were "
+                         "made for another scene or renderer")
 
-    command("info", _info, "contexts found, renderer and limits")
-    sub = command("methods", _methods, "the method table, or a method's own options")
-    sub.add_argument("names", nargs="*", metavar="NAME", help="methods whose options are listed")
-    command("scenes", _scenes, "named scenes, and where each was found")
+    command("info", _info, "list the OpenGL contexts of this machine, their renderers and limits")
+    sub = command("methods", _methods, "list the methods, or the options of a method")
+    sub.add_argument("names", nargs="*", metavar="NAME", help="list the options of these methods")
+    command("scenes", _scenes, "list the named scenes and the source of each")
     sub = command("render", _render, "render a scene to an image file")
     sub.add_argument("scene", help="a scene's name, a mesh file or a scene file (.json)")
     add_choice(sub)
-    sub.add_argument("-o", "--output", required=True, metavar="IMAGE.png")
+    sub.add_argument("-o", "--output", required=True, metavar="IMAGE.png",
+                     help="the file to write")
     sub.add_argument("--size", type=size_word, default=(512, 512), metavar="WIDTHxHEIGHT",
-                     help="pixels; default 512x512")
+                     help="size of the picture in pixels; default 512x512")
     sub.add_argument("--first-hits", choices=FIRST_HITS, default=FIRST_HITS[0],
-                     help="where the hits of eye rays come from: the tracer; the rasteriser, "
-                     "proved to be the same to the bit; or the rasteriser, verified to be hits; "
-                     "default %(default)s")
+                     help="source of the eye rays' hits: the tracer; the rasteriser, with proof "
+                     "that each hit equals the traced hit to the bit; or the rasteriser, with a "
+                     "check that each hit is a hit of its ray; default %(default)s")
     add_camera(sub)
     add_picture(sub)
     add_floor(sub)
     add_frames(sub)
     add_scheduler(sub, "the picture's tiles, or the frames,")
     add_options(sub)
-    sub = command("trace", _trace, "trace a file of rays to a file of hits")
+    sub = command("trace", _trace, "trace the rays of a file and write their hits to a file")
     sub.add_argument("scene", help="a scene's name or a mesh file")
     sub.add_argument("rays", metavar="RAYS.npz", help="arrays origins and directions, (n, 3) "
                      "each, and optionally t_min and t_max")
     add_choice(sub)
-    sub.add_argument("-o", "--output", required=True, metavar="HITS.npz")
+    sub.add_argument("-o", "--output", required=True, metavar="HITS.npz",
+                     help="the file to write")
     sub.add_argument("--invalid", choices=("raise", "miss"), default="raise",
-                     help="what becomes of a ray with NaN, infinity or no direction")
+                     help="treat a ray with NaN, infinity or a zero direction as an error, or as "
+                     "a miss; default %(default)s")
     add_scheduler(sub, "the rays")
     add_options(sub)
-    sub = command("remesh", _remesh, "spread a surface over a square: a geometry image")
+    sub = command("remesh", _remesh, "parametrise a surface over a square, as a geometry image")
     sub.add_argument("scene", help="a scene's name or a mesh file")
-    sub.add_argument("-o", "--output", required=True, metavar="IMAGE.npz")
-    sub.add_argument("--size", type=int, default=128, help="cells a side; default %(default)s")
-    sub.add_argument("--cuts", type=int, default=CUTS, help="paths at most that are cut to places "
-                     "which come out too small; default %(default)s")
+    sub.add_argument("-o", "--output", required=True, metavar="IMAGE.npz",
+                     help="the file to write")
+    sub.add_argument("--size", type=int, default=128,
+                     help="number of cells along each side of the square; default %(default)s")
+    sub.add_argument("--cuts", type=int, default=CUTS, help="largest number of cuts towards "
+                     "regions that the parametrisation shrinks too much; default %(default)s")
     benching.add_command(command)
     hardware.add_command(command)
     looking.add_commands(command)

@@ -25,4 +25,4 @@ class Parser(argparse.ArgumentParser):
         """Report a word that no option or argument of this command accepts."""
         name = word.partition("=")[0]
         near = did_you_mean(name, self._option_string_actions) if name.startswith("-") else ""
-        self.error(f"{self.prog.split()[-1]} takes no {name}{near}")
+        self.error(f"{self.prog.split()[-1]} has no {name}{near}")

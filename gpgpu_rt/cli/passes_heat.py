@@ -24,29 +24,32 @@ from .shared import (
 
 def add_commands(command: Command) -> None:
     """Declare the commands; ``command(name, run, text)`` returns a parser."""
-    sub = command("passes", _passes, "the state of every ray after every pass, as pictures, a GIF "
-                  "and JSON")
+    sub = command("passes", _passes, "write the state of every ray after every pass, as pictures, "
+                  "a GIF and JSON")
     sub.add_argument("scene", help="a scene's name or a mesh file")
     add_method(sub, "a method's name", required=True)
-    sub.add_argument("-o", "--output", required=True, metavar="FOLDER", help="made where missing")
+    sub.add_argument("-o", "--output", required=True, metavar="FOLDER",
+                     help="the folder to write into, created if it is missing")
     sub.add_argument("--size", type=size_word, default=(256, 256), metavar="WIDTHxHEIGHT",
-                     help="eye rays; default 256x256")
-    sub.add_argument("--every", type=int, metavar="N", help="a picture of each so many passes; "
-                     f"default: so that there are about {MOST_PICTURES}")
-    sub.add_argument("--states", action="store_true", help="write states and hits as .npz too")
+                     help="size of the grid of eye rays; default 256x256")
+    sub.add_argument("--every", type=int, metavar="N", help="write a picture every N passes; "
+                     f"default: an N that gives about {MOST_PICTURES} pictures")
+    sub.add_argument("--states", action="store_true",
+                     help="write the states and hits as .npz files, too")
     add_camera(sub)
     add_options(sub)
-    sub = command("heat", _heat, "what each pixel's ray costs, by methods side by side on one "
-                  "scale")
+    sub = command("heat", _heat, "draw the cost of each pixel's ray as heat maps, with several "
+                  "methods on one scale")
     sub.add_argument("scene", help="a scene's name or a mesh file")
     add_methods(sub)
-    sub.add_argument("--what", choices=tuple(KINDS), default="steps", help="what is counted; "
-                     "default %(default)s")
-    sub.add_argument("-o", "--output", required=True, metavar="IMAGE.png")
+    sub.add_argument("--what", choices=tuple(KINDS), default="steps",
+                     help="the quantity to count; default %(default)s")
+    sub.add_argument("-o", "--output", required=True, metavar="IMAGE.png",
+                     help="the file to write")
     sub.add_argument("--size", type=size_word, default=(256, 256), metavar="WIDTHxHEIGHT",
-                     help="eye rays; default 256x256")
-    sub.add_argument("--max", type=float, dest="highest", metavar="N", help="what the scale ends "
-                     "at; default: what 99 %% of the rays of each method keep below")
+                     help="size of the grid of eye rays; default 256x256")
+    sub.add_argument("--max", type=float, dest="highest", metavar="N", help="upper end of the "
+                     "scale; default: 99 %% of the rays of every method are below it")
     add_camera(sub)
     add_options(sub)
 
@@ -69,14 +72,14 @@ def _passes(chosen: argparse.Namespace) -> None:
     print(f"wrote {counted(pictures, 'picture')}, passes.gif and passes.json to {chosen.output}")
     served = sum(sum(row["served"].values()) for row in rows)
     print(f"{found['method']}, {found['options']['schedule']}: {counted(len(rows), 'pass')}, "
-          f"{counted(served, 'kernel run')} for {counted(found['rays'], 'ray')}, of "
-          f"which {found['rays_hit']:,} hit")
+          f"{counted(served, 'kernel run')} for {counted(found['rays'], 'ray')}; "
+          f"{found['rays_hit']:,} rays hit")
 
 
 def _heat(chosen: argparse.Namespace) -> None:
     check_writable(chosen.output)
     if os.path.splitext(chosen.output)[1].lower() not in IMAGES:
-        raise OptionError(f"cannot tell an image format from {chosen.output}; end it in .png")
+        raise OptionError(f"{chosen.output} names no image format; end the name in .png")
     if chosen.highest is not None and not chosen.highest > 0:
         raise OptionError(f"--max {chosen.highest:g} must be above 0")
     scene, maps = load_scene(chosen.scene), []
@@ -95,7 +98,7 @@ def _heat(chosen: argparse.Namespace) -> None:
                            "output": chosen.output, "methods": rows})
     print_stand_in(scene)
     print(f"wrote {chosen.output}: {KINDS[chosen.what]}")
-    print_table(("method", "mean", "median", "99 %", "most"),
+    print_table(("method", "mean", "median", "99 %", "maximum"),
                 [(row["map"], f"{row['mean']:.2f}", f"{row['median']:g}",
                   f"{row['quantile_99']:g}", f"{row['max']:g}") for row in rows])
 

@@ -18,10 +18,11 @@ from .shared import Variants, add_variants, parsed, variants
 def add_picture(sub: argparse.ArgumentParser) -> None:
     """Declare the options of ``render`` for light."""
     group = sub.add_argument_group("light")
-    group.add_argument("--integrator", metavar="NAME", help=f"{', '.join(INTEGRATORS)}; default "
-                       f"{DEFAULT}")
+    group.add_argument("--integrator", metavar="NAME", help="the integrator: "
+                       f"{', '.join(INTEGRATORS)}; default {DEFAULT}")
     group.add_argument("--explain", action="store_true", help="print the plan before drawing: "
-                       "passes, textures, defines, and why the others were left out")
+                       "the passes, textures and defines that the scene requires, and why others "
+                       "are left out")
     add_variants(group, light_options(), "picture_")
 
 

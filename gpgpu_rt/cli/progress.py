@@ -50,7 +50,7 @@ def doublings(unit: str) -> Lines:
         nonlocal told_of
         if done >= 2 * told_of or done == of:
             told_of = done
-            say(f"{done:,} of {counted(of, unit)} a pixel" + (f", {note}" if note else ""))
+            say(f"{done:,} of {counted(of, unit)} per pixel" + (f", {note}" if note else ""))
 
     return tell
 

@@ -10,16 +10,17 @@ from .shared import print_json, say, size_word
 
 def add_command(command: Callable[..., argparse.ArgumentParser]) -> None:
     """Declare the command; ``command(name, run, text)`` returns a parser."""
-    sub = command("report", _report, "one self-contained page: every figure beside what was "
-                  "published, heat maps, and passes as films")
-    sub.add_argument("-o", "--output", required=True, metavar="REPORT.html")
-    sub.add_argument("--figures", default="figures/out", metavar="FOLDER", help="where `make "
-                     "figures` wrote; default %(default)s")
+    sub = command("report", _report, "write one self-contained page: every figure beside the "
+                  "published numbers, heat maps, and films of passes")
+    sub.add_argument("-o", "--output", required=True, metavar="REPORT.html",
+                     help="the file to write")
+    sub.add_argument("--figures", default="figures/out", metavar="FOLDER",
+                     help="the folder that `make figures` wrote; default %(default)s")
     sub.add_argument("--scene", default="bunny",
-                     help="of films and heat maps; default %(default)s")
+                     help="scene of the films and heat maps; default %(default)s")
     sub.add_argument("--size", type=size_word, default=(64, 64), metavar="WIDTHxHEIGHT",
-                     help="rays of them; default 64x64")
-    sub.add_argument("--still", action="store_true", help="leave them out")
+                     help="size of the grid of rays in the films and heat maps; default 64x64")
+    sub.add_argument("--still", action="store_true", help="leave out the films and heat maps")
 
 
 def _report(chosen: argparse.Namespace) -> None:
@@ -29,7 +30,7 @@ def _report(chosen: argparse.Namespace) -> None:
         return print_json(found.to_dict())
     print(f"wrote {found.output}: {len(found.figures)} figures, {found.bytes / 1e6:.1f} MB")
     if not found.figures:
-        print(f"no figures in {chosen.figures}: make them by `make figures` in the checkout, or "
-              "name their folder by --figures")
+        print(f"no figures in {chosen.figures}: run `make figures` in the checkout, or name the "
+              "folder of the figures by --figures")
     elif found.missing:
-        print(f"not there yet: {', '.join(found.missing)}; `make figures` measures them")
+        print(f"missing figures: {', '.join(found.missing)}; `make figures` makes them")

@@ -6,7 +6,7 @@ import json
 import math
 import re
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from ..errors import OptionError
@@ -88,7 +88,7 @@ def add_methods(sub: argparse.ArgumentParser, default: str | None = None) -> Non
     """
     sub.add_argument("-m", "--method", "--methods", required=default is None, action=_Collect,
                      dest="methods", metavar="NAME,NAME,...", type=names,
-                     help="by these methods, together or one -m each"
+                     help="the methods, as a list or with an -m for each"
                      + (f"; default: {default}" if default else ""))
 
 
@@ -101,17 +101,14 @@ def add_variants(group: argparse._ArgumentGroup, table: Variants, prefix: str) -
     """Their ``--word``s, whose text is then found under ``prefix`` and the name."""
     for name, kinds in table.items():
         bare = {"nargs": "?", "const": "true"} if _is_switch(kinds) else {}
-        told = [_told(option) for option in kinds]
-        if len(kinds) > 1:
-            told = [f"{_listed(owners)}: {one}" for owners, one in zip(kinds.values(), told)]
         try:
             group.add_argument(word_of(name), dest=prefix + name,
                                metavar="true|false" if bare else "VALUE",
-                               help=". ".join(told).replace("%", "%%"), **bare)
+                               help=_help(kinds).replace("%", "%%"), **bare)
         except argparse.ArgumentError:      # a method from a foreign folder has this option
             owner = [owner for owners in kinds.values() for owner in owners][-1]
             raise OptionError(f"{find_method(owner).glsl}: method {owner} has an option {name}, "
-                              f"but {word_of(name)} is a word of the commands themselves; give it "
+                              f"but the commands use {word_of(name)} themselves; give the option "
                               "another name") from None
 
 
@@ -119,15 +116,35 @@ def _is_switch(kinds: Iterable[Option]) -> bool:
     return any(option.kind is bool for option in kinds)
 
 
-def _told(option: Option) -> str:
+def described(option: Option) -> str:
+    """Return the help text of an option with its choices, which come before "; default:"."""
+    text, *default = option.help.partition("; default:")
     choices = f" ({', '.join(map(spell, option.choices))})" if option.choices else ""
-    default = spell(option.default)
-    lower = option.kind is bool or option.default is None
-    return f"{option.help}{choices}; default {default.lower() if lower else default}"
+    return text + choices + "".join(default)
+
+
+def _help(kinds: Mapping[Option, Sequence[str]]) -> str:
+    """Return the help of a word: each text once, after its owners if the word has several texts,
+    and each default once, before its owners if the text has several defaults."""
+    texts: dict[str, dict[str, list[str]]] = {}
+    for option, owners in kinds.items():
+        default = spell(option.default)
+        if option.kind is bool or option.default is None:
+            default = "" if "default:" in option.help else default.lower()
+        defaults = texts.setdefault(described(option), {})
+        defaults.setdefault(default, []).extend(owners)
+    sentences = []
+    for text, defaults in texts.items():
+        whose = _listed([owner for owners in defaults.values() for owner in owners])
+        ends = [default + (f" for {_listed(owners)}" if len(defaults) > 1 else "")
+                for default, owners in defaults.items() if default]
+        sentences.append((f"{whose}: " if len(texts) > 1 else "") + text
+                         + (f"; default {', '.join(ends)}" if ends else ""))
+    return ". ".join(sentences)
 
 
 def _listed(owners: Sequence[str]) -> str:
-    return ", ".join(owners) if len(owners) < 4 else f"{owners[0]} and {len(owners) - 1} more"
+    return ", ".join(owners) if len(owners) < 4 else f"{owners[0]} and {len(owners) - 1} others"
 
 
 def spelled_out(arguments: Sequence[str], options: Variants) -> list[str]:
@@ -218,7 +235,8 @@ def size_word(text: str) -> tuple[int, int]:
     except ValueError:
         size = 0, 0
     if min(size) < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is no size; give WIDTHxHEIGHT, as in 512x512")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a size; give WIDTHxHEIGHT, as in "
+                                         "512x512")
     return size
 
 
@@ -230,14 +248,14 @@ def side_word(text: str) -> int:
         width, height = 0, -1
     if width != height:
         raise argparse.ArgumentTypeError(
-            f"{text!r} is no side of a square; give pixels, as in 512")
+            f"{text!r} is not the side of a square; give pixels, as in 512")
     return width
 
 
 def whole_word(text: str, least: int = 0) -> int:
     """Return a whole number that is at least ``least``."""
     if not text.isdecimal() or int(text) < least:
-        raise argparse.ArgumentTypeError(f"{text!r} is no whole number of {least} or more")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of {least} or more")
     return int(text)
 
 
@@ -253,7 +271,7 @@ def seconds_word(text: str) -> float:
     except ValueError:
         seconds = math.nan
     if not 0 <= seconds < math.inf:
-        raise argparse.ArgumentTypeError(f"{text!r} is no time; give seconds, 0 or more")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a time; give seconds, 0 or more")
     return seconds
 
 
@@ -279,7 +297,7 @@ def print_stand_in(scene: Scene) -> None:
     """Print a note if the scene is a stand-in for a scene of the papers."""
     if scene.stand_in:
         print(f"{scene.name} is a procedural stand-in for {scene.stand_in} "
-              "(`gpgpu-rt scenes` says where the original is)")
+              "(`gpgpu-rt scenes` names the source of the original)")
 
 
 def print_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

@@ -26,41 +26,48 @@ from .shared import (
 
 def add_commands(command: Command) -> None:
     """Declare the commands; ``command(name, run, text)`` returns a parser."""
-    sub = command("accuracy", _accuracy, "errors of methods and precisions against the float64 "
-                  "reference")
+    sub = command("accuracy", _accuracy, "measure the errors of methods and precisions against "
+                  "the float64 reference")
     sub.add_argument("scene", help="a scene's name or a mesh file")
-    add_methods(sub, "all that take the options")
+    add_methods(sub, "all methods that have the given options")
     sub.add_argument("--precisions", type=names, metavar="NAME,NAME,...",
-                     help="of fp32, fp24, fp16")
-    sub.add_argument("--rays", type=int, default=1 << 14, help=f"of each kind ({', '.join(KINDS)})"
-                     "; default %(default)s")
+                     help="precisions to measure: fp32, fp24, fp16; default: all")
+    sub.add_argument("--rays", type=int, default=1 << 14, help="largest number of rays of each "
+                     f"kind ({', '.join(KINDS)}); default %(default)s")
     sub.add_argument("--size", type=size_word, default=(256, 256), metavar="WIDTHxHEIGHT",
-                     help="of the pictures that are compared; default 256x256")
-    sub.add_argument("--seed", type=int, default=0, help="of the rays")
-    sub.add_argument("-o", "--output", metavar="FILE.json", help="write the JSON to a file too")
+                     help="size of the pictures that are compared; default 256x256")
+    sub.add_argument("--seed", type=int, default=0,
+                     help="seed of the random rays; default %(default)s")
+    sub.add_argument("-o", "--output", metavar="FILE.json", help="write the JSON to a file, too")
     add_options(sub)
-    sub = command("tune", _tune, "find the fastest method and options that keep bounds on errors")
+    sub = command("tune", _tune, "find the fastest method and options within bounds on the errors")
     sub.add_argument("scene", help="a scene's name or a mesh file")
     sub.add_argument("--max-wrong", type=float, required=True, metavar="SHARE",
-                     help="share of rays with a wrong hit or miss, as 1e-5; decided by its upper "
-                     "95 %% confidence bound")
+                     help="bound on the share of rays with a wrong hit or miss, for example 1e-5; "
+                     "the upper 95 %% confidence bound of the share must keep it")
     sub.add_argument("--max-t-error", type=float, required=True, metavar="RATIO",
-                     help="relative error of t, as 1e-5")
+                     help="bound on the relative error of t, for example 1e-5")
     sub.add_argument("--t-quantile", type=float, default=0.999, metavar="SHARE",
-                     help="share of right hits that must stay within it; default %(default)s")
+                     help="share of the right hits that must keep the bound on t; default "
+                     "%(default)s")
     sub.add_argument("--max-bytes", type=int, metavar="N",
-                     help="texture bytes with 512 x 512 rays in flight; one choice then serves "
-                     "all rays, for two would be held at once")
-    sub.add_argument("--rays", type=count_word, metavar="N", help="to prove the bounds with, and "
-                     "as many to confirm them; raised to what they take, which is the default")
+                     help="bound on the bytes of textures with 512 x 512 rays in flight; tune "
+                     "then chooses one method for all rays, because two would be in memory at "
+                     "once")
+    sub.add_argument("--rays", type=count_word, metavar="N", help="number of rays that test the "
+                     "bounds, and again as many that confirm the result; default and minimum: the "
+                     "number that the bounds need")
     sub.add_argument("--kinds", type=names, default=list(KINDS), metavar="NAME,NAME,...",
-                     help=f"rays the promise is for, in equal shares; default {','.join(KINDS)}")
-    sub.add_argument("--seed", type=whole_word, default=0, help="of the rays")
+                     help="kinds of rays for which the bounds must hold, in equal shares; default "
+                     f"{','.join(KINDS)}")
+    sub.add_argument("--seed", type=whole_word, default=0,
+                     help="seed of the random rays; default %(default)s")
     sub.add_argument("--budget", type=seconds_word, default=300.0, metavar="SECONDS",
-                     help="time for trying candidates, half of it for coherent rays; default "
+                     help="time for trying candidates; half of it is for coherent rays; default "
                      "%(default)s")
     add_methods(sub, "all")
-    sub.add_argument("-o", "--output", metavar="SETTINGS.json")
+    sub.add_argument("-o", "--output", metavar="SETTINGS.json",
+                     help="write the settings to a file, too")
 
 
 def _facts(scene: Scene) -> dict[str, Any]:
@@ -91,9 +98,10 @@ def _accuracy(chosen: argparse.Namespace) -> None:
                  "triangle", "unfinished", "excused", "t past bound", "t ulp 50 %", "99.9 %",
                  "max", "u, v max", "RMSE", "FLIP", "Mrays/s", "ms", "MB", "passes"),
                 [_accuracy_line(row) for row in rows])
-    print("\nwrong: leaks, false hits, wrong triangles and unfinished rays. excused: another "
-          "triangle than the\nreference's that float32 cannot tell from it. t past bound: of "
-          "what float32 allows the watertight test.")
+    print("\nwrong: share of rays with a leak, a false hit, a wrong triangle or no end. excused: "
+          "rays whose triangle differs\nfrom the reference's within float32's error bound; they "
+          "do not count as wrong. t past bound: rays whose t exceeds\nthe error bound of the "
+          "watertight test in float32.")
     if flip_note():
         print(flip_note())
     if chosen.output:
@@ -131,8 +139,8 @@ def _tune(chosen: argparse.Namespace) -> None:
         if chosen.output:
             found.settings.save(chosen.output)
     if found.settings is not None and kept is None:
-        say("not kept for method auto, as there is no cache folder that can be written; "
-            + (f"give --settings {chosen.output}" if chosen.output else
+        say("not saved for method auto, because no cache folder can be written; "
+            + (f"use --settings {chosen.output}" if chosen.output else
                "write the settings to a file by -o"))
     if chosen.json:
         print_json({**_facts(scene), **found.to_dict()})
@@ -141,7 +149,7 @@ def _tune(chosen: argparse.Namespace) -> None:
         for search in found.searches:
             _print_search(search)
         if kept is not None:
-            print(f"kept for method auto: {kept}")
+            print(f"saved for method auto: {kept}")
         if chosen.output and found.settings is not None:
             print(f"wrote {chosen.output}")
     if found.settings is None:
@@ -156,10 +164,10 @@ def _print_search(found: Search) -> None:
     print_table(("candidate", "Mrays/s", "rays timed", "rays judged", "wrong", "at most (95 %)",
                  f"t error at {promise.t_quantile:g}", "MB", "outcome"),
                 [_trial_line(trial) for trial in found.trials])
-    print(f"\nRays in equal shares {', '.join(promise.kinds)}; MB: textures with 512 x 512 "
-          "rays in flight.\nwrong is decided by the upper 95 % bound "
-          f"of its share, t by the {promise.t_quantile:g} quantile of its relative error over "
-          "right hits,\nat that quantile's upper 95 % confidence bound.")
+    print(f"\nRays: equal shares of {', '.join(promise.kinds)}. MB: textures with 512 x 512 rays "
+          "in flight.\nThe upper 95 % confidence bounds decide: of the share of wrong rays, and "
+          f"of the {promise.t_quantile:g} quantile of the relative\nerror of t over the right "
+          "hits.")
     for note in found.notes:
         print(note)
     if found.chosen is not None:
@@ -185,7 +193,7 @@ def _for(found: Search) -> str:
 def _unreachable(found: Search) -> str:
     closest, late = found.closest, LATE in found.notes
     if closest is None:
-        return (f"the time was up before any candidate could be judged{_for(found)}; give more "
+        return (f"the time ran out before any candidate was judged{_for(found)}; give more time "
                 "with --budget" if late else "no candidate could be tried; give other methods")
     return (f"no candidate {'that was tried ' if late else ''}keeps the bounds{_for(found)}; the "
             f"closest is {closest.candidate}: {closest.note}; "

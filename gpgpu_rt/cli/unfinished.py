@@ -97,7 +97,7 @@ class Unfinished:
         except BaseException:
             there = sum(map(self._is_there, range(self.count)))
             if there:
-                say(f"{there} of {self.count} parts are kept; --resume goes on")
+                say(f"{there} of {self.count} parts are saved; --resume draws the others")
             else:
                 self._remove()
             raise
@@ -117,8 +117,8 @@ class Unfinished:
         if others:
             named = ", ".join(sorted(others))
             named = named if len(named) <= 120 else named[:117] + "..."
-            raise Error(f"{self.folder} holds parts of another {named}; leave out --resume to "
-                        "begin anew")
+            raise Error(f"{self.folder} holds parts with another {named}; leave out --resume to "
+                        "start again")
         self._done = done
 
     def _is_there(self, part: int) -> bool:

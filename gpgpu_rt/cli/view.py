@@ -15,14 +15,15 @@ from .shared import add_method, add_options, options_for, print_json, size_word
 
 
 def add_command(command: Callable[..., argparse.ArgumentParser]) -> None:
-    sub = command("view", _view, "a window: look around, change method and options, see every "
-                  "pass and what rays cost")
+    sub = command("view", _view, "open a window: look around, change method and options, see "
+                  "every pass and the cost of rays")
     sub.add_argument("scene", nargs="?", default="bunny", help="a scene's name, a mesh file or a "
                      "scene file (.json); default %(default)s")
     add_method(sub, f"a method's name; default {DEFAULT_METHOD}")
     sub.add_argument("--size", type=size_word, default=(1000, 700), metavar="WIDTHxHEIGHT",
-                     help="of the window, pixels; default 1000x700")
-    sub.add_argument("--folder", default=".", help="where pictures are saved; default: here")
+                     help="size of the window in pixels; default 1000x700")
+    sub.add_argument("--folder", default=".",
+                     help="folder for saved pictures; default: the current folder")
     add_camera(sub)
     add_picture(sub)
     add_options(sub)
@@ -31,15 +32,15 @@ def add_command(command: Callable[..., argparse.ArgumentParser]) -> None:
 def _view(chosen: argparse.Namespace) -> None:
     from ..viewer.selection import DECIDED, Selection
     if chosen.method == AUTO:
-        raise OptionError("the viewer changes settings and so takes none from tune; give a "
-                          "method's name")
+        raise OptionError("the viewer cannot use the settings of tune, because its user changes "
+                          "settings; give a method's name")
     if not os.path.isdir(chosen.folder):
-        raise OptionError(f"--folder {chosen.folder}: there is no such folder; make it first")
+        raise OptionError(f"--folder {chosen.folder}: there is no such folder; create it first")
     method = find_method(chosen.method or DEFAULT_METHOD)
     selection = Selection(chosen.scene, method.name)
     for name, value in options_for(chosen, method.name).items():
         if name in DECIDED:
-            raise OptionError(f"the viewer decides about {name} itself; leave it out")
+            raise OptionError(f"the viewer sets {name} itself; leave it out")
         selection = selection.with_option(name, value)
     light = picture_options(chosen)
     selection = selection.with_integrator(find_integrator(light.pop("integrator")).name)
@@ -48,8 +49,8 @@ def _view(chosen: argparse.Namespace) -> None:
     try:
         from ..viewer.window import run
     except ImportError as failure:
-        raise Error(f"the viewer needs {failure.name}; {how_to_install('view')}, or make view"
-                    ) from failure
+        raise Error(f"the viewer needs {failure.name}; {how_to_install('view')}, or run `make "
+                    "view`") from failure
     found = run(selection, chosen.size, chosen.folder, lambda own: camera_of(chosen, own))
     if chosen.json:
         print_json(found)

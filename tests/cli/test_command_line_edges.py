@@ -71,7 +71,7 @@ def test_a_closed_stdout_is_no_mistake(words: str, redirection: str, tmp_path) -
 
 
 @pytest.mark.parametrize("notes, closest, message", [
-    ([LATE], None, "time was up.*--budget"), ([], None, "give other methods"),
+    ([LATE], None, "time ran out.*--budget"), ([], None, "give other methods"),
     ([LATE], SimpleNamespace(candidate="grid", note="slow"), "more time with --budget"),
     ([], SimpleNamespace(candidate="grid", note="slow"), "grid: slow; relax the bounds")])
 def test_tune_says_that_its_time_was_up(notes: list[str], closest: object, message: str) -> None:

@@ -66,7 +66,7 @@ def test_the_table_fits_a_terminal_and_says_why(few, countable, capsys) -> None:
                                      "NV40": "yes", "R580": "yes", "G80": "yes"}
     assert at["grid", "loop"]["R420"] == "loops"
     assert at["kd-short-stack", "step"]["R580"] == "targets"
-    assert ("targets: such as kd-short-stack kernels on the R420: 6 render targets, "
+    assert ("targets: for example kd-short-stack kernels on the R420: 6 render targets, "
             "it has 4") in text
 
 

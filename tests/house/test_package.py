@@ -178,7 +178,7 @@ def test_a_place_may_begin_below_zero(capsys, tmp_path) -> None:
 
 def test_info_says_which_backend_is_taken(capsys, monkeypatch) -> None:
     _, out, _ = run(capsys, "info")
-    assert out.splitlines()[-1] == f"without --context, {open_gpu().backend} is taken"
+    assert out.splitlines()[-1] == f"used without --context: {open_gpu().backend}"
     _, out, _ = run(capsys, "info", "--json")
     assert [row["backend"] for row in json.loads(out) if row["taken"]] == [open_gpu().backend]
     monkeypatch.setenv("GPGPU_RT_CONTEXT", "osmessa")
@@ -245,10 +245,10 @@ BOUNDS = ["--max-wrong", "1e-3", "--max-t-error", "1e-3"]
 
 @pytest.mark.parametrize("arguments, message", [
     (["render", "cornel", "-o", "{}/x.png"], "did you mean cornell"),
-    (["render", "cornell", "--presort", "-o", "{}/x.png"], "take --sort-rays"),
+    (["render", "cornell", "--presort", "-o", "{}/x.png"], "use --sort-rays"),
     (["render", "cornell", "--schedule", "loop", "--steps-per-pass", "4", "-o", "{}/x.png"],
      "runs under step only"),
-    (["trace", "cornell", "{}/rays.npz", "-o", "{}/hits.txt"], "end it in that"),
+    (["trace", "cornell", "{}/rays.npz", "-o", "{}/hits.txt"], "end the name in .npz"),
     (["render", "gone.ply", "-o", "{}/x.png"], "gone.ply: no such file"),
     (["render", "stadium:7", "-o", "{}/x.png"], "ratio"),
     (["render", "cornell", "-m", "bvh-thread", "-o", "{}/x.png"], "did you mean bvh-threaded"),
@@ -259,12 +259,12 @@ BOUNDS = ["--max-wrong", "1e-3", "--max-t-error", "1e-3"]
     (["render", "cornell", "-o", "{}/x.png", "--resolution", "5,6", "-m", "grid"],
      "give one, or three"),
     (["bench", "cornell", "--size", "8", "--runs", "0"], "give 1 or more"),
-    (["render", "cornell", "-o", "{}/x.png", "--size", "0x3"], "no size"),
+    (["render", "cornell", "-o", "{}/x.png", "--size", "0x3"], "not a size"),
     (["render", "cornell", "-o", "{}/x.png", "--size", "999999x2"], "fewer rays"),
     (["render", "cornell"], "-o/--output"),
     (["trace", "cornell", "{}/gone.npz", "-o", "{}/h.npz"], "cannot read rays"),
     (["trace", "cornell", "{}/bad.npz", "-o", "{}/h.npz"], "cannot read rays"),
-    (["trace", "cornell", "{}/nan.npz", "-o", "{}/nan.npz"], "place of the rays"),
+    (["trace", "cornell", "{}/nan.npz", "-o", "{}/nan.npz"], "overwrite the rays"),
     (["accuracy", "cornell", "--precision", "fp16"], "--precisions"),
     (["trace", "cornell", "{}/one.npy", "-o", "{}/h.npz"], "cannot read rays"),
     (["trace", "cornell", "{}/torn.npz", "-o", "{}/h.npz"], "cannot read rays"),
@@ -275,16 +275,16 @@ BOUNDS = ["--max-wrong", "1e-3", "--max-t-error", "1e-3"]
     (["bench", "cornell", "--size", "8", "-m", "kd-stack,bvh-stack", "--build", "zhou"],
      "method bvh-stack: option build='zhou' is none of"),
     (["render", "cornell", "-o", "{}/x.png", "-m", "kd-stack", "--build", "zhou", "--split",
-      "exact"], "split means something with build sah or hybrid alone"),
-    (["trace", "cornell", "{}/empty.npz", "-o", "{}/h.npz"], "holds no directions"),
+      "exact"], "split needs build sah or hybrid"),
+    (["trace", "cornell", "{}/empty.npz", "-o", "{}/h.npz"], "has no directions"),
     (["trace", "cornell", "{}/nan.npz", "-o", "{}/h.npz"], "ray 1 is invalid"),
     (["fly"], "invalid choice"),
     (["render", "cornell", "-m", "grid", "-m", "bih", "-o", "{}/x.png"], "twice, grid and bih"),
     (["render", "cornell", "-m", "grid", "--density", "3", "--resolution", "4", "-o", "{}/x.png"],
      "exclude each other"),
     (["bench", "cornell", "-m", "grid,"], "empty name"),
-    (["bench", "cornell", "--size", "8x4"], "no side of a square"),
-    (["bench", "cornell", "--size", "-3"], "no side of a square"),
+    (["bench", "cornell", "--size", "8x4"], "not the side of a square"),
+    (["bench", "cornell", "--size", "-3"], "not the side of a square"),
     (["tune", "cornell", *BOUNDS, "--budget", "-1"], "give seconds"),
     (["tune", "cornell", *BOUNDS, "--rays", "0"], "of 1 or more"),
     (["tune", "cornell", *BOUNDS, "--seed", "-3"], "of 0 or more"),
@@ -295,9 +295,9 @@ BOUNDS = ["--max-wrong", "1e-3", "--max-t-error", "1e-3"]
      "no method takes all of these options: cells=grid, stack_size=4"),
     (["passes", "cornell", "-m", "kd-stack", "-o", "{}/new"], "loop"),
     (["render", "cornell", "-o", "{}/x.png", "--octnats"],
-     "render takes no --octnats; did you mean --octants or"),
-    (["render", "cornell", "-o", "{}/x.png", "--qqqq=3"], "render takes no --qqqq (see"),
-    (["trace", "cornell", "{}/nan.npz", "more", "-o", "{}/h.npz"], "trace takes no more (see"),
+     "render has no --octnats; did you mean --octants or"),
+    (["render", "cornell", "-o", "{}/x.png", "--qqqq=3"], "render has no --qqqq (see"),
+    (["trace", "cornell", "{}/nan.npz", "more", "-o", "{}/h.npz"], "trace has no more (see"),
 ])
 def test_mistakes_are_one_line(capsys, tmp_path, arguments: list[str], message: str) -> None:
     (tmp_path / "bad.npz").write_bytes(b"PK not an archive")

@@ -203,7 +203,7 @@ def test_commands_take_settings(capsys, tmp_path, monkeypatch) -> None:
     assert report["method"] == "grid" and report["options"]["schedule"] == "step"
     assert cli.main([*render, "-m", "auto"]) == 0
     out = capsys.readouterr().out
-    assert "bvh-packet on" in out and "auto took a safe default for coherent rays" in out
+    assert "bvh-packet on" in out and "auto used a safe default for coherent rays" in out
     origins, directions = scene.camera.rays((4, 4))
     np.savez(tmp_path / "rays.npz", origins=origins, directions=directions)
     trace = [str(tmp_path / "rays.npz"), "-o", str(tmp_path / "hits.npz"), "--settings", str(path)]
@@ -220,7 +220,7 @@ def test_commands_take_settings(capsys, tmp_path, monkeypatch) -> None:
     settings.Settings(settings.describe(scene), open_gpu().renderer, packets).save(path)
     assert cli.main([*trace, "--settings", str(path)]) == 0
     out = capsys.readouterr().out
-    assert "grid on" in out and f"{path} says so for incoherent rays" in out
+    assert "grid on" in out and f"{path} chose this method for incoherent rays" in out
     image.unlink()
     for more, message in ((["--settings", str(path), "-m", "grid"], "not both"),
                           (["--force"], "--settings"),

@@ -290,7 +290,7 @@ def test_render_command(capsys, tmp_path) -> None:
     assert main(["render", "cornell", "--integrator", "path", "--samples", "20", "--noise", "9",
                  "--bounces", "2", "--size", "10x8", "-o", str(target)]) == 0
     out = capsys.readouterr().out
-    assert "16 samples a pixel, noise" in out and Image.open(target).size == (10, 8)
+    assert "16 samples per pixel, noise" in out and Image.open(target).size == (10, 8)
     assert main(["render", "cornell", "--integrator", "path", "--seed", "x", "--size", "8",
                  "-o", str(target)]) != 0
     assert "seed" in capsys.readouterr().err

@@ -149,7 +149,7 @@ def test_films_and_maps(tmp_path: Path, figures: Path, monkeypatch) -> None:
 @pytest.mark.parametrize("arguments, message", [
     (["-o", "{}/no/r.html"], "there is no folder"), (["-o", "{}"], "is a folder"),
     (["-o", "{}/r.html", "--scene", "cornel"], "did you mean cornell"),
-    (["-o", "{}/r.html", "--size", "x"], "no size")])
+    (["-o", "{}/r.html", "--size", "x"], "not a size")])
 def test_mistakes_are_one_line(tmp_path: Path, capsys, arguments: list[str], message: str) -> None:
     try:
         status = cli.main(["report", *(a.replace("{}", str(tmp_path)) for a in arguments)])

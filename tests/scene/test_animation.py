@@ -120,4 +120,4 @@ def test_a_broken_frame_leaves_no_film(tmp_path, capsys) -> None:
 def test_frames_are_a_number(words: list, capsys) -> None:
     with pytest.raises(SystemExit):
         main(["render", "cloth", "--frames", *words, "-o", "a.gif"])
-    assert "no number of frames" in capsys.readouterr().err
+    assert "not a number of frames" in capsys.readouterr().err

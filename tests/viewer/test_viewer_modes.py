@@ -344,7 +344,7 @@ def test_without_a_display_one_line_says_so(monkeypatch, capsys) -> None:
 
 @pytest.mark.parametrize("words, said", [
     (["view", "cornell", "-m", "kd-restrat"], "did you mean"),
-    (["view", "cornell", "--statistics=true"], "decides about statistics"),
+    (["view", "cornell", "--statistics=true"], "sets statistics itself"),
     (["view", "cornell", "-m", "auto"], "method's name"),
     (["view", "cornell", "--folder", "/nowhere/at/all"], "no such folder"),
     (["view", "cornell", "--octants", "-m", "grid"], "no option --octants"),

@@ -147,9 +147,9 @@ def test_an_interrupted_run_goes_on(output: str, shared: bool, tmp_path, capsys,
     with pytest.MonkeyPatch.context() as patch:
         interrupted_after(2, patch)
         status, said = run(words + ["--scheduler", address] * shared, capsys)
-    assert status == 130 and "2 of 6 parts are kept; --resume goes on" in said
+    assert status == 130 and "2 of 6 parts are saved; --resume draws the others" in said
     status, said = run([*words, "--resume", "--size", "8x8"], capsys)
-    assert status == 1 and "parts of another size" in said and said.count("\n") == 1
+    assert status == 1 and "parts with another size" in said and said.count("\n") == 1
     # Whoever began it, anyone may go on.
     status, said = run([*words, "--resume"] + ["--scheduler", address] * (not shared), capsys)
     assert status == 0 and ("wrote 4 frames" if shared else "4 of 6 frames drawn") in said
@@ -293,7 +293,7 @@ def test_a_claim_on_what_was_just_let_go_is_not_one(tmp_path, monkeypatch) -> No
     (["--scheduler", "ADDRESS", "--integrator", "path", "--noise", "0.1"], "give samples"),
     (["--scheduler", "ADDRESS", "--first-hits", "rasterised"], "whole pictures"),
     (["--scheduler", "tcp://127.0.0.1:1"], "no Dask scheduler answers"),
-    (["--resume"], "--resume goes with --frames or --scheduler")])
+    (["--resume"], "--resume needs --frames or --scheduler")])
 def test_mistakes_are_one_line_and_leave_nothing(words: list, message: str, tmp_path, monkeypatch,
                                                  capsys, address: str) -> None:
     if "tcp://127.0.0.1:1" in words:

@@ -180,7 +180,7 @@ def test_command(tmp_path, capsys) -> None:
     words = ["render", "cornell", "--size", "64x64", "--first-hits", "rasterised", "-o",
              str(tmp_path / "a.png")]
     assert main(words) == 0
-    assert "first hits rasterised: " in capsys.readouterr().out
+    assert "first hits rasterised; " in capsys.readouterr().out
     assert main([*words, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)["statistics"]["first_hits"]
     assert found["retraced_share"] == found["retraced"] / 64 ** 2 < 0.05
