@@ -1,1 +1,1 @@
-"""Accuracy: how far answers are from the oracle's, and the fastest choice that keeps a promise."""
+"""Accuracy: errors against the float64 reference, and the fastest choice within error bounds."""

@@ -1,7 +1,7 @@
-"""Candidates: a method with values for its knobs, and which knobs there are.
+"""Candidates of `tune`: a method with values for its knobs.
 
-Knobs are taken from the option tables: every option of a method or of the tracer that has choices
-or is a switch, so that a new option joins by being declared.
+Every option of a method or of the tracer that has choices, or is a switch, is a knob. The knobs
+come from the option tables, so a new option becomes a knob when it is declared.
 """
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from typing import Any
 from ..methods import find_method
 from ..options import TRACER_OPTIONS, Option
 
-# Knobs that change what is hit and where. All others change time and bytes alone: hits stay the
-# same, to the bit where arithmetic is exact.
+# Knobs that change the hits. All other knobs change only time and memory: hits stay the same, and
+# to the bit where arithmetic is exact.
 _ACCURACY = ("precision", "storage", "rounding", "intersection", "interval")
-# No knobs of their own: how a call is watched, what precision sets both of, and how that rounds;
-# and where the same build runs.
-# Rasterised bounds are for pictures; what is measured here are arrays of rays.
+# These options are no knobs. Statistics and the context do not change a trace. Precision sets
+# storage and arithmetic. `speed_knobs` lists schedules itself. The build device does not change
+# the tree. Rasterised bounds apply to pictures only, and candidates are measured on ray arrays.
 _NO_KNOBS = ("statistics", "context", "storage", "arithmetic", "schedule", "build_device",
              "rasterised_bounds")
 _STEPS = (16, 64)
 FULL_PRECISION = (None, "fp32")
-STEP_ROOM = 8   # steps of a relaxed candidate over the most a ray takes at full accuracy
+STEP_ROOM = 8   # step cap of a relaxed candidate, over the most steps of a ray at full accuracy
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Candidate:
     options: tuple[tuple[str, Any], ...] = ()
 
     def changed(self, **options: Any) -> Candidate:
-        """The same with some options changed; one at its default is dropped."""
+        """Return the candidate with changed options; an option at its default is dropped."""
         defaults = {name: option.default for name, option in option_table(self.method).items()}
         defaults["schedule"] = _own_schedule(self.method)
         merged = {**dict(self.options), **options}
@@ -41,13 +41,13 @@ class Candidate:
 
     @property
     def accuracy(self) -> tuple[tuple[str, Any], ...]:
-        """Those of its options that change what is hit."""
+        """The candidate's options that change the hits."""
         table = option_table(self.method)
         return tuple(pair for pair in self.options if _is_for_accuracy(table[pair[0]]))
 
     def full_options(self) -> dict[str, Any]:
-        """Every knob with its value, defaults spelled out, so that a later default changes
-        nothing."""
+        """Return every knob with its value, including defaults, so that a saved candidate stays
+        the same when a default changes later."""
         table, given = option_table(self.method), dict(self.options)
         knobs = {name: option.default for name, option in table.items()
                  if _is_knob(option) and option.default is not None}
@@ -58,12 +58,12 @@ class Candidate:
 
 
 def option_table(method: str) -> dict[str, Option]:
-    """The options of a method and of the tracer, by name."""
+    """Return the options of a method and of the tracer, by name."""
     return {option.name: option for option in TRACER_OPTIONS + find_method(method).options}
 
 
 def speed_knobs(method: str) -> list[list[dict[str, Any]]]:
-    """For each knob that changes time and bytes alone, the changes that may be tried."""
+    """Return, for each knob that changes only time and memory, the changes to try."""
     row = find_method(method)
     schedules: list[dict[str, Any]] = []
     for schedule in row.schedules:
@@ -78,10 +78,10 @@ def speed_knobs(method: str) -> list[list[dict[str, Any]]]:
 
 
 def accuracy_knobs(method: str) -> list[list[dict[str, Any]]]:
-    """For each knob that changes what is hit, the changes that may be tried.
+    """Return, for each knob that changes the hits, the changes to try.
 
-    Precision, storage alone and rounding are one knob: IEEE single rounds one way only, and
-    arithmetic below what is stored buys nothing.
+    Precision, storage and rounding are a single knob, because fp32 rounds in one way only.
+    Arithmetic alone is not tried: it saves nothing without smaller storage.
     """
     table = option_table(method)
     ways: list[dict[str, Any]] = [{}]
@@ -98,7 +98,7 @@ def accuracy_knobs(method: str) -> list[list[dict[str, Any]]]:
 
 
 def precisions(method: str) -> list[str]:
-    """The values of the option ``precision``; "fp32" alone where there is none."""
+    """Return the values of a method's option ``precision``; only "fp32" without this option."""
     option = option_table(method).get("precision")
     if option is None:
         return ["fp32"]
@@ -106,13 +106,16 @@ def precisions(method: str) -> list[str]:
 
 
 def _own_schedule(method: str) -> str:
-    """The schedule a method runs under unless another is asked for, as `Tracer` has it."""
+    """Return the schedule that `Tracer` uses for a method by default."""
     row, default = find_method(method), option_table(method)["schedule"].default
     return str(default if default in row.schedules else row.schedules[-1])
 
 
 def _is_knob(option: Option) -> bool:
-    """One that excludes others is another way of tracing, not a knob of this one."""
+    """Return whether an option is a knob.
+
+    An option that excludes others selects another way of tracing, and is no knob.
+    """
     return (option.name not in _NO_KNOBS and not option.excludes
             and (option.choices is not None or option.kind is bool))
 
@@ -122,7 +125,7 @@ def _is_for_accuracy(option: Option) -> bool:
 
 
 def _values(option: Option) -> list[Any]:
-    """The values of a knob, its default first; None only where it means something of its own."""
+    """Return the values of a knob, the default first; None only where it has its own meaning."""
     values = list(option.choices) if option.choices is not None else [False, True]
     if option.optional and None not in values:
         values.append(None)

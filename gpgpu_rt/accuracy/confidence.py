@@ -1,4 +1,4 @@
-"""Confidence: what k faults among n rays prove of the share of faults (Clopper and Pearson)."""
+"""Confidence bounds on a share of faults, from k faults in n rays (Clopper and Pearson, 1934)."""
 from __future__ import annotations
 
 import math
@@ -9,13 +9,14 @@ LEVEL = 0.95
 
 
 def lower_confidence(faults: int, rays: int, confidence: float = LEVEL) -> float:
-    """The share at which as many faults or more have a probability of just 1 - confidence.
+    """Return the lower confidence bound of the share of faults.
 
-    The counterpart of `judge.upper_confidence`: 0 where there are no faults.
+    At this share, ``faults`` or more faults have a probability of exactly 1 - confidence. The
+    bound is 0 without faults. `judge.upper_confidence` is the upper bound.
     """
     if faults < 1:
         return 0.0
-    k = np.arange(faults)           # fewer faults than there are
+    k = np.arange(faults)           # all numbers below ``faults``
     choices = np.concatenate(([0.0], np.cumsum(np.log((rays - k[1:] + 1) / k[1:]))))
     low, high = 0.0, faults / rays
     for _ in range(60):
@@ -30,5 +31,6 @@ def lower_confidence(faults: int, rays: int, confidence: float = LEVEL) -> float
 
 
 def rays_needed(share: float, confidence: float = LEVEL) -> int:
-    """Rays that prove a share below ``share`` when none of them is at fault: about 3 / share."""
+    """Return how many rays prove that the share of faults is below ``share`` if no ray is at
+    fault: about 3 / share."""
     return math.ceil(math.log1p(-confidence) / math.log1p(-share))

@@ -1,4 +1,4 @@
-"""Promise: the bounds a tuned tracer keeps, and by how much an answer misses them."""
+"""Error targets: the bounds that a tuned tracer must keep, and how far an answer exceeds them."""
 from __future__ import annotations
 
 import math
@@ -15,19 +15,21 @@ from .known_rays import KINDS, Answers, Score, check_kinds
 
 MOST_RAYS = 1 << 23
 ALL = "all"
-OWN_KIND = {COHERENT: "eye", INCOHERENT: "random"}    # what a choice for such rays is timed on
+OWN_KIND = {COHERENT: "eye", INCOHERENT: "random"}    # the kind of rays that times each choice
 
 
 @dataclass(frozen=True)
 class Promise:
-    """What is asked of a tracer, over rays drawn in equal shares from ``kinds``.
+    """The bounds that a tracer must keep, over rays in equal shares of ``kinds``.
 
     Attributes
     ----------
-    max_wrong : share of rays with a wrong hit or miss, by its upper 95 % confidence bound
-    max_t_error : relative error of t that a share ``t_quantile`` of the right hits stays within,
-        by the 95 % confidence bound of that quantile
-    max_bytes : texture bytes with 2^18 rays in flight, those of a 512 x 512 picture; None: any
+    max_wrong : bound on the share of rays with a wrong hit or miss. The upper 95 % confidence
+        bound of the share must keep it
+    max_t_error : bound on the relative error of t. A share ``t_quantile`` of the right hits must
+        keep it, judged by the upper 95 % confidence bound of that quantile
+    max_bytes : bound on texture bytes with 2^18 rays in flight, as in a 512 x 512 picture; None
+        for no bound
     """
 
     max_wrong: float
@@ -53,16 +55,20 @@ class Promise:
                 f"prove a share of {3 / MOST_RAYS:.2g}")
 
     def rays_needed(self, hit_share: float = 1.0) -> int:
-        """Rays below which nothing is proved, however good; ``hit_share`` of them have a t."""
+        """Return the least number of rays that can prove the bounds, even without any error.
+
+        Only a share ``hit_share`` of the rays has a t.
+        """
         for_t = rays_needed(1 - self.t_quantile) / max(hit_share, 1e-3)
         return max(rays_needed(self.max_wrong), math.ceil(for_t))
 
     def split(self) -> dict[str, tuple[Promise, str | None]]:
-        """Rays -> what is promised of a choice for them, and the kind that it is timed on.
+        """Return the bounds of each choice, and the kind of rays that times it.
 
-        For ``COHERENT`` and ``INCOHERENT`` apart, where there are eye rays and random ones to time
-        with; rays aimed at vertices and edges belong to both. Else for ``ALL``, timed on all its
-        kinds; also under a bound on bytes, which two structures would take together.
+        The result has an entry for ``COHERENT`` and one for ``INCOHERENT`` rays, if ``kinds``
+        contains eye rays and random rays to time them with. Rays aimed at vertices and edges
+        belong to both. Otherwise, and under a bound on bytes, there is a single entry ``ALL``,
+        timed on all kinds: two choices would hold two structures in memory.
         """
         if self.max_bytes is not None or not set(OWN_KIND.values()) <= set(self.kinds):
             return {ALL: (self, None)}
@@ -77,14 +83,14 @@ class Promise:
 
 @dataclass
 class Finding:
-    """What a candidate's answers on known rays say of a promise.
+    """The errors of a candidate on known rays, to compare with a promise.
 
     Attributes
     ----------
     score : Score
-    t_error : relative error of t at the quantile's upper confidence bound; inf where the rays
-        are too few to tell
-    t_lower : the same at its lower confidence bound
+    t_error : relative error of t at the upper confidence bound of the quantile; inf if there are
+        too few rays for this bound
+    t_lower : relative error of t at the lower confidence bound of the quantile
     """
 
     score: Score
@@ -99,8 +105,8 @@ class Finding:
                    float(errors[below]) if below < len(errors) else 0.0)
 
     def misses(self, promise: Promise, texture_bytes: int) -> dict[str, float]:
-        """Bound -> how many times too large, for the bounds that are not kept."""
-        # Where the rays are too few for an upper bound, it is at least as large as the lower one.
+        """Return, for each bound that is not kept, the value over the bound."""
+        # With too few rays for the upper confidence bound, use the lower one, which is smaller.
         t_error = self.t_error
         if math.isinf(t_error) and self.t_lower > promise.max_t_error:
             t_error = self.t_lower
@@ -111,18 +117,20 @@ class Finding:
         return {name: ratio for name, ratio in ratios.items() if ratio > 1}
 
     def is_hopeless(self, promise: Promise) -> bool:
-        """Whether these rays, too few to prove a promise, already disprove it."""
+        """Return whether these rays, although too few to prove the bounds, disprove them."""
         return (lower_confidence(self.score.wrong, self.score.rays) > promise.max_wrong
                 or self.t_lower > promise.max_t_error)
 
 
 def _ranks(count: int, share: float) -> tuple[int, int]:
-    """Places, in falling order, of the errors that bound a quantile from above and from below.
+    """Return the ranks of the two errors that bound a quantile, from above and from below.
 
-    So few errors lie above the first that no more than ``share`` of all rays do; so many lie at
-    or above the second that ``share`` of all rays do. -1 and ``count`` where there is none.
+    Errors are in descending order. So few errors precede the first rank that, with confidence, at
+    most ``share`` of all rays exceed its error. So many errors lie at or before the second rank
+    that, with confidence, at least ``share`` of all rays reach its error. A rank that does not
+    exist is -1 or ``count``.
     """
-    end = min(count, 100 + int(3 * share * count))     # both are near share * count
+    end = min(count, 100 + int(3 * share * count))     # both ranks are near share * count
     above, high = -1, end
     while high - above > 1:
         middle = (above + high) // 2

@@ -1,10 +1,9 @@
-"""The judge: which of a trace's answers float32 excuses, and what is wrong with the others.
+"""The judge: decides which answers of a trace are right, and what is wrong with the others.
 
-An answer is right when the watertight test, in exact arithmetic give or take its own rounding
-(`error_bounds`), may have given it: its triangle is possibly hit, t is within its bound, and no
-certain hit lies nearer by more than both bounds. A miss is right when no triangle is certainly
-hit. So a ray through an edge or a vertex may miss here; whether a closed mesh let it out
-is what `leaks` asks.
+An answer is right if the watertight test could have given it, within the bounds of its rounding
+errors (`error_bounds`). Its triangle is possibly hit, t is within its bound, and no certain hit is
+nearer by more than both bounds. A miss is right if no triangle is certainly hit. A ray through an
+edge or a vertex may therefore miss; `leaks` decides whether such a ray escaped from a closed mesh.
 """
 from __future__ import annotations
 
@@ -26,16 +25,18 @@ _PAIRS = 1 << 17
 
 @dataclass
 class Verdict:
-    """What became of n rays.
+    """The judgement of n rays.
 
     Attributes
     ----------
-    category : (n,) uint8, an index of CATEGORIES
-    within_bound : (n,) bool, right, though the reference found another triangle, or none
+    category : (n,) uint8, an index into CATEGORIES
+    within_bound : (n,) bool, whether the answer is right although the reference has another
+        triangle, or a miss
     t_ulps : (n,) float64, |t - exact t| on the answer's own triangle in units in the last place
         of the exact t as a float32; NaN for misses and false hits
-    t_bounds : (n,) float64, the same in units of the derived bound
-    barycentric_error : (n,) float64, the larger of u's and v's errors, NaN likewise
+    t_bounds : (n,) float64, the same error in units of its derived bound
+    barycentric_error : (n,) float64, the larger of the errors of u and v; NaN for misses and false
+        hits
     """
 
     category: np.ndarray
@@ -49,18 +50,18 @@ class Verdict:
 
     @property
     def wrong(self) -> np.ndarray:
-        """(n,) bool, not right."""
+        """(n,) bool, whether the answer is not right."""
         return self.category != RIGHT
 
     @property
     def counts(self) -> dict[str, int]:
-        """Rays in each category."""
+        """The number of rays in each category."""
         counted = np.bincount(self.category, minlength=len(CATEGORIES))
         return dict(zip(CATEGORIES, counted.tolist()))
 
     @property
     def shares(self) -> dict[str, float]:
-        """Shares of the rays in each category; zeros where there are no rays."""
+        """The share of the rays in each category; zeros if there are no rays."""
         return {name: count / max(len(self), 1) for name, count in self.counts.items()}
 
     @property
@@ -69,22 +70,24 @@ class Verdict:
 
     @property
     def upper_95(self) -> float:
-        """What the share of wrong rays is below with 95 % confidence, over rays drawn alike."""
+        """The upper 95 % confidence bound of the share of wrong rays, for rays drawn alike."""
         return upper_confidence(int(self.wrong.sum()), len(self))
 
     def quantiles(self, errors: str = "t_ulps") -> dict[str, float]:
-        """Median, 99.9 % and maximum of one of the error arrays over the rays it is known for;
-        zeros where there are none."""
+        """Return the median, 99.9 % quantile and maximum of an error array, without its NaN.
+
+        All are zero if no error is known.
+        """
         values = getattr(self, errors)
         values = values[~np.isnan(values)]
         if not len(values):
             return {"median": 0.0, "99.9 %": 0.0, "max": 0.0}
-        # An infinite error has no neighbour to interpolate with.
+        # "higher" avoids an interpolation with an infinite error.
         found = np.quantile(values, [0.5, 0.999, 1], method="higher")
         return dict(zip(("median", "99.9 %", "max"), found.tolist()))
 
     def to_dict(self) -> dict[str, Any]:
-        """Everything but the arrays, ready for JSON."""
+        """Return all figures except the arrays, ready for JSON."""
         return {"rays": len(self), "counts": self.counts, "wrong_share": self.wrong_share,
                 "upper_95": self.upper_95, "within_bound": int(self.within_bound.sum()),
                 **{name: self.quantiles(name) for name in
@@ -94,19 +97,19 @@ class Verdict:
 def judge(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray, hits: Hits,
           t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf,
           reference: Hits | None = None) -> Verdict:
-    """Judge each ray's answer.
+    """Judge the answer of each ray.
 
     Parameters
     ----------
-    scene_or_triangles, origins, directions, t_min, t_max : what was traced, see
-        `reference.trace`; invalid rays are right if they are misses with the status that says so
-    hits : the answers, in the rays' order
-    reference : what `reference.trace` says of the same rays, if it is at hand
+    scene_or_triangles, origins, directions, t_min, t_max : the traced scene and rays, as for
+        `reference.trace`; an invalid ray is right if it is a miss with the status INVALID
+    hits : the answers, in the order of the rays
+    reference : the result of `reference.trace` for these rays; computed if None
 
     Raises
     ------
     ValueError
-        arrays of lengths that do not fit
+        if the arrays have different lengths
     """
     vertices = oracle.as_triangles(scene_or_triangles)
     origins, directions, t_min, t_max, valid = oracle.as_rays(origins, directions, t_min, t_max,
@@ -122,23 +125,27 @@ def judge(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray, 
 
 
 def leaks(reference_hits: Hits, hits: Hits) -> np.ndarray:
-    """(n,) bool, missed where the reference hits: from inside a closed mesh not even a ray aimed
-    at an edge or a vertex, which no single triangle certainly stops, may get out."""
+    """Return where a ray misses and the reference hits, (n,) bool.
+
+    No single triangle certainly stops a ray aimed at an edge or a vertex. But even such a ray must
+    not escape from the inside of a closed mesh.
+    """
     return reference_hits.hit & ~hits.hit
 
 
 def upper_confidence(wrong: int, rays: int, confidence: float = 0.95) -> float:
-    """The share p at which no more than ``wrong`` of ``rays`` would be wrong with a probability of
-    just 1 - confidence: Clopper and Pearson's one-sided bound, Biometrika 26, 1934.
+    """Return the upper confidence bound of the share of wrong rays.
 
-    None wrong of n gives 1 - (1 - confidence)^(1/n), about 3/n; no rays give 1.
+    At this share p, ``wrong`` or fewer wrong rays have a probability of exactly 1 - confidence
+    (Clopper and Pearson's one-sided bound, Biometrika 26, 1934). With no wrong ray among n the
+    bound is 1 - (1 - confidence)^(1/n), about 3/n; without rays it is 1.
     """
     if wrong >= rays:
         return 1.0
     k = np.arange(wrong + 1)
     choices = np.zeros(wrong + 1)       # logarithms of the binomial coefficients
     choices[1:] = np.cumsum(np.log((rays - k[1:] + 1) / k[1:]))
-    # The probability falls as p rises: halve an interval of log p.
+    # The probability decreases with p: bisect an interval of log p.
     low, high, goal = np.log(wrong / rays) if wrong else -700.0, 0.0, np.log1p(-confidence)
     while high - low > 1e-13 * -low:
         middle = (low + high) / 2
@@ -150,7 +157,7 @@ def upper_confidence(wrong: int, rays: int, confidence: float = 0.95) -> float:
 
 
 class _Case:
-    """Triangles and rays in float64, and what is asked of their pairs."""
+    """Triangles and rays in float64, and the tests on pairs of them."""
 
     def __init__(self, vertices: np.ndarray, origins: np.ndarray, directions: np.ndarray,
                  t_min: np.ndarray, t_max: np.ndarray) -> None:
@@ -165,7 +172,7 @@ class _Case:
                           none.copy())
         category = verdict.category
         broken = hits.hit & ((hits.triangle >= len(self.vertices)) | ~valid)
-        # The answers' own triangles: are they hit, and are t, u and v right?
+        # Test for each answer whether its ray hits its triangle, and whether t, u and v are right.
         answered = np.flatnonzero(hits.hit & ~broken)
         t_exact, t_bound = np.full(n, np.nan), np.full(n, np.nan)
         may_hit, t_right = np.zeros(n, bool), np.zeros(n, bool)
@@ -176,7 +183,7 @@ class _Case:
             t = hits.t[part].astype(np.float64)
             with np.errstate(over="ignore", invalid="ignore"):
                 error = np.abs(t - pair.t)
-                # Both beyond what a float32 holds: nothing nearer can be asked for.
+                # Both distances exceed the range of float32: infinity is the nearest float32.
                 error[(t == pair.t.astype(np.float32)) & np.isinf(t)] = 0
                 in_range = ((pair.t + pair.t_bound >= self.t_min[part])
                             & (pair.t - pair.t_bound <= self.t_max[part]))
@@ -187,7 +194,7 @@ class _Case:
             verdict.t_bounds[part] = error / pair.t_bound
             verdict.barycentric_error[part] = np.maximum(np.abs(hits.u[part] - pair.u),
                                                          np.abs(hits.v[part] - pair.v))
-        # t is NaN where the trace broke down; it must not look like an error that is not known.
+        # A NaN in an answer is an infinite error: in these arrays NaN means an unknown error.
         for errors in (verdict.t_ulps, verdict.t_bounds, verdict.barycentric_error):
             errors[answered[np.isnan(errors[answered])]] = np.inf
 
@@ -196,8 +203,8 @@ class _Case:
         category[hit & ~may_hit] = FALSE_HIT
         category[hit & ~t_right & ~reference.hit] = FALSE_HIT
         category[broken] = FALSE_HIT
-        # What is left is undisputed where the reference found the same. Else a certain hit
-        # decides: nearer than the answer by both bounds, or anywhere on a ray that missed.
+        # The remaining answers are right where the reference has the same triangle. Otherwise the
+        # answer is wrong if there is a certain hit: nearer by both bounds, or anywhere for a miss.
         other = (category == RIGHT) & (hits.triangle != reference.triangle) & reference.hit & valid
         with np.errstate(invalid="ignore"):
             last = np.where(hits.hit, np.fmin(t_exact - t_bound, self.t_max), self.t_max)
@@ -205,7 +212,7 @@ class _Case:
         rays = np.flatnonzero(other)
         beaten[rays] = self._certain_before(rays, last[rays], reference)
         category[beaten] = np.where(hits.hit[beaten], WRONG_TRIANGLE, LEAK)
-        # A ray is invalid by its entries, not by what the answer says of it.
+        # The entries of a ray decide whether it is invalid, not the status of its answer.
         category[~valid & (hits.status != INVALID)] = FALSE_HIT
         category[(hits.status == UNFINISHED) | (hits.status == STACK_OVERFLOW)] = UNFINISHED_RAY
         for errors in (verdict.t_ulps, verdict.t_bounds, verdict.barycentric_error):
@@ -217,21 +224,26 @@ class _Case:
         return bound_pairs(self.vertices[triangles], self.origins[rays], self.directions[rays])
 
     def _certain(self, rays: np.ndarray, triangles: np.ndarray, last: np.ndarray) -> np.ndarray:
-        """(k,) bool, pairs that are certain hits no later than ``last``, bounds included."""
+        """Return which pairs are certain hits before ``last``, with their bounds; (k,) bool."""
         pair = self._pairs(rays, triangles)
         return (pair.inside & self.solid[triangles] & (pair.t - pair.t_bound >= self.t_min[rays])
                 & (pair.t + pair.t_bound < last) & (pair.t + pair.t_bound <= self.t_max[rays]))
 
     def _certain_before(self, rays: np.ndarray, last: np.ndarray, reference: Hits) -> np.ndarray:
-        """(k,) bool, whether any triangle is certainly hit before ``last``, (k,) t a ray.
+        """Return whether any triangle is certainly hit before ``last``, (k,) bool.
 
-        The reference's triangle is asked first. Only where it does not settle the matter do the
-        others that an exact ray meets before ``last``, which hold every certain hit.
+        Test the reference's triangle first. Where it is no certain hit, test all triangles that
+        the exact ray meets before ``last``; they include every certain hit.
+
+        Parameters
+        ----------
+        rays : (k,) int, indices of rays
+        last : (k,) t, the end of each ray
         """
         found = np.zeros(len(rays), bool)
         for part in _parts(np.arange(len(rays))):
             found[part] = self._certain(rays[part], reference.triangle[rays[part]], last[part])
-        # Nothing lies before the reference's hit, give or take float64's rounding.
+        # No triangle is nearer than the reference's hit, within the rounding errors of float64.
         with np.errstate(invalid="ignore"):
             near = reference.t[rays] - 2.0 ** -40 * np.abs(reference.t[rays]) <= last
         left = np.flatnonzero(~found & near)
@@ -250,5 +262,5 @@ class _Case:
 
 
 def _parts(indices: np.ndarray) -> list[np.ndarray]:
-    """Indices, a bounded number at a time."""
+    """Return the indices in parts of a bounded size."""
     return [indices[i:i + _PAIRS] for i in range(0, len(indices), _PAIRS)]

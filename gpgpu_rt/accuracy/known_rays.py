@@ -1,4 +1,4 @@
-"""Known rays: drawn by a seed, with the float64 reference's answers and scores against them."""
+"""Known rays: random rays with the float64 reference's answers, to score a tracer against."""
 from __future__ import annotations
 
 import functools
@@ -19,31 +19,33 @@ from ..tracer import Tracer
 from .judge import CATEGORIES, RIGHT, WRONG_DISTANCE, judge, upper_confidence
 
 KINDS = ("eye", "random", "vertices", "edges")
-# What makes a ray's hit or miss wrong. A distance past its bound is counted, but apart: how far
-# t may be off is a bound of its own.
+# The categories that make a hit or miss wrong. A distance beyond its bound is counted separately,
+# because the error of t has a bound of its own.
 WRONG = ("leak", "false hit", "wrong triangle", "unfinished")
 WITHIN_BOUND = "within bound"
-FLIGHT = 1 << 18          # rays traced at a time: those of a 512 x 512 picture
+FLIGHT = 1 << 18          # largest number of rays per call, as in a 512 x 512 picture
 UNIT_ROUNDOFF = 2.0 ** -24
-# Rays in the rings around a ray that may have leaked. A gap between two rays of a ring would be
-# taken for closed, so where few rays are left a wider choice of angles asks again; where many
-# are, one more or less decides nothing.
+# Numbers of rays in the rings around a ray that may have leaked. The test cannot see a gap between
+# two rays of a ring. If few candidates are left, rings with more rays test them again. If many are
+# left, a few false leaks change nothing.
 RINGS = (8, 32, 256)
 FEW = 200
 
 
 @dataclass
 class Score:
-    """How far answers are from the reference.
+    """The errors of answers against the reference.
 
     Attributes
     ----------
-    rays, hits : rays judged, and those among them that hit rightly, whose t is compared
-    wrong : rays with a wrong hit or miss; ``wrong_share`` of the rays, at most ``upper_95``
-    counts : rays by category; "wrong distance" is t past its float32 bound and not among the
-        wrong ones, "within bound" are other answers than the reference's that float32 excuses
-    t_ulps, t_error, barycentric : "median", "99.9 %" and "max" of the error of t in ulps of
-        float32 and relative to t, and of u and v, over ``hits``; None without any
+    rays, hits : number of judged rays, and of right hits, whose t is compared
+    wrong : number of rays with a wrong hit or miss
+    wrong_share, upper_95 : the share of wrong rays, and its upper 95 % confidence bound
+    counts : rays by category. "wrong distance" are rays whose t exceeds its float32 error bound;
+        they do not count as wrong. "within bound" are answers that differ from the reference
+        within float32's error bounds
+    t_ulps, t_error, barycentric : "median", "99.9 %" and "max" over ``hits`` of the error of t in
+        float32 ulps, of its relative error, and of the error of u and v; None without hits
     """
 
     rays: int
@@ -62,12 +64,12 @@ class Score:
 
 @dataclass
 class Answers:
-    """Judged hits, an entry a ray.
+    """Judged hits, an entry per ray.
 
     Attributes
     ----------
-    categories : name -> (n,) bool; the names of ``Score.counts``
-    t_ulps, t_error, barycentric : (n,) float64, as in ``Score``, NaN where t is not compared
+    categories : for each name of ``Score.counts``, the rays of the category, (n,) bool
+    t_ulps, t_error, barycentric : (n,) float64, as in ``Score``; NaN where t is not compared
     """
 
     categories: dict[str, np.ndarray]
@@ -81,12 +83,13 @@ class Answers:
         return np.logical_or.reduce([self.categories[name] for name in WRONG])
 
     def over(self, bound: float) -> tuple[int, int]:
-        """Rays whose relative error of t is above ``bound``, and rays where it is compared."""
+        """Return how many rays have a relative error of t above ``bound``, and how many rays are
+        compared."""
         compared = ~np.isnan(self.t_error)
         return int((self.t_error[compared] > bound).sum()), int(compared.sum())
 
     def score(self, part: slice = slice(None)) -> Score:
-        """The score of all rays, or of a part of them."""
+        """Return the score of all rays, or of a part of them."""
         wrong, rays = int(self.wrong[part].sum()), len(self.t_error[part])
         return Score(rays, int((~np.isnan(self.t_error[part])).sum()), wrong,
                      wrong / max(rays, 1), upper_confidence(wrong, rays),
@@ -96,21 +99,21 @@ class Answers:
 
 
 class KnownRays:
-    """Rays of several kinds, in equal shares, and what the float64 reference says of them.
+    """Rays of several kinds in equal shares, and their hits by the float64 reference.
 
     Parameters
     ----------
     scene : Scene
-    count : rays, of all kinds together
-    seed : another seed gives other rays of every kind, eye rays among them
-    kinds : of ``KINDS``
+    count : number of rays of all kinds together
+    seed : seed of all rays, including eye rays
+    kinds : names from ``KINDS``
 
     Attributes
     ----------
     origins, directions : (count, 3) float32
-    truth : Hits in float64, found when first asked for
-    shape : (h, w) of the image that they are, of as many eye rays alone as a square has; or None
-    parts : kind -> slice of its rays
+    truth : Hits in float64, computed at the first use
+    shape : (h, w) of the image if all rays are eye rays and fill a square; else None
+    parts : the slice of the rays of each kind
     """
 
     def __init__(self, scene: Scene, count: int, seed: int,
@@ -136,7 +139,7 @@ class KnownRays:
         return len(self.origins)
 
     def trace(self, tracer: Tracer, part: slice = slice(None)) -> tuple[Hits, float]:
-        """The tracer's hits, and the seconds its passes took."""
+        """Return the tracer's hits, and the time of its passes in seconds."""
         origins, directions = self.origins[part], self.directions[part]
         shape = self.shape if len(origins) == len(self) else None
         hits, seconds = [], 0.0
@@ -149,19 +152,19 @@ class KnownRays:
                       for name in names)), seconds
 
     def most_steps(self, method: str, options: Mapping[str, Any]) -> int:
-        """The most kernel runs that one of the rays takes."""
+        """Return the largest number of kernel runs of any ray."""
         with Tracer(self.scene, method, **{**options, "statistics": True}) as tracer:
             steps = tracer.trace(self.origins, self.directions).steps
         assert steps is not None
         return int(steps.max(initial=1))
 
     def judge(self, hits: Hits) -> Answers:
-        """Hits of all rays against the truth."""
+        """Judge the hits of all rays against the truth."""
         truth = self.truth
         verdict = judge(self.scene, self.origins, self.directions, hits, reference=truth)
         category, excused = verdict.category.copy(), verdict.within_bound.copy()
-        # Is another triangle than the truth's, at a wrong distance, at least one to be hit? Ask
-        # again with the distance put right.
+        # An answer with another triangle than the truth and a wrong distance: judge the triangle
+        # alone, with the distance corrected.
         other = np.flatnonzero((category == WRONG_DISTANCE) & (hits.triangle != truth.triangle))
         category[other] = self._choice(hits, other)
         excused[other] = category[other] == RIGHT
@@ -170,7 +173,7 @@ class KnownRays:
         categories["leak"] |= past
         categories["wrong distance"] = verdict.category == WRONG_DISTANCE
         categories[WITHIN_BOUND] = excused & ~past
-        # An excused answer is as far off as from its own triangle.
+        # Measure the error of an excused answer against the exact t of its own triangle.
         own = np.flatnonzero(excused & ~past & hits.hit)
         exact = truth.t.copy()
         exact[own] = self._pairs(own, hits.triangle[own]).t
@@ -187,22 +190,24 @@ class KnownRays:
             self.scene.triangles[triangles], self.origins[rays], self.directions[rays])))
 
     def _choice(self, hits: Hits, rays: np.ndarray) -> np.ndarray:
-        """(k,) categories of some rays' answers, had they been at their triangles' distances."""
+        """Return the categories of the rays' answers with t corrected to the exact distance of the
+        answer's triangle; (k,)."""
         corrected = _part(hits, rays)
         corrected.t = self._pairs(rays, corrected.triangle).t
         return judge(self.scene, self.origins[rays], self.directions[rays], corrected,
                      reference=_part(self.truth, rays)).category
 
     def _through_the_surface(self, hits: Hits, excused: np.ndarray) -> np.ndarray:
-        """(n,) bool, answers beyond a surface that all rays around meet: leaks at an edge.
+        """Return which answers passed through an edge of a closed surface, (n,) bool.
 
-        A ray aimed at an edge is a sure hit of neither triangle, so each of them may be missed;
-        missing both is a leak all the same, unless the edge is the rim of what the ray sees. A
-        ring of rays tells: where all of them meet something nearer, nothing excuses the answer.
-        The ring must be wider than what rounding moves in float32. A vertex as the watertight
-        test sees it, sheared by slopes of at most 1, is off by at most 5 roundings of each of two
-        terms no larger than M, the largest |vertex - origin|; the edge functions add 3 more:
-        under 16 u M across the ray. The ring lies at twice that.
+        A ray aimed at an edge is a certain hit of neither triangle, so the ray may miss either of
+        them. Missing both is a leak, unless the edge is a silhouette edge. To decide, trace a ring
+        of rays around the ray: if all of them hit nearer than the answer, the answer is a leak.
+
+        The ring must be wider than the rounding errors of float32. The watertight test shears a
+        vertex by slopes of at most 1. The vertex is then wrong by at most 5 roundings of each of
+        two terms that are at most M, the largest |vertex - origin|. The edge functions add 3
+        roundings. The sum is below 16 u M across the ray, and the ring has twice this radius.
         """
         past = np.zeros(len(hits), bool)
         left = np.flatnonzero(self.truth.hit & (hits.triangle != self.truth.triangle)
@@ -211,17 +216,17 @@ class KnownRays:
         origins, directions = (a.astype(np.float64) for a in (self.origins, self.directions))
         reach = np.abs(corners - origins[left, None]).max(axis=(1, 2))
         length = np.linalg.norm(directions[left], axis=1)
-        # The answer's own t may be off by as much along the ray.
+        # The answer's t may be wrong by as much along the ray.
         nearest = hits.t[left] - 64 * UNIT_ROUNDOFF * reach / length
         with np.errstate(divide="ignore"):
             width = 32 * UNIT_ROUNDOFF * reach / (self.truth.t[left] * length)
-        # Where the origin all but touches the surface, a ring proves nothing.
+        # A ring proves nothing where the origin nearly touches the surface.
         usable = (self.truth.t[left] < nearest) & (width < 1e-2)
         left, nearest, width = left[usable], nearest[usable], width[usable]
         for ring in RINGS:
             if len(left) > FEW and ring != RINGS[0]:
                 break
-            # Two opposite rays first: at a rim one of them settles it.
+            # Trace two opposite rays first: at a silhouette edge, one of them usually decides.
             for turns in (np.arange(2) / 2, np.arange(ring) / ring):
                 if not len(left):
                     return past
@@ -240,8 +245,10 @@ def _part(hits: Hits, rays: np.ndarray) -> Hits:
 
 
 def _turned(directions: np.ndarray, width: np.ndarray, turn: float) -> np.ndarray:
-    """(n, 3) directions, each moved by ``width`` of its length to the side at ``turn`` of a
-    full turn around it."""
+    """Return (n, 3) directions, each moved sideways by ``width`` times its length.
+
+    ``turn``, in full turns, is the angle of the movement around the direction.
+    """
     length = np.linalg.norm(directions, axis=1)
     side = np.cross(directions, np.eye(3)[np.abs(directions).argmin(axis=1)])
     side *= (length / np.linalg.norm(side, axis=1))[:, None]
@@ -251,7 +258,7 @@ def _turned(directions: np.ndarray, width: np.ndarray, turn: float) -> np.ndarra
 
 
 def check_kinds(kinds: Sequence[str]) -> None:
-    """Raise OptionError for the first kind of rays that there is not."""
+    """Raise OptionError unless ``kinds`` is a list of different names from KINDS."""
     if isinstance(kinds, str) or not isinstance(kinds, Sequence):
         raise OptionError(f"kinds is {kinds!r}; give a list of {', '.join(KINDS)}")
     for kind in kinds:
@@ -262,7 +269,7 @@ def check_kinds(kinds: Sequence[str]) -> None:
 
 
 def bytes_in_flight(tracer: Tracer, rays: int = FLIGHT) -> int:
-    """Texture bytes with ``rays`` rays in flight, from those of the tracer's last call."""
+    """Return the texture bytes with ``rays`` rays in flight, computed from the last call."""
     tables = sum(tracer.statistics.table_bytes.values())
     texels = max(1, tracer.statistics.rays)
     return tables + round((tracer.statistics.texture_bytes - tables) * rays / texels)
@@ -277,7 +284,7 @@ def _draw(scene: Scene, kind: str, count: int, seed: int) -> ray_sets.Rays:
 
 
 def _jittered_eye_rays(scene: Scene, count: int, seed: int) -> ray_sets.Rays:
-    """The camera's rays, one somewhere in each pixel, row by row from the top."""
+    """Return camera rays at a random position in each pixel, row by row from the top."""
     rng = np.random.default_rng(seed)
     width = max(1, int(np.sqrt(count)))
     height = max(1, -(-count // width))

@@ -1,4 +1,4 @@
-"""Accuracy: how far methods and precisions are from the float64 reference, and what they cost."""
+"""Measure the errors of methods and precisions against the float64 reference, and their costs."""
 from __future__ import annotations
 
 import functools
@@ -18,21 +18,21 @@ from .candidates import FULL_PRECISION, STEP_ROOM, option_table, precisions
 from .known_rays import KINDS, KnownRays, check_kinds
 
 RUNS = 3
-MOST_PAIRS = 1 << 25    # of rays and triangles, for the method that tests every pair
+MOST_PAIRS = 1 << 25    # largest number of (ray, triangle) pairs that brute-force tests
 FORMATS = ("precision", "storage", "arithmetic")
 FLIP_MISSING = f"FLIP needs the package flip-evaluator; {how_to_install('figures')}"
 
 
 class Yardstick:
-    """A scene's known rays and its reference picture, made once for all that is measured.
+    """A scene's known rays and its reference picture, which all measurements share.
 
     Parameters
     ----------
     scene : Scene
-    rays : of each kind
-    seed : of the rays
-    size : (width, height) of the picture
-    kinds : of ``known_rays.KINDS``
+    rays : number of rays of each kind
+    seed : seed of the rays
+    size : (width, height) of the picture in pixels
+    kinds : names from ``known_rays.KINDS``
     """
 
     def __init__(self, scene: Scene, rays: int, seed: int = 0, size: tuple[int, int] = (256, 256),
@@ -45,7 +45,7 @@ class Yardstick:
         self._known: dict[int, KnownRays] = {}
 
     def rays(self, most: int | None = None) -> KnownRays:
-        """The known rays, ``most`` of each kind at most."""
+        """Return the known rays, at most ``most`` of each kind."""
         count = self.count if most is None else max(1, min(self.count, most))
         if count not in self._known:
             self._known[count] = KnownRays(self.scene, count * len(self.kinds), self.seed,
@@ -54,25 +54,26 @@ class Yardstick:
 
     @functools.cached_property
     def picture(self) -> np.ndarray:
-        """(height, width, 3) float64 sRGB in [0, 1]."""
+        """The reference picture, (height, width, 3) float64 sRGB in [0, 1]."""
         return reference_picture(self.scene, self.size)
 
     def measure(self, method: str, options: Mapping[str, Any], runs: int = RUNS,
                 timing: Callable[[], AbstractContextManager[Any]] = nullcontext) -> dict[str, Any]:
-        """What one method with options costs, and how wrong it is.
+        """Return the cost and the errors of a method with options.
 
         Parameters
         ----------
-        timing : what is timed runs within one of these; nothing else does
+        timing : returns a context manager; only the timed part runs within it
 
         Returns
         -------
         dict
-            ``method``, ``precision``, ``options``; ``rays`` of each kind; ``kinds``: kind ->
-            score (`known_rays.Score`), ``seconds`` (median of passes alone), ``rays_per_second``
-            and ``passes``; ``all``: the same of all kinds together; ``texture_bytes``; ``image``:
-            ``rmse``, ``differing`` (share of pixels more than 1/255 off), ``flip`` (mean, or
-            None) against the reference picture; None where drawing it would take minutes
+            ``method``, ``precision``, ``options``; ``rays`` of each kind; ``kinds``: for each kind
+            the score (`known_rays.Score`), ``seconds`` (median time of the passes only),
+            ``rays_per_second`` and ``passes``; ``all``: the same for all kinds together;
+            ``texture_bytes``; ``image``: ``rmse``, ``differing`` (share of pixels that differ by
+            more than 1/255) and ``flip`` (mean, or None) against the reference picture, or None
+            if drawing the image would take minutes
         """
         with_cap, known = self._capped(method, options), self.rays(self._most(method))
         row: dict[str, Any] = {"method": method, "precision": _precision(options),
@@ -95,8 +96,11 @@ class Yardstick:
         return row
 
     def _capped(self, method: str, options: Mapping[str, Any]) -> dict[str, Any]:
-        """The options, with a step cap below full accuracy, where rays may go round in circles:
-        some times what the method takes at full accuracy."""
+        """Return the options, with a step cap below full accuracy.
+
+        Low precision can send a ray around an endless loop. The cap is STEP_ROOM times the steps
+        that the method needs at full accuracy.
+        """
         table = option_table(method)
         relaxed = [name for name, value in options.items() if value in table[name].relaxed or (
             name in FORMATS and value not in FULL_PRECISION)]
@@ -112,7 +116,7 @@ class Yardstick:
             method, dict(options))
 
     def _most(self, method: str) -> int | None:
-        """Rays of each kind that a method may be asked for; None: any number."""
+        """Return the largest number of rays of each kind for a method; None for no limit."""
         if method != "brute-force":
             return None
         return max(1, MOST_PAIRS // (max(1, len(self.scene)) * len(self.kinds)))
@@ -132,15 +136,19 @@ def accuracy(scene: Scene, names: Sequence[str] | None = None,
              formats: Sequence[str] | None = None, options: Mapping[str, Any] | None = None,
              rays: int = 1 << 14, size: tuple[int, int] = (256, 256), seed: int = 0,
              report: Callable[[str], None] = lambda line: None) -> list[dict[str, Any]]:
-    """A row of `Yardstick.measure` for every method and precision.
+    """Return a row of `Yardstick.measure` for every method and precision.
 
     Parameters
     ----------
-    names : methods; None: all of the table that take the options
-    formats : precisions; None: all that there are
-    options : more options of the tracer and the methods
-    rays : of each kind; `brute-force` takes fewer where its pairs would pass 2^25
-    report : told of the progress, a line at a time
+    scene : Scene
+    names : methods; None for all methods that have the options
+    formats : precisions; None for all precisions
+    options : further options of the tracer and the methods
+    rays : number of rays of each kind; `brute-force` traces fewer if it would test more than 2^25
+        pairs
+    size : (width, height) of the compared pictures in pixels
+    seed : seed of the rays
+    report : called with each line about progress
     """
     candidates, given = [], dict(options or {})
     if "precision" in given:
@@ -171,7 +179,7 @@ def accuracy(scene: Scene, names: Sequence[str] | None = None,
 
 
 def flip_note() -> str | None:
-    """Why there is no FLIP, or None where there is."""
+    """Return why FLIP is not computed, or None if it is."""
     return None if _flip_evaluator() is not None else FLIP_MISSING
 
 
@@ -197,7 +205,8 @@ def _flip_evaluator() -> Any:
 
 
 def _flip(reference: np.ndarray, picture: np.ndarray) -> float | None:
-    """Mean FLIP (Andersson et al., HPG 2020) of two sRGB pictures, at its default distance."""
+    """Return the mean FLIP of two sRGB pictures at its default viewing distance, or None without
+    its package (Andersson et al., HPG 2020)."""
     evaluator = _flip_evaluator()
     if evaluator is None:
         return None

@@ -1,17 +1,18 @@
-"""Tune: the fastest method, schedule, precision and options that keep a promise on a scene.
+"""Tune: find the fastest method, schedule, precision and options within error bounds on a scene.
 
-1. Every method with its defaults on a few rays: those far behind are put aside.
-2. The others' speed knobs one after another, the best few kept (a beam), at default accuracy.
-3. The best of those with every accuracy option, on some thousand rays: what these already disprove
-   is out. Of the rest the faster half is timed on ever more rays (successive halving).
-4. Fastest first, as many rays as the promise takes, and again as many drawn anew: the one chosen
-   was picked for what the first rays said of it, so others must confirm it.
+1. Time every method with its defaults on a few rays, and put far slower methods aside.
+2. Try the speed knobs of the other methods one after another at default accuracy, and keep the
+   best few candidates (beam search).
+3. Combine the best with every accuracy option, and drop each combination that some thousand rays
+   disprove. Time the faster half of the rest on more and more rays (successive halving).
+4. In order of speed, test a candidate on as many rays as the proof needs, then confirm the result
+   on as many new rays. The new rays are needed because the first rays selected the candidate.
 
-That is done twice: for coherent rays, timed on eye rays, and for others, timed on random ones; a
-tracer takes between the two choices by the rays it is given. Times are medians of alternating runs
-in one process. Two assumptions spare most of the product
-of all options: what is slower at default accuracy is slower at any, and what breaks the promise
-alone breaks it in company.
+The search runs twice: for coherent rays, timed on eye rays, and for incoherent rays, timed on
+random rays. A tracer picks one of the two choices according to its rays. Times are medians of
+alternating runs in one process. Two assumptions avoid trying most combinations of options. A
+candidate that is slower at default accuracy is slower at any accuracy. An option that breaks the
+bounds alone breaks them in every combination.
 """
 from __future__ import annotations
 
@@ -35,28 +36,31 @@ from .known_rays import KnownRays, bytes_in_flight
 from .tuning_results import Search, Trial, Tuning
 
 PROBE, SCREEN, FIELD = 1 << 10, 1 << 14, 1 << 16   # rays; squares, so that textures are full
-FAR_BEHIND = 4.0      # times slower on a few rays: put aside
-BEHIND = 2.0          # times slower with its best options: put aside
+FAR_BEHIND = 4.0      # put a method aside if it is slower by more than this on a few rays
+BEHIND = 2.0          # put a method aside if its best options are slower by more than this
 BEAM = 2
-WAVE = 4              # candidates that go on together
+WAVE = 4              # candidates that are judged together
 RUNS = 5
-FEW_RUNS = 3          # on few rays: one alone is at the mercy of what else the machine does
+FEW_RUNS = 3          # runs on few rays: another process could disturb a single run
 LATE = "the time is up: candidates that were not tried yet were left out"     # a search's note
 
 
 def tune(scene: Scene, promise: Promise, rays: int | None = None, seed: int = 0,
          budget: float = 300.0, names: Sequence[str] | None = None,
          report: Callable[[str], None] = lambda line: None) -> Tuning:
-    """Find the fastest candidate that keeps a promise.
+    """Find the fastest candidate that keeps the bounds of ``promise``.
 
     Parameters
     ----------
-    rays : to prove the promise with, and once more to confirm it; raised to what it takes
-    seed : of all rays
-    budget : seconds after which no new candidates are tried, and the fastest of those known go
-        on to their proof, shared by the searches; speed options are tried for half as long
-    names : methods to try; None: all of the table
-    report : told of the progress, a line at a time
+    scene : Scene
+    promise : the bounds
+    rays : number of rays for the proof, and again for the confirmation; raised to the number that
+        the proof needs
+    seed : seed of all rays
+    budget : seconds, shared by the searches, after which no new candidate is tried and the fastest
+        known candidates are proved. Speed options are tried for half of this time
+    names : methods to try; None for all methods
+    report : called with each line about progress
     """
     chosen = [row.name for row in methods()] if names is None else list(names)
     for name in chosen:
@@ -76,7 +80,10 @@ def tune(scene: Scene, promise: Promise, rays: int | None = None, seed: int = 0,
 
 
 def keeps(found: Choice, scene: Scene, seed: int) -> bool:
-    """Whether a choice keeps its promise on as many rays of another seed, as counted there."""
+    """Return whether a choice keeps its bounds on as many rays of another seed.
+
+    The plain counts decide, without confidence bounds.
+    """
     asked, measured = found.promise, found.measured
     known = KnownRays(scene, measured["rays"], seed, asked["kinds"])
     with Tracer(scene, found.method, **found.options) as tracer:
@@ -92,7 +99,7 @@ class _Searcher:
                  timed_on: str | None = None) -> None:
         self.scene, self.promise, self.seed, self.report = scene, promise, seed, report
         self.rays_of, self.timed_kinds = rays_of, (timed_on,) if timed_on else promise.kinds
-        self.half_time = time.monotonic() + budget / 2      # for what is fast at all
+        self.half_time = time.monotonic() + budget / 2      # deadline for trying speed options
         self.deadline = time.monotonic() + budget
         self.notes: list[str] = []
         self.trials: dict[Candidate, Trial] = {}
@@ -102,7 +109,10 @@ class _Searcher:
         self.rays = self._enough(rays)
 
     def _enough(self, rays: int | None) -> int:
-        """As many rays as the promise takes, if not more, some wrong ones allowed for in t."""
+        """Return ``rays``, raised to the number that the proof needs.
+
+        The factor 0.9 allows for wrong hits, which have no t to compare.
+        """
         hit_share = float(self._rays(SCREEN).truth.hit.mean())
         needed = self.promise.rays_needed(0.9 * hit_share)
         if rays is not None and rays < needed:
@@ -127,7 +137,7 @@ class _Searcher:
     # The stages -----------------------------------------------------------------------------
 
     def _waves(self, names: list[str]) -> Any:
-        """Lists of speed-tuned candidates of default accuracy, the fastest first."""
+        """Yield lists of speed-tuned candidates with default accuracy, the fastest first."""
         self.report(f"{len(names)} methods on {PROBE:,} rays")
         probed = self._timed([Candidate(name) for name in names], PROBE, FEW_RUNS)
         known = [t for t in probed if not t.misses]
@@ -142,7 +152,7 @@ class _Searcher:
         best: list[Trial] = []
         for trial in near:
             best += self._beam(trial.candidate)
-        # Once more by turns: what else the machine did meanwhile is no method's fault.
+        # Time the best again in alternation, because other processes may have slowed some of them.
         fit = [t for t in self._timed([t.candidate for t in best], SCREEN, RUNS) if not t.misses]
         close = [t for t in fit if BEHIND * t.rays_per_second >= fit[0].rays_per_second]
         for part in (close, [t for t in fit if t not in close], far):
@@ -152,7 +162,7 @@ class _Searcher:
                 yield part[at:at + WAVE]
 
     def _beam(self, start: Candidate) -> list[Trial]:
-        """The fastest few of a method's speed options, tried one knob after another."""
+        """Return the fastest few combinations of a method's speed options, found knob by knob."""
         beam = self._timed([start], SCREEN, RUNS)
         for changes in speed_knobs(start.method):
             if time.monotonic() > self.half_time:
@@ -164,7 +174,7 @@ class _Searcher:
         return beam
 
     def _settle(self, wave: list[Trial]) -> Trial | None:
-        """The fastest of a wave's candidates, at any accuracy, that keeps the promise."""
+        """Return the fastest candidate of a wave, at any accuracy, that keeps the bounds."""
         alive: list[Candidate] = []
         for method in dict.fromkeys(t.candidate.method for t in wave):
             mine = [t.candidate for t in wave if t.candidate.method == method]
@@ -179,8 +189,10 @@ class _Searcher:
         return None
 
     def _hopeful(self, config: Candidate) -> list[dict[str, Any]]:
-        """Combinations of accuracy options that some thousand rays leave a chance. A value that
-        these rule out alone is not tried with others."""
+        """Return the combinations of accuracy options that some thousand rays do not disprove.
+
+        A value that is disproved alone is not tried in combinations.
+        """
         combinations: list[dict[str, Any]] = [{}] if self._screen(config) else []
         survivors = []
         for changes in accuracy_knobs(config.method):
@@ -195,8 +207,11 @@ class _Searcher:
         return combinations
 
     def _relaxed(self, config: Candidate, change: dict[str, Any]) -> Candidate:
-        """A candidate of changed accuracy: with a step cap, for a ray that low precision sends
-        round in circles would go on for as long as the structure is large."""
+        """Return the candidate with changed accuracy, and a step cap.
+
+        Low precision can send a ray around an endless loop, which would otherwise end only at a
+        cap that grows with the size of the structure.
+        """
         if set(change) <= {"intersection"}:
             return config.changed(**change)
         if config not in self._steps:
@@ -205,8 +220,10 @@ class _Searcher:
         return config.changed(**change, step_cap=STEP_ROOM * self._steps[config])
 
     def _halved(self, candidates: list[Candidate]) -> list[Trial]:
-        """All candidates, the fastest first: the faster half of them on twice the rays, and so
-        on until few are left."""
+        """Return all candidates, the fastest first.
+
+        Time the faster half again on twice the rays, and repeat until few candidates are left.
+        """
         size, ahead = SCREEN, self._timed(candidates, SCREEN, RUNS)
         while ahead and size < FIELD and not self._late():
             size = min(FIELD, 2 * size)
@@ -217,7 +234,10 @@ class _Searcher:
         return [t for t in ahead if not t.misses]
 
     def _screen(self, candidate: Candidate) -> bool:
-        """Whether some thousand rays leave a candidate a chance; most lose it on fewer."""
+        """Return whether some thousand rays do not disprove a candidate.
+
+        Fewer rays are tried first, because they disprove most of the bad candidates.
+        """
         trial = self._trial(candidate)
         self.report(f"{candidate}: screened")
         for size in (PROBE, SCREEN):
@@ -241,19 +261,19 @@ class _Searcher:
         trial.outcome, trial.note = "chosen", f"proved on {2 * self.rays:,} rays"
         return True
 
-    # What stages are made of ----------------------------------------------------------------
+    # Parts of the stages --------------------------------------------------------------------
 
     def _timed(self, candidates: Sequence[Candidate], size: int, runs: int) -> list[Trial]:
-        """Trials of the candidates that can run, timed by turns, the fastest first."""
+        """Return trials of the candidates that can run, timed in alternation, fastest first."""
         known, done = self._rays(size, kinds=self.timed_kinds), []
         ready: list[tuple[Trial, Tracer, list[float]]]
-        for at in range(0, len(candidates), WAVE):      # so many textures at a time
+        for at in range(0, len(candidates), WAVE):      # bounds the memory of their textures
             ready = []
             for candidate in candidates[at:at + WAVE]:
                 trial = self._trial(candidate)
                 tracer = self._open(trial)
                 if tracer is not None:
-                    known.trace(tracer)     # warms up: programs are compiled
+                    known.trace(tracer)     # warm up: compile the programs
                     ready.append((trial, tracer, []))
             for _ in range(runs):
                 for _, tracer, seconds in ready:
@@ -275,12 +295,12 @@ class _Searcher:
     def _open(self, trial: Trial) -> Tracer | None:
         try:
             return Tracer(self.scene, trial.candidate.method, **dict(trial.candidate.options))
-        except (OptionError, LimitError) as failure:    # options that do not go together
+        except (OptionError, LimitError) as failure:    # the options conflict, or need too much
             trial.outcome, trial.note = "not possible", " ".join(str(failure).split())
             return None
 
     def _find(self, trial: Trial, known: KnownRays) -> Finding | None:
-        """The finding of a trial; judged once for all that answer with the same bits."""
+        """Return the finding of a trial. Answers with the same bits are judged only once."""
         tracer = self._open(trial)
         if tracer is None:
             return None
@@ -289,7 +309,7 @@ class _Searcher:
             if not trial.rates:
                 same = self.timed_kinds == self.promise.kinds
                 timed = known if same else self._rays(len(known), kinds=self.timed_kinds)
-                timed.trace(tracer)     # warms up: these rays may have programs of their own
+                timed.trace(tracer)     # warm up: these rays may need other programs
                 trial.rates[len(known)] = len(known) / statistics.median(
                     timed.trace(tracer)[1] for _ in range(FEW_RUNS))
                 self._weigh(trial, tracer)
@@ -307,8 +327,10 @@ class _Searcher:
         return self.trials.setdefault(candidate, Trial(candidate))
 
     def _rays(self, count: int, turn: int = 0, kinds: tuple[str, ...] | None = None) -> KnownRays:
-        """Rays of a stage, of all that is promised or of some kinds; a turn's seed follows from
-        the given one."""
+        """Return the rays of a stage, of all kinds of the promise or of ``kinds``.
+
+        Rays of different turns have different seeds.
+        """
         key = (count, turn, self.promise.kinds if kinds is None else kinds)
         if key not in self._known:
             self._known[key] = KnownRays(self.scene, count, 3 * self.seed + turn, key[2])

@@ -1,4 +1,4 @@
-"""Trials: the candidates that `tune` measured, and what became of each."""
+"""Tuning results: the candidates that `tune` measured, and the outcome of each."""
 from __future__ import annotations
 
 import math
@@ -13,16 +13,16 @@ from .error_targets import Finding, Promise
 
 @dataclass
 class Trial:
-    """A candidate and what was found of it.
+    """A candidate and its measurements.
 
     Attributes
     ----------
-    rates : rays timed together -> rays per second
-    texture_bytes : with 2^18 rays in flight
-    finding : against the reference, None where it was not asked
-    misses : bound -> how many times too large
+    rates : rays per second, by the number of rays that were timed together
+    texture_bytes : bytes with 2^18 rays in flight
+    finding : errors against the reference; None if they were not measured
+    misses : for each bound that is not kept, the value over the bound
     outcome : "chosen", "missed", "slower", "not possible" or "not reached"
-    note : why, in words
+    note : the reason for the outcome, as text
     """
 
     candidate: Candidate
@@ -35,16 +35,20 @@ class Trial:
 
     @property
     def rays_per_second(self) -> float:
-        """At the largest number of rays it was timed with; 0 where it was not."""
+        """The rate at the largest number of rays; 0 if the candidate was not timed."""
         return self.rates[max(self.rates)] if self.rates else 0.0
 
     def times_slower(self, other: Trial) -> float | None:
-        """Than another trial, at the largest number of rays both were timed with."""
+        """Return how many times slower this trial is than another.
+
+        The rates at the largest number of rays that timed both decide; None without such a number.
+        """
         common = set(self.rates) & set(other.rates)
         return other.rates[max(common)] / self.rates[max(common)] if common else None
 
     def compare(self, chosen: Trial) -> None:
-        """Say of a trial that was not judged that it is slower, if it was timed so."""
+        """Set the outcome of a trial that was not judged: slower than the chosen trial, unless the
+        times say that it is faster."""
         slower = self.times_slower(chosen)
         if slower is not None and slower < 1:
             self.note = self.note or f"{1 / slower:.2f} times faster where both were timed"
@@ -58,23 +62,25 @@ class Trial:
         return {"method": self.candidate.method, "options": dict(self.candidate.options),
                 "outcome": self.outcome, "note": self.note,
                 "rates": self.rates, "texture_bytes": self.texture_bytes,
-                "misses": self.misses,     # JSON knows no infinity: too few rays to tell
+                "misses": self.misses,     # t_error: JSON has no infinity (too few rays)
                 "t_error": None if found is None or math.isinf(found.t_error) else found.t_error,
                 "score": None if found is None else found.score.to_dict()}
 
 
 @dataclass
 class Search:
-    """What `tune` found for one sort of rays.
+    """The result of `tune` for coherent, incoherent or all rays.
 
     Attributes
     ----------
-    rays_of : "coherent", "incoherent", or "all" where one choice serves both
-    promise : of the kinds of rays among them
-    rays : each proof took
-    trials : fastest on ``SCREEN`` rays first
-    chosen : None where the promise cannot be kept
-    choice : the same as settings hold it
+    rays_of : "coherent", "incoherent", or "all" if one choice serves both
+    promise : the bounds for these rays
+    rays : number of rays of each proof
+    seed : seed of all rays
+    notes : remarks on the search
+    trials : all trials, the fastest on ``SCREEN`` rays first
+    chosen : the chosen trial; None if no candidate keeps the bounds
+    choice : the chosen trial in the form that settings hold
     """
 
     rays_of: str
@@ -88,7 +94,7 @@ class Search:
 
     @property
     def closest(self) -> Trial | None:
-        """The trial that misses its worst bound by least; None where there was none."""
+        """The trial with the smallest excess over its worst bound; None without such a trial."""
         missed = [t for t in self.trials if t.misses]
         return min(missed, key=lambda t: max(t.misses.values()), default=None)
 
@@ -101,8 +107,10 @@ class Search:
 
 @dataclass
 class Tuning:
-    """What `tune` found: the searches that were made, coherent rays first, and the settings; None
-    where a search, the last one then, chose nothing."""
+    """The result of `tune`: its searches, coherent rays first, and the settings.
+
+    The settings are None if a search chose no candidate; that search is then the last.
+    """
 
     searches: list[Search]
     settings: Settings | None
