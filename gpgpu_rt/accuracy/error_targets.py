@@ -50,9 +50,10 @@ class Promise:
             raise OptionError(f"max_bytes is {self.max_bytes}; give a number above 0")
         if self.rays_needed() > MOST_RAYS:
             raise OptionError(
-                f"bounds of {self.max_wrong:g} wrong and a t quantile of {self.t_quantile:g} take "
-                f"{self.rays_needed():,} rays to prove; {MOST_RAYS:,} are the most here, which "
-                f"prove a share of {3 / MOST_RAYS:.2g}")
+                f"a share of {self.max_wrong:g} wrong rays and a t quantile of "
+                f"{self.t_quantile:g} need {self.rays_needed():,} rays for a proof, more than the "
+                f"limit of {MOST_RAYS:,}; give a share of at least {3 / MOST_RAYS:.2g}, and a "
+                "quantile at least as far from 1")
 
     def rays_needed(self, hit_share: float = 1.0) -> int:
         """Return the least number of rays that can prove the bounds, even without any error.

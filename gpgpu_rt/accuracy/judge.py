@@ -24,7 +24,7 @@ _PAIRS = 1 << 17
 
 
 @dataclass
-class Verdict:
+class Judgement:
     """The judgement of n rays.
 
     Attributes
@@ -96,7 +96,7 @@ class Verdict:
 
 def judge(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray, hits: Hits,
           t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf,
-          reference: Hits | None = None) -> Verdict:
+          reference: Hits | None = None) -> Judgement:
     """Judge the answer of each ray.
 
     Parameters
@@ -118,9 +118,9 @@ def judge(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray, 
         reference = oracle.trace(vertices, origins, directions, t_min, t_max, accelerated=True,
                                  invalid="miss")
     if not len(hits) == len(reference) == len(origins):
-        raise ValueError(f"{len(origins)} rays, {len(hits)} hits and {len(reference)} of the "
-                         "reference; give one hit a ray")
-    case = _Case(vertices, origins, directions, t_min, t_max)
+        raise ValueError(f"{len(origins)} rays, {len(hits)} hits and {len(reference)} hits of the "
+                         "reference; give a hit for each ray")
+    case = _PairTests(vertices, origins, directions, t_min, t_max)
     return case.verdict(hits, reference, valid)
 
 
@@ -156,7 +156,7 @@ def upper_confidence(wrong: int, rays: int, confidence: float = 0.95) -> float:
     return float(np.exp(high))
 
 
-class _Case:
+class _PairTests:
     """Triangles and rays in float64, and the tests on pairs of them."""
 
     def __init__(self, vertices: np.ndarray, origins: np.ndarray, directions: np.ndarray,
@@ -165,10 +165,10 @@ class _Case:
         self.origins, self.directions = origins, directions
         self.t_min, self.t_max = t_min, t_max
 
-    def verdict(self, hits: Hits, reference: Hits, valid: np.ndarray) -> Verdict:
+    def verdict(self, hits: Hits, reference: Hits, valid: np.ndarray) -> Judgement:
         n = len(hits)
         none = np.full(n, np.nan)
-        verdict = Verdict(np.full(n, RIGHT, np.uint8), np.zeros(n, bool), none, none.copy(),
+        verdict = Judgement(np.full(n, RIGHT, np.uint8), np.zeros(n, bool), none, none.copy(),
                           none.copy())
         category = verdict.category
         broken = hits.hit & ((hits.triangle >= len(self.vertices)) | ~valid)

@@ -260,12 +260,12 @@ def _turned(directions: np.ndarray, width: np.ndarray, turn: float) -> np.ndarra
 def check_kinds(kinds: Sequence[str]) -> None:
     """Raise OptionError unless ``kinds`` is a list of different names from KINDS."""
     if isinstance(kinds, str) or not isinstance(kinds, Sequence):
-        raise OptionError(f"kinds is {kinds!r}; give a list of {', '.join(KINDS)}")
+        raise OptionError(f"kinds is {kinds!r}; give a list of names from {', '.join(KINDS)}")
     for kind in kinds:
         if not isinstance(kind, str) or kind not in KINDS:
             raise OptionError(f"no rays of kind {kind!r}{nearest_names(kind, KINDS)}")
     if not kinds or len(set(kinds)) < len(kinds):
-        raise OptionError("give each kind of rays once, and one at least")
+        raise OptionError("give at least one kind of rays, and each kind only once")
 
 
 def bytes_in_flight(tracer: Tracer, rays: int = FLIGHT) -> int:

@@ -38,7 +38,7 @@ class Yardstick:
     def __init__(self, scene: Scene, rays: int, seed: int = 0, size: tuple[int, int] = (256, 256),
                  kinds: Sequence[str] = KINDS) -> None:
         if rays < 1:
-            raise OptionError(f"{rays} rays tell nothing; give 1 or more")
+            raise OptionError(f"{rays} rays cannot measure anything; give 1 or more")
         check_kinds(kinds)
         self.scene, self.count, self.seed, self.size = scene, rays, seed, size
         self.kinds = tuple(kinds)
@@ -152,13 +152,13 @@ def accuracy(scene: Scene, names: Sequence[str] | None = None,
     """
     candidates, given = [], dict(options or {})
     if "precision" in given:
-        raise OptionError("what is measured in which precision say formats (--precisions); leave "
-                          "precision out")
+        raise OptionError("formats (--precisions) lists the precisions to measure; leave the "
+                          "option precision out")
     if names is None:
         names = [row.name for row in taking(given)]
         left = [row.name for row in methods() if row.name not in names]
         if left:
-            report(f"without {', '.join(left)}: they do not take these options")
+            report(f"left out: {', '.join(left)} (they do not have these options)")
     for name in names:
         find_method(name).resolved(given)
         table, known = option_table(name), precisions(name)
@@ -168,7 +168,7 @@ def accuracy(scene: Scene, names: Sequence[str] | None = None,
                                   + nearest_names(word, known))
             candidates.append((name, {**given, "precision": word} if "precision" in table
                                else given))
-    report(f"{scene.name}: {rays:,} rays of each kind, and the reference's answers")
+    report(f"{scene.name}: tracing {rays:,} rays of each kind with the reference")
     yardstick = Yardstick(scene, rays, seed, size)
     rows = []
     for at, (name, chosen) in enumerate(candidates, 1):

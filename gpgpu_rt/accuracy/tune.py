@@ -42,7 +42,7 @@ BEAM = 2
 WAVE = 4              # candidates that are judged together
 RUNS = 5
 FEW_RUNS = 3          # runs on few rays: another process could disturb a single run
-LATE = "the time is up: candidates that were not tried yet were left out"     # a search's note
+LATE = "the time ran out: some candidates were not tried"     # a note of a search
 
 
 def tune(scene: Scene, promise: Promise, rays: int | None = None, seed: int = 0,
@@ -116,7 +116,8 @@ class _Searcher:
         hit_share = float(self._rays(SCREEN).truth.hit.mean())
         needed = self.promise.rays_needed(0.9 * hit_share)
         if rays is not None and rays < needed:
-            self._say(f"{rays:,} rays cannot prove these bounds, raised to {needed:,}")
+            self._say(f"{rays:,} rays cannot prove these bounds; their number was raised to "
+                      f"{needed:,}")
         return max(rays or 0, needed)
 
     def run(self, names: list[str]) -> Search:
@@ -239,7 +240,7 @@ class _Searcher:
         Fewer rays are tried first, because they disprove most of the bad candidates.
         """
         trial = self._trial(candidate)
-        self.report(f"{candidate}: screened")
+        self.report(f"{candidate}: screening")
         for size in (PROBE, SCREEN):
             finding = self._find(trial, self._rays(size))
             if finding is None:

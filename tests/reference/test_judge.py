@@ -114,7 +114,7 @@ def test_zero_area_and_invalid_rays(seed: int) -> None:
     verdict = judge(flat, origins, directions, hits)
     assert np.array(CATEGORIES)[verdict.category].tolist() == ["false hit", "right", "right",
                                                                "false hit"]
-    with pytest.raises(ValueError, match="one hit a ray"):
+    with pytest.raises(ValueError, match="a hit for each ray"):
         judge(flat, origins[:3], directions[:3], hits)
 
 
