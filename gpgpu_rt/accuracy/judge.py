@@ -169,7 +169,7 @@ class _PairTests:
         n = len(hits)
         none = np.full(n, np.nan)
         verdict = Judgement(np.full(n, RIGHT, np.uint8), np.zeros(n, bool), none, none.copy(),
-                          none.copy())
+                            none.copy())
         category = verdict.category
         broken = hits.hit & ((hits.triangle >= len(self.vertices)) | ~valid)
         # Test for each answer whether its ray hits its triangle, and whether t, u and v are right.
