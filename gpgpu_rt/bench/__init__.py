@@ -1,4 +1,4 @@
-"""Bench: methods and the engines users would pick instead, on the same rays in one process."""
+"""Bench: time methods and the engines users would pick instead, on the same rays in a process."""
 from __future__ import annotations
 
 from .engines import ENGINES, Engine

@@ -1,4 +1,4 @@
-"""The bench's chart: rates of every race, a bar an entry. Needs matplotlib."""
+"""The chart of the bench: a bar for the rate of each entry in every race. Needs matplotlib."""
 from __future__ import annotations
 
 import statistics
@@ -21,8 +21,16 @@ _THEIRS = {engine.name for engine in ENGINES}
 
 
 def draw(found: Sequence[tuple[str, str, list[Entry]]], path: str, about: str) -> None:
-    """Write a chart of races, (title, rays, entries) each, in the table's order; whiskers reach
-    from the slowest turn to the fastest. ``about`` says what was drawn with."""
+    """Write a chart of races to the file ``path``.
+
+    Whiskers reach from the slowest turn of an entry to its fastest.
+
+    Parameters
+    ----------
+    found : (title, rays, entries) of each race; entries are drawn in the order of the table
+    path : the file to write
+    about : a line for the top of the chart, such as the renderer's name
+    """
     most = max(len(entries) for _, _, entries in found)
     figure, axes = plt.subplots(len(found), 1, squeeze=False,
                                 figsize=(9, len(found) * (1.0 + 0.27 * most) + 0.2))
@@ -51,7 +59,7 @@ def draw(found: Sequence[tuple[str, str, list[Entry]]], path: str, about: str) -
 
 
 def _axis(entries: Sequence[Entry]) -> str:
-    """What is drawn, and why nothing is to be concluded from it, where that is so."""
+    """Return the label of the axis and, if the times are too noisy, the reason for no verdict."""
     over = " (over embreex on one thread)" if any(entry.over for entry in entries) else ""
     noise = too_noisy(entries)
     return f"million rays a second{over}" + (f"\nno verdict: {noise}" if noise else "")

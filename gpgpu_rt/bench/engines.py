@@ -1,6 +1,7 @@
-"""Engines: what a user would pick instead, each asked for the same rays from arrays to arrays.
+"""Engines: today's ray tracers that a user could choose instead; all trace the same ray arrays.
 
-None of them is needed: what is not installed or cannot be imported is left out, and said to be.
+Every engine is optional. An engine that is not installed or cannot be imported is left out, and
+the bench reports why.
 """
 from __future__ import annotations
 
@@ -18,22 +19,24 @@ from ..scene.scene import Scene
 from ..threads import cores
 from .workloads import Workload
 
-Run = Callable[[], np.ndarray]   # (n,) int, the triangle each ray hits or -1; (n,) bool, any hit
+# Traces all rays. Returns the triangle that each ray hits or -1, (n,) int; or whether each ray
+# hits any triangle, (n,) bool.
+Run = Callable[[], np.ndarray]
 CORES = cores()
 
 
 @dataclass(frozen=True)
 class Engine:
-    """An engine of today, and how many threads it may take.
+    """An engine of today with a number of threads.
 
     Attributes
     ----------
-    name : what tables call it
-    modules : what must be there to be imported for it
-    prepare : (scene, rays) -> a call that traces the rays, its structure built
-    most : rays that it is given at most, spread over all of them; None for all
-    ends : whether rays may end somewhere, as shadow rays do
-    threads : how many it takes
+    name : the name in tables
+    modules : the Python modules that the engine needs
+    prepare : builds the structure for (scene, rays) and returns a call that traces the rays
+    most : largest number of rays for this engine, spread evenly over all rays; None for all
+    ends : whether rays may have an end, as shadow rays do
+    threads : number of threads
     """
 
     name: str
@@ -45,19 +48,19 @@ class Engine:
 
     @property
     def missing(self) -> str:
-        """Why it cannot run here, such as "embreex is not installed", or ""."""
+        """The reason why the engine cannot run, such as "embreex is not installed", or ""."""
         return next(filter(None, map(_absent, self.modules)), "")
 
 
-@functools.cache     # to try an import again takes as long again
+@functools.cache     # because a failed import takes as long the next time
 def _absent(module: str) -> str:
-    """Why a module is not there, or ""."""
+    """Return the reason why a module cannot be imported, or ""."""
     package = module.partition(".")[0]
     if importlib.util.find_spec(package) is None:
         return f"{package} is not installed"
     try:
         importlib.import_module(module)
-    except Exception as failure:    # whatever a package raises that lacks a library, or numpy's
+    except Exception as failure:    # a package that lacks a library may raise any exception
         reason = " ".join(str(failure).split())[:160]
         return f"{package} cannot be imported ({type(failure).__name__}: {reason})"
     return ""
@@ -89,7 +92,7 @@ def _embree(threads: int) -> Callable[[Scene, Workload], Run]:
 
 
 def _trimesh(scene: Scene, rays: Workload) -> Run:
-    """trimesh's own engine, which needs no other: an R-tree of boxes, then numpy."""
+    """Prepare trimesh's own engine, an R-tree of boxes with triangle tests in numpy."""
     from trimesh.ray.ray_triangle import RayMeshIntersector
     mesh = trimesh.Trimesh(np.reshape(scene.triangles, (-1, 3)),
                            np.arange(3 * len(scene)).reshape(-1, 3), process=False)
@@ -105,7 +108,7 @@ def _open3d(threads: int) -> Callable[[Scene, Workload], Run]:
         engine.add_triangles(
             tensor(np.ascontiguousarray(scene.triangles, np.float32).reshape(-1, 3)),
             tensor(np.arange(3 * len(scene), dtype=np.uint32).reshape(-1, 3)))
-        # One end holds for all its rays: directions as long as the rays make that 1.
+        # Open3D has a single end for all rays: scale each direction so that its ray ends at 1.
         scale = rays.ends[:, None] if rays.any_hit else np.float32(1)
 
         def run() -> np.ndarray:
@@ -144,10 +147,10 @@ def _mitsuba(threads: int) -> Callable[[Scene, Workload], Run]:
     return prepare
 
 
-EMBREE = "embreex, one thread"     # what the others are measured by
+EMBREE = "embreex, one thread"     # the baseline of all ratios
 _EMBREEX = ("embreex.rtcore_scene", "embreex.mesh_construction")
 
-_ALL = [CORES] if CORES > 1 else []     # threads, besides one
+_ALL = [CORES] if CORES > 1 else []     # numbers of threads besides 1
 
 ENGINES = (
     Engine(EMBREE, _EMBREEX, _embree(1)),

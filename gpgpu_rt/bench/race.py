@@ -1,4 +1,4 @@
-"""The race: methods and engines take turns at the same rays, and ratios are taken turn by turn."""
+"""The race: methods and engines trace the same rays in turn, and each turn gives its ratios."""
 from __future__ import annotations
 
 import statistics
@@ -16,25 +16,25 @@ from .engines import EMBREE, ENGINES, Engine
 from .work import Work, work_of
 from .workloads import Workload, load, told, workload
 
-NOISY = 1.5    # slowest over fastest run of the yardstick, above which nothing is concluded
+NOISY = 1.5    # no verdict if the baseline's slowest run took more than this times its fastest
 
 
 @dataclass
 class Entry:
-    """One that runs: a method with its options, or an engine.
+    """An entry of a race: a method with its options, or an engine.
 
     Attributes
     ----------
-    name, options : of the method; of an engine, its name and nothing
-    rays : how many it traced a turn
-    out_of : of how many, where it was given a part of them; else None
-    seconds : of each turn, passes alone, and what the host took to put rays in order; of an
-        engine, its call
-    wall_seconds : of each turn, numpy arrays in to numpy arrays out
-    over : by turn, its rate over the yardstick's in that turn
-    over_wall : the same from arrays to arrays
-    bytes_a_triangle : what a method's tables take
-    work : of a method, what it does for a ray, by a sample
+    name, options : the method and its options; an engine has no options
+    rays : number of rays traced per turn
+    seconds : time of each turn; for a method the passes and the host's sorting of rays, for an
+        engine its call
+    wall_seconds : time of each turn from numpy arrays to numpy arrays
+    over : rate over the baseline's rate, turn by turn
+    over_wall : the same ratio of the rates from arrays to arrays
+    bytes_a_triangle : size of a method's tables over the number of triangles
+    work : the work of a method per ray, measured on a sample
+    out_of : number of rays of the race if the entry traced only a part of them; else None
     """
 
     name: str
@@ -50,33 +50,33 @@ class Entry:
 
     @property
     def title(self) -> str:
-        """Its name, and how few rays it traced where the others traced more."""
+        """The name, with the number of rays if the entry traced only a part of them."""
         return self.name if self.out_of is None else (
             f"{self.name}, {self.rays:,} of {self.out_of:,} rays")
 
     @property
     def words(self) -> str:
-        """Its options, such as "octants packet=4x2"; "" without any."""
+        """The options as text, such as "octants packet=4x2"; "" without options."""
         return " ".join(name if value is True else f"{name}={spell(value)}"
                         for name, value in self.options.items())
 
     @property
     def label(self) -> str:
-        """Title and options together."""
+        """The title and the options."""
         return f"{self.title} {self.words}".rstrip()
 
     @property
     def rays_per_second(self) -> float:
-        """By the median turn, passes alone."""
+        """The rate of the median turn, by ``seconds``."""
         return self.rays / statistics.median(self.seconds)
 
     @property
     def spread(self) -> float:
-        """Slowest over fastest turn."""
+        """The time of the slowest turn over the fastest."""
         return max(self.seconds) / min(self.seconds)
 
     def verdict(self) -> str:
-        """What all turns agree on."""
+        """Return the comparison with the baseline on which all turns agree."""
         if not self.over or self.name == EMBREE:
             return ""
         if min(self.over) > 1:
@@ -93,8 +93,12 @@ class Entry:
 
 
 def ranked(entries: Sequence[Entry]) -> list[Entry]:
-    """The fastest first: by the ratio over embreex, as the verdict is by its turns, or without one
-    by the rate. The two may differ, for a busy moment slows one turn of everyone's."""
+    """Return the entries in order of speed, the fastest first.
+
+    The order follows the median ratio over embreex, on whose turns the verdict is based, or the
+    rate without embreex. The two orders may differ, because a busy moment of the machine slows all
+    entries in the same turn.
+    """
     return sorted(entries, key=lambda entry: -(
         statistics.median(entry.over) if entry.over else entry.rays_per_second))
 
@@ -102,24 +106,30 @@ def ranked(entries: Sequence[Entry]) -> list[Entry]:
 def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]],
          size: int = 1024, runs: int = 5, engines: Sequence[Engine] = ENGINES,
          report: Callable[[str], None] = lambda line: None) -> list[Entry]:
-    """Let candidates and engines trace the same rays, turn after turn.
+    """Time candidates and engines on the same rays, turn after turn.
 
     Parameters
     ----------
     scene : a scene's name or a mesh file
-    kind : what `workload` knows: ``eye rays``, ``shadow rays``, ``mirror rays 1``, ...
+    kind : a name for `workload`: ``eye rays``, ``shadow rays``, ``mirror rays 1``, ...
     candidates : (method, options) each
-    size : pixels a side of the image that the rays belong to
-    runs : timed turns, after one warm-up; in each, everyone traces once more before it is timed,
-        as the one before left its own data in the caches
-    engines : those that are missing, or not made for these rays, are left out
-    report : told of the progress, a line at a time
+    size : side in pixels of the square image that the rays belong to
+    runs : number of timed turns, after a warm-up turn. In a timed turn, each entry first traces
+        once untimed, because the entry before it filled the caches with other data
+    engines : engines to time; missing engines, and engines that cannot trace these rays, are left
+        out
+    report : called with each line about progress
 
     Returns
     -------
     list of Entry
-        candidates, then engines, in the order given. Ratios are over embreex on one thread and
-        need it.
+        candidates, then engines, in the given order. Ratios are over embreex on one thread;
+        without embreex there are none.
+
+    Raises
+    ------
+    OptionError
+        for an empty scene, a scene without rays of this kind, or ``runs`` or ``size`` below 1
     """
     if runs < 1:
         raise OptionError(f"{runs} runs tell nothing; give 1 or more")
@@ -150,7 +160,7 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
                 entries.append(Entry(engine.name, {}, given.live, out_of=(
                     rays.live if given.live < rays.live else None)))
                 calls.append(_theirs(engine.prepare(load(scene), given)))
-        for turn in range(runs + 1):   # the first one warms up
+        for turn in range(runs + 1):   # the first turn is the warm-up
             report(f"{what}: " + (f"run {turn} of {runs}" if turn else "warm-up"))
             times = [[call() for _ in range(2 if turn else 1)] for call in calls]
             if turn:
@@ -179,7 +189,7 @@ def _theirs(run: Callable[[], Any]) -> Callable[[], tuple[float, float]]:
 
 
 def _note(entries: Sequence[Entry], times: Sequence[tuple[float, float]]) -> None:
-    """Keep a turn's times, and the ratios to the yardstick in that turn."""
+    """Store the times of a turn, and its ratios over the baseline."""
     by_ray = next((seconds / entry.rays for entry, (seconds, _) in zip(entries, times)
                    if entry.name == EMBREE), None)
     for entry, (seconds, wall) in zip(entries, times):
@@ -191,7 +201,7 @@ def _note(entries: Sequence[Entry], times: Sequence[tuple[float, float]]) -> Non
 
 
 def too_noisy(entries: Sequence[Entry]) -> str:
-    """Why nothing is to be concluded, or ""."""
+    """Return the reason why the times allow no verdict, or ""."""
     for entry in entries:
         if entry.name == EMBREE:
             if len(entry.seconds) < 3:

@@ -1,9 +1,10 @@
-"""The roofline of the present renderer: how fast fragment programs fetch texels and calculate.
+"""The roofline of the renderer in use: the peak rates of texel fetches and of arithmetic.
 
-Williams, Waterman and Patterson, "Roofline: an insightful visual performance model for multicore
-architectures", CACM 52(4), 2009: what a program reaches is held against what it could reach.
-Three programs that do nothing else measure the peaks: fetches that neighbouring pixels share, from
-a texture that fits any cache; fetches all over a texture that fits none; and multiply-adds.
+The roofline model compares the rate of a program with the peak rates of its machine (Williams,
+Waterman and Patterson, "Roofline: an insightful visual performance model for multicore
+architectures", CACM 52(4), 2009). Three programs measure the peaks. The first fetches neighbouring
+texels from a texture that fits into any cache. The second fetches texels at random from a texture
+that fits into no cache. The third computes multiply-adds.
 """
 from __future__ import annotations
 
@@ -19,24 +20,24 @@ from ..gl.context import Gpu
 from ..gl.full_screen import FullScreenPass
 from ..gl.textures import make_texture
 
-SIDE = 512            # pixels
-TURNS = 64            # of each program's loop
-NEAR, FAR = 5, 11     # log2 of the textures' sides: 16 KiB, 64 MiB
-FLOPS_AN_INSTRUCTION = 2     # of a multiply-add
-ROUNDS = 8            # of multiply-adds a turn, each of three vectors of four
+SIDE = 512            # side of the render target in pixels
+TURNS = 64            # iterations of the loop in each program
+NEAR, FAR = 5, 11     # log2 of the sides of the textures: 16 KiB, 64 MiB
+FLOPS_AN_INSTRUCTION = 2     # a multiply-add is a single instruction
+ROUNDS = 8            # rounds per iteration, each with a multiply-add of three vectors of four
 FLOPS_A_TURN = ROUNDS * 3 * 4 * FLOPS_AN_INSTRUCTION
 RUNS = 5
 
 
 @dataclass(frozen=True)
 class Peaks:
-    """Rates of a renderer, a second.
+    """Peak rates of a renderer, per second.
 
     Attributes
     ----------
-    near_texels : RGBA32F texels fetched from a texture of 16 KiB, neighbours side by side
-    far_texels : the same from 64 MiB, each fragment somewhere else
-    flops : floating point operations, a multiply-add counting two
+    near_texels : RGBA32F texels fetched from a texture of 16 KiB, by neighbours side by side
+    far_texels : RGBA32F texels fetched at random from a texture of 64 MiB
+    flops : floating point operations; a multiply-add counts as two
     """
 
     near_texels: float
@@ -48,7 +49,7 @@ class Peaks:
 
 
 def peaks(gpu: Gpu) -> Peaks:
-    """Measure them: medians of a few runs, under a second on two cores."""
+    """Measure the peaks as medians of a few runs; takes less than a second on two cores."""
     with gpu:
         drawn = make_texture(gpu, (SIDE, SIDE), 4, "the roofline's target")
         target = gpu.context.framebuffer([drawn])
@@ -76,9 +77,9 @@ def _fetches(gpu: Gpu, target: moderngl.Framebuffer, side: int, scattered: bool)
 
 def _rate(gpu: Gpu, program: FullScreenPass, target: moderngl.Framebuffer,
           textures: Mapping[str, moderngl.Texture]) -> float:
-    """Turns of the program's loop a second."""
+    """Return how many iterations of the program's loop run per second, over all fragments."""
     times = []
-    for _ in range(RUNS + 1):    # the first one warms up
+    for _ in range(RUNS + 1):    # the first run is the warm-up
         gpu.finish()
         began = time.perf_counter()
         program.draw(target, textures)

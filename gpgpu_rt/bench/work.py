@@ -1,4 +1,4 @@
-"""Work: what a method does for a ray, from a small sample of a workload, to hold against peaks."""
+"""Work: the fetches and instructions of a method per ray, measured on a sample of a workload."""
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
@@ -12,19 +12,20 @@ from ..tracer import Tracer
 from .roofline import FLOPS_AN_INSTRUCTION, Peaks
 from .workloads import Workload
 
-BY_RAY = ("drivers/traverse.frag", "drivers/packet")     # programs that lead a ray, or a packet
-TILE, SPREAD = (8, 8), (6, 6)     # of neighbouring pixels, whole packets; tiles over the image
+BY_RAY = ("drivers/traverse.frag", "drivers/packet")     # programs that traverse a ray or packet
+TILE, SPREAD = (8, 8), (6, 6)     # pixels of a tile (whole packets), and tiles over the image
 
 
 @dataclass(frozen=True)
 class Work:
-    """What all passes of a call come to, a ray.
+    """The work of all passes of a call, per ray.
 
     Attributes
     ----------
-    texels : that fragments fetched
-    instructions : of scalar units, both sides of branches; a multiply-add counts one
-    unknown : why nothing is known; "" where it is
+    texels : texels fetched by fragments
+    instructions : scalar instructions, including both sides of branches; a multiply-add counts as
+        one
+    unknown : the reason if the work is unknown; else ""
     """
 
     texels: float = 0.0
@@ -32,13 +33,14 @@ class Work:
     unknown: str = ""
 
     def to_dict(self) -> dict[str, float | str | None]:
-        """Counts that are not known are none."""
+        """Return the fields by name; unknown counts are None."""
         if self.unknown:
             return {"texels": None, "instructions": None, "unknown": self.unknown}
         return asdict(self)
 
     def shares(self, peaks: Peaks, rays_per_second: float) -> dict[str, float | None]:
-        """Of the peak rates of fetching from a cache and of calculating; None if unknown."""
+        """Return the shares of the peak rates of cached fetches and arithmetic; None if
+        unknown."""
         if self.unknown:
             return {"fetch_share": None, "arithmetic_share": None}
         peak = peaks.flops / FLOPS_AN_INSTRUCTION
@@ -47,8 +49,10 @@ class Work:
 
 
 def work_of(tracer: Tracer, rays: Workload) -> Work:
-    """Count a tracer's work on tiles spread over a workload's image; never raises for what
-    cannot be counted, but says why."""
+    """Measure a tracer's work on tiles spread over the image of a workload.
+
+    Work that cannot be counted raises no error; the result gives the reason.
+    """
     side = rays.size
     if side < max(TILE[0] * SPREAD[0], TILE[1] * SPREAD[1]):
         part = rays.part(np.arange(side * side).reshape(side, side))

@@ -1,4 +1,4 @@
-"""Workloads: the rays that are measured, each made once from the hits of those before."""
+"""Workloads: the rays of measurements; each bounce is made once, from the hits of the last."""
 from __future__ import annotations
 
 import functools
@@ -18,22 +18,22 @@ from ..tracer import Tracer
 EYE, SHADOW, MIRROR, DIFFUSE = "eye rays", "shadow rays", "mirror rays", "diffuse rays"
 RANDOM = "random rays"
 RAY_SETS = {"eye": EYE, "shadow": SHADOW, "mirror": f"{MIRROR} 1", "diffuse": f"{DIFFUSE} 1",
-            "random": RANDOM}   # what the bench calls them
-SEED = 7    # of directions that diffuse surfaces choose, and of random rays
+            "random": RANDOM}   # the names on the command line of the bench
+SEED = 7    # seed of the directions of diffuse bounces, and of random rays
 _BEFORE_LIGHT = np.float32(1 - 12 * FLOAT32.unit)   # as render/surfaces.frag ends shadow rays
 
 
 @dataclass(frozen=True)
 class Workload:
-    """Rays of an image, row by row; a pixel that has none holds NaN.
+    """The rays of an image, row by row; NaN marks a pixel without a ray.
 
     Attributes
     ----------
     origins, directions : (n, 3) float32
-    size : pixels a side, n = size squared
-    t_max : (n,) float32, where each ray ends; or None, without an end
-    any_hit : whether the first hit found answers
-    shape : (h, w) of a part of the image, or None: all of it
+    size : side of the square image in pixels, n = size squared
+    t_max : (n,) float32, the end of each ray; None if rays have no end
+    any_hit : whether any hit is enough, as for shadow rays
+    shape : (h, w) of a part of the image; None for the whole image
     """
 
     origins: np.ndarray
@@ -45,25 +45,25 @@ class Workload:
 
     @functools.cached_property
     def has_ray(self) -> np.ndarray:
-        """(n,) bool, which pixels have a ray: a tracer takes the others for misses, engines are
-        not given them."""
+        """(n,) bool, which pixels have a ray. A tracer treats the other pixels as misses; an
+        engine does not get them."""
         return ((np.isfinite(self.origins) & np.isfinite(self.directions)).all(axis=1)
                 & self.directions.any(axis=1))
 
     @property
     def live(self) -> int:
-        """Pixels that have a ray."""
+        """The number of pixels with a ray."""
         return int(self.has_ray.sum())
 
     @property
     def ends(self) -> np.ndarray:
-        """(n,) float32, where each ray ends: inf where nothing ends it."""
+        """(n,) float32, the end of each ray; inf for a ray without an end."""
         if self.t_max is None:
             return np.full(len(self.origins), np.inf, np.float32)
         return self.t_max
 
     def compact(self, most: int | None = None) -> Workload:
-        """The pixels alone that have a ray, in their order; ``most`` of them, evenly spread."""
+        """Return only the pixels with a ray, in order; at most ``most`` of them, evenly spread."""
         live = np.flatnonzero(self.has_ray)
         if most is not None and len(live) > most:
             live = live[np.linspace(0, len(live) - 1, most).astype(np.int64)]
@@ -72,14 +72,14 @@ class Workload:
                         None if self.t_max is None else self.t_max[live], self.any_hit)
 
     def part(self, pixels: np.ndarray) -> Workload:
-        """The rays of (h, w) pixels, row by row; they are no square image then."""
+        """Return the rays of a part of the image; ``pixels`` are their indices, (h, w) int."""
         chosen = pixels.reshape(-1)
         return Workload(self.origins[chosen], self.directions[chosen], self.size,
                         None if self.t_max is None else self.t_max[chosen], self.any_hit,
                         pixels.shape)
 
     def trace(self, tracer: Tracer) -> Hits | None:
-        """The hits; None where any hit answers, as that is all that is asked."""
+        """Trace the rays and return their hits, or None if any hit is enough."""
         shape = self.shape or (self.size, self.size)
         t_max = np.inf if self.t_max is None else self.t_max
         if self.any_hit:
@@ -90,30 +90,33 @@ class Workload:
 
 
 def mirror(bounces: int) -> str:
-    """The name of the workload of rays that mirrors have thrown back so often."""
+    """Return the name of the rays after so many mirror bounces."""
     return bounced(MIRROR, bounces)
 
 
 def diffuse(bounces: int) -> str:
-    """The name of the workload of rays that diffuse surfaces have scattered so often."""
+    """Return the name of the rays after so many diffuse bounces."""
     return bounced(DIFFUSE, bounces)
 
 
 def bounced(kind: str, bounces: int) -> str:
-    """The name of the workload of rays after so many bounces of a kind; eye rays after none."""
+    """Return the name of the rays after so many bounces of a kind: eye rays for 0 bounces."""
     return f"{kind} {bounces}" if bounces else EYE
 
 
 def told(name: str) -> str:
-    """A workload's name as a sentence has it: the first bounce goes without its number."""
+    """Return a workload's name for a sentence: the first bounce loses its number."""
     return name.removesuffix(" 1")
 
 
 @functools.lru_cache(maxsize=8)
 def workload(scene: str, name: str, size: int) -> Workload:
-    """The workload of a name: ``eye rays``, ``shadow rays``, or ``mirror rays 2`` of a scene all
-    mirrors after two bounces, ``diffuse rays 2`` of one without any, and ``random rays`` from
-    anywhere in its box to anywhere."""
+    """Return the workload of a name, for an image of ``size`` x ``size`` pixels.
+
+    The names are ``eye rays``, ``shadow rays``, ``mirror rays 2`` (after two bounces, as if all
+    surfaces were mirrors), ``diffuse rays 2`` (as if all were diffuse), and ``random rays``, whose
+    start and end are random points in the scene's box.
+    """
     if name == EYE:
         origins, directions = load(scene).camera.rays((size, size))
         return Workload(origins.reshape(-1, 3), directions.reshape(-1, 3), size)
@@ -129,7 +132,10 @@ def workload(scene: str, name: str, size: int) -> Workload:
 
 
 def _shadows(scene: Scene, seen: Workload, hits: Hits) -> Workload:
-    """A ray from each hit that faces the light; a surface that faces away is dark without one."""
+    """Return a ray to the light from each hit whose surface faces the light.
+
+    A surface that faces away is dark and needs no ray.
+    """
     light = np.asarray(scene.light.position, np.float32)
     points, normals = _surfaces(scene, seen, hits)
     towards = light - points
@@ -149,7 +155,7 @@ def _mirrored(scene: Scene, seen: Workload, hits: Hits) -> Workload:
 
 
 def _scattered(scene: Scene, seen: Workload, hits: Hits) -> Workload:
-    """A ray from each hit in a direction of its own, as often as its cosine to the normal says."""
+    """Return a ray from each hit in a random direction, with cosine-weighted probability."""
     normals = _surfaces(scene, seen, hits)[1]
     directions = np.random.default_rng(SEED).normal(size=normals.shape)
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
@@ -158,8 +164,8 @@ def _scattered(scene: Scene, seen: Workload, hits: Hits) -> Workload:
 
 
 def _surfaces(scene: Scene, seen: Workload, hits: Hits) -> tuple[np.ndarray, np.ndarray]:
-    """Hit points and the unit normals there that face where the ray came from, (n, 3) each; NaN
-    where nothing was hit."""
+    """Return hit points and unit normals that face the ray's origin, (n, 3) each; NaN for a
+    miss."""
     points = np.full_like(seen.origins, np.nan)
     normals = points.copy()
     some = np.flatnonzero(hits.hit)
@@ -173,7 +179,10 @@ def _surfaces(scene: Scene, seen: Workload, hits: Hits) -> tuple[np.ndarray, np.
 
 @functools.lru_cache(maxsize=8)
 def _hits(scene: str, name: str, size: int) -> Hits:
-    """Every method has the same hits; this one shares its tree with those that are measured."""
+    """Return the hits of a workload.
+
+    All methods find the same hits; kd-short-stack shares its cached tree with measured methods.
+    """
     with Tracer(load(scene), "kd-short-stack") as tracer:
         found = workload(scene, name, size).trace(tracer)
     assert found is not None
@@ -182,5 +191,5 @@ def _hits(scene: str, name: str, size: int) -> Hits:
 
 @functools.lru_cache(maxsize=2)
 def load(name: str) -> Scene:
-    """A scene by name; the last ones are kept."""
+    """Return a scene by name; the last scenes stay in memory."""
     return load_scene(name)

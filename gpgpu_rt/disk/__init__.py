@@ -1,1 +1,1 @@
-"""What lies on disk: files read and written whole, their budget, and folders of one's own."""
+"""Disk: safe reading and writing of files, the memory budget of files, and private folders."""

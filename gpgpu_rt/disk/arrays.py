@@ -1,4 +1,4 @@
-"""Arrays: .npy and .npz files, whose declared sizes are checked before they are read."""
+"""Arrays: read .npy and .npz files, after a check of the sizes that their headers declare."""
 from __future__ import annotations
 
 import os
@@ -15,26 +15,28 @@ from .files import open_input
 
 _HEADERS = {(1, 0): np.lib.format.read_array_header_1_0,
             (2, 0): np.lib.format.read_array_header_2_0}
-# What a damaged archive raises in zipfile, zlib and NumPy.
+# The exceptions that zipfile, zlib and NumPy raise for a damaged archive.
 DAMAGED = (OSError, ValueError, EOFError, TypeError, AttributeError, RuntimeError, KeyError,
            IndexError, OverflowError, SyntaxError, MemoryError, zipfile.BadZipFile, zlib.error)
 
 
 def read_npz(path: str | os.PathLike[str], what: str, kind: type[Error] = Error,
              names: Collection[str] | None = None) -> dict[str, np.ndarray]:
-    """The arrays of an .npz file, by name.
+    """Return the arrays of an .npz file, by name.
 
     Parameters
     ----------
-    what : is to be read, for the message
-    names : of the arrays that are of use, where the file may hold more
+    path : the file
+    what : the contents of the file, for error messages
+    kind : the class of the error to raise
+    names : the arrays to read; None for all
 
     Raises
     ------
     kind
-        a file that is not there, cannot be read, or is no archive of plain arrays
+        if the file is missing, cannot be read, or is not an archive of plain arrays
     LimitError
-        arrays that take more memory than the budget
+        if the arrays need more memory than the budget
     """
     try:
         with open_input(path) as file, zipfile.ZipFile(file) as archive:
@@ -50,19 +52,19 @@ def read_npz(path: str | os.PathLike[str], what: str, kind: type[Error] = Error,
 
 
 def read_npy(path: str | os.PathLike[str]) -> np.ndarray:
-    """The array of an .npy file.
+    """Return the array of an .npy file.
 
     Raises
     ------
     OSError, ValueError
-        a file that cannot be read, or is no array of plain values
+        if the file cannot be read, or is not an array of plain values
     """
     with open_input(path) as file:
         return _array(file, os.fstat(file.fileno()).st_size)
 
 
 def reason(failure: BaseException, what: str) -> str:
-    """Why arrays cannot be read, in words."""
+    """Return the reason why arrays cannot be read, as text for a message."""
     if isinstance(failure, FileNotFoundError):
         return "no such file"
     if isinstance(failure, MemoryError):
@@ -71,7 +73,7 @@ def reason(failure: BaseException, what: str) -> str:
 
 
 def _member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray:
-    # Other compressions give back all of a block at once, however large.
+    # Other compressions return a whole block at once, whose size nothing limits.
     if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         raise ValueError(f"{info.filename}: a compression that NumPy does not write")
     with archive.open(info) as file:
@@ -79,13 +81,13 @@ def _member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray:
 
 
 def _array(file: BinaryIO | IO[bytes], size: int) -> np.ndarray:
-    """The array of a file of ``size`` bytes, once its header declares no more than these."""
+    """Return the array of a file after a check that its header declares at most ``size`` bytes."""
     version = np.lib.format.read_magic(file)
     if version not in _HEADERS:
         raise ValueError(f"version {version} of NumPy's format is not read")
     try:
         shape, fortran, dtype = _HEADERS[version](file)
-    except Exception as failure:    # whatever a damaged header may raise, a tokenizer's among it
+    except Exception as failure:    # a damaged header may raise many kinds, even of a tokenizer
         raise ValueError("its header cannot be read") from failure
     count = 1
     for length in shape:

@@ -1,9 +1,9 @@
-"""Budget: how much memory a small file may ask for.
+"""Budget: a limit on the memory that a small file may require.
 
-A header of a few bytes can declare gigabytes. Readers therefore compare what a file declares with
-this budget before they allocate it. A file may always decode to as many bytes as it has itself.
+A header of a few bytes can declare gigabytes. Readers therefore compare the declared size with
+this budget before they allocate memory. A file may always decode to its own size.
 
-The budget is $GPGPU_RT_BUDGET in MiB, 1024 by default. All limits follow from it.
+The budget is $GPGPU_RT_BUDGET in MiB, 1024 by default. All limits are derived from the budget.
 """
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from ..errors import LimitError, OptionError
 
 VARIABLE = "GPGPU_RT_BUDGET"
 DEFAULT_MIB = 1024
-TEXEL_BYTES = 16        # of a texture while it is converted: 3 decoded, 12 as float32, 1 to spare
-TRIANGLE_BYTES = 64     # of a triangle with its colour and material; 1 GiB holds 2^24 triangles
+TEXEL_BYTES = 16        # bytes per texel during conversion: 3 decoded, 12 as float32, 1 spare
+TRIANGLE_BYTES = 64     # bytes per triangle with colour and material: 2^24 triangles per GiB
 
 
 def budget_bytes() -> int:
-    """Bytes that a file may decode to.
+    """Return the number of bytes that a file may decode to.
 
     Raises
     ------
     OptionError
-        where the environment variable holds no number above 0
+        if the environment variable is not a number above 0
     """
     text = os.environ.get(VARIABLE) or str(DEFAULT_MIB)
     try:
@@ -36,12 +36,12 @@ def budget_bytes() -> int:
 
 
 def check_bytes(declared: int, stored: int, where: str) -> None:
-    """Raise LimitError where ``stored`` bytes would decode to more than the budget.
+    """Raise LimitError if a file would decode to more than the budget.
 
     Parameters
     ----------
-    declared : bytes that the file decodes to, by its headers
-    stored : bytes of the file itself, which are always allowed
+    declared : number of bytes that the file decodes to, according to its headers
+    stored : size of the file in bytes, which is always allowed
     where : the file, for the message
     """
     if declared > max(budget_bytes(), stored):
@@ -49,14 +49,15 @@ def check_bytes(declared: int, stored: int, where: str) -> None:
 
 
 def check_texels(width: int, height: int, where: str) -> None:
-    """Raise LimitError where an image has more texels than the budget."""
+    """Raise LimitError if an image has more texels than the budget allows."""
     if width * height > budget_bytes() // TEXEL_BYTES:
         raise LimitError(f"{where}: an image of {width} x {height} texels takes "
                          f"{_mib(width * height * TEXEL_BYTES)}; make it smaller, or {_advice()}")
 
 
 def check_triangles(count: int, where: str) -> None:
-    """Raise LimitError where instances, or shapes made by number, add up to too many triangles."""
+    """Raise LimitError if instances or generated shapes have more triangles than the budget
+    allows."""
     if count > budget_bytes() // TRIANGLE_BYTES:
         raise LimitError(f"{where}: adds up to {count:,} triangles, {_mib(count * TRIANGLE_BYTES)}"
                          f"; take fewer, or {_advice()}")

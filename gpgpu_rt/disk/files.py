@@ -1,4 +1,4 @@
-"""Files: regular files alone are read, and written whole or not at all."""
+"""Files: read only regular files, and write a file completely or not at all."""
 from __future__ import annotations
 
 import contextlib
@@ -13,29 +13,30 @@ from typing import Any, BinaryIO
 
 from ..errors import Error
 
-WRITING = ".writing-"     # how the name of a file begins that is not whole yet
+WRITING = ".writing-"     # prefix of the name of a file that is being written
 _KINDS = {stat.S_IFDIR: "a folder", stat.S_IFIFO: "a FIFO", stat.S_IFCHR: "a device",
           stat.S_IFBLK: "a device", stat.S_IFSOCK: "a socket", stat.S_IFLNK: "a link"}
-# What writing to a full disk, or past a quota or a limit, fails with.
+# Error numbers of a full disk, a quota, and a limit on the size of files.
 FULL = (errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC))
 _NO_OUTPUT = ("/dev", "/proc", "/sys")      # folders that hold no files of a user
 
 
 def open_input(path: str | os.PathLike[str]) -> BinaryIO:
-    """A regular file, open to be read; a FIFO, which could make its reader wait for ever, is not
-    opened.
+    """Open a regular file for reading.
+
+    A FIFO is not opened, because it could block its reader for ever.
 
     Raises
     ------
     OSError
-        whose ``strerror`` says why the file cannot be read
+        if the file cannot be read; ``strerror`` says why
     """
     try:
         _check_regular(os.stat(path).st_mode, path)
-        # Another process may put a FIFO in the file's place just now.
+        # O_NONBLOCK, because another process may replace the file by a FIFO at this moment.
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)
                          | getattr(os, "O_BINARY", 0))
-    except ValueError as failure:       # a zero byte in the name
+    except ValueError as failure:       # the name contains a zero byte
         raise OSError(errno.EINVAL, "no name of a file", os.fspath(path)) from failure
     except OSError as failure:
         if failure.errno in (errno.ENAMETOOLONG, errno.ENOTDIR):
@@ -55,12 +56,12 @@ def _check_regular(mode: int, path: str | os.PathLike[str]) -> None:
 
 
 def kind_of(mode: int) -> str:
-    """What ``st_mode`` says of something that is no regular file."""
+    """Return a name for the kind of a file that is not regular, from its ``st_mode``."""
     return _KINDS.get(stat.S_IFMT(mode), "something else")
 
 
 def is_file(path: str | os.PathLike[str]) -> bool:
-    """Whether there is a regular file; unlike Path's, False for a name that no file can have."""
+    """Return whether there is a regular file; False for a name that no file can have."""
     try:
         return os.path.isfile(path)
     except ValueError:
@@ -68,20 +69,20 @@ def is_file(path: str | os.PathLike[str]) -> bool:
 
 
 def read_input(path: str | os.PathLike[str]) -> bytes:
-    """The bytes of a regular file; OSError as `open_input`."""
+    """Return the bytes of a regular file; raises OSError as `open_input` does."""
     with open_input(path) as file:
         return file.read()
 
 
 def read_json(path: str | os.PathLike[str]) -> Any:
-    """What a JSON file in UTF-8 holds.
+    """Return the contents of a JSON file in UTF-8.
 
     Raises
     ------
     OSError
-        as `open_input`
+        as for `open_input`
     ValueError
-        a file that is not UTF-8, not JSON, or nested too deeply
+        if the file is not UTF-8, not JSON, or nested too deeply
     """
     try:
         return json.loads(read_input(path).decode("utf-8-sig"))
@@ -92,7 +93,7 @@ def read_json(path: str | os.PathLike[str]) -> Any:
 
 
 def decoded(text: bytes) -> str:
-    """Text in UTF-8, or in Latin-1 where it is not UTF-8; a byte order mark is left out."""
+    """Return text decoded as UTF-8, else as Latin-1; a byte order mark is removed."""
     try:
         return text.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -100,12 +101,12 @@ def decoded(text: bytes) -> str:
 
 
 def check_writable(path: str | os.PathLike[str]) -> Path:
-    """The path, if a file can be written there; asked before the work that fills it.
+    """Return the path after a check that a file can be written there, before any work begins.
 
     Raises
     ------
     Error
-        that says which folder is missing or closed.
+        if the file cannot be written; the message names the folder that is missing or read-only
     """
     path = Path(path)
     folder = path.parent
@@ -129,7 +130,7 @@ def check_writable(path: str | os.PathLike[str]) -> Path:
 
 @contextlib.contextmanager
 def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """A temporary name beside ``path`` that takes its place when the block ends well."""
+    """Yield a temporary file beside ``path``, which replaces ``path`` if the block succeeds."""
     path = check_writable(path)
     temporary = None
     try:

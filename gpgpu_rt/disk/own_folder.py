@@ -1,7 +1,7 @@
-"""Own folder: folders and locks that no other user can have made or can write into.
+"""Own folder: folders and locks that no other user can have created and no other user can write.
 
-Folders for temporary files are shared. Whoever is first there may plant a link, which others then
-write through, or a FIFO, which others then wait for.
+All users share the folder for temporary files. Another user could create a link there first, and
+our files would be written through the link; or a FIFO, which would block us.
 """
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ _ROOT = 0
 
 
 def own_folder(name: str = "") -> Path:
-    """A folder of this user's in the folder for temporary files, made where it is missing.
+    """Return this user's own folder in the folder for temporary files; create it if missing.
 
     Parameters
     ----------
-    name : of a folder within it
+    name : a folder within the own folder; "" for the own folder itself
 
     Raises
     ------
     Error
-        where there is something else, or it belongs to another user
+        if the path is not a folder, or belongs to another user
     """
     top = Path(tempfile.gettempdir()) / f"gpgpu_rt-{_user()}"
     for folder in (top, top / name) if name else (top,):
@@ -44,12 +44,13 @@ def own_folder(name: str = "") -> Path:
 
 
 def fault_of(folder: Path, follow: bool = False, shared: bool = False) -> str | None:
-    """Why a folder cannot be trusted to hold what this user has put there; None for none.
+    """Return the reason why this user cannot trust the contents of a folder, or None.
 
     Parameters
     ----------
-    follow : a link of this user's to a folder of this user's will do
-    shared : others may write into the folder
+    folder : the folder
+    follow : whether this user's link to this user's folder is allowed
+    shared : whether other users may write into the folder
     """
     link = os.lstat(folder)
     if stat.S_ISLNK(link.st_mode) and not (follow and is_own(link)):
@@ -65,19 +66,19 @@ def fault_of(folder: Path, follow: bool = False, shared: bool = False) -> str | 
 
 
 def is_own(there: os.stat_result) -> bool:
-    """Whether something belongs to this user, or to root."""
+    """Return whether a file or folder belongs to this user or to root."""
     return not hasattr(os, "geteuid") or there.st_uid in (os.geteuid(), _ROOT)
 
 
 def open_lock(path: Path) -> IO[bytes]:
-    """A file to lock, made where it is missing; neither a link nor a FIFO is taken for one.
+    """Open a file to lock and create it if missing; a link or a FIFO is refused.
 
     Raises
     ------
     FileNotFoundError
-        where its folder is missing
+        if the folder is missing
     Error
-        where there is something else, or it cannot be opened
+        if the path is not a regular file, or cannot be opened
     """
     flags = os.O_RDWR | os.O_CREAT | os.O_APPEND
     for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY"):
