@@ -62,4 +62,4 @@ def _axis(entries: Sequence[Entry]) -> str:
     """Return the label of the axis and, if the times are too noisy, the reason for no verdict."""
     over = " (over embreex on one thread)" if any(entry.over for entry in entries) else ""
     noise = too_noisy(entries)
-    return f"million rays a second{over}" + (f"\nno verdict: {noise}" if noise else "")
+    return f"million rays per second{over}" + (f"\nno verdict: {noise}" if noise else "")

@@ -132,11 +132,11 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
         for an empty scene, a scene without rays of this kind, or ``runs`` or ``size`` below 1
     """
     if runs < 1:
-        raise OptionError(f"{runs} runs tell nothing; give 1 or more")
+        raise OptionError(f"{runs} runs cannot measure anything; give 1 or more")
     if size < 1:
-        raise OptionError(f"{size} pixels a side are no image; give 1 or more")
+        raise OptionError(f"an image cannot have {size} pixels per side; give 1 or more")
     if not len(load(scene)):
-        raise OptionError(f"{scene} has no triangles to race on; give a scene with some")
+        raise OptionError(f"{scene} has no triangles to trace; give another scene")
     rays, what = workload(scene, kind, size), f"{scene}, {told(kind)}"
     if not rays.live:
         raise OptionError(f"{scene} has no {told(kind)} at {size} x {size} pixels; "
@@ -154,7 +154,7 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
             if engine.missing:
                 continue
             if rays.t_max is not None and not engine.ends:
-                report(f"{what}: without {engine.name}, whose rays have no end")
+                report(f"{what}: left out {engine.name}, whose rays cannot have an end")
             else:
                 given = rays.compact(engine.most)
                 entries.append(Entry(engine.name, {}, given.live, out_of=(
@@ -166,7 +166,7 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
             if turn:
                 _note(entries, [last for *_, last in times])
         for entry, tracer in zip(entries, opened):     # the candidates come first
-            report(f"{what}: counting the work of {entry.label}")
+            report(f"{what}: measuring the work per ray of {entry.label}")
             entry.work = work_of(tracer, rays)
     return entries
 
@@ -205,7 +205,7 @@ def too_noisy(entries: Sequence[Entry]) -> str:
     for entry in entries:
         if entry.name == EMBREE:
             if len(entry.seconds) < 3:
-                return f"{counted(len(entry.seconds), 'run')} cannot tell; give 3 or more"
+                return f"{counted(len(entry.seconds), 'run')} cannot decide; give 3 or more"
             if entry.spread > NOISY:
                 return (f"the slowest run of {EMBREE} took {entry.spread:.2f} times the fastest: "
                         "this machine is too busy for a verdict; try again when it is idle")

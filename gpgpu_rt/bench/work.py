@@ -65,8 +65,8 @@ def work_of(tracer: Tracer, rays: Workload) -> Work:
     except Error as failure:
         return Work(unknown=" ".join(str(failure).split()))
     if not any(one["name"].startswith(BY_RAY) for one in passes):
-        return Work(unknown="what it does for a ray depends on how many go together, of which a "
-                    "sample says nothing")
+        return Work(unknown="its work per ray depends on the number of rays in a call, so a "
+                    "sample cannot measure it")
     left = [one["name"] for one in passes if "total" not in one and one["fragments"]]
     if left:
         return Work(unknown=f"{left[0]} cannot be emulated: it masks rays")

@@ -101,6 +101,6 @@ def _array(file: BinaryIO | IO[bytes], size: int) -> np.ndarray:
     while rest:
         read = file.readinto(rest)      # type: ignore
         if not read:
-            raise ValueError("it is cut")
+            raise ValueError("the file is truncated")
         rest = rest[read:]
     return np.ndarray(shape, dtype, content, order="F" if fortran else "C")

@@ -59,8 +59,8 @@ def check_triangles(count: int, where: str) -> None:
     """Raise LimitError if instances or generated shapes have more triangles than the budget
     allows."""
     if count > budget_bytes() // TRIANGLE_BYTES:
-        raise LimitError(f"{where}: adds up to {count:,} triangles, {_mib(count * TRIANGLE_BYTES)}"
-                         f"; take fewer, or {_advice()}")
+        raise LimitError(f"{where}: has {count:,} triangles in all, {_mib(count * TRIANGLE_BYTES)}"
+                         f"; use fewer, or {_advice()}")
 
 
 def _mib(size: int) -> str:

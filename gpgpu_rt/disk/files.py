@@ -111,7 +111,7 @@ def check_writable(path: str | os.PathLike[str]) -> Path:
     path = Path(path)
     folder = path.parent
     if not folder.is_dir():
-        raise Error(f"cannot write {path}: there is no folder {folder}; make it first")
+        raise Error(f"cannot write {path}: there is no folder {folder}; create it first")
     if path.is_dir():
         raise Error(f"cannot write {path}: it is a folder; give a file's name")
     if path.exists() and not is_file(path):
@@ -119,7 +119,7 @@ def check_writable(path: str | os.PathLike[str]) -> Path:
                     "name")
     system = next((top for top in _NO_OUTPUT if folder.resolve().is_relative_to(top)), None)
     if system is not None and not folder.resolve().is_relative_to("/dev/shm"):
-        raise Error(f"cannot write {path}: {system} is the system's own; choose another folder")
+        raise Error(f"cannot write {path}: {system} belongs to the system; choose another folder")
     try:
         with tempfile.TemporaryFile(dir=folder):
             pass

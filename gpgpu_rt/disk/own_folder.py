@@ -34,7 +34,7 @@ def own_folder(name: str = "") -> Path:
         try:
             folder.mkdir(mode=0o700, exist_ok=True)
         except OSError as failure:
-            raise Error(f"cannot make the folder {folder}: {failure.strerror}; remove what is "
+            raise Error(f"cannot create the folder {folder}: {failure.strerror}; remove what is "
                         "there, or name another folder for temporary files by TMPDIR") from failure
         fault = fault_of(folder)
         if fault:

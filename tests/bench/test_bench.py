@@ -147,8 +147,8 @@ def test_the_chart_says_what_the_table_does(apart: list[Entry], tmp_path) -> Non
     assert {"box, mirror rays of 64 x 64 pixels", "llvmpipe, on 2 threads"} <= set(texts)
     assert any(text.startswith("no verdict: the slowest run") for text in texts)
     assert any(text.startswith("no verdict: embreex did not run") for text in texts)
-    assert "million rays a second (over embreex on one thread)" in texts
-    assert "million rays a second" in texts and any("1e-05 (1)" in text for text in texts)
+    assert "million rays per second (over embreex on one thread)" in texts
+    assert "million rays per second" in texts and any("1e-05 (1)" in text for text in texts)
 
 
 def test_peaks_are_rates() -> None:
@@ -194,7 +194,7 @@ def test_quantised_nodes_are_half_the_fetches(countable) -> None:
 
 @pytest.mark.parametrize("method, options, why", [
     ("grid", {"statistics": True}, "statistics=True"),
-    ("ray-tiles", {}, "how many go together")])
+    ("ray-tiles", {}, "number of rays in a call")])
 def test_why_a_share_is_not_known(method: str, options: dict, why: str, countable) -> None:
     with rt.Tracer("cornell", method, **options) as tracer:
         found = work_of(tracer, workload("cornell", RAY_SETS["eye"], 8))
