@@ -9,7 +9,7 @@ from typing import Any
 from ..errors import OptionError, nearest_names
 from ..options import TRACER_OPTIONS
 from ..traversal.method import Accelerator, Method
-from . import plugins as found
+from . import plugins
 from .bih import rows as bih
 from .brute_force import rows as brute_force
 from .bvh import rows as bvh
@@ -22,7 +22,7 @@ from .ray_space import rows as ray_space
 from .ray_tiles import rows as ray_tiles
 
 _TABLE: dict[str, Method] = {}
-_TAKEN: set[Path] = set()       # folders whose methods are in the table
+_LOADED: set[Path] = set()      # folders whose methods are in the table
 
 
 def register(method: Method) -> Method:
@@ -55,22 +55,22 @@ def load_methods(folder: str | os.PathLike[str]) -> list[Method]:
         if the folder does not exist, a file fails to run, or a row is invalid. The message names
         file and line. The table then holds no method of the folder.
     """
-    _take_named()
+    _load_named()
     path = Path(folder).resolve()
-    new = _take(path)
-    found.name_folder(path)
+    new = _load(path)
+    plugins.name_folder(path)
     return new
 
 
 def methods() -> list[Method]:
     """All rows of the table: the survey's methods in its order, then those of other folders."""
-    _take_named()
+    _load_named()
     return list(_TABLE.values())
 
 
 def find_method(name: str) -> Method:
     """The row of the method ``name``; if there is none, OptionError suggests similar names."""
-    _take_named()
+    _load_named()
     if not isinstance(name, str):
         raise OptionError(f"method is {name!r}; give a method's name: {', '.join(_TABLE)}")
     if name == "auto":
@@ -100,21 +100,21 @@ def taking(options: Mapping[str, Any], some: Iterable[Method] | None = None) -> 
     return found
 
 
-def _take_named() -> None:
-    for folder in found.named_folders():
-        _take(folder.resolve())
+def _load_named() -> None:
+    for folder in plugins.named_folders():
+        _load(folder.resolve())
 
 
-def _take(folder: Path) -> list[Method]:
+def _load(folder: Path) -> list[Method]:
     """Add a folder's rows to the table, all or none, and return the rows that are new."""
-    if folder in _TAKEN:
+    if folder in _LOADED:
         return []
     before = set(_TABLE)
-    _TAKEN.add(folder)      # before its files run, because they may read the table
+    _LOADED.add(folder)      # before its files run, because they may read the table
     try:
-        found.take(folder, register)
+        plugins.register_folder(folder, register)
     except BaseException:
-        _TAKEN.discard(folder)
+        _LOADED.discard(folder)
         for name in set(_TABLE) - before:
             del _TABLE[name]
         raise

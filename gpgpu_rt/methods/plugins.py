@@ -83,7 +83,7 @@ def rows_of(path: Path) -> list[Method]:
     return [replace(row, prepare=_guarded(row, path)) for row in rows]
 
 
-def take(folder: Path, register: Callable[[Method], Method]) -> None:
+def register_folder(folder: Path, register: Callable[[Method], Method]) -> None:
     """Register all methods of a folder."""
     for path in files_of(folder):
         for row in rows_of(path):

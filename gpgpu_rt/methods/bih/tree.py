@@ -114,11 +114,11 @@ def build_bih(triangles: np.ndarray, *, max_leaf: int = 4, max_depth: int = 64,
     count = np.array([len(triangles)] if len(triangles) else [], np.int64)
     cell_lo = middle.min(axis=1, initial=0).astype(np.float64)[:, None]
     cell_hi = middle.max(axis=1, initial=0).astype(np.float64)[:, None]
-    record, depth = _Record(box_lo, box_hi), 0
+    nodes, depth = _BihNodes(box_lo, box_hi), 0
     while len(count):
         starts = run_starts(count)
         inner = np.flatnonzero(count > max_leaf)
-        record.add(order, count, starts, inner)
+        nodes.add(order, count, starts, inner)
         if not len(inner):
             break
         index = expand(starts[inner], count[inner])
@@ -131,13 +131,13 @@ def build_bih(triangles: np.ndarray, *, max_leaf: int = 4, max_depth: int = 64,
         halved = np.isnan(plane) | (depth + np.ceil(np.log2(count)) >= max_depth)
         by_count = halved[node]
         left[by_count] = (np.arange(len(order)) - starts[node] < count[node] // 2)[by_count]
-        record.split(axis, order, starts, left)
+        nodes.split(axis, order, starts, left)
         cell_lo, cell_hi = cells
         taken = np.add.reduceat(left, starts, dtype=np.int64)
         order = np.concatenate([order[left], order[~left]])    # keeps runs ascending
         count = np.concatenate([taken, count - taken])
         depth += 1
-    return record.finish(depth)
+    return nodes.finish(depth)
 
 
 def _spread(middle: np.ndarray, order: np.ndarray,
@@ -185,7 +185,7 @@ def _planes(cell_lo: np.ndarray, cell_hi: np.ndarray, lowest: np.ndarray, highes
                          np.concatenate([left_hi, cell_hi], axis=1))
 
 
-class _Record:
+class _BihNodes:
     """Collect the nodes level by level, then put them into their final order."""
 
     def __init__(self, box_lo: np.ndarray, box_hi: np.ndarray) -> None:

@@ -121,15 +121,15 @@ class RayStreams:
             self._tally([visited, flags], count)
         sums = scan(self.room, flags)
         near, far, leaves = (int(n) for n in sums.read_one(count)["value"][:3])
-        self._take(sums, FAR, self._streams["queued"], first, far)
-        self._take(sums, NEAR, self._streams["queued"], first + far, near)
-        self._take(sums, LEAF, self._streams["leaves"], 0, leaves)
+        self._gather(sums, FAR, self._streams["queued"], first, far)
+        self._gather(sums, NEAR, self._streams["queued"], first + far, near)
+        self._gather(sums, LEAF, self._streams["leaves"], 0, leaves)
         self.room.drop(sums)
         if leaves:
             self._test_leaves(rays, hits, leaves, any_hit)
         return near + far
 
-    def _take(self, sums: Stream, flag: str, target: Stream, first: int, count: int) -> None:
+    def _gather(self, sums: Stream, flag: str, target: Stream, first: int, count: int) -> None:
         """Copy the elements whose ``flag`` is set into ``target`` from ``first`` on."""
         self.room.draw("stream_take", target, [self._streams["visited"], sums],
                        first=first, count=count, defines={"FLAG": flag, "FAR": flag == FAR},

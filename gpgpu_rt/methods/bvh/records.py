@@ -11,7 +11,7 @@ BVH_NODE = Record("bvh_node", "lo:vec3 escape:int | hi:vec3 first:int")
 
 ``first`` is -1 for an inner node. In octant copies without shared subtrees, ``lo`` is the corner
 that the rays of the octant reach first. In copies with shared subtrees, a portal's ``first`` is
--2 - s, where s is the root's first shared node below it. An escape index of -1 in a shared
+-2 - s, where s is the first shared node below the portal. An escape index of -1 in a shared
 subtree leads to the node after the portal.
 """
 

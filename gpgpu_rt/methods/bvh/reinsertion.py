@@ -126,7 +126,7 @@ class _Tables:
             beside[high] = np.maximum(beside[high], box[sibling[high]])
             freed[high] += area[pivot[high]] - _half_area(beside[high])
             # The pivot itself is a place too: the new common parent has the pivot's old box.
-            self._take(moves, high, pivot[high], pivot, freed[high] - area[pivot[high]])
+            self._store_better(moves, high, pivot[high], pivot, freed[high] - area[pivot[high]])
             sibling[on] = self._sibling(pivot[on])
             pivot[on] = parent[pivot[on]]
         return moves.of(moves.place >= 0)
@@ -150,7 +150,7 @@ class _Tables:
             which, place = which[hope], place[hope]
             joined = _half_area(np.maximum(self.box[place], self.box[moves.node[which]]))
             gain = left_over[hope] - joined
-            self._take(moves, which, place, pivot, gain)
+            self._store_better(moves, which, place, pivot, gain)
             inner = np.flatnonzero(self.left[place] >= 0)
             which, place = which[inner], place[inner]
             left_over = np.repeat(gain[inner] + self.area[place], 2)
@@ -158,8 +158,8 @@ class _Tables:
             place = np.stack([self.left[place], self.right[place]], axis=1).reshape(-1)
 
     @staticmethod
-    def _take(moves: _Moves, which: np.ndarray, place: np.ndarray, pivot: np.ndarray,
-              gain: np.ndarray) -> None:
+    def _store_better(moves: _Moves, which: np.ndarray, place: np.ndarray, pivot: np.ndarray,
+                      gain: np.ndarray) -> None:
         """Store the places that gain more than the places found so far."""
         best = np.flatnonzero(gain > moves.gain[which])
         best = best[np.argsort(gain[best], kind="stable")]     # the greatest gain is written last

@@ -20,7 +20,7 @@ from ...accel.morton import morton_3d
 from ...accel.options import choose, in_range, refuse_unknown
 from ...accel.runs import expand, owners
 from ..grid.cells import build_grid
-from .sah import Costs, Level
+from .sah import Costs, KdLevel
 from .sah_growth import Rules, grow, root_level, sah_costs
 from .tree import LEAF, LooseKdTree, depth_cap, join
 
@@ -70,7 +70,7 @@ def lattice(triangles: np.ndarray, bits: int) -> np.ndarray:
 
 
 def cells_in_order(triangles: np.ndarray, vertices: np.ndarray, planes: np.ndarray, bits: int,
-                   pad: np.float32) -> tuple[Level, np.ndarray]:
+                   pad: np.float32) -> tuple[KdLevel, np.ndarray]:
     """The occupied cells as a level, in the order of their codes, and the codes.
 
     planes : see `lattice`
@@ -93,8 +93,8 @@ def cells_in_order(triangles: np.ndarray, vertices: np.ndarray, planes: np.ndarr
                           np.minimum(part_hi[:, whole] + pad, hi[:, owner])])
     held = np.bincount(owner, minlength=len(cell))
     kept = np.flatnonzero(held)         # some cells touch triangles only by their padding
-    return (Level(np.ascontiguousarray(lo[:, kept]), np.ascontiguousarray(hi[:, kept]),
-                  held[kept], triangle, box), codes[kept])
+    return (KdLevel(np.ascontiguousarray(lo[:, kept]), np.ascontiguousarray(hi[:, kept]),
+                    held[kept], triangle, box), codes[kept])
 
 
 def upper_levels(codes: np.ndarray, bits: int, planes: np.ndarray) -> LooseKdTree:

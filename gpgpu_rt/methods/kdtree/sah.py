@@ -26,7 +26,7 @@ WORTH_CUTTING = 0.2     # thinner slices of empty space, as a share of the node,
 
 
 @dataclass
-class Level:
+class KdLevel:
     """The unfinished nodes of one depth and their references, stored node by node.
 
     Attributes
@@ -77,7 +77,7 @@ class Costs:
     intersection: float = 2.0
     empty_bonus: float = 0.2
 
-    def split(self, level: Level, nodes: np.ndarray, axis: int) -> SplitCost:
+    def split(self, level: KdLevel, nodes: np.ndarray, axis: int) -> SplitCost:
         return SplitCost(self, level.lo[:, nodes], level.hi[:, nodes], axis)
 
 
@@ -114,7 +114,7 @@ class SplitCost:
         return np.where(inside, cost, np.float32(np.inf))
 
 
-def best_splits(level: Level, costs: Costs, split: str, bins: int, run: Run = map) -> Splits:
+def best_splits(level: KdLevel, costs: Costs, split: str, bins: int, run: Run = map) -> Splits:
     """The best split of every node of the level; nodes without references get no split.
 
     run : applies a function to parts of the small nodes and to the three axes of large nodes, as
@@ -146,7 +146,7 @@ def _parts(nodes: np.ndarray, starts: np.ndarray,
         yield some, expand(starts[some], count[some])
 
 
-def _few(level: Level, nodes: np.ndarray, starts: np.ndarray, size: int, costs: Costs,
+def _few(level: KdLevel, nodes: np.ndarray, starts: np.ndarray, size: int, costs: Costs,
          splits: Splits) -> None:
     """Search nodes of at most `size` references exactly: count every box against every face."""
     slot = np.arange(size)[:, None]
@@ -167,7 +167,7 @@ def _few(level: Level, nodes: np.ndarray, starts: np.ndarray, size: int, costs: 
                      np.take_along_axis(plane, best, 0)[0])
 
 
-def _binned(level: Level, nodes: np.ndarray, index: np.ndarray, bins: int, costs: Costs,
+def _binned(level: KdLevel, nodes: np.ndarray, index: np.ndarray, bins: int, costs: Costs,
             splits: Splits, run: Run) -> None:
     """Try planes at the ends of equal bins between the outermost faces of the references."""
     count = level.count[nodes]
@@ -200,7 +200,7 @@ def _binned(level: Level, nodes: np.ndarray, index: np.ndarray, bins: int, costs
         splits.offer(nodes, *found)
 
 
-def _sorted(level: Level, nodes: np.ndarray, index: np.ndarray, costs: Costs,
+def _sorted(level: KdLevel, nodes: np.ndarray, index: np.ndarray, costs: Costs,
             splits: Splits) -> None:
     """Try all faces of all references, sorted by one integer key of node, coordinate and kind."""
     count = level.count[nodes]

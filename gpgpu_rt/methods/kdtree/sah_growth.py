@@ -10,7 +10,7 @@ from ...accel.clip import clip_bounds
 from ...accel.options import in_range
 from ...accel.runs import expand, owners, run_starts
 from ...threads import Run
-from .sah import Costs, Level, best_splits
+from .sah import Costs, KdLevel, best_splits
 from .tree import LEAF, MOST_REFERENCES, LooseKdTree
 
 
@@ -37,8 +37,8 @@ class Rules:
     pad: np.float32
 
 
-def grow(level: Level, depth: int, vertices: np.ndarray | None, rules: Rules,
-         enough: int | None = None, run: Run = map) -> tuple[Record, Level | None]:
+def grow(level: KdLevel, depth: int, vertices: np.ndarray | None, rules: Rules,
+         enough: int | None = None, run: Run = map) -> tuple[GrownNodes, KdLevel | None]:
     """Split a level, and the levels below it, until no split pays.
 
     Parameters
@@ -51,34 +51,34 @@ def grow(level: Level, depth: int, vertices: np.ndarray | None, rules: Rules,
     -------
     the nodes so far, and the level that remains to be split, or None if no level remains
     """
-    record = Record()
+    grown = GrownNodes()
     limit = MOST_REFERENCES * len(level.triangle) + 4096
     while enough is None or len(level.count) < enough:
         nodes = np.zeros(0, np.int64)
-        if depth < rules.max_depth and record.kept + len(level.triangle) <= limit:
+        if depth < rules.max_depth and grown.kept + len(level.triangle) <= limit:
             best = best_splits(level, rules.costs, rules.split, rules.bins, run)
             nodes = np.flatnonzero(best.cost < rules.costs.intersection * level.count)
         if not len(nodes):
-            record.add(level, nodes)
-            return record, None
+            grown.add(level, nodes)
+            return grown, None
         axis, plane = best.axis[nodes], best.plane[nodes]
-        record.add(level, nodes, axis, plane)
+        grown.add(level, nodes, axis, plane)
         level = children(level, nodes, axis, plane, vertices, rules.pad, run)
         depth += 1
-    return record, level
+    return grown, level
 
 
-def root_level(triangles: np.ndarray, pad: np.float32) -> Level:
+def root_level(triangles: np.ndarray, pad: np.float32) -> KdLevel:
     """A level of one node that holds the whole scene."""
     lo, hi = scene_box(triangles)
     box_lo, box_hi = triangle_boxes(triangles)
-    return Level(lo[:, None], hi[:, None], np.array([len(triangles)]),
-                 np.arange(len(triangles), dtype=np.int32),
-                 np.concatenate([box_lo - pad, box_hi + pad]))
+    return KdLevel(lo[:, None], hi[:, None], np.array([len(triangles)]),
+                   np.arange(len(triangles), dtype=np.int32),
+                   np.concatenate([box_lo - pad, box_hi + pad]))
 
 
-def children(level: Level, nodes: np.ndarray, axis: np.ndarray, plane: np.ndarray,
-             vertices: np.ndarray | None, pad: np.float32, run: Run = map) -> Level:
+def children(level: KdLevel, nodes: np.ndarray, axis: np.ndarray, plane: np.ndarray,
+             vertices: np.ndarray | None, pad: np.float32, run: Run = map) -> KdLevel:
     """The children of the given nodes: all left children, then all right children.
 
     Because of this order, filtering the references twice keeps them in the order of nodes.
@@ -98,10 +98,10 @@ def children(level: Level, nodes: np.ndarray, axis: np.ndarray, plane: np.ndarra
     across = np.flatnonzero(goes_left & goes_right)
     parts = run(lambda one: _child(level, index, owner, across, *one, vertices, pad), sides)
     joined = [np.concatenate(pair, axis=-1) for pair in zip(*parts)]
-    return Level(*joined)
+    return KdLevel(*joined)
 
 
-def _child(level: Level, index: np.ndarray, owner: np.ndarray, across: np.ndarray,
+def _child(level: KdLevel, index: np.ndarray, owner: np.ndarray, across: np.ndarray,
            side: np.ndarray, lo: np.ndarray, hi: np.ndarray, vertices: np.ndarray | None,
            pad: np.float32) -> tuple[np.ndarray, ...]:
     """The children on one side of every split node, as the fields of a level.
@@ -130,7 +130,7 @@ def _child(level: Level, index: np.ndarray, owner: np.ndarray, across: np.ndarra
     return lo, hi, count, level.triangle[index[kept]], result
 
 
-class Record:
+class GrownNodes:
     """Collects the nodes of a tree level by level."""
 
     def __init__(self) -> None:
@@ -138,7 +138,7 @@ class Record:
         self.references: list[np.ndarray] = []
         self.nodes = self.kept = 0
 
-    def add(self, level: Level, inner: np.ndarray, axis: np.ndarray | None = None,
+    def add(self, level: KdLevel, inner: np.ndarray, axis: np.ndarray | None = None,
             plane: np.ndarray | None = None) -> None:
         """Append a level; `axis` and `plane` are those of its inner nodes.
 

@@ -25,7 +25,7 @@ from ...accel.runs import expand, run_starts
 from ...accel.shared_arrays import SharedArrays, shared_arrays
 from ...errors import Error
 from ...interrupts import left_to_this_process
-from .sah import Level
+from .sah import KdLevel
 from .sah_growth import Rules, grow
 from .tree import LooseKdTree, join
 
@@ -33,7 +33,7 @@ SUBTREES = 16       # per worker: enough for an even distribution
 GROUPS = 2          # tasks per worker: with smaller tasks, workers end at about the same time
 
 
-def grow_on_processes(level: Level, vertices: np.ndarray | None, rules: Rules,
+def grow_on_processes(level: KdLevel, vertices: np.ndarray | None, rules: Rules,
                       workers: int) -> LooseKdTree:
     """Grow the tree below a level of one node on several processes.
 
@@ -91,6 +91,6 @@ def _grow_some(arrays: dict[str, np.ndarray], nodes: np.ndarray, depth: int,
                rules: Rules) -> LooseKdTree:
     count = arrays["count"][nodes]
     index = expand(run_starts(arrays["count"])[nodes], count)
-    roots = Level(arrays["lo"][:, nodes], arrays["hi"][:, nodes], count,
-                  arrays["triangle"][index], arrays["box"][:, index])
+    roots = KdLevel(arrays["lo"][:, nodes], arrays["hi"][:, nodes], count,
+                    arrays["triangle"][index], arrays["box"][:, index])
     return grow(roots, depth, arrays.get("vertices"), rules)[0].loose()

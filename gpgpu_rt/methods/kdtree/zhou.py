@@ -29,7 +29,7 @@ import numpy as np
 from ...accel.bounds import padding
 from ...accel.options import in_range, refuse_unknown
 from ...accel.runs import expand, owners, run_starts
-from .sah import Costs, Level
+from .sah import Costs, KdLevel
 from .sah_growth import root_level, sah_costs
 from .tree import LEAF, MOST_REFERENCES, LooseKdTree, depth_cap
 from .zhou_small import SmallRoots, grow_small
@@ -139,7 +139,8 @@ class Nodes:
 # Large nodes -------------------------------------------------------------------------------------
 
 
-def grow_large(level: Level, triangles: np.ndarray, rules: ZhouRules, nodes: Nodes) -> SmallRoots:
+def grow_large(level: KdLevel, triangles: np.ndarray, rules: ZhouRules,
+               nodes: Nodes) -> SmallRoots:
     """Split a level of one node, and all large nodes below it; the small nodes that result."""
     node, futile, depth = np.zeros(1, np.int64), np.zeros(1, np.int64), 0
     roots = SmallRoots()
@@ -171,14 +172,14 @@ def grow_large(level: Level, triangles: np.ndarray, rules: ZhouRules, nodes: Nod
         depth += 1
 
 
-def pick(level: Level, nodes: np.ndarray) -> Level:
+def pick(level: KdLevel, nodes: np.ndarray) -> KdLevel:
     """The given nodes of a level, with their references, as a level."""
     index = expand(run_starts(level.count)[nodes], level.count[nodes])
-    return Level(level.lo[:, nodes], level.hi[:, nodes], level.count[nodes],
-                 level.triangle[index], level.box[:, index])
+    return KdLevel(level.lo[:, nodes], level.hi[:, nodes], level.count[nodes],
+                   level.triangle[index], level.box[:, index])
 
 
-def decide(level: Level, futile: np.ndarray,
+def decide(level: KdLevel, futile: np.ndarray,
            rules: ZhouRules) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Decide whether and where to split large nodes.
 
@@ -215,8 +216,8 @@ def decide(level: Level, futile: np.ndarray,
             np.where(cut, plane, middle[chosen, row]), futile)
 
 
-def large_children(level: Level, axis: np.ndarray, plane: np.ndarray, triangles: np.ndarray,
-                   slack: np.float32) -> Level:
+def large_children(level: KdLevel, axis: np.ndarray, plane: np.ndarray, triangles: np.ndarray,
+                   slack: np.float32) -> KdLevel:
     """The children of all nodes of a level: all left children, then all right children."""
     owner, index = owners(level.count), np.arange(len(level.triangle))
     row = axis.astype(np.int64)[owner]
@@ -236,7 +237,7 @@ def large_children(level: Level, axis: np.ndarray, plane: np.ndarray, triangles:
         (node_hi, node_lo)[side][axis, np.arange(len(axis))] = plane
         parts.append((node_lo, node_hi, np.bincount(owner[kept], minlength=len(axis)),
                       level.triangle[kept], box))
-    return Level(*(np.concatenate(pair, axis=-1) for pair in zip(*parts)))
+    return KdLevel(*(np.concatenate(pair, axis=-1) for pair in zip(*parts)))
 
 
 def clip_half(triangles: np.ndarray, index: np.ndarray, axis: np.ndarray, plane: np.ndarray,

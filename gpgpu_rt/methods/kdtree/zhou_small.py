@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...accel.runs import chunks, run_starts
-from .sah import Costs, Level, SplitCost
+from .sah import Costs, KdLevel, SplitCost
 
 if TYPE_CHECKING:
     from .zhou import Nodes
@@ -21,18 +21,18 @@ class SmallRoots:
     def __init__(self) -> None:
         self._parts: list[tuple[np.ndarray, ...]] = []
 
-    def add(self, level: Level, node: np.ndarray, levels: int) -> None:
+    def add(self, level: KdLevel, node: np.ndarray, levels: int) -> None:
         """Add the nodes of a level, which must be small, with the most levels below each node."""
         self._parts.append((level.lo, level.hi, level.count, level.triangle, level.box, node,
                             np.full(len(node), levels)))
 
-    def joined(self) -> tuple[Level, np.ndarray, np.ndarray]:
+    def joined(self) -> tuple[KdLevel, np.ndarray, np.ndarray]:
         """All small nodes as a level, their node numbers, and the most levels below each node."""
         *level, node, levels = (np.concatenate(part, axis=-1) for part in zip(*self._parts))
-        return Level(*level), node, levels
+        return KdLevel(*level), node, levels
 
 
-def side_masks(level: Level) -> np.ndarray:
+def side_masks(level: KdLevel) -> np.ndarray:
     """Masks of the references left and right of each candidate plane, (2, 6, m) uint64.
 
     The planes are the six faces of each reference's box. Bit j stands for reference j of the node.
@@ -81,7 +81,7 @@ def grow_small(roots: SmallRoots, costs: Costs, nodes: Nodes) -> None:
         levels = np.tile(levels[inner], 2) - 1
 
 
-def _best(level: Level, masks: np.ndarray, base: np.ndarray, mask: np.ndarray, lo: np.ndarray,
+def _best(level: KdLevel, masks: np.ndarray, base: np.ndarray, mask: np.ndarray, lo: np.ndarray,
           hi: np.ndarray, costs: Costs) -> tuple[np.ndarray, np.ndarray]:
     """The cost of each node's best plane (inf for none), and its number 6 * bit + face.
 

@@ -1,9 +1,9 @@
 """Beams: the volume that the rays of a five-dimensional box can reach, and overlap tests with it.
 
 J. Arvo, D. Kirk, "Fast Ray Tracing by Ray Classification", SIGGRAPH 1987. A beam is the box of its
-origins swept along its directions. It is convex. A plane behind the origins bounds it, and four
-planes whose slopes are the extreme slopes of its directions (the paper's "linear separation"). The
-tests are in float64 with padding. In doubt they report an overlap.
+origins swept along its directions. It is convex and has five bounding planes: a plane behind the
+origins, and four planes with the extreme slopes of its directions (the paper's "linear
+separation"). The tests are in float64 with padding. In doubt they report an overlap.
 """
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """LBVH by fragment passes (Lauterbach et al. 2009): the tree of `methods.bvh.lbvh`, node for node.
 
-First, passes compute boxes and Morton codes and sort the codes. Then every node finds, in one
-pass, its span of slots and its parent in the sorted codes. Six passes of pointer jumping give the
+First, passes compute boxes and Morton codes and sort the codes. Then all nodes together find
+their spans of slots and their parents in the sorted codes. Six passes of pointer jumping give the
 nodes' positions in depth-first order. Last, each node's box comes from boxes of runs of slots.
 """
 from __future__ import annotations
