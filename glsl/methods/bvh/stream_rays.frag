@@ -1,6 +1,7 @@
 #version 330 core
-// The rays of a stream before it begins (START), and when all is over: what they did, and whether the
-// cap on steps stopped them.
+// The rays of a call by streams. START: before the stream begins. TALLIED: after the stream has ended, with
+// the counted work of each ray, which says whether the cap on steps stopped the ray. Without either define:
+// after the stream has ended, without counts.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"
@@ -14,16 +15,16 @@ void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     State state = State(DONE, 0);
     ivec3 did = ivec3(0);
-#ifdef START
+#if defined(START)
     Hit hit = no_hit(rays_load(pixel).t_max);
-#else
+#elif defined(TALLIED)
     Hit hit = hit_load(pixel);
-#ifdef TALLIED
     Tally tally = tally_load(pixel);
     did = ivec3(tally.nodes_visited, tally.leaves_visited, tally.triangles_tested);
     state.steps = min(did.x + did.z, step_cap);
     state.phase = state.steps == step_cap && !search_over(hit) ? UNFINISHED : DONE;
-#endif
+#else
+    Hit hit = hit_load(pixel);
 #endif
     state_store(state);
     hit_store(hit);

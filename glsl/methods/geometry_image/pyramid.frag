@@ -1,8 +1,8 @@
 #version 330 core
 // A level of the min and max pyramids of a geometry image (Carr et al. 2006; see
-// glsl/methods/geometry_image/geometry_image.glsl): a fragment is a node, whose box is that of its up to four
-// children on the level below, or with CELLS, on the finest level, of the four texels of its cell. The
-// far row and column belong to the cells on either side of them. With COPY the box is taken as it is.
+// methods/geometry_image/geometry_image.glsl). A fragment computes the box of a node from the boxes of the
+// node's children on the level below, four at most. With CELLS, on the finest level, the box bounds the four
+// texels of the node's cell; adjacent cells share a row or column of texels. With COPY the box is copied.
 // Only the boxes are written: colour masks keep the links beside them.
 
 #include "core/fetch.glsl"
@@ -14,13 +14,12 @@ layout(location = 1) out vec4 upper;
 void main() {
     ivec2 texel = ivec2(gl_FragCoord.xy);
     int i = (texel.y << TABLE_WIDTH_LOG2) + texel.x;
-#ifdef COPY
+#if defined(COPY)
     vec3 lo = min_pyramid_lo(i);
     vec3 hi = max_pyramid_hi(i);
-#else
+#elif defined(CELLS)
     int first = pyramid_source_first(i);
     int last = pyramid_source_last(i);
-#ifdef CELLS
     vec3 a = position_at(first);
     vec3 b = position_at(first + 1);
     vec3 c = position_at(last - 1);
@@ -28,6 +27,8 @@ void main() {
     vec3 lo = min(min(a, b), min(c, d));
     vec3 hi = max(max(a, b), max(c, d));
 #else
+    int first = pyramid_source_first(i);
+    int last = pyramid_source_last(i);
     vec3 lo = min_pyramid_lo(first);
     vec3 hi = max_pyramid_hi(first);
     for (int child = 1; child < 4; ++child) {
@@ -35,7 +36,6 @@ void main() {
         lo = min(lo, min_pyramid_lo(j));
         hi = max(hi, max_pyramid_hi(j));
     }
-#endif
 #endif
     lower = vec4(lo, 0.0);
     upper = vec4(hi, 0.0);

@@ -1,9 +1,9 @@
 #version 330 core
-// A pair of ray and triangle: Carr, Hall, Hart 2002 (see methods/ray_engine/ray_engine.glsl). What a fragment
-// leaves, blending or the depth test reduces to one a ray:
-//   KEEP_NEAREST  t, of which MIN blending keeps the least;
-//   KEEP_FIRST    the triangle, where t is that least: MIN blending keeps the lowest;
-//   KEEP_DEPTH    t as depth, and the triangle of the first among the nearest.
+// A pair of ray and triangle: Carr, Hall, Hart 2002 (see methods/ray_engine/ray_engine.glsl). Blending or the
+// depth test reduces the fragments of a ray to one result:
+//   KEEP_NEAREST  writes t; MIN blending keeps the least
+//   KEEP_FIRST    writes the triangle where t is that least; MIN blending keeps the lowest triangle
+//   KEEP_DEPTH    writes t as depth, and the triangle: the first triangle among the nearest stays
 
 #include "core/precision.glsl"
 #include <streams>
@@ -26,17 +26,16 @@ void main() {
         discard;
     }
     float t = stored(hit.t);
-#ifdef KEEP_NEAREST
+#if defined(KEEP_NEAREST)
     nearest_store(Nearest(t));
-#else
-#ifdef KEEP_FIRST
+#elif defined(KEEP_FIRST)
     if (t != nearest_load(pixel).t) {
         discard;
     }
+    found_store(Found(hit.triangle));
 #else
-    // To the steps of 24 bits here, too: a renderer's depth buffer may have finer ones.
+    // Round to steps of 24 bits: a renderer's depth buffer may have finer ones.
     gl_FragDepth = round(clamp(t / depth_end, 0.0, 1.0) * DEPTH_STEPS) / DEPTH_STEPS;
-#endif
     found_store(Found(hit.triangle));
 #endif
 }

@@ -1,8 +1,10 @@
 #version 330 core
-// A ray of a tile against the triangle whose quad is drawn over it. MIN blending keeps the nearest
-// t; a second time over, with `equal`, those at just that t leave their index, and MIN blending keeps
-// the lowest. One program does both, so that t cannot differ between them. Under ANY_HIT the first
-// time is the only one and leaves an index. With COUNTING, quads are counted by additive blending.
+// A ray of a tile against the triangle whose quad is drawn over the tile.
+//
+// MIN blending keeps the nearest t. The quads are then drawn again with `equal`: triangles at exactly that t
+// write their index, and MIN blending keeps the lowest. One program serves both draws, so t cannot differ
+// between them. Under ANY_HIT the first draw is the only one and writes an index. With COUNTING, additive
+// blending counts the quads.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"
@@ -20,29 +22,32 @@ flat in int triangle;
 
 out vec4 value;
 
-void main() {
-    ivec2 pixel = ivec2(gl_FragCoord.xy);
-    Rays texels = rays_load(pixel);
-    if (!(texels.t_min <= texels.t_max)) {
-        discard;
-    }
-#ifdef COUNTING
-    value = vec4(equal ? 0.0 : 1.0, 1.0, 0.0, 0.0);
-#else
+Hit found_by(Rays texels) {
     Ray ray = ray_setup(texels);
     Hit hit = no_hit(ray.t_max);
     test_triangle(ray, triangle, hit);
     if (!hit_found(hit)) {
         discard;
     }
-#ifdef ANY_HIT
-    value = vec4(float(hit.triangle));
+    return hit;
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    Rays texels = rays_load(pixel);
+    if (!(texels.t_min <= texels.t_max)) {
+        discard;
+    }
+#if defined(COUNTING)
+    value = vec4(equal ? 0.0 : 1.0, 1.0, 0.0, 0.0);
+#elif defined(ANY_HIT)
+    value = vec4(float(found_by(texels).triangle));
 #else
+    Hit hit = found_by(texels);
     float t = stored(hit.t);
     if (equal && t != nearest_load(pixel).t) {
         discard;
     }
     value = vec4(equal ? float(hit.triangle) : t);
-#endif
 #endif
 }
