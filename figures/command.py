@@ -40,17 +40,19 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _main(arguments: list[str] | None) -> int:
     parser = _Parser(prog="python -m gpgpu_rt.figures", description=__doc__)
-    parser.add_argument("--full", action="store_true", help="the papers' resolutions")
+    parser.add_argument("--full", action="store_true", help="use the papers' resolutions")
     parser.add_argument("--only", nargs="+", type=_figure, default=list(FIGURES), metavar="NAME",
-                        help=f"these figures alone, of {', '.join(FIGURES)}")
+                        help=f"draw only these figures, out of {', '.join(FIGURES)}")
     parser.add_argument("--again", action="store_true", help="measure finished cells again")
-    parser.add_argument("--scheduler", metavar="local|ADDRESS", help="measure by a process a "
-                        "core, or by the workers of a Dask scheduler; what is timed has its "
+    parser.add_argument("--scheduler", metavar="local|ADDRESS", help="measure with a process per "
+                        "core, or with the workers of a Dask scheduler; a timed cell has its "
                         "machine to itself")
     parser.add_argument("--data", type=Path, default=Path("figures/data"), metavar="FOLDER",
-                        help="what was measured; default %(default)s, of the folder you are in")
+                        help="folder of the measured cells; default %(default)s, in the "
+                        "current folder")
     parser.add_argument("--out", type=Path, default=Path("figures/out"), metavar="FOLDER",
-                        help="the pages that are drawn from it; default %(default)s, likewise")
+                        help="folder of the drawn pages; default %(default)s, in the current "
+                        "folder")
     chosen = parser.parse_args(arguments)
     try:
         for folder in (chosen.data, chosen.out):
@@ -64,7 +66,8 @@ def _main(arguments: list[str] | None) -> int:
         _index(chosen.out)
     except KeyboardInterrupt:
         if any(chosen.data.glob("*.json")):
-            print("figures: finished cells are kept, run again to go on", file=sys.stderr)
+            print("figures: finished cells are kept; run the command again to continue",
+                  file=sys.stderr)
         return STATUS
     except Error as failure:
         print(f"figures: {' '.join(str(failure).split())}", file=sys.stderr)
@@ -92,14 +95,14 @@ def _index(out: Path) -> None:
     quick = [name for name, page in pages.items() if page["size"] == "quick"]
     size = "quick" if len(quick) == len(pages) else "the papers'"
     if 0 < len(quick) < len(pages):
-        size += f", but quick of {', '.join(quick)}"
+        size += f", but quick for {', '.join(quick)}"
     write_index(out, lines, sum(map(of_survey, FIGURES)), [
         f"Size: {size}. Measuring all cells took {number(seconds / 60)} minutes of processor time"
-        + (f", not counting {unknown} that an older version measured." if unknown else ".")
-        + ("" if not quick else " The quick size traces fewer rays than the papers did, fewest "
-           "with the methods that take longest (brute force, those of many passes, tables over "
-           "rays): compare times a ray. `FULL=1` takes the papers' sizes and goes on where it was "
-           "interrupted.")])
+        + (f", not counting {unknown} cells that an older version measured." if unknown else ".")
+        + ("" if not quick else " The quick size traces fewer rays than the papers did, and the "
+           "fewest with the slowest methods (brute force, methods of many passes, tables over "
+           "rays), so compare times per ray. `FULL=1` uses the papers' sizes. After an interrupt "
+           "it continues where it stopped.")])
 
 
 def _make(folder: Path) -> None:

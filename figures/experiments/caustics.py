@@ -32,16 +32,16 @@ def draw(data: Path, out: Path, full: bool) -> None:
               *(f"{value:.1%}" for value in row[7:])] for row in rows]
     guesses = results[0][1]["caustics"]["iterations"]
     note = (f"{results[0][1]['gpu']['renderer']}, {PHOTONS} x {PHOTONS} photons, refractors of 2 "
-            f"to 4 units on a floor of 10, {guesses} guesses; photons traced by bvh-packet 4x4, "
-            "what numpy does between their passes included")
+            f"to 4 units on a floor of 10, {guesses} guesses; photons are traced by bvh-packet "
+            "4x4, and their time includes numpy's work between passes")
     write_text(out / "caustics.md", (
         "# Caustics mapping\n\n"
-        "Photons find their receivers in the light's own image. Beside them the same photons, "
-        "traced as rays through the same refractor and dropped into the same map. Lands off: the "
-        "distance in units between where a photon lands and where its ray does; light lost: of "
-        "the traced photons' light, what those carry that the search loses or that find no way "
-        "out of the refractor; map off: the absolute difference of the two maps, by the light in "
-        "the traced one. " + note + ".\n\n"
+        "Photons find their receivers in the light's own image. For comparison, the same photons "
+        "are traced as rays through the same refractor and added to the same map. Lands off: the "
+        "distance in units between the landings of a photon and of its ray. Light lost: the share "
+        "of the traced photons' light that the search loses, or whose photons find no way out of "
+        "the refractor. Map off: the absolute difference of the two maps, divided by the light in "
+        "the traced map. " + note + ".\n\n"
         + markdown_table(HEADS, shown)))
     figure, axes = plt.subplots(len(results), 4, figsize=(13, 3 * len(results)), squeeze=False)
     for line, (cell, result) in zip(axes, results):
@@ -71,7 +71,7 @@ def _pictures(line: Any, cell: Cell, result: dict[str, Any]) -> None:
     off = (caustic["rasterised"] - caustic["traced"]) / white
     shown = line[2].imshow(off, cmap="RdBu_r", vmin=-0.5, vmax=0.5)
     line[2].figure.colorbar(shown, ax=line[2], shrink=0.8)
-    line[2].set_title("rasterised less traced, of white", fontsize=9)
+    line[2].set_title("rasterised minus traced, relative to white", fontsize=9)
     for axis in line[:3]:
         axis.set_xticks([])
         axis.set_yticks([])

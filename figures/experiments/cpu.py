@@ -104,11 +104,11 @@ def findings(found: list[dict[str, Any]]) -> list[str]:
     survey = said_by_survey()
     ratio = (survey["gpu"] / survey["gpu_peak"]) / (survey["cpu"] / survey["cpu_peak"])
     scaled = survey["cpu"] * survey["gpu_peak"] / survey["cpu_peak"]
-    lines = [f"The survey, on Soda Hall: {number(survey['cpu'])} Mrays/s from "
-             f"{number(survey['cpu_peak'])} GFLOP/s on the CPU, {number(survey['gpu'])} from "
-             f"{number(survey['gpu_peak'], 4)} on the card: a GFLOP yields {number(1 / ratio)} "
-             f"times as many rays on the CPU. By GFLOP/s alone the card would reach "
-             f"{number(scaled, 4)} Mrays/s."]
+    lines = [f"The survey, on Soda Hall: {number(survey['cpu'])} Mrays/s on a CPU of "
+             f"{number(survey['cpu_peak'])} GFLOP/s, and {number(survey['gpu'])} Mrays/s on a "
+             f"card of {number(survey['gpu_peak'], 4)} GFLOP/s. A GFLOP yields "
+             f"{number(1 / ratio)} times as many rays on the CPU. By GFLOP/s alone the card would "
+             f"reach {number(scaled, 4)} Mrays/s."]
     for scene in dict.fromkeys(row["scene"] for row in found):
         mine = [row for row in found if row["scene"] == scene]
         on_cpu = [row for row in mine if row["threads"] is not None]
@@ -117,12 +117,12 @@ def findings(found: list[dict[str, Any]]) -> list[str]:
             continue
         best, cpu = (max(side, key=lambda row: row["rays_per_second"]) for side in (ours, on_cpu))
         line = (f"{scene}: {best['traced_by']} traces "
-                f"{number(best['rays_per_second'] / cpu['rays_per_second'])} times the rays a "
-                f"second of {cpu['traced_by']}")
+                f"{number(best['rays_per_second'] / cpu['rays_per_second'])} times as many rays "
+                f"per second as {cpu['traced_by']}")
         if best["rays_per_gflop"] and cpu["rays_per_gflop"]:
             apart = cpu["rays_per_gflop"] / best["rays_per_gflop"]
-            line += (f"; a GFLOP yields {number(apart)} times as many rays with embreex, "
-                     f"{number(1 / ratio)} times as many in the survey")
+            line += (f"; a GFLOP yields {number(apart)} times as many rays with embreex "
+                     f"({number(1 / ratio)} times as many in the survey)")
         lines.append(line + ".")
     return lines
 
@@ -148,21 +148,21 @@ def draw(data: Path, out: Path, full: bool) -> None:
              f"{peak['model']}; measured {known['date']}. {side}x{side} eye rays.\n",
              markdown_table(("scene", "triangles", "traced by", "Mrays/s", "over one thread",
                              "peak GFLOP/s", "Mrays/s a GFLOP/s"), table),
-             *(f"* {line}" for line in findings(found)), "", "What must be known:\n",
-             "* Peak is nominal, of single precision: "
+             *(f"* {line}" for line in findings(found)), "", "Notes:\n",
+             "* The peak is nominal, in single precision: "
              + ("not known here." if not peak.get("nominal") else
                 f"{number(peak['clock'] / 1e9)} GHz ({clock_is}) times {peak['a_clock']} "
-                "operations a clock, as the processor's flags say, times cores, "
+                "operations per clock (from the processor's flags) times cores, "
                 f"{peak.get('cores', peak['threads'])} for {peak['threads']} threads. "
-                "numpy's matrix product on all of them reaches "
-                f"{number(peak['attained'] / 1e9)} GFLOP/s, multiply-adds in "
-                f"fragment programs {number(peak.get('fragments', float('nan')) / 1e9)}."),
+                "numpy's matrix product on all threads reaches "
+                f"{number(peak['attained'] / 1e9)} GFLOP/s; multiply-adds in fragment programs "
+                f"reach {number(peak.get('fragments', float('nan')) / 1e9)} GFLOP/s."),
              "* On a software renderer fragment programs run on the same processor, with all its "
-             "threads: what differs is the code alone, not the hardware. On a card its peak is "
-             "what multiply-adds in fragment programs reach there.",
-             "* Embree is today's, a BVH by single rays with the vectors of the processor across "
-             "nodes; Reshetov's CPU tracer of 2005 sent packets through a kd-tree. Soda Hall is "
-             "measured at full size only.", ""]
+             "threads, so only the code differs, not the hardware. The peak of a card is the rate "
+             "that multiply-adds in fragment programs reach there.",
+             "* Embree is today's: it sends single rays through a BVH, with the processor's "
+             "vectors across nodes. Reshetov's CPU tracer of 2005 sent packets through a kd-tree. "
+             "Soda Hall is measured at full size only.", ""]
     write_text(out / "cpu.md", "\n".join(parts))
     if found:
         _chart(found, out, known)

@@ -58,7 +58,7 @@ def clock_of(facts: Mapping[str, str], base: Path) -> tuple[float | None, str]:
     if named:
         return 1e9 * float(named[1]), "the base clock, as the model's name says"
     if "cpu MHz" in facts:
-        return 1e6 * float(facts["cpu MHz"]), "the clock when this was measured, no other is told"
+        return 1e6 * float(facts["cpu MHz"]), "the clock when this was measured, no base is known"
     return None, "not known"
 
 

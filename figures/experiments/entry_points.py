@@ -19,9 +19,10 @@ METHODS = (("bvh-threaded", "bvh-threaded", ()),
 BOUNDED = METHODS[1:]
 ENTRIES = (("entry_points", 16),)
 BOUNDS = (("rasterised_bounds", 8),)
-HEADS = ("scene", "method", "nodes a ray", "with", "of beams", "fewer by", "entries a tile",
-         "ms", "with", "of it the beams", "faster by")
-BOUND_HEADS = ("scene", "method", "nodes a ray", "with", "fewer by", "ms", "with", "faster by")
+HEADS = ("scene", "method", "nodes a ray", "nodes with entries", "nodes of beams", "fewer by",
+         "entries a tile", "ms", "ms with entries", "ms of beams", "faster by")
+BOUND_HEADS = ("scene", "method", "nodes a ray", "nodes with bounds", "fewer by", "ms",
+               "ms with bounds", "faster by")
 
 
 def cell(scene: str, method: str, options: tuple[tuple[str, Any], ...], full: bool) -> Cell:
@@ -89,14 +90,14 @@ def _page(entries: list[dict[str, Any]], bounds: list[dict[str, Any]], note: str
         "ms_of_beams", "faster_by"))] for r in entries]
     second = [[r["scene"], r["method"], *(number(r[k]) for k in (
         "nodes", "nodes_left", "fewer_by", "ms", "ms_treated", "faster_by"))] for r in bounds]
-    return ("# Entry points and rasterised bounds\n\n" + note + " Hits are the same bits.\n\n"
-            "## Entry points\n\nBeams around tiles of 16x16 and then 4x4 rays go ahead and leave "
-            "lists of the subtrees that their rays have to search. \"With\" are the nodes that "
-            "rays then visit, \"of beams\" those of all beams shared out among the rays; \"fewer "
-            "by\" counts both.\n\n" + markdown_table(HEADS, first)
-            + "\n## Rasterised bounds\n\nTriangles are drawn over tiles of 8x8 pixels first; what "
-            "they cover, and at which depths, bounds the rays. Drawing visits no node; its time "
-            "is in the sum.\n\n" + markdown_table(BOUND_HEADS, second))
+    return ("# Entry points and rasterised bounds\n\n" + note + " Hits are equal to the bit.\n\n"
+            "## Entry points\n\nBeams around tiles of 16x16 and then 4x4 rays traverse first. "
+            "They write lists of the subtrees that their rays must search. \"Nodes with entries\" "
+            "are those that rays then visit, \"nodes of beams\" those of all beams, divided among "
+            "the rays. \"Fewer by\" counts both.\n\n" + markdown_table(HEADS, first)
+            + "\n## Rasterised bounds\n\nTriangles are first drawn over tiles of 8x8 pixels. "
+            "Their coverage and their depths bound the rays. Drawing visits no node; its time is "
+            "included.\n\n" + markdown_table(BOUND_HEADS, second))
 
 
 def _bars(axis: Any, name: str, rows: list[dict[str, Any]]) -> None:
@@ -110,5 +111,5 @@ def _bars(axis: Any, name: str, rows: list[dict[str, Any]]) -> None:
     axis.set_yticks(range(len(rows)), [f"{r['scene']}, {r['method']}" for r in rows], fontsize=8)
     axis.set_xlim(0, 1.35 * max((r["nodes"] for r in rows), default=1))
     axis.invert_yaxis()
-    axis.set_xlabel(f"{name}: green nodes of rays, ochre of beams")
+    axis.set_xlabel(f"{name}: nodes of rays green, nodes of beams ochre")
     axis.spines[["top", "right"]].set_visible(False)

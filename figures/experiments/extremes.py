@@ -65,13 +65,13 @@ def draw(data: Path, out: Path, full: bool) -> None:
     plain = {cell.method: result["cases"] for cell, result in results.items() if not cell.options}
     write_text(out / "extremes.md", "\n".join([
         f"# The extremes\n\nRenderer: {renderer}. Cases and rows are those of docs/extremes.md. A "
-        "ray is wrong where its answer lies outside the bound derived for float32 and the "
-        "watertight test; in fp24 and fp16 that holds for most distances, so the second table "
-        "splits the rays.\n",
+        "ray is wrong if its answer lies outside the bound that is derived for float32 and the "
+        "watertight test. In fp24 and fp16 most distances lie outside of it, so the second table "
+        "divides wrong rays by kind.\n",
         "## float32, the defaults\n\nWrong rays; most steps of any ray. No ray was capped unless "
-        "it says so.\n", _plain_table(plain),
-        "## Every setting, over all cases\n\nShares of rays in percent; `ended` is no where the "
-        "step cap stopped rays, which are flagged.\n", _settings_table(results)]))
+        "its cell says so.\n", _plain_table(plain),
+        "## Every setting, over all cases\n\nShares of rays in percent. `ended` is `no` if the "
+        "step cap stopped rays; these rays are flagged.\n", _settings_table(results)]))
     _chart(results, out / "extremes.png", renderer)
 
 

@@ -82,7 +82,7 @@ def _row(scene: str, label: str, result: dict[str, Any]) -> dict[str, Any]:
 
 
 def _markdown(rows: list[dict[str, Any]], notes: list[str]) -> str:
-    parts = ["# Time a frame of scenes that move\n"]
+    parts = ["# Time per frame of moving scenes\n"]
     for scene, what in SCENES.items():
         some = [row for row in rows if row["scene"] == scene]
         if not some:
@@ -95,12 +95,12 @@ def _markdown(rows: list[dict[str, Any]], notes: list[str]) -> str:
               row["differing"]] for row in some]))
     left = [f"{scene} ({SCENES[scene]})" for scene in SCENES
             if all(row["scene"] != scene for row in rows)]
-    notes = [*notes, "Update: from new vertices to tables in textures, refitting or building, on "
-             "the CPU unless a build says gpu (ray-tiles and ray-hierarchy keep nothing over "
-             "triangles: these alone are written); median over frames, as is trace. Frames a "
-             "second count all frames, those among them that a refitted tree was built anew for.",
-             *([f"Left to FULL=1: {', '.join(left)}."] if left else []),
-             "Wrong distances: rays over all frames whose t is not, to the bit, that of a tree "
+    notes = [*notes, "Update: from new vertices to tables in textures, by refitting or building, "
+             "on the CPU unless a build says gpu. (ray-tiles and ray-hierarchy have no structure "
+             "over triangles and only write the triangles.) Update and trace are medians over "
+             "frames. Frames a second count all frames, also those that rebuilt a refitted tree.",
+             *([f"Measured with FULL=1 only: {', '.join(left)}."] if left else []),
+             "Wrong distances: rays over all frames whose t differs in a bit from that of a tree "
              "built for the frame."]
     return "\n".join([*parts, *(f"* {note}" for note in notes), ""])
 
@@ -119,6 +119,6 @@ def _chart(rows: list[dict[str, Any]], out: Path) -> None:
         axis.set(title=f"{scene}: {SCENES[scene]}", xlabel="milliseconds a frame")
         axis.margins(x=0.2)
         axis.spines[["top", "right"]].set_visible(False)
-    figure.suptitle("Time a frame: update (yellow) and eye rays (blue)", fontsize=11)
+    figure.suptitle("Time per frame: update (yellow) and eye rays (blue)", fontsize=11)
     figure.tight_layout(rect=(0, 0.04, 1, 1))
     save_chart(figure, out / "frames.png", "Medians over frames; frames a second count them all.")

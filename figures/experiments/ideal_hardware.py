@@ -80,10 +80,11 @@ def draw(data: Path, out: Path, full: bool) -> None:
         return
     results = [result for _, result in finished(cells(full), data)]
     heading = results[0]
-    note = (f"Squares of 32x32 out of {size(full)}x{size(full)} eye rays, emulated; every time is "
-            "that of our programs' counted work at a machine's peak rates, none is fitted. "
+    note = (f"Squares of 32x32 out of {size(full)}x{size(full)} eye rays, emulated. Every time is "
+            "that of our programs' counted work at a machine's peak rates; nothing is fitted. "
             f"{heading['gpu']['renderer']}, commit {heading['commit']}."
-            + (" Procedural stand-ins." if any(r["scene"]["stand_in"] for r in results) else ""))
+            + (" Some scenes are procedural stand-ins."
+               if any(r["scene"]["stand_in"] for r in results) else ""))
     write_csv(out / "ideal_hardware.csv", HEADS, found)
     sources = [(one.chip, name.replace("_", " "), f"{figure['value']:,} {figure['unit']}",
                 figure["source"] + ("" if figure["read"] else " *"))
@@ -93,15 +94,15 @@ def draw(data: Path, out: Path, full: bool) -> None:
                + "\n\n" + note + "\n\n" + markdown_table(HEADS, [
                    [number(v) if isinstance(v, float) else "-" if v is None else v for v in row]
                    for row in found])
-               + "\n## The machines' figures\n\nThose marked * are recalled or assumed, not read. "
-               "The card's own stand in `gpgpu-rt hardware --sources`.\n\n"
+               + "\n## The machines' figures\n\nFigures marked * are recalled or assumed, not "
+               "read. `gpgpu-rt hardware --sources` prints the card's own figures.\n\n"
                + markdown_table(("machine", "figure", "value", "source"), sources))
     scenes = list(dict.fromkeys(row[0] for row in found))
     figure, axes = plt.subplots(1, len(scenes), figsize=(6.2 * len(scenes), 5.6), squeeze=False)
     for axis, scene in zip(axes[0], scenes):
         _bars(axis, [row for row in found if row[0] == scene and row[1] == TREE])
         axis.set_title(f"{scene}, {TREE}", fontsize=10)
-    figure.suptitle("What units for rays would do: counted work at peak rates", fontsize=11)
+    figure.suptitle("Units for rays: the time of counted work at peak rates", fontsize=11)
     figure.tight_layout(rect=(0, 0.06, 1, 1))
     save_chart(figure, out / "ideal_hardware.png", note + " Cross: published.")
 
@@ -125,7 +126,7 @@ def _bars(axis: Any, mine: list[list[Any]]) -> None:
         axis.barh(0, 0, color=colour, label=name)
     axis.set_yticks(range(len(mine)), [row[2] for row in mine], fontsize=8)
     axis.invert_yaxis()
-    axis.set(xscale="log", xlabel="nanoseconds a ray; black: all together")
+    axis.set(xscale="log", xlabel="nanoseconds a ray; black: all parts together")
     low, high = axis.get_xlim()
     axis.set_xlim(low, 4 * high)
     axis.legend(frameon=False, fontsize=8, loc="lower right")
@@ -152,23 +153,24 @@ def _paragraph(found: list[list[Any]], data: Path, full: bool) -> str:
     assert said is not None
     clocks = find_card(CARD).clock / machines()["RPU"].clock
     text = (
-        "The survey would hardwire the triangle test first, then the traversal with a criterion "
-        "that can be programmed, and leave shading to the shaders; it quotes RPU at "
+        "The survey would hardwire the triangle test first, and then traversal with a "
+        "programmable criterion, and leave shading to the shaders. It quotes the RPU at "
         f"{said['note']} times graphics hardware. A ray of {scene} takes {number(steps)} steps "
         f"and {number(tests)} tests ({TREE}). Triangle units alone make it "
         f"{gain(f'{CARD} and triangle units')} times as fast as shaders alone, traversal units "
-        f"{gain(f'{CARD} and traversal units')}, both {gain(f'{CARD} and both')}, bound by "
-        f"{mine[f'{CARD} and both'][10]}. To have no ray wait for another would by itself "
-        f"give {gain(f'{CARD}, if no ray waited')}. RPU at "
+        f"{gain(f'{CARD} and traversal units')} times, and both {gain(f'{CARD} and both')} times, "
+        f"bound by {mine[f'{CARD} and both'][10]}. If no ray waited for another, that alone would "
+        f"make it {gain(f'{CARD}, if no ray waited')} times as fast. The RPU at "
         f"{number(machines()['RPU'].clock / 1e6)} MHz could trace "
         f"{number(rpu[9])} Mrays/s, bound by {rpu[10]}")
-    text += f"; published are {number(rpu[11])}. " if rpu[11] else ". "
+    text += f"; its published rate is {number(rpu[11])} Mrays/s. " if rpu[11] else ". "
     return text + (
-        f"That is {number(rays)} times what the card's shaders could do at their peak, and "
-        f"{number(rays * clocks)} times by clock"
-        + (": not the multiple that the survey quotes. On "
+        f"It could trace {number(rays)} times the rays of the card's shaders at their peak, and "
+        f"{number(rays * clocks)} times at equal clock"
+        + (", which is not the multiple that the survey quotes. On "
            if rays * clocks < float(said["value"]) else ". On ")
-        + f"the Cell transfers cost {number(mine['Cell, transfers waited for'][8] / hidden[8])} "
-        "times the time where they are waited for; where another packet goes on meanwhile they "
-        "are taken to cost no time, after Benthin et al., and it is bound by "
+        + "the Cell, a ray takes "
+        f"{number(mine['Cell, transfers waited for'][8] / hidden[8])} "
+        "times as long if its transfers are waited for. If another packet continues meanwhile, "
+        "transfers are assumed to cost no time, after Benthin et al.; the Cell is then bound by "
         f"{hidden[10]}, at {number(hidden[9])} Mrays/s.")

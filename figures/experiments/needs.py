@@ -46,13 +46,14 @@ def draw(data: Path, out: Path, full: bool) -> None:
     _, known = results[0]
     size = _cell(0, full).size
     write_csv(out / "needs.csv", HEADS, rows)
-    write_text(out / "needs.md", f"# What a scene needs\n\n{known['scene']['name']} and what is "
-               f"added to it step by step, {size}x{size} pixels, {METHOD}, {LIGHT_SAMPLES} shadow "
-               f"rays to the lamp, {BOUNCES} bounces; renderer: {known['gpu']['renderer']}. Each "
-               "scene is drawn by programs, textures and passes that were derived from it, and by "
-               "those with every feature forced on, in turn; the time ratio is the median of the "
-               "pairs'. Passes are those besides traversal; waves are sets of rays traced. The "
-               "pictures are the same to the bit.\n\n" + markdown_table(HEADS, [
+    write_text(out / "needs.md", f"# What a scene needs\n\nThe scene is {known['scene']['name']}, "
+               f"to which each step adds something; {size}x{size} pixels, {METHOD}, "
+               f"{LIGHT_SAMPLES} shadow rays to the lamp, {BOUNCES} bounces; renderer: "
+               f"{known['gpu']['renderer']}. Each scene is drawn alternately by the programs, "
+               "textures and passes that are derived from it, and by those with every feature "
+               "forced on. The time ratio is the median over these pairs. Passes do not include "
+               "traversal; waves are sets of traced rays. The pictures are the same to the "
+               "bit.\n\n" + markdown_table(HEADS, [
                    [number(v) if isinstance(v, float) else v for v in row] for row in rows]))
     figure = plt.figure(figsize=(11, 5.6))
     grid = figure.add_gridspec(2, len(STEPS), height_ratios=(3, 1), hspace=0.35)

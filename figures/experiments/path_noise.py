@@ -46,11 +46,11 @@ def draw(data: Path, out: Path, full: bool) -> None:
     note = (f"{SCENE} at {SIZE}x{SIZE}, roulette from vertex {ROULETTE}, by {METHOD}; renderer: "
             f"{result['gpu']['renderer']}.")
     write_text(out / "path_noise.md", (
-        "# Path tracing: what is off after how many samples\n\n" + note + " Errors of the box are "
-        "those of each channel of each pixel that is not black, beside a picture by Mitsuba 3 "
-        "(Jakob et al. 2022; `figures/measured`), less that picture's own noise of "
-        f"{result['errors']['truth_noise']:.2%}, as independent errors add up; the furnace has a "
-        "formula.\n\n"
+        "# Path tracing: the error by number of samples\n\n" + note + " Errors of the box are "
+        "those of each channel of each pixel that is not black, against a picture by Mitsuba 3 "
+        "(Jakob et al. 2022; `figures/measured`). That picture's own noise of "
+        f"{result['errors']['truth_noise']:.2%} is subtracted, as for independent errors. The "
+        "furnace is compared with a formula.\n\n"
         + markdown_table(HEADS, [[row[0], row[1], *(f"{error:.3%}" for error in row[2:])]
                                  for row in found])))
     figure, (left, right, *pictures) = plt.subplots(
@@ -69,7 +69,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
             left.loglog(samples, slope, ":", color="#8c8c8c", label="1 / sqrt(samples)")
     for axis, title, bar in ((left, "Cornell box, mean relative error", BARS["scene"]),
                              (right, "furnace, relative error", BARS["furnace_mean"])):
-        axis.axhline(bar, color="#333333", linewidth=0.8, label="the bar")
+        axis.axhline(bar, color="#333333", linewidth=0.8, label="target")
         axis.set(title=title, xlabel="samples a pixel")
         axis.set_xscale("log", base=2)
         axis.legend(fontsize=8, frameon=False)

@@ -252,18 +252,19 @@ def misses(found: list[Row]) -> float:
 def _page(found: list[Row], fits: dict[str, Fit]) -> str:
     parts = ["# Predicted against published: period hardware\n",
              "Work is counted by emulating the compiled fragment programs on tiles of the image, "
-             "at the width that the card's pixels branch in, and taken times what the whole "
-             "image's rays step more than the tiles' do, by the shaders' counters; `gpgpu-rt "
-             "hardware` prints the cards' figures and their sources. One constant a card is "
-             "fitted, the share of its rates that programs reach:\n",
+             "at the width at which the card's pixels branch. It is multiplied by the ratio "
+             "between the steps of the whole image's rays and those of the tiles' rays, from the "
+             "shaders' counters. `gpgpu-rt hardware` prints the cards' figures and their sources. "
+             "One constant per card is fitted, the share of its rates that programs reach:\n",
              markdown_table(("card", "share", "fitted to"), [
                  (find_card(chip).name, number(one.share), one.says())
                  for chip, one in fits.items()]),
-             *(["A share above 1: the paper's programs took fewer instructions than ours, or the "
-                "card's peak is stated too low.\n"]
+             *(["A share above 1 means that the paper's programs took fewer instructions than "
+                "ours, or that the stated peak of the card is too low.\n"]
                if any(one.share > 1 for one in fits.values()) else []),
              f"Median of |log2(predicted / published)| over {sum(r.scored for r in found)} scored "
-             f"cells: **{number(misses(found))}** (at most 1 is asked). By figure: " + ", ".join(
+             f"cells: **{number(misses(found))}** (the target is at most 1). By figure: "
+             + ", ".join(
                  f"{name} {number(misses([r for r in found if r.experiment.figure.name == name]))}"
                  for name in COLOURS) + ".\n", _orders(found)]
     for one in EXPERIMENTS:
@@ -303,9 +304,10 @@ def _orders(found: list[Row]) -> str:
            for (name, panel), (tau, count) in taus.items() if tau < TAU]
     many = [tau for tau, count in taus.values() if count >= ENOUGH]
     high = sum(tau >= HIGH_TAU for tau in many)
-    return (f"tau-b is {TAU} or more in {len(taus) - len(low)} of {len(taus)} scored scenes (all "
-            f"are asked), and {HIGH_TAU} or more in {high} of {len(many)} with {ENOUGH} or more "
-            "methods (two thirds are asked)." + (" Below: " + ", ".join(low) + "." if low else "")
+    return (f"tau-b is {TAU} or more in {len(taus) - len(low)} of {len(taus)} scored scenes (the "
+            f"target is all), and {HIGH_TAU} or more in {high} of {len(many)} scenes with "
+            f"{ENOUGH} or more methods (the target is two thirds)."
+            + (" Below: " + ", ".join(low) + "." if low else "")
             + "\n")
 
 
@@ -330,5 +332,5 @@ def _chart(found: list[Row], out: Path) -> None:
     figure.suptitle("Period hardware: predicted against published\nhollow: stand-ins and "
                     "repeated numbers, not scored; dotted: a factor of two", fontsize=11)
     figure.tight_layout(rect=(0, 0.05, 1, 1))
-    save_chart(figure, out / "period.png", f"One constant a card is fitted; median |log2| "
+    save_chart(figure, out / "period.png", f"One constant per card is fitted; median |log2| "
                f"{number(misses(found))} over {sum(r.scored for r in found)} scored cells.")

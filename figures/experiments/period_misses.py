@@ -39,9 +39,9 @@ def turned_round(found: list[Row], bar: float) -> list[str]:
         pairs = [(one, other) for one in mine for other in mine
                  if one.published < (1 - TIE) * other.published and one.ns > other.ns]
         lines.append(f"{name}, {panel.label} (tau-b {number(tau, 2)}): " + "; ".join(
-            f"{one.column.label} was {number(other.published / one.published)} times as fast as "
-            f"{other.column.label} and is predicted {number(one.ns / other.ns)} times as slow: "
-            f"{_counts(one)} against {_counts(other)}" for one, other in pairs) + ".")
+            f"{one.column.label} is published as {number(other.published / one.published)} times "
+            f"as fast as {other.column.label} but predicted {number(one.ns / other.ns)} times as "
+            f"slow ({_counts(one)}, against {_counts(other)})" for one, other in pairs) + ".")
     return lines
 
 
@@ -56,10 +56,10 @@ def miss(row: Row) -> str:
     scale = image_scale(row.works[0][1])
     return (f"{row.experiment.figure.name}, {row.panel.label}, {row.column.label}: predicted "
             f"{number(row.ratio)} times the published time, bound by "
-            f"{row.prediction.bound if row.prediction else '?'}; the published time has room for "
-            f"{number(_room(row))} instructions a ray at the card's peak, "
-            f"counted are {_counts(row)}"
-            + (f"; the image's rays step {number(scale)} times as much as those of its tiles"
+            f"{row.prediction.bound if row.prediction else '?'}. The published time allows "
+            f"{number(_room(row))} instructions a ray at the card's peak; "
+            f"{_counts(row)} were counted"
+            + (f". The image's rays take {number(scale)} times the steps of its tiles' rays"
                if scale != 1 else "") + ".")
 
 
@@ -68,7 +68,8 @@ def other_editions(found: list[Row]) -> list[str]:
     counts = {row.panel.scene: (row.triangles,
                                 published_triangles(row.experiment.figure.name, row.panel.scene))
               for row in found if not row.stand_in}
-    return [f"{scene} is another edition of the model: {ours:,} triangles for {theirs:,}."
+    return [f"{scene} is another edition of the model, with {ours:,} triangles instead of "
+            f"{theirs:,}."
             for scene, (ours, theirs) in counts.items() if theirs and ours != theirs]
 
 
@@ -105,12 +106,12 @@ def _brute_force(found: list[Row]) -> Iterable[str]:
                 for kernel in work.get("kernels", ())), default=0)
     far = [row for row in missed(rows) if row.ratio > 1]
     if far and cost:
-        yield ("Brute force in Figure 12: the published time has room for "
-               + ", ".join(f"{number(_room(row) / row.triangles)} instructions a test on "
+        yield ("Brute force in Figure 12: at the card's peak the published time allows "
+               + ", ".join(f"{number(_room(row) / row.triangles)} instructions per test on "
                            f"{row.panel.scene}" for row in rows)
-               + f" at the card's peak; a test of ours takes {number(cost)} as a pass of its own, "
-               "which fetches and stores the state. No test is that short: the paper must have "
-               "done something else in those passes, and the prediction stands as it is.")
+               + f". Our test takes {number(cost)} as a pass of its own, which fetches and stores "
+               "the state. No test is as short as the paper's time asks, so its passes must have "
+               "done something else. The prediction is left as it is.")
 
 
 def _few_triangles(found: list[Row]) -> Iterable[str]:
@@ -118,10 +119,10 @@ def _few_triangles(found: list[Row]) -> Iterable[str]:
                and row.column.method != "brute-force")
     if len(rows) > 1:
         ours, theirs = ([getattr(row, name) for row in rows] for name in ("ns", "published"))
-        yield ("Figure 12 on cornell, brute force set aside: the slowest is predicted at "
-               f"{number(max(ours) / min(ours))} times the fastest, "
-               f"{number(max(theirs) / min(theirs))} as published; the box has "
-               f"{rows[0].triangles} triangles, and what each ray does once decides.")
+        yield ("Figure 12 on cornell, without brute force: the slowest method is predicted to "
+               f"take {number(max(ours) / min(ours))} times as long as the fastest, while "
+               f"{number(max(theirs) / min(theirs))} times are published. The box has "
+               f"{rows[0].triangles} triangles, so the work that each ray does once decides.")
 
 
 def _slow_trees(found: list[Row]) -> Iterable[str]:
@@ -131,18 +132,19 @@ def _slow_trees(found: list[Row]) -> Iterable[str]:
         kd, bvh = rows.get("kd-restart"), rows.get("bvh-threaded")
         if kd and bvh and kd.published > (1 + TIE) * bvh.published and kd.ns < bvh.ns:
             yield (f"Figure 20 on {scene}: the thesis's kd-tree takes "
-                   f"{number(kd.published / bvh.published)} times its hierarchy's time, ours is "
-                   f"predicted at {number(kd.ns / bvh.ns)}, of {number(kd.instructions)} and "
-                   f"{number(bvh.instructions)} instructions. Its tree was probably not built by "
-                   "a surface area heuristic; how, the survey does not say.")
+                   f"{number(kd.published / bvh.published)} times its hierarchy's time. Ours is "
+                   f"predicted to take {number(kd.ns / bvh.ns)} times, with "
+                   f"{number(kd.instructions)} and {number(bvh.instructions)} instructions. The "
+                   "thesis's tree was probably not built by a surface area heuristic; the survey "
+                   "does not say how it was built.")
 
 
 def _squares(found: list[Row]) -> Iterable[str]:
     far = [row for row in missed(_of(found, "fig20")) if row.ratio > 1]
     if far:
         yield (f"Too slow in Figure 20 ({_named(far)} times the published time): where 1024 "
-               "pixels branch alike the slowest ray of a square decides, and the squares that are "
-               "emulated lie where rays differ most; their waiting is taken for that of all.")
+               "pixels branch together, the slowest ray of a square decides. The emulated squares "
+               "lie where rays differ most, and their waiting is assumed for all squares.")
 
 
 def _climbing(found: list[Row]) -> Iterable[str]:
@@ -150,18 +152,19 @@ def _climbing(found: list[Row]) -> Iterable[str]:
     for (scene, method), row in rows.items():
         restart = rows.get((scene, "kd-restart"))
         if method == "kd-backtrack" and restart and row.ratio < 1 / FACTOR:
-            yield (f"kd-backtrack in Figure 12 comes out too fast on {scene}: ours climbs from a "
-                   "leaf in kernels of few instructions and takes "
-                   f"{number(row.instructions / restart.instructions)} of kd-restart's, where the "
-                   f"paper's took {number(row.published / restart.published)} of its time.")
+            yield (f"kd-backtrack in Figure 12 is predicted too fast on {scene}: ours climbs from "
+                   "a leaf in kernels of few instructions and takes "
+                   f"{number(row.instructions / restart.instructions)} times kd-restart's "
+                   "instructions, while the paper's took "
+                   f"{number(row.published / restart.published)} times its time.")
 
 
 def _shadows(found: list[Row]) -> Iterable[str]:
     far = [row for row in missed(_of(found, "fig13", lambda row: row.panel.rays == "shadow"))
            if row.ratio > 1]
     if far:
-        yield (f"Shadow rays in Figure 13 come out slow ({_named(far)} times): the light is "
-               "ours, and few pixels of a group have a ray.")
+        yield (f"Shadow rays in Figure 13 are predicted too slow ({_named(far)} times the "
+               "published time): the light is ours, and few pixels of a group have a ray.")
 
 
 def _secondary(found: list[Row]) -> Iterable[str]:
@@ -170,7 +173,7 @@ def _secondary(found: list[Row]) -> Iterable[str]:
         rows = _of(found, "fig16", lambda row: row.panel == panel)
         times = [row.ns for row in rows]
         if len(rows) > 1 and tau_of(found, "fig16", panel)[0] < 1:
-            yield (f"{panel.label} in Figure 16: all are predicted within "
+            yield (f"{panel.label} in Figure 16: all methods are predicted within "
                    f"{100 * (max(times) / min(times) - 1):.0f} % of each other, and the paper's "
                    "secondary rays are not known.")
 

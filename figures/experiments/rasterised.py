@@ -50,13 +50,14 @@ def draw(data: Path, out: Path, full: bool) -> None:
     shown = [[row[0], f"{row[1]:,}", f"{row[2]:,}", row[3], *map(number, row[4:7]), row[7],
               f"{row[8]:.4%}", row[9], f"{row[10]:.4%}"] for row in found]
     result = finished(cells(full), data)[0][1]
-    note = (f"{result['gpu']['renderer']}, {result['settings']['size']} pixels a side, "
-            f"traced and in doubt by {METHOD} 4x4 with octants; taken in turns, medians.")
+    note = (f"{result['gpu']['renderer']}, {result['settings']['size']} pixels a side; "
+            f"{METHOD} 4x4 with octants traces all rays, or those in doubt; medians of "
+            "alternating runs.")
     write_text(out / "rasterised.md", (
         "# First hits from the rasteriser\n\n"
-        "Rasterised hits are the traced ones to the bit, proved by pixel; rays for which that "
-        "fails are in doubt, and traced. Verified hits are hits of their rays, but where the "
-        "rasteriser missed a triangle before them nobody asks. " + note + "\n\n"
+        "Rasterised hits equal the traced hits to the bit, which is proved for each pixel. A ray "
+        "whose proof fails is in doubt, and is traced. Verified hits are hits of their rays, but "
+        "nothing checks whether the rasteriser missed an earlier triangle. " + note + "\n\n"
         + markdown_table(HEADS, shown)))
     figure, (left, *maps) = plt.subplots(1, 3, figsize=(13, 4.4))
     for k, (kind, colour) in enumerate(zip(KINDS, ("#2f6db3", "#c98a1b"))):

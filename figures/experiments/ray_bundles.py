@@ -39,15 +39,15 @@ def draw(data: Path, out: Path, full: bool) -> None:
     bundles = result["bundles"]
     note = (f"{result['gpu']['renderer']}, {cell.size} x {cell.size} pixels of four places each, "
             f"{bundles['directions']} directions both ways, {bundles['between']} between "
-            f"{bundles['by_resolution'][0]['patches']:,} patches; path tracer "
-            f"{bundles['samples']} samples a pixel, its own noise {bundles['path_noise']:.1%}")
+            f"{bundles['by_resolution'][0]['patches']:,} patches; path tracer with "
+            f"{bundles['samples']} samples a pixel and a noise of {bundles['path_noise']:.1%}")
     write_text(out / "ray_bundles.md", (
         "# Ray bundles\n\n"
-        "Diffuse light gathered by parallel projections whose layers are peeled. Beside it the "
-        "same bundles ray by ray, traced through the same patches, which tells what the "
-        "projections' pixels cost; and the path tracer, which tells what patches and few "
-        "directions do. Pixels of the lamp, of edges, and those beside them are left out of the "
-        "last three columns. "
+        "Parallel projections with peeled layers gather diffuse light. For comparison, the same "
+        "bundles are traced ray by ray through the same patches, which shows the error of the "
+        "projections' pixels. The path tracer shows the error of patches and of few directions. "
+        "The last three columns leave out the pixels of the lamp and of edges, and their "
+        "neighbours. "
         + note + ".\n\n"
         + markdown_table(HEADS, shown)))
     figure, axes = plt.subplots(len(results), 4, figsize=(13, 3.3 * len(results)), squeeze=False)

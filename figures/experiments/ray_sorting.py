@@ -21,10 +21,10 @@ METHODS = ("bvh-threaded", "bvh-packet")
 ALIKE_WORK = (EYE, SHADOW, mirror(1), diffuse(1), diffuse(2))
 WORK = (*ALIKE_WORK, RANDOM)
 SORTERS = {"passes": "sort_rays", "host": "presort"}    # who sorts -> the option for it
-HEADS = ("rays", "method", "sorted by", "unsorted ms", "sorted ms", "of it the sort",
-         "trace alone, times", "sort and trace, times")
-ALIKE = ("rays", "nodes a ray", "nodes a tile", "sorted", "fewer by", "waiting", "sorted",
-         "idle share less by")
+HEADS = ("rays", "method", "sorted by", "unsorted ms", "sorted ms", "ms of the sort",
+         "trace alone, times as fast", "sort and trace, times as fast")
+ALIKE = ("rays", "nodes a ray", "nodes a tile", "nodes a tile, sorted", "fewer by", "waiting",
+         "waiting, sorted", "idle share less by")
 
 
 def size(full: bool) -> int:
@@ -68,7 +68,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
                                         "sort_ms"),
               times)
     note = (f"{heading['gpu']['renderer']}, {SCENE}, {size(full)} x {size(full)} rays of a kind."
-            + (f" A procedural stand-in for {heading['scene']['stand_in']}."
+            + (f" {SCENE} is a procedural stand-in for {heading['scene']['stand_in']}."
                if heading["scene"]["stand_in"] else ""))
     write_text(out / "ray_sorting.md", _page(times, alike, note))
     figure, (left, right) = plt.subplots(1, 2, figsize=(12, 7.5))
@@ -89,14 +89,15 @@ def _page(times: list[tuple], alike: list[tuple[str, dict[str, float]]], note: s
               number(c["waiting_as_they_come"]), number(c["waiting_sorted"]),
               number((c["waiting_as_they_come"] - 1) / max(c["waiting_sorted"] - 1, 1e-9))]
              for work, c in alike]
-    return ("# Ray sorting\n\n" + note + " Hits are the same bits, and a ray's own steps the same "
-            "number, in any order. Fragment passes sort rays that are in textures "
-            "(`--sort-rays`); the host puts arrays of rays in order before it uploads them "
+    return ("# Ray sorting\n\n" + note + " Hits are equal to the bit, and each ray takes the same "
+            "number of steps, in any order. Fragment passes sort rays that are in textures "
+            "(`--sort-rays`); the host sorts arrays of rays before it uploads them "
             "(`--presort`).\n\n" + markdown_table(HEADS, rows)
-            + "\nHow alike rays are: different nodes of the tree behind `bvh-threaded` that the "
-            "64 rays of a tile need (boxes met before the hit), in tiles of 8x8 pixels and in "
-            "squares of the sorted order; and the steps of a tile that waits for its longest ray, "
-            "as a multiple of the steps that its rays take (1: nobody waits).\n\n"
+            + "\nThis table shows how alike rays are. \"Nodes a tile\" counts the different nodes "
+            "of `bvh-threaded`'s tree that the 64 rays of a tile need (their boxes are met before "
+            "the hit), in tiles of 8x8 pixels and in tiles of the sorted order. \"Waiting\" is "
+            "the number of steps of a tile that waits for its longest ray, as a multiple of its "
+            "rays' own steps (1: no ray waits).\n\n"
             + markdown_table(ALIKE, tiles))
 
 
@@ -111,7 +112,7 @@ def _draw_times(axis: Any, times: list[tuple]) -> None:
         axis.barh(at, sort, 0.8, left=trace, color=colour, alpha=0.35)
     axis.set_yticks(range(len(bars)), [label for label, *_ in bars], fontsize=7)
     axis.invert_yaxis()
-    axis.set_xlabel("ms: grey unsorted; full colour trace of sorted rays, pale the sort")
+    axis.set_xlabel("ms; grey: unsorted, full colour: trace of sorted rays, pale: the sort")
     axis.spines[["top", "right"]].set_visible(False)
 
 

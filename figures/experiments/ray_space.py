@@ -93,22 +93,22 @@ def findings(rows: list[dict[str, Any]]) -> list[str]:
         best = max(trees, key=lambda r: r["rays_per_second"])
         found.append(
             f"{row['scene']}, {row['rays']}: {row['method']} traces "
-            f"{number(row['rays_per_second'] / best['rays_per_second'])} times the rays a second "
-            f"of {best['method']}, tests {number(row['tested'] / max(best['tested'], 1e-9))} "
-            f"times the triangles, in {number(row['mib'] / max(best['mib'], 1e-9))} times the "
-            "memory.")
+            f"{number(row['rays_per_second'] / best['rays_per_second'])} times as many rays per "
+            f"second as {best['method']}. It tests "
+            f"{number(row['tested'] / max(best['tested'], 1e-9))} times as many triangles, and "
+            f"needs {number(row['mib'] / max(best['mib'], 1e-9))} times the memory.")
     return found
 
 
 def _markdown(rows: list[dict[str, Any]], notes: list[str]) -> str:
     parts = ["# Do tables over rays suit graphics hardware?\n",
              "Ray classification (Arvo and Kirk 1987) and the visibility field (Mortensen et al. "
-             "2007) find by one dependent lookup a list of all that a ray may hit, and walk it "
-             "in order: no stack, and no branch but the end of the list. What that costs: every "
-             "triangle stands in many lists. Memory is that of all tables but the triangles; "
-             "candidates are the triangles tested for a ray; rays a second leave out building, "
-             "which stands beside it, and for ray classification the lists that the first of the "
-             "calls asks for.\n"]
+             "2007) find a list of everything that a ray may hit by one dependent lookup, and "
+             "walk the list in order. They need no stack, and no branch except the end of the "
+             "list. The price is that every triangle is in many lists. Memory is that of all "
+             "tables except the triangles. Candidates are the triangles tested for a ray. Rays a "
+             "second leave out building, which has its own column. For ray classification, they "
+             "also leave out the lists that the first call requests.\n"]
     for scene, work in dict.fromkeys((row["scene"], row["rays"]) for row in rows):
         chosen = [row for row in rows if (row["scene"], row["rays"]) == (scene, work)]
         parts.append(f"## {scene}, {chosen[0]['triangles']:,} triangles, {work}\n")
@@ -144,6 +144,6 @@ def _chart(rows: list[dict[str, Any]], notes: list[str], out: Path) -> None:
                            label=work) for work in WORK]
     figure.legend(handles=handles, loc="lower center", ncols=3, frameon=False, fontsize=8,
                   bbox_to_anchor=(0.5, 0.04))
-    figure.suptitle("Tables over rays, and trees; larger marks take more memory", fontsize=11)
+    figure.suptitle("Tables over rays, and trees; larger marks need more memory", fontsize=11)
     figure.tight_layout(rect=(0, 0.22, 1, 1))
     save_chart(figure, out / "ray_space.png", " ".join(notes))

@@ -31,14 +31,16 @@ def draw(data: Path, out: Path, full: bool) -> None:
     shown = [[row[0], f"{row[1]:,}", *map(number, row[2:4]), f"{row[4]:.1%}", f"{row[5]:.1%}",
               *map(number, row[6:])] for row in rows]
     size = results[0][0].size
-    note = (f"{results[0][1]['gpu']['renderer']}, {size} x {size} pixels, index 1.5, what is far "
-            "away a chequered sphere; grey: not through both borders, in one picture or both.")
+    note = (f"{results[0][1]['gpu']['renderer']}, {size} x {size} pixels, index 1.5, surrounded "
+            "by a distant chequered sphere; grey: light that does not pass both borders, in one "
+            "picture or both.")
     write_text(out / "refraction.md", (
         "# Image-space refraction\n\n"
-        "Two passes of the rasteriser guess where light that a mesh refracts leaves it; beside "
-        "them rays in float64 through the same two borders. It is right for slabs, good inside "
-        "what is convex, and wrong towards silhouettes, where it takes light for totally "
-        "reflected, and wherever the mesh folds in front of itself. " + note + "\n\n"
+        "Two passes of the rasteriser estimate where light that a mesh refracts leaves the mesh. "
+        "They are compared with float64 rays through the same two borders. The estimate is right "
+        "for slabs and good inside convex shapes. It is wrong towards silhouettes, where it "
+        "assumes total reflection, and wherever the mesh folds in front of itself. "
+        + note + "\n\n"
         + markdown_table(HEADS, shown)))
     figure, axes = plt.subplots(len(results), 3, figsize=(9.6, 3.3 * len(results)), squeeze=False)
     for line, (cell, result) in zip(axes, results):

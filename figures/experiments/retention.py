@@ -69,10 +69,10 @@ def draw(data: Path, out: Path, full: bool) -> None:
         return
     heading = read(_cell(found[0][0], found[0][1], full), data)
     assert heading is not None
-    note = (f"{SCENE}, {size(full)}x{size(full)} eye rays; bytes of streams as the log of passes "
-            f"measured them, tables apart; {heading['gpu']['renderer']}, "
+    note = (f"{SCENE}, {size(full)}x{size(full)} eye rays; bytes of streams from the pass log, "
+            f"without tables; {heading['gpu']['renderer']}, "
             f"commit {heading['commit']}."
-            + (" A procedural stand-in." if heading["scene"]["stand_in"] else ""))
+            + (f" {SCENE} is a procedural stand-in." if heading["scene"]["stand_in"] else ""))
     write_csv(out / "retention.csv", HEADS, found)
     write_text(out / "retention.md", "# Data retention\n\n" + _paragraph(found) + "\n\n" + note
                + "\n\n" + markdown_table(HEADS, [[number(v) if isinstance(v, float) else v
@@ -93,9 +93,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
         axis.spines[["top", "right"]].set_visible(False)
     axes[0].set(ylabel="bytes a ray, of streams")
     axes[-1].legend(frameon=False, fontsize=8)
-    figure.suptitle("What no pass keeps for the next: bytes recirculated by schedule", fontsize=11)
+    figure.suptitle("Data that no pass keeps for the next: bytes by schedule", fontsize=11)
     figure.tight_layout(rect=(0, 0.06, 1, 1))
-    save_chart(figure, out / "retention.png", note + " Over the bars: times what `loop` moves.")
+    save_chart(figure, out / "retention.png", note + " Over the bars: bytes over those of `loop`.")
 
 
 def _published() -> tuple[float, float]:
@@ -112,23 +112,23 @@ def _paragraph(found: list[list[Any]]) -> str:
     worst = max(found, key=lambda row: row[10])
     shares = [row[6] / row[9] for row in found if row[1] == "kernels"]
     sixteen = [row[10] for row in found if row[1] == "step, K = 16"]
-    parts = ["The survey says that a streaming processor retains nothing, so that a ray is loaded "
+    parts = ["The survey says that a streaming processor retains nothing, so a ray is loaded "
              "again for every kernel although it never changes. "
-             + ("It is so: " if worst[10] > 2 else "Here that weighs little: ") +
+             + ("This is true: " if worst[10] > 2 else "Here this matters little: ") +
              f"`{worst[1]}` of {worst[0]} moves {number(worst[10])} times the bytes of `loop`, "
              "which reads each ray and writes each hit once."]
     if shares:
-        parts.append(f"But of what `kernels` moves the rays are only {100 * min(shares):.0f} to "
-                     f"{100 * max(shares):.0f} %: the state that a step changes is read and "
-                     "written again as well, and sorting rays, the survey's remedy, spares none "
-                     "of it.")
+        parts.append(f"But rays are only {100 * min(shares):.0f} to "
+                     f"{100 * max(shares):.0f} % of the bytes that `kernels` moves. The state "
+                     "that a step changes is read and written again as well, and sorting rays, "
+                     "the survey's remedy, saves none of it.")
     if sixteen:
-        parts.append("What spares it is to take several steps a pass: 16 of them leave "
+        parts.append("Several steps per pass do save it: with 16 steps, "
                      f"{number(min(sixteen))} to {number(max(sixteen))} times the bytes of "
-                     "`loop`.")
+                     "`loop` remain.")
     slow = max(found, key=lambda row: row[11])
-    parts.append(f"At the {find_card(CARD).name}'s bandwidth the worst of these is "
-                 f"{number(slow[11])} ns a ray; cards of the time took "
-                 f"{' to '.join(map(number, _published()))} ns for all of an eye or a shadow ray "
-                 "(Figures 13, 16 and 22).")
+    parts.append(f"At the {find_card(CARD).name}'s bandwidth, the worst of these costs "
+                 f"{number(slow[11])} ns a ray. Cards of the time took "
+                 f"{' to '.join(map(number, _published()))} ns in total for an eye or a shadow "
+                 "ray (Figures 13, 16 and 22).")
     return " ".join(parts)

@@ -54,9 +54,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_csv(out / "schedules.csv", heads, rows)
     size = 512 if full else 256
     write_text(out / "schedules.md", f"# The three schedules\n\nbunny, {size}x{size} eye rays; "
-               f"renderer: {renderer}. `kernels` is how Purcell and Foley ran, `step` runs on "
-               "each ray the kernel it asks for, K times a pass, `loop` is Horn's single pass. "
-               "Every schedule gives the same hits.\n\n" + markdown_table(
+               f"renderer: {renderer}. `kernels` is the form of Purcell and Foley. `step` runs on "
+               "each ray the kernel that the ray asks for, K times per pass. `loop` is Horn's "
+               "single pass. Every schedule gives the same hits.\n\n" + markdown_table(
                    heads, [[number(v) if isinstance(v, float) else v for v in row]
                            for row in rows]))
     axis.set(yscale="log", ylabel="time over loop")

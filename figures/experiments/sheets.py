@@ -10,8 +10,8 @@ import gpgpu_rt as rt
 COUNT, FLOOR = 9, -7.0    # number of sheets; height of the floor below them, where depth ends
 FAR = 1.0 - FLOOR         # distance from the highest rays to the floor, which depth covers
 GAPS = tuple(range(-27, -20))       # measured gaps, as exponents of 2, over FAR
-HEADS = ("gap over the rays' way", "wrong by MIN blending", "wrong by depth",
-         "t off by, over the rays' way")
+HEADS = ("gap over the rays' length", "wrong by MIN blending", "wrong by depth",
+         "error of t over the rays' length")
 
 
 def sheets(gap: float) -> rt.Scene:

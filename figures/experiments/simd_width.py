@@ -72,15 +72,15 @@ def draw(data: Path, out: Path, full: bool) -> None:
     note = (f"{SCENE}, squares of 32x32 out of {size(full)}x{size(full)} rays; programs emulated "
             f"instruction by instruction; {heading['gpu']['renderer']}, commit "
             f"{heading['commit']}."
-            + (" A procedural stand-in." if heading["scene"]["stand_in"] else ""))
+            + (f" {SCENE} is a procedural stand-in." if heading["scene"]["stand_in"] else ""))
     write_csv(out / "simd_width.csv", HEADS, found)
     table = [(rays, label, order, *(number(100 * row[4], 2) for row in mine),
               number(mine[0][5]), number(mine[-1][5]))
              for rays in RAYS for label in METHODS for order in ORDERS
              if (mine := [row for row in found if row[:3] == (rays, label, order)])]
     write_text(out / "simd_width.md", "# Wide SIMD\n\n" + _paragraph(found) + "\n\n" + note
-               + "\n\nPer cent of the lanes' time that is not spent waiting, by how many "
-               "fragments branch alike; and vector instructions a ray at 1 and at "
+               + "\n\nPercentage of the lanes' time that is not spent waiting, by the number of "
+               "fragments that branch together; and vector instructions per ray at widths 1 and "
                f"{WIDTHS[-1]}.\n\n" + markdown_table(
                    ("rays", "method", "order", *map(str, WIDTHS), "at 1", f"at {WIDTHS[-1]}"),
                    table))
@@ -96,7 +96,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
                         color=colour, marker="o", markersize=3,
                         label=f"{label}, {order}" if mine else None)
         axes[0, column].set_title(rays, fontsize=10)
-        axes[1, column].set(xlabel="fragments that branch alike")
+        axes[1, column].set(xlabel="fragments that branch together")
     axes[0, 0].set(ylabel="lanes' time not spent waiting, %", ylim=(0, 105))
     axes[1, 0].set(ylabel="vector instructions a ray, with waiting", yscale="log")
     for axis in axes.ravel():
@@ -108,7 +108,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     axes[1, 0].set_yticks(ticks, [f"{tick:,}" for tick in ticks])
     axes[1, 0].set_ylim(0.8 * min(row[5] for row in found), 1.2 * max(row[5] for row in found))
     axes[0, 0].legend(frameon=False, fontsize=8, loc="lower left")
-    figure.suptitle("What rays that branch alike make each other wait, by how many they are",
+    figure.suptitle("How long rays that branch together wait for each other, by their number",
                     fontsize=11)
     figure.tight_layout(rect=(0, 0.04, 1, 1))
     save_chart(figure, out / "simd_width.png", note)
@@ -131,22 +131,23 @@ def _paragraph(found: list[tuple[Any, ...]]) -> str:
     single, packet = "kd-short-stack", "kd-packet 2x2"
     tree, packed = "bvh-stack", "bvh-packet 2x2"
     return (
-        "The survey says that pixels which must do the same waste what a CPU would not, that "
-        "packets remedy it where rays are alike, and that sorting might where they are not. Of "
-        f"{widest} eye rays that branch alike, {used(eye, single, plain)} of the lanes' time is "
-        f"left ({single}) and {used(eye, tree, plain)} ({tree}); of rays after two diffuse "
-        f"bounces {used(wild, single, plain)} and {used(wild, tree, plain)}. Sorted, the latter "
-        f"are {used(wild, single, ordered)} and {used(wild, tree, ordered)}. Packets of four "
-        f"issue {cost(eye, packet, plain)} instructions a ray where single rays need "
-        f"{cost(eye, single, plain)} on eye rays (kd-tree; BVH {cost(eye, packed, plain)} for "
-        f"{cost(eye, tree, plain)}), and {cost(wild, packet, plain)} for "
-        f"{cost(wild, single, plain)} (BVH {cost(wild, packed, plain)} for "
-        f"{cost(wild, tree, plain)}) after the bounces; sorted, {cost(wild, packet, ordered)} for "
-        f"{cost(wild, single, ordered)} (BVH {cost(wild, packed, ordered)} for "
-        f"{cost(wild, tree, ordered)}). Bound together are four times as many rays then: where "
-        f"packets of {widest // 4} lanes bind {widest} rays too, they issue "
-        f"{cost(eye, packet, plain, widest // 4)} and {cost(wild, packet, plain, widest // 4)} "
-        f"(BVH {cost(eye, packed, plain, widest // 4)} and "
-        f"{cost(wild, packed, plain, widest // 4)}). A packet's own waiting, "
-        "rays that it tests with nothing to find, counts as work here: only instructions a ray "
-        "show it.")
+        "The survey says that pixels which must do the same waste time that a CPU would not, that "
+        "packets help where rays are alike, and that sorting might help where they are not. With "
+        f"{widest} eye rays that branch together, {used(eye, single, plain)} of the lanes' time "
+        f"is useful ({single}), or {used(eye, tree, plain)} ({tree}). With rays after two diffuse "
+        f"bounces it is {used(wild, single, plain)} and {used(wild, tree, plain)}; sorting makes "
+        f"this {used(wild, single, ordered)} and {used(wild, tree, ordered)}. On eye rays, "
+        f"packets of four issue {cost(eye, packet, plain)} instructions a ray, and single rays "
+        f"{cost(eye, single, plain)} (kd-tree; BVH: {cost(eye, packed, plain)} and "
+        f"{cost(eye, tree, plain)}). After the bounces, these are {cost(wild, packet, plain)} and "
+        f"{cost(wild, single, plain)} (BVH: {cost(wild, packed, plain)} and "
+        f"{cost(wild, tree, plain)}), and sorted {cost(wild, packet, ordered)} and "
+        f"{cost(wild, single, ordered)} (BVH: {cost(wild, packed, ordered)} and "
+        f"{cost(wild, tree, ordered)}). Packets bind four times as many rays together at the same "
+        f"width. On {widest // 4} lanes, where they also bind {widest} rays, packets issue "
+        f"{cost(eye, packet, plain, widest // 4)} instructions on eye rays and "
+        f"{cost(wild, packet, plain, widest // 4)} after the bounces "
+        f"(BVH: {cost(eye, packed, plain, widest // 4)} and "
+        f"{cost(wild, packed, plain, widest // 4)}). A packet also waits when it tests rays that "
+        "have nothing to find. Here this counts as work, so only the instructions per ray show "
+        "it.")

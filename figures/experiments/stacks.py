@@ -179,10 +179,10 @@ def draw(data: Path, out: Path, full: bool) -> None:
         return
     _, heading = finished(cells(full), data)[0]
     note = (f"{SCENE}, squares of 32x32 out of {size(full)}x{size(full)} eye rays, emulated in "
-            f"warps of {WARP}; {card.name}: {card.multiprocessors} multiprocessors, a fetch "
-            f"{card.fetch_latency} clocks, at most {card.resident} rays each. "
+            f"warps of {WARP}; {card.name}: {card.multiprocessors} multiprocessors, "
+            f"{card.fetch_latency} clocks per fetch, at most {card.resident} rays each. "
             f"{heading['gpu']['renderer']}, commit {heading['commit']}."
-            + (" A procedural stand-in." if heading["scene"]["stand_in"] else ""))
+            + (f" {SCENE} is a procedural stand-in." if heading["scene"]["stand_in"] else ""))
     write_csv(out / "stacks.csv", HEADS, found)
     write_text(out / "stacks.md", "# Stack against stackless\n\n" + _paragraph(found) + "\n\n"
                + note + "\n\n" + markdown_table(HEADS, [
@@ -194,16 +194,16 @@ def draw(data: Path, out: Path, full: bool) -> None:
                   "-" if one.stack else "--", color=COLOURS[label],
                   label=f"{label}: {one.kept} + {one.stack} bytes a ray")
     axis.axvline(card.on_chip / 1024, color="#555555", linewidth=1, linestyle=":")
-    axis.annotate(f"{card.on_chip // 1024} KiB, what it has", (card.on_chip / 1024, 0),
+    axis.annotate(f"{card.on_chip // 1024} KiB, the card's own", (card.on_chip / 1024, 0),
                   xytext=(4, 8), textcoords="offset points", fontsize=8)
     axis.set_xscale("log", base=2)
     axis.set_xticks(TICKS, map(str, TICKS))
-    axis.set(xlabel="KiB of memory for stacks, a multiprocessor",
+    axis.set(xlabel="KiB of memory for stacks per multiprocessor",
              ylabel="Mrays/s that the card could trace", ylim=(0, None))
     axis.legend(frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1, 1),
                 title="registers + stack", title_fontsize=8)
     axis.spines[["top", "right"]].set_visible(False)
-    figure.suptitle("Rays in flight that fit, and what they come to (dashed: without a stack)",
+    figure.suptitle("Rays in flight that fit, and their rate (dashed: without a stack)",
                     fontsize=11)
     figure.tight_layout(rect=(0, 0.07, 1, 1))
     save_chart(figure, out / "stacks.png", note)
@@ -213,28 +213,29 @@ def _paragraph(found: list[list[Any]]) -> str:
     """Sentences on what the survey expects, and on what the rows show."""
     card, by = machines()[CARD], {row[0]: row for row in found}
     parts = [
-        f"The survey reckons that a stack of {SURVEYS} bytes a ray leaves "
-        f"{card.on_chip // SURVEYS} rays in the {card.on_chip // 1024} KiB of the {CARD} where "
-        f"{AT_ONCE} could run, and so explains why stacks win nothing there. Those are each "
-        f"multiprocessor's, so that {card.on_chip // SURVEYS} such stacks fit beside its "
-        f"{WARP // CLOCKS} lanes, {card.multiprocessors * card.on_chip // SURVEYS} on the card: "
-        "lanes are not what runs short. But fetches must be hidden."]
+        f"The survey computes that stacks of {SURVEYS} bytes a ray leave "
+        f"{card.on_chip // SURVEYS} rays in the {card.on_chip // 1024} KiB of the {CARD}, where "
+        f"{AT_ONCE} could run. This is its reason why stacks gain nothing there. But each "
+        f"multiprocessor has its own {card.on_chip // 1024} KiB: {card.on_chip // SURVEYS} such "
+        f"stacks fit beside its {WARP // CLOCKS} lanes, and "
+        f"{card.multiprocessors * card.on_chip // SURVEYS} on the card. There are enough rays for "
+        "the lanes, but not always enough to hide fetches."]
     for label in ("kd-stack", "bvh-stack"):
         if label in by:
             row = by[label]
             parts.append(
-                f"{label} keeps a stack of {row[2]} bytes a ray, as deep as the tree asks for "
-                f"(rays filled {row[3]} entries at most); {row[7]} rays fit, "
-                f"{number(row[6])} would be needed, and {number(100 * row[8])} % of the peak is "
-                "left.")
+                f"{label} keeps a stack of {row[2]} bytes a ray, as deep as the tree requires "
+                f"(rays filled {row[3]} entries at most). {row[7]} rays fit, "
+                f"{number(row[6])} would be needed, and {number(100 * row[8])} % of the peak "
+                "remains.")
     if {"kd-restart", "kd-short-stack", "kd-stack"} <= by.keys():
         most = max(found, key=lambda row: row[9])
         parts.append(
-            f"kd-restart fits {by['kd-restart'][7]} rays into registers and comes to "
-            f"{number(by['kd-restart'][9])} Mrays/s, kd-stack to {number(by['kd-stack'][9])}, "
-            f"kd-short-stack to {number(by['kd-short-stack'][9])}; with memory for all "
+            f"kd-restart fits {by['kd-restart'][7]} rays into registers and reaches "
+            f"{number(by['kd-restart'][9])} Mrays/s, kd-stack {number(by['kd-stack'][9])} and "
+            f"kd-short-stack {number(by['kd-short-stack'][9])}. With unlimited memory they reach "
             f"{number(by['kd-restart'][10])}, {number(by['kd-stack'][10])} and "
-            f"{number(by['kd-short-stack'][10])}. {most[0]} comes out first. The survey's claim "
-            + ("holds" if by["kd-stack"][9] < by["kd-restart"][9] else "does not hold")
+            f"{number(by['kd-short-stack'][10])}. {most[0]} is the fastest method. The survey's "
+            "claim " + ("holds" if by["kd-stack"][9] < by["kd-restart"][9] else "does not hold")
             + " for full stacks against none at this memory, for another reason than it gives.")
     return " ".join(parts)

@@ -181,12 +181,12 @@ def _page(rows: list[dict[str, Any]], renderer: str, stand_ins: list[str],
     picture = picture_size(next(iter(cells(full))).size)
     parts = ["# Speed against accuracy\n", f"Renderer: {renderer}. Eye, random, vertex-aimed and "
              "edge-aimed rays in equal shares, against the float64 reference; RMSE and FLIP are "
-             f"of a picture, {picture} pixels a side. A share of zero is "
+             f"those of a picture, {picture} pixels a side. A share of zero is "
              "drawn hollow, at its upper 95 % confidence bound. Rays that a step cap stopped "
-             "count as unfinished." + ("" if full else " FULL=1 measures low precision of "
-                                       + ", ".join(SLOW) + " and packets too, which takes "
-                                       "minutes, and fp24 and the options of every method."),
+             "count as unfinished." + ("" if full else " FULL=1 also measures low precision of "
+                                       + ", ".join(SLOW) + " and packets, which takes minutes, "
+                                       "and fp24 and the options of every method."),
              *stand_ins, "", markdown_table(heads, table),
-             "Not beaten in both rate and the bound on the wrong share:\n",
+             "Settings that no other setting beats in both rate and bound on the wrong share:\n",
              "\n".join(f"* {line}" for line in on_front), ""]
     return "\n".join(parts)

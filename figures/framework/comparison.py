@@ -161,8 +161,9 @@ class Comparison:
                 if ratio > 1 and their_others / theirs < 1 / TIE:
                     pairs.append((their_others / theirs, ratio, one.label, other.label, ours,
                                   others))
-        return [f"{one} takes 1/{number(ratio)} of the time of {other} here, {number(1 / theirs)} "
-                f"times it in the paper: {_work(one, ours)} against {_work(other, others)}."
+        return [f"{one} takes 1/{number(ratio)} of the time of {other} here, but "
+                f"{number(1 / theirs)} times that time in the paper: {_work(one, ours)}, while "
+                f"{_work(other, others)}."
                 for theirs, ratio, one, other, ours, others in sorted(pairs, key=lambda p: p[0])]
 
     def _differences(self, results: Results) -> list[str]:
@@ -172,15 +173,15 @@ class Comparison:
             f"Renderer: {first['gpu']['renderer']} ({first['gpu']['backend']}), measured "
             f"{first['date']}; published: {self.source}. Compare orders and ratios within a "
             "scene, not absolute numbers."]
-        lines.append("Cameras are ours: the papers' are not published.")
+        lines.append("Cameras are ours, because the papers do not publish theirs.")
         scenes = {panel.scene: result["scene"] for (panel, _), result in results.items()}
         for scene, about in scenes.items():
             count = published_triangles(self.name, scene)
             if about["stand_in"]:
                 lines.append(f"{scene} is a procedural stand-in for {about['stand_in']}.")
             elif count is not None and count != about["triangles"]:
-                lines.append(f"{scene} has {about['triangles']:,} triangles here, {count:,} "
-                             "in the paper: another edition of the model.")
+                lines.append(f"{scene} has {about['triangles']:,} triangles here and {count:,} "
+                             "in the paper, because ours is another edition of the model.")
         return lines + list(self.notes)
 
     def _markdown(self, rows: Rows, taus: dict[Panel, float], results: Results) -> str:
@@ -208,8 +209,9 @@ class Comparison:
             if explained:
                 parts.append("Where the order differs:\n\n" + "\n".join(
                     f"* {line}" for line in explained) + "\n")
-        parts.append("tau-b: how far our order of the methods agrees with the published one, 1 "
-                     "the same, -1 reversed; published numbers within 5 % count as ties.\n")
+        parts.append("tau-b says how well our order of the methods agrees with the published "
+                     "order: 1 for the same order, -1 for the reverse. Published numbers within "
+                     "5 % count as ties.\n")
         for head, lines in (("What the counters show", self.remarks(results)),
                             ("What differs", self._differences(results))):
             if lines:

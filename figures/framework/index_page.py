@@ -12,20 +12,21 @@ from .output import markdown_table, write_text
 from .verdicts import Verdict
 
 RULES = (
-    f"**reproduced**: methods stand in the published order (tau-b {verdicts.HIGH:g} or more in "
-    "every scored group of a scene and a kind of rays), and the ratios between them are off by "
-    f"less than a factor of {verdicts.FACTOR:g} in the median; or all that is claimed holds",
-    f"**{verdicts.ORDER}**: the order alone. Of Table 1 also more than half of the properties "
-    "must be the survey's",
-    f"**{verdicts.MOSTLY}**: of what is claimed in words more than half holds, not all",
-    "**contradicted**: the order is another one, whatever the ratios are; or half of what is "
-    "claimed, or more, does not hold. Machine, cameras and sometimes scenes are others than the "
-    "papers' were; the figure's page shows what lies behind it",
-    "**redrawn**: a diagram or a picture, made from what this program did; the survey prints "
-    "nothing in it that could be scored",
-    f"**{verdicts.UNSCORED}**: what the survey prints of the scenes that were there ties, so "
-    "there is no order",
-    f"**{verdicts.UNMEASURED}**: cells are missing, or only stand-ins for the scenes were there")
+    f"**reproduced**: the methods have the published order (tau-b {verdicts.HIGH:g} or more in "
+    "every scored group, which is a scene and a kind of rays), and the ratios between them are "
+    f"off by less than a factor of {verdicts.FACTOR:g} in the median. A figure that makes claims "
+    "is reproduced if all claims hold",
+    f"**{verdicts.ORDER}**: only the order agrees. In Table 1 more than half of the properties "
+    "must also agree with the survey's",
+    f"**{verdicts.MOSTLY}**: more than half of a figure's claims hold, but not all",
+    "**contradicted**: the order differs, whatever the ratios are; or at most half of a figure's "
+    "claims hold. Our machine, cameras and sometimes scenes differ from the papers'; the figure's "
+    "page shows the reasons",
+    "**redrawn**: a diagram or a picture, made from this program's own passes and tables; the "
+    "survey prints nothing in it that could be scored",
+    f"**{verdicts.UNSCORED}**: the published times of all scenes that are not stand-ins tie, so "
+    "they have no order",
+    f"**{verdicts.UNMEASURED}**: cells are missing, or all measured scenes are stand-ins")
 COLOURS = {verdicts.REPRODUCED: "#cfe8d5", verdicts.ORDER: "#f5e6b8",
            verdicts.MOSTLY: "#e6e9b8",
            verdicts.CONTRADICTED: "#f3c9c0", verdicts.REDRAWN: "#dfe6ee"}
@@ -65,7 +66,7 @@ def write_index(out: Path, lines: Sequence[Line], wanted: int, remarks: Sequence
         markdown_table(("figure", "verdict", "why", "data"), [
             (f"[{line.title}]({line.name}.md)", f"**{line.verdict.word}**", line.verdict.why,
              _links(line)) for line in of_survey if line.verdict]),
-        "How verdicts come about, all from the numbers behind the pages:\n",
+        "The rules of the verdicts, all applied to the numbers behind the pages:\n",
         *(f"* {rule}." for rule in RULES), "",
         *(["## Beyond the survey's figures\n"] if beyond else []),
         *(f"* [{line.title}]({line.name}.md): {_links(line)}" for line in beyond), "",

@@ -65,6 +65,6 @@ def _add_left_out(page: Path, title: str, reasons: Mapping[str, int], cells: int
     A figure that has drawn nothing gets a page with these lines alone.
     """
     text = page.read_text().rstrip() if page.exists() else f"# {title}"
-    lines = "\n".join(f"* {count} of {cells} cells, whose columns stay empty: {reason}."
+    lines = "\n".join(f"* {count} of {cells} cells, whose columns are empty: {reason}."
                       for reason, count in reasons.items())
     write_text(page, f"{text}\n\n## What is left out\n\n{lines}\n")

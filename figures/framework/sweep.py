@@ -66,8 +66,8 @@ def _check(cell: Cell, asked: dict[str, Any], result: Result) -> None:
     others = sorted(name for name in asked if asked[name] != found.get(name))
     if others:
         raise Error(f"a worker measured {cell.scene} with another {', '.join(others)}: "
-                    f"{found.get(others[0])!r}, not {asked[others[0]]!r}; figures are of one, "
-                    "so ask from a machine that has what the workers have")
+                    f"{found.get(others[0])!r}, not {asked[others[0]]!r}; a figure must not mix "
+                    "them, so start it on a machine that has what the workers have")
 
 
 def _measured(cell: Cell, files: Files, measured: Callable[[Cell], Result]) -> Result:

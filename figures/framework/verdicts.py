@@ -63,12 +63,12 @@ def of_groups(groups: Mapping[str, tuple[Sequence[float], Sequence[float]]],
     scored = {name: pair for name, pair in real.items() if pair[0] == pair[0]}
     if real and not scored:
         factor = statistics.median(off for _, off in real.values())
-        return Verdict(UNSCORED, "of the scenes that are no stand-ins, the published times of "
-                       f"{', '.join(real)} tie: there is no order that ours could have; ratios "
-                       f"are off by a factor of {number(factor)} in the median.")
+        return Verdict(UNSCORED, f"the published times of {', '.join(real)} tie, so there is no "
+                       "order to reproduce (stand-ins are not scored); ratios are off by a "
+                       f"factor of {number(factor)} in the median.")
     if not scored:
-        return Verdict(UNMEASURED, "no scene of it is measured that is not a stand-in"
-                       if groups else "no cell of it is measured")
+        return Verdict(UNMEASURED, "all measured scenes are stand-ins"
+                       if groups else "none of its cells is measured")
     low = [f"{name} {number(tau, 2)}" for name, (tau, _) in scored.items() if tau < HIGH]
     factor = statistics.median(off for _, off in scored.values())
     right = len(scored) - len(low)
@@ -84,7 +84,7 @@ def of_groups(groups: Mapping[str, tuple[Sequence[float], Sequence[float]]],
 def of_claims(claims: Mapping[str, bool]) -> Verdict:
     """The verdict on claims, given whether each holds."""
     if not claims:
-        return Verdict(UNMEASURED, "no cell of it is measured")
+        return Verdict(UNMEASURED, "none of its cells is measured")
     failed = [claim for claim, holds in claims.items() if not holds]
     why = f"{len(claims) - len(failed)} of {len(claims)} claims hold: " + "; ".join(
         f"{claim} ({'yes' if holds else 'no'})" for claim, holds in claims.items()) + "."
@@ -93,5 +93,5 @@ def of_claims(claims: Mapping[str, bool]) -> Verdict:
     return Verdict(MOSTLY if 2 * len(failed) < len(claims) else CONTRADICTED, why)
 
 
-DIAGRAM = Verdict(REDRAWN, "A diagram or a picture, drawn from what this program's passes and "
-                  "tables were; the survey prints no numbers in it.")
+DIAGRAM = Verdict(REDRAWN, "A diagram or a picture, drawn from this program's passes and tables; "
+                  "the survey prints no numbers in it.")

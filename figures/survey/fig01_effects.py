@@ -25,11 +25,11 @@ def draw(data: Path, out: Path, full: bool) -> None:
     _, known = finished(cells(full), data)[0]
     size = cells(full)[0].size
     write_csv(out / "fig01.csv", HEADS, rows)
-    write_text(out / "fig01.md", "# Figure 1: what rays do beyond the eye's\n\n"
+    write_text(out / "fig01.md", "# Figure 1: reflections, soft shadows and refraction\n\n"
                f"Whitted's ray tracing at {size}x{size}, all rays by {METHOD}; renderer: "
-               f"{known['gpu']['renderer']}. The survey's pictures are of other scenes: these are "
-               "built-in stand-ins that show the same effects. Rays are those of every wave, "
-               "empty ones of branches that ended included.\n\n" + markdown_table(
+               f"{known['gpu']['renderer']}. The survey's pictures show other scenes; ours are "
+               "built-in stand-ins with the same effects. The number of rays counts every wave, "
+               "with the empty rays of branches that ended.\n\n" + markdown_table(
                    HEADS, [[number(v) if isinstance(v, float) else v for v in r] for r in rows]))
     figure, axes = plt.subplots(1, len(PANELS), figsize=(11, 4.2))
     for axis, (scene, says) in zip(axes, PANELS.items()):

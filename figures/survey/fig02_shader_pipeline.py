@@ -142,12 +142,13 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_csv(out / "fig02.csv", HEADS, lines)
     write_text(out / "fig02.md", (
         "# Figure 2: the shader pipeline, as passes of this program go through it\n\n"
-        f"Two draws over {SIDE * SIDE} rays. Vertex and fragment programs are programmable, what "
-        "lies between is not. A full-screen pass needs the first half of the pipeline only to "
-        "issue one fragment a ray; the Ray Engine sends triangles down it, a quad each over the "
-        "rays that may hit them, and lets blending keep the nearest. Triangles and fragments are "
-        "counted by queries around the draw; attributes and textures are what was left of the "
-        "programs after linking. What is drawn into becomes a texture of a later pass.\n\n"
+        f"Two draws over {SIDE * SIDE} rays. Vertex and fragment programs are programmable; the "
+        "stages between them are fixed. A full-screen pass uses the first half of the pipeline "
+        "only to issue one fragment per ray. The Ray Engine sends triangles through it: each "
+        "triangle becomes a quad over the rays that may hit it, and blending keeps the nearest "
+        "hit. Queries around the draw count triangles and fragments. The attributes and textures "
+        "are those that the programs still have after linking. A render target becomes a texture "
+        "of a later pass.\n\n"
         + markdown_table(HEADS, lines)))
     figure, axes = plt.subplots(len(lines), 1, figsize=(13, 8.6))
     for axis, one in zip(axes, shown()):
@@ -155,9 +156,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
     figure.suptitle("Figure 2: the shader pipeline, as passes of this program go through it",
                     fontsize=12)
     figure.tight_layout(rect=(0, 0.03, 1, 0.98))
-    save_chart(figure, out / "fig02.png", "Blue: programmable stages. Textures, width x height x "
-               "channels: green tables that are read at computed places, black streams that are "
-               "read at the fragment's own.")
+    save_chart(figure, out / "fig02.png", "Blue: programmable stages. Textures: width x height x "
+               "channels. Green textures are tables, read at computed places; black textures are "
+               "streams, read at the fragment's own place.")
 
 
 def draw_pipeline(axis: Any, one: Drawn) -> None:

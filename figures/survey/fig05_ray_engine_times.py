@@ -67,7 +67,8 @@ def verdict(scene: str, result: dict[str, Any], row: list[Any]) -> str:
             f"{largest[1]} bounds it, not transfers")
     return (f"{scene}: transfers take {number(100 * split['transfer_seconds'] / total)} % of the "
             f"time here; {says}. With infinitely fast passes the rate would be "
-            f"{number(row[3] / row[2])} times as high, in the paper {number(FREE / RATE)} times.")
+            f"{number(row[3] / row[2])} times as high; in the paper it would be "
+            f"{number(FREE / RATE)} times as high.")
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
@@ -110,20 +111,20 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_csv(out / "fig05.csv", HEADS, rows)
     write_text(out / "fig05.md", "\n".join((
         "# Figure 5: a picture by the Ray Engine, and where the time goes (Carr et al. 2002)\n",
-        f"Renderer: {renderer}. Eye rays. The paper's picture, of 34,000 triangles, ran at "
-        f"{RATE:,.0f} rays/s on a GeForce4 Ti; with an infinitely fast GPU the transfers alone "
-        f"would have bounded it at {FREE:,.0f}. On a software renderer a transfer is a copy in "
-        "memory: what it would take on a bus of that time is reckoned from the bytes and the "
-        "bus's nominal rates (AGP 4x, 1,066 MB/s up; read back as PCI does at 66 MHz, 266 MB/s "
-        "down), latencies left out. The host's walk is numpy over whole arrays, not the paper's "
-        "C. Rays are also fetched from the textures where the tracer has them, 32 bytes each, "
-        "and their outcome goes back, 32.\n",
+        f"Renderer: {renderer}. Eye rays. The paper's picture of 34,000 triangles ran at "
+        f"{RATE:,.0f} rays/s on a GeForce4 Ti. With an infinitely fast GPU, transfers alone would "
+        f"have limited the rate to {FREE:,.0f} rays/s. On a software renderer a transfer is a "
+        "copy in memory. The time on a bus of that time is therefore computed from the bytes and "
+        "the bus's nominal rates (AGP 4x, 1,066 MB/s up; readback as PCI at 66 MHz, 266 MB/s), "
+        "without latencies. The bytes include the rays that the host fetches from the tracer's "
+        "textures, 32 bytes each, and the results that it writes back, 32 bytes each. The host's "
+        "walk is numpy over whole arrays, not the paper's C.\n",
         markdown_table(HEADS, [[number(v) if isinstance(v, float) else v if v is not None else "-"
                                 for v in row] for row in rows]), *lines, "",
-        "## What 24 bits of depth lose\n",
-        f"{sheets.COUNT} sheets one above the other, rays down on them from above, and a floor "
-        "far below at which depth ends: the share of rays that hit another sheet than the "
-        "topmost, by how far these are apart.\n",
+        "## Errors of 24 bits of depth\n",
+        f"{sheets.COUNT} sheets lie one above the other, and rays hit them from above. Depth ends "
+        "at a floor far below. The table shows the share of rays that hit another sheet than the "
+        "topmost, by the distance between sheets.\n",
         markdown_table(sheets.HEADS, [[row[0], *map(number, row[1:])] for row in sheets.rows()])
     )))
     figure, (left, right) = plt.subplots(1, 2, figsize=(12.4, 5.4), width_ratios=(1, 1.5))

@@ -17,7 +17,7 @@ WORDS = {"eye_rays": "generate eye rays", "init": "a ray enters the grid, or mis
          "traverse": "one step from cell to cell",
          "intersect": "one triangle of the cell's list",
          "surfaces": "shade hits, make shadow rays",
-         "picture": "what shadow rays left of the light"}
+         "picture": "light that shadow rays found"}
 COUNTING = ("classify", "mask", "tile_counts", "everywhere")
 
 
@@ -41,10 +41,10 @@ def draw(data: Path, out: Path, full: bool) -> None:
               [[at, one.kernel] for at, one in enumerate(log.issued, 1)])
     write_text(out / "fig06.md", "# Figure 6: ray tracing in a grid as streams and kernels\n\n"
                f"The passes of one picture of {SIDE} x {SIDE} pixels by `grid` under the schedule "
-               "`kernels`; those that only count rays are left out.\n\n"
+               "`kernels`, without the passes that only count rays.\n\n"
                + markdown_table(HEADS, table_rows(log, WORDS)))
     figure, axis = plt.subplots(figsize=(10, 6.5))
     draw_flow(axis, log, WORDS)
     figure.suptitle("Figure 6: streaming ray tracing in a uniform grid", fontsize=12)
-    save_chart(figure, out / "fig06.png", "Kernels with how often each was issued. Green: tables, "
-               "read at computed places. Dots: streams, blue written, violet read.")
+    save_chart(figure, out / "fig06.png", "Kernels, each with its number of passes. Green: "
+               "tables, read at computed places. Dots: streams; blue is written, violet is read.")

@@ -46,10 +46,10 @@ def draw(data: Path, out: Path, full: bool) -> None:
                        for method, row in rows.items() if method != METHOD)
     write_text(out / "fig07.md", "# Figure 7: a picture by the grid with proximity clouds "
                f"(Karlsson and Ljungstedt 2004)\n\n{SCENE} at {size}x{size}, Whitted's ray "
-               f"tracing; renderer: {known['gpu']['renderer']}. Their picture, of a scene that is "
-               f"not to be had, took {THEIRS:g} s on a GeForce 6800 GTX and {THEIRS_ON_CPU:g} s "
-               "by a commercial renderer on a CPU of the time, "
-               f"{number(THEIRS_ON_CPU / THEIRS)} times as long. This one took "
+               f"tracing; renderer: {known['gpu']['renderer']}. The thesis's picture shows a "
+               f"scene that is not available. It took {THEIRS:g} s on a GeForce 6800 GTX and "
+               f"{THEIRS_ON_CPU:g} s by a commercial renderer on a CPU of the time, "
+               f"{number(THEIRS_ON_CPU / THEIRS)} times as long. Our picture took "
                f"{number(rows[METHOD][3])} s here" + (f"; {others}" if others else "") + ".\n\n"
                + markdown_table(HEADS, [[number(v) if isinstance(v, float) else v for v in row]
                                         for row in rows.values()]))

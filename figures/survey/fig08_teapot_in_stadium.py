@@ -51,8 +51,8 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
     return verdicts.of_claims({
         f"the grid takes {said} times the better kd-tree's time as the pot shrinks, and is slower "
         "in the end": gains[-1] > 1,
-        "it is farther behind in the smallest than in the largest": gains[-1] > gains[0],
-        f"by {TIMES} times or more": max(gains) >= TIMES})
+        "the grid is farther behind at the smallest pot than at the largest": gains[-1] > gains[0],
+        f"the grid is behind by {TIMES} times or more": max(gains) >= TIMES})
 
 
 def draw(data: Path, out: Path, full: bool) -> None:

@@ -36,10 +36,10 @@ def draw(data: Path, out: Path, full: bool) -> None:
     leaves = sum(map(small.is_leaf, range(len(small.tree.axis))))
     text = ("# Figure 9: a kd-tree\n\n"
             f"{len(small.triangles)} triangles that stand on the ground, seen from above, and the "
-            "tree that the surface area heuristic gives them: "
+            "tree that the surface area heuristic builds over them: "
             f"{len(small.tree.axis) - leaves} splitting planes S and {leaves} leaves n. A "
-            "triangle lies in every leaf that it reaches into; siblings are neighbours in the "
-            "texture, so that a node names its left child alone. The numbers are the builder's.\n")
+            "triangle lies in every leaf that it overlaps. Siblings are neighbours in the "
+            "texture, so a node stores only its left child. The numbers are the builder's.\n")
     write_csv(out / "fig09.csv", HEADS, rows(small))
     write_text(out / "fig09.md", text + "\n" + markdown_table(HEADS, rows(small)))
     figure, (ground, tree) = plt.subplots(1, 2, figsize=(11, 5.4), width_ratios=(1, 1.35))
@@ -47,5 +47,5 @@ def draw(data: Path, out: Path, full: bool) -> None:
     draw_tree(tree, small)
     figure.suptitle("Figure 9: a kd-tree of planes S and leaves n, and its nodes", fontsize=11)
     figure.tight_layout(rect=(0, 0.04, 1, 1))
-    save_chart(figure, out / "fig09.png", "Green: triangles seen from above, with their numbers; "
-               "under a leaf the triangles it lists.")
+    save_chart(figure, out / "fig09.png", "Green: triangles seen from above, with their numbers. "
+               "Under a leaf: the triangles that it lists.")

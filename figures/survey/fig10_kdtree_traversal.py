@@ -155,17 +155,19 @@ def draw(data: Path, out: Path, full: bool) -> None:
     names = ", ".join(map(small.name, printed.visited))
     ends = f"hits triangle {printed.hit}" if printed.hit >= 0 else "misses"
     hit = f"triangle {found.hits.triangle[0]} at t = {found.hits.t[0]:.3f}"
-    slip = (f"The survey's Figure 10 tests `thit >= tmax or thit < 0` first and then takes the "
-            "near child. With near chosen by the direction's sign, as `order` does there, that "
-            "is a slip: t_split < 0 says that the plane lies behind the ray's origin, so what "
-            "is ahead is the far child alone. By the printed rule this ray goes astray at "
-            f"{' and '.join(map(small.name, printed.wrong))}, visits {names}, and {ends}; as "
-            f"mended it hits {hit}. (With near chosen by the side the origin is on, the printed "
-            "rule would be right.) A plane at t_min exactly goes to far too, so that a ray that "
-            "left a leaf through a plane never comes back.")
+    slip = (f"The survey's Figure 10 tests `thit >= tmax or thit < 0` first, and then descends "
+            "into the near child. Its `order` chooses near by the direction's sign, so this test "
+            "is a mistake: t_split < 0 means that the plane lies behind the ray's origin, and "
+            "only the far child lies ahead. Under the printed rule this ray goes wrong at "
+            f"{' and '.join(map(small.name, printed.wrong))}, visits {names}, and {ends}. Under "
+            f"the corrected rule it hits {hit}. (The printed rule would be right if near were "
+            "the side of the plane that the origin is on.) If the plane lies exactly at t_min, "
+            "the ray also descends into far, so a ray that left a leaf through a plane never "
+            "comes back.")
     write_text(out / "fig10.md", "# Figure 10: the traversal of a kd-tree\n\n```\n" + CODE
-               + f"```\n\nOne ray by `{METHOD}`, one kernel a pass; t_min, t_max and the stack as "
-               "the textures held them behind the pass.\n\n" + markdown_table(HEADS, table)
+               + f"```\n\nOne ray by `{METHOD}`, one kernel a pass. The table shows t_min, t_max "
+               "and the stack that the textures hold after the pass.\n\n"
+               + markdown_table(HEADS, table)
                + "\n" + slip + "\n")
     figure = plt.figure(figsize=(12.5, 10))
     grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.35), height_ratios=(1, 1.25))
@@ -183,9 +185,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
     figure.suptitle("Figure 10: the traversal of a kd-tree with a stack, pass by pass, for one "
                     "ray", fontsize=12)
     figure.tight_layout(rect=(0, 0.05, 1, 1))
-    save_chart(figure, out / "fig10.png", "Blue: nodes visited. Red: where the rule as the survey "
-               f"prints it (t_split < 0: near) goes astray, at "
-               f"{' and '.join(map(small.name, printed.wrong))}: by it the ray {ends}.")
+    save_chart(figure, out / "fig10.png", "Blue: nodes visited. Red: nodes visited only under the "
+               "rule that the survey prints (t_split < 0: near). This rule goes wrong at "
+               f"{' and '.join(map(small.name, printed.wrong))}; under it the ray {ends}.")
 
 
 def draw_table(axis: plt.Axes, table: list[list[str]]) -> None:

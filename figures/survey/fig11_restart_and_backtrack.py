@@ -46,16 +46,16 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_csv(out / "fig11.csv", HEADS, table)
     counts = {found.method: len(found.visited) for found in walks}
     text = ["# Figure 11: kd-restart against kd-backtrack\n",
-            "The same ray, and its visits in order. Behind a leaf without a hit kd-restart takes "
-            "up the rest of the interval at the root; kd-backtrack climbs, a parent a step, to "
-            "the first ancestor whose box the rest still crosses, and descends from there.\n"]
+            "The same ray, and its visits in order. After a leaf without a hit, kd-restart starts "
+            "again at the root with the rest of the interval. kd-backtrack climbs, one parent a "
+            "step, to the first ancestor whose box the rest crosses, and descends from there.\n"]
     for found in walks:
         text.append(f"* {found.method}, {counts[found.method]} visits: "
                     + " ".join(map(small.name, found.visited)))
     least = min(counts, key=lambda name: counts[name])
     text.append(f"\nBoth visit the same leaves. Here {least} needs fewer visits: in a tree this "
-                "low the root is as near as any ancestor, and a climb reads each node on its way "
-                "up and the last one again on its way down.\n")
+                "low the root is as near as any ancestor. A climb reads each node on its way up, "
+                "and reads the last node again on its way down.\n")
     write_text(out / "fig11.md", "\n".join(text) + "\n" + markdown_table(HEADS, table))
     figure, axes = plt.subplots(1, 3, figsize=(14, 6), width_ratios=(0.75, 1, 1))
     leaves = {node: VISITED for node in walks[0].visited if small.is_leaf(node)}
@@ -72,8 +72,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
         axis.set_title(f"{found.method}: {counts[found.method]} visits", fontsize=10)
     figure.suptitle("Figure 11: restart against backtrack, the same ray", fontsize=12)
     figure.tight_layout(rect=(0, 0.05, 1, 1))
-    save_chart(figure, out / "fig11.png", "Red numbers: in which turns a node was visited, up "
-               "or down. Along the ray: t at which it took up the rest of its interval.")
+    save_chart(figure, out / "fig11.png", "Red numbers: positions of a node in the order of "
+               "visits, up or down. Along the ray: t at which the rest of its interval begins.")
 
 
 def _wrapped(numbers: list[int]) -> str:

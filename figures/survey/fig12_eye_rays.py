@@ -28,8 +28,8 @@ def _remarks(results: Results) -> list[str]:
                                                                              "restart")]
         nodes, time = (_over(backtrack, restart, key) for key in ("nodes_visited", "ns_per_ray"))
         lines.append(f"{panel.scene}: kd-backtrack visits {number(nodes)} times the nodes of "
-                     f"kd-restart, the climb's among them, and takes {number(time)} times its "
-                     f"time, {number(theirs[0] / theirs[1])} times in the paper.")
+                     f"kd-restart, counting the climb, and takes {number(time)} times its time; "
+                     f"in the paper it takes {number(theirs[0] / theirs[1])} times its time.")
     return lines
 
 
@@ -43,9 +43,9 @@ FIGURE = Comparison(
     tuple(map(Panel, ("cornell", "bunny", "robots", "kitchen"))),
     tuple(Column(name, name) for name in ("brute-force", "grid", "kd-restart", "kd-backtrack")),
     _cell,
-    ("Our schedule is `loop`, the whole traversal in a pass; the paper's passes are our "
-     "`kernels` (see schedules.md for what that costs).",
-     "At the quick size brute force is measured with fewer rays; compare by time a ray.",
-     "A node that kd-backtrack climbs to has a box and a parent to fetch, which no other step "
-     "has."),
+    ("Our schedule is `loop`, the whole traversal in a pass. The paper's passes are our "
+     "`kernels`; schedules.md shows their cost.",
+     "At the quick size brute force traces fewer rays, so compare times per ray.",
+     "At a node that it climbs to, kd-backtrack fetches a box and a parent, which no other step "
+     "fetches."),
     _remarks)

@@ -42,11 +42,12 @@ def _remarks(results: Results) -> list[str]:
         times = [r["ns_per_ray"] for r in found]
         shared = 4 * nodes[1] / max(nodes[0], 1e-9)
         lines.append(
-            f"{panel.label}: nodes fetched a ray {', '.join(number(n) for n in nodes)} down the "
-            f"table, rates over plain restart {', '.join(number(times[0] / t) for t in times)}. "
-            f"A packet visits {number(shared)} times the nodes of one of its rays and shares them "
-            f"among four; push-down spares {_spared(nodes[1], nodes[2])} of them, the short "
-            f"stack {_spared(nodes[2], nodes[3])} of the rest.")
+            f"{panel.label}: down the table, nodes fetched per ray are "
+            f"{', '.join(number(n) for n in nodes)}, and rates over plain restart are "
+            f"{', '.join(number(times[0] / t) for t in times)}. A packet visits {number(shared)} "
+            "times the nodes of one of its rays and shares them among four rays. Push-down saves "
+            f"{_spared(nodes[1], nodes[2])} of them; the short stack saves "
+            f"{_spared(nodes[2], nodes[3])} of the rest.")
     return lines
 
 
@@ -63,11 +64,12 @@ FIGURE = Comparison(
      *(Column(label, "kd-packet", settings, _published(settings))
        for label, settings in zip(LABELS[1:], SETTINGS))),
     _cell,
-    ("Each row has the improvements above it too. Packets are 2x2. At the quick size neighbouring "
-     "rays are two to four times as far apart as at 1024x1024, and packets share less.",
-     "A shadow ray goes from each hit that faces the light to the one point light; times are a "
-     "ray that exists. Nodes, triangles and steps of a packet are shared out among its rays.",
+    ("Each row includes the improvements of the rows above it. Packets are 2x2. At the quick size "
+     "neighbouring rays are two to four times as far apart as at 1024x1024, and packets share "
+     "less.",
+     "A shadow ray goes from each hit that faces the light to the one point light. Times are per "
+     "existing ray. Nodes, triangles and steps of a packet are divided among its rays.",
      "For cornell's primary rays the survey prints packets at 17.5 Mrays/s, below plain "
      "restart's 38.3, and push-down at 88.8; its shadow rays show no such dip. The number may be "
-     "a misprint, and what tau-b makes of it is to be read so."),
+     "a misprint, so tau-b may be misleading there."),
     _remarks)

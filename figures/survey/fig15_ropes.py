@@ -52,13 +52,13 @@ def draw(data: Path, out: Path, full: bool) -> None:
     table = [[small.name(leaf), *(small.name(ropes[leaf, name]) if (leaf, name) in ropes else "-"
                                   for name, _, _ in FACES)] for leaf in leaves]
     write_csv(out / "fig15.csv", HEADS, table)
-    way = " ".join(f"at t = {rope.t:.3f} from {small.name(rope.leaf)} along the rope to "
-                   f"{small.name(rope.node)}." for rope in taken)
+    way = ", ".join(f"from {small.name(rope.leaf)} to {small.name(rope.node)} at t = {rope.t:.3f}"
+                    for rope in taken)
     write_text(out / "fig15.md", "# Figure 15: a kd-tree with ropes\n\nEach face of a leaf has a "
-               "rope to the smallest node that holds all of what lies against the face: a leaf n "
-               "where one neighbour covers the face, else a split S, from which the ray goes "
-               "down again. Faces on the outside have none.\n\n" + markdown_table(HEADS, table)
-               + f"\nThe ray goes {way} It visits "
+               "rope to the smallest node that touches the whole face from outside. This is a "
+               "leaf n if a single neighbour covers the face, and otherwise a split S, from which "
+               "the ray descends again. Outer faces have no rope.\n\n"
+               + markdown_table(HEADS, table) + f"\nThe ray follows ropes {way}. It visits "
                f"{', '.join(map(small.name, found.visited))}, "
                f"{len(found.visited)} nodes, and hits triangle {found.hits.triangle[0]} at "
                f"t = {found.hits.t[0]:.3f}.\n")
@@ -78,9 +78,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
                   fontsize=10)
     figure.suptitle("Figure 15: a kd-tree with ropes", fontsize=12)
     figure.tight_layout(rect=(0, 0.05, 1, 1))
-    save_chart(figure, out / "fig15.png", "Arrows: from a leaf's face to the node "
-               "its rope names; to a split S where several leaves lie against the face. Squares: "
-               "where the ray leaves a leaf, and the node it goes on from.")
+    save_chart(figure, out / "fig15.png", "Arrows: from a leaf's face to the node that its rope "
+               "names, which is a split S if several leaves touch the face. Squares: where the "
+               "ray leaves a leaf, with the node from which it continues.")
 
 
 def draw_rope(axis: Any, small: World, leaf: int, face: str, node: int) -> None:

@@ -74,15 +74,17 @@ def draw(data: Path, out: Path, full: bool) -> None:
             if about["stand_in"]:
                 lines.append(f"{scene} is a procedural stand-in for {about['stand_in']}.")
             elif triangles != about["triangles"]:
-                lines.append(f"{scene} has {about['triangles']:,} triangles here, {triangles:,} "
-                             "in the paper: another edition of the model.")
+                lines.append(f"{scene} has {about['triangles']:,} triangles here and "
+                             f"{triangles:,} in the paper, because ours is another edition of the "
+                             "model.")
         words = ", ".join(("here", *(f"{k}={v}" for k, v in options.items())))
         rows.append([scene, words, about["triangles"],
                      *(tree[key] / scale for key, _, scale, _ in QUANTITIES)])
         lines.append(_verdict(scene, words, tree))
     if not full:
-        lines += [LEFT_OUT, *(f"So is the {scene} at depth {depth}, where its tree has about as "
-                              "many leaves as the paper's." for scene, depth in DEPTH.items())]
+        lines += [LEFT_OUT, *(f"The {scene} at depth {depth}, where its tree has about as many "
+                              "leaves as the paper's, is measured at full size only."
+                              for scene, depth in DEPTH.items())]
     heads = ("scene", "tree", "triangles", *(head for *_, head in QUANTITIES))
     write_csv(out / "fig17.csv", heads, rows)
     table = [[*row[:2], *(f"{value:,}" if isinstance(value, int) else f"{value:,.0f}"
@@ -90,11 +92,12 @@ def draw(data: Path, out: Path, full: bool) -> None:
              for row in rows]
     write_text(out / "fig17.md", "\n".join((
         "# Figure 17: what ropes add to a kd-tree (Popov et al. 2007)\n",
-        f"Bytes as in the paper's records: {NODE_BYTES} a node, {REFERENCE_BYTES} a reference, "
-        "and 48 a leaf for six ropes and a box. Its table says \"references\" without saying to "
-        "what; its sizes come out if it counts references a leaf that is not empty, and so does "
-        "this one. The survey says that each node has six ropes; the sizes say that leaves alone "
-        "have.\n", markdown_table(heads, table), "\n".join(f"* {line}" for line in lines), "")))
+        f"Bytes as in the paper's records: {NODE_BYTES} per node, {REFERENCE_BYTES} per "
+        "reference, and 48 per leaf for six ropes and a box. The paper's table counts "
+        "\"references\" without saying per what. Its sizes are right if it counts references per "
+        "leaf that is not empty, so this table does the same. The survey says that each node has "
+        "six ropes, but the sizes are right only if leaves alone have ropes.\n",
+        markdown_table(heads, table), "\n".join(f"* {line}" for line in lines), "")))
     _chart(results, out)
 
 
@@ -107,12 +110,13 @@ def _published(scene: str) -> list[float]:
 
 def _verdict(scene: str, words: str, tree: dict[str, float]) -> str:
     leaves, triangles_a_leaf = _published(scene)[0], tree["references"] / tree["leaves"]
-    return (f"{scene}, {words} (depth {tree['depth']}): ropes make it {number(tree['overhead'])} "
-            f"times as large, {'within' if _within(tree['overhead']) else 'not within'} "
-            f"{SLACK:.0%} of the published {LOWEST:.2f} to {HIGHEST:.2f}. It has "
+    return (f"{scene}, {words} (depth {tree['depth']}): ropes make the tree "
+            f"{number(tree['overhead'])} times as large, "
+            f"{'within' if _within(tree['overhead']) else 'not within'} "
+            f"{SLACK:.0%} of the published {LOWEST:.2f} to {HIGHEST:.2f}. The tree has "
             f"{number(tree['leaves'] / leaves)} times the published leaves and "
-            f"{number(triangles_a_leaf)} references a leaf, empty ones counted: the more, the "
-            "smaller the ropes' share.")
+            f"{number(triangles_a_leaf)} references per leaf, empty leaves included. The more "
+            "references, the smaller the share of the ropes.")
 
 
 def _chart(results: dict[str, dict], out: Path) -> None:

@@ -32,11 +32,11 @@ def draw(data: Path, out: Path, full: bool) -> None:
     leaves = sum(map(found.is_leaf, range(len(found))))
     text = ("# Figure 18: a bounding volume hierarchy\n\n"
             f"The {len(found.small.triangles)} triangles of Figure 9, seen from above, in a tree "
-            f"of {len(found) - leaves} boxes of boxes and {leaves} leaves, halved by their "
-            "centroids as Kay and Kajiya do. A node's box is the smallest around those of its "
-            "children, the root's is the whole scene's. Each triangle lies in one leaf alone, "
-            "where a kd-tree lists it in every leaf that it reaches into; in return boxes may "
-            "overlap, and the first hit found need not be the nearest.\n")
+            f"of {len(found) - leaves} boxes of boxes and {leaves} leaves. The builder halves the "
+            "triangles by their centroids, as Kay and Kajiya do. A node's box is the smallest box "
+            "around its children's boxes; the root's box encloses the scene. Each triangle lies "
+            "in a single leaf, while a kd-tree lists it in every leaf that it overlaps. In return "
+            "boxes may overlap, and the first hit found need not be the nearest.\n")
     write_csv(out / "fig18.csv", HEADS, rows(found))
     write_text(out / "fig18.md", text + "\n" + markdown_table(HEADS, rows(found)))
     figure, (ground, tree) = plt.subplots(1, 2, figsize=(11, 5.4), width_ratios=(1, 1.1))
@@ -44,6 +44,6 @@ def draw(data: Path, out: Path, full: bool) -> None:
     draw_nodes(tree, found, tree_places(found))
     figure.suptitle("Figure 18: a hierarchy of axis-aligned boxes", fontsize=12)
     figure.tight_layout(rect=(0, 0.04, 1, 1))
-    save_chart(figure, out / "fig18.png", "Green: triangles seen from above, with their numbers; "
-               "under a leaf (square, dashed box) the triangles it lists. Boxes of inner nodes "
-               "are drawn a little wider than they are.")
+    save_chart(figure, out / "fig18.png", "Green: triangles seen from above, with their numbers. "
+               "Under a leaf (square, dashed box): the triangles that it lists. Boxes of inner "
+               "nodes are drawn a little wider than they are.")

@@ -66,10 +66,10 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_csv(out / "fig19.csv", HEADS, table)
     way = ", ".join(f"{visit.node} ({'met' if visit.entered else 'missed'})" for visit in seen)
     write_text(out / "fig19.md", "# Figure 19: a threaded hierarchy\n\nThe nodes lie in "
-               "depth-first order, so that a ray that meets a box goes on to the next node of the "
-               "array: the hit link costs nothing. A ray that misses it takes the miss link past "
-               "all that the box holds; a leaf's two links lead to the same node. No stack is "
-               "needed, and the order is the same for every ray, from wherever it comes.\n\n"
+               "depth-first order. A ray that meets a box continues with the next node of the "
+               "array, so the hit link costs nothing. A ray that misses a box follows the miss "
+               "link past everything in the box. A leaf's two links lead to the same node. No "
+               "stack is needed, and the order of the nodes is the same for every ray.\n\n"
                + markdown_table(HEADS, table)
                + f"\nThe ray visits {way}: {len(seen)} of {len(found)} nodes. It hits triangle "
                f"{ray.hits.triangle[0]} at t = {ray.hits.t[0]:.3f}.\n")
@@ -86,10 +86,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
     draw_array(figure.add_subplot(grid[1, :]), found, seen)
     figure.suptitle("Figure 19: a hierarchy threaded by miss links", fontsize=12)
     figure.tight_layout(rect=(0, 0.05, 1, 1))
-    save_chart(figure, out / "fig19.png", "Dotted: miss links, drawn to the right; those to the "
-               "end of the array are left out of the tree. Below: the array as the texture holds "
-               "it, with the ray's way; filled: boxes that the ray meets, crossed: those it "
-               "misses.")
+    save_chart(figure, out / "fig19.png", "Dotted: miss links, drawn to the right; links to the "
+               "end of the array are not drawn in the tree. Below: the array in the texture, with "
+               "the ray's path. Filled: boxes that the ray meets. Crossed: boxes that it misses.")
 
 
 def draw_threads(axis: Any, found: Hierarchy, places: np.ndarray) -> None:

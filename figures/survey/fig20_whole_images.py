@@ -37,7 +37,8 @@ def _remarks(results: Results) -> list[str]:
             lines.append(
                 f"{panel.scene}: {label} visits {number(nodes)} times the nodes of "
                 f"{KAY_KAJIYA.label} and takes {number(result['ns_per_ray'] / base['ns_per_ray'])}"
-                f" times its time, {number(theirs / their_base)} times in the paper.")
+                f" times its time; in the paper it takes {number(theirs / their_base)} times its "
+                "time.")
     return lines
 
 
@@ -49,11 +50,11 @@ FIGURE = Comparison(
     (*(Column(name, name) for name in ("grid", "kd-restart", "kd-backtrack")),
      KAY_KAJIYA, _bvh("goldsmith-salmon")),
     _cell,
-    ("A picture here is eye rays, one point light and its shadow rays; what the thesis shaded is "
-     "not stated in the survey. Counters are of the eye rays.",
+    ("A picture here is eye rays, one point light and its shadow rays. The survey does not say "
+     "what the thesis shaded. Counters are of the eye rays.",
      "Our schedule is `loop`; grids have 50 cells an axis (2 for cornell), as in Figure 12.",
      "Our kd-trees are built by the surface area heuristic over clipped triangles, with a bonus "
-     "for cutting off empty space, and end a ray in the first leaf that has its hit. A threaded "
-     "hierarchy is walked in one order whatever the ray's direction, so a ray may meet far boxes "
-     "before near ones. How the thesis built its kd-trees the survey does not say."),
+     "for cutting off empty space. A ray ends in the first leaf that has its hit. A threaded "
+     "hierarchy has the same order for every direction, so a ray may meet far boxes before near "
+     "ones. The survey does not say how the thesis built its kd-trees."),
     _remarks)

@@ -96,11 +96,10 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_text(out / "fig21.md", (
         "# Figure 21: a geometry image, and the pyramids over it\n\n"
         f"A closed mesh of {len(horned().faces):,} triangles is cut open and spread over a "
-        f"square. Its image of {SIZE + 1} x {SIZE + 1} positions is a mesh of "
-        f"{2 * SIZE * SIZE:,} triangles again, closed as before. A node of the quadtree holds the "
-        "least and the greatest of its "
-        "cells' positions: two pyramids, a fragment pass a level. What is shown was read from the "
-        "textures that rays are traced with.\n\n"
+        f"square. Its image of {SIZE + 1} x {SIZE + 1} positions is again a closed mesh, of "
+        f"{2 * SIZE * SIZE:,} triangles. A node of the quadtree holds the minimum and the maximum "
+        "of its cells' positions. Fragment passes make these two pyramids, one pass a level. The "
+        "pictures show the textures that rays are traced with.\n\n"
         + markdown_table(HEADS, [[number(v) if isinstance(v, float) else v for v in row]
                                  for row in rows()])))
     figure, axes = plt.subplots(4, 4, figsize=(10.4, 12.0))
@@ -116,7 +115,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     axes[0, 1].set_aspect("equal")
     axes[0, 2].imshow(colours(made.charts[0]))
     axes[0, 3].imshow(made.normals()[0] / 2 + 0.5)
-    titles = ["the mesh", "spread over a square; its\nboundary, the cuts, by place",
+    titles = ["the mesh", "spread over a square; its\nboundary (the cuts) coloured by place",
               "position image: x, y, z\nas red, green, blue", "normal image"]
     tree, lo, hi = pyramids()
     for column, height in enumerate(SHOWN):
@@ -132,5 +131,5 @@ def draw(data: Path, out: Path, full: bool) -> None:
         axis.set_title(title, fontsize=8)
     figure.suptitle("Figure 21: a geometry image, and the pyramids over it", fontsize=11)
     figure.tight_layout(rect=(0, 0.03, 1, 0.98), h_pad=2.0)
-    save_chart(figure, out / "fig21.png", "Boxes as the passes left them. Below: rays stop at "
+    save_chart(figure, out / "fig21.png", "Boxes as the passes wrote them. Below: rays stop at "
                "quads of 2^level x 2^level cells, in the same pyramids.")

@@ -40,8 +40,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_text(out / "fig24.md", (
         "# Figure 24: the hierarchy of cones over rays\n\n"
         f"{RAYS} rays leave a wavy mirror. A node is a sphere around its rays' origins and a cone "
-        "of their directions; four neighbours become one, as a mipmap is made, by a fragment pass "
-        "a level. What is shown was read from the textures of those passes.\n\n"
+        "of their directions. A fragment pass per level merges four neighbours into a node, as in "
+        "a mipmap. The values were read from the textures of these passes.\n\n"
         + markdown_table(("level", "nodes", "radius, mean", "half-angle, degrees, mean"), sizes)
         + "\n" + markdown_table(HEADS, rows())))
     figure, axes = plt.subplots(2, 2, figsize=(10.4, 6.6))
@@ -61,8 +61,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
         axis.set_ylim(-1.05, 2.6)
     figure.suptitle("Figure 24: four neighbouring cones become one", fontsize=11)
     figure.tight_layout(rect=(0, 0.04, 1, 0.98))
-    save_chart(figure, out / "fig24.png", "Spheres and cones as the passes left them; grey: the "
-               "rays, all of which lie in the plane shown. A cone is drawn from its sphere's rim.")
+    save_chart(figure, out / "fig24.png", "Spheres and cones as the passes wrote them. Grey: the "
+               "rays, which all lie in the plane shown. A cone is drawn from its sphere's rim.")
 
 
 def cones(axis: Any, level: Level) -> None:

@@ -26,20 +26,23 @@ from .pass_work import counted, unseen
 from .scaled import CHIP, scaled, speeds
 from .surveyed import BASE, Entry, entries, published_speed
 
-ON_SOFTWARE = ("Measured on a software renderer: rasterising, blending and the bus cost what "
-               "memory costs.")
+ON_SOFTWARE = ("Measured on a software renderer: rasterising, blending and transfers have the "
+               "cost of memory accesses.")
 COLUMNS = (("measured", "#3d8b57"), ("predicted", "#2f6db3"), ("scaled", "#c98a1b"),
            ("published", "#8c8c8c"))
 NOTES = (
-    "The survey gives one number a paper; which of the paper's methods it is of, and which scenes "
-    "it began with, it does not say. Its figure has no numbers of its own: they are Table 1's.",
+    "The survey gives one number per paper. It does not say which of the paper's methods the "
+    "number belongs to, nor which scenes it was computed from. The figure has no numbers of its "
+    "own: they are Table 1's.",
     "Measured and predicted: eye rays of `tenk`, 24 balls on a floor, 10,000 triangles.",
-    "Predicted: work counted by emulation (by passes, where a method runs in many) and the "
-    "figures of the card, as on the page of period hardware; a packet's rays are the lanes of "
-    "a warp. The Ray Engine's host is left out: its passes and transfers stand for it, so that it "
-    "is predicted too fast, and all others too slow beside it.",
+    "Predicted: emulation counts the work (passes are counted if a method runs in many), and the "
+    "figures of the card give its time, as on the page of period hardware. A packet's rays are "
+    "the lanes of a warp. The Ray Engine's host is left out: only its passes and transfers count. "
+    "The Ray Engine is therefore predicted too fast, and all other methods too slow relative to "
+    "it.",
     "Measured: the Ray Engine's host is numpy.",
-    "Zhou's paper is of building kd-trees: its row is the kd-tree with a full stack, built so.")
+    "Zhou's paper is about building kd-trees: its row is the kd-tree with a full stack, built by "
+    "Zhou's method.")
 
 
 @dataclass(frozen=True)
@@ -124,15 +127,15 @@ def claims(found: list[Row], column: str) -> list[str]:
     """Sentences that compare a column with the survey's conclusions from its figure."""
     lines = []
     for says, chosen in (("packets over single rays", lambda row: row.entry.row.packet),
-                         ("with a stack over without one", lambda row: row.entry.row.stack)):
+                         ("with a stack over without a stack", lambda row: row.entry.row.stack)):
         # Use the same papers in every column, and only methods over trees: other methods have
         # neither packets nor stacks.
         sides = {side: [v for row in found if (v := value(row, column)) and row.published
                         and _tree(row) and chosen(row) is side] for side in (True, False)}
         if all(sides.values()):
             a, b = (statistics.geometric_mean(sides[side]) for side in (True, False))
-            lines.append(f"{column}, {says}: {number(a / b)} times as fast in the geometric mean, "
-                         f"of {len(sides[True])} and {len(sides[False])} methods over trees")
+            lines.append(f"{column}, {says}: {number(a / b)} times as fast in the geometric mean "
+                         f"({len(sides[True])} and {len(sides[False])} methods over trees)")
     return lines
 
 
@@ -199,25 +202,26 @@ def _page(found: list[Row], data: Path, full: bool) -> str:
         f"**{said.word}**: {said.why}\n",
         "" if known is None else f"Measured on: {known['gpu']['renderer']}, {known['date']}. "
         f"Predicted and scaled to: {find_card(CHIP).name}"
-        + ("" if card is None else f", of whose rates programs reach {number(card.share)}, fitted "
+        + ("" if card is None else f"; programs reach {number(card.share)} of its rates, fitted "
            f"to {card.says()} of the page of [period hardware](period.md)") + ".\n",
         markdown_table(("source", "method here", "measured ns a ray", "predicted ns a ray",
                         "bound by", "measured", "predicted", "scaled again", "published"), table),
-        "The last four columns: how many times as fast as the Ray Engine. Scaled again: what the "
-        "survey prints of a paper's rates, by the ratio of the cards' arithmetic and by that of "
-        "their bandwidth; at 10,000 triangles as a line between scenes has it:\n",
+        "The last four columns are speeds relative to the Ray Engine. Scaled again: the rate that "
+        "the survey prints for a paper, multiplied by the ratio of the cards' arithmetic and by "
+        "the ratio of their bandwidth. The rate at 10,000 triangles is interpolated between "
+        "scenes:\n",
         markdown_table(("source", "card", "Mrays/s at 10,000 triangles, or at the nearest",
                         "from"), cards),
         "## How the columns agree\n",
         markdown_table(("", "", "tau-b", "ratios off by a factor of", "methods"), [
             [one, other, number(tau, 2), number(off), count] for one, other in pairs
             for tau, off, count in (agreement(found, one, other),)]),
-        "## What the survey reads off it\n",
+        "## What the survey concludes from it\n",
         "Packets generally outperform single rays; methods with and without a stack have similar "
         "performance (section 4.1):\n",
         *(f"* {line}." for name, _ in COLUMNS for line in claims(found, name)),
         *(f"* {line}." for line in packet_pairs(found)), "",
-        "## What must be known\n", *(f"* {note}" for note in NOTES),
+        "## Notes\n", *(f"* {note}" for note in NOTES),
         *([f"* {ON_SOFTWARE}"] if known and is_software(known["gpu"]["renderer"]) else []),
         *(f"* {note}" for note in _least(data, full)), ""]
     return "\n".join(parts)
@@ -226,8 +230,9 @@ def _page(found: list[Row], data: Path, full: bool) -> str:
 def _least(data: Path, full: bool) -> list[str]:
     """Sentences on the passes whose predicted work is only a lower bound."""
     results = {e.label: r for e in entries() if (r := read(e.counted(full), data))}
-    return [f"Predicted, {label}: of {', '.join(names)} one turn of each loop is counted, the "
-            "least; how often they turn is not known, as a vertex program places them."
+    return [f"Predicted, {label}: in {', '.join(names)} each loop counts as one iteration, the "
+            "minimum. The number of iterations is unknown, because a vertex program places the "
+            "fragments."
             for label, r in results.items() if "passes" in r and (names := unseen(r["passes"]))]
 
 
@@ -261,8 +266,8 @@ def _chart(found: list[Row], out: Path) -> None:
     axis.set_ylabel("speed over the Ray Engine's (log)")
     axis.legend(frameon=False, fontsize=8, ncols=4, loc="lower right", bbox_to_anchor=(1, 1))
     axis.spines[["top", "right"]].set_visible(False)
-    figure.suptitle("Figure 26: eye rays at 10,000 triangles; left the survey's rows, right what "
-                    "it gives no number for", fontsize=11)
+    figure.suptitle("Figure 26: eye rays at 10,000 triangles; left: the survey's rows; right: "
+                    "methods without a number in the survey", fontsize=11)
     figure.tight_layout(rect=(0, 0.03, 1, 1))
     save_chart(figure, out / "fig26.png",
                f"measured against published: {_agreed(found, 'measured', 'published')}; "

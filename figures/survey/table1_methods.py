@@ -20,12 +20,12 @@ COLUMNS = ("acceleration_structure", "dynamic_geometry", "packet_tracing", "stac
            "implementation")
 NOTES = (
     "Structure: the class that the tracer built, and the records that its programs read.",
-    "Dynamic: whether the row's method follows moved triangles without building its structure "
-    "anew (`refit` or nothing to build), as `Tracer.update` was seen to do. Zhou's answer was a "
-    "build fast enough for every frame: what building takes here stands beside it.",
-    "Implementation: all are fragment programs here; nothing is in a streaming language.",
-    "Packets: Popov's are both, single rays and packets, two methods here. N/A of the survey's is "
-    "not held against ours.")
+    "Dynamic: whether the method follows moved triangles without rebuilding its structure (it has "
+    "`refit`, or nothing to build), as observed with `Tracer.update`. Zhou's answer was a build "
+    "that is fast enough for every frame; our build times are in the second table.",
+    "Implementation: all methods are fragment programs here; none uses a streaming language.",
+    "Packets: Popov's method is both single rays and packets, which are two methods here. Where "
+    "the survey says N/A, ours is not compared.")
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,8 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
     return verdicts.Verdict(
         word, f"Relative performance: {speed.why} Properties: {scores.count(True)} of "
         f"{stated} that the survey states are the same here"
-        + (f"; differing, implementation left out: {'; '.join(differ)}" if differ else "") + ".")
+        + (f"; these differ (implementation left out): {'; '.join(differ)}" if differ else "")
+        + ".")
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
@@ -115,8 +116,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
         for line in found])
     said = judge(data, full)
     parts = [
-        "# Table 1: what the methods are\n", f"**{said.word}**: {said.why}\n",
-        "A cell holds the survey's word; where ours is another one, both, the survey's first.\n",
+        "# Table 1: properties of the methods\n", f"**{said.word}**: {said.why}\n",
+        "A cell holds the survey's word. If ours differs, it holds both, the survey's first.\n",
         markdown_table(("source", "method here", *(c.replace("_", " ") for c in COLUMNS),
                         "relative performance", "measured here", "predicted, 8800 GTX"),
                        [[line.entry.source, line.entry.label,
@@ -124,12 +125,12 @@ def draw(data: Path, out: Path, full: bool) -> None:
                          number(published_speed(line.entry.source)),
                          number(speeds[line.entry.source].measured),
                          number(speeds[line.entry.source].predicted)] for line in found]),
-        "What it takes to follow triangles that moved, here:\n",
+        "The cost of following moved triangles, measured here:\n",
         markdown_table(("source", "method here", "build, ms", "update, ms", "update", "tables, "
                         "KiB"), [[line.entry.source, line.entry.label, number(1e3 * line.build),
                                   number(1e3 * line.update),
                                   "nothing to build" if line.ours[COLUMNS[0]] == "nothing"
-                                  else "built anew" if line.rebuilt else "refitted",
+                                  else "rebuilt" if line.rebuilt else "refitted",
                                   number(line.size / 1024)] for line in found]),
         "## What must be known\n", *(f"* {note}" for note in NOTES), ""]
     write_text(out / "table1.md", "\n".join(parts))
@@ -163,11 +164,11 @@ def _chart(found: list[Line], out: Path) -> None:
                     [f"{line.entry.source}: {line.entry.label}" for line in found], fontsize=8)
     axis.tick_params(length=0)
     axis.spines[:].set_visible(False)
-    figure.suptitle("Table 1: the survey's word | ours; green the same, red another, grey N/A",
+    figure.suptitle("Table 1: the survey's word | ours; green: same, red: different, grey: N/A",
                     fontsize=11)
     figure.tight_layout(rect=(0, 0.04, 1, 1))
-    save_chart(figure, out / "table1.png", "Ours: of the method table, the structure that was "
-               "built, and updates that were timed.")
+    save_chart(figure, out / "table1.png", "Ours: from the method table, the structures that were "
+               "built, and the updates that were timed.")
 
 
 assert set(STANDS_FOR) == set(table1()), "every row of Table 1 has a method that stands for it"

@@ -170,7 +170,7 @@ def test_another_cpu_is_left_out_of_tau(tmp_path) -> None:
     figure.draw(tmp_path, tmp_path, False)
     page = (tmp_path / "fig16.md").read_text()
     assert "bunny, primary, 9 triangles: tau-b 1" in page
-    assert "packets have 1.5 times the rate of single rays, 1.43 times it in the paper" in page
+    assert "packets have 1.5 times the rate of single rays, 1.43 times in the paper" in page
 
 
 def test_packets_counters_are_shared_out() -> None:
@@ -203,7 +203,7 @@ def test_mirrors_and_packets(last: float, says: str, tmp_path) -> None:
     so_far = [float(row["packets over single so far, rate"]) for row in rows]
     assert so_far == pytest.approx(np.arange(1, 7) / np.cumsum(1 / ratios))
     page = (tmp_path / "fig14.md").read_text()
-    assert says in page and ("less than single rays at bounce" in page) == (last < 1)
+    assert says in page and ("slower than single rays at bounce" in page) == (last < 1)
 
 
 def test_sizes_with_ropes(tmp_path) -> None:

@@ -44,5 +44,6 @@ def test_what_it_says_follows_from_the_rows() -> None:
             {**common, "method": "visibility-field, 32 MiB", "rays_per_second": 25.0,
              "tested": 40.0, "mib": 30.0}]
     said, = ray_space.findings(rows)
-    assert said == ("s, eye rays: visibility-field, 32 MiB traces 0.25 times the rays a second of "
-                    "bvh-threaded, tests 10 times the triangles, in 30 times the memory.")
+    assert said == ("s, eye rays: visibility-field, 32 MiB traces 0.25 times as many rays per "
+                    "second as bvh-threaded. It tests 10 times as many triangles, and needs 30 "
+                    "times the memory.")
