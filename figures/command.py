@@ -20,7 +20,7 @@ try:
         import_module(name)
     from .framework import pages, provenance
     from .framework.catalogue import FIGURES, figure_of, of_survey
-    from .framework.index_page import Line, write_index
+    from .framework.index_page import IndexEntry, write_index
     from .framework.measure import measure
     from .framework.output import number
     from .framework.verdicts import Verdict
@@ -39,7 +39,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _main(arguments: list[str] | None) -> int:
-    parser = _Parser(prog="python -m gpgpu_rt.figures", description=__doc__)
+    parser = _FigureParser(prog="python -m gpgpu_rt.figures", description=__doc__)
     parser.add_argument("--full", action="store_true", help="use the papers' resolutions")
     parser.add_argument("--only", nargs="+", type=_figure, default=list(FIGURES), metavar="NAME",
                         help=f"draw only these figures, out of {', '.join(FIGURES)}")
@@ -76,7 +76,7 @@ def _main(arguments: list[str] | None) -> int:
     return 0
 
 
-class _Parser(Parser):
+class _FigureParser(Parser):
     speaker = "figures"
 
 
@@ -89,8 +89,9 @@ def _figure(name: str) -> str:
 def _index(out: Path) -> None:
     """Write the index of all pages in ``out``, drawn now or by earlier runs."""
     pages = {name: page for name in FIGURES if (page := provenance.held(name, out))}
-    lines = [Line(name, FIGURES[name], Verdict(**page["verdict"]) if page["verdict"] else None,
-                  provenance.summary(page)) for name, page in pages.items()]
+    lines = [IndexEntry(name, FIGURES[name],
+                        Verdict(**page["verdict"]) if page["verdict"] else None,
+                        provenance.summary(page)) for name, page in pages.items()]
     seconds, unknown = provenance.spent(pages.values())
     quick = [name for name, page in pages.items() if page["size"] == "quick"]
     size = "quick" if len(quick) == len(pages) else "the papers'"

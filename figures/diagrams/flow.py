@@ -6,13 +6,13 @@ from typing import Any
 
 from matplotlib.patches import FancyBboxPatch
 
-from .issued_passes import PassLog
+from .issued_passes import IssuedPasses
 from .plan import INK, PALE, SPLITS, TRIANGLE, VISITED
 
 ROW = 1.0
 
 
-def draw_flow(axis: Any, log: PassLog, words: Mapping[str, str]) -> None:
+def draw_flow(axis: Any, log: IssuedPasses, words: Mapping[str, str]) -> None:
     """Draw kernels in the order of their first passes, tables on the left, streams on the right.
 
     Parameters
@@ -69,7 +69,7 @@ def _join(axis: Any, lanes: list[float], y: float, colour: str, outward: bool) -
         "shrinkB": 4 if outward else 0})
 
 
-def table_rows(log: PassLog, words: Mapping[str, str]) -> list[list[str]]:
+def table_rows(log: IssuedPasses, words: Mapping[str, str]) -> list[list[str]]:
     """The rows of a page's table: kernel, what it does, draws, reads and writes."""
     return [[kernel, words.get(kernel, ""), str(count), ", ".join(one.reads) or "-",
              ", ".join(one.writes)] for kernel, (one, count) in log.kinds().items()]

@@ -21,7 +21,7 @@ class Issued:
 
 
 @dataclass
-class PassLog:
+class IssuedPasses:
     """Draws in their order."""
 
     issued: list[Issued] = field(default_factory=list)
@@ -43,14 +43,14 @@ def record_of(sampler: str) -> str:
 
 
 @contextmanager
-def logged(tracer: rt.Tracer, left_out: tuple[str, ...] = ()) -> Iterator[PassLog]:
+def logged(tracer: rt.Tracer, left_out: tuple[str, ...] = ()) -> Iterator[IssuedPasses]:
     """Within, every draw of the tracer is written down.
 
     Parameters
     ----------
     left_out : programs to pass over, such as those that only count
     """
-    log = PassLog()
+    log = IssuedPasses()
 
     def kernel_of(drawn: Any) -> str:
         if drawn.uniforms.get("equal"):

@@ -16,7 +16,7 @@ THICK = 0.03    # of the triangles, across the plane that rays lie in
 
 
 @dataclass
-class Level:
+class ConeLevel:
     """A level of the hierarchy in world units: (nodes, 3) centres and axes; radii, chords and
     reaches (nodes,)."""
 
@@ -69,7 +69,7 @@ def scene() -> rt.Scene:
 
 
 @lru_cache(maxsize=1)
-def traversal() -> tuple[list[Level], list[Round], rt.Hits]:
+def traversal() -> tuple[list[ConeLevel], list[Round], rt.Hits]:
     """The hierarchy as it lay in its textures, the stream as it lay in its own level by level, and
     the hits."""
     rounds: list[Round] = []
@@ -92,7 +92,7 @@ def traversal() -> tuple[list[Level], list[Round], rt.Hits]:
     return levels, rounds, hits
 
 
-def _level(textures: list, unit: float) -> Level:
+def _level(textures: list, unit: float) -> ConeLevel:
     fields = CONE.unpack(np.stack([read_texture(t).reshape(-1, 4) for t in textures], 1))
-    return Level(fields["centre"] / unit, fields["radius"] / unit, fields["axis"],
-                 fields["chord"], fields["reach"] / unit)
+    return ConeLevel(fields["centre"] / unit, fields["radius"] / unit, fields["axis"],
+                     fields["chord"], fields["reach"] / unit)

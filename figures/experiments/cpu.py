@@ -26,7 +26,7 @@ COLOURS = ("#c9c9c9", "#8c8c8c", "#3d8b57", "#4b2a70", "#2f6db3")
 
 
 @dataclass(frozen=True)
-class Column:
+class EngineColumn:
     """A way to trace rays. ``threads`` is None if the renderer chooses their number."""
 
     label: str
@@ -35,17 +35,17 @@ class Column:
     threads: int | None = None
 
 
-def columns() -> list[Column]:
+def columns() -> list[EngineColumn]:
     """Embree on one thread and on all; then fragment programs with packets and single rays."""
     packets = next(column for column in PACKETS.columns if column.label == FAST)
-    several = [Column(embree(CORES).name, ON_CPU, (("threads", CORES),), CORES)]
-    return [Column(EMBREE, ON_CPU, (), 1), *(several if CORES > 1 else []),
-            Column(packets.label, packets.method, packets.options),
-            Column("kd-packet", "kd-packet", (("packet", (4, 2)),)),
-            Column("bvh-threaded octants", "bvh-threaded", (("octants", True),))]
+    several = [EngineColumn(embree(CORES).name, ON_CPU, (("threads", CORES),), CORES)]
+    return [EngineColumn(EMBREE, ON_CPU, (), 1), *(several if CORES > 1 else []),
+            EngineColumn(packets.label, packets.method, packets.options),
+            EngineColumn("kd-packet", "kd-packet", (("packet", (4, 2)),)),
+            EngineColumn("bvh-threaded octants", "bvh-threaded", (("octants", True),))]
 
 
-def cell(scene: str, column: Column, full: bool) -> Cell:
+def cell(scene: str, column: EngineColumn, full: bool) -> Cell:
     return Cell(scene, column.method, column.options, 1024 if full else 512,
                 runs=timed_runs(full))
 

@@ -17,7 +17,7 @@ from gpgpu_rt.hardware.model import Counted, Prediction, kernel_work, loop_work,
 from gpgpu_rt.scene.catalogue import mesh_path
 
 from ..framework.cell import ON_CPU, Cell
-from ..framework.comparison import Column, Comparison, Panel
+from ..framework.comparison import Comparison, MethodColumn, Panel
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 from ..framework.published_numbers import nanoseconds, published_row
 from ..framework.results import read
@@ -53,7 +53,7 @@ class Experiment:
     def card(self) -> Card:
         return find_card(self.chip)
 
-    def pairs(self) -> Iterator[tuple[Panel, Column]]:
+    def pairs(self) -> Iterator[tuple[Panel, MethodColumn]]:
         """Yield the panels and columns that have a published number of a card."""
         for panel, column in self.figure.pairs(full=True):
             if (panel.scene not in fig22.HUGE and column.method != ON_CPU
@@ -61,11 +61,11 @@ class Experiment:
                     and self.published(panel, column) is not None):
                 yield panel, column
 
-    def published(self, panel: Panel, column: Column) -> dict[str, str] | None:
+    def published(self, panel: Panel, column: MethodColumn) -> dict[str, str] | None:
         return published_row(self.figure.name, panel.scene, column.method,
                              column.published_options, panel.rays)
 
-    def cells(self, panel: Panel, column: Column) -> list[Cell]:
+    def cells(self, panel: Panel, column: MethodColumn) -> list[Cell]:
         """A cell for each kind of rays that the published number covers."""
         options = (*self.figure.cell(panel, column, False).options, TEST)
         if self.warps(column):
@@ -73,11 +73,11 @@ class Experiment:
         return [Cell(panel.scene, column.method, options, self.size, WORK + kind + self.manner,
                      runs=1) for kind in self.kinds(panel)]
 
-    def warps(self, column: Column) -> bool:
+    def warps(self, column: MethodColumn) -> bool:
         """Whether the rays of a packet are lanes of a warp, instead of sharing one lane."""
         return self.chip == "G80" and column.label.endswith("-packet")
 
-    def width(self, column: Column) -> int:
+    def width(self, column: MethodColumn) -> int:
         """The number of fragments that branch together."""
         return self.card.branch_width // (math.prod(WARP_PACKET) if self.warps(column) else 1)
 
@@ -99,12 +99,12 @@ EXPERIMENTS = (
 
 
 @dataclass
-class Row:
+class PredictedCell:
     """A cell of a figure: published and predicted nanoseconds per ray (per pixel of a picture)."""
 
     experiment: Experiment
     panel: Panel
-    column: Column
+    column: MethodColumn
     published: float
     works: list[tuple[Counted, dict[str, Any]]]
     stand_in: bool
@@ -171,7 +171,7 @@ def cells(full: bool, chip: str | None = None) -> list[Cell]:
                               for cell in one.cells(panel, column)))
 
 
-def rows(data: Path) -> list[Row]:
+def rows(data: Path) -> list[PredictedCell]:
     """Every cell whose work is measured, still without a prediction."""
     found = []
     for one in EXPERIMENTS:
@@ -184,13 +184,13 @@ def rows(data: Path) -> list[Row]:
             found_work = [r["work"] for r in results if r is not None]
             works = [(_counted(one, column, work).scaled(image_scale(work)), work)
                      for work in found_work]
-            found.append(Row(one, panel, column, published, works,
-                             bool(results[0]["scene"]["stand_in"]),
-                             results[0]["scene"]["triangles"]))
+            found.append(PredictedCell(one, panel, column, published, works,
+                                       bool(results[0]["scene"]["stand_in"]),
+                                       results[0]["scene"]["triangles"]))
     return found
 
 
-def _counted(one: Experiment, column: Column, work: dict[str, Any]) -> Counted:
+def _counted(one: Experiment, column: MethodColumn, work: dict[str, Any]) -> Counted:
     if one.manner == KERNELS:
         return kernel_work(work)
     return loop_work(one.card, work, one.width(column))
@@ -215,7 +215,7 @@ class Fit:
         return f"{self.cells} cells" + (", none of them scored" if self.stand_ins else "")
 
 
-def fit(found: list[Row]) -> dict[str, Fit]:
+def fit(found: list[PredictedCell]) -> dict[str, Fit]:
     """Fit each chip's constant to its scored cells, and predict every cell with it."""
     fits = {}
     for chip in dict.fromkeys(row.experiment.chip for row in found):
@@ -243,13 +243,13 @@ def draw(data: Path, out: Path, full: bool) -> None:
         _chart(found, out)
 
 
-def misses(found: list[Row]) -> float:
+def misses(found: list[PredictedCell]) -> float:
     """The median of |log2(predicted / published)| over scored cells."""
     logs = [abs(math.log2(row.ratio)) for row in found if row.scored]
     return statistics.median(logs) if logs else math.nan
 
 
-def _page(found: list[Row], fits: dict[str, Fit]) -> str:
+def _page(found: list[PredictedCell], fits: dict[str, Fit]) -> str:
     parts = ["# Predicted against published: period hardware\n",
              "Work is counted by emulating the compiled fragment programs on tiles of the image, "
              "at the width at which the card's pixels branch. It is multiplied by the ratio "
@@ -292,7 +292,7 @@ def _page(found: list[Row], fits: dict[str, Fit]) -> str:
     return "\n".join(parts)
 
 
-def _orders(found: list[Row]) -> str:
+def _orders(found: list[PredictedCell]) -> str:
     """A sentence on how many scenes' methods have the published order, against the targets."""
     taus = {}
     for row in found:
@@ -311,7 +311,7 @@ def _orders(found: list[Row]) -> str:
             + "\n")
 
 
-def _chart(found: list[Row], out: Path) -> None:
+def _chart(found: list[PredictedCell], out: Path) -> None:
     figure, axis = plt.subplots(figsize=(7, 6.4))
     for name, colour in COLOURS.items():
         mine = [r for r in found if r.experiment.figure.name == name]

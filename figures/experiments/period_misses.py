@@ -12,19 +12,19 @@ from ..framework.published_numbers import published_triangles
 from .period_work import image_scale
 
 if TYPE_CHECKING:
-    from .period import Row
+    from .period import PredictedCell
 
 TIE = 0.05     # published times within this share of each other have no order, as in `tau_b`
 FACTOR = 2     # a prediction that is off by more is a miss
 
 
-def tau_of(found: list[Row], figure: str, panel: Panel) -> tuple[float, int]:
+def tau_of(found: list[PredictedCell], figure: str, panel: Panel) -> tuple[float, int]:
     """tau-b of the predicted and the published times of a panel's methods, and their number."""
     mine = [row for row in found if row.experiment.figure.name == figure and row.panel == panel]
     return tau_b([r.ns for r in mine], [r.published for r in mine]), len(mine)
 
 
-def turned_round(found: list[Row], bar: float) -> list[str]:
+def turned_round(found: list[PredictedCell], bar: float) -> list[str]:
     """A sentence for each scored scene below the bar, with the pairs of methods in wrong order.
 
     Each pair comes with its counts.
@@ -45,13 +45,13 @@ def turned_round(found: list[Row], bar: float) -> list[str]:
     return lines
 
 
-def missed(found: list[Row]) -> list[Row]:
+def missed(found: list[PredictedCell]) -> list[PredictedCell]:
     """Scored cells that are off by more than a factor of two, the farthest first."""
     return sorted((r for r in found if r.scored and not 1 / FACTOR <= r.ratio <= FACTOR),
                   key=lambda r: -abs(math.log2(r.ratio)))
 
 
-def miss(row: Row) -> str:
+def miss(row: PredictedCell) -> str:
     """A sentence on a missed cell: its counts, and the instructions that its time allows."""
     scale = image_scale(row.works[0][1])
     return (f"{row.experiment.figure.name}, {row.panel.label}, {row.column.label}: predicted "
@@ -63,7 +63,7 @@ def miss(row: Row) -> str:
                if scale != 1 else "") + ".")
 
 
-def other_editions(found: list[Row]) -> list[str]:
+def other_editions(found: list[PredictedCell]) -> list[str]:
     """Sentences on scenes whose number of triangles is not the paper's."""
     counts = {row.panel.scene: (row.triangles,
                                 published_triangles(row.experiment.figure.name, row.panel.scene))
@@ -73,34 +73,34 @@ def other_editions(found: list[Row]) -> list[str]:
             for scene, (ours, theirs) in counts.items() if theirs and ours != theirs]
 
 
-def reasons(found: list[Row]) -> list[str]:
+def reasons(found: list[PredictedCell]) -> list[str]:
     """Sentences on the common reasons of misses and wrong orders, as far as these occur."""
     return [says for reason in _REASONS for says in reason(found)]
 
 
-def _room(row: Row) -> float:
+def _room(row: PredictedCell) -> float:
     """Instructions per ray that the published time allows at the card's peak."""
     card = row.experiment.card
     return 1e-9 * row.published * (card.scalar_rate if card.scalar_units else card.vector_rate)
 
 
-def _counts(row: Row) -> str:
+def _counts(row: PredictedCell) -> str:
     """The counted instructions of a ray (of a picture: of a pixel), and the lanes used."""
     return (f"{number(row.instructions)} instructions with {100 * row.utilisation:.0f} % of the "
             "lanes used")
 
 
-def _of(found: list[Row], figure: str, is_one: Callable[[Row], bool] = lambda row: True
-        ) -> list[Row]:
+def _of(found: list[PredictedCell], figure: str,
+        is_one: Callable[[PredictedCell], bool] = lambda row: True) -> list[PredictedCell]:
     return [row for row in found if row.scored and row.experiment.figure.name == figure
             and is_one(row)]
 
 
-def _named(rows: list[Row]) -> str:
+def _named(rows: list[PredictedCell]) -> str:
     return ", ".join(f"{row.panel.label} {row.column.label} {number(row.ratio)}" for row in rows)
 
 
-def _brute_force(found: list[Row]) -> Iterable[str]:
+def _brute_force(found: list[PredictedCell]) -> Iterable[str]:
     rows = _of(found, "fig12", lambda row: row.column.method == "brute-force")
     cost = max((kernel["vector"] for row in rows for _, work in row.works
                 for kernel in work.get("kernels", ())), default=0)
@@ -114,7 +114,7 @@ def _brute_force(found: list[Row]) -> Iterable[str]:
                "done something else. The prediction is left as it is.")
 
 
-def _few_triangles(found: list[Row]) -> Iterable[str]:
+def _few_triangles(found: list[PredictedCell]) -> Iterable[str]:
     rows = _of(found, "fig12", lambda row: row.panel.scene == "cornell"
                and row.column.method != "brute-force")
     if len(rows) > 1:
@@ -125,7 +125,7 @@ def _few_triangles(found: list[Row]) -> Iterable[str]:
                f"{rows[0].triangles} triangles, so the work that each ray does once decides.")
 
 
-def _slow_trees(found: list[Row]) -> Iterable[str]:
+def _slow_trees(found: list[PredictedCell]) -> Iterable[str]:
     for scene in dict.fromkeys(row.panel.scene for row in _of(found, "fig20")):
         rows = {row.column.method: row for row in _of(
             found, "fig20", lambda row: row.panel.scene == scene)}
@@ -139,7 +139,7 @@ def _slow_trees(found: list[Row]) -> Iterable[str]:
                    "does not say how it was built.")
 
 
-def _squares(found: list[Row]) -> Iterable[str]:
+def _squares(found: list[PredictedCell]) -> Iterable[str]:
     far = [row for row in missed(_of(found, "fig20")) if row.ratio > 1]
     if far:
         yield (f"Too slow in Figure 20 ({_named(far)} times the published time): where 1024 "
@@ -147,7 +147,7 @@ def _squares(found: list[Row]) -> Iterable[str]:
                "lie where rays differ most, and their waiting is assumed for all squares.")
 
 
-def _climbing(found: list[Row]) -> Iterable[str]:
+def _climbing(found: list[PredictedCell]) -> Iterable[str]:
     rows = {(row.panel.scene, row.column.method): row for row in _of(found, "fig12")}
     for (scene, method), row in rows.items():
         restart = rows.get((scene, "kd-restart"))
@@ -159,7 +159,7 @@ def _climbing(found: list[Row]) -> Iterable[str]:
                    f"{number(row.published / restart.published)} times its time.")
 
 
-def _shadows(found: list[Row]) -> Iterable[str]:
+def _shadows(found: list[PredictedCell]) -> Iterable[str]:
     far = [row for row in missed(_of(found, "fig13", lambda row: row.panel.rays == "shadow"))
            if row.ratio > 1]
     if far:
@@ -167,7 +167,7 @@ def _shadows(found: list[Row]) -> Iterable[str]:
                "published time): the light is ours, and few pixels of a group have a ray.")
 
 
-def _secondary(found: list[Row]) -> Iterable[str]:
+def _secondary(found: list[PredictedCell]) -> Iterable[str]:
     for panel in dict.fromkeys(row.panel for row in _of(found, "fig16")
                                if "secondary" in (row.panel.rays or "")):
         rows = _of(found, "fig16", lambda row: row.panel == panel)

@@ -38,7 +38,7 @@ class Panel:
 
 
 @dataclass(frozen=True)
-class Column:
+class MethodColumn:
     """A method of the table, and its name in the published numbers."""
 
     label: str
@@ -66,13 +66,13 @@ class Comparison:
     title: str
     source: str
     panels: tuple[Panel, ...]
-    columns: tuple[Column, ...]
-    cell: Callable[[Panel, Column, bool], Cell]
+    columns: tuple[MethodColumn, ...]
+    cell: Callable[[Panel, MethodColumn, bool], Cell]
     notes: tuple[str, ...]
     remarks: Callable[[Results], list[str]] = lambda results: []
     full_only: tuple[str, ...] = ()       # scenes that the quick size leaves out
 
-    def pairs(self, full: bool) -> list[tuple[Panel, Column]]:
+    def pairs(self, full: bool) -> list[tuple[Panel, MethodColumn]]:
         """The pairs of panel and column that are measured."""
         return [(panel, column) for panel in self.panels for column in self.columns
                 if column.only in (None, panel.rays) and panel.scene not in column.skips
@@ -115,11 +115,11 @@ class Comparison:
                  for panel, column in self.pairs(full)}
         return {key: result for key, result in found.items() if result is not None}
 
-    def _published(self, panel: Panel, column: Column) -> dict[str, str] | None:
+    def _published(self, panel: Panel, column: MethodColumn) -> dict[str, str] | None:
         return published_row(self.name, panel.scene, column.published_method or column.method,
                              column.published_options, panel.rays)
 
-    def _row(self, panel: Panel, column: Column, result: dict[str, Any]) -> dict[str, Any]:
+    def _row(self, panel: Panel, column: MethodColumn, result: dict[str, Any]) -> dict[str, Any]:
         theirs = self._published(panel, column)
         counters = result["counters"]
         return {"scene": panel.scene, "rays": panel.rays,
@@ -135,7 +135,7 @@ class Comparison:
                 "passes": result["statistics"].get("passes")}
 
     def _ordered(self, panel: Panel, results: Results
-                 ) -> list[tuple[Column, dict[str, Any], float]]:
+                 ) -> list[tuple[MethodColumn, dict[str, Any], float]]:
         """The columns that tau-b orders, with our results and the published nanoseconds."""
         found = [(column, results.get((panel, column.label)),
                   nanoseconds(self._published(panel, column)))

@@ -33,7 +33,7 @@ COLOURS = {verdicts.REPRODUCED: "#cfe8d5", verdicts.ORDER: "#f5e6b8",
 
 
 @dataclass(frozen=True)
-class Line:
+class IndexEntry:
     """A page: its name, title, verdict and source of its numbers.
 
     ``verdict`` is None for a figure beyond the survey.
@@ -45,7 +45,8 @@ class Line:
     source: str
 
 
-def write_index(out: Path, lines: Sequence[Line], wanted: int, remarks: Sequence[str]) -> None:
+def write_index(out: Path, lines: Sequence[IndexEntry], wanted: int,
+                remarks: Sequence[str]) -> None:
     """Write out/index.md and out/index.html.
 
     Parameters
@@ -78,18 +79,19 @@ def write_index(out: Path, lines: Sequence[Line], wanted: int, remarks: Sequence
     write_text(out / "index.html", _html(out, head, of_survey, beyond))
 
 
-def tally(lines: Sequence[Line]) -> Mapping[str, int]:
+def tally(lines: Sequence[IndexEntry]) -> Mapping[str, int]:
     """The number of figures with each verdict."""
     return {word: sum(line.verdict is not None and line.verdict.word == word for line in lines)
             for word in verdicts.WORDS}
 
 
-def _links(line: Line) -> str:
+def _links(line: IndexEntry) -> str:
     return " ".join(f"[{word}]({line.name}.{suffix})" for word, suffix in
                     (("chart", "png"), ("CSV", "csv"), ("JSON", "json")))
 
 
-def _html(out: Path, head: str, of_survey: Sequence[Line], beyond: Sequence[Line]) -> str:
+def _html(out: Path, head: str, of_survey: Sequence[IndexEntry],
+          beyond: Sequence[IndexEntry]) -> str:
     """The text of an HTML page that shows every chart with its verdict."""
     cards = []
     for line in (*of_survey, *beyond):

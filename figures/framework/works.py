@@ -48,7 +48,7 @@ def _of_made(made: Any) -> Callable[[Cell], str]:
 
 
 @dataclass(frozen=True)
-class Work:
+class MeasurementKind:
     """A kind of measurement, for cells whose `work` begins with `name`."""
 
     name: str
@@ -90,69 +90,69 @@ def _period_work(cell: Cell, name: str) -> dict[str, Any]:
                                         cell.method, dict(cell.options), manner)}
 
 
-def _gap_work(kind: str) -> Work:
-    return Work(kind, lambda cell, rays: {"gap": gap_work.measure(
+def _gap_work(kind: str) -> MeasurementKind:
+    return MeasurementKind(kind, lambda cell, rays: {"gap": gap_work.measure(
         kind, load(cell.scene), _rays(cell, rays), cell.method, dict(cell.options))}, timed=False,
         counted=kind == gap_work.DONE)
 
 
 WORKS = (
     # Each extreme case gets size squared rays.
-    Work("extremes", lambda cell, _: {"warm_ups": 0, "cases": extreme_runs.measure(
+    MeasurementKind("extremes", lambda cell, _: {"warm_ups": 0, "cases": extreme_runs.measure(
         cell.method, dict(cell.options), cell.size ** 2)},
         timed=False, catalogued=False, digest=lambda cell: extreme_runs.digest()),
     # The stream has size squared elements.
-    Work("reduction", lambda cell, _: {
+    MeasurementKind("reduction", lambda cell, _: {
         "warm_ups": reduction_times.WARM_UPS,
         "seconds": reduction_times.measure(cell.size ** 2, dict(cell.options)["kept"], cell.runs)},
         catalogued=False, digest=lambda cell: ""),
     # The next three compare rasterised approximations with the traced truth.
-    Work("refraction", lambda cell, _: {
+    MeasurementKind("refraction", lambda cell, _: {
         "warm_ups": trace_times.WARM_UPS,
         "refraction": refraction_errors.measure(cell.scene, cell.method, dict(cell.options),
                                                 cell.size, cell.runs)},
-         catalogued=False,
-         digest=lambda cell: "" if cell.scene == "ball" else _of_catalogue(cell)),
-    Work("caustics", lambda cell, _: {
+                    catalogued=False,
+                    digest=lambda cell: "" if cell.scene == "ball" else _of_catalogue(cell)),
+    MeasurementKind("caustics", lambda cell, _: {
         "warm_ups": trace_times.WARM_UPS,
         "caustics": caustic_errors.measure(cell.scene, cell.method, dict(cell.options),
                                            cell.size, cell.runs)},
-         catalogued=False, digest=_of_made(caustic_errors)),
-    Work("ray bundles", lambda cell, _: {
+                    catalogued=False, digest=_of_made(caustic_errors)),
+    MeasurementKind("ray bundles", lambda cell, _: {
         "warm_ups": trace_times.WARM_UPS,
         "bundles": bundle_errors.measure(cell.scene, cell.method, dict(cell.options),
                                          cell.size, cell.runs)},
-         catalogued=False, digest=_of_made(bundle_errors)),
-    Work("first hits", lambda cell, _: {"first_hits": first_hit_times.measure(
+                    catalogued=False, digest=_of_made(bundle_errors)),
+    MeasurementKind("first hits", lambda cell, _: {"first_hits": first_hit_times.measure(
         load(cell.scene), cell.method, dict(cell.options), cell.size, cell.runs)}),
     # Errors by number of samples, up to the number in the options.
-    Work("path errors", lambda cell, _: {"errors": path_errors.measure(
+    MeasurementKind("path errors", lambda cell, _: {"errors": path_errors.measure(
         load(cell.scene), cell.method, dict(cell.options), cell.size)}, timed=False),
     # The options name the step of `growing` whose pictures are timed.
-    Work("needs", lambda cell, _: {"needs": needs_times.measure(
+    MeasurementKind("needs", lambda cell, _: {"needs": needs_times.measure(
         dict(cell.options)["step"], cell.method, cell.size, cell.runs, cell.scene)},
         digest=lambda cell: needs_times.digest(cell.scene, dict(cell.options)["step"])),
     # Each kind of `known_rays` gets size squared rays, and all hits are judged.
-    Work("accuracy", _accuracy),
+    MeasurementKind("accuracy", _accuracy),
     # The sizes of the kd-tree that the options describe.
-    Work("tree", lambda cell, _: {"tree": tree_sizes.measure(
+    MeasurementKind("tree", lambda cell, _: {"tree": tree_sizes.measure(
         load(cell.scene), dict(cell.options))}, timed=False),
-    Work("updates", lambda cell, _: {"updates": update_times.measure(
+    MeasurementKind("updates", lambda cell, _: {"updates": update_times.measure(
         load(cell.scene), cell.method, dict(cell.options), cell.runs)}),
     # A moving scene is rendered for `runs` frames.
-    Work("frames", lambda cell, _: {"frames": frame_times.measure(
+    MeasurementKind("frames", lambda cell, _: {"frames": frame_times.measure(
         cell.scene, cell.method, dict(cell.options), cell.size, cell.runs)}),
-    Work(COHERENCE, lambda cell, rays: {"coherence": coherence.measure(
+    MeasurementKind(COHERENCE, lambda cell, rays: {"coherence": coherence.measure(
         load(cell.scene), _rays(cell, rays))}, timed=False),
-    Work(period_work.WORK, _period_work, timed=False, counted=True),
-    Work(pass_work.PASSES, lambda cell, rays: {"passes": pass_work.measure(
+    MeasurementKind(period_work.WORK, _period_work, timed=False, counted=True),
+    MeasurementKind(pass_work.PASSES, lambda cell, rays: {"passes": pass_work.measure(
         load(cell.scene), _rays(cell, rays), cell.method, dict(cell.options))}, timed=False,
         counted=True),
     *map(_gap_work, gap_work.KINDS),
 )
-TRACED = Work("", lambda cell, _: trace_times.measure(cell))
+TRACED = MeasurementKind("", lambda cell, _: trace_times.measure(cell))
 
 
-def work_of(cell: Cell) -> Work:
+def work_of(cell: Cell) -> MeasurementKind:
     """The row that a cell's `work` names."""
     return next((work for work in WORKS if cell.work.startswith(work.name)), TRACED)

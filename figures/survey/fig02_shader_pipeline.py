@@ -38,7 +38,7 @@ _SAMPLER = re.compile(r"uniform\s+[iu]?sampler2D\s+(\w+)")
 
 
 @dataclass(frozen=True)
-class Drawn:
+class LoggedDraw:
     """A draw, as it went through the pipeline.
 
     method : the method that issued the draw
@@ -68,7 +68,7 @@ class Recorder(PassLog):
     """A pass log that keeps each draw separately, with its primitives."""
 
     method: str = ""
-    found: list[Drawn] = field(default_factory=list)
+    found: list[LoggedDraw] = field(default_factory=list)
 
     @contextmanager
     def drawing(self, name: str, program: moderngl.Program, texts: tuple[str, str],
@@ -82,7 +82,7 @@ class Recorder(PassLog):
                       for key, member in members.items()
                       if isinstance(member, moderngl.Attribute) and not key.startswith("gl_")}
         own = name.replace(".frag", ".vert")
-        self.found.append(Drawn(
+        self.found.append(LoggedDraw(
             self.method, own if _exists(own) else FULL_SCREEN, name, attributes,
             query.primitives, 0 if self._in_query else query.samples,
             {key: _shape(texture) for key, texture in textures.items()},
@@ -99,7 +99,7 @@ def _shape(texture: moderngl.Texture) -> tuple[int, int, int, str]:
 
 
 @lru_cache(maxsize=1)
-def shown() -> tuple[Drawn, ...]:
+def shown() -> tuple[LoggedDraw, ...]:
     """The largest draw of each program in SHOWN, with Figure 3's rays."""
     found = []
     for method, fragment, options in SHOWN:
@@ -114,7 +114,7 @@ def shown() -> tuple[Drawn, ...]:
     return tuple(found)
 
 
-def words(one: Drawn) -> dict[str, str]:
+def words(one: LoggedDraw) -> dict[str, str]:
     """Stage -> the text that describes it for this draw."""
     inputs = ", ".join(f"{name} ({count})" for name, count in one.attributes.items())
     width, height = one.targets[0][:2]
@@ -161,7 +161,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
                "streams, read at the fragment's own place.")
 
 
-def draw_pipeline(axis: Any, one: Drawn) -> None:
+def draw_pipeline(axis: Any, one: LoggedDraw) -> None:
     axis.set(xlim=(0, 110), ylim=(0, 42))
     axis.axis("off")
     heading(axis, 55, 40, f"{one.method}: {one.vertex}, {one.fragment}")

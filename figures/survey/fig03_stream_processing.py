@@ -30,7 +30,7 @@ COLOURS = {"init": PALE, "down": SPLITS[0], "intersect": TRIANGLE}
 
 
 @dataclass(frozen=True)
-class Pass:
+class KernelPass:
     """A pass as it was issued.
 
     kernel : "init", or one of the method's
@@ -79,9 +79,9 @@ def rays() -> tuple[np.ndarray, np.ndarray]:
 
 
 @lru_cache(maxsize=None)
-def passes(method: str = METHOD) -> tuple[Pass, ...]:
+def passes(method: str = METHOD) -> tuple[KernelPass, ...]:
     """The passes of one trace of ``rays()`` under the schedule `kernels`."""
-    found: list[Pass] = []
+    found: list[KernelPass] = []
     with rt.Tracer(world().scene, method, schedule="kernels", mask_interval=2,
                    max_depth=MAX_DEPTH) as tracer:
         sides: dict[int, str] = {}
@@ -97,7 +97,7 @@ def passes(method: str = METHOD) -> tuple[Pass, ...]:
             ran = steps > stepped if source is not None else np.ones(len(steps), bool)
             stepped[ran] = steps[ran]
             attached = {texture.glo: name for name, texture in target.samplers().items()}
-            found.append(Pass(
+            found.append(KernelPass(
                 kernel, tuple(sorted(program.samplers)),
                 tuple(attached[texture.glo] for texture in target.target.color_attachments),
                 "" if source is None else sides[id(source)], sides[id(target)],
@@ -142,7 +142,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
                "kernel. Passes are issued in pairs: some find no ray left.")
 
 
-def draw_pass(axis: Any, shown: Pass, row: Any) -> None:
+def draw_pass(axis: Any, shown: KernelPass, row: Any) -> None:
     axis.set(xlim=(0, 100), ylim=(0, 72))
     axis.axis("off")
     heading(axis, 15, 70, "textures, one texel a ray\n(input streams)")
@@ -178,7 +178,7 @@ def draw_pass(axis: Any, shown: Pass, row: Any) -> None:
               fontsize=8.5, color=SPLITS[1])
 
 
-def draw_list(axis: Any, every: tuple[Pass, ...]) -> None:
+def draw_list(axis: Any, every: tuple[KernelPass, ...]) -> None:
     """Every pass in its turn: colour by kernel, height by rays."""
     most = max(one.rays for one in every)
     for at, one in enumerate(every):

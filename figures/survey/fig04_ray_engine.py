@@ -29,7 +29,7 @@ TITLES = {"KEEP_NEAREST": "nearest t", "KEEP_FIRST": "lowest triangle there",
 
 
 @dataclass(frozen=True)
-class Pass:
+class BatchPass:
     """A pass over a batch as it was issued.
 
     name : what it keeps
@@ -49,7 +49,7 @@ class Pass:
 
 
 @contextmanager
-def watching(engine: Any, found: list[Pass]) -> Iterator[None]:
+def watching(engine: Any, found: list[BatchPass]) -> Iterator[None]:
     """Within, the passes of an engine over its batches are noted."""
     room_for = engine._room_for
     batches = [0]
@@ -65,16 +65,17 @@ def watching(engine: Any, found: list[Pass]) -> Iterator[None]:
                   count: int, depth_end: float) -> None:
             draw_quads(keep, any_hit, samplers, accelerator, buffer, count, depth_end)
             program = room._quads[keep, any_hit]
-            found.append(Pass(keep, "quads.vert, quads.frag", tuple(sorted(program.samplers)),
-                              _names(room, room.targets[keep]), "MIN blending", batches[0], count))
+            found.append(BatchPass(
+                keep, "quads.vert, quads.frag", tuple(sorted(program.samplers)),
+                _names(room, room.targets[keep]), "MIN blending", batches[0], count))
 
         def left(program: Any, samplers: Any, target: Any) -> None:
             draw_left(program, samplers, target)
             names = {texture.glo: name for name, texture in target.samplers().items()}
-            found.append(Pass("hits", program.name.split("/")[-1],
-                              tuple(sorted(program.samplers)),
-                              tuple(names[t.glo] for t in target.target.color_attachments),
-                              "-", batches[0], 0))
+            found.append(BatchPass("hits", program.name.split("/")[-1],
+                                   tuple(sorted(program.samplers)),
+                                   tuple(names[t.glo] for t in target.target.color_attachments),
+                                   "-", batches[0], 0))
         room.draw_quads, room.draw_left = quads, left
         return room
     engine._room_for = watched
@@ -90,9 +91,9 @@ def _names(room: Any, target: Any) -> tuple[str, ...]:
 
 
 @lru_cache(maxsize=1)
-def passes() -> tuple[tuple[Pass, ...], dict[str, float], rt.Hits]:
+def passes() -> tuple[tuple[BatchPass, ...], dict[str, float], rt.Hits]:
     """The passes of one trace of Figure 3's rays, what it moved and took, and its hits."""
-    found: list[Pass] = []
+    found: list[BatchPass] = []
     with rt.Tracer(world().scene, METHOD, statistics=True, **SETTINGS) as tracer:
         with watching(tracer.session.driver, found):
             hits = tracer.trace(*rays(), shape=(SIDE, SIDE))
@@ -134,7 +135,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
                "into. Bytes: of this trace, all batches together.")
 
 
-def draw_engine(axis: Any, kinds: dict[str, Pass], split: dict[str, float]) -> None:
+def draw_engine(axis: Any, kinds: dict[str, BatchPass], split: dict[str, float]) -> None:
     """Host on the left, graphics hardware on the right, what crosses between them."""
     axis.set(xlim=(0, 112), ylim=(0, 72))
     axis.axis("off")
@@ -179,7 +180,7 @@ def draw_engine(axis: Any, kinds: dict[str, Pass], split: dict[str, float]) -> N
               fontsize=9)
 
 
-def draw_batches(axis: Any, every: tuple[Pass, ...]) -> None:
+def draw_batches(axis: Any, every: tuple[BatchPass, ...]) -> None:
     """Quads of each batch, in their turn."""
     quads = {one.batch: one.quads for one in every if one.quads}
     axis.bar(list(quads), list(quads.values()), color=SPLITS[0], width=0.85)

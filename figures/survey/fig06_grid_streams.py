@@ -7,7 +7,7 @@ from pathlib import Path
 import gpgpu_rt as rt
 
 from ..diagrams.flow import HEADS, draw_flow, table_rows
-from ..diagrams.issued_passes import PassLog, logged
+from ..diagrams.issued_passes import IssuedPasses, logged
 from ..diagrams.small_world import world
 from ..framework.cell import Cell
 from ..framework.output import markdown_table, plt, save_chart, write_csv, write_text
@@ -22,7 +22,7 @@ COUNTING = ("classify", "mask", "tile_counts", "everywhere")
 
 
 @lru_cache(maxsize=None)
-def passes() -> PassLog:
+def passes() -> IssuedPasses:
     """The passes of one picture of the small world, with eye and shadow rays."""
     with rt.Tracer(world().scene, "grid", schedule="kernels", mask_interval=2) as tracer:
         with logged(tracer, COUNTING) as log:

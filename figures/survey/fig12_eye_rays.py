@@ -2,14 +2,14 @@
 from __future__ import annotations
 
 from ..framework.cell import Cell, timed_runs
-from ..framework.comparison import Column, Comparison, Panel, Results
+from ..framework.comparison import Comparison, MethodColumn, Panel, Results
 from ..framework.output import number
 from ..framework.published_numbers import published
 
 GRID = {"cornell": 2}   # cells an axis, as published; 50 for the other scenes
 
 
-def _cell(panel: Panel, column: Column, full: bool) -> Cell:
+def _cell(panel: Panel, column: MethodColumn, full: bool) -> Cell:
     options = (("resolution", GRID.get(panel.scene, 50)),) if column.method == "grid" else ()
     slow = column.method == "brute-force" and panel.scene != "cornell"
     size = 512 if full else (32 if slow else 256)
@@ -41,7 +41,8 @@ FIGURE = Comparison(
     "fig12", "Figure 12: eye rays, time by method (Foley and Sugerman 2005)",
     "Foley and Sugerman 2005, 512x512, card not named in the survey",
     tuple(map(Panel, ("cornell", "bunny", "robots", "kitchen"))),
-    tuple(Column(name, name) for name in ("brute-force", "grid", "kd-restart", "kd-backtrack")),
+    tuple(MethodColumn(name, name)
+          for name in ("brute-force", "grid", "kd-restart", "kd-backtrack")),
     _cell,
     ("Our schedule is `loop`, the whole traversal in a pass. The paper's passes are our "
      "`kernels`; schedules.md shows their cost.",

@@ -4,7 +4,7 @@ from __future__ import annotations
 from gpgpu_rt.bench.workloads import EYE, SHADOW
 
 from ..framework.cell import Cell, timed_runs
-from ..framework.comparison import Column, Comparison, Panel, Results
+from ..framework.comparison import Comparison, MethodColumn, Panel, Results
 from ..framework.output import number
 
 WORK = {"primary": EYE, "shadow": SHADOW}
@@ -19,7 +19,7 @@ def size(scene: str, full: bool) -> int:
     return 1024 if full else 512 if scene == "cornell" else 256
 
 
-def _cell(panel: Panel, column: Column, full: bool) -> Cell:
+def _cell(panel: Panel, column: MethodColumn, full: bool) -> Cell:
     assert panel.rays is not None
     return Cell(panel.scene, column.method, column.options, size(panel.scene, full),
                 WORK[panel.rays], timed_runs(full))
@@ -60,8 +60,8 @@ FIGURE = Comparison(
     "Horn et al. 2007, 1024x1024, ATI Radeon X1900 XTX",
     tuple(Panel(scene, rays) for scene in ("cornell", "kitchen", "robots", "conference")
           for rays in WORK),
-    (Column(PLAIN, "kd-restart"),
-     *(Column(label, "kd-packet", settings, _published(settings))
+    (MethodColumn(PLAIN, "kd-restart"),
+     *(MethodColumn(label, "kd-packet", settings, _published(settings))
        for label, settings in zip(LABELS[1:], SETTINGS))),
     _cell,
     ("Each row includes the improvements of the rows above it. Packets are 2x2. At the quick size "

@@ -5,7 +5,7 @@ from gpgpu_rt.bench.engines import EMBREE as CPU
 from gpgpu_rt.bench.workloads import EYE
 
 from ..framework.cell import ON_CPU, Cell, timed_runs
-from ..framework.comparison import Column, Comparison, Panel, Results
+from ..framework.comparison import Comparison, MethodColumn, Panel, Results
 from ..framework.output import number
 from ..framework.published_numbers import published
 
@@ -17,7 +17,7 @@ LEFT_OUT = ("The fairy forest is measured at full size only. If its mesh is miss
             "stand-in of the same triangle count replaces it.")
 
 
-def _cell(panel: Panel, column: Column, full: bool) -> Cell:
+def _cell(panel: Panel, column: MethodColumn, full: bool) -> Cell:
     assert panel.rays is not None
     return Cell(panel.scene, column.method, (), 1024 if full else 512, WORK[panel.rays],
                 timed_runs(full))
@@ -64,8 +64,8 @@ FIGURE = Comparison(
     "fig16", "Figure 16: ropes, single rays and packets (Popov et al. 2007)",
     "Popov et al. 2007, 1024x1024, GeForce 8800 GTX and Opteron 2.6 GHz",
     tuple(Panel(scene, rays) for scene in SCENES for rays in WORK),
-    (Column(CPU, ON_CPU, published_method="rope-single-cpu", only="primary"),
-     Column(SINGLE, SINGLE), Column(PACKET, PACKET)),
+    (MethodColumn(CPU, ON_CPU, published_method="rope-single-cpu", only="primary"),
+     MethodColumn(SINGLE, SINGLE), MethodColumn(PACKET, PACKET)),
     _cell,
     ("The CPU is today's, and so is its ray tracer: Embree's BVH through embreex, on one thread, "
      "without ropes. The published number beside it is Popov's single rays along ropes on an "

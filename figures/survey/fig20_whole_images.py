@@ -2,13 +2,13 @@
 from __future__ import annotations
 
 from ..framework.cell import Cell, timed_runs
-from ..framework.comparison import Column, Comparison, Panel, Results
+from ..framework.comparison import Comparison, MethodColumn, Panel, Results
 from ..framework.output import number
 from ..framework.published_numbers import published
 from .fig12_eye_rays import GRID
 
 
-def _cell(panel: Panel, column: Column, full: bool) -> Cell:
+def _cell(panel: Panel, column: MethodColumn, full: bool) -> Cell:
     options = column.options
     if column.method == "grid":
         options = (("resolution", GRID.get(panel.scene, 50)),)
@@ -16,8 +16,9 @@ def _cell(panel: Panel, column: Column, full: bool) -> Cell:
                 timed_runs(full))
 
 
-def _bvh(build: str) -> Column:
-    return Column(f"bvh-threaded {build}", "bvh-threaded", (("build", build),), f"build={build}")
+def _bvh(build: str) -> MethodColumn:
+    return MethodColumn(f"bvh-threaded {build}", "bvh-threaded", (("build", build),),
+                        f"build={build}")
 
 
 def _remarks(results: Results) -> list[str]:
@@ -47,7 +48,7 @@ FIGURE = Comparison(
     "fig20", "Figure 20: whole images, time by method (Thrane and Simonsen 2005)",
     "Thrane and Simonsen 2005, 512x512, GeForce 6800 Ultra",
     tuple(map(Panel, ("cows", "robots", "kitchen", "bunny", "cornell"))),
-    (*(Column(name, name) for name in ("grid", "kd-restart", "kd-backtrack")),
+    (*(MethodColumn(name, name) for name in ("grid", "kd-restart", "kd-backtrack")),
      KAY_KAJIYA, _bvh("goldsmith-salmon")),
     _cell,
     ("A picture here is eye rays, one point light and its shadow rays. The survey does not say "

@@ -5,7 +5,7 @@ from gpgpu_rt.bench.engines import EMBREE as CPU
 from gpgpu_rt.bench.workloads import EYE
 
 from ..framework.cell import ON_CPU, Cell, timed_runs
-from ..framework.comparison import Column, Comparison, Panel, Results
+from ..framework.comparison import Comparison, MethodColumn, Panel, Results
 from ..framework.output import number
 
 WORK = {"primary": EYE, "primary+shadow": "picture", "primary+secondary": "picture"}
@@ -14,7 +14,7 @@ FAST = "bvh-packet, interval test"
 HUGE = ("sodahall", "powerplant")   # building takes minutes: measured at full size only
 
 
-def _cell(panel: Panel, column: Column, full: bool) -> Cell:
+def _cell(panel: Panel, column: MethodColumn, full: bool) -> Cell:
     assert panel.rays is not None
     runs = 3 if panel.scene in HUGE else timed_runs(full)
     return Cell(panel.scene, column.method, column.options, 1024 if full else 512,
@@ -55,13 +55,13 @@ FIGURE = Comparison(
     tuple(Panel(scene, rays) for rays in WORK
           for scene in (("fairyforest", "conference") if rays == "primary+secondary"
                         else ("fairyforest", "conference", *HUGE))),
-    (Column(CPU, ON_CPU, only="primary"),
-     Column(ROPES, ROPES, only="primary", skips=HUGE),
-     Column(ROPES, ROPES, only="primary+secondary"),
-     Column(BVH, BVH, only="primary"),
-     Column(BVH, BVH, only="primary+shadow"),
-     Column(FAST, BVH, (("interval_test", True), ("packet", (4, 2)), ("quantise_nodes", 16)),
-            only="primary", published_options="interval")),
+    (MethodColumn(CPU, ON_CPU, only="primary"),
+     MethodColumn(ROPES, ROPES, only="primary", skips=HUGE),
+     MethodColumn(ROPES, ROPES, only="primary+secondary"),
+     MethodColumn(BVH, BVH, only="primary"),
+     MethodColumn(BVH, BVH, only="primary+shadow"),
+     MethodColumn(FAST, BVH, (("interval_test", True), ("packet", (4, 2)), ("quantise_nodes", 16)),
+                  only="primary", published_options="interval")),
     _cell,
     ("The survey prints two numbers for eye rays of bvh-packet; this table shows the first. The "
      "survey does not say what the number in parentheses means.",

@@ -7,7 +7,7 @@ from pathlib import Path
 import gpgpu_rt as rt
 
 from ..diagrams.flow import HEADS, draw_flow, table_rows
-from ..diagrams.issued_passes import PassLog, logged
+from ..diagrams.issued_passes import IssuedPasses, logged
 from ..framework.cell import Cell
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 
@@ -20,7 +20,7 @@ WORDS = {"tile_spans": "middle of a tile's rays", "tile_cones": "enclosing cone 
 
 
 @lru_cache(maxsize=None)
-def passes() -> tuple[PassLog, list[tuple[int, int]]]:
+def passes() -> tuple[IssuedPasses, list[tuple[int, int]]]:
     """Those of one image of eye rays; and by batch: pairs of a triangle and a tile, and those that
     their cones let through."""
     scene = rt.load_scene(SCENE)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..diagrams.small_rays import RAYS, Level, rays, traversal
+from ..diagrams.small_rays import RAYS, ConeLevel, rays, traversal
 from ..framework.cell import Cell
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 
@@ -65,7 +65,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
                "rays, which all lie in the plane shown. A cone is drawn from its sphere's rim.")
 
 
-def cones(axis: Any, level: Level) -> None:
+def cones(axis: Any, level: ConeLevel) -> None:
     """Draw each node's sphere, and the two lines from it that bound all its rays."""
     for node in range(len(level.radius)):
         colour = plt.cm.tab10(node % 10)

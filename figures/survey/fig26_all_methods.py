@@ -24,7 +24,7 @@ from ..framework.output import markdown_table, number, plt, save_chart, write_cs
 from ..framework.results import read
 from .pass_work import counted, unseen
 from .scaled import CHIP, scaled, speeds
-from .surveyed import BASE, Entry, entries, published_speed
+from .surveyed import BASE, SurveyedMethod, entries, published_speed
 
 ON_SOFTWARE = ("Measured on a software renderer: rasterising, blending and transfers have the "
                "cost of memory accesses.")
@@ -46,10 +46,10 @@ NOTES = (
 
 
 @dataclass(frozen=True)
-class Row:
+class MethodSpeed:
     """An entry: measured and predicted nanoseconds per ray, and speeds over the Ray Engine's."""
 
-    entry: Entry
+    entry: SurveyedMethod
     measured_ns: float | None
     predicted_ns: float | None
     bound: str
@@ -65,7 +65,7 @@ def cells(full: bool) -> list[Cell]:
             *period.cells(full, CHIP)]
 
 
-def predicted_ns(entry: Entry, result: dict[str, Any], share: float) -> tuple[float, str]:
+def predicted_ns(entry: SurveyedMethod, result: dict[str, Any], share: float) -> tuple[float, str]:
     """Predicted nanoseconds per ray on the card, and the resource that bounds them."""
     card = find_card(CHIP)
     if "passes" in result:
@@ -84,7 +84,7 @@ def fitted(data: Path) -> period.Fit | None:
     return period.fit(period.rows(data)).get(CHIP)
 
 
-def rows(data: Path, full: bool) -> list[Row]:
+def rows(data: Path, full: bool) -> list[MethodSpeed]:
     """Every entry that has a measurement or a prediction."""
     card, found = fitted(data), []
     for entry in entries():
@@ -92,13 +92,13 @@ def rows(data: Path, full: bool) -> list[Row]:
         ns, bound = (None, "-") if work is None or card is None else predicted_ns(
             entry, work, card.share)
         if timed is not None or work is not None:
-            found.append(Row(entry, timed["ns_per_ray"] if timed else None, ns, bound))
+            found.append(MethodSpeed(entry, timed["ns_per_ray"] if timed else None, ns, bound))
     base = next((row for row in found if row.entry.source == BASE), None)
     again = speeds(scaled())
-    return [Row(row.entry, row.measured_ns, row.predicted_ns, row.bound,
-                _over(base.measured_ns if base else None, row.measured_ns),
-                _over(base.predicted_ns if base else None, row.predicted_ns),
-                again.get(row.entry.source or ""), published_speed(row.entry.source))
+    return [MethodSpeed(row.entry, row.measured_ns, row.predicted_ns, row.bound,
+                        _over(base.measured_ns if base else None, row.measured_ns),
+                        _over(base.predicted_ns if base else None, row.predicted_ns),
+                        again.get(row.entry.source or ""), published_speed(row.entry.source))
             for row in found]
 
 
@@ -106,14 +106,14 @@ def _over(base: float | None, ns: float | None) -> float | None:
     return base / ns if base and ns else None
 
 
-def value(row: Row, column: str) -> float | None:
+def value(row: MethodSpeed, column: str) -> float | None:
     """A speed over the Ray Engine's; "scaled" is the geometric mean of the two ways to scale."""
     if column == "scaled":
         return math.sqrt(math.prod(row.scaled)) if row.scaled else None
     return getattr(row, column)
 
 
-def agreement(found: list[Row], one: str, other: str) -> tuple[float, float, int]:
+def agreement(found: list[MethodSpeed], one: str, other: str) -> tuple[float, float, int]:
     """tau-b of two columns, the factor by which ratios are off, and the number of methods."""
     pairs = [(a, b) for row in found
              if (a := value(row, one)) and (b := value(row, other))]
@@ -123,7 +123,7 @@ def agreement(found: list[Row], one: str, other: str) -> tuple[float, float, int
     return tau_b(ours, theirs), verdicts.off_by(ours, theirs), len(pairs)
 
 
-def claims(found: list[Row], column: str) -> list[str]:
+def claims(found: list[MethodSpeed], column: str) -> list[str]:
     """Sentences that compare a column with the survey's conclusions from its figure."""
     lines = []
     for says, chosen in (("packets over single rays", lambda row: row.entry.row.packet),
@@ -139,11 +139,11 @@ def claims(found: list[Row], column: str) -> list[str]:
     return lines
 
 
-def _tree(row: Row) -> bool:
+def _tree(row: MethodSpeed) -> bool:
     return row.entry.method.startswith(("kd-", "bvh-", "bih"))
 
 
-def packet_pairs(found: list[Row]) -> list[str]:
+def packet_pairs(found: list[MethodSpeed]) -> list[str]:
     """Sentences that compare each packet method with single rays through the same structure."""
     by_name = {row.entry.method: row for row in found if row.entry.method != "kd-stack"}
     lines = []
@@ -167,7 +167,7 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
         f"{name}: {_agreed(found, name, 'published')}" for name, _ in COLUMNS[1:3]) + ".")
 
 
-def _agreed(found: list[Row], one: str, other: str) -> str:
+def _agreed(found: list[MethodSpeed], one: str, other: str) -> str:
     tau, off, count = agreement(found, one, other)
     return f"tau-b {number(tau, 2)}, off by a factor of {number(off)}, {count} methods"
 
@@ -186,7 +186,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
         _chart(found, out)
 
 
-def _page(found: list[Row], data: Path, full: bool) -> str:
+def _page(found: list[MethodSpeed], data: Path, full: bool) -> str:
     known = next((r for e in entries() if (r := read(e.measured(full), data))), None)
     said, card = judge(data, full), fitted(data)
     table = [[row.entry.source or "-", row.entry.label, number(row.measured_ns),
@@ -236,7 +236,7 @@ def _least(data: Path, full: bool) -> list[str]:
             for label, r in results.items() if "passes" in r and (names := unseen(r["passes"]))]
 
 
-def _chart(found: list[Row], out: Path) -> None:
+def _chart(found: list[MethodSpeed], out: Path) -> None:
     some = [row for row in found if row.entry.source]
     rest = [row for row in found if not row.entry.source]
     shown = sorted(some, key=lambda row: row.published or 0) + rest

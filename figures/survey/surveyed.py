@@ -45,7 +45,7 @@ STANDS_FOR: dict[str, tuple[str, Options]] = {
 
 
 @dataclass(frozen=True)
-class Entry:
+class SurveyedMethod:
     """A method with options; ``source`` is the row of Table 1 that it stands for, or None."""
 
     method: str
@@ -84,12 +84,12 @@ class Entry:
         return Cell(SCENE, self.method, options, PREDICTED_SIZE, WORK + EYE, runs=1)
 
 
-def entries() -> list[Entry]:
+def entries() -> list[SurveyedMethod]:
     """The survey's rows in their order, then every other method of our table."""
-    surveyed = [Entry(method, options, source)
+    surveyed = [SurveyedMethod(method, options, source)
                 for source, (method, options) in STANDS_FOR.items()]
     known = {entry.method for entry in surveyed}
-    return surveyed + [Entry(row.name) for row in rt.methods() if row.name not in known]
+    return surveyed + [SurveyedMethod(row.name) for row in rt.methods() if row.name not in known]
 
 
 @functools.cache
@@ -106,6 +106,6 @@ def published_speed(source: str | None) -> float | None:
     return float(value) if value else None
 
 
-def updated(entry: Entry) -> Cell:
+def updated(entry: SurveyedMethod) -> Cell:
     """The cell that times how a method follows moved triangles."""
     return Cell(SCENE, entry.method, entry.options, 0, "updates", runs=3)

@@ -10,7 +10,7 @@ from ..framework.cell import Cell
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 from ..framework.results import read
 from . import fig26_all_methods as fig26
-from .surveyed import STANDS_FOR, Entry, entries, published_speed, table1, updated
+from .surveyed import STANDS_FOR, SurveyedMethod, entries, published_speed, table1, updated
 
 # The beginning of the survey's word for a structure -> our classes of that kind.
 KINDS = {"Uniform Grid": {"Grid"}, "BVH": {"Bvh", "ImageTree"}, "kD-tree": {"KdTree"},
@@ -29,10 +29,10 @@ NOTES = (
 
 
 @dataclass(frozen=True)
-class Line:
+class MethodProperties:
     """A source's row: the survey's words and ours by column, and the cost of updates."""
 
-    entry: Entry
+    entry: SurveyedMethod
     theirs: dict[str, str]
     ours: dict[str, str]
     build: float
@@ -55,11 +55,11 @@ def cells(full: bool) -> list[Cell]:
     return [*fig26.cells(full), *(updated(entry) for entry in _surveyed())]
 
 
-def _surveyed() -> list[Entry]:
+def _surveyed() -> list[SurveyedMethod]:
     return [entry for entry in entries() if entry.source]
 
 
-def lines(data: Path, full: bool) -> Iterator[Line]:
+def lines(data: Path, full: bool) -> Iterator[MethodProperties]:
     """Yield a row for each source that is measured, in the survey's order."""
     for entry in _surveyed():
         timed, moved = read(entry.measured(full), data), read(updated(entry), data)
@@ -74,8 +74,8 @@ def lines(data: Path, full: bool) -> Iterator[Line]:
                 "dynamic_geometry": "Y" if still else "N",
                 "packet_tracing": "Packet" if row.packet else "Mono",
                 "stack": "Stack-based" if row.stack else "Stackless", "implementation": "Shader"}
-        yield Line(entry, table1()[entry.source or ""], ours, found["build"], found["update"],
-                   found["rebuilt"], found["size"])
+        yield MethodProperties(entry, table1()[entry.source or ""], ours, found["build"],
+                               found["update"], found["rebuilt"], found["size"])
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
@@ -138,14 +138,14 @@ def draw(data: Path, out: Path, full: bool) -> None:
         _chart(found, out)
 
 
-def _cell(line: Line, column: str) -> str:
+def _cell(line: MethodProperties, column: str) -> str:
     theirs, ours = line.theirs[column], line.ours[column]
     if column == "acceleration_structure":
         return f"{theirs}; {ours}"
     return theirs if line.agrees(column) else f"{theirs} / {ours}"
 
 
-def _chart(found: list[Line], out: Path) -> None:
+def _chart(found: list[MethodProperties], out: Path) -> None:
     """Draw which properties agree, with a field for each source and property."""
     colours = {True: "#cfe8d5", False: "#f3c9c0", None: "#eeeeee"}
     figure, axis = plt.subplots(figsize=(12, 0.42 * len(found) + 1.6))

@@ -46,7 +46,7 @@ def _write(cell: Cell, folder: Path, **more: Any) -> None:
         "processor_seconds": 2.0, **more}))
 
 
-def _timed(entry: surveyed.Entry, ns: float, folder: Path) -> None:
+def _timed(entry: surveyed.SurveyedMethod, ns: float, folder: Path) -> None:
     name = entry.method
     kind = STRUCTURES.get(name, "KdTree" if name.startswith("kd-") else "Bvh")
     _write(entry.measured(False), folder, ns_per_ray=ns, median_ms=ns, structure=kind)
