@@ -1,1 +1,1 @@
-"""Pictures: integrators, and what a scene needs of them."""
+"""Pictures: integrators, and the table of features that a scene needs of them."""

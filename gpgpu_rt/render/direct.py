@@ -1,11 +1,12 @@
-"""Direct light with shadows; no ray goes on: what mirrors and glass send back is left out."""
+"""Direct: direct light with shadows, without reflections and refractions."""
 from __future__ import annotations
 
 from .whitted import Whitted
 
 
 class Direct(Whitted):
-    """Whitted's ray tracing without bounces; of a scene without mirrors and glass the same."""
+    """Whitted's ray tracing without bounces; equal to `Whitted` for a scene without mirrors and
+    glass."""
 
     name = "direct"
     options = tuple(option for option in Whitted.options if option.name != "bounces")

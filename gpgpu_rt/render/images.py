@@ -1,4 +1,4 @@
-"""Images: the textures of all materials in one, a rectangle each."""
+"""Images: packs the textures of all materials into one texture, a rectangle for each."""
 from __future__ import annotations
 
 import numpy as np
@@ -7,13 +7,16 @@ from ..errors import LimitError
 from ..scene.scene import Scene
 from ..scene.texture import Texture
 
-WIDTH, HEIGHT = 8192, 16384     # of all, unless one alone is wider; renderers hold that
+# Size limits of the packed texture, which renderers support. It is wider only if a single texture
+# is wider.
+WIDTH, HEIGHT = 8192, 16384
 
 
 def places(scene: Scene) -> dict[str, np.ndarray]:
-    """Where each material's image lies: the fields of IMAGE, zeros for none."""
+    """Return the fields of IMAGE for each material: the rectangle of its image, zeros without an
+    image."""
     corners = np.zeros((len(scene.materials), 4), np.int32)
-    found = {id(t): (x, y) for t, x, y in _shelved(scene)}   # of those in use
+    found = {id(t): (x, y) for t, x, y in _shelved(scene)}   # only textures in use
     for k, material in enumerate(scene.materials):
         t = material.texture
         if t is not None and id(t) in found:
@@ -22,12 +25,13 @@ def places(scene: Scene) -> dict[str, np.ndarray]:
 
 
 def atlas(scene: Scene) -> np.ndarray:
-    """(height, width, 4) float32: the images on shelves; a single black texel if none.
+    """Return the packed texture, (height, width, 4) float32; a single black texel if there are no
+    images.
 
     Raises
     ------
     LimitError
-        they need more rows than a texture has
+        the images need more rows than a texture can have
     """
     shelved = _shelved(scene)
     width = max((x + t.texels.shape[1] for t, x, y in shelved), default=1)
@@ -42,8 +46,8 @@ def atlas(scene: Scene) -> np.ndarray:
 
 
 def _shelved(scene: Scene) -> list[tuple[Texture, int, int]]:
-    """The textures, each once, and their first columns and rows: the highest ones first, side by
-    side as long as there is room."""
+    """Return each different texture with the column and row of its corner. Textures are placed
+    side by side on shelves, in order of decreasing height."""
     textures = {id(m.texture): m.texture for m in scene.used_materials if m.texture is not None}
     width = max([WIDTH] + [t.texels.shape[1] for t in textures.values()])
     found = []

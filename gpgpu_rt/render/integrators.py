@@ -1,4 +1,4 @@
-"""Integrators: what rays are traced for a picture, and what they add to it."""
+"""Integrators: the table of all integrators by name."""
 from __future__ import annotations
 
 from ..errors import OptionError, nearest_names
@@ -12,7 +12,8 @@ DEFAULT = Whitted.name
 
 
 def find_integrator(name: str | None) -> type[Integrator]:
-    """The integrator of a name, or the default one; OptionError for an unknown name."""
+    """Return the integrator of a name, or the default integrator for None; raise OptionError for
+    an unknown name."""
     if name is None:
         return INTEGRATORS[DEFAULT]
     if not isinstance(name, str) or name not in INTEGRATORS:

@@ -1,4 +1,4 @@
-"""Lights of a picture: what each pass over the hits is to know of one light."""
+"""Lights of a picture: the uniforms of the shading pass of each light."""
 from __future__ import annotations
 
 import numpy as np
@@ -6,8 +6,8 @@ import numpy as np
 from ..scene.scene import Scene
 from .needs import SceneNeeds
 
-# Of a sequence in the unit square whose points keep apart (Roberts 2018): powers of the plastic
-# number, the root of x^3 = x + 1.
+# Steps of a low-discrepancy sequence in the unit square (Roberts 2018): inverse powers of the
+# plastic number, the root of x^3 = x + 1.
 _PLASTIC = 1.32471795724474602596
 _STEP = np.array((1 / _PLASTIC, 1 / _PLASTIC ** 2))
 
@@ -16,12 +16,12 @@ Uniforms = dict[str, object]
 
 def light_uniforms(scene: Scene, needs: SceneNeeds, depth: int = 0, sample: int = 0
                    ) -> list[Uniforms]:
-    """Uniforms of ``render/light.glsl``, one entry a shadow ray; a point light that is dark where
-    programs are to shade by some light and there is none.
+    """Return the uniforms of ``render/light.glsl`` for each shadow ray of a hit. If the programs
+    expect a light and the scene has none, the list contains a black point light.
 
-    Rays that turned ``depth`` times are many, and each shows in few pixels or weighs little: after
-    each turn they send out half as many shadow rays towards triangles that emit. Each sample of a
-    pixel sends them to other places.
+    ``depth`` is the number of bounces so far. Rays of a greater depth are more numerous and weigh
+    less. Therefore each bounce halves the number of shadow rays towards emitting triangles. Each
+    ``sample`` of a pixel uses other points on these triangles.
     """
     lights: list[Uniforms] = [
         {"light_position": light.position, "light_intensity": light.intensity,
@@ -36,10 +36,12 @@ def light_uniforms(scene: Scene, needs: SceneNeeds, depth: int = 0, sample: int 
 
 
 def _places(scene: Scene, count: int, sample: int) -> list[Uniforms]:
-    """``count`` places on the triangles that emit, in proportion to what they send out.
+    """Return the uniforms of ``count`` points on emitting triangles, distributed in proportion to
+    the triangles' power.
 
-    Where there are enough for all, each triangle's power is spread over the places it has, so that
-    none is lost; else places stand for their neighbours along the list as well.
+    If there are at least as many points as triangles, each triangle has at least one point, and
+    its power is divided among its points. Otherwise each point represents an equal share of the
+    total power, including that of neighbouring triangles in the list.
     """
     rows = scene.emitters
     corners = scene.triangles[rows].astype(np.float64)
@@ -50,8 +52,8 @@ def _places(scene: Scene, count: int, sample: int) -> list[Uniforms]:
     if len(rows) <= count:
         wanted = power / power.sum() * count
         chosen = np.maximum(np.floor(wanted), 1).astype(int)
-        # No more turns than triangles, though a bright one may give up several places for those
-        # that are raised to one.
+        # Change one point at a time until the sum is right. This takes at most as many rounds as
+        # there are triangles. A bright triangle may lose several points to dark ones.
         while chosen.sum() != count:
             step = 1 if chosen.sum() < count else -1
             gap = np.where((step < 0) & (chosen == 1), -np.inf, step * (wanted - chosen))

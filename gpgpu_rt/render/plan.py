@@ -1,4 +1,4 @@
-"""Plan: what a picture takes before it is drawn, and why it takes no more."""
+"""Plan: the passes, textures and defines of a picture, and the reasons why others are left out."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -12,18 +12,18 @@ from .needs import PROPERTIES, SceneNeeds, every_define
 
 @dataclass(frozen=True)
 class Plan:
-    """Passes, textures and defines of a picture.
+    """The passes, textures and defines of a picture.
 
     Attributes
     ----------
-    integrator : its name
+    integrator : the integrator's name
     needs : bounces that can matter, lights, bits of an index, precision
-    present : properties that the scene has, or that were asked for
-    passes : in the order they are declared
+    present : properties that the scene has, or that options request
+    passes : names of the passes, in the order of their declaration
     textures : bytes by texture or stream
-    defines : what the programs are compiled with
-    left_out : kind ("pass", "texture" or "define") -> name -> the property of the scene that made
-        it unnecessary
+    defines : the defines of the programs
+    left_out : for each kind ("pass", "texture" or "define"), a reason by name: the property of the
+        scene that makes it unnecessary
     """
 
     integrator: str
@@ -36,7 +36,8 @@ class Plan:
 
     @classmethod
     def of(cls, drawer: Integrator, of_tracer: Mapping[str, int]) -> Plan:
-        """The plan of an integrator that has room; ``of_tracer`` are bytes besides its own."""
+        """Return the plan of an integrator with allocated streams. ``of_tracer`` gives the bytes
+        of the tracer's other textures by name."""
         needs, asked = drawer.planned, drawer.needs.asked
         unused = set(drawer.needs.defines) - set(needs.defines)
         streams, passes = drawer.streams(), drawer.passes
@@ -64,7 +65,7 @@ class Plan:
         return {**asdict(self), "texture_bytes": sum(self.textures.values())}
 
     def lines(self) -> list[str]:
-        """The plan in words."""
+        """Return the plan as lines of text."""
         n = self.needs
         requested = {p.name for p in PROPERTIES if p.of_request}
         said = {of_request: [name for name in self.present if (name in requested) == of_request]
@@ -89,5 +90,5 @@ class Plan:
 
 
 def _why(needs: SceneNeeds, wanted: tuple[str, ...]) -> str:
-    """Why nothing asked for something that any of these defines would bring."""
+    """Return the reasons why none of these defines is set."""
     return " and ".join(dict.fromkeys(needs.why_not(define=define) for define in wanted))

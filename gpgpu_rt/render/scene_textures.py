@@ -1,4 +1,5 @@
-"""Scene textures: what a picture's programs read of a scene, no more of it than it needs."""
+"""Scene textures: the tables and images that a picture's shaders read, only as far as the scene
+needs them."""
 from __future__ import annotations
 
 import moderngl
@@ -15,7 +16,7 @@ BLACK = np.zeros((1, 1, 4), np.float32)
 
 
 class SceneTextures:
-    """Tables, images and uniforms of a scene's appearance."""
+    """The tables, images and uniforms of a scene's appearance."""
 
     def __init__(self, gpu: Gpu, needs: SceneNeeds, precision: Precision) -> None:
         self.gpu, self.needs, self.precision = gpu, needs, precision
@@ -23,8 +24,8 @@ class SceneTextures:
         self.images: dict[str, moderngl.Texture] = {}
 
     def take(self, scene: Scene) -> None:
-        """Write them; of a scene that is the same but for where its triangles are, into the same
-        textures."""
+        """Write the textures of a scene. If only the positions of triangles changed, the existing
+        textures are overwritten."""
         for table in self.needs.tables:
             precision = self.precision if table.geometric else None
             record = precision.layout(table.record) if precision else table.record
@@ -46,7 +47,7 @@ class SceneTextures:
                             "f4" if name == "surroundings_sums" else "f2")
 
     def tables_glsl(self) -> str:
-        """Accessors of the tables."""
+        """Return the GLSL accessors of the tables."""
         return "\n".join((self.precision.layout(table.record) if table.geometric
                           else table.record).table_glsl() for table in self.needs.tables)
 
@@ -55,7 +56,7 @@ class SceneTextures:
                                   for name, texture in table.items()}}
 
     def texels(self) -> dict[str, int]:
-        """Sampler name -> texels of it that a fragment reads."""
+        """Return the number of texels that a fragment reads, by sampler name."""
         counts = {name: 4 for name in self.images}
         for table in self.needs.tables:
             record = self.precision.layout(table.record) if table.geometric else table.record
@@ -63,7 +64,7 @@ class SceneTextures:
         return counts
 
     def uniforms(self, scene: Scene) -> dict[str, object]:
-        """What programs read from uniforms."""
+        """Return the uniforms of a scene's appearance."""
         uniforms: dict[str, object] = {
             "only_material": int(scene.material_of[0]) if len(scene) else 0,
             "only_diffuse": tuple(scene.colours[0].tolist()) if len(scene) else (0.0,) * 3}
@@ -78,7 +79,7 @@ class SceneTextures:
         return uniforms
 
     def bytes(self) -> dict[str, int]:
-        """Bytes by table or image."""
+        """Return the bytes by table or image."""
         return {**{name: texture_bytes(table.values()) for name, table in self.tables.items()},
                 **{name: texture_bytes([image]) for name, image in self.images.items()}}
 

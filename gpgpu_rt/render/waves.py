@@ -1,4 +1,4 @@
-"""Waves: the sets of rays of a picture, traced by whatever method the tracer has."""
+"""Waves: traces the sets of rays of a picture with the tracer's method."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -13,11 +13,14 @@ from .integrator import Hits, Integrator
 
 
 class Waves:
-    """Traces sets of rays of one size, or of one that buffers are kept for, and counts them.
+    """Traces waves, which are sets of rays, for an integrator, and counts the waves.
 
     Parameters
     ----------
-    count_rays : takes the hits of the first wave, the eye rays
+    driver : the driver of the tracer's method
+    buffers : state buffers for each size of ray textures that occurs
+    statistics : receives the counts
+    count_rays : called with the hits of the first wave, the eye rays, to count their work
     """
 
     def __init__(self, driver: Driver, buffers: StateBuffers, statistics: Statistics,
@@ -27,17 +30,17 @@ class Waves:
         self.count = 0
 
     def draw(self, drawer: Integrator, rays: RayTextures, camera: Camera) -> np.ndarray:
-        """A picture, (height, width, 3) uint8; the statistics say what its passes were."""
+        """Return a picture, (height, width, 3) uint8, and record its passes in the statistics."""
         try:
             return drawer.draw(self.trace, rays, camera)
-        finally:    # also of a picture that was interrupted
+        finally:    # record the counts of an interrupted picture too
             self._statistics.picture_passes = dict(drawer.drawn)
             self._statistics.samples, self._statistics.noise = drawer.samples_done, drawer.noise
             self._statistics.waves, self._statistics.texel_fetches = self.count, drawer.fetches
             self._statistics.vertices = drawer.vertices
 
     def trace(self, rays: RayTextures, any_hit: bool = False) -> Hits:
-        """Where the hits are, until rays are traced again."""
+        """Trace rays and return the buffer of their hits, which is valid until the next call."""
         buffers = self._buffers.of(rays.size)
         hits, stopped = self._driver.run(rays, buffers, self._statistics, any_hit)
         self._statistics.stopped += stopped

@@ -1,1 +1,1 @@
-"""Image-space helpers: refraction, caustics and ray bundles by the rasteriser."""
+"""Image-space helpers: refraction, caustics and ray bundles that use the rasteriser."""
