@@ -1,9 +1,10 @@
-"""Integrator: a picture as passes over streams of rays, each there only where a scene needs it.
+"""Integrator: draws a picture by passes over streams of rays; a pass or stream exists only if the
+scene needs it.
 
-One that is new declares its ``streams`` and ``passes``, with the defines of
-``render/needs.py`` that ask for them, and says in ``draw`` in which order they run. It traces
-by whatever method the tracer has: ``trace(rays)`` leaves hits, ``trace(rays, any_hit=True)`` tells
-whether anything is in the way.
+A new integrator declares its ``streams`` and ``passes``, each with the defines of
+``render/needs.py`` that request it, and runs the passes in ``draw``. It traces rays with the
+tracer's method: ``trace(rays)`` returns hits, and ``trace(rays, any_hit=True)`` finds whether rays
+are occluded.
 """
 from __future__ import annotations
 
@@ -46,13 +47,15 @@ class Pass:
 
     Attributes
     ----------
-    name : how plans call it
-    entry : its file in ``glsl/``
-    wanted : it exists where one of these defines is set, or always
-    reads, writes : records of streams, by the names they have in the program; of what is written,
-        also the define without which it is not
-    defines : besides those of the scene
-    points : of a pass that draws points the vertex program, which reads what ``reads`` says
+    name : the name of the pass in plans
+    entry : the program's file in ``glsl/``
+    wanted : the pass exists if one of these defines is set, or if the tuple is empty
+    reads : the streams that the program reads, as (name in the program, record)
+    writes : the streams that the program writes, likewise; a third entry is a define without which
+        the stream is not written
+    defines : defines in addition to those of the scene
+    points : the vertex program of a pass that draws points, which reads the streams of ``reads``;
+        empty for any other pass
     """
 
     name: str
@@ -67,29 +70,34 @@ class Pass:
 ALL_FEATURES = Option(
     "all_features", False, "build the programs, textures and passes of every feature, even those "
     "that the scene does not require; the picture is the same", bool)
-# Each depth of what is refracted has textures of its own, and branches double with each. Light
-# through a solid of glass takes a reflection inside or two; by 8 its picture is that of 12 bounces
-# to a grey level in the mean, for a third of the time.
+# Each depth of refraction needs textures of its own, and each depth doubles the number of
+# branches. Light passes through solid glass with one or two inner reflections. With 8 bounces the
+# picture differs from that with 12 by at most one grey level on average, and takes a third of the
+# time.
 BOUNCES = Option("bounces", 8, "largest number of successive reflections and refractions",
                  int, minimum=0, maximum=64)
 LIGHT_SAMPLES = Option("light_samples", 16, "shadow rays from each visible point towards emitting "
                        "triangles; each bounce halves the number", int, minimum=1,
-                       maximum=1 << 16)     # a host's list of them is made for each depth
+                       maximum=1 << 16)     # the host makes a list of this length for each depth
 SAMPLES = Option("samples", 1, "samples per pixel, whose light is averaged; 1: a single ray "
                  "through the centre of the pixel", int, minimum=1, maximum=EXACT_INTEGER)
 
 
 class Integrator:
-    """What all have in common: a scene's textures, the streams of one size, and the programs.
+    """The base of all integrators: the scene's textures, the streams of one size, and the
+    programs.
 
     Parameters
     ----------
-    intersection : the triangle test, which rays are spawned clear of
+    gpu : the OpenGL context
+    scene : the scene to draw
+    needs : the needs of the scene
+    intersection : the triangle test; the origins of spawned rays depend on its errors
     """
 
     name: str
-    rays = COHERENT    # what most of those that it traces are
-    centred = True     # its eye rays go through pixel centres: first hits can be rasterised
+    rays = COHERENT    # the kind of most rays that the integrator traces
+    centred = True     # eye rays go through pixel centres, so first hits can be rasterised
     passes: tuple[Pass, ...]
     options: tuple[Option, ...] = (ALL_FEATURES, BOUNCES, LIGHT_SAMPLES, SAMPLES)
 
@@ -99,28 +107,28 @@ class Integrator:
         self.textures = SceneTextures(gpu, needs, self.precision)
         self._eye = EyeRays(gpu, self.precision)
         self._programs: dict[str, FullScreenPass | PrimitivePass] = {}
-        self.drawn: Counter[str] = Counter()    # passes of this picture
-        self.vertices: list[dict[str, int]] = []    # of its paths; see ``Statistics``
-        self.fetches = 0                        # texels that they read, a pixel
+        self.drawn: Counter[str] = Counter()    # number of passes of this picture by name
+        self.vertices: list[dict[str, int]] = []    # counts for each path vertex; see `Statistics`
+        self.fetches = 0                        # texels that all passes read, per pixel
         self.room: Room | None = None
         self.size = (0, 0)
-        self.region = Region((0, 0), (0, 0), (0, 0))    # of the picture, that is drawn
-        self.radiance: np.ndarray | None = None     # linear, of one that finds it
-        self.samples_done = 0                       # of each pixel, by one that takes samples
-        self.noise: float | None = None             # of them, once their spread tells
-        # Told samples done, samples of all, and the noise so far.
+        self.region = Region((0, 0), (0, 0), (0, 0))    # the region of the picture that is drawn
+        self.radiance: np.ndarray | None = None     # linear radiance, if the integrator computes it
+        self.samples_done = 0                       # samples per pixel so far
+        self.noise: float | None = None             # relative noise, if enough samples tell it
+        # Called with the samples done, the samples in total, and the noise so far.
         self.progress: Callable[[int, int, float], None] | None = None
         self.take(scene)
 
     @classmethod
     def asked(cls, options: Mapping[str, Any], precision: Precision) -> Asked:
-        """What a scene's needs are to follow from, of this integrator's options."""
+        """Return the part of this integrator's options from which the needs of a scene follow."""
         given = resolve_options(options, cls.options, f"integrator {cls.name}")
         return Asked(given.get("bounces", 0), given.get("light_samples", 1), precision,
                      given["all_features"], samples=given["samples"])
 
     def take(self, scene: Scene) -> None:
-        """Draw this scene from now on: the same one, or one whose triangles moved."""
+        """Use a scene from now on: the scene itself, or the scene with moved triangles."""
         self.scene = scene
         self.textures.take(scene)
         self._uniforms = self.textures.uniforms(scene)
@@ -128,27 +136,30 @@ class Integrator:
             program.set(**self._uniforms)
 
     def streams(self) -> tuple[PixelStream, ...]:
-        """Every stream that this integrator knows for this scene, wanted or not."""
+        """Return all streams that this integrator declares for this scene, wanted or not."""
         raise NotImplementedError
 
     def draw(self, trace: Trace, rays: RayTextures, camera: Camera) -> np.ndarray:
-        """(height, width, 3) uint8 sRGB, of an image as large as ``rays``."""
+        """Draw a picture of the size of ``rays``; return (height, width, 3) uint8 sRGB."""
         raise NotImplementedError
 
     def start(self, region: Region, options: Mapping[str, Any] = {}) -> None:
-        """Make room for a picture, or a region of one, and forget the last one's counts.
+        """Allocate the streams for a region of a picture, and reset the counts of the last
+        picture.
 
-        ``options`` are those that were asked for; most have become needs by now.
+        ``options`` are the integrator's options; most of them are already part of the needs.
         """
         self.region = region
         self._make_room(region.size)
         self.drawn.clear()
         self.fetches, self.vertices = 0, []
         if self.needs.want(("MOVING",)) and self.needs.asked.all_features:
-            self.textures.take(self.scene)    # as whoever does not know whether it moved must
+            # A renderer that does not know whether triangles moved must write the tables again.
+            self.textures.take(self.scene)
 
     def _make_room(self, size: tuple[int, int]) -> None:
-        """Streams of (width, height) texels; those of the last picture if they fit."""
+        """Allocate streams of (width, height) texels; reuse those of the last picture if their
+        size is the same."""
         self.size = size
         if self.room is None or self.room.size != size:
             self._release_room()
@@ -157,14 +168,14 @@ class Integrator:
 
     def eye_rays(self, rays: RayTextures, camera: Camera,
                  aside: tuple[float, float] = (0.0, 0.0)) -> None:
-        """The rays through the pixel centres, or so far beside them."""
+        """Write the rays through the pixel centres, offset by ``aside``, in pixels."""
         self._eye.write(rays, camera, self.scene.bounds, aside, self.region)
         self.drawn["eye rays"] += 1
 
     def run(self, name: str, target: moderngl.Framebuffer, samplers: Samplers,
             rectangles: Rectangles | None = None, points: int = 0, **uniforms: Any) -> None:
-        """Draw a pass, everywhere or on rectangles, or so many points; the scene's own textures
-        are at hand."""
+        """Run a pass over the whole target or over rectangles, or draw this number of points. The
+        scene's textures are bound in addition to ``samplers``."""
         program = self.program(name)
         program.set(**uniforms)
         samplers = {**self.textures.samplers(), **samplers}
@@ -177,7 +188,7 @@ class Integrator:
         self.fetches += sum(texels.get(sampler, 1) for sampler in program.samplers)
 
     def program(self, name: str) -> FullScreenPass | PrimitivePass:
-        """The program of a pass, compiled when it is first asked for."""
+        """Return the program of a pass; compile it at the first use."""
         if name not in self._programs:
             declared = next(p for p in self.passes if p.name == name)
             assert self.needs.want(declared.wanted), f"{name} is not for this scene"
@@ -204,26 +215,26 @@ class Integrator:
 
     @property
     def packed_sizes(self) -> list[tuple[int, int]]:
-        """Sizes of textures besides its own, (width, height), that it has rays of."""
+        """Further sizes of ray textures, (width, height), that the integrator traces."""
         return []
 
     @property
     def planned(self) -> SceneNeeds:
-        """The needs of a picture of this size: a program that none of its passes takes may be
-        there for the next one's."""
+        """The needs of a picture of the current size. `needs` may also include features that only
+        pictures of other sizes use."""
         return self.needs
 
     @property
     def defines(self) -> dict[str, object]:
-        """What all its programs are compiled with."""
+        """The defines of all programs of this integrator."""
         return self.needs.defines
 
     def layout(self, record: Record, name: str) -> Record:
-        """A record as its textures hold it, under the name that a program gives it."""
+        """Return a record in the precision of its textures, with the name that a program uses."""
         return replace(held(record, self.precision), name=name)
 
     def bytes(self) -> dict[str, int]:
-        """Bytes by table, image or stream."""
+        """Return the bytes by table, image or stream."""
         return {**self.textures.bytes(), **(self.room.bytes() if self.room else {})}
 
     def _release_room(self) -> None:

@@ -1,9 +1,9 @@
-"""What a scene needs: the one table from which programs, textures and passes of pictures follow.
+"""Needs: the table from which the programs, textures and passes of pictures follow.
 
-Each row of ``PROPERTIES`` says how a property is found in a scene, which defines it sets in the
-programs, which tables it brings, and why it was left out where it is not there. An integrator says
-which of its streams and passes exist under which define (``render/integrator.py``). Nothing
-else decides what is compiled, allocated, fetched or drawn; a new property is a new row.
+Each row of ``PROPERTIES`` describes a property of scenes: how to detect it, which defines it sets,
+which tables it adds, and the reason to give when it is left out. An integrator declares which
+define each of its streams and passes needs (``render/integrator.py``). Nothing else decides what
+is compiled, allocated, fetched or drawn. To add a property, add a row.
 """
 from __future__ import annotations
 
@@ -28,25 +28,26 @@ from .records import (
     POINT_LIGHT, SURFACE, SURROUNDINGS_ROW
 )
 
-# Of a pixel, a path's least weight that is followed: of a picture with 8 bits it moves no channel
-# by more than a quarter of a step, unless what it meets is brighter than white.
+# Rays are followed only while their weight in a pixel is at least CUTOFF. A ray of less weight
+# changes a channel of an 8 bit picture by at most a quarter of a step, unless it finds light
+# brighter than white.
 CUTOFF = 1 / 1024
 
 
 @dataclass(frozen=True)
 class Asked:
-    """What whoever asks for a picture decides.
+    """The options of a picture that affect the needs of its scene.
 
     Attributes
     ----------
-    bounces : reflections and refractions that are followed, one after another
-    light_samples : places on triangles that emit, for all of them together
-    precision : what textures hold and kernels round to
-    all_features : take every property for one that the scene has
-    paths : trace paths, which ask one light at each vertex and go on from any surface
-    sampler : what numbers they draw
-    samples : how often a picture is drawn to be added up, which paths do by themselves
-    packs : pack paths that are left, where it may pay
+    bounces : the largest number of consecutive reflections and refractions
+    light_samples : the number of points on emitting triangles, for all triangles together
+    precision : the precision of textures and arithmetic
+    all_features : treat the scene as if it had every property
+    paths : trace paths, which sample one light at each vertex and continue from any surface
+    sampler : the random numbers of paths, "sobol" or "random"
+    samples : the number of pictures that are averaged; paths count their samples themselves
+    packs : pack live paths into smaller textures where this may pay
     """
 
     bounces: int = 0
@@ -61,9 +62,10 @@ class Asked:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of a picture's programs: its record, and the record's arrays from a scene.
+    """A table that a picture's programs read: its record, and a function that makes the record's
+    arrays from a scene.
 
-    ``geometric`` tables follow the option ``storage`` and move with the vertices.
+    ``geometric`` tables follow the option ``storage`` and change when vertices move.
     """
 
     record: Record
@@ -73,20 +75,19 @@ class Table:
 
 @dataclass(frozen=True)
 class Property:
-    """Something that a scene may ask of its renderer.
+    """A property of a scene that needs support by the renderer.
 
     Attributes
     ----------
-    name : how plans call it
-    found : whether a scene has it
-    absent : why what it brings was left out
-    defines : what programs are compiled with
-    tables : what they then read
-    images : textures besides tables: "images" of materials, "surroundings_image" and
-        "surroundings_sums"
-    bouncing : whether it is about rays that go on, and so nothing where none are followed
-    of_paths : whether it is about paths, and so nothing where none are traced
-    of_request : whether it follows from what was asked for, whatever the scene has
+    name : the property's name in plans
+    found : returns whether a scene has the property
+    absent : the reason to give when the property is left out
+    defines : the defines that the property sets in programs
+    tables : the tables that programs then read
+    images : further textures: "images" of materials, "surroundings_image", "surroundings_sums"
+    bouncing : whether the property matters only if bounces are followed
+    of_paths : whether the property matters only if paths are traced
+    of_request : whether the property follows from options instead of the scene
     """
 
     name: str
@@ -101,7 +102,7 @@ class Property:
 
 
 def _some(has: Callable[[Any], Any]) -> Callable[[Scene, Asked], bool]:
-    """Whether some material that is in use has it."""
+    """Return a test of a scene: whether ``has`` is true for a material in use."""
     return lambda scene, asked: any(has(material) for material in scene.used_materials)
 
 
@@ -113,7 +114,8 @@ def _kind(kind: str) -> Callable[[Scene, Asked], bool]:
 SURFACES = Table(SURFACE, lambda scene: {
     "normal": Column(len(scene), lambda rows: unit_normals(scene.triangles[rows])),
     "material": scene.material_of})
-# The tracer's own table has its method's order; hits count in the scene's.
+# The tracer's table of triangles is in the order of its method. Hits give indices in the scene's
+# order, so the rays that leave surfaces need a table in this order.
 LEFT_SURFACES = Table(TRIANGLE, lambda scene: triangle_table(scene.triangles)[TRIANGLE.name],
                       geometric=True)
 _MIRROR = Table(MIRROR, lambda scene: {"share": [m.mirror for m in scene.materials]})
@@ -128,7 +130,7 @@ _POINT_LIGHT = Table(POINT_LIGHT, lambda scene: LightChoice.of(scene).points(sce
 
 
 def image_light(scene: Scene) -> ImageLight | None:
-    """How the image that surrounds a scene lights it, where there is one."""
+    """Return the sampling table of the image that surrounds a scene, or None."""
     return None if scene.environment is None else scene.environment.image_light
 
 
@@ -149,7 +151,7 @@ def _corner_uv(scene: Scene) -> Mapping[str, Any]:
 
 
 def light_count(scene: Scene, asked: Asked) -> int:
-    """How many shadow rays a hit sends out."""
+    """Return the number of shadow rays of a hit."""
     points = sum(any(light.intensity) for light in scene.lights)
     return points + (asked.light_samples if len(scene.emitters) else 0)
 
@@ -206,15 +208,15 @@ PROPERTIES: tuple[Property, ...] = (
 
 @dataclass(frozen=True)
 class SceneNeeds:
-    """What a scene needs of its renderer; made by ``of``.
+    """The needs of a scene; ``of`` makes them.
 
     Attributes
     ----------
-    present, left_out : names of properties
-    bounces : how many can matter
-    lights : shadow rays a hit sends out
-    index_bits : bits of the largest index of a triangle
-    asked : what was asked for
+    present, left_out : names of the properties that are supported, and of those left out
+    bounces : the number of bounces that can matter
+    lights : the number of shadow rays of a hit
+    index_bits : bits of the largest triangle index
+    asked : the options of the picture
     """
 
     present: tuple[str, ...]
@@ -226,12 +228,12 @@ class SceneNeeds:
 
     @classmethod
     def of(cls, scene: Scene, asked: Asked = Asked()) -> SceneNeeds:
-        """Derive them."""
+        """Derive the needs of a scene."""
         present = [p.name for p in PROPERTIES
                    if (asked.all_features or p.found(scene, asked))
                    and (asked.bounces or not p.bouncing) and (asked.paths or not p.of_paths)]
         defines = _defines(present)
-        if asked.paths:     # which go on from any surface, and ask one light at each
+        if asked.paths:     # paths continue from any surface, and sample one light at each vertex
             bounces, lights = asked.bounces, int("ASKED_LIGHTS" in defines)
         else:
             bounces = _bounces(scene, asked) if "BOUNCES" in defines else 0
@@ -240,18 +242,18 @@ class SceneNeeds:
                    max(len(scene) - 1, 1).bit_length(), asked)
 
     def without(self, name: str) -> SceneNeeds:
-        """The same without a property."""
+        """Return the needs without a property."""
         present = tuple(other for other in self.present if other != name)
         return replace(self, present=present, left_out=_but(present))
 
     @property
     def defines(self) -> dict[str, object]:
-        """What programs are compiled with."""
+        """The defines of the programs."""
         return {define: True for define in _defines(self.present)}
 
     @property
     def tables(self) -> tuple[Table, ...]:
-        """What programs read, each once."""
+        """The tables that programs read, without repetition."""
         tables = {SURFACE.name: SURFACES}
         for p in self._rows(self.present):
             tables.update({table.record.name: table for table in p.tables})
@@ -259,23 +261,23 @@ class SceneNeeds:
 
     @property
     def images(self) -> tuple[str, ...]:
-        """Textures besides them."""
+        """The textures that programs read in addition to tables."""
         return tuple(image for p in self._rows(self.present) for image in p.images)
 
     def want(self, defines: tuple[str, ...]) -> bool:
-        """Whether one of the defines is set; with none to ask for, always."""
+        """Return whether one of the defines is set; true for an empty tuple."""
         return not defines or any(define in self.defines for define in defines)
 
     def why_not(self, *, define: str | None = None, table: str | None = None,
                 image: str | None = None) -> str:
-        """Why a define, a table or an image was left out."""
+        """Return the reason why a define, a table or an image was left out."""
         reasons = [self.reason(p) for p in PROPERTIES
                    if define in p.defines or image in p.images
                    or table in [t.record.name for t in p.tables]]
         return " and ".join(dict.fromkeys(reasons))
 
     def reason(self, p: Property) -> str:
-        """Why a property is not among those present."""
+        """Return the reason why a property is left out."""
         if p.of_paths and not self.asked.paths:
             return "no paths are traced"
         return "no bounces are followed" if p.bouncing and not self.asked.bounces else p.absent
@@ -286,13 +288,13 @@ class SceneNeeds:
 
 
 def _but(names: Iterable[str]) -> tuple[str, ...]:
-    """All properties but these."""
+    """Return the names of all properties except the given ones."""
     kept = set(names)
     return tuple(p.name for p in PROPERTIES if p.name not in kept)
 
 
 def every_define() -> tuple[str, ...]:
-    """All defines that some property sets."""
+    """Return the defines of all properties."""
     return _defines([p.name for p in PROPERTIES])
 
 
@@ -301,11 +303,12 @@ def _defines(names: Any) -> tuple[str, ...]:
 
 
 def _bounces(scene: Scene, asked: Asked) -> int:
-    """Bounces after which some path may weigh CUTOFF, at most as many as asked for."""
+    """Return the number of bounces after which a ray's weight may still be CUTOFF, limited by the
+    option ``bounces``."""
     if asked.all_features or any(m.ior is not None for m in scene.used_materials):
         return asked.bounces
     share = max((max(m.mirror) for m in scene.used_materials), default=0.0)
     if not 0 < share < 1:
         return asked.bounces if share else 0
-    # A little more than the logarithms say, for what rounding in the programs may add.
+    # Add a little to the ratio of logarithms, for rounding in the shaders.
     return min(asked.bounces, math.floor(math.log(CUTOFF) / math.log(share) + 1e-3))

@@ -1,11 +1,14 @@
-"""Packed paths: those of a wave that are left, side by side in smaller textures.
+"""Packed paths: packs the live paths of a wave side by side into smaller textures.
 
-Paths end, and their texels stay: a traversal pass runs over all of a texture, and a ray that is
-left keeps the others of its packet, or of its SIMD lanes, company that does nothing. Stream
-reduction (D. Horn, "Stream Reduction Operations for GPGPU Applications", GPU Gems 2, 2005; survey,
-3.6.2 and 4.3) brings what is left together: squares of 8x8 texels in their order, so that packets
-and tiles still find neighbours. Where a path came from goes with it, for its random numbers; so
-does what it has found, which a point a path brings back in the end. So pictures keep their bits.
+When paths end, their texels stay: a traversal pass still runs over the whole texture, and a live
+ray's packet or SIMD lanes contain rays that have ended. Stream reduction (D. Horn, "Stream
+Reduction Operations for GPGPU Applications", GPU Gems 2, 2005; survey, 3.6.2 and 4.3) packs the
+live paths. It keeps the order of squares of 8x8 texels, so packets and tiles still contain
+neighbours.
+
+Each packed path keeps the texel that it came from, on which its random numbers depend, and the
+light that it has found. In the end, a point for each path adds this light to the original texel.
+Packing therefore does not change the bits of a picture.
 """
 from __future__ import annotations
 
@@ -33,11 +36,11 @@ from .integrator import Integrator, Pass
 from .picture_streams import PixelStream, Room
 from .records import CAME_FROM, RADIANCE, WALK
 
-LEAST = 1 << 11     # texels of the smallest textures: below, passes cost what they cost empty
+LEAST = 1 << 11     # texels of the smallest textures; the cost of smaller passes is all overhead
 PACKED = ("PACKED_PATHS",)
-MOST_SHARE = 0.75   # that may be left for paths to be packed: three times a wave's memory
+MOST_SHARE = 0.75   # largest share of live paths for packing; it adds three times a wave's memory
 SHARES = {"auto": 0.25, "on": 0.25, "off": 0.0}
-AUTO = 1 << 15      # texels of a wave from which on packing pays: docs/path-tracing.md
+AUTO = 1 << 15      # packing pays for waves of at least this many texels: docs/path-tracing.md
 
 COMPACT = Option("compact", "auto", "pack the remaining paths into smaller textures: on, off, "
                  "auto (in large waves), or the largest share of live texels at which to pack",
@@ -58,17 +61,18 @@ PACKING = (
 
 
 class Level:
-    """Textures of one size that the paths of a wave are in, and the depth that masks those that
-    ended.
+    """The textures of one size for the paths of a wave, with a depth buffer that masks paths that
+    have ended.
 
     Parameters
     ----------
-    room : the streams of paths; of packed ones also "rays" and "came from"
+    gpu : the OpenGL context
+    room : the streams of the paths; for packed paths, these include "rays" and "came from"
 
     Attributes
     ----------
-    now, then : rays of the paths, and of those of the next vertex
-    walk : names of the streams that go with them
+    now, then : the current rays of the paths, and the rays of the next vertex
+    walk : the names of the streams of path states that belong to ``now`` and ``then``
     """
 
     def __init__(self, gpu: Gpu, room: Room) -> None:
@@ -85,23 +89,24 @@ class Level:
         return "came from" in self.room
 
     def start(self, rays: RayTextures) -> None:
-        """Hold paths that go on by these rays; none has ended."""
+        """Start with paths that continue along these rays; none has ended."""
         self.now, self.then, self.walk = rays, self.room.rays["next rays"], ("walk 0", "walk 1")
         self.mask.clear(depth=1.0)
 
     def turn(self) -> None:
-        """What was written last is read next."""
+        """Swap the streams, so that the next vertex reads what the last one wrote."""
         self.now, self.then, self.walk = self.then, self.now, self.walk[::-1]
 
     def samplers(self) -> dict[str, moderngl.Texture]:
-        """What a vertex reads of its paths besides the rays."""
+        """Return the textures of the path states, which a vertex reads in addition to the rays."""
         packed = self.room.samplers("came from", "came_from") if self.packed else {}
         return {**self.room.samplers(self.walk[0], "walk"), **packed}
 
     @contextmanager
     def target(self, textures: list[moderngl.Texture], *streams: str
                ) -> Iterator[moderngl.Framebuffer]:
-        """Textures, and those of streams that there are, as one target with the mask's depth."""
+        """Yield a framebuffer of ``textures`` and of the ``streams`` that exist, with the depth
+        buffer of the mask, which stays read-only."""
         target = self.gpu.context.framebuffer(
             [*textures, *(t for name in streams if name in self.room
                           for t in self.room.textures(name))], self._depth)
@@ -112,19 +117,20 @@ class Level:
             release(target)
 
     def release(self) -> None:
-        """Free the mask; the room is released by who made it."""
+        """Free the mask. The owner of the streams releases them."""
         release(self.mask, self._depth)
 
 
 class PackedPaths:
-    """The smaller textures of a picture's waves, each with a share of the texels of the one
-    before.
+    """The smaller textures for packed paths, each with a share of the texels of the one before.
 
     Parameters
     ----------
-    drawer : whose passes draw here, and whose streams there are
+    drawer : the integrator, whose passes pack the paths and whose streams are packed
     size : (width, height) of a wave
-    share : of a texture's texels, how many paths may be left to be packed into the next; 0: never
+    precision : the precision of the textures
+    share : paths are packed into the next smaller textures if at most this share of the texels
+        contains live paths; 0 turns packing off
     """
 
     def __init__(self, drawer: Integrator, size: tuple[int, int], precision: Precision,
@@ -140,15 +146,17 @@ class PackedPaths:
 
     @property
     def sizes(self) -> list[tuple[int, int]]:
-        """(width, height) of the textures, largest first."""
+        """The sizes of the textures, (width, height), largest first."""
         return [level.size for level in self._levels]
 
     def pack(self, level: Level, live: int) -> Level:
-        """Where ``live`` paths go on: in the smallest textures that hold them.
+        """Pack ``live`` paths into the smallest textures that hold them, and return these
+        textures; return ``level`` if no smaller textures fit.
 
         Parameters
         ----------
-        level : where they are; what they have found so far goes with them
+        level : the current textures of the paths; the light they have found is brought back first
+        live : the number of paths that have not ended
         """
         fits = [other for other in self._levels if live <= other.texels < level.texels]
         if not fits:
@@ -172,7 +180,8 @@ class PackedPaths:
         return smaller
 
     def bring_back(self, level: Level) -> None:
-        """What packed paths have found so far, to the texels of the wave that they came from."""
+        """Add the light that packed paths have found so far to their original texels in the
+        wave."""
         assert self._drawer.room is not None
         if level.packed:
             self._drawer.run("bring back", self._drawer.room.target("radiance"), {
@@ -180,7 +189,7 @@ class PackedPaths:
                 points=self._kept, size=self.wave, squares_a_row=_across(level.size))
 
     def bytes(self) -> dict[str, int]:
-        """Bytes by stream and size."""
+        """Return the bytes by stream and size."""
         return {f"{name} of {room.size[0]}x{room.size[1]} packed": taken
                 for room in self._rooms for name, taken in room.bytes().items()}
 
@@ -189,8 +198,8 @@ class PackedPaths:
 
 
 def share_of(options: Mapping[str, Any], texels: int = AUTO) -> float:
-    """Of the texels that paths are in, how many may be left for them to be packed, as the option
-    ``compact`` says of a wave with so many texels; 0: never."""
+    """Return the share of live paths at which a wave of this number of texels is packed, according
+    to the option ``compact``; 0 if it is never packed."""
     share = SHARES.get(options["compact"], options["compact"])
     if options["compact"] == "auto" and texels < AUTO:
         share = 0.0
@@ -201,8 +210,9 @@ def share_of(options: Mapping[str, Any], texels: int = AUTO) -> float:
 
 
 def packed_sizes(size: tuple[int, int], share: float) -> list[tuple[int, int]]:
-    """Sizes of textures of whole squares that hold ``share`` of a wave's texels, share times share
-    of them, and so on down to LEAST; none for a wave with more texels than floats can count."""
+    """Return the sizes of textures that hold ``share``, share^2, share^3 ... of a wave's texels,
+    rounded up to whole squares, down to LEAST texels. Return none if the wave has more texels than
+    float32 can count."""
     texels, sizes = size[0] * size[1] * share, []
     while LEAST <= texels and _elements(size) < EXACT_INTEGER:
         sizes.append(squares(int(np.ceil(texels))))
@@ -212,10 +222,10 @@ def packed_sizes(size: tuple[int, int], share: float) -> list[tuple[int, int]]:
 
 
 def _across(size: tuple[int, int]) -> int:
-    """Squares in a row, the last one of which may be cut off."""
+    """Return the number of squares in a row; the last square may be incomplete."""
     return -(-size[0] // SQUARE)
 
 
 def _elements(size: tuple[int, int]) -> int:
-    """Texels of all squares."""
+    """Return the number of texels of all squares."""
     return SQUARE ** 2 * _across(size) * -(-size[1] // SQUARE)

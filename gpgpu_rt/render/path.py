@@ -1,11 +1,14 @@
-"""Path tracing: light that bounces, by waves of paths that all turn at once.
+"""Path tracing: global illumination by waves of paths that advance by a vertex at a time.
 
-Kajiya, "The Rendering Equation", SIGGRAPH 1986, with next-event estimation and Russian roulette;
-what is weighed how stands in its float64 twin, ``reference/path.py``. A wave is a block of texels
-for each pixel, a path each. Paths that have ended are empty rays, which every method skips, and
-are masked by depth; an occlusion query tells when all have. Random numbers depend on pixel, sample
-and vertex alone, and samples are added up one after another: pictures are the same, to the bit, by
-every method, whatever a wave holds, and whether paths that are left are packed together.
+The algorithm is that of Kajiya, "The Rendering Equation", SIGGRAPH 1986, with next-event
+estimation and Russian roulette. Its float64 form, ``reference/path.py``, explains the weights. A
+wave contains a block of texels for each pixel, and each texel is a path. A path that has ended is
+an empty ray, which every method skips, and is masked by depth. An occlusion query finds when all
+paths have ended.
+
+Random numbers depend only on pixel, sample and vertex, and samples are added in a fixed order.
+Pictures are therefore bit-identical for all methods, for all sizes of a wave, and with or without
+packing of live paths.
 """
 from __future__ import annotations
 
@@ -35,8 +38,8 @@ from .packed_paths import COMPACT, PACKED, PACKING, Level, PackedPaths, share_of
 from .picture_streams import PixelStream, Room
 from .records import CAME_FROM, DIRECT, LIT, RADIANCE, SUMS, WALK
 
-WAVE = 1 << 18      # paths at once, unless the picture alone has more pixels
-FEWEST = 16         # samples before their spread says anything about noise
+WAVE = 1 << 18      # most paths in a wave, unless the picture has more pixels
+FEWEST = 16         # fewest samples from whose variance the noise is estimated
 
 _DEFAULTS = PathSettings()
 _VERTEX_WRITES = (("next_rays", RAY_TEXELS), ("next_walk", WALK), ("lit", LIT),
@@ -44,10 +47,10 @@ _VERTEX_WRITES = (("next_rays", RAY_TEXELS), ("next_walk", WALK), ("lit", LIT),
 
 
 class Path(Integrator):
-    """All light there is, as noise that fades with more samples."""
+    """Path tracing: all light, with noise that decreases with the number of samples."""
 
     name = "path"
-    rays = INCOHERENT      # all but the eye rays: diffuse surfaces scatter them
+    rays = INCOHERENT      # diffuse surfaces scatter all rays but the eye rays
     centred = False
     _sums: Room | None = None
     _level: Level | None = None
@@ -120,7 +123,8 @@ class Path(Integrator):
         super().start(region, options)
 
     def _make_room(self, size: tuple[int, int]) -> None:
-        """A block of texels a pixel for what waves hold, one for their sums."""
+        """Allocate streams with a block of texels for each pixel, and sums with one texel for each
+        pixel."""
         self.block = _block(min(self.samples, WAVE // (size[0] * size[1])), size,
                             self.gpu.max_texture_size)
         super()._make_room((size[0] * self.block[0], size[1] * self.block[1]))
@@ -150,7 +154,7 @@ class Path(Integrator):
                 side = 1 - side
                 if self._finished(f"sums {side}"):
                     break
-        except KeyboardInterrupt:    # what is summed so far is a picture: ``radiance`` keeps it
+        except KeyboardInterrupt:    # ``radiance`` keeps the picture of the samples so far
             if self.samples_done:
                 self.gpu.context.enable_only(moderngl.NOTHING)
                 self.progress, self.samples = None, self.samples_done
@@ -159,7 +163,8 @@ class Path(Integrator):
         return shown(self.mean)
 
     def _take_samples(self, trace: Trace, rays: RayTextures, camera: Camera, side: int) -> None:
-        """Add a wave's samples to those in ``sums SIDE``, into the other sums."""
+        """Trace a wave, add its samples to ``sums SIDE``, and write the result to the other
+        sums."""
         assert self.room is not None and self._sums is not None
         shared = {"block": self.block, "corner": self.region.corner,
                   "first_sample": self.samples_done,
@@ -173,7 +178,7 @@ class Path(Integrator):
 
     def _wave(self, trace: Trace, rays: RayTextures, camera: Camera,
               shared: Mapping[str, Any]) -> None:
-        """The next samples of every pixel, from the eye until all have ended."""
+        """Trace the next samples of all pixels until all paths have ended."""
         assert self.room is not None and self._level is not None and self._packed is not None
         context, level = self.gpu.context, self._level
         self.room.target("radiance").clear()
@@ -211,11 +216,12 @@ class Path(Integrator):
         self._packed.bring_back(level)
 
     def _gather(self, trace: Trace, level: Level, source: Samplers) -> bool:
-        """Add what a vertex found to its path; whether another vertex is needed."""
+        """Add the light found at a vertex to its path; return whether another vertex is needed."""
         room, context = level.room, self.gpu.context
         found = {**source, **room.samplers(level.walk[1], "walk"), **room.samplers("lit", "lit")}
         if "shadow rays" in room:
-            # Asked for before blending is on: packets hand their hits back by a pass of their own.
+            # Trace before blending is on, because packets unpack their hits in a pass of their
+            # own.
             found.update(trace(room.rays["shadow rays"], any_hit=True).samplers())
             found.update(room.samplers("direct", "direct"))
         with level.target([], "radiance") as target:
@@ -228,7 +234,7 @@ class Path(Integrator):
         return query.samples > 0
 
     def _live(self, level: Level) -> int:
-        """How many paths go on."""
+        """Return the number of live paths."""
         query = self.gpu.query()
         with level.target([]) as target, query:
             self.run("path live", target, level.samplers())
@@ -242,7 +248,8 @@ class Path(Integrator):
         self.vertices[vertex - 1]["texels"] += level.texels
 
     def _finished(self, sums: str) -> bool:
-        """Take the means so far, and whether their noise is as low as was asked for."""
+        """Compute the mean radiance so far and its noise; return whether the noise has reached the
+        target."""
         done = self.samples_done
         asked = self.noise_target is not None or self.progress is not None
         if not (asked or done == self.samples):
@@ -271,7 +278,7 @@ class Path(Integrator):
 
 
 def shown(light: np.ndarray) -> np.ndarray:
-    """uint8 sRGB of linear radiance; what is brighter than white is white."""
+    """Convert linear radiance to uint8 sRGB; radiance above 1 is clipped to white."""
     light = np.clip(light, 0, 1)
     srgb = np.where(light < 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
     return (srgb * 255 + 0.5).astype(np.uint8)
@@ -282,8 +289,8 @@ def _settings(given: Mapping[str, Any]) -> PathSettings:
 
 
 def _block(most: int, size: tuple[int, int], largest: int) -> tuple[int, int]:
-    """Texels of a pixel in a wave, (columns, rows): a power of two, at most ``most``, and no
-    texture larger than there can be."""
+    """Return the block of texels of a pixel in a wave, (columns, rows). The number of texels is a
+    power of two and at most ``most``; no side of the wave's textures exceeds ``largest``."""
     columns = rows = 1
     while 2 * columns * rows <= most:
         wider = 2 * columns * size[0] <= largest and columns <= rows

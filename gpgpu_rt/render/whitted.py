@@ -1,12 +1,14 @@
-"""Whitted's ray tracing: light with shadows at every hit, and rays that go on where it mirrors or
-lets light through (Whitted, "An Improved Illumination Model for Shaded Display", CACM 1980).
+"""Whitted's ray tracing: direct light with shadows at every hit, and rays that continue by
+reflection and refraction (Whitted, "An Improved Illumination Model for Shaded Display", CACM
+1980).
 
-His recursion runs on the host, over whole images instead of rays: a wave is the rays of one
-branch, a texel a pixel, most of them empty further down the tree of branches. An occlusion query
-around the pass that makes a branch says whether any ray is in it; if none is, the branch ends
-there, else its passes are drawn on the tiles of the image that hold some. Rays that reflect are
-used up by the next wave, so two textures of them are enough; of those that are refracted each
-depth keeps its own until its turn comes.
+Whitted's recursion runs on the host, over whole images instead of single rays. A wave contains the
+rays of one branch, a texel for each pixel; deep in the tree of branches, most of these rays are
+empty. An occlusion query around the pass that makes a branch counts its rays. Without rays, the
+branch ends. Otherwise the passes of the branch are drawn only on tiles of the image with rays.
+
+The next wave consumes reflected rays at once, so two sets of textures suffice for them. Refracted
+rays wait until their branch is traced, so each depth has textures of its own.
 """
 from __future__ import annotations
 
@@ -29,7 +31,7 @@ from .lights import light_uniforms
 from .picture_streams import PixelStream
 from .records import DIRECT, LIT, LIVE, PATH, RADIANCE, SCREEN
 
-_AT_ONCE = 1 << 12     # places in a pixel
+_AT_ONCE = 1 << 12     # positions in a pixel that are computed in a block
 _RAYS, _HIT, _PATH = ("rays", RAY_TEXELS), ("hit", HIT), ("path", PATH)
 _LIT, _DIRECT, _RADIANCE = ("lit", LIT), ("direct", DIRECT), ("radiance", RADIANCE)
 _BRANCH = {"reads": (_RAYS, _HIT, _PATH), "writes": (("bounce", RAY_TEXELS), ("next_path", PATH))}
@@ -41,9 +43,12 @@ class Wave:
 
     Attributes
     ----------
-    path : the texture of their weights; of eye rays, which weigh 1, any: it is not read
-    depth : how often they have turned
-    corners : (n, 4), the rectangles of the image that hold some, in texels; None for all
+    rays : the textures of the rays
+    path : the texture of the rays' weights. Eye rays have weight 1 and may have any texture here,
+        because it is not read
+    depth : the number of bounces so far
+    corners : (n, 4), the rectangles of the image that contain rays, in texels; None for the whole
+        image
     """
 
     rays: RayTextures
@@ -53,10 +58,11 @@ class Wave:
 
 
 class Whitted(Integrator):
-    """Mirrors, dielectrics, hard shadows of points and soft ones of triangles that emit."""
+    """Mirrors, dielectrics, hard shadows from point lights and soft shadows from emitting
+    triangles."""
 
     name = "whitted"
-    _ended = False      # whether rays were followed up to the limit that was asked for
+    _ended = False      # whether rays reached the limit of the option ``bounces``
     passes = (
         Pass("surfaces", "render/surfaces.frag", (), (_RAYS, _HIT, _PATH),
              (("shadow_rays", RAY_TEXELS, "SHADOWS"), _LIT, ("direct", DIRECT, "SHADOWS"))),
@@ -94,7 +100,7 @@ class Whitted(Integrator):
             self.eye_rays(rays, camera, aside)
             self._lights = {depth: light_uniforms(self.scene, self.needs, depth, sample)
                             for depth in range(self.needs.bounces + 1)}
-            # Where rays go on, programs want something bound even for the eye's.
+            # Programs that follow bounces need a bound texture of weights, even for eye rays.
             unread = (stream_samplers("path", rays.textures[:1])
                       if self.needs.want(("BOUNCES",)) else {})
             shadows = self._wave(trace, Wave(rays, unread))
@@ -115,8 +121,8 @@ class Whitted(Integrator):
             np.uint8)
 
     def _wave(self, trace: Trace, wave: Wave) -> Hits:
-        """Trace the rays of a branch, add what they find, and go on with its branches; returns
-        the hits traced last for its lights."""
+        """Trace the rays of a branch, add the light they find, and trace its child branches.
+        Return the hits of the branch's last shadow rays."""
         assert self.room is not None
         hits = trace(wave.rays)
         source = {**wave.rays.samplers(), **hits.samplers(), **wave.path}
@@ -136,7 +142,8 @@ class Whitted(Integrator):
 
     def _branch(self, word: str, name: str, source: Samplers, wave: Wave,
                 tiles: Rectangles | None) -> list[Wave]:
-        """Make the rays that go on one way; a wave of them, if there are any."""
+        """Make the reflected or the refracted rays of a wave; return a list with their wave, empty
+        if there are no such rays."""
         assert self.room is not None
         paths = name + " paths"
         self.room.clear_rays(name)
@@ -153,7 +160,8 @@ class Whitted(Integrator):
         return [Wave(self.room.rays[name], path, wave.depth + 1, rectangles_of(live))]
 
     def _tiles(self, wave: Wave) -> Rectangles | None:
-        """Where a wave has rays; shadow rays of the last one are gone from everywhere else."""
+        """Return the rectangles of the image in which a wave has rays, or None for all. Clear the
+        shadow rays, because passes on rectangles leave old rays elsewhere."""
         if wave.corners is None:
             return None
         assert self.room is not None
@@ -164,8 +172,8 @@ class Whitted(Integrator):
 
     def _light(self, trace: Trace, source: Samplers, wave: Wave, tiles: Rectangles | None,
                hits: Hits) -> Hits:
-        """Add what every light gives the hits; the hits of the last shadow rays, or those given
-        where nothing casts shadows."""
+        """Add the light of all lights at the hits. Return the hits of the last shadow rays, or
+        ``hits`` if there are no shadow rays."""
         assert self.room is not None
         room, context = self.room, self.gpu.context
         if "kept hits" in room:
@@ -178,7 +186,7 @@ class Whitted(Integrator):
             if "shadow rays" in room:
                 hits = trace(room.rays["shadow rays"], any_hit=True)
             if "radiance" in room:
-                # Asked for before blending begins: packets hand their hits back by a pass.
+                # Get the hits before blending is on, because packets unpack their hits in a pass.
                 gathered = {**source, **hits.samplers(), **self._lit()}
                 context.enable_only(moderngl.BLEND)
                 context.blend_func = moderngl.ONE, moderngl.ONE
@@ -188,17 +196,17 @@ class Whitted(Integrator):
         return hits
 
     def _lit(self) -> Samplers:
-        """What shading left."""
+        """Return the textures that shading wrote."""
         assert self.room is not None
         return {name: texture for stream in ("lit", "direct") if stream in self.room
                 for name, texture in self.room.samplers(stream, stream).items()}
 
 
 def places_in_pixel(samples: int) -> Iterator[tuple[float, float]]:
-    """Where in a pixel its samples are, beside the middle, in pixels: of 2^k samples one in each
-    box of area 2^-k, the same in all pixels."""
+    """Yield the offset of each sample from the pixel's centre, in pixels; it is the same for all
+    pixels. Of 2^k samples, there is one in each elementary box of area 2^-k."""
     cells = 1 << (samples - 1).bit_length()
-    for first in range(0, samples, _AT_ONCE):    # all at once of 2^24 would take gigabytes
+    for first in range(0, samples, _AT_ONCE):    # 2^24 samples in one block would need gigabytes
         points = sobol_first_two(np.arange(first, min(first + _AT_ONCE, samples),
                                            dtype=np.uint32))
         places = [reversed_bits(bits) / 2.0 ** 32 + 0.5 / cells - 0.5 for bits in points]
@@ -206,6 +214,6 @@ def places_in_pixel(samples: int) -> Iterator[tuple[float, float]]:
 
 
 def _branch(name: str, define: str) -> tuple[PixelStream, PixelStream]:
-    """The streams of rays that go on one way, and of their weights."""
+    """Return the streams of reflected or refracted rays and of their weights."""
     return (PixelStream(name, RAY_TEXELS, (define,)),
             PixelStream(name + " paths", PATH, (define,)))
