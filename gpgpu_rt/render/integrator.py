@@ -113,7 +113,7 @@ class Integrator:
         self.room: Room | None = None
         self.size = (0, 0)
         self.region = Region((0, 0), (0, 0), (0, 0))    # the region of the picture that is drawn
-        self.radiance: np.ndarray | None = None     # linear radiance, if the integrator computes it
+        self.radiance: np.ndarray | None = None     # linear, if the integrator computes it
         self.samples_done = 0                       # samples per pixel so far
         self.noise: float | None = None             # relative noise, if enough samples tell it
         # Called with the samples done, the samples in total, and the noise so far.

@@ -1,9 +1,10 @@
-"""Caustics mapping: light that glass, water or mirrors throw on what is around, in image space.
+"""Caustics mapping: the light that glass, water or mirrors focus on other surfaces, computed in
+image space.
 
-Shah, Konttinen and Pattanaik 2007 (survey, section 5); see
-``glsl/image_space/caustic_splat.vert``.
-The light is a point. It sees the refractor in one image, a photon a pixel, and what is around in
-another, in which photons search where they land.
+The method is that of Shah, Konttinen and Pattanaik (2007; survey, section 5); see
+``glsl/image_space/caustic_splat.vert``. The light is a point. One image from the light shows the
+refractor, with a photon for each pixel. A second, wider image shows the receivers, the other
+surfaces; photons search this image for the point where they land.
 """
 from __future__ import annotations
 
@@ -27,28 +28,29 @@ from .visible import Visible, placed
 if TYPE_CHECKING:
     from ...tracer import Tracer
 
-MIRROR, SURFACE, CLOSED = range(3)    # what BORDERS says in caustic_photons.frag
-WIDEST = np.radians(80)               # half the angle of what a light may see
+MIRROR, SURFACE, CLOSED = range(3)    # values of BORDERS in caustic_photons.frag
+WIDEST = np.radians(80)               # largest half angle of an image from the light
 
 
 class Caustics:
-    """The caustic of a scene's dielectrics, or of its mirrors, by a light at a point.
+    """The caustic of a scene's dielectrics, or of its mirrors, from a point light.
 
     Parameters
     ----------
-    tracer : of the scene; one of its materials is a dielectric or a mirror
-    light : (3,) where it is, outside the refractor
-    photons : a side of the light's image of the refractor
-    resolution : pixels a side of its image of what is around, and of the caustic map
-    spread : how many times as wide that sees, by the tangent of the angle
-    splat : pixels a side of what a photon is spread over in the caustic map
-    iterations : guesses of where a photon lands
-    smooth : blend the refractor's normals between triangles; else each is flat
+    tracer : the tracer of the scene; one of the scene's materials is a dielectric or a mirror
+    light : (3,) position of the light, outside the refractor
+    photons : pixels a side of the image of the refractor, a photon for each pixel
+    resolution : pixels a side of the image of the receivers, and of the caustic map
+    spread : the width of the receivers' image relative to that of the refractor, as the ratio of
+        the tangents of the half angles
+    splat : pixels a side of the square of a photon in the caustic map
+    iterations : number of estimates of the point where a photon lands
+    smooth : whether to interpolate the refractor's normals; otherwise, triangles are flat
 
     Attributes
     ----------
-    camera, wide : the two cameras at the light
-    borders : 0 for a mirror, 2 for closed glass, 1 for a surface with glass or water behind
+    camera, wide : the cameras at the light, for the refractor and for the receivers
+    borders : 0 for a mirror, 2 for closed glass, 1 for a surface with glass or water behind it
     """
 
     def __init__(self, tracer: Tracer, light: Any, photons: int = 256, resolution: int = 256,
@@ -62,7 +64,7 @@ class Caustics:
         place = np.asarray(light, np.float64) if np.shape(light) == (3,) else np.full(3, np.nan)
         if not np.isfinite(place).all():
             raise OptionError(f"the light is at {light}; give three finite numbers")
-        with tracer.gpu:        # GL draws larger points no larger, and their light would be lost
+        with tracer.gpu:        # OpenGL clamps the size of larger points, which would lose light
             largest = int(tracer.gpu.context.info["GL_POINT_SIZE_RANGE"][1])
         if splat > largest:
             raise OptionError(f"splat is {splat}; give at most {largest}, the largest point that "
@@ -113,7 +115,7 @@ class Caustics:
                          "landed": target(None, "landed"), "caustic": target(None, "caustic")}
 
     def uniforms(self, wide: bool) -> dict[str, object]:
-        """Of the passes in one of the light's two images."""
+        """Return the uniforms of the passes in the wide or the narrow image of the light."""
         side = self.resolution if wide else self.photons
         return {**view_uniforms(self.wide if wide else self.camera, (side, side),
                                 self.scene.bounds), "photons": self.photons,
@@ -123,13 +125,13 @@ class Caustics:
     # The map --------------------------------------------------------------------------------
 
     def map(self, landed: np.ndarray | None = None) -> np.ndarray:
-        """(resolution, resolution) float32 flux in each texel of what the light sees, for a light
-        of one watt a steradian; row 0 at the top.
+        """Return the caustic map: the flux in each texel of the receivers' image, (resolution,
+        resolution) float32, for a light of 1 watt per steradian; row 0 at the top.
 
         Parameters
         ----------
-        landed : (n, n, 4) where photons land, as `landings` and `traced` return it; by default
-            they search in the light's image
+        landed : (n, n, 4) points and flux of photons, as `landings` and `traced` return them; by
+            default, photons search the receivers' image
         """
         if landed is not None and np.shape(landed) != (self.photons, self.photons, 4):
             raise OptionError(f"landed has the shape {np.shape(landed)}; give ({self.photons}, "
@@ -144,14 +146,16 @@ class Caustics:
             return read_texture(self._textures["caustic"])[:, :, 0]
 
     def landings(self) -> np.ndarray:
-        """(photons, photons, 4) float32: where each photon lands and its flux, 0 where lost."""
+        """Return (photons, photons, 4) float32: the point where each photon lands, and its flux,
+        0 for a lost photon."""
         with self.gpu:
             self._see()
             self._drop(("HOME",), "landed")
             return read_texture(self._textures["landed"])
 
     def traced(self) -> np.ndarray:
-        """The same by rays, traced through the scene by the tracer's method."""
+        """Return the landings of the photons, as `landings` does, by rays that the tracer's method
+        traces through the scene."""
         origins, directions = self.camera.rays((self.photons,) * 2)
         right, up, forward = self.camera.basis((1, 1))
         area = 4 * np.linalg.norm(right) * np.linalg.norm(up) / self.photons ** 2
@@ -163,7 +167,7 @@ class Caustics:
                               ).reshape(self.photons, self.photons, 4)
 
     def _see(self) -> None:
-        """What the light sees of the refractor, and around it."""
+        """Draw the light's images of the refractor and of the receivers."""
         narrow, wide = self.uniforms(False), self.uniforms(True)
         context = self.gpu.context
         if self.borders == CLOSED:
@@ -178,7 +182,7 @@ class Caustics:
         context.enable_only(moderngl.NOTHING)
 
     def _drop(self, words: tuple[str, ...], target: str) -> None:
-        """Photons as points, added up."""
+        """Draw the photons as points with additive blending."""
         context = self.gpu.context
         self._targets[target].clear()
         context.blend_func = moderngl.ONE, moderngl.ONE
@@ -191,12 +195,12 @@ class Caustics:
     # The picture ----------------------------------------------------------------------------
 
     def look(self, places: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """(h, w) float32 irradiance that the last `map` has at places, for a light of one watt a
-        steradian.
+        """Return (h, w) float32, the irradiance at points according to the last `map`, for a light
+        of 1 watt per steradian.
 
         Parameters
         ----------
-        places, normals : (h, w, 3); unit normals on the side that is seen, or zeros
+        places, normals : (h, w, 3) points, and unit normals on the visible side, or zeros
         """
         with self.gpu, placed(self.gpu, places, normals, 1) as (target, given):
             self.gpu.context.enable_only(moderngl.NOTHING)
@@ -206,24 +210,24 @@ class Caustics:
 
     def draw(self, camera: Camera | None = None, size: tuple[int, int] = (256, 256),
              landed: np.ndarray | None = None) -> np.ndarray:
-        """(h, w) float32 irradiance of the caustic on what a camera sees, row 0 at the top, for a
-        light of one watt a steradian: what a picture adds, times colour / pi; ``landed`` as for
-        `map`. Nothing on the refractor itself."""
+        """Return (h, w) float32, the irradiance of the caustic at a camera's first hits, row 0 at
+        the top, for a light of 1 watt per steradian. A picture adds it, multiplied by colour / pi.
+        It is 0 on the refractor itself. ``landed`` is as for `map`."""
         self.map(landed)
         seen = Visible.of(self.tracer, camera, size)
         seen.normals[np.isin(seen.hits.triangle, self.rows).reshape(seen.normals.shape[:2])] = 0
         return self.look(seen.places, seen.normals)
 
     def release(self) -> None:
-        """Free textures and programs; it is of no use afterwards."""
+        """Free textures and programs; the object cannot be used afterwards."""
         with self.gpu:
             release(self.mesh, self._receive, self._look, self._splats, self._targets,
                     self._textures, self._tables, self._depths)
 
 
 def turning(tracer: Tracer) -> tuple[np.ndarray, float | None, float]:
-    """Rows of the triangles that turn light, their refractive index or None for mirrors, and the
-    share that mirrors reflect."""
+    """Return the rows of the triangles that refract or mirror light, their refractive index, or
+    None for mirrors, and the share of light that mirrors reflect."""
     scene = tracer.scene
     turns = np.array([bool(m.ior) or any(m.mirror) for m in scene.materials])
     rows = np.flatnonzero(turns[scene.material_of])
@@ -238,7 +242,8 @@ def turning(tracer: Tracer) -> tuple[np.ndarray, float | None, float]:
 
 
 def is_closed(triangles: np.ndarray) -> bool:
-    """Whether every edge of (n, 3, 3) triangles, those without area left out, has two."""
+    """Return whether every edge of (n, 3, 3) triangles belongs to exactly two triangles. Triangles
+    with two equal corners are ignored."""
     corners = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1, 3)
     edges = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2)
     whole = (edges[:, :, 0] != edges[:, :, 1]).all(axis=1)
@@ -247,7 +252,8 @@ def is_closed(triangles: np.ndarray) -> bool:
 
 
 def _views(light: np.ndarray, corners: np.ndarray, spread: float) -> tuple[Camera, Camera]:
-    """Cameras at the light: one that sees (k, 3, 3) triangles as large as may be, a wider one."""
+    """Return two cameras at the light: the narrowest that sees all of (k, 3, 3) triangles, and one
+    that is wider by ``spread``."""
     points = corners.reshape(-1, 3).astype(np.float64)
     centre = (points.min(0) + points.max(0)) / 2
     away = centre - light

@@ -1,5 +1,5 @@
-"""Patches: triangles cut small, each of which sends out the same light everywhere; and the light
-that reaches places straight from lamps."""
+"""Patches: divides triangles into patches of constant radiance, and computes the direct light of
+lamps at points by shadow rays."""
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
@@ -11,34 +11,37 @@ from ...scene.luminance import luminance
 if TYPE_CHECKING:
     from ...tracer import Tracer
 
-LIFT = 1e-4       # of the scene's extent: how far off its surface a place stands
-# Fractional parts of multiples of these fill a cube evenly (Roberts 2018, from the root of
-# x^4 = x + 1; in the plane, of x^3 = x + 1).
+LIFT = 1e-4       # offset of shadow rays from the surface, as a share of the scene's extent
+# The fractional parts of the multiples of SPREAD_3 fill a cube evenly (Roberts 2018, from the root
+# of x^4 = x + 1). Those of SPREAD_2 fill a square (from the root of x^3 = x + 1).
 SPREAD_3 = 1.2207440846057596 ** -np.arange(1.0, 4.0)
 SPREAD_2 = 1.3247179572447460 ** -np.arange(1.0, 3.0)
 
 
 def cuts_of(triangles: np.ndarray, longest: float) -> np.ndarray:
-    """(n,) into how many parts each edge of (n, 3, 3) triangles is cut, so that none is longer."""
+    """Return (n,) the number of parts into which the edges of each of (n, 3, 3) triangles are cut,
+    so that no part is longer than ``longest``."""
     corners = np.asarray(triangles, np.float64)
     edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1, initial=0)
     return np.maximum(np.ceil(edges / longest), 1).astype(int)
 
 
 def divided(triangles: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles cut into k^2 alike, k so that no edge is longer than ``longest``.
+    """Divide each triangle into k^2 similar parts, with k such that no edge is longer than
+    ``longest``.
 
     Parameters
     ----------
     triangles : (n, 3, 3)
+    longest : the longest edge of a part, in units of the triangles
 
     Returns
     -------
-    (m, 3, 3) float32, and (m,) int, which of the n each is a part of
+    (m, 3, 3) float32 parts, and (m,) int, the triangle that each part comes from
     """
     corners, cuts = np.asarray(triangles, np.float64), cuts_of(triangles, longest)
     parts, parents = [], []
-    for k in np.unique(cuts):            # a few numbers of cuts, not triangles
+    for k in np.unique(cuts):            # there are few different numbers of cuts
         rows = np.flatnonzero(cuts == k)
         weights = _weights(int(k))
         parts.append(np.einsum("pcw,nwx->npcx", weights, corners[rows]).reshape(-1, 3, 3))
@@ -49,7 +52,7 @@ def divided(triangles: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarr
 
 
 def _weights(k: int) -> np.ndarray:
-    """(k^2, 3, 3): of each part, its corners as weights of the whole's corners."""
+    """Return (k^2, 3, 3), the barycentric weights of the corners of each part."""
     i, j = (a.reshape(-1) for a in np.indices((k, k)))
     upright, turned = i + j < k, i + j < k - 1
     lower = np.stack([(i, j), (i + 1, j), (i, j + 1)])[..., upright]
@@ -59,7 +62,8 @@ def _weights(k: int) -> np.ndarray:
 
 
 def areas_and_normals(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) and (n, 3) float64 of (n, 3, 3) triangles; normals of unit length, or zero."""
+    """Return the areas (n,) and normals (n, 3), float64, of (n, 3, 3) triangles. Normals have unit
+    length, or are zero for triangles without area."""
     v0, v1, v2 = triangles.astype(np.float64).transpose(1, 0, 2)
     normal = np.cross(v1 - v0, v2 - v0)
     twice = np.linalg.norm(normal, axis=1)
@@ -68,13 +72,14 @@ def areas_and_normals(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def straight_light(tracer: Tracer, places: np.ndarray, normals: np.ndarray,
                    samples: int = 64) -> np.ndarray:
-    """Irradiance that arrives at places from triangles that emit and from point lights, unless
-    something is between, which the tracer says.
+    """Return the irradiance at points from emitting triangles and point lights; the tracer decides
+    which lights are occluded.
 
     Parameters
     ----------
-    places, normals : (n, 3); unit normals on the side that is lit
-    samples : places on lamps, the same for all: a fixed set that spreads evenly
+    tracer : the tracer of the scene
+    places, normals : (n, 3) points, and unit normals on the side that is lit
+    samples : the number of points on lamps; all places use the same evenly distributed points
 
     Returns
     -------
@@ -83,7 +88,7 @@ def straight_light(tracer: Tracer, places: np.ndarray, normals: np.ndarray,
     scene = tracer.scene
     start = (places + LIFT * scene.extent * normals).astype(np.float32)
     found = np.zeros((len(places), 3))
-    for light in scene.lights:           # a few
+    for light in scene.lights:           # there are few point lights
         to = np.asarray(light.position) - start
         cosine = (to * normals).sum(1) / np.maximum(np.linalg.norm(to, axis=1), 1e-30)
         found += _reaching(tracer, start, to, cosine)[:,
@@ -96,7 +101,7 @@ def straight_light(tracer: Tracer, places: np.ndarray, normals: np.ndarray,
     emission = np.array([m.emission for m in scene.materials])[scene.material_of[rows]]
     power = area * luminance(emission)
     share = np.cumsum(power) / power.sum()
-    for k in range(samples):             # each a set of rays, one a place
+    for k in range(samples):             # trace a ray from each place to the same point
         pick, u, v = (0.5 + (k + 1) * SPREAD_3) % 1
         lamp = min(int(np.searchsorted(share, pick, side="right")), len(rows) - 1)
         root = np.sqrt(u)
@@ -111,7 +116,8 @@ def straight_light(tracer: Tracer, places: np.ndarray, normals: np.ndarray,
 
 
 def _reaching(tracer: Tracer, start: np.ndarray, to: np.ndarray, value: np.ndarray) -> np.ndarray:
-    """``value``, (n,), where it is more than nothing and nothing lies on the way; else 0."""
+    """Return ``value``, (n,), where it is positive and the way ``to`` the light is free; 0
+    elsewhere."""
     reaching = np.where(value > 0, value, 0.0)
     some = np.flatnonzero(reaching)
     if len(some):

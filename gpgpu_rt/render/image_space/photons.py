@@ -1,4 +1,5 @@
-"""Photons by rays: light from a point through glass and off mirrors, traced to where it lands."""
+"""Photons: traces light from a point through glass and off mirrors to the surface where it
+lands."""
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
@@ -12,26 +13,27 @@ from .patches import areas_and_normals
 if TYPE_CHECKING:
     from ...tracer import Tracer
 
-MOST_BORDERS = 8
+MOST_BORDERS = 8    # largest number of interfaces on a photon's way
 
 
 def traced_photons(tracer: Tracer, normals: np.ndarray, origins: np.ndarray,
                    directions: np.ndarray, flux: np.ndarray) -> np.ndarray:
-    """Where photons land that a dielectric or a mirror turned on their way.
+    """Return the points where photons land after refraction or reflection on their way.
 
-    At glass a photon goes on with the share that is refracted, inside it with all where that is
-    none; what is reflected else is dropped.
+    At a dielectric, a photon continues with the refracted share of its flux; the reflected share
+    is dropped. After total reflection, it continues with all of its flux.
 
     Parameters
     ----------
-    tracer : of the scene, whose materials say what turns light
-    normals : (m, 3, 3) of the scene's triangles' corners
-    origins, directions : (n, 3) of photons, directions of unit length
+    tracer : the tracer of the scene; the scene's materials decide which triangles turn light
+    normals : (m, 3, 3) normals of the corners of the scene's triangles
+    origins, directions : (n, 3) of the photons; directions of unit length
     flux : (n,)
 
     Returns
     -------
-    (n, 4) float64: place and flux, zeros for a photon that met no refractor, or was lost
+    (n, 4) float64: point and flux; zeros for a photon that met no dielectric or mirror, or that
+    was lost
     """
     scene = tracer.scene
     ior = np.array([m.ior or 0.0 for m in scene.materials])[scene.material_of]

@@ -1,11 +1,11 @@
-"""Ray bundles: diffuse light that bounces, by parallel projections whose layers are peeled.
+"""Ray bundles: diffuse global illumination by parallel projections with depth peeling.
 
-Szirmay-Kalos 1998 and Hachisuka 2005 (survey, section 5); see
-``glsl/image_space/bundle_peel.frag``.
-All surfaces are diffuse, and cut into patches that send out the same light everywhere. Light goes
-from patch to patch along a fixed set of directions, in both ways along each (`RayBundles.solve`);
-what a camera sees then gathers it along another set (`RayBundles.draw`). Few of so few directions
-would meet a small lamp, so that what comes from it straight is traced, unless told otherwise.
+The method is that of Szirmay-Kalos (1998) and Hachisuka (2005; survey, section 5); see
+``glsl/image_space/bundle_peel.frag``. All surfaces are diffuse, and are divided into patches of
+constant radiance. Light travels between patches along a fixed set of directions, both ways along
+each direction (`RayBundles.solve`). The visible points then gather light along another set of
+directions (`RayBundles.draw`). Few of these directions would meet a small lamp, so by default rays
+trace the direct light of lamps.
 """
 from __future__ import annotations
 
@@ -34,33 +34,35 @@ if TYPE_CHECKING:
     from ...tracer import Tracer
 
 STRAIGHT = ("traced", "bundles")
-FAR = 1e30           # deeper than anything
-MOST_LAYERS = 4096
-LEAST_PATCH = 1e-6   # of the extent: a triangle as large as the scene has 10^12 of them
-LIFTED = 0.2         # of a pixel: how far off its surface a place gathers light
+FAR = 1e30           # a depth behind all surfaces
+MOST_LAYERS = 4096   # more layers in a projection are an error
+# The smallest patch, as a share of the scene's extent. A triangle as large as the scene has 10^12
+# such patches.
+LEAST_PATCH = 1e-6
+LIFTED = 0.2         # offset from the surface at which light is gathered, in pixels
 NEARER = replace(LAYER, name="nearer")
 
 
 class RayBundles:
-    """A scene's diffuse light.
+    """The diffuse light of a scene.
 
     Parameters
     ----------
-    tracer : of the scene; traces what is seen, and the way from lamps
-    patch : the longest edge of a patch, of the scene's extent: from 1e-6 to 1
+    tracer : the tracer of the scene; traces first hits, and shadow rays towards lamps
+    patch : the longest edge of a patch, as a share of the scene's extent, from 1e-6 to 1
     resolution : pixels a side of a projection
-    straight : what comes straight from lamps: "traced", by ``samples`` rays a place, or by
-        "bundles" like all other light, which suits large ones alone
-    samples : places on lamps
+    straight : the direct light of lamps: "traced", by ``samples`` shadow rays for each point; or
+        "bundles", like all other light, which suits only large lamps
+    samples : the number of points on lamps
 
     Attributes
     ----------
-    triangles, parent : (m, 3, 3) the patches, and (m,) which of the scene's triangles they are of
-    leaving : (m, 2, 3) radiance that leaves their sides after `solve`, the one that the normal is
-        on first; without emission where ``straight`` is "traced"
-    weights : (m, 2) what `solve` met of each side: pi if its directions and pixels were enough, 0
-        for one that no ray met
-    layers : the most that a projection had so far
+    triangles, parent : (m, 3, 3) the patches, and (m,) the scene's triangle of each patch
+    leaving : (m, 2, 3) the radiance that leaves the two sides of each patch after `solve`, first
+        the side of the normal; without emission if ``straight`` is "traced"
+    weights : (m, 2) the sum of cosine weights with which rays of `solve` met each side: pi for
+        enough directions and pixels, 0 for a side that no ray met
+    layers : the largest number of layers of a projection so far
     """
 
     def __init__(self, tracer: Tracer, patch: float = 0.1, resolution: int = 128,
@@ -74,7 +76,7 @@ class RayBundles:
         self.straight, self.samples, self.resolution = straight, samples, resolution
         longest = patch * max(scene.extent, 1e-30)
         count = int((cuts_of(scene.triangles, longest) ** 2).sum())
-        if 2 * count > EXACT_INTEGER:      # asked before they are cut, which takes all memory
+        if 2 * count > EXACT_INTEGER:      # checked before the division, which would use all memory
             raise LimitError(f"{count:,} patches have more sides than 2^24; raise patch")
         self.triangles, self.parent = divided(scene.triangles, longest)
         self.albedo = scene.colours[self.parent].astype(np.float64)
@@ -85,7 +87,7 @@ class RayBundles:
         self.layers = 0
         lo, hi = (corner.astype(np.float64) for corner in scene.bounds)
         self._centre, self._reach = (lo + hi) / 2, max(float(np.linalg.norm(hi - lo)) / 2, 1e-30)
-        self.pixel_size = 2 * self._reach / (resolution - 2)     # one to spare for each shift
+        self.pixel_size = 2 * self._reach / (resolution - 2)     # spare pixels allow for shifts
         with self.gpu:
             self._tables = table_textures(self.gpu, TRIANGLE,
                                           triangle_table(self.triangles)[TRIANGLE.name])
@@ -120,13 +122,13 @@ class RayBundles:
     # Light from patch to patch --------------------------------------------------------------
 
     def solve(self, directions: int = 64, bounces: int = 8) -> np.ndarray:
-        """Let light bounce between patches, and keep what leaves them.
+        """Compute the radiance that leaves the patches, by exchanging light between them.
 
         Parameters
         ----------
-        directions : of bundles, each used both ways
-        bounces : how often light from a lamp or the sky is passed on; 0 for what these light
-            themselves, whichever way ``straight`` brings it
+        directions : the number of directions of bundles; each is used both ways
+        bounces : the number of reflections from patch to patch; with 0, only the direct light of
+            lamps and sky, for both values of ``straight``
 
         Returns
         -------
@@ -144,7 +146,8 @@ class RayBundles:
         else:
             own += self.emission[:, None]
         reflected = self.albedo[:, None] / np.pi
-        # The first exchange brings the light of lamps and sky, unless rays brought all there is.
+        # The first exchange carries the direct light of lamps and sky. It is left out if shadow
+        # rays already computed all direct light.
         brought = self.straight == "traced" and self.scene.environment is None
         self.leave(own + reflected * lit if brought else own)
         for _ in range(bounces + (not brought)):
@@ -152,14 +155,15 @@ class RayBundles:
         return self.leaving
 
     def leave(self, radiance: np.ndarray) -> None:
-        """Let (m, 2, 3) ``radiance`` leave the patches' sides."""
+        """Set the radiance that leaves the patches' sides, (m, 2, 3)."""
         self.leaving = radiance
         with self.gpu:
             self._tables.update(table_textures(self.gpu, LEAVING, {
                 "radiance": radiance.reshape(-1, 3)}, into=self._tables))
 
     def _exchanged(self, directions: int) -> np.ndarray:
-        """(m, 2, 3) irradiance of sides by what leaves them all."""
+        """Return the irradiance of the patches' sides, (m, 2, 3), from the light that leaves all
+        patches."""
         target = self._arriving
         with self.gpu:
             target.clear()
@@ -178,11 +182,12 @@ class RayBundles:
 
     def gather(self, places: np.ndarray, normals: np.ndarray, directions: int = 256
                ) -> np.ndarray:
-        """Irradiance at places by what leaves the patches.
+        """Return the irradiance at points from the light that leaves the patches.
 
         Parameters
         ----------
-        places, normals : (h, w, 3); unit normals on the side that is lit, or zeros
+        places, normals : (h, w, 3) points, and unit normals on the side that is lit, or zeros
+        directions : the number of directions of bundles
 
         Returns
         -------
@@ -200,7 +205,8 @@ class RayBundles:
 
     def draw(self, camera: Camera | None = None, size: tuple[int, int] = (256, 256),
              directions: int = 256) -> np.ndarray:
-        """(h, w, 3) float32 radiance that a camera sees, row 0 at the top; `solve` comes first."""
+        """Return the picture of a camera, (h, w, 3) float32 radiance, row 0 at the top. Call
+        `solve` first."""
         seen = Visible.of(self.tracer, camera, size)
         hit, row = seen.hits.hit, seen.hits.triangle
         light = self.gather(seen.places, seen.normals, directions).reshape(-1, 3)
@@ -218,7 +224,7 @@ class RayBundles:
     # Projections ----------------------------------------------------------------------------
 
     def _bundles(self, directions: int) -> Iterator[dict[str, object]]:
-        """Uniforms of each projection."""
+        """Yield the uniforms of each projection."""
         frames = frames_around(half_sphere(directions))
         shifts = (0.5 + np.arange(1, directions + 1)[:, None] * SPREAD_2) % 1 - 0.5
         sky = self.scene.environment
@@ -234,8 +240,9 @@ class RayBundles:
 
     def _peeled(self, uniforms: dict[str, object]
                 ) -> Iterator[tuple[moderngl.Texture, moderngl.Texture]]:
-        """Neighbouring layers, nearest first: from nothing before the first one to nothing behind
-        the last one, which an occlusion query finds. Blending adds until the next."""
+        """Yield the textures of two neighbouring layers, nearest first. The first pair has an
+        empty layer in front, the last pair an empty layer behind; an occlusion query finds the
+        last layer. Blending is additive while the caller uses a pair."""
         context = self.gpu.context
         context.blend_func = moderngl.ONE, moderngl.ONE
         self._peel.set(**uniforms)
@@ -261,7 +268,7 @@ class RayBundles:
         return textures if layer is None else {**textures, "layer_texel_0": layer}
 
     def release(self) -> None:
-        """Free textures and programs; it is of no use afterwards."""
+        """Free textures and programs; the object cannot be used afterwards."""
         with self.gpu:
             textures = [*self._layers, *self._arriving.color_attachments, *self._tables.values()]
             release(self._peel, self._exchange, self._gather, self._targets, self._arriving,
@@ -269,8 +276,8 @@ class RayBundles:
 
 
 def half_sphere(count: int) -> np.ndarray:
-    """(count, 3) unit directions that spread evenly over the half of a sphere around z: a spiral
-    by the golden angle, of the same height a step."""
+    """Return (count, 3) unit directions, evenly distributed over the hemisphere around z: a spiral
+    with equal steps in height and the golden angle between steps."""
     z = (np.arange(count) + 0.5) / count
     angle = np.pi * (3 - np.sqrt(5)) * np.arange(count)
     flat = np.sqrt(1 - z * z)

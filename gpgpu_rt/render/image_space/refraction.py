@@ -1,8 +1,9 @@
-"""Image-space refraction: light through two borders of a mesh, by two passes of the rasteriser.
+"""Image-space refraction: light through two interfaces of a mesh, by two passes of the rasteriser.
 
-Wyman 2005; see ``glsl/image_space/refraction_front.frag``. The mesh is closed and evenly turned,
-and what it is seen before is so far away that a direction is all that counts. What it gets wrong
-is where the light leaves: it is right for a slab and good for what is convex.
+The method is Wyman's (2005); see ``glsl/image_space/refraction_front.frag``. The mesh must be
+closed and consistently oriented. The background is so far away that only the direction of the
+light matters. The point at which light leaves the mesh is approximate: it is exact for a slab and
+good for a convex mesh.
 """
 from __future__ import annotations
 
@@ -18,32 +19,38 @@ from .refractor import Refractor, view_uniforms
 if TYPE_CHECKING:
     from ...tracer import Tracer
 
-NOTHING, LEFT, UNSEEN, TOTAL = range(4)   # kinds: no mesh, as it should, exit not seen, reflected
+# Kinds of pixels: no mesh; light leaves the mesh; the exit is not visible; total reflection.
+NOTHING, LEFT, UNSEEN, TOTAL = range(4)
 
 
 class Refraction:
-    """A scene's triangles as glass.
+    """A renderer that treats all triangles of a scene as glass.
 
     Parameters
     ----------
-    tracer : of the scene; traces how thick it is against the normals
+    tracer : the tracer of the scene; traces the thickness of the mesh against the normals
     ior : refractive index inside over that outside, from 0.1 to 10
-    smooth : blend normals between triangles; else each is flat
+    smooth : whether to interpolate normals between triangles; otherwise, triangles are flat
     """
 
     def __init__(self, tracer: Tracer, ior: float = 1.5, smooth: bool = True) -> None:
-        self.ior = in_range("ior", ior, 0.1, 10)     # as of a material
+        self.ior = in_range("ior", ior, 0.1, 10)     # the range of `Material.ior`
         self.gpu, self.scene = tracer.gpu, tracer.scene
         self.mesh = Refractor(tracer, None, True, smooth)
         self.triangles, self.normals = self.mesh.triangles, self.mesh.normals
 
     def draw(self, camera: Camera | None = None,
              size: tuple[int, int] = (512, 512)) -> tuple[np.ndarray, np.ndarray]:
-        """Where the light that arrives at each pixel comes from.
+        """Return the direction in which the eye ray of each pixel leaves the mesh.
+
+        Parameters
+        ----------
+        camera : by default the scene's own camera
+        size : (width, height) pixels
 
         Returns
         -------
-        (h, w, 3) float32 unit directions away from the mesh, and (h, w) int8 kinds
+        (h, w, 3) float32 unit directions away from the mesh, and (h, w) int8 kinds of pixels
         """
         camera = camera or self.scene.camera
         uniforms = {**view_uniforms(camera, size, self.scene.bounds), "ior": self.ior}
@@ -62,5 +69,5 @@ class Refraction:
         return found[:, :, :3], found[:, :, 3].astype(np.int8)
 
     def release(self) -> None:
-        """Free buffers; it is of no use afterwards."""
+        """Free all buffers; the object cannot be used afterwards."""
         self.mesh.release()

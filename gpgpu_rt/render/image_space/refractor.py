@@ -1,4 +1,5 @@
-"""A refractor: a mesh that the rasteriser draws to find where light goes that it turns."""
+"""Refractor: a refracting or mirroring mesh, which the rasteriser draws to find the directions of
+light."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -16,22 +17,24 @@ from ...scene.camera import Camera
 if TYPE_CHECKING:
     from ...tracer import Tracer
 
-OFFSET = 1e-4     # of the mesh's size: where rays for the inner thickness begin
+OFFSET = 1e-4     # offset of rays that measure the inner thickness, as a share of the mesh's size
 
 
 class Refractor:
-    """Some triangles of a scene in a buffer, with normals and how thick the mesh is against them.
+    """Triangles of a scene in a buffer, with normals, and with the thickness of the mesh against
+    the normals.
 
     Parameters
     ----------
-    tracer : of the scene; traces how thick the mesh is
-    rows : (k,) of the scene's triangles, or None for all
-    closed : whether they are a closed mesh, evenly turned; else nothing is thick
-    smooth : blend normals between triangles; else each is flat
+    tracer : the tracer of the scene; traces the thickness
+    rows : (k,) rows of the scene's triangles, or None for all
+    closed : whether the triangles form a closed, consistently oriented mesh; otherwise the
+        thickness is 0
+    smooth : whether to interpolate normals between triangles; otherwise, triangles are flat
 
     Attributes
     ----------
-    triangles, normals : (k, 3, 3) float32, turned outwards where closed
+    triangles, normals : (k, 3, 3) float32, facing outwards if the mesh is closed
     """
 
     def __init__(self, tracer: Tracer, rows: np.ndarray | None, closed: bool,
@@ -58,9 +61,12 @@ class Refractor:
 
         Parameters
         ----------
-        target : with a depth buffer; both are cleared
-        uniforms : more may be given than the program has
-        read : sampler name -> texture
+        name : the fragment program
+        target : a framebuffer with a depth buffer; both are cleared
+        uniforms : the uniforms; those that the program does not have are ignored
+        farthest : whether to draw the farthest surfaces instead of the nearest
+        read : textures by sampler name
+        defines : the defines of the program
         """
         key = f"{name} {defines}"
         if key not in self._passes:
@@ -80,14 +86,14 @@ class Refractor:
             context.enable_only(moderngl.NOTHING)
 
     def release(self) -> None:
-        """Free buffers; it is of no use afterwards."""
+        """Free all buffers; the object cannot be used afterwards."""
         with self.gpu:
             release(self._passes, self._buffer)
 
 
 def view_uniforms(camera: Camera, size: tuple[int, int],
                   bounds: tuple[np.ndarray, np.ndarray]) -> dict[str, object]:
-    """What ``stages/cover.glsl`` reads, of an image of what lies within ``bounds``."""
+    """Return the uniforms of ``stages/cover.glsl`` for an image of a scene within ``bounds``."""
     right, up, forward = camera.basis(size)
     lo, hi = (np.asarray(corner, np.float64) for corner in bounds)
     farthest = 1.01 * float(np.linalg.norm(np.maximum(abs(lo - camera.eye),
@@ -97,14 +103,14 @@ def view_uniforms(camera: Camera, size: tuple[int, int],
 
 
 def outward(triangles: np.ndarray) -> np.ndarray:
-    """(n, 3, 3) triangles of a closed mesh, all turned over if they face inwards."""
+    """Return the (n, 3, 3) triangles of a closed mesh, all flipped if they face inwards."""
     v0, v1, v2 = (triangles - triangles.mean((0, 1))).astype(np.float64).transpose(1, 0, 2)
     inwards = (v0 * np.cross(v1, v2)).sum() < 0
     return np.ascontiguousarray(triangles[:, ::-1]) if inwards else triangles
 
 
 def corner_normals(triangles: np.ndarray, smooth: bool) -> np.ndarray:
-    """(n, 3, 3) float32 unit normals of the corners of (n, 3, 3) triangles."""
+    """Return (n, 3, 3) float32 unit normals of the corners of (n, 3, 3) triangles."""
     if smooth:
         return smooth_normals(triangles)
     return np.repeat(unit_normals(triangles)[:, None], 3, axis=1)

@@ -1,5 +1,5 @@
-"""What a camera sees: places and normals of first hits, in the order of pixels, for passes that
-light them."""
+"""Visible: the points and normals of a camera's first hits, in pixel order, for passes that light
+them."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
 
 @dataclass
 class Visible:
-    """First hits of an image, (height, width), row 0 at the top.
+    """The first hits of an image, (height, width), row 0 at the top.
 
     Attributes
     ----------
-    places : (h, w, 3) float32, zeros where nothing is
-    normals : (h, w, 3) float32, of the flat triangles, on the side that is seen; zeros likewise
-    directions : (h, w, 3) float32, of the eye rays
-    hits : (h * w,)
+    places : (h, w, 3) float32 hit points; zeros for a miss
+    normals : (h, w, 3) float32 normals of the flat triangles on the visible side; zeros for a miss
+    directions : (h, w, 3) float32 directions of the eye rays
+    hits : (h * w,) the hits
     """
 
     places: np.ndarray
@@ -41,7 +41,7 @@ class Visible:
     @classmethod
     def of(cls, tracer: Tracer, camera: Camera | None, size: tuple[int, int],
            first_hits: str = "traced") -> Visible:
-        """Parameters as for ``Tracer.eye_hits``."""
+        """Return the first hits of an image; parameters as for ``Tracer.eye_hits``."""
         camera = camera or tracer.scene.camera
         hits = tracer.eye_hits(camera, size, first_hits)
         origins, directions = camera.rays(size)
@@ -61,17 +61,19 @@ class Visible:
 @contextmanager
 def placed(gpu: Gpu, places: np.ndarray, normals: np.ndarray, components: int
            ) -> Iterator[tuple[moderngl.Framebuffer, dict[str, moderngl.Texture]]]:
-    """A target of a texel a place, and textures of the places and their normals; freed behind.
+    """Yield a framebuffer with a texel for each place, and textures of the places and normals.
+    They are freed at the end of the context.
 
     Parameters
     ----------
+    gpu : the OpenGL context
     places, normals : (h, w, 3)
-    components : of the target
+    components : the number of components of the framebuffer's texture
 
     Raises
     ------
     OptionError
-        for arrays of other shapes
+        an array has another shape
     """
     shapes = np.shape(places), np.shape(normals)
     if len(shapes[0]) != 3 or shapes[0][2] != 3 or shapes[0] != shapes[1] or 0 in shapes[0]:
@@ -88,5 +90,5 @@ def placed(gpu: Gpu, places: np.ndarray, normals: np.ndarray, components: int
         made.append(target)
         yield target, given
     finally:
-        gpu.context.enable_only(moderngl.NOTHING)     # an error may leave blending on
+        gpu.context.enable_only(moderngl.NOTHING)     # turn blending off after an error
         release(made)
