@@ -29,6 +29,7 @@ from ..tracer import AUTO, DEFAULT_METHOD, Tracer
 from ..traversal.stages.first_hits import FIRST_HITS
 from . import benching, hardware
 from . import passes_heat as looking
+from . import program
 from . import report as teaching
 from . import tuning, view
 from .camera import add_camera
@@ -118,11 +119,12 @@ def _info(chosen: argparse.Namespace) -> None:
 def _methods(chosen: argparse.Namespace) -> None:
     rows = [find_method(name) for name in chosen.names] or list(methods())
     if chosen.json:
-        return print_json([row.to_dict() for row in rows])
+        return print_json([row.to_dict() for row in rows] if not chosen.names else [
+            {**row.to_dict(), "files": dict(program.files_of_method(row.name))} for row in rows])
     if not chosen.names:
         print_table(("method", "paper", "what it does"),
                     [(row.name, row.citation, row.summary) for row in rows])
-        print("\n`gpgpu-rt methods NAME` lists a method's own options.")
+        print("\n`gpgpu-rt methods NAME` lists a method's own options and files.")
     for row in rows if chosen.names else ():
         print(f"{row.name}: {row.summary} ({row.citation})\n"
               f"schedules: {', '.join(row.schedules)}")
@@ -130,6 +132,8 @@ def _methods(chosen: argparse.Namespace) -> None:
             (word_of(o.name), {None: "-", False: "no"}.get(o.default, spell(o.default)),
              described(o))
             for o in row.options] or [("none", "-", "")])
+        print()
+        print_table(("file", "used by"), program.files_of_method(row.name))
         print()
 
 
@@ -338,8 +342,9 @@ def _parser() -> argparse.ArgumentParser:
                          "made for another scene or renderer")
 
     command("info", _info, "list the OpenGL contexts of this machine, their renderers and limits")
-    sub = command("methods", _methods, "list the methods, or the options of a method")
-    sub.add_argument("names", nargs="*", metavar="NAME", help="list the options of these methods")
+    sub = command("methods", _methods, "list the methods, or a method's options and files")
+    sub.add_argument("names", nargs="*", metavar="NAME", help="list the options and files of these "
+                     "methods")
     command("scenes", _scenes, "list the named scenes and the source of each")
     sub = command("render", _render, "render a scene to an image file")
     sub.add_argument("scene", help="a scene's name, a mesh file or a scene file (.json)")
@@ -381,6 +386,7 @@ def _parser() -> argparse.ArgumentParser:
     benching.add_command(command)
     hardware.add_command(command)
     looking.add_commands(command)
+    program.add_command(command)
     tuning.add_commands(command)
     teaching.add_command(command)
     view.add_command(command)

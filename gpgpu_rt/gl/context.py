@@ -133,6 +133,7 @@ class Gpu:
         # softpipe's gl_VertexID begins anew every 4096; 4092 are whole lines and triangles.
         self.most_vertices = 4092 if self.renderer.startswith("softpipe") else None
         self.programs: dict[Any, moderngl.Program] = {}   # filled by gl/shader.py
+        self.compilations: list[Any] | None = None    # gl/shader.py: compilations
         self.log: PassLog | None = None    # that a call's passes are written to
         self.watch: Any = None    # is told of passes before they are drawn, where one is asked for
         self.whole = False    # whether passes leave nothing out that they know to be empty

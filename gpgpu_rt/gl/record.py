@@ -231,40 +231,46 @@ class Record:
         lines += [f"#define {name.upper()}_TEXEL_{k}_UNIFORM" for k in self.uniform_texels]
         for constant, value in self.constants:     # of two such records one declares it
             lines += [f"#ifndef {constant}", f"#define {constant} {value}", "#endif"]
-        lines += [f"struct {struct} {{"]
-        lines += [f"    {f.type} {f.name};" for f in self.fields] + ["};"]
+        by_texel = [[f for f in self.fields if f.texel == k] for k in range(self.texels)]
+        declared = [" ".join(f"{f.type} {f.name};" for f in fields)
+                    for fields in by_texel if fields]
+        lines += [f"struct {struct} {{ {declared[0]} }};"] if len(declared) == 1 else [
+            f"struct {struct} {{", *(f"    {texel}" for texel in declared), "};"]
         kinds = ["vec4" if k in self.uniform_texels else "sampler2D" for k in range(self.texels)]
         lines += [f"uniform {kind} {name}_texel_{k};" for k, kind in enumerate(kinds)]
         sampled = [k for k, kind in enumerate(kinds) if kind == "sampler2D"]
         if sampled:
             lines.append(f"vec2 {name}_texel_step = "
                          f"1.0 / vec2(textureSize({name}_texel_{sampled[0]}, 0));")
-        lines += [f"{struct} {name}_load(ivec2 pixel) {{", f"    {struct} record;"]
+        lines.append(f"{struct} {name}_load(ivec2 pixel) {{")
         for k in range(self.texels):
             value = f"{name}_texel_{k}"
             if k in sampled:
                 value = f"TEXEL({value}, {name}_texel_step, pixel)"
             lines.append(f"    vec4 texel_{k} = {value};")
-        for f in self.fields:
-            lines.append(f"    record.{f.name} = {f.decode(f'texel_{f.texel}')};")
-        lines += ["    return record;", "}"]
+        read = ", ".join(f.decode(f"texel_{f.texel}") for f in self.fields)
+        lines += [f"    return {struct}({read});", "}"]
         if writes:
-            lines += [f"{struct} {name}_stored({struct} record) {{"]
-            if self.storage != "fp32":
-                lines += [f"    record.{f.name} = stored(record.{f.name});"
-                          for f in self.fields if not f.is_integer]
-            lines += ["    return record;", "}"]
-            for k in range(self.texels):
-                lines.append(f"layout(location = {first_target + k}) out vec4 {name}_target_{k};")
-            lines += [f"void {name}_store({struct} record) {{",
-                      f"    record = {name}_stored(record);"]
-            for k in range(self.texels):
-                lines.append(f"    {name}_target_{k} = vec4(0.0);")
-            for f in self.fields:
-                value = f.encode(f"record.{f.name}")
-                lines.append(f"    {name}_target_{f.texel}.{f.swizzle} = {value};")
-            lines.append("}")
+            lines += self._store_glsl(struct, by_texel, first_target)
         return "\n".join(lines)
+
+    def _store_glsl(self, struct: str, by_texel: Sequence[Sequence[Field]],
+                    first_target: int) -> list[str]:
+        """Rounding to the record's storage, and the store into render targets."""
+        name = self.name
+        rounded = [] if self.storage == "fp32" else [f for f in self.fields if not f.is_integer]
+        lines = [f"{struct} {name}_stored({struct} record) {{",
+                 *(f"    record.{f.name} = stored(record.{f.name});" for f in rounded),
+                 "    return record;", "}"]
+        for k in range(self.texels):
+            lines.append(f"layout(location = {first_target + k}) out vec4 {name}_target_{k};")
+        lines.append(f"void {name}_store({struct} record) {{")
+        lines += [f"    record = {name}_stored(record);"] if rounded else []
+        for k, fields in enumerate(by_texel):
+            free = 4 - sum(f.width for f in fields)
+            values = [*(f.encode(f"record.{f.name}") for f in fields), *["0.0"] * free]
+            lines.append(f"    {name}_target_{k} = vec4({', '.join(values)});")
+        return [*lines, "}"]
 
 
 @dataclass(frozen=True)

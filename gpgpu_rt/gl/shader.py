@@ -13,7 +13,8 @@ import functools
 import importlib.resources
 import re
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -25,6 +26,7 @@ from .context import Gpu
 
 ROOT = Path(str(importlib.resources.files("gpgpu_rt.glsl")))
 
+DEFINES = "<defines>"    # where lines come from that are written below ``#version``
 MOST_PROGRAMS = 512      # kept for who asks for them again: on a software renderer, a MiB each
 
 _INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"(?P<file>[^"]+)"|<(?P<virtual>\w+)>)\s*$')
@@ -53,12 +55,27 @@ class Source:
     text: str
     runs: list[tuple[int, str, int, int]] = field(default_factory=list)
 
+    def files(self) -> list[str]:
+        """The file of each line; ``<name>`` for a generated text."""
+        return [name for _, name, _, count in self.runs for _ in range(count)]
+
     def origin(self, line: int) -> tuple[str, int] | None:
         """File and line that a line of the text, counted from 1, came from."""
         for before, name, first, count in self.runs:
             if before < line <= before + count:
                 return name, first + line - before - 1
         return None
+
+
+@dataclass(frozen=True)
+class Compilation:
+    """A call of ``compile_program``: the entry files, the texts and the fragment's defines."""
+
+    fragment_file: str
+    vertex_file: str
+    fragment: Source
+    vertex: Source
+    defines: Mapping[str, object]
 
 
 class _Run(NamedTuple):
@@ -116,8 +133,7 @@ def resolve(entry: str, defines: Mapping[str, object] | None = None,
             if run.include:
                 include_one(run.include, name, at, (*chain, name))
             if run.version and not chain:
-                for line in (*_PREAMBLE.splitlines(), *_define_lines(defines or {})):
-                    put(name, at - 1, (line,))
+                put(DEFINES, 1, (*_PREAMBLE.splitlines(), *_define_lines(defines or {})))
 
     def include_one(include: re.Match[str], by: str, at: int, chain: tuple[str, ...]) -> None:
         name = include["file"] or f"<{include['virtual']}>"
@@ -163,6 +179,9 @@ def compile_program(gpu: Gpu, fragment: str, defines: Mapping[str, object] | Non
     """
     vertex_source = resolve(vertex, {}, virtual)
     source = resolve(fragment, defines, virtual)
+    if gpu.compilations is not None:
+        gpu.compilations.append(Compilation(fragment, vertex, source, vertex_source,
+                                            dict(defines or {})))
     key = (vertex_source.text, source.text)
     program = gpu.programs.pop(key, None)
     if program is None:
@@ -174,6 +193,17 @@ def compile_program(gpu: Gpu, fragment: str, defines: Mapping[str, object] | Non
             raise ShaderError(_word_log(str(failure), source, defines or {})) from failure
     gpu.programs[key] = program    # the last one that was asked for
     return program
+
+
+@contextmanager
+def compilations(gpu: Gpu) -> Iterator[list[Compilation]]:
+    """Within, every call of ``compile_program`` adds to the list, whether the program is compiled
+    then or was kept from an earlier call."""
+    before, gpu.compilations = gpu.compilations, []
+    try:
+        yield gpu.compilations
+    finally:
+        gpu.compilations = before
 
 
 def _let_go(gpu: Gpu) -> None:

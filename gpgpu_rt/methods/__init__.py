@@ -22,15 +22,23 @@ from .ray_space import rows as ray_space
 from .ray_tiles import rows as ray_tiles
 
 _TABLE: dict[str, Method] = {}
+_FILES: dict[str, Path] = {}    # the Python file of each row
 _LOADED: set[Path] = set()      # folders whose methods are in the table
 
 
-def register(method: Method) -> Method:
-    """Add a method to the table; its name must be new."""
+def register(method: Method, file: Path | None = None) -> Method:
+    """Add a method to the table; its name must be new. ``file`` is where the row stands."""
     if method.name in _TABLE:
         raise OptionError(f"a method named {method.name!r} is in the table already")
     _TABLE[method.name] = method
+    if file is not None:
+        _FILES[method.name] = file
     return method
+
+
+def file_of(name: str) -> Path | None:
+    """The Python file of a method's row; None for a row that a program registered."""
+    return _FILES.get(find_method(name).name)
 
 
 def load_methods(folder: str | os.PathLike[str]) -> list[Method]:
@@ -117,6 +125,7 @@ def _load(folder: Path) -> list[Method]:
         _LOADED.discard(folder)
         for name in set(_TABLE) - before:
             del _TABLE[name]
+            _FILES.pop(name, None)
         raise
     return [row for name, row in _TABLE.items() if name not in before]
 
@@ -125,4 +134,4 @@ _FAMILIES = (brute_force, ray_engine, grid, kdtree, bvh, geometry_image, bih, ra
              ray_hierarchy, ray_space)
 for _family in _FAMILIES:
     for _row in _family.ROWS:
-        register(_row)
+        register(_row, Path(_family.__file__))

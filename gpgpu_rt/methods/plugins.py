@@ -83,12 +83,12 @@ def rows_of(path: Path) -> list[Method]:
     return [replace(row, prepare=_guarded(row, path)) for row in rows]
 
 
-def register_folder(folder: Path, register: Callable[[Method], Method]) -> None:
+def register_folder(folder: Path, register: Callable[[Method, Path], Method]) -> None:
     """Register all methods of a folder."""
     for path in files_of(folder):
         for row in rows_of(path):
             try:
-                register(row)
+                register(row, path)
             except Error as failure:
                 raise MethodError(f"{path}: {failure}; give it another name") from failure
 

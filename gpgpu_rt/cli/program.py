@@ -1,0 +1,89 @@
+"""``gpgpu-rt program``: the GLSL text that a method runs; and the files of a method."""
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ..disk.files import check_writable, replacing
+from ..errors import ContextError, OptionError
+from ..inspect.traced_programs import (
+    SCENE, TracedProgram, find_program, method_files, traced_programs
+)
+from ..methods import file_of, find_method
+from ..text_format import counted
+from .shared import Command, add_options, options_for, print_json, print_table, say
+
+PACKAGE = Path(__file__).parents[1]
+
+
+def add_command(command: Command) -> None:
+    """Declare the command; ``command(name, run, text)`` makes a parser."""
+    sub = command("program", _program, "the GLSL text that a method runs, conditionals resolved, "
+                  "each part under the name of its file")
+    sub.add_argument("method", metavar="METHOD", help="a method's name")
+    which = sub.add_mutually_exclusive_group()
+    which.add_argument("--list", action="store_true", help="list all programs that a trace "
+                       "compiles: names, lines and files")
+    which.add_argument("--all", action="store_true", help="print all of them; default: those that "
+                       "traverse, which under the schedule loop is one program")
+    which.add_argument("--only", metavar="NAME", help="print the program of this name alone, such "
+                       "as the kernel down under the schedule kernels")
+    sub.add_argument("-o", "--output", metavar="FILE", help="write the text to a file")
+    sub.add_argument("--scene", default=SCENE, help="the scene whose tree decides sizes such as "
+                     "that of a stack; default %(default)s")
+    add_options(sub)
+
+
+def _program(chosen: argparse.Namespace) -> None:
+    method = find_method(chosen.method).name
+    options = options_for(chosen, method)
+    if chosen.output and chosen.list:
+        raise OptionError("--list prints a table and writes no program; leave --output or --list "
+                          "out")
+    if chosen.output:
+        check_writable(chosen.output)
+    programs = traced_programs(method, options, chosen.scene)
+    if chosen.only:
+        programs = [find_program(programs, chosen.only)]
+    elif not (chosen.all or chosen.list):
+        programs = [one for one in programs if one.traverses]
+    if chosen.output:
+        with replacing(chosen.output) as path:
+            path.write_text(_joined(programs))
+    if chosen.json:
+        return print_json([one.to_dict() for one in programs])
+    if chosen.list:
+        return print_table(("program", "lines", "file", "made of"), [
+            (one.name, str(len(one.text.splitlines())), one.file,
+             counted(len(one.files), "file")) for one in programs])
+    if chosen.output:
+        return say(f"wrote {counted(len(programs), 'program')} to {chosen.output}")
+    print(_joined(programs), end="")
+
+
+def _joined(programs: list[TracedProgram]) -> str:
+    return "\n".join(one.text for one in programs)
+
+
+def files_of_method(name: str) -> list[tuple[str, str]]:
+    """Return the files of a method, the row's first: (file, what the file is to the method).
+
+    Without an OpenGL context only the row's own files are known, not what they include.
+    """
+    row, file = find_method(name), file_of(name)
+    found = [] if file is None else [(_shown(file), "row")]
+    try:
+        used = method_files(name)
+    except ContextError:
+        return [*found, (str(row.glsl), "kernels")]
+    everywhere = tuple(row.schedules)
+    rows = [(used_file, "all schedules" if schedules == everywhere else ", ".join(schedules))
+            for used_file, schedules in used.items()]
+    return found + sorted(rows, key=lambda pair: not pair[0].startswith("glsl/methods/"))
+
+
+def _shown(file: Path) -> str:
+    try:
+        return str(file.relative_to(PACKAGE.parent))
+    except ValueError:
+        return str(file)

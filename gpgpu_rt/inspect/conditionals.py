@@ -1,0 +1,195 @@
+"""Conditionals of GLSL: evaluates ``#if`` and its kin as a compiler's preprocessor does."""
+from __future__ import annotations
+
+import operator
+import re
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+from ..errors import ShaderError
+
+_DIRECTIVE = re.compile(r"\s*#\s*(?P<word>\w+)(?P<rest>.*)")
+_DEFINE = re.compile(r"\s*(?P<name>\w+)(?P<parameters>\([^)]*\))?(?P<value>.*)")
+_TOKEN = re.compile(r"\s*(?:(\w+)|(&&|\|\||[=!<>]=|[-+*/%<>!()]))")
+_MOST_EXPANSIONS = 100      # of one condition's macros; a macro that names itself would not end
+
+# Operator -> how tightly the operator binds, and what it computes.
+_OPERATORS: Mapping[str, tuple[int, Callable[[int, int], int]]] = {
+    "||": (1, lambda a, b: a or b), "&&": (2, lambda a, b: a and b),
+    "==": (3, operator.eq), "!=": (3, operator.ne),
+    "<": (4, operator.lt), ">": (4, operator.gt), "<=": (4, operator.le), ">=": (4, operator.ge),
+    "+": (5, operator.add), "-": (5, operator.sub),
+    "*": (6, operator.mul), "/": (6, operator.floordiv), "%": (6, operator.mod)}
+
+
+@dataclass
+class _Group:
+    """An ``#if`` whose ``#endif`` has not come yet.
+
+    Attributes
+    ----------
+    start : kept lines before the group
+    in_force : whether the present branch is compiled
+    decided : whether a branch of the group has been compiled
+    """
+
+    start: int
+    in_force: bool
+    decided: bool
+
+
+def lines_in_force(lines: Sequence[str], defined: Collection[str] = ()) -> list[int]:
+    """Return the indices of the lines that a compiler sees, conditionals themselves left out.
+
+    A comment directly above a conditional of which no branch is compiled is left out as well.
+
+    Parameters
+    ----------
+    lines : a program's text, includes in place
+    defined : names that the compiler defines, such as ``GL_ARB_gpu_shader5``
+
+    Raises
+    ------
+    ShaderError
+        for a condition that is no expression, and for conditionals that do not match
+    """
+    macros = dict.fromkeys(defined, "1")
+    kept: list[int] = []
+    groups: list[_Group] = []
+    at = 0
+    while at < len(lines):
+        end = at + 1
+        while lines[end - 1].endswith("\\") and end < len(lines):
+            end += 1
+        found = _DIRECTIVE.match(lines[at])
+        word, rest = "", ""
+        if found:
+            rest = " ".join([found["rest"], *lines[at + 1:end]]).replace("\\", " ")
+            word, rest = found["word"], rest.partition("//")[0]
+        compiled = all(group.in_force for group in groups)
+        if word in ("if", "ifdef", "ifndef"):
+            holds = compiled and _holds(word, rest, macros)
+            groups.append(_Group(len(kept), holds, holds))
+        elif word in ("elif", "else", "endif"):
+            if not groups:
+                raise ShaderError(f"#{word} without #if in a program's text")
+            group = groups.pop()
+            if word == "endif":
+                _leave_out_empty(lines, kept, group.start)
+            else:
+                holds = (not group.decided and all(outer.in_force for outer in groups)
+                         and (word == "else" or _holds("if", rest, macros)))
+                groups.append(_Group(group.start, holds, group.decided or holds))
+        elif compiled:
+            if word == "define" and (macro := _DEFINE.match(rest)):
+                macros[macro["name"]] = macro["value"].strip()
+            elif word == "undef":
+                macros.pop(rest.strip(), None)
+            kept.extend(range(at, end))
+        at = end
+    if groups:
+        raise ShaderError("#if without #endif in a program's text")
+    return kept
+
+
+def switches(lines: Sequence[str]) -> set[str]:
+    """Return the names that conditionals ask for."""
+    found = [_DIRECTIVE.match(line) for line in lines]
+    return {name for one in found if one and one["word"] in ("if", "elif", "ifdef", "ifndef")
+            for name in re.findall(r"[A-Za-z_]\w*", one["rest"].partition("//")[0])} - {"defined"}
+
+
+def _leave_out_empty(lines: Sequence[str], kept: list[int], start: int) -> None:
+    """Remove the comment above a group without compiled lines."""
+    if any(lines[at].strip() for at in kept[start:]):
+        return
+    del kept[start:]
+    while kept and lines[kept[-1]].lstrip().startswith("//"):
+        kept.pop()
+
+
+def _holds(word: str, rest: str, macros: Mapping[str, str]) -> bool:
+    if word == "if":
+        return bool(_Expression(rest, macros).value())
+    return (rest.strip() in macros) == (word == "ifdef")
+
+
+class _Expression:
+    """A condition of ``#if``, read from the left; a name that is no macro counts as 0."""
+
+    def __init__(self, text: str, macros: Mapping[str, str]) -> None:
+        self._text, self._macros = text.strip(), macros
+        self._expansions = 0
+        self._tokens = self._read(text)
+
+    def value(self) -> int:
+        found = self._operation(1)
+        if self._tokens:
+            raise self._wrong()
+        return found
+
+    def _wrong(self) -> ShaderError:
+        return ShaderError(f"cannot evaluate #if {self._text}")
+
+    def _read(self, text: str) -> list[str]:
+        tokens, at = [], 0
+        text = text.rstrip()
+        while at < len(text):
+            found = _TOKEN.match(text, at)
+            if found is None:
+                raise self._wrong()
+            tokens.append(found[1] or found[2])
+            at = found.end()
+        return tokens
+
+    def _next(self) -> str:
+        if not self._tokens:
+            raise self._wrong()
+        return self._tokens.pop(0)
+
+    def _operation(self, least: int) -> int:
+        """An operand, and the operators behind it that bind at least so tightly."""
+        left = self._operand()
+        while self._tokens and _OPERATORS.get(self._tokens[0], (0,))[0] >= least:
+            level, compute = _OPERATORS[self._tokens.pop(0)]
+            right = self._operation(level + 1)
+            try:
+                left = int(compute(left, right))
+            except ZeroDivisionError:
+                raise self._wrong() from None
+        return left
+
+    def _operand(self) -> int:
+        token = self._next()
+        if token == "!":
+            return int(not self._operand())
+        if token in "+-":
+            return self._operand() * (-1 if token == "-" else 1)
+        if token == "(":
+            found = self._operation(1)
+            self._expect(")")
+            return found
+        if token == "defined":
+            name = self._next()
+            if name == "(":
+                name = self._next()
+                self._expect(")")
+            return int(name in self._macros)
+        if token in self._macros:
+            self._expansions += 1
+            if self._expansions > _MOST_EXPANSIONS:
+                raise self._wrong()
+            self._tokens[:0] = self._read(self._macros[token])
+            return self._operand()
+        if token[0].isdigit():
+            try:
+                return int(token.rstrip("uU"), 0)
+            except ValueError:
+                raise self._wrong() from None
+        if not token.isidentifier():
+            raise self._wrong()
+        return 0
+
+    def _expect(self, token: str) -> None:
+        if self._next() != token:
+            raise self._wrong()
