@@ -19,7 +19,7 @@ def main(scene_name: str = "cornell", side: str = "64") -> None:
             hits = tracer.trace(*rays)
         same = (hits.t == expected.t) & (hits.triangle == expected.triangle)
         print(f"sweep along {'xyz'[axis]}: {hits.triangles_tested.mean():.1f} of {len(scene):,} "
-              f"triangles tested a ray, {same.mean():.2%} of the hits brute force's to the bit")
+              f"triangles tested per ray, {same.mean():.2%} of the hits equal brute force's bits")
 
 
 if __name__ == "__main__":

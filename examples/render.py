@@ -15,7 +15,7 @@ def main(scene_name: str = "cornell", output: str = "picture.png", side: str = "
         tracer.render(size=size).save(output)
         statistics = tracer.statistics
     print(f"{output}: {len(scene):,} triangles, {statistics.rays:,} rays, {statistics.passes} "
-          f"passes, {statistics.counters['nodes_visited']:.1f} nodes an eye ray")
+          f"passes, {statistics.counters['nodes_visited']:.1f} nodes per eye ray")
 
 
 if __name__ == "__main__":

@@ -44,7 +44,7 @@ def prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
 
 ROWS = (Method(
     name="sweep",
-    summary="triangles in runs along an axis, passed in the ray's direction; an example",
+    summary="visits runs of triangles along an axis, in the ray's direction; an example",
     citation="after Rubin and Whitted 1980",
     glsl=Path(__file__).with_name("sweep.glsl"),
     kernels=("pass_run", "intersect"),
@@ -52,8 +52,8 @@ ROWS = (Method(
     tables=(TRIANGLE, RUN),
     prepare=prepare,
     options=(
-        Option("axis", 0, "that triangles are sorted along: 0 is x, 1 y, 2 z", int,
+        Option("axis", 0, "axis along which triangles are sorted: 0 is x, 1 is y, 2 is z", int,
                choices=(0, 1, 2), define="AXIS"),
-        Option("run", 16, "triangles a run", int, minimum=1),
+        Option("run", 16, "triangles per run", int, minimum=1),
     ),
 ),)

@@ -29,7 +29,7 @@ _LOADED: set[Path] = set()      # folders whose methods are in the table
 def register(method: Method, file: Path | None = None) -> Method:
     """Add a method to the table; its name must be new. ``file`` is where the row stands."""
     if method.name in _TABLE:
-        raise OptionError(f"a method named {method.name!r} is in the table already")
+        raise OptionError(f"a method named {method.name!r} exists already")
     _TABLE[method.name] = method
     if file is not None:
         _FILES[method.name] = file
@@ -82,8 +82,8 @@ def find_method(name: str) -> Method:
     if not isinstance(name, str):
         raise OptionError(f"method is {name!r}; give a method's name: {', '.join(_TABLE)}")
     if name == "auto":
-        raise OptionError("auto is no method but a choice that Tracer, `render` and `trace` make "
-                          f"in one process; here name a method: {', '.join(_TABLE)}")
+        raise OptionError("auto is not a method: only Tracer, `render` and `trace`, in a single "
+                          f"process, choose a method by it; name a method: {', '.join(_TABLE)}")
     if name not in _TABLE:
         raise OptionError(f"no method {name!r}" + nearest_names(name, _TABLE))
     return _TABLE[name]
@@ -103,7 +103,7 @@ def taking(options: Mapping[str, Any], some: Iterable[Method] | None = None) -> 
         known = {option.name for row in methods() for option in (*TRACER_OPTIONS, *row.options)}
         for name in set(options) - known:
             raise OptionError(f"no method has an option {name!r}" + nearest_names(name, known))
-        raise OptionError("no method takes all of these options: "
+        raise OptionError("no method accepts all of these options: "
                           + ", ".join(f"{k}={v}" for k, v in options.items()))
     return found
 

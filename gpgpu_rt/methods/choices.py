@@ -54,8 +54,8 @@ class Choices:
     def __post_init__(self) -> None:
         for one in (self.coherent, self.incoherent):
             if not isinstance(one, Choice):
-                raise OptionError(f"choices are of Choice, not {one!r}; give "
-                                  'Choice("bvh-packet", {"octants": True}), say')
+                raise OptionError(f"a choice must be a Choice, not {one!r}; give, for example, "
+                                  'Choice("bvh-packet", {"octants": True})')
 
     @classmethod
     def one(cls, choice: Choice) -> Choices:
@@ -83,7 +83,7 @@ class Choices:
         ----------
         options : options of ``PASSING``; any other option must have the value that both choices
             have
-        where : the source of the choices, for messages
+        where : the source of the choices, the subject of messages
 
         Raises
         ------
@@ -98,7 +98,7 @@ def _added(own: Mapping[str, Any], more: Mapping[str, Any], where: str) -> dict[
     for name, value in more.items():
         if name in PASSING or name in own and value == own[name]:
             continue
-        said = f"say {name}={own[name]}" if name in own else "decide that"
-        raise OptionError(f"option {name}={value}: {where} {said}; leave it out, or go "
-                          "without the settings")
+        said = f"set {name}={own[name]}" if name in own else "fixed all options"
+        raise OptionError(f"option {name}={value}: {where} {said}; leave the option out, or name "
+                          "a method instead")
     return {**own, **more}

@@ -47,8 +47,8 @@ def name_folder(folder: Path) -> None:
 def files_of(folder: Path) -> list[Path]:
     """The method files of a folder, sorted by name; names that begin with "_" are skipped."""
     if not folder.is_dir():
-        raise MethodError(f"there is no folder of methods {folder}; make it, or take it out of "
-                          f"--methods-from and {VARIABLE}")
+        raise MethodError(f"there is no folder of methods {folder}; create the folder, or remove "
+                          f"it from --methods-from and {VARIABLE}")
     return sorted(path for path in folder.glob("*.py") if not path.name.startswith(("_", "test_")))
 
 
@@ -77,7 +77,7 @@ def rows_of(path: Path) -> list[Method]:
                           f"{_message(failure)}") from failure
     rows = getattr(module, "ROWS", None)
     if not isinstance(rows, (list, tuple)) or not all(isinstance(row, Method) for row in rows):
-        raise MethodError(f"{path}: has no ROWS; end it with ROWS = (Method(...),)")
+        raise MethodError(f"{path}: the file has no ROWS; end it with ROWS = (Method(...),)")
     for row in rows:
         _check(row, path)
     return [replace(row, prepare=_guarded(row, path)) for row in rows]
@@ -90,40 +90,42 @@ def register_folder(folder: Path, register: Callable[[Method, Path], Method]) ->
             try:
                 register(row, path)
             except Error as failure:
-                raise MethodError(f"{path}: {failure}; give it another name") from failure
+                raise MethodError(f"{path}: {failure}; rename the method") from failure
 
 
 def _check(row: Method, path: Path) -> None:
     """Raise MethodError for a mistake in a row that would otherwise fail during traversal."""
     where = f"{path}, method {row.name!r}"
     if not isinstance(row.name, str) or not _NAME.fullmatch(row.name):
-        raise MethodError(f"{where}: a name is words of a-z and 0-9 with - between them")
+        raise MethodError(f"{where}: invalid name; use words of a-z and 0-9, joined by -")
     _check_kinds(row, where)
     missing = {"phase", "steps"} - {field.name for field in row.state.fields}
     if missing:
-        raise MethodError(f"{where}: its state has no {' and no '.join(sorted(missing))}; "
+        raise MethodError(f"{where}: the state has no {' and no '.join(sorted(missing))}; "
                           'add "phase:int steps:int"')
     if not 1 <= len(row.kernels) <= _MOST_KERNELS:
-        raise MethodError(f"{where}: has {len(row.kernels)} kernels; give 1 to {_MOST_KERNELS}")
+        raise MethodError(f"{where}: the row has {len(row.kernels)} kernels; give 1 to "
+                          f"{_MOST_KERNELS}")
     unknown = (set(row.schedules) | set(row.drivers)) - set(SCHEDULES)
     if unknown or not row.schedules:
-        raise MethodError(f"{where}: schedules are some of {', '.join(SCHEDULES)}")
+        raise MethodError(f"{where}: invalid schedules; give at least one of "
+                          f"{', '.join(SCHEDULES)}")
     for named in row.drivers.values():
         try:
             driver_class(named)
         except MethodError as failure:
             raise MethodError(f"{where}: {failure}") from failure
     if not (ROOT / row.glsl).is_file():     # an absolute path replaces ROOT
-        raise MethodError(f"{where}: there is no GLSL file {row.glsl}; a file beside this one is "
-                          "Path(__file__).with_name(...)")
+        raise MethodError(f"{where}: there is no GLSL file {row.glsl}; name a file in the same "
+                          "folder by Path(__file__).with_name(...)")
 
 
 def _check_kinds(row: Method, where: str) -> None:
     """Raise MethodError if a field of the row does not have its declared type."""
     if not isinstance(row.state, Record):
-        raise MethodError(f"{where}: its state is {row.state!r}; give a Record")
+        raise MethodError(f"{where}: state is {row.state!r}; give a Record")
     if not isinstance(row.glsl, (str, Path)):
-        raise MethodError(f"{where}: glsl is {row.glsl!r}; give a file's name")
+        raise MethodError(f"{where}: glsl is {row.glsl!r}; give the name of a file")
     if not callable(row.prepare):
         raise MethodError(f"{where}: prepare is {row.prepare!r}; give a function")
     for name, values, kinds, what in (
@@ -134,7 +136,7 @@ def _check_kinds(row: Method, where: str) -> None:
             raise MethodError(f"{where}: {name} is {values!r}; give a tuple of {what}")
         wrong = [one for one in values if not isinstance(one, kinds)]
         if wrong:
-            raise MethodError(f"{where}: {name} holds {wrong[0]!r}; give {what} alone")
+            raise MethodError(f"{where}: {name} holds {wrong[0]!r}; give only {what}")
     for record in (row.state, *row.tables):
         for word in record.layout.replace("|", " ").split():
             field, _, kind = word.partition(":")
@@ -168,19 +170,20 @@ def _guarded(row: Method, path: Path) -> Callable[..., Accelerator]:
                               "Accelerator")
         missing = {"scene_lo", "scene_hi"} - set(made.uniforms)
         if missing:     # without them, rays would silently miss triangles on the faces of boxes
-            raise MethodError(f"{where}: prepare gives no {' and no '.join(sorted(missing))}, by "
-                              "which boxes are widened; add **box_uniforms(triangles)")
+            raise MethodError(f"{where}: prepare returns no {' and no '.join(sorted(missing))}; "
+                              "the kernels need these uniforms to widen boxes; add "
+                              "**box_uniforms(triangles)")
         missing = {record.name for record in row.tables_for(options)} - set(made.tables)
         if missing:
-            raise MethodError(f"{where}: prepare makes no table {' and none '.join(missing)}; "
-                              "add its fields, or take it out of tables")
+            raise MethodError(f"{where}: prepare returns no table {' and no table '.join(missing)}"
+                              "; return its fields, or remove it from the row's tables")
         for record, fields in made.tables.items():
             rows = {name: len(values) for name, values in fields.items()
                     if isinstance(values, np.ndarray)}
             if len(set(rows.values())) > 1:
-                told = ", ".join(f"{name} {count}" for name, count in rows.items())
+                listed = ", ".join(f"{name} {count}" for name, count in rows.items())
                 raise MethodError(f"{where}: the fields of table {record} have different numbers "
-                                  f"of rows: {told}; give each as many")
+                                  f"of rows: {listed}; give all fields the same number")
         return made
     return prepare
 

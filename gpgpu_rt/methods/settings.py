@@ -65,12 +65,12 @@ class Settings:
             same_name = here["name"] == self.scene["name"]
             raise SettingsError(
                 f"{where}: measured on scene {self.scene['name']} with {self.scene['triangles']} "
-                f"triangles, this is {here['name']} with {here['triangles']}"
-                + (f", triangles of another content ({self.scene['sha256'][:8]} against "
-                   f"{here['sha256'][:8]})" if same_name else "") + f"; {advice}")
+                f"triangles, but this scene is {here['name']} with {here['triangles']}"
+                + (f" and has other triangles (SHA-256 {here['sha256'][:8]} instead of "
+                   f"{self.scene['sha256'][:8]})" if same_name else "") + f"; {advice}")
         if renderer != self.renderer:
-            raise SettingsError(f"{where}: measured on renderer {self.renderer!r}, this is "
-                                f"{renderer!r}; {advice}")
+            raise SettingsError(f"{where}: measured on renderer {self.renderer!r}, but this "
+                                f"renderer is {renderer!r}; {advice}")
 
 
 def describe(scene: Scene) -> dict[str, Any]:
@@ -92,10 +92,10 @@ def load(path: str | os.PathLike[str]) -> Settings:
     except OSError as failure:
         raise SettingsError(f"cannot read settings from {path}: {failure.strerror}") from failure
     except ValueError as failure:
-        raise SettingsError(f"{path}: not JSON ({failure}); write it with `gpgpu-rt tune`"
+        raise SettingsError(f"{path}: not JSON ({failure}); write the file with `gpgpu-rt tune`"
                             ) from failure
     if not isinstance(entries, dict):
-        raise SettingsError(f"{path}: expected an object; write it with `gpgpu-rt tune`")
+        raise SettingsError(f"{path}: no JSON object; write the file with `gpgpu-rt tune`")
     return _checked(entries, str(path))
 
 
@@ -142,7 +142,7 @@ def automatic(scene: Scene, renderer: str, options: Mapping[str, Any]
     found = find(scene, renderer)
     if found is not None:
         try:
-            return found.choices.with_options(options, "settings"), found
+            return found.choices.with_options(options, "the settings file"), found
         except OptionError as failure:
             _warn_of_default(failure, 3)
     coherent, incoherent = (Choice(SAFE_DEFAULT[rays][0], {**SAFE_DEFAULT[rays][1], **options})
@@ -152,17 +152,17 @@ def automatic(scene: Scene, renderer: str, options: Mapping[str, Any]
     try:
         incoherent.resolved()
     except OptionError as failure:
-        raise OptionError(f"method auto takes {coherent.method} for coherent rays and "
-                          f"{incoherent.method} for others: {failure}; or name the method that "
-                          "such an option is for") from failure
+        raise OptionError(f"method auto uses {coherent.method} for coherent rays and "
+                          f"{incoherent.method} for other rays: {failure}; or name the method "
+                          "that has the option") from failure
     fitting = next((choice for choice in (coherent, plain)
                     if find_method(choice.method).takes(choice.options)), incoherent)
     return Choices(fitting, incoherent), None
 
 
 def _warn_of_default(failure: Error, level: int) -> None:
-    warnings.warn(f"auto takes a safe default, not what `tune` kept: {failure}",
-                  stacklevel=level + 1)
+    warnings.warn("auto uses the safe default instead of the settings that `tune` stored: "
+                  f"{failure}", stacklevel=level + 1)
 
 
 def _path(digest: str, renderer: str) -> Path | None:
@@ -184,8 +184,8 @@ def _checked(entries: dict[str, Any], where: str) -> Settings:
     _check_keys(entries, {**_KEYS, **(_CHOICE_KEYS if single else dict.fromkeys(RAYS, dict))},
                 where, "")
     if not single and entries["format"] != FORMAT:
-        raise SettingsError(f"{where}: format is {entries['format']}, this version reads "
-                            f"{ONE_CHOICE} and {FORMAT}; write it anew with `gpgpu-rt tune`")
+        raise SettingsError(f"{where}: format is {entries['format']}, but this version reads "
+                            f"{ONE_CHOICE} and {FORMAT}; write the file with `gpgpu-rt tune`")
     _check_keys(entries["scene"], _SCENE_KEYS, where, "scene.")
     if single:
         choices = Choices.one(_choice({name: entries[name] for name in _CHOICE_KEYS}, where, ""))
@@ -203,8 +203,8 @@ def _choice(entries: dict[str, Any], where: str, prefix: str) -> Choice:
     given = entries["options"]
     for name in PASSING:
         if name in given:
-            raise SettingsError(f"{where}: {prefix}options.{name} is not for a settings file; "
-                                "remove it")
+            raise SettingsError(f"{where}: {prefix}options.{name} does not belong in a settings "
+                                "file; remove the key")
     try:
         known = Choice(entries["method"], given).resolved()[1]
     except OptionError as failure:
@@ -219,7 +219,7 @@ def _check_keys(entries: Mapping[str, Any], known: Mapping[str, type], where: st
                 prefix: str) -> None:
     for name in entries:
         if name not in known:
-            raise SettingsError(f"{where}: no key {prefix}{name} is known"
+            raise SettingsError(f"{where}: unknown key {prefix}{name}"
                                 + nearest_names(name, known))
     for name, kind in known.items():
         if name not in entries:

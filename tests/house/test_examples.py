@@ -16,7 +16,7 @@ from gpgpu_rt import cli
 EXAMPLES = Path(rt.__file__).parents[1] / "examples"
 TOOLS = Path(rt.__file__).parents[1] / "tools"
 RUNS = {
-    "render": (["cornell", "box.png", "24"], r"box.png: 32 triangles, .* nodes an eye ray"),
+    "render": (["cornell", "box.png", "24"], r"box.png: 32 triangles, .* nodes per eye ray"),
     "compare_methods": (["cornell", "kd-restart", "grid"], r"grid +\S+ +\S+ +0 +0\n"),
     "add_a_method": (["cornell", "24"], r"(sweep along \w: .* 100.00% .*\n){3}"),
 }

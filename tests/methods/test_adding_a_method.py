@@ -137,7 +137,7 @@ BROKEN = {
     "no rows": ("sweep.py", "ROWS = ", "ROW = ", "has no ROWS"),
     "no row": ("sweep.py", "ROWS = (Method(", "ROWS = (dict(", "has no ROWS"),
     "name": ("sweep.py", 'name="sweep"', 'name="My Sweep"', "words of a-z"),
-    "taken": ("sweep.py", 'name="sweep"', 'name="grid"', "in the table already"),
+    "taken": ("sweep.py", 'name="sweep"', 'name="grid"', "exists already"),
     "state": ("sweep.py", "phase:int ", "", "no phase"),
     "kernels": ("sweep.py", '("pass_run", "intersect")', "()", "has 0 kernels"),
     "driver": ("sweep.py", 'name="sweep"', 'name="sweep", drivers={"loop": "sweeps.Sweep"}',

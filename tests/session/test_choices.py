@@ -236,7 +236,7 @@ def test_choices_that_cannot_be(scene) -> None:
     for choices, options, message in (
             (Choices(Choice("grid"), Choice("gird")), {}, "did you mean grid"),
             (Choices(Choice("grid"), Choice("grid", {"octants": True})), {}, "octants"),
-            (PAIR, {"schedule": "step"}, "schedule=step: the choices decide that")):
+            (PAIR, {"schedule": "step"}, "schedule=step: the choices fixed all options")):
         with pytest.raises(rt.OptionError, match=message):
             rt.Tracer(scene, choices, **options)
     with rt.Tracer(scene, PAIR, statistics=True) as tracer:

@@ -38,7 +38,8 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
 
 ROWS = (Method(
     name="bih",
-    summary="two planes a node, where its children end and begin; up the parents after each leaf",
+    summary="traverses a tree with two planes per node, the end of the left and the begin of the "
+            "right child; climbs the parents after each leaf",
     citation="Waechter and Keller 2006",
     glsl="methods/bih/bih.glsl",
     kernels=("down", "intersect", "climb"),

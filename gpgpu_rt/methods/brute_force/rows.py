@@ -19,7 +19,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
 
 ROWS = (Method(
     name="brute-force",
-    summary="every ray against every triangle",
+    summary="tests every ray against every triangle",
     citation="Foley and Sugerman 2005",
     glsl="methods/brute_force/brute_force.glsl",
     kernels=("intersect",),

@@ -50,8 +50,9 @@ def built_bvh(triangles: np.ndarray, options: Mapping[str, Any], **limit: int) -
     if device == "cpu":
         return cached(build_bvh, triangles, **chosen, **limit)
     if build not in GPU_BUILDS:
-        raise OptionError(f"build {build} has no passes; the gpu builds {', '.join(GPU_BUILDS)}")
+        raise OptionError(f"build {build} has no passes; with build_device=gpu, build is one of "
+                          f"{', '.join(GPU_BUILDS)}")
     if limit:
         raise LimitError(f"a tree of {len(triangles):,} triangles would have more nodes than "
-                         "floats can index; build it on the cpu, where leaves then hold more")
+                         "floats can index; build on the cpu, which makes larger leaves")
     return build_bvh_by_passes(open_gpu(options["context"]), triangles, **chosen)

@@ -187,7 +187,7 @@ def _packet_form(packets: Method, options: Options) -> Method:
 ROWS = (
     Method(
         name="bvh-threaded",
-        summary="BVH in depth-first order, escape indices instead of a stack",
+        summary="traverses a BVH in depth-first order by escape indices, without a stack",
         citation="Thrane and Simonsen 2005",
         glsl="methods/bvh/bvh_threaded.glsl", parts=(_SUBTREES, _ENTRIES),
         kernels=("traverse", "intersect"),
@@ -197,10 +197,11 @@ ROWS = (
         entry_walk="methods/bvh/entry_bvh.glsl", form=_threaded_form,
         **_family(lambda options: Threads)),
     _stack_row(
-        "bvh-stack", "BVH with a stack a ray, the nearer child first",
+        "bvh-stack", "traverses a BVH with a stack per ray, the nearer child first",
         options=(*BUILD_OPTIONS, _QUANTISE, _REBUILD), **_family(lambda options: Pairs)),
     _stack_row(
-        "bvh-packet", "several rays a fragment with one stack, the child first that most meet",
+        "bvh-packet", "traverses a BVH by packets with a shared stack; the child that most rays "
+        "reach first comes first",
         options=(*BUILD_OPTIONS, PACKET, _OCTANTS, _SHARED, _QUANTISE,
                  _INTERVAL_TEST, VERTEX_CULLING, PACKET_ENTRIES, _STREAMS, _STREAM_SIZE, _REBUILD),
         packet=True,

@@ -22,8 +22,9 @@ from .tree import ImageTree, build_image_tree, build_triangle_image
 def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     charts, level = options.get("charts", ()), options["level"]
     if level and not charts:
-        raise OptionError("level is that of a geometry image, and this scene is none; make one "
-                          "with gpgpu_rt.remesh(scene, size), or leave level at 0")
+        raise OptionError("option level needs a geometry image, but this scene is an ordinary "
+                          "mesh; make an image with gpgpu_rt.remesh(scene, size), or leave level "
+                          "at 0")
     tree = build_image_tree(charts, level) if charts else build_triangle_image(triangles)
     box = np.zeros((len(tree.miss), 3), np.float32)
     fixed = {MIN_PYRAMID.name: {"lo": box, "miss": tree.miss},
@@ -75,8 +76,8 @@ _TABLES = (POSITION, IMAGE_CELL, MIN_PYRAMID, MAX_PYRAMID, PYRAMID_SOURCE)
 
 ROWS = (Method(
     name="geometry-image",
-    summary="min and max pyramids over an image of positions, made by passes; a mesh that is no "
-            "image: over single triangles along a Morton curve",
+    summary="traverses min and max pyramids, made by passes, over an image of positions; for "
+            "other meshes, over single triangles along a Morton curve",
     citation="Carr et al. 2006",
     glsl="methods/geometry_image/geometry_image.glsl",
     kernels=("traverse", "intersect"),

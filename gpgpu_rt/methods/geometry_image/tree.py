@@ -83,8 +83,8 @@ class ImageTree:
             faces = self.faces
         at[faces] = triangles
         if self.charts and not np.array_equal(at[faces], triangles):
-            raise SceneError("the triangles are not the cells of the scene's charts; leave charts "
-                             "out for a mesh that was changed")
+            raise SceneError("the triangles are not the cells of the scene's charts; for a "
+                             "changed mesh, leave charts out")
         return at
 
     def without_area(self, triangles: np.ndarray) -> np.ndarray:

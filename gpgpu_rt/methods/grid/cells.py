@@ -83,7 +83,7 @@ def build_grid(triangles: np.ndarray, *, resolution: int | Sequence[int] | None 
         keys = _keys(triangles, lo, hi, resolution, MOST_REFERENCES)
         if keys is None:
             raise LimitError(f"a grid of {' x '.join(map(str, resolution))} cells holds more "
-                             f"than {MOST_REFERENCES} references; lower its resolution")
+                             f"than {MOST_REFERENCES} references; lower resolution")
     else:
         resolution = _resolution(triangles, hi.astype(np.float64) - lo, density)
         usual = USUAL_REFERENCES * len(triangles) + 4096
@@ -118,7 +118,7 @@ def _keys(triangles: np.ndarray, lo: np.ndarray, hi: np.ndarray, resolution: np.
 def _given_resolution(resolution: int | Sequence[int]) -> np.ndarray:
     values = np.ravel(np.asarray(resolution, dtype=object)).tolist()
     if len(values) not in (1, 3):
-        raise OptionError(f"resolution has {len(values)} numbers; give one, or three")
+        raise OptionError(f"resolution has {len(values)} numbers; give one number or three")
     return np.array([in_range("resolution", value, 1, MOST_CELLS_AN_AXIS, int)
                      for value in values * (3 // len(values))], np.int64)
 

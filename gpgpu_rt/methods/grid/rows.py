@@ -90,8 +90,10 @@ def _form(single: Method, options: Mapping[str, Any]) -> Method:
 
 
 ROWS = (
-    _row("grid", "uniform grid, a cell or a list entry a step; or packets, slice by slice",
+    _row("grid", "traverses a uniform grid, a cell or a list entry per step, or by packets, slice "
+         "by slice",
          "Purcell et al. 2002", False, options=(*_GRID_OPTIONS, _PACKET), form=_form),
-    _row("grid-proximity", "uniform grid with proximity clouds: empty cells in one jump",
+    _row("grid-proximity", "traverses a uniform grid with proximity clouds, which skip empty "
+         "cells in one jump",
          "Karlsson and Ljungstedt 2004", True, options=_GRID_OPTIONS),
 )

@@ -159,28 +159,28 @@ def _entering_row(name: str, summary: str, citation: str, state: Record = KD_STA
 
 
 ROWS = (
-    _entering_row("kd-restart", "kd-tree, from the root again after each leaf",
+    _entering_row("kd-restart", "traverses a kd-tree and restarts at the root after each leaf",
                   "Foley and Sugerman 2005"),
-    _row("kd-backtrack", "kd-tree, up the parents after each leaf", "Foley and Sugerman 2005",
-         ("climb",), tables=(KD_BOUNDS,), prepare=_prepare_bounds),
+    _row("kd-backtrack", "traverses a kd-tree and climbs the parents after each leaf",
+         "Foley and Sugerman 2005", ("climb",), tables=(KD_BOUNDS,), prepare=_prepare_bounds),
     _entering_row("kd-push-down",
-                  "kd-restart, from the last node that holds the rest of the interval",
-                  "Horn et al. 2007", state=KD_PUSH_DOWN_STATE),
+                  "restarts as kd-restart, but at the last node that contains the rest of the "
+                  "ray's interval", "Horn et al. 2007", state=KD_PUSH_DOWN_STATE),
     _entering_row(
         "kd-short-stack", "kd-push-down with a stack of a few far children", "Horn et al. 2007",
         state=KD_SHORT_STACK_STATE,
         options=(Option("stack_size", 3, "number of stack entries", int, choices=(1, 2, 3, 4),
                         define="STACK_SIZE"), _PUSH_DOWN), stack=True),
-    _entering_row("kd-stack", "kd-tree with a full stack a ray, in a local array",
+    _entering_row("kd-stack", "traverses a kd-tree with a full stack per ray, in a local array",
                   "Budge et al. 2008", options=(_FULL_STACK,), prepare=_prepare_stack,
                   schedules=("loop",), stack=True, own_array=lambda options: True),
-    _row("kd-texture-stack", "kd-tree with a full stack a ray, in the tiles of a texture",
-         "Ernst et al. 2004", ("push", "pop"), state=KD_TEXTURE_STACK_STATE,
+    _row("kd-texture-stack", "traverses a kd-tree with a full stack per ray, in the tiles of a "
+         "texture", "Ernst et al. 2004", ("push", "pop"), state=KD_TEXTURE_STACK_STATE,
          options=(_FULL_STACK,), prepare=_prepare_stack, stack_entry=STACK_ENTRY,
          schedules=tuple(s for s in SCHEDULES if s != "loop"), stack=True),
-    _row("kd-ropes", "kd-tree, from leaf to leaf along ropes", "Popov et al. 2007",
+    _row("kd-ropes", "traverses a kd-tree from leaf to leaf along ropes", "Popov et al. 2007",
          ("follow_rope",), tables=(KD_LEAF,), options=(_ropes(PUSHED),), prepare=_prepare_ropes),
-    _packet_row("kd-packet", "several rays a fragment, with push-down and short stack",
+    _packet_row("kd-packet", "traverses a kd-tree by packets, with push-down and a short stack",
                 "Horn et al. 2007", "kd-short-stack", tables=_TABLES,
                 prepare=lambda triangles, options: _for_packets(_prepare(triangles, options),
                                                                 options),

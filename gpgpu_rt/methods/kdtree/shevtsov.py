@@ -59,8 +59,8 @@ def grow_on_processes(level: KdLevel, vertices: np.ndarray | None, rules: Rules,
             growing = [pool.submit(_grow_group, shared, group, depth, rules) for group in groups]
             subtrees = [task.result() for task in growing]
     except BrokenProcessPool as failure:
-        raise Error("a worker process of the kd-tree's build ended early; in a script, call under "
-                    "if __name__ == '__main__':, or take workers=1") from failure
+        raise Error("a worker process of the kd-tree's build ended early; in a script, build "
+                    "under if __name__ == '__main__':, or set workers=1") from failure
     finally:
         pool.shutdown(cancel_futures=True)
     return join(top.loose(), groups, subtrees)

@@ -21,8 +21,8 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     plain = (options["intersection"] == "woop-watertight" and options["storage"] == "fp32"
              and options["arithmetic"] == "fp32")
     if options["cpu_below"] > 1 and not plain:
-        raise OptionError(f"cpu_below={options['cpu_below']}: the host knows the watertight test "
-                          "in fp32 alone; leave it at 0 with any other")
+        raise OptionError(f"cpu_below={options['cpu_below']}: the host has only the watertight "
+                          "test in fp32; leave cpu_below at 0 with other tests and precisions")
     grid = _cells(triangles, options)
     uniforms = {"scene_lo": tuple(grid.lo), "scene_hi": tuple(grid.hi)}
     # As in the method grid, a ray visits each cell at most once and tests each list at most once.
@@ -41,7 +41,8 @@ def _cells(triangles: np.ndarray, options: Mapping[str, Any]) -> Grid | Octree:
 
 ROWS = (Method(
     name="ray-engine",
-    summary="the host walks a grid or an octree, a quad a triangle intersects rays queued by cell",
+    summary="traverses a grid or an octree on the host, which queues rays by cell; a quad per "
+            "triangle intersects the rays of a cell",
     citation="Carr et al. 2002",
     glsl="methods/ray_engine/ray_engine.glsl",
     kernels=("intersect",),

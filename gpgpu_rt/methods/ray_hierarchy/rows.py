@@ -33,7 +33,8 @@ def unit_of(triangles: np.ndarray) -> float:
 
 ROWS = (Method(
     name="ray-hierarchy",
-    summary="cones over the rays; pairs of triangles and cones, a stream reduced level by level",
+    summary="builds cones over the rays and reduces a stream of pairs of triangle and cone, level "
+            "by level",
     citation="Roger, Assarsson and Holzschuch 2007",
     glsl="methods/ray_hierarchy/ray_hierarchy.glsl",
     kernels=("intersect",),

@@ -72,16 +72,17 @@ class RayBoxes:
         self.levels = max(self.origin_bits, self.direction_bits) + 1
         self.cells = FACES * direction_cells ** 2 * origin_cells ** 3
         if self.cells + FACES > EXACT_INTEGER:
-            raise LimitError(f"{self.cells:,} boxes of rays are past 2^24, the last index a float "
-                             "texel holds exactly; lower origin_cells or direction_cells")
+            raise LimitError(f"{self.cells:,} boxes of rays are more than 2^24, the largest index "
+                             "that a float texel holds exactly; lower origin_cells or "
+                             "direction_cells")
         free = budget * MIB - CELL_BYTES * (self.cells + FACES)
         self.most = int(min(free // CANDIDATE_BYTES, EXACT_INTEGER))
         if FACES * (len(triangles) + 1) > self.most:
             least = (CELL_BYTES * self.cells + CANDIDATE_BYTES *
                      FACES * (len(triangles) + 1)) / MIB
-            raise LimitError(f"boxes of rays take {least:.1f} MiB before any ray has asked, past "
-                             f"their budget of {budget:g}; raise budget, or lower origin_cells or "
-                             "direction_cells, or take a smaller scene")
+            raise LimitError(f"boxes of rays need at least {least:.1f} MiB, more than the budget "
+                             f"of {budget:g} MiB; raise budget, lower origin_cells or "
+                             "direction_cells, or use a smaller scene")
         self.faces = [Candidates(triangles, tree, face // 2, bool(face % 2))
                       for face in range(FACES)]
         self._triangle = np.empty(0, np.int32)

@@ -61,7 +61,8 @@ _BUDGET = "memory for all candidate lists, in MiB; a smaller budget makes the bo
 ROWS = (
     Method(
         name="ray-classification",
-        summary="a box of rays, found by one lookup, lists what they may hit, nearest first",
+        summary="finds a ray's box by one lookup; the box lists the triangles that its rays may "
+                "hit, nearest first",
         citation="Arvo and Kirk 1987",
         glsl="methods/ray_space/ray_classification.glsl",
         kernels=("intersect",),
@@ -81,7 +82,8 @@ ROWS = (
     ),
     Method(
         name="visibility-field",
-        summary="parallel beams for cells of directions: one lookup, then in order",
+        summary="finds a ray's beam of parallel lines by one lookup, then tests the beam's "
+                "triangles in order",
         citation="Mortensen et al. 2007",
         glsl="methods/ray_space/visibility_field.glsl",
         kernels=("search", "intersect"),

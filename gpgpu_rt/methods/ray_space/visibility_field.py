@@ -102,8 +102,8 @@ def build_visibility_field(triangles: np.ndarray, *, directions: int | None = No
         cells, size = (cells, size - 1) if size > 1 else (cells - 1, size)   # estimate too low
     field = _build(frames, 1, 1, most)
     if field is None:
-        raise LimitError(f"a visibility field of {len(triangles):,} triangles takes more than its "
-                         f"budget of {budget:g} MiB; raise budget or take a smaller scene")
+        raise LimitError(f"a visibility field of {len(triangles):,} triangles needs more than its "
+                         f"budget of {budget:g} MiB; raise budget or use a smaller scene")
     return field
 
 

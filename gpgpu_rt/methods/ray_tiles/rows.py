@@ -37,7 +37,8 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
 
 ROWS = (Method(
     name="ray-tiles",
-    summary="nothing over triangles: each is drawn over the tiles of rays whose cone it meets",
+    summary="draws each triangle over the tiles of rays whose cone it meets; builds no structure "
+            "over triangles",
     citation="Szécsi 2006",
     glsl="methods/ray_tiles/cone.glsl",
     kernels=("draw",),

@@ -34,8 +34,8 @@ def build_bvh_by_passes(gpu: Gpu, triangles: np.ndarray, *, build: str = "sah",
     builder = GPU_BUILDS[choose("build on the gpu", build, GPU_BUILDS)]
     triangles = as_triangles(triangles)
     if len(triangles) > EXACT_INTEGER:
-        raise LimitError(f"{len(triangles):,} triangles are past 2^24, the last index a float "
-                         "texel holds exactly; build on the cpu")
+        raise LimitError(f"{len(triangles):,} triangles are more than 2^24, the largest index "
+                         "that a float texel holds exactly; build on the cpu")
     if len(triangles) == 0:
         empty = np.zeros(0, np.int64)
         return LooseTree(empty, empty, empty, empty).thread(triangles)

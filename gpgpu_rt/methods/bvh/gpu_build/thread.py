@@ -41,8 +41,8 @@ def thread(room: StreamRoom, triangles: Stream, order: Stream, sums: Stream,
     leaf_count = int(sums.read_one(slots)["value"][0])
     nodes = 2 * leaf_count - 1
     if nodes > EXACT_INTEGER:
-        raise LimitError(f"{nodes:,} nodes are past 2^24, the last index a float texel holds "
-                         "exactly; take leaves of more triangles")
+        raise LimitError(f"{nodes:,} nodes are more than 2^24, the largest index that a float "
+                         "texel holds exactly; allow leaves of more triangles")
     threaded = room.stream(BVH_NODE, nodes)
     boxes = [room.stream(BOX, part.length).called("node_box") for part, _ in lists]
     runs, other = (room.stream(BOX, slots) for _ in range(2))

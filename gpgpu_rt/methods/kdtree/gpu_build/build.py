@@ -36,8 +36,8 @@ def build_kdtree_by_passes(gpu: Gpu, triangles: np.ndarray, *, build: str = "zho
     builder = GPU_KD_BUILDS[choose("build on the gpu", build, GPU_KD_BUILDS)]
     triangles = as_triangles(triangles)
     if len(triangles) > EXACT_INTEGER:
-        raise LimitError(f"{len(triangles):,} triangles are past 2^24, the last index a float "
-                         "texel holds exactly; build on the cpu")
+        raise LimitError(f"{len(triangles):,} triangles are more than 2^24, the largest index "
+                         "that a float texel holds exactly; build on the cpu")
     if len(triangles) == 0:
         return build_on_cpu(triangles, build=build, **options)
     with gpu, StreamRoom(gpu, "methods/kdtree/build") as room:
