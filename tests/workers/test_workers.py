@@ -223,7 +223,7 @@ def test_without_dask_it_says_what_to_install() -> None:
 def test_misuse_is_an_error_with_advice(workers: Workers) -> None:
     with pytest.raises(rt.OptionError, match="threads is 0"):
         Workers(count=1, threads=0)
-    with pytest.raises(rt.OptionError, match="no method but a choice"):
+    with pytest.raises(rt.OptionError, match="auto is not a method"):
         workers.trace("cornell", np.zeros((1, 3)), np.ones((1, 3)), "auto")
     closed = Workers(workers.client.scheduler.address)
     closed.close()

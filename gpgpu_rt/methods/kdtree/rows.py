@@ -167,8 +167,8 @@ ROWS = (
                   "restarts as kd-restart, but at the last node that contains the rest of the "
                   "ray's interval", "Horn et al. 2007", state=KD_PUSH_DOWN_STATE),
     _entering_row(
-        "kd-short-stack", "kd-push-down with a stack of a few far children", "Horn et al. 2007",
-        state=KD_SHORT_STACK_STATE,
+        "kd-short-stack", "works as kd-push-down, with a stack of a few far children",
+        "Horn et al. 2007", state=KD_SHORT_STACK_STATE,
         options=(Option("stack_size", 3, "number of stack entries", int, choices=(1, 2, 3, 4),
                         define="STACK_SIZE"), _PUSH_DOWN), stack=True),
     _entering_row("kd-stack", "traverses a kd-tree with a full stack per ray, in a local array",
@@ -188,7 +188,8 @@ ROWS = (
                     "stack_size", 3, "number of stack entries; 0: only restarts", int,
                     choices=(0, 1, 2, 3, 4), define="STACK_SIZE")),
                 parts=(TRIANGLE_TESTS, CULLING, _SHORT_STACK), stack=True),
-    _packet_row("kd-ropes-packet", "several rays a fragment, along ropes that meet at siblings",
+    _packet_row("kd-ropes-packet", "traverses a kd-tree by packets along ropes; the rays meet "
+                "again at sibling subtrees",
                 "Popov et al. 2007", "kd-ropes", tables=(*_TABLES, KD_LEAF),
                 prepare=lambda triangles, options: _for_packets(
                     _prepare_ropes(triangles, options), options),

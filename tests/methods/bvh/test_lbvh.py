@@ -9,6 +9,8 @@ from shapes import SCENES
 import gpgpu_rt as rt
 from gpgpu_rt.methods.bvh import lbvh
 from gpgpu_rt.methods.bvh.build import build_bvh
+from gpgpu_rt.methods.bvh.gpu_build import build as gpu_build
+from gpgpu_rt.methods.bvh.gpu_build import thread as gpu_thread
 from gpgpu_rt.methods.bvh.gpu_build.build import build_bvh_by_passes
 from gpgpu_rt.methods.bvh.tree import Bvh
 
@@ -92,9 +94,9 @@ def test_options_are_refused_in_one_line(wrong: dict, message: str) -> None:
 
 
 def test_too_many_triangles_or_nodes_are_refused(gpu, monkeypatch) -> None:
-    monkeypatch.setattr("gpgpu_rt.methods.bvh.gpu_build.build.EXACT_INTEGER", 8)
+    monkeypatch.setattr(gpu_build, "EXACT_INTEGER", 8)
     with pytest.raises(rt.LimitError, match="build on the cpu"):
         build_bvh_by_passes(gpu, random_soup(9, 23), build="lbvh")
-    monkeypatch.setattr("gpgpu_rt.methods.bvh.gpu_build.thread.EXACT_INTEGER", 8)
+    monkeypatch.setattr(gpu_thread, "EXACT_INTEGER", 8)
     with pytest.raises(rt.LimitError, match="leaves of more triangles"):
         build_bvh_by_passes(gpu, random_soup(8, 23), build="lbvh", max_leaf=1)
