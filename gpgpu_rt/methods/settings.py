@@ -26,9 +26,9 @@ FORMAT = 2
 ONE_CHOICE = 1    # the older format, which has one choice for all rays
 # Used for a scene that was not tuned: exact to the bit, and never far from the fastest choice.
 # Packets trace eye and shadow rays twice as fast as single rays do, and other rays more slowly;
-# docs/accuracy.md has the measured rates. The interval test is off: it makes packets still faster
-# on large images of eye rays, but mirror rays then take two to three times as long as single
-# rays, although mirror rays count as coherent. docs/bvh.md has the gain of entry points.
+# docs/accuracy.md has the measured rates. The interval test is off. It makes packets still faster
+# on large images of eye rays. But mirror rays, which count as coherent, then take two to three
+# times as long as single rays. The gain of entry points is in docs/bvh.md.
 SAFE_DEFAULT = {
     COHERENT: ("bvh-packet", {"packet": (4, 2), "octants": True, "quantise_nodes": 16,
                               "entry_points": 32}),

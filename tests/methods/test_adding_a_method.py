@@ -148,7 +148,7 @@ BROKEN = {
     "unwidened": ("sweep.py", ", **box_uniforms(triangles)", "", "no scene_hi and no scene_lo"),
     "table": ("sweep.py", "RUN.name:", '"run":', "no table sweep_run"),
     "rows": ("sweep.py", '"hi": hi,', '"hi": hi[:1],', "rows: lo 2, hi 1,"),
-    "word": ("sweep.py", 'Option("run"', 'Option("size"', "option size, but --size is a word"),
+    "word": ("sweep.py", 'Option("run"', 'Option("size"', "option size, but the commands use"),
     "kernel": ("sweep.glsl", "goes_back(ray) ? run_count", "goes_bak(ray) ? run_count",
                r"sweep.glsl:\d+: .*goes_bak"),
 }

@@ -2,7 +2,7 @@
 
 C. Waechter, A. Keller, "Instant ray tracing: the bounding interval hierarchy", EGSR 2006. A node
 holds an axis and two planes: the end of its left child and the begin of its right child. The
-cells of a regular grid over the scene give the split planes: the build halves a cell across its
+cells of a regular grid over the scene give the split planes. The build halves a cell across its
 longest side and sorts triangles to the left or right by the centres of their boxes. If one half
 has no triangles, the build makes no node and halves the other half again. The build computes no
 cost and sorts nothing, and the tree's size is linear in the number of triangles.

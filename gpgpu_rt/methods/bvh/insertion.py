@@ -2,10 +2,11 @@
 
 J. Goldsmith, J. Salmon, "Automatic creation of object hierarchies for ray tracing", IEEE CG&A
 7(5), 1987. The tree is binary with one triangle per leaf, as Thrane and Simonsen (2005) used it.
-A triangle descends from the root into the child whose area grows least. On this path it gets the
-sibling for which a new common parent adds the least area to the tree: the area of the new parent
-and the growth of all its ancestors. The result depends on the order of insertion, so the
-triangles are shuffled. The method is sequential, so this builder alone loops over triangles.
+A triangle descends from the root into the child whose area grows least. It becomes the sibling of
+the node on this path that adds the least area to the tree. The added area is that of the new
+common parent and the growth of all its ancestors. The result depends on the order of insertion,
+so the triangles are shuffled. The method is sequential, so this builder alone loops over
+triangles.
 """
 from __future__ import annotations
 

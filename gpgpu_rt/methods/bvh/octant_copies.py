@@ -55,8 +55,8 @@ class OctantCopies:
 
         Parameters
         ----------
-        met_anyway : drop an inner node if more than this share of the rays that hit the kept node
-            above it also hit this node; its children move up. 1 drops no node.
+        met_anyway : drop an inner node if it is hit by more than this share of the rays that hit
+            the kept node above it. The dropped node's children move up. 1 drops no node.
         shared_subtrees : share subtrees of at most this many nodes; 0 shares none
 
         Raises

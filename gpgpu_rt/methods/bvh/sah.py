@@ -28,6 +28,8 @@ def build(triangles: np.ndarray, *, bins: int = 32, max_leaf: int = MAX_LEAF,
           **unknown: object) -> LooseTree:
     """Build by SAH splits; nodes of at most `max_leaf` triangles become leaves if no split pays.
 
+    Parameters
+    ----------
     bins : number of bins along each axis
     traversal_cost, intersection_cost : cost of a node and of a triangle, in any common unit
     max_depth : bound on the depth, raised to ceil(log2 n) if that is more. A node that could
@@ -104,6 +106,8 @@ def _cheapest(left: np.ndarray, right: np.ndarray, taken: np.ndarray,
               count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The cheapest of the p candidate splits of each node: its cost and its `taken`, (k,) each.
 
+    Parameters
+    ----------
     left, right : (p, k), the half areas of the two sides
     taken : (p, k), the number of triangles that go left
     count : (k,), the number of triangles of each node

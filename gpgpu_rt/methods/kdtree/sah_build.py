@@ -26,13 +26,14 @@ def build(triangles: np.ndarray, *, split: str = "binned", bins: int = 32,
           **unknown: object) -> LooseKdTree:
     """Build by the surface area heuristic.
 
+    With the default costs the bunny has about as many leaves as in Popov et al. 2007 (the survey's
+    Figure 17).
+
     Parameters
     ----------
     split : "binned" (exact for nodes with few references) or "exact"
     bins : number of bins along each axis of a node
-    traversal_cost, intersection_cost : cost of a node and of a triangle, in any common unit. With
-        the defaults the bunny has about as many leaves as in Popov et al. 2007 (the survey's
-        Figure 17).
+    traversal_cost, intersection_cost : cost of a node and of a triangle, in any common unit
     empty_bonus : share of its cost that a split saves if it cuts off a fifth or more of its node
         as empty space
     max_depth : the most levels; None for 8 + 1.3 log2 n

@@ -93,7 +93,7 @@ def build(triangles: np.ndarray, **options: object) -> LooseKdTree:
     Parameters
     ----------
     traversal_cost, intersection_cost, empty_bonus : as in `sah_build.build`
-    max_depth : None for 16 + 1.3 log2 n levels down to a small node, and 8 levels below it
+    max_depth : if None, 16 + 1.3 log2 n levels down to a small node, and 8 levels below it
     small : the most references of a small node, up to 64
     empty_cut : cut off empty space that is a larger share of a large node's extent
     """

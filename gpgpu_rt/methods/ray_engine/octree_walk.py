@@ -14,9 +14,9 @@ class OctreeWalk(CellWalk):
     """The positions of n rays in an octree, with the attributes of ``CellWalk``.
 
     A ray leaves a cell through a face. Its exit point gives the finest cell behind the face. Along
-    the face's two axes this finest cell is clamped to the cell that the ray leaves, so that
-    rounding never leads to a cell that does not touch it. A descent from the root then finds the
-    cell that contains the finest cell.
+    the face's two axes, this finest cell is clamped to the extent of the old cell. Therefore
+    rounding never leads to a cell that does not touch the old cell. A descent from the root then
+    finds the cell that contains the finest cell.
     """
 
     grid: Octree

@@ -27,10 +27,10 @@ def thread(room: StreamRoom, triangles: Stream, order: Stream, sums: Stream,
     ----------
     triangles : TRIANGLE, as uploaded
     order : SOURCE, the triangle in each slot
-    sums : scan of the flags of slots that begin a leaf
+    sums : VALUES, the scan of the flags of slots that begin a leaf
     max_leaf : the most triangles of a leaf
-    lists : pairs of an INTERVAL stream, whose nodes are in any order, and the most slots that a
-        node of the stream spans. Entries with first = -1 are no nodes.
+    lists : pairs of an INTERVAL stream, with nodes in any order, and the most slots that a node
+        spans. Entries with first = -1 are no nodes.
 
     Raises
     ------

@@ -6,8 +6,8 @@ it. These planes are the same as on the CPU. Below, binned SAH splits nodes of m
 pieces, all nodes of a level in the same passes. Zhou's masks split the smaller nodes; they weigh
 every face of every piece, as the exact search on the CPU does.
 
-Departures from the CPU form: a triangle is clipped by one plane after another on its way down,
-not listed in cells, and it is not clipped below a node of `FEW` pieces. Therefore the boxes of its
+Departures from the CPU form: a triangle is not listed in cells but clipped by one plane after
+another on its way down. Below a node of `FEW` pieces it is not clipped. Therefore the boxes of its
 parts are larger. The trees cost a few percent more (docs/kd-trees.md) and give the same hits. With
 Zhou's limit of 64 for small nodes the trees cost up to 9 % more, and the bunny's tree has twice
 the references.

@@ -23,15 +23,15 @@ class LargeLevel:
     Attributes
     ----------
     cells : CELL of each node
-    starts : for each node, sums over the nodes before it: pieces of large nodes, pieces of small
+    starts : VALUES, sums over the nodes before each node: pieces of large nodes, pieces of small
         nodes, small nodes, chunks
-    first_root, first_piece : the numbers of small nodes and of their pieces in all levels above
-    roots : number of small nodes of this level
+    first_root, first_piece : numbers of small nodes and their pieces in levels above
+    roots : number of small nodes
     decisions : DECISION of each node
-    ranks : for each node, sums over the nodes before it: split nodes, pieces of large leaves
-    first_stuck : number of pieces of large leaves in all levels above
-    inner : number of nodes that are split
-    small : the most pieces of a small node of this level
+    ranks : VALUES, sums over the nodes before each node: split nodes, pieces of large leaves
+    first_stuck : number of pieces of large leaves in levels above
+    inner : number of split nodes
+    small : the most pieces of a small node
     """
 
     cells: Stream
