@@ -21,7 +21,7 @@ Paint = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True)
-class Row:
+class NamedScene:
     """A named scene.
 
     Attributes
@@ -48,53 +48,59 @@ class Row:
 
 _BART = "BART (Lext, Assarsson, Moeller), Chalmers: "
 
-ROWS: dict[str, Row] = {row.name: row for row in (
-    Row("cornell", 32, cornell.make, None, "built in from Cornell University's published data",
-        (0.0, 1.9, 0.0), cornell_walls),
-    Row("bunny", 69_451, creatures.bunny, "the Stanford bunny",
-        "Stanford 3D Scanning Repository: bun_zipper.ply"),
-    Row("robots", 71_708, outdoors.robots, "BART's robots", _BART + "the robots scene at t = 0",
-        (-1.0, 6.0, -200.0), by_part),
-    Row("kitchen", 110_561, rooms.kitchen, "BART's kitchen", _BART + "the kitchen scene at t = 0",
-        (3.1, 2.1, 3.3), by_part),
-    Row("cows", 23_218, creatures.cows, "Thrane and Simonsen's Cows, whose triangle count and "
-        "arrangement are not published", "not to be found"),
-    Row("conference", 282_641, rooms.conference, "the conference room",
-        "McGuire Computer Graphics Archive: Conference Room (331,179 triangles, not the papers' "
-        "edition)", (300.0, 560.0, -250.0), by_part),
-    Row("fairyforest", 174_117, outdoors.fairyforest, "the Utah fairy forest",
-        "Utah 3D Animation Repository: Fairy Forest"),
-    Row("sodahall", buildings.SODA_HALL, buildings.sodahall, "Soda Hall",
-        "UC Berkeley's Walkthru group: Soda Hall"),
-    Row("powerplant", buildings.POWER_PLANT, buildings.powerplant, "the Power Plant",
-        "UNC Chapel Hill's GAMMA group: Power Plant"),
-    Row("shirley6", 804, rooms.shirley6, "Shirley's scene 6", "not to be found"),
-    Row("buddha", 100_000, creatures.buddha, "the Buddha of Figure 1, here a tenth of the "
-        "original's 1,087,716 triangles", "Stanford 3D Scanning Repository: Happy Buddha"),
-    Row("tenk", 10_000, outdoors.tenk, None, "built in: 10,000 triangles for Table 1"),
-    Row("stadium", 8_000, outdoors.stadium, None, "built in: a teapot in a stadium, "
-        "stadium:RATIO sets teapot over stadium", takes_argument=True),
-    Row("teapot", 6_320, creatures.teapot, "the Utah teapot",
-        "Martin Newell's teapot, tessellated"),
-    Row("cloth", 49_928, animation.cloth, None, "built in: a sheet that waves, frame by frame"),
-    Row("walker", 28_412, walker.walker, None, "built in: an animal that walks round a meadow, "
-        "frame by frame"),
-    Row("explosion", 69_451, animation.explosion, None, "built in: the bunny's stand-in, "
-        "flying apart frame by frame"),
-    Row("boulder", 49_152, images.boulder, None, "built in: a geometry image of six charts"),
-    Row("knot", 36_864, images.knot, None, "built in: a swept surface, one geometry image"),
-    Row("cornell-light", 38, lit.cornell_light, None, "built in: the Cornell box under its lamp"),
-    Row("statue", 100_002, lit.statue, "the mirrored statue of Figure 1", "as buddha"),
-    Row("glass-teapot", 12_002, lit.glass_teapot, "the glass teapot of Figures 1 and 7",
-        "Martin Newell's teapot, tessellated"),
-    Row("soft-shadows", 6_000, lit.soft_shadows, "the soft shadows of Figure 7",
-        "not to be found"),
-    Row("cow", 5_804, creatures.cow, "Viewpoint's cow",
-        "common-3d-test-models: cow.obj (Viewpoint Animation Engineering)"),
+ROWS: dict[str, NamedScene] = {row.name: row for row in (
+    NamedScene("cornell", 32, cornell.make, None,
+               "built in from Cornell University's published data",
+               (0.0, 1.9, 0.0), cornell_walls),
+    NamedScene("bunny", 69_451, creatures.bunny, "the Stanford bunny",
+               "Stanford 3D Scanning Repository: bun_zipper.ply"),
+    NamedScene("robots", 71_708, outdoors.robots, "BART's robots",
+               _BART + "the robots scene at t = 0",
+               (-1.0, 6.0, -200.0), by_part),
+    NamedScene("kitchen", 110_561, rooms.kitchen, "BART's kitchen",
+               _BART + "the kitchen scene at t = 0",
+               (3.1, 2.1, 3.3), by_part),
+    NamedScene("cows", 23_218, creatures.cows, "Thrane and Simonsen's Cows, whose triangle count "
+               "and arrangement are not published", "not to be found"),
+    NamedScene("conference", 282_641, rooms.conference, "the conference room",
+               "McGuire Computer Graphics Archive: Conference Room (331,179 triangles, not the "
+               "papers' edition)", (300.0, 560.0, -250.0), by_part),
+    NamedScene("fairyforest", 174_117, outdoors.fairyforest, "the Utah fairy forest",
+               "Utah 3D Animation Repository: Fairy Forest"),
+    NamedScene("sodahall", buildings.SODA_HALL, buildings.sodahall, "Soda Hall",
+               "UC Berkeley's Walkthru group: Soda Hall"),
+    NamedScene("powerplant", buildings.POWER_PLANT, buildings.powerplant, "the Power Plant",
+               "UNC Chapel Hill's GAMMA group: Power Plant"),
+    NamedScene("shirley6", 804, rooms.shirley6, "Shirley's scene 6", "not to be found"),
+    NamedScene("buddha", 100_000, creatures.buddha, "the Buddha of Figure 1, here a tenth of the "
+               "original's 1,087,716 triangles", "Stanford 3D Scanning Repository: Happy Buddha"),
+    NamedScene("tenk", 10_000, outdoors.tenk, None, "built in: 10,000 triangles for Table 1"),
+    NamedScene("stadium", 8_000, outdoors.stadium, None, "built in: a teapot in a stadium, "
+               "stadium:RATIO sets teapot over stadium", takes_argument=True),
+    NamedScene("teapot", 6_320, creatures.teapot, "the Utah teapot",
+               "Martin Newell's teapot, tessellated"),
+    NamedScene("cloth", 49_928, animation.cloth, None,
+               "built in: a sheet that waves, frame by frame"),
+    NamedScene("walker", 28_412, walker.walker, None,
+               "built in: an animal that walks round a meadow, frame by frame"),
+    NamedScene("explosion", 69_451, animation.explosion, None, "built in: the bunny's stand-in, "
+               "flying apart frame by frame"),
+    NamedScene("boulder", 49_152, images.boulder, None,
+               "built in: a geometry image of six charts"),
+    NamedScene("knot", 36_864, images.knot, None, "built in: a swept surface, one geometry image"),
+    NamedScene("cornell-light", 38, lit.cornell_light, None,
+               "built in: the Cornell box under its lamp"),
+    NamedScene("statue", 100_002, lit.statue, "the mirrored statue of Figure 1", "as buddha"),
+    NamedScene("glass-teapot", 12_002, lit.glass_teapot, "the glass teapot of Figures 1 and 7",
+               "Martin Newell's teapot, tessellated"),
+    NamedScene("soft-shadows", 6_000, lit.soft_shadows, "the soft shadows of Figure 7",
+               "not to be found"),
+    NamedScene("cow", 5_804, creatures.cow, "Viewpoint's cow",
+               "common-3d-test-models: cow.obj (Viewpoint Animation Engineering)"),
 )}
 
 
-def find(text: str) -> tuple[Row, float | None] | None:
+def find(text: str) -> tuple[NamedScene, float | None] | None:
     """Return the named scene of a text, and the argument after its name; None if the text is a
     path.
 

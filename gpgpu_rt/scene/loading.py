@@ -59,7 +59,7 @@ def load_scene(source: str | os.PathLike | trimesh.Trimesh | trimesh.Scene | Sce
                  stand_in=row.stand_in, source="built in", charts=made.charts, **said)
 
 
-def _read(path: Path, row: catalogue.Row | None = None) -> Scene:
+def _read(path: Path, row: catalogue.NamedScene | None = None) -> Scene:
     """Return the scene of a mesh file, with the camera from `cameras.json` in the same folder."""
     if path.suffix.lower() == ".json":
         return read_scene(path, load_scene)

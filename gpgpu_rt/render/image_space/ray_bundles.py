@@ -76,7 +76,7 @@ class RayBundles:
         self.straight, self.samples, self.resolution = straight, samples, resolution
         longest = patch * max(scene.extent, 1e-30)
         count = int((cuts_of(scene.triangles, longest) ** 2).sum())
-        if 2 * count > EXACT_INTEGER:      # checked before the division, which would use all memory
+        if 2 * count > EXACT_INTEGER:      # check first: dividing would use all memory
             raise LimitError(f"{count:,} patches have more sides than 2^24; raise patch")
         self.triangles, self.parent = divided(scene.triangles, longest)
         self.albedo = scene.colours[self.parent].astype(np.float64)
