@@ -140,7 +140,7 @@ def _tell(folder: str | None, reason: str) -> None:
 
 @functools.cache        # warn once per process
 def _warn(folder: str, reason: str) -> None:
-    warnings.warn(f"GPGPU_RT_CACHE: nothing can be kept in {folder} ({reason}), and all is built "
+    warnings.warn(f"GPGPU_RT_CACHE: cannot use {folder} ({reason}), so every accelerator is built "
                   "anew; name a folder that can be written", stacklevel=2)
 
 

@@ -55,8 +55,8 @@ def shared_arrays(**arrays: np.ndarray) -> Iterator[SharedArrays]:
     try:
         memory = SharedMemory(create=True, size=max(size, 1))
     except OSError as failure:
-        raise LimitError(f"no {size:,} bytes of shared memory to be had ({failure.strerror}); "
-                         "take workers=1") from failure
+        raise LimitError(f"cannot allocate {size:,} bytes of shared memory ({failure.strerror}); "
+                         "use workers=1") from failure
     try:
         for name, (dtype, shape, first) in places.items():
             np.ndarray(shape, dtype, memory.buf, first)[...] = arrays[name]

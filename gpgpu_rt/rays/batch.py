@@ -133,7 +133,7 @@ class RayBatch:
         t = _float32(t, name).reshape(-1)
         if len(t) not in (1, self.count):
             raise ValueError(
-                f"{name} holds {len(t)} values for {self.count} rays: one, or one each")
+                f"{name} has {len(t)} values for {self.count} rays; give 1 or {self.count}")
         return np.broadcast_to(t, self.count)
 
     def _rows(self, part: slice) -> list[np.ndarray]:

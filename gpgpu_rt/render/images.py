@@ -38,7 +38,7 @@ def atlas(scene: Scene) -> np.ndarray:
     height = max((y + t.texels.shape[0] for t, x, y in shelved), default=1)
     if height > HEIGHT:
         raise LimitError(f"{scene.name}: its textures add up to {height} rows of {width} texels, "
-                         f"past {HEIGHT}; make them smaller")
+                         f"more than {HEIGHT}; make them smaller")
     texels = np.zeros((height, width, 4), np.float32)
     for t, x, y in shelved:
         texels[y:y + t.texels.shape[0], x:x + t.texels.shape[1], :3] = t.texels

@@ -74,7 +74,7 @@ class Plan:
                  f"{counted(n['lights'], 'shadow ray')} a hit, "
                  f"indices of {n['index_bits']} bits, "
                  f"{n['storage']} stored, {n['arithmetic']} computed",
-                 "the scene has: " + (", ".join(said[False]) or "nothing that asks for more"),
+                 "the scene has: " + (", ".join(said[False]) or "no property that needs more"),
                  *(["asked for: " + ", ".join(said[True])] if said[True] else []),
                  "passes: eye rays, traversal, " + ", ".join(self.passes[1:]),
                  "defines: " + (" ".join(self.defines) or "none"), "textures:"]

@@ -109,9 +109,9 @@ class Whitted(Integrator):
                 if self.progress is not None:
                     self.progress(sample + 1, samples, np.inf)
         if self._ended:
-            warnings.warn(f"rays are followed for {self.needs.bounces} bounces; what surrounds "
-                          "the scene shows in mirrors and glass met after that; --bounces "
-                          "(Python: bounces) follows rays further", stacklevel=6)
+            warnings.warn(f"rays end after {self.needs.bounces} bounces; mirrors and glass that "
+                          "they meet then show the surroundings of the scene; --bounces "
+                          "(Python: bounces) sets a higher limit", stacklevel=6)
         source, shared = {**self._lit(), **shadows.samplers()}, {}
         if "radiance" in self.room:
             source.update(self.room.samplers("radiance", "radiance"))

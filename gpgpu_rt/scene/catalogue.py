@@ -61,7 +61,7 @@ ROWS: dict[str, NamedScene] = {row.name: row for row in (
                _BART + "the kitchen scene at t = 0",
                (3.1, 2.1, 3.3), by_part),
     NamedScene("cows", 23_218, creatures.cows, "Thrane and Simonsen's Cows, whose triangle count "
-               "and arrangement are not published", "not to be found"),
+               "and arrangement are not published", "not available"),
     NamedScene("conference", 282_641, rooms.conference, "the conference room",
                "McGuire Computer Graphics Archive: Conference Room (331,179 triangles, not the "
                "papers' edition)", (300.0, 560.0, -250.0), by_part),
@@ -71,7 +71,7 @@ ROWS: dict[str, NamedScene] = {row.name: row for row in (
                "UC Berkeley's Walkthru group: Soda Hall"),
     NamedScene("powerplant", buildings.POWER_PLANT, buildings.powerplant, "the Power Plant",
                "UNC Chapel Hill's GAMMA group: Power Plant"),
-    NamedScene("shirley6", 804, rooms.shirley6, "Shirley's scene 6", "not to be found"),
+    NamedScene("shirley6", 804, rooms.shirley6, "Shirley's scene 6", "not available"),
     NamedScene("buddha", 100_000, creatures.buddha, "the Buddha of Figure 1, here a tenth of the "
                "original's 1,087,716 triangles", "Stanford 3D Scanning Repository: Happy Buddha"),
     NamedScene("tenk", 10_000, outdoors.tenk, None, "built in: 10,000 triangles for Table 1"),
@@ -90,11 +90,11 @@ ROWS: dict[str, NamedScene] = {row.name: row for row in (
     NamedScene("knot", 36_864, images.knot, None, "built in: a swept surface, one geometry image"),
     NamedScene("cornell-light", 38, lit.cornell_light, None,
                "built in: the Cornell box under its lamp"),
-    NamedScene("statue", 100_002, lit.statue, "the mirrored statue of Figure 1", "as buddha"),
+    NamedScene("statue", 100_002, lit.statue, "the mirrored statue of Figure 1", "see buddha"),
     NamedScene("glass-teapot", 12_002, lit.glass_teapot, "the glass teapot of Figures 1 and 7",
                "Martin Newell's teapot, tessellated"),
     NamedScene("soft-shadows", 6_000, lit.soft_shadows, "the soft shadows of Figure 7",
-               "not to be found"),
+               "not available"),
     NamedScene("cow", 5_804, creatures.cow, "Viewpoint's cow",
                "common-3d-test-models: cow.obj (Viewpoint Animation Engineering)"),
 )}

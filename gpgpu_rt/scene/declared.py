@@ -124,7 +124,7 @@ def _check_gltf(path: Path, size: int) -> None:
         length = int.from_bytes(content[12:16], "little")
         text = content[20:20 + length]
         if len(text) < length:
-            raise ValueError("it is cut")
+            raise ValueError("the file is truncated")
         inner = size - 20 - length
     else:
         text = content

@@ -81,8 +81,8 @@ def _read(path: Path, row: catalogue.NamedScene | None = None) -> Scene:
     room = inside(scene.triangles, scene.camera) if camera is None else None
     if room is None:
         return scene
-    warnings.warn(f"{path}: is a room, so the camera stands inside; --eye and --target put the "
-                  "camera elsewhere", stacklevel=3)
+    warnings.warn(f"{path}: the mesh is a room, so the camera is inside; --eye and --target place "
+                  "the camera", stacklevel=3)
     lights = scene.lights if light else (beside(room, scene.triangles),)
     return replace(scene, camera=room, lights=lights)
 

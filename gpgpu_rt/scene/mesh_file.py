@@ -61,12 +61,12 @@ def read(path: Path, groups: bool = False) -> Mesh:
         missing = "" if name is None or os.fspath(path) == name else f" {name}"
         raise SceneError(f"{path}: no such file{missing}; check the path") from None
     except MemoryError:
-        raise LimitError(f"{path}: not enough memory for this mesh; take a smaller mesh") from None
+        raise LimitError(f"{path}: not enough memory for this mesh; use a smaller mesh") from None
     except Exception as error:  # trimesh passes on any exception of its parsers
         said = getattr(error, "strerror", None) or str(error)
         reason = " ".join(said.split())[:160] or type(error).__name__
-        raise SceneError(f"{path}: cannot read this mesh ({reason}); is it whole, and of the type "
-                         f"its name says?") from None
+        raise SceneError(f"{path}: cannot read this mesh ({reason}); is the file complete, and of "
+                         f"the type that its name says?") from None
     if not len(mesh.faces):
         raise SceneError(f"{path}: has no triangles, only points or lines; give a mesh with faces")
     return mesh

@@ -46,7 +46,7 @@ class Region:
                               ) from None
         if min(x, y) < 0 or min(width, height) < 1 or (x + width > whole[0]
                                                        or y + height > whole[1]):
-            raise OptionError(f"region {(x, y, width, height)} is no part of a picture of "
+            raise OptionError(f"region {(x, y, width, height)} is not inside a picture of "
                               f"{whole[0]} x {whole[1]} pixels")
         return cls(whole, (x, y), (width, height))
 

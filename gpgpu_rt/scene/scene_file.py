@@ -81,7 +81,7 @@ class _SceneFile:
             uv=mesh_file.filled(uv, [len(part) for part in triangles], 2),
             faces=np.arange(3 * len(corners), dtype=np.int32).reshape(-1, 3)))
         if not lights and environment is None and not len(scene.emitters):
-            raise SceneError(f"{self.path}: nothing sends out light; add lights, an environment, "
+            raise SceneError(f"{self.path}: the scene has no light; add lights, an environment, "
                              "or a mesh of a material with emission")
         return scene
 
@@ -184,8 +184,8 @@ class _SceneFile:
         for k, entry in enumerate(self.said.get("lights", [])):
             light = self._said(lambda: PointLight(**entry), f"lights[{k}]")
             if not any(light.intensity):
-                raise SceneError(f"{self.path}: lights[{k}].intensity is 0, it lights nothing; "
-                                 "leave the light out")
+                raise SceneError(f"{self.path}: lights[{k}].intensity is 0, so the light has no "
+                                 "effect; leave the light out")
             lights.append(light)
         return tuple(lights)
 
@@ -210,7 +210,7 @@ class _SceneFile:
             found = Environment.sky(said.get("zenith", said.get("colour", black)),
                                     said.get("ground", said.get("colour", black)))
         if not found.emits:
-            raise SceneError(f"{self.path}: environment is black, it lights nothing; leave it out")
+            raise SceneError(f"{self.path}: environment is black; leave it out")
         return found
 
     def _texture(self, entry: Mapping[str, Any], key: str, where: str) -> Texture | None:

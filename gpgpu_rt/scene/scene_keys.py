@@ -36,61 +36,67 @@ class Key:
 _SHARE = {"least": 0, "most": 1}
 OBJECTS: Mapping[str, Mapping[str, Key]] = {
     "scene": {
-        "name": Key("text", "how tables call it; else the file's name"),
-        "meshes": Key("list of mesh", "what there is", required=True),
-        "materials": Key("map of material", "by name"),
-        "lights": Key("list of light", "point lights"),
-        "environment": Key("environment", "what surrounds the scene; darkness without it"),
-        "camera": Key("camera", "else one that sees the whole from outside"),
+        "name": Key("text", "the scene's name in tables; by default the file's name"),
+        "meshes": Key("list of mesh", "the meshes of the scene", required=True),
+        "materials": Key("map of material", "the materials by name"),
+        "lights": Key("list of light", "the point lights"),
+        "environment": Key("environment", "light from outside the scene; by default darkness"),
+        "camera": Key("camera", "by default a camera that sees the whole scene from outside"),
     },
     "mesh": {
         "file": Key("text", "a mesh file beside this one, or a named scene (`gpgpu-rt scenes`)"),
-        "box": Key("box", "instead: a box"),
-        "sphere": Key("sphere", "instead: a sphere of triangles"),
-        "quad": Key("points", "instead: four corners, anticlockwise as seen from outside"),
-        "material": Key("text", "the name of the whole mesh's material"),
-        "materials": Key("map of text", "a material's name by that of a group, object or material "
-                         "in the mesh file"),
-        "smooth": Key("flag", "shade with blended normals, made from the triangles"),
-        "scale": Key("size", "first: times this", above=0),
-        "rotate": Key("vector", "then: degrees around x, then y, then z"),
-        "translate": Key("vector", "at last: moved by this"),
+        "box": Key("box", "a box, instead of a file"),
+        "sphere": Key("sphere", "a sphere of triangles, instead of a file"),
+        "quad": Key("points", "four corners, anticlockwise as seen from outside, instead of a "
+                    "file"),
+        "material": Key("text", "the name of the material of the whole mesh"),
+        "materials": Key("map of text", "names of materials by the name of a group, object or "
+                         "material in the mesh file"),
+        "smooth": Key("flag", "interpolate normals, which are computed from the triangles"),
+        "scale": Key("size", "first, scale by this factor", above=0),
+        "rotate": Key("vector", "then rotate by degrees around x, then y, then z"),
+        "translate": Key("vector", "at last, move by this vector"),
     },
     "box": {
         "lo": Key("vector", "its lower corner", required=True),
         "hi": Key("vector", "its upper corner", required=True),
     },
     "sphere": {
-        "centre": Key("vector", "its middle", required=True),
-        "radius": Key("number", "world units", required=True, above=0),
-        "triangles": Key("number", "at most; 1280 by default", least=8, most=1e6),
+        "centre": Key("vector", "its centre", required=True),
+        "radius": Key("number", "its radius, world units", required=True, above=0),
+        "triangles": Key("number", "largest number of triangles; 1280 by default", least=8,
+                         most=1e6),
     },
     "material": {
-        "diffuse": Key("vector", "share that is scattered evenly", **_SHARE),
-        "mirror": Key("vector", "share that is reflected as by a mirror", **_SHARE),
-        "glossy": Key("vector", "share that is reflected into a lobe", **_SHARE),
-        "roughness": Key("number", "of that lobe; 0.2 by default", least=0.01, most=1),
-        "ior": Key("number", "refractive index: a dielectric, which lets through what it does "
-                   "not reflect", least=0.1, most=10),
-        "emission": Key("vector", "radiance that it sends out by itself", least=0),
-        "texture": Key("text", "an image file beside this one, that colours the diffuse share"),
+        "diffuse": Key("vector", "share that is scattered by Lambert's law", **_SHARE),
+        "mirror": Key("vector", "share that is reflected in the mirror direction", **_SHARE),
+        "glossy": Key("vector", "share that is reflected into a lobe around the mirror direction",
+                      **_SHARE),
+        "roughness": Key("number", "roughness of the glossy lobe; 0.2 by default", least=0.01,
+                         most=1),
+        "ior": Key("number", "refractive index; makes the material a dielectric, which "
+                   "refracts the light that it does not reflect", least=0.1, most=10),
+        "emission": Key("vector", "radiance that the surface emits", least=0),
+        "texture": Key("text", "an image file beside this one, which multiplies the diffuse "
+                       "share"),
     },
     "light": {
-        "position": Key("vector", "world units", required=True),
-        "intensity": Key("vector", "what arrives at any distance; white by default", least=0),
+        "position": Key("vector", "its position, world units", required=True),
+        "intensity": Key("vector", "radiance of a white surface that faces the light, at any "
+                         "distance; white by default", least=0),
     },
     "environment": {
-        "colour": Key("vector", "radiance from everywhere", least=0),
+        "colour": Key("vector", "radiance from all directions", least=0),
         "zenith": Key("vector", "radiance from straight above", least=0),
-        "ground": Key("vector", "and from straight below", least=0),
+        "ground": Key("vector", "radiance from straight below", least=0),
         "image": Key("text", "an equirectangular image file, or .npy, beside this one"),
-        "backdrop": Key("flag", "what bare meshes are shown before"),
+        "backdrop": Key("flag", "the pale sky behind pictures of plain meshes"),
     },
     "camera": {
-        "eye": Key("vector", "where it stands", required=True),
-        "target": Key("vector", "what it looks at", required=True),
-        "up": Key("vector", "(0, 1, 0) by default"),
-        "fov_degrees": Key("number", "of the image's height; 45 by default"),
+        "eye": Key("vector", "its position, world units", required=True),
+        "target": Key("vector", "the point that it looks at", required=True),
+        "up": Key("vector", "the upward direction; (0, 1, 0) by default"),
+        "fov_degrees": Key("number", "vertical angle of the image; 45 by default"),
     },
 }
 

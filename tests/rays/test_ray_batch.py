@@ -156,7 +156,7 @@ def test_padding_is_never_live() -> None:
     ({"shape": (2, 4)}, "does not hold 6 rays"), ({"t_max": None}, "t_max must be numbers"),
     ({"t_min": [1, 2, "a", 3, 4, 5]}, "t_min must be numbers"),
     ({"t_min": [[1], [1, 2]]}, "t_min must be numbers"), ({"t_max": 1j}, "t_max must be numbers"),
-    ({"t_max": [1, 2]}, "t_max holds 2 values for 6 rays")], ids=str)
+    ({"t_max": [1, 2]}, "t_max has 2 values for 6 rays")], ids=str)
 def test_what_does_not_fit_is_refused(given: dict, error: str) -> None:
     with pytest.raises(ValueError, match=error):
         RayBatch(np.zeros((6, 3)), np.ones((6, 3)), **given)

@@ -88,7 +88,7 @@ def _room() -> np.ndarray:
 
 def test_a_room_in_a_file_is_seen_from_inside(tmp_path) -> None:
     path = _saved(_room(), tmp_path / "room.ply")
-    with pytest.warns(UserWarning, match="room, so the camera stands inside"):
+    with pytest.warns(UserWarning, match="room, so the camera is inside"):
         scene = rt.load_scene(path)
     for place in (scene.camera.eye, scene.light.position):
         assert (np.array(place) > (0, 0, 0)).all() and (np.array(place) < (8, 3, 6)).all()

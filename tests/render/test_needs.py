@@ -93,7 +93,7 @@ def test_what_was_left_out_says_why() -> None:
     plan = plan_of(ALONE["point light"](plain()))
     assert plan.left_out["define"]["MIRRORS"] == "no material is a mirror"
     assert plan.left_out["texture"]["corner_normals"] == "the mesh has no normals"
-    assert plan.left_out["pass"]["keep hits"] == "a hit asks for one light at most"
+    assert plan.left_out["pass"]["keep hits"] == "a hit needs at most one shadow ray"
     words = "\n".join(plan.lines())
     for names in plan.left_out.values():
         for name, reason in names.items():

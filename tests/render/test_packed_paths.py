@@ -146,7 +146,7 @@ def test_what_packing_adds(small) -> None:
         "packed path vertex", "path live", "path flags", "pack paths", "pack paths again",
         "bring back"}
     assert set(on.defines) - set(off.defines) == {"PACKED_PATHS"}
-    assert off.left_out["pass"]["pack paths"] == "paths stay in their texels"
+    assert off.left_out["pass"]["pack paths"] == "paths are not packed"
 
 
 def test_a_plan_says_what_runs_at_its_size() -> None:
@@ -162,7 +162,7 @@ def test_a_plan_says_what_runs_at_its_size() -> None:
         assert "64 bounces can matter, 1 shadow ray a hit" in words[0]
         assert words[1].startswith("the scene has: ") and "paths" not in words[1]
         assert words[2] == "asked for: paths" + (", packed paths" if packs else "")
-    assert plans[4].left_out["pass"]["pack paths"] == "paths stay in their texels"
+    assert plans[4].left_out["pass"]["pack paths"] == "paths are not packed"
 
 
 @pytest.mark.parametrize("count", [0, 1, 2])

@@ -92,7 +92,7 @@ BAD = {
                      "materials.wood.texture: .*cannot read this texture"),
     "mesh file": (lambda s: s["meshes"][3].update(file="no.obj"), r"meshes\[3\].file: .*no such"),
     "dark light": (lambda s: s["lights"][0].update(intensity=[0, 0, 0]),
-                   r"lights\[0\].intensity is 0, it lights nothing"),
+                   r"lights\[0\].intensity is 0, so the light has no effect"),
     "dark sky": (lambda s: s.update(environment={"colour": [0, 0, 0]}), "environment is black"),
     "two skies": (lambda s: s["environment"].update(colour=[1, 1, 1]), "give either colour"),
     "camera": (lambda s: s["camera"].update(target=[0, 1, 5]), "camera: .*both"),
@@ -114,7 +114,7 @@ BAD = {
                    r"meshes\[3\].file: no scene 'nnn"),
     "no meshes": (lambda s: s.update(meshes=[]), "meshes is empty"),
     "no light": (lambda s: [s.pop("lights"), s.pop("environment"), s["meshes"].pop(2)],
-                 "nothing sends out light"),
+                 "the scene has no light"),
 }
 
 

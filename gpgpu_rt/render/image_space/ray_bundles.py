@@ -260,7 +260,7 @@ class RayBundles:
             if not query.samples:
                 self.layers = max(self.layers, count)
                 return
-        raise LimitError(f"a projection has more than {MOST_LAYERS} layers; take a smaller scene")
+        raise LimitError(f"a projection has more than {MOST_LAYERS} layers; use a smaller scene")
 
     def _read(self, nearer: moderngl.Texture, layer: moderngl.Texture | None
               ) -> dict[str, moderngl.Texture]:
