@@ -42,11 +42,14 @@ def subtree_sizes(inner: list[np.ndarray], left: np.ndarray, right: np.ndarray) 
 
 def depth_first(inner: list[np.ndarray], size: np.ndarray, first: np.ndarray,
                 second: np.ndarray) -> np.ndarray:
-    """Return the depth-first position of each node, (..., n) int64: a node, then the subtree of
-    its `first` child, then the subtree of its `second` child.
+    """Return the depth-first position of each node, (..., n) int64.
 
-    first, second : (..., n) int, the children of each node in the required order; leading axes
-        allow several orders of the same tree
+    A node comes first, then the subtree of its `first` child, then that of its `second` child.
+
+    Parameters
+    ----------
+    first, second : (..., n) int, the children of each node in the required order. Leading axes
+        allow several orders of the same tree.
     """
     place = np.zeros(first.shape, np.int64)
     for nodes in inner:

@@ -114,7 +114,7 @@ def test_where_paths_end_the_surroundings_show(name: str, bounces: int) -> None:
     scene = rt.Scene(name, built.triangles, built.colours, camera=built.camera,
                      **built.appearance)
     with rt.Tracer(scene, "bvh-threaded") as tracer:
-        with pytest.warns(UserWarning, match=f"followed for {bounces} bounces"):
+        with pytest.warns(UserWarning, match=f"rays end after {bounces} bounces"):
             image = tracer.render(size=(48, 48), bounces=bounces, light_samples=1)
     assert (np.asarray(image.convert("L")) < 16).mean() < 0.001
 
