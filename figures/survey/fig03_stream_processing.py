@@ -99,7 +99,7 @@ def passes(method: str = METHOD) -> tuple[KernelPass, ...]:
             attached = {texture.glo: name for name, texture in target.samplers().items()}
             found.append(KernelPass(
                 kernel, tuple(sorted(program.samplers)),
-                tuple(attached[texture.glo] for texture in target.target.color_attachments),
+                tuple(attached[texture.glo] for texture in target.textures),
                 "" if source is None else sides[id(source)], sides[id(target)],
                 int(ran.sum())))
         with watching(tracer, look):

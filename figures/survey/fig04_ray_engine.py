@@ -74,7 +74,7 @@ def watching(engine: Any, found: list[BatchPass]) -> Iterator[None]:
             names = {texture.glo: name for name, texture in target.samplers().items()}
             found.append(BatchPass("hits", program.name.split("/")[-1],
                                    tuple(sorted(program.samplers)),
-                                   tuple(names[t.glo] for t in target.target.color_attachments),
+                                   tuple(names[t.glo] for t in target.textures),
                                    "-", batches[0], 0))
         room.draw_quads, room.draw_left = quads, left
         return room
@@ -87,7 +87,7 @@ def watching(engine: Any, found: list[BatchPass]) -> Iterator[None]:
 
 def _names(room: Any, target: Any) -> tuple[str, ...]:
     names = {texture.glo: name for name, texture in room.samplers().items()}
-    return tuple(names[texture.glo] for texture in target.color_attachments)
+    return tuple(names[texture.glo] for texture in target.textures)
 
 
 @lru_cache(maxsize=1)

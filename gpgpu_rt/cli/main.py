@@ -343,8 +343,8 @@ def _parser() -> argparse.ArgumentParser:
 
     command("info", _info, "list the OpenGL contexts of this machine, their renderers and limits")
     sub = command("methods", _methods, "list the methods, or a method's options and files")
-    sub.add_argument("names", nargs="*", metavar="NAME", help="list the options and files of these "
-                     "methods")
+    sub.add_argument("names", nargs="*", metavar="NAME", help="list the options and files of "
+                     "these methods")
     command("scenes", _scenes, "list the named scenes and the source of each")
     sub = command("render", _render, "render a scene to an image file")
     sub.add_argument("scene", help="a scene's name, a mesh file or a scene file (.json)")

@@ -9,6 +9,7 @@ import numpy as np
 from ..errors import Error
 from .context import Gpu
 from .shader import compile_program
+from .target import Drawable, framebuffer_of
 
 LISTS = (moderngl.POINTS, moderngl.LINES, moderngl.TRIANGLES)   # of primitives by themselves
 GL_SAMPLERS = (0x8B5E, 0x8DD2)   # sampler2D, usampler2D
@@ -54,7 +55,7 @@ class FragmentPass:
         watched covers, before the depth test; None where the pass does not know."""
         return None
 
-    def issue(self, geometry: moderngl.VertexArray, target: moderngl.Framebuffer,
+    def issue(self, geometry: moderngl.VertexArray, target: Drawable,
               textures: Mapping[str, moderngl.Texture], mode: int, vertices: int = -1,
               instances: int = 1) -> None:
         """Draw geometry into ``target``: textures bound, uniforms set, watched and logged.
@@ -66,7 +67,8 @@ class FragmentPass:
         vertices : how many of each instance; -1 is all that the geometry has
         """
         self._take_program()
-        attached = {texture.glo for texture in target.color_attachments or ()}
+        framebuffer = framebuffer_of(target)
+        attached = {texture.glo for texture in framebuffer.color_attachments or ()}
         for unit, name in enumerate(self.samplers):
             if name not in textures:
                 raise Error(f"{self.name} samples {name}, which it was not given")
@@ -74,13 +76,13 @@ class FragmentPass:
                 raise Error(f"{self.name} samples {name} while drawing into it")
             textures[name].use(unit)
         if self.gpu.watch is not None:
-            self.gpu.watch.note(self, target, textures)
-        target.use()
+            self.gpu.watch.note(self, framebuffer, textures)
+        framebuffer.use()
         if self.gpu.log is None:
             self._render(geometry, mode, vertices, instances)
             return
         used = {name: textures[name] for name in self.samplers}
-        with self.gpu.drawing(self.label or self.name, self.program, target, used):
+        with self.gpu.drawing(self.label or self.name, self.program, framebuffer, used):
             self._render(geometry, mode, vertices, instances)
 
     def _take_program(self) -> None:

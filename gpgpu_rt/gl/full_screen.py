@@ -9,6 +9,7 @@ import numpy as np
 from ..statistics import Statistics
 from .context import Gpu
 from .fragment_pass import FragmentPass
+from .target import Drawable
 from .textures import release
 
 MOST_RECTANGLES = 1 << 14
@@ -60,7 +61,7 @@ class FullScreenPass(FragmentPass):
             np.add.at(edges, (y, x), step)
         return np.argwhere(edges.cumsum(0).cumsum(1)[:-1, :-1] > 0)[:, ::-1]
 
-    def draw(self, target: moderngl.Framebuffer, textures: Mapping[str, moderngl.Texture],
+    def draw(self, target: Drawable, textures: Mapping[str, moderngl.Texture],
              depth: float = 0.0, rectangles: Rectangles | None = None,
              unit: int = 1) -> None:
         """Run on the texels of ``target`` that the depth test lets through.
@@ -90,7 +91,7 @@ class FullScreenPass(FragmentPass):
         else:
             self.issue(geometry, target, textures, moderngl.TRIANGLE_STRIP, 4, rectangles.count)
 
-    def count(self, target: moderngl.Framebuffer, textures: Mapping[str, moderngl.Texture],
+    def count(self, target: Drawable, textures: Mapping[str, moderngl.Texture],
               statistics: Statistics, depth: float = 0.0,
               rectangles: Rectangles | None = None) -> int:
         """Draw, and ask by an occlusion query how many texels were let through."""

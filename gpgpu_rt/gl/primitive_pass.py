@@ -7,6 +7,7 @@ import moderngl
 
 from .context import Gpu
 from .fragment_pass import FragmentPass
+from .target import Drawable
 from .textures import release
 
 
@@ -39,7 +40,7 @@ class PrimitivePass(FragmentPass):
             self._buffer, self._geometry = buffer, self.gpu.context.vertex_array(
                 self.program, [(buffer, layout, *attributes)], skip_errors=True)
 
-    def draw(self, target: moderngl.Framebuffer, textures: Mapping[str, moderngl.Texture],
+    def draw(self, target: Drawable, textures: Mapping[str, moderngl.Texture],
              mode: int, vertices: int = -1, instances: int = 1) -> None:
         """Draw them; ``issue`` says what the parameters are."""
         if self._geometry is None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from .context import Gpu
 from .fragment_pass import FragmentPass
+from .target import Drawable
 from .textures import release
 
 
@@ -28,7 +29,7 @@ class RowPass(FragmentPass):
         self._buffer: moderngl.Buffer | None = None
         self._geometry: moderngl.VertexArray | None = None
 
-    def draw(self, target: moderngl.Framebuffer, textures: Mapping[str, moderngl.Texture],
+    def draw(self, target: Drawable, textures: Mapping[str, moderngl.Texture],
              rows: np.ndarray, uniforms: Mapping[str, object]) -> None:
         """Draw (n,) or (n, k) int ``rows``; more may be given than the program reads."""
         if not len(rows):

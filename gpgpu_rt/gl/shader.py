@@ -78,7 +78,7 @@ class Compilation:
     defines: Mapping[str, object]
 
 
-class _Run(NamedTuple):
+class _LineBlock(NamedTuple):
     """Lines of a file up to an include, or up to the version."""
 
     first: int
@@ -88,7 +88,7 @@ class _Run(NamedTuple):
 
 
 @functools.lru_cache(maxsize=1024)     # the same texts make up hundreds of programs
-def _runs(text: str) -> tuple[_Run, ...]:
+def _line_blocks(text: str) -> tuple[_LineBlock, ...]:
     found, first = [], 1
     lines = text.splitlines()
     for at, line in enumerate(lines, 1):
@@ -96,9 +96,10 @@ def _runs(text: str) -> tuple[_Run, ...]:
             continue
         include, version = _INCLUDE.match(line), bool(_VERSION.match(line))
         if include or version:
-            found.append(_Run(first, tuple(lines[first - 1:at - bool(include)]), include, version))
+            found.append(_LineBlock(first, tuple(
+                lines[first - 1:at - bool(include)]), include, version))
             first = at + 1
-    return (*found, _Run(first, tuple(lines[first - 1:]), None, False))
+    return (*found, _LineBlock(first, tuple(lines[first - 1:]), None, False))
 
 
 def resolve(entry: str, defines: Mapping[str, object] | None = None,
@@ -127,7 +128,7 @@ def resolve(entry: str, defines: Mapping[str, object] | None = None,
         lines.extend(added)
 
     def add(name: str, text: str, chain: tuple[str, ...]) -> None:
-        for run in _runs(text):
+        for run in _line_blocks(text):
             put(name, run.first, run.lines)
             at = run.first + len(run.lines)
             if run.include:

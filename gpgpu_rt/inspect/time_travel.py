@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from ..errors import OptionError
+from ..gl.target import Target
 from ..hits import Hits
 from ..rays.batch import RayBatch
 from ..rays.records import HIT
-from ..rays.textures import StateBuffer
 from ..tracer import Tracer
 from ..traversal.driver import Watch
 from ..traversal.packet_steps import PacketSteps
@@ -103,11 +103,11 @@ def travel(tracer: Tracer, origins: np.ndarray, directions: np.ndarray,
         if tracer.options["schedule"] == "loop":
             raise OptionError(f"method {tracer.method.name} under schedule loop has one pass to "
                               "look at; take a method with the schedule kernels or step")
-        record = _Record(tracer, batch, look)
+        record = _StateRecorder(tracer, batch, look)
         with watching(tracer, record.take):
             _, buffers = session.buffers.of(batch.size)
             for side in (0, 1):     # a state of an earlier call may have more steps
-                buffers.side(side).target.clear()
+                buffers.side(side).clear()
             return tracer.trace(origins, directions, **more)
 
 
@@ -129,7 +129,7 @@ def _kernels(tracer: Tracer) -> tuple[str, ...]:
     return tracer.method.kernels
 
 
-class _Record:
+class _StateRecorder:
     """Puts the states together, pass by pass."""
 
     def __init__(self, tracer: Tracer, batch: RayBatch, look: Callable[[Pass], None]) -> None:
@@ -140,7 +140,7 @@ class _Record:
         self.hit: Fields = {}
         self.number = 0
 
-    def take(self, kernel: str, source: StateBuffer | None, target: StateBuffer) -> None:
+    def take(self, kernel: str, source: Target | None, target: Target) -> None:
         """A pass is over."""
         kernel = "init" if source is None else kernel
         if HIT.name not in target.records:
@@ -160,10 +160,10 @@ class _Record:
         self.state, self.hit = state, hit
         self._show(kernel, served)
 
-    def _take_packets(self, kernel: str, target: StateBuffer) -> None:
+    def _take_packets(self, kernel: str, target: Target) -> None:
         """Packets' states, one texel each, given to their rays."""
-        (width, height), across = self.size, target.target.size[0]
-        packet = -(-width // across), -(-height // target.target.size[1])
+        (width, height), across = self.size, target.size[0]
+        packet = -(-width // across), -(-height // target.size[1])
         x, y = np.arange(width) // packet[0], np.arange(height) // packet[1]
         of_ray = (x + across * y[:, None]).reshape(-1)
         state = {name: values[of_ray][:self.count]

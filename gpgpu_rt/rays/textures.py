@@ -1,7 +1,7 @@
 """Rays in textures, and the state that passes ping-pong."""
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import moderngl
@@ -10,20 +10,12 @@ import numpy as np
 from ..gl.context import Gpu
 from ..gl.precision import Precision
 from ..gl.record import Record
-from ..gl.textures import (
-    read_texture, release, stream_samplers, stream_textures, texture_bytes, write_texture
-)
+from ..gl.target import Target
+from ..gl.textures import read_texture, release, write_texture
 from ..scene.camera import Camera
 from .batch import RayBatch
 from .records import COUNTERS, HIT, RAY_AFTER_HIT, RAY_TEXELS
 from .tile_bounds import TileBounds
-
-ByRay = Callable[[np.ndarray], np.ndarray]    # what a texture holds, (k, 4) -> (n, 4), ray by ray
-
-
-def whole(texels: np.ndarray) -> np.ndarray:
-    """Texels as they lie."""
-    return texels
 
 
 class RayTextures:
@@ -41,8 +33,8 @@ class RayTextures:
         self.gpu, self.size, self.precision = gpu, size, precision
         self.after_hit = after_hit
         self.in_textures = precision.layout(RAY_AFTER_HIT if after_hit else RAY_TEXELS)
-        self.textures = stream_textures(gpu, self.in_textures, size)
-        self.target = gpu.context.framebuffer(self.textures)
+        self.target = Target(gpu, self.in_textures, size)
+        self.textures = self.target.textures
         self._start: np.ndarray | None = None
         self._start_written = True      # in the texture too
         self.seen_from: Camera | None = None    # whose pixels' centres they go through, if so
@@ -105,7 +97,7 @@ class RayTextures:
 
     def samplers(self) -> dict[str, moderngl.Texture]:
         """What programs sample that read rays as ``record`` says."""
-        found = stream_samplers(RAY_TEXELS.name, self.textures)
+        found = self.target.samplers()
         if not self._start_written:
             del found[f"{RAY_TEXELS.name}_texel_0"]
         return found
@@ -118,15 +110,12 @@ class RayTextures:
             self._start_written = True
         return self
 
+    def bytes(self) -> int:
+        """Bytes of the textures."""
+        return self.target.bytes()
+
     def release(self) -> None:
-        release(self.target, self.textures)
-
-
-def read_stream(record: Record, samplers: Mapping[str, moderngl.Texture]) -> dict[str, np.ndarray]:
-    """(height, width) or (height, width, k) by field: a stream read back from what it is sampled
-    by."""
-    return record.unpack_planes([read_texture(samplers[f"{record.name}_texel_{texel}"])
-                                 for texel in range(record.texels)])
+        release(self.target)
 
 
 def read_field(record: Record, name: str,
@@ -136,58 +125,47 @@ def read_field(record: Record, name: str,
     return field.of(read_texture(samplers[f"{record.name}_texel_{field.texel}"]))
 
 
-class StateBuffer:
-    """One side of the ping-pong: the state, hit and counters of every ray, as one target."""
+class PingPong:
+    """Two targets of the same records that passes draw into by turns, and their depth buffer.
 
-    def __init__(self, gpu: Gpu, records: list[Record], size: tuple[int, int],
-                 depth: moderngl.Renderbuffer) -> None:
-        self.records = {r.name: r for r in records}
-        self.streams = {r.name: stream_textures(gpu, r, size) for r in records}
-        self.textures = [t for textures in self.streams.values() for t in textures]
-        self.target = gpu.context.framebuffer(self.textures, depth)
-        self.target.depth_mask = False
+    Attributes
+    ----------
+    mask : the depth buffer alone, for passes that mask texels or count them
+    """
 
-    def samplers(self) -> dict[str, moderngl.Texture]:
-        return {sampler: texture for name, textures in self.streams.items()
-                for sampler, texture in stream_samplers(name, textures).items()}
+    def __init__(self, gpu: Gpu, records: Sequence[Record], size: tuple[int, int]) -> None:
+        self.gpu, self.records, self.size = gpu, records, size
+        self.depth = gpu.context.depth_renderbuffer(size)
+        self.mask = gpu.context.framebuffer(depth_attachment=self.depth)
+        self._sides: list[Target] = []
 
-    def fields(self, name: str, by_ray: ByRay = whole) -> dict[str, np.ndarray]:
-        """Fields of the record ``name``, one entry a texel, row by row, or as ``by_ray`` says."""
-        texels = [by_ray(read_texture(texture).reshape(-1, 4)) for texture in self.streams[name]]
-        return self.records[name].unpack(
-            texels[0][:, None] if len(texels) == 1 else np.stack(texels, axis=1))
+    def side(self, index: int) -> Target:
+        """Side 0 or 1; the second is made when a schedule first asks for it."""
+        while len(self._sides) <= index:
+            self._sides.append(Target(self.gpu, self.records, self.size, self.depth))
+        return self._sides[index]
 
-    def write(self, name: str, **fields: np.ndarray) -> None:
-        """The inverse of ``fields``: what the host knows of every ray, one entry a texel."""
-        packed = self.records[name].pack(**fields)
-        for texel, texture in enumerate(self.streams[name]):
-            write_texture(texture,
-                          np.ascontiguousarray(packed[:, texel], "<" + texture.dtype))
+    def __iter__(self) -> Iterator[Target]:
+        return iter(self._sides)
+
+    def bytes(self) -> int:
+        """Bytes of the targets that exist."""
+        return sum(side.bytes() for side in self._sides)
 
     def release(self) -> None:
-        release(self.target, self.textures)
+        release(self._sides, self.mask, self.depth)
 
 
-class StateBuffers:
-    """The ping-pong pair of one method for ``size`` rays, and the depth buffer they share."""
+class StateBuffers(PingPong):
+    """State, hit and, with ``statistics``, counters of ``size`` rays by one method."""
 
     def __init__(self, gpu: Gpu, state: Record, size: tuple[int, int], statistics: bool,
                  precision: Precision) -> None:
         gpu.check_size(*size, f"the state of {size[0] * size[1]} rays")
-        self.gpu, self.size, self.precision = gpu, size, precision
+        super().__init__(gpu, [precision.layout(state), precision.layout(HIT),
+                               *([COUNTERS] if statistics else [])], size)
+        self.precision, self.counts = precision, statistics
         self._state, self._smaller = state, dict[tuple[int, int], StateBuffers]()
-        self.records = [precision.layout(state), precision.layout(HIT)]
-        self.records += [COUNTERS] if statistics else []
-        self.counts = statistics
-        self.depth = gpu.context.depth_renderbuffer(size)
-        self.mask = gpu.context.framebuffer(depth_attachment=self.depth)
-        self._sides: list[StateBuffer] = []
-
-    def side(self, index: int) -> StateBuffer:
-        """Side 0 or 1; the second is made when a schedule first asks for it."""
-        while len(self._sides) <= index:
-            self._sides.append(StateBuffer(self.gpu, self.records, self.size, self.depth))
-        return self._sides[index]
 
     def keep(self, sizes: Iterable[tuple[int, int]]) -> None:
         """Have buffers of these sizes at hand too, for fewer rays, and of no others."""
@@ -203,12 +181,10 @@ class StateBuffers:
         """Those for rays of this size: these, or some that are kept."""
         return self if size == self.size else self._smaller[size]
 
-    def __iter__(self) -> Iterator[StateBuffer]:
-        return iter(self._sides)
-
     def bytes(self) -> int:
-        return (sum(texture_bytes(side.textures) for side in self)
-                + sum(other.bytes() for other in self._smaller.values()))
+        """Bytes of the targets of all sizes."""
+        return super().bytes() + sum(other.bytes() for other in self._smaller.values())
 
     def release(self) -> None:
-        release(self._sides, self._smaller, self.mask, self.depth)
+        release(self._smaller)
+        super().release()

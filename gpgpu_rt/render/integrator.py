@@ -22,27 +22,28 @@ from ..gl.full_screen import FullScreenPass, Rectangles
 from ..gl.precision import Precision
 from ..gl.primitive_pass import PrimitivePass
 from ..gl.record import EXACT_INTEGER, TABLE_WIDTH_LOG2, Record
+from ..gl.target import Drawable, Target
 from ..gl.textures import release
 from ..methods.choices import COHERENT
 from ..options import Option, resolve_options, word_define
 from ..rays.eye_rays import EyeRays
-from ..rays.textures import RayTextures, StateBuffer
+from ..rays.textures import RayTextures
 from ..scene.camera import Camera
 from ..scene.region import Region
 from ..scene.scene import Scene
 from ..traversal.live_tiles import TILE
 from ..traversal.packet_hits import PacketHits
 from .needs import CUTOFF, Asked, SceneNeeds
-from .picture_streams import PixelStream, Room, held
+from .picture_streams import PictureStreams, PixelStream, held
 from .scene_textures import SceneTextures
 
-Hits = StateBuffer | PacketHits
+Hits = Target | PacketHits
 Trace = Callable[..., Hits]     # (rays, any_hit=False) -> hits
 Samplers = Mapping[str, moderngl.Texture]
 
 
 @dataclass(frozen=True)
-class Pass:
+class PicturePass:
     """A program of an integrator.
 
     Attributes
@@ -98,7 +99,7 @@ class Integrator:
     name: str
     rays = COHERENT    # the kind of most rays that the integrator traces
     centred = True     # eye rays go through pixel centres, so first hits can be rasterised
-    passes: tuple[Pass, ...]
+    passes: tuple[PicturePass, ...]
     options: tuple[Option, ...] = (ALL_FEATURES, BOUNCES, LIGHT_SAMPLES, SAMPLES)
 
     def __init__(self, gpu: Gpu, scene: Scene, needs: SceneNeeds, intersection: str) -> None:
@@ -110,7 +111,7 @@ class Integrator:
         self.drawn: Counter[str] = Counter()    # number of passes of this picture by name
         self.vertices: list[dict[str, int]] = []    # counts for each path vertex; see `Statistics`
         self.fetches = 0                        # texels that all passes read, per pixel
-        self.room: Room | None = None
+        self.room: PictureStreams | None = None
         self.size = (0, 0)
         self.region = Region((0, 0), (0, 0), (0, 0))    # the region of the picture that is drawn
         self.radiance: np.ndarray | None = None     # linear, if the integrator computes it
@@ -163,8 +164,8 @@ class Integrator:
         self.size = size
         if self.room is None or self.room.size != size:
             self._release_room()
-            self.room = Room(self.gpu, size, self.precision,
-                             [s for s in self.streams() if self.needs.want(s.wanted)])
+            self.room = PictureStreams(self.gpu, size, self.precision,
+                                       [s for s in self.streams() if self.needs.want(s.wanted)])
 
     def eye_rays(self, rays: RayTextures, camera: Camera,
                  aside: tuple[float, float] = (0.0, 0.0)) -> None:
@@ -172,7 +173,7 @@ class Integrator:
         self._eye.write(rays, camera, self.scene.bounds, aside, self.region)
         self.drawn["eye rays"] += 1
 
-    def run(self, name: str, target: moderngl.Framebuffer, samplers: Samplers,
+    def run(self, name: str, target: Drawable, samplers: Samplers,
             rectangles: Rectangles | None = None, points: int = 0, **uniforms: Any) -> None:
         """Run a pass over the whole target or over rectangles, or draw this number of points. The
         scene's textures are bound in addition to ``samplers``."""

@@ -27,13 +27,14 @@ from ..gl.algorithms.streams import StreamRoom
 from ..gl.context import Gpu
 from ..gl.precision import Precision
 from ..gl.record import EXACT_INTEGER
+from ..gl.target import Target
 from ..gl.textures import release
 from ..options import Option
 from ..rays.order import SQUARE, squares
 from ..rays.records import RAY_TEXELS
 from ..rays.textures import RayTextures
-from .integrator import Integrator, Pass
-from .picture_streams import PixelStream, Room
+from .integrator import Integrator, PicturePass
+from .picture_streams import PictureStreams, PixelStream
 from .records import CAME_FROM, RADIANCE, WALK
 
 LEAST = 1 << 11     # texels of the smallest textures; the cost of smaller passes is all overhead
@@ -49,18 +50,18 @@ COMPACT = Option("compact", "auto", "pack the remaining paths into smaller textu
 
 _WRITES = (("rays", RAY_TEXELS), ("walk", WALK), ("radiance", RADIANCE), ("came_from", CAME_FROM))
 PACKING = (
-    Pass("path live", "render/path_live.frag", PACKED, (("walk", WALK),)),
-    Pass("path flags", "render/path_flags.frag", PACKED, (("walk", WALK),),
-         (("values", VALUES),)),
-    Pass("pack paths", "render/path_pack.frag", PACKED, (("source", SOURCE),), _WRITES),
-    Pass("pack paths again", "render/path_pack.frag", PACKED, (("source", SOURCE),),
-         _WRITES, ("PACKED",)),
-    Pass("bring back", "render/bring_back.frag", PACKED, (("came_from", CAME_FROM),),
-         (("radiance", RADIANCE),), points="render/bring_back.vert"),
+    PicturePass("path live", "render/path_live.frag", PACKED, (("walk", WALK),)),
+    PicturePass("path flags", "render/path_flags.frag", PACKED, (("walk", WALK),),
+                (("values", VALUES),)),
+    PicturePass("pack paths", "render/path_pack.frag", PACKED, (("source", SOURCE),), _WRITES),
+    PicturePass("pack paths again", "render/path_pack.frag", PACKED, (("source", SOURCE),),
+                _WRITES, ("PACKED",)),
+    PicturePass("bring back", "render/bring_back.frag", PACKED, (("came_from", CAME_FROM),),
+                (("radiance", RADIANCE),), points="render/bring_back.vert"),
 )
 
 
-class Level:
+class PathTextures:
     """The textures of one size for the paths of a wave, with a depth buffer that masks paths that
     have ended.
 
@@ -75,7 +76,7 @@ class Level:
     walk : the names of the streams of path states that belong to ``now`` and ``then``
     """
 
-    def __init__(self, gpu: Gpu, room: Room) -> None:
+    def __init__(self, gpu: Gpu, room: PictureStreams) -> None:
         self.gpu, self.room, self.size = gpu, room, room.size
         self._depth = gpu.context.depth_renderbuffer(room.size)
         self.mask = gpu.context.framebuffer(depth_attachment=self._depth)
@@ -103,14 +104,11 @@ class Level:
         return {**self.room.samplers(self.walk[0], "walk"), **packed}
 
     @contextmanager
-    def target(self, textures: list[moderngl.Texture], *streams: str
-               ) -> Iterator[moderngl.Framebuffer]:
-        """Yield a framebuffer of ``textures`` and of the ``streams`` that exist, with the depth
-        buffer of the mask, which stays read-only."""
-        target = self.gpu.context.framebuffer(
-            [*textures, *(t for name in streams if name in self.room
-                          for t in self.room.textures(name))], self._depth)
-        target.depth_mask = False
+    def target(self, rays: RayTextures | None, *streams: str) -> Iterator[Target]:
+        """Yield ``rays`` and the ``streams`` that exist as a target, with the mask's depth."""
+        textures = {"rays": rays.textures} if rays is not None else {}
+        textures |= {name: self.room.textures(name) for name in streams if name in self.room}
+        target = Target(self.gpu, (), self.size, self._depth, textures)
         try:
             yield target
         finally:
@@ -138,10 +136,10 @@ class PackedPaths:
         self._drawer, self.wave, self.share = drawer, size, share
         streams = [*drawer.streams(), PixelStream("rays", RAY_TEXELS),
                    PixelStream("came from", CAME_FROM)]
-        self._rooms = [Room(drawer.gpu, smaller, precision,
-                            [s for s in streams if drawer.needs.want(s.wanted)])
+        self._rooms = [PictureStreams(drawer.gpu, smaller, precision,
+                                      [s for s in streams if drawer.needs.want(s.wanted)])
                        for smaller in packed_sizes(size, share)]
-        self._levels = [Level(drawer.gpu, room) for room in self._rooms]
+        self._levels = [PathTextures(drawer.gpu, room) for room in self._rooms]
         self._kept = 0
 
     @property
@@ -149,7 +147,7 @@ class PackedPaths:
         """The sizes of the textures, (width, height), largest first."""
         return [level.size for level in self._levels]
 
-    def pack(self, level: Level, live: int) -> Level:
+    def pack(self, level: PathTextures, live: int) -> PathTextures:
         """Pack ``live`` paths into the smallest textures that hold them, and return these
         textures; return ``level`` if no smaller textures fit.
 
@@ -166,7 +164,7 @@ class PackedPaths:
         drawer, across = self._drawer, _across(level.size)
         with StreamRoom(drawer.gpu) as room:
             flags = room.stream(VALUES, _elements(level.size))
-            drawer.run("path flags", flags.target, level.samplers(), size=level.size,
+            drawer.run("path flags", flags, level.samplers(), size=level.size,
                        squares_a_row=across, last_element=flags.length - 1)
             sources = kept_sources(room, scan(room, flags))
             target = smaller.room.target("rays", "walk 0", "radiance", "came from")
@@ -179,7 +177,7 @@ class PackedPaths:
         smaller.start(smaller.room.rays["rays"])
         return smaller
 
-    def bring_back(self, level: Level) -> None:
+    def bring_back(self, level: PathTextures) -> None:
         """Add the light that packed paths have found so far to their original texels in the
         wave."""
         assert self._drawer.room is not None

@@ -32,10 +32,10 @@ from ..scene.light_choice import LightChoice
 from ..scene.luminance import LUMINANCE
 from ..scene.region import Region
 from ..scene.scene import Scene
-from .integrator import ALL_FEATURES, Integrator, Pass, Samplers, Trace
+from .integrator import ALL_FEATURES, Integrator, PicturePass, Samplers, Trace
 from .needs import Asked, SceneNeeds
-from .packed_paths import COMPACT, PACKED, PACKING, Level, PackedPaths, share_of
-from .picture_streams import PixelStream, Room
+from .packed_paths import COMPACT, PACKED, PACKING, PackedPaths, PathTextures, share_of
+from .picture_streams import PictureStreams, PixelStream
 from .records import CAME_FROM, DIRECT, LIT, RADIANCE, SUMS, WALK
 
 WAVE = 1 << 18      # most paths in a wave, unless the picture has more pixels
@@ -52,8 +52,8 @@ class Path(Integrator):
     name = "path"
     rays = INCOHERENT      # diffuse surfaces scatter all rays but the eye rays
     centred = False
-    _sums: Room | None = None
-    _level: Level | None = None
+    _sums: PictureStreams | None = None
+    _level: PathTextures | None = None
     _packed: PackedPaths | None = None
     options = (
         ALL_FEATURES,
@@ -71,19 +71,19 @@ class Path(Integrator):
                choices=SAMPLERS),
         COMPACT)
     passes = (
-        Pass("path start", "render/path_start.frag", (), (),
-             (("rays", RAY_TEXELS), ("walk", WALK))),
-        Pass("path vertex", "render/path_vertex.frag", (),
-             (("rays", RAY_TEXELS), ("hit", HIT), ("walk", WALK)), _VERTEX_WRITES),
-        Pass("packed path vertex", "render/path_vertex.frag", PACKED,
-             (("rays", RAY_TEXELS), ("hit", HIT), ("walk", WALK), ("came_from", CAME_FROM)),
-             _VERTEX_WRITES, ("PACKED",)),
-        Pass("path gather", "render/path_gather.frag", (),
-             (("lit", LIT), ("direct", DIRECT), ("hit", HIT), ("walk", WALK)),
-             (("radiance", RADIANCE),)),
-        Pass("path mask", "render/path_mask.frag", (), (("walk", WALK),)),
-        Pass("path sums", "render/path_sums.frag", (), (("radiance", RADIANCE), ("sums", SUMS)),
-             (("next_sums", SUMS),)),
+        PicturePass("path start", "render/path_start.frag", (), (),
+                    (("rays", RAY_TEXELS), ("walk", WALK))),
+        PicturePass("path vertex", "render/path_vertex.frag", (),
+                    (("rays", RAY_TEXELS), ("hit", HIT), ("walk", WALK)), _VERTEX_WRITES),
+        PicturePass("packed path vertex", "render/path_vertex.frag", PACKED,
+                    (("rays", RAY_TEXELS), ("hit", HIT), ("walk", WALK), ("came_from", CAME_FROM)),
+                    _VERTEX_WRITES, ("PACKED",)),
+        PicturePass("path gather", "render/path_gather.frag", (),
+                    (("lit", LIT), ("direct", DIRECT), ("hit", HIT), ("walk", WALK)),
+                    (("radiance", RADIANCE),)),
+        PicturePass("path mask", "render/path_mask.frag", (), (("walk", WALK),)),
+        PicturePass("path sums", "render/path_sums.frag", (),
+                    (("radiance", RADIANCE), ("sums", SUMS)), (("next_sums", SUMS),)),
         *PACKING,
     )
 
@@ -131,9 +131,9 @@ class Path(Integrator):
         assert self.room is not None
         if self._sums is None or self._sums.size != size:
             release(self._sums)
-            self._sums = Room(self.gpu, size, self.precision,
-                              [PixelStream("sums 0", SUMS), PixelStream("sums 1", SUMS)])
-        self._level = self._level or Level(self.gpu, self.room)
+            self._sums = PictureStreams(self.gpu, size, self.precision,
+                                        [PixelStream("sums 0", SUMS), PixelStream("sums 1", SUMS)])
+        self._level = self._level or PathTextures(self.gpu, self.room)
         share = share_of(self._given, self.size[0] * self.size[1])
         if self._packed is None or self._packed.share != share:
             release(self._packed)
@@ -184,7 +184,7 @@ class Path(Integrator):
         self.room.target("radiance").clear()
         level.start(rays)
         eye = eye_uniforms(camera, self.region.whole, self.scene.bounds)
-        with level.target(rays.textures, "walk 0") as start:
+        with level.target(rays, "walk 0") as start:
             self.run("path start", start, {}, **eye, **shared)
         share_eye(rays, eye)
         width, height = self.region.size
@@ -194,7 +194,7 @@ class Path(Integrator):
             if self.packed_sizes:
                 self._count_vertex(vertex, live, level)
             source = {**level.now.samplers(), **trace(level.now).samplers(), **level.samplers()}
-            with level.target(level.then.textures, level.walk[1], "lit", "shadow rays",
+            with level.target(level.then, level.walk[1], "lit", "shadow rays",
                               "direct") as target:
                 context.enable_only(moderngl.DEPTH_TEST)
                 self.run("packed path vertex" if level.packed else "path vertex", target, source,
@@ -215,7 +215,7 @@ class Path(Integrator):
             context.enable_only(moderngl.NOTHING)
         self._packed.bring_back(level)
 
-    def _gather(self, trace: Trace, level: Level, source: Samplers) -> bool:
+    def _gather(self, trace: Trace, level: PathTextures, source: Samplers) -> bool:
         """Add the light found at a vertex to its path; return whether another vertex is needed."""
         room, context = level.room, self.gpu.context
         found = {**source, **room.samplers(level.walk[1], "walk"), **room.samplers("lit", "lit")}
@@ -224,7 +224,7 @@ class Path(Integrator):
             # own.
             found.update(trace(room.rays["shadow rays"], any_hit=True).samplers())
             found.update(room.samplers("direct", "direct"))
-        with level.target([], "radiance") as target:
+        with level.target(None, "radiance") as target:
             context.enable_only(moderngl.BLEND | moderngl.DEPTH_TEST)
             context.blend_func = moderngl.ONE, moderngl.ONE
             query = self.gpu.query()
@@ -233,15 +233,15 @@ class Path(Integrator):
             context.enable_only(moderngl.NOTHING)
         return query.samples > 0
 
-    def _live(self, level: Level) -> int:
+    def _live(self, level: PathTextures) -> int:
         """Return the number of live paths."""
         query = self.gpu.query()
-        with level.target([]) as target, query:
+        with level.target(None) as target, query:
             self.run("path live", target, level.samplers())
         self.gpu.context.enable_only(moderngl.NOTHING)
         return query.samples
 
-    def _count_vertex(self, vertex: int, live: int, level: Level) -> None:
+    def _count_vertex(self, vertex: int, live: int, level: PathTextures) -> None:
         if len(self.vertices) < vertex:
             self.vertices.append({"live": 0, "texels": 0})
         self.vertices[vertex - 1]["live"] += live

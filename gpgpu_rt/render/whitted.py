@@ -26,7 +26,7 @@ from ..rays.textures import RayTextures
 from ..reference.sobol import reversed_bits, sobol_first_two
 from ..scene.camera import Camera
 from ..traversal.live_tiles import TILE, rectangles_of
-from .integrator import Hits, Integrator, Pass, Samplers, Trace
+from .integrator import Hits, Integrator, PicturePass, Samplers, Trace
 from .lights import light_uniforms
 from .picture_streams import PixelStream
 from .records import DIRECT, LIT, LIVE, PATH, RADIANCE, SCREEN
@@ -64,16 +64,18 @@ class Whitted(Integrator):
     name = "whitted"
     _ended = False      # whether rays reached the limit of the option ``bounces``
     passes = (
-        Pass("surfaces", "render/surfaces.frag", (), (_RAYS, _HIT, _PATH),
-             (("shadow_rays", RAY_TEXELS, "SHADOWS"), _LIT, ("direct", DIRECT, "SHADOWS"))),
-        Pass("keep hits", "render/keep_hits.frag", ("MANY_LIGHTS",), (_HIT,), (("kept", HIT),)),
-        Pass("reflect", "render/branch.frag", ("BOUNCES",), **_BRANCH),
-        Pass("refract", "render/branch.frag", ("DIELECTRICS",), **_BRANCH,
-             defines=("REFRACTED",)),
-        Pass("live tiles", "render/path_tiles.frag", ("BOUNCES",), (_PATH,), (("live", LIVE),)),
-        Pass("gather", "render/gather.frag", ("GATHERED",), (_LIT, _DIRECT, _HIT, _PATH),
-             (_RADIANCE,)),
-        Pass("picture", "render/picture.frag", (), (_LIT, _DIRECT, _HIT, _RADIANCE)),
+        PicturePass("surfaces", "render/surfaces.frag", (), (_RAYS, _HIT, _PATH),
+                    (("shadow_rays", RAY_TEXELS, "SHADOWS"), _LIT, ("direct", DIRECT, "SHADOWS"))),
+        PicturePass("keep hits", "render/keep_hits.frag", ("MANY_LIGHTS",), (_HIT,),
+                    (("kept", HIT),)),
+        PicturePass("reflect", "render/branch.frag", ("BOUNCES",), **_BRANCH),
+        PicturePass("refract", "render/branch.frag", ("DIELECTRICS",), **_BRANCH,
+                    defines=("REFRACTED",)),
+        PicturePass("live tiles", "render/path_tiles.frag", ("BOUNCES",), (_PATH,),
+                    (("live", LIVE),)),
+        PicturePass("gather", "render/gather.frag", ("GATHERED",), (_LIT, _DIRECT, _HIT, _PATH),
+                    (_RADIANCE,)),
+        PicturePass("picture", "render/picture.frag", (), (_LIT, _DIRECT, _HIT, _RADIANCE)),
     )
 
     def streams(self) -> tuple[PixelStream, ...]:

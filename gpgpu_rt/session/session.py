@@ -9,12 +9,12 @@ import numpy as np
 
 from ..gl.context import Gpu
 from ..gl.record import EXACT_INTEGER
+from ..gl.target import ByRay, Target, whole
 from ..gl.textures import release
 from ..hits import Hits
 from ..methods import Accelerator, Method, find_method
 from ..rays.batch import RayBatch
 from ..rays.records import COUNTERS, HIT
-from ..rays.textures import ByRay, StateBuffer, whole
 from ..scene.scene import Scene
 from ..statistics import Statistics
 from ..traversal.assembly import make_driver
@@ -155,7 +155,7 @@ class Session:
         if self.options["presort"]:
             batch.put_in_order(self.structure.bounds, self.structure.precision)
 
-    def finish(self, hits: Hits, side: StateBuffer | PacketHits, statistics: Statistics,
+    def finish(self, hits: Hits, side: Target | PacketHits, statistics: Statistics,
                by_ray: ByRay = whole) -> None:
         """Add to hits which rays were stopped, and what the rays counted."""
         if statistics.stopped:
@@ -164,7 +164,7 @@ class Session:
             for name, values in self.count(side, statistics, by_ray).items():
                 setattr(hits, name, values)
 
-    def count(self, side: StateBuffer | PacketHits, statistics: Statistics,
+    def count(self, side: Target | PacketHits, statistics: Statistics,
               by_ray: ByRay = whole) -> dict[str, np.ndarray]:
         """Counters of the rays by name; the statistics get their means."""
         counters = {**side.fields(COUNTERS.name, by_ray),

@@ -8,7 +8,8 @@ from typing import Any, Protocol
 import moderngl
 
 from ..gl.context import Gpu
-from ..rays.textures import RayTextures, StateBuffer, StateBuffers
+from ..gl.target import Target
+from ..rays.textures import RayTextures, StateBuffers
 from ..statistics import Statistics
 from .method import Accelerator, Method
 from .packet_hits import PacketHits
@@ -18,7 +19,7 @@ Samplers = dict[str, moderngl.Texture]
 # What looks on: called after a pass over the rays' (or packets') states with the kernel that ran,
 # what it read (None where it set the states up) and what it drew. A driver that keeps states in
 # textures from pass to pass has an attribute ``watch`` for one; see ``inspect/time_travel.py``.
-Watch = Callable[[str, StateBuffer | None, StateBuffer], None]
+Watch = Callable[[str, Target | None, Target], None]
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,7 @@ class Driver(Protocol):
     """Runs a method; made of a ``Setup``."""
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
-            any_hit: bool = False) -> tuple[StateBuffer | PacketHits, int]:
+            any_hit: bool = False) -> tuple[Target | PacketHits, int]:
         """Trace every ray; where the hits are, and how many rays were stopped unfinished."""
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:

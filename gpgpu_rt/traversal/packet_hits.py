@@ -7,13 +7,13 @@ import moderngl
 import numpy as np
 
 from ..gl.context import Gpu
+from ..gl.target import ByRay, Target, whole
 from ..gl.textures import make_texture, read_texture, release, texture_bytes
 from ..rays.records import HIT
-from ..rays.textures import ByRay, StateBuffer, whole
 from ..threads import threads
 
 
-class PacketRoom:
+class PacketTargets:
     """The render targets of packets, one texel a packet.
 
     Parameters
@@ -36,12 +36,12 @@ class PacketRoom:
         self.counters = [make_texture(gpu, self.size, 4, what)] if statistics else []
         # Those that hold triangles: what else there is of a miss, or of any hit, nobody reads.
         self.triangles = self.hits[3::4] if fours else self.hits
-        self._targets = {"hits": gpu.context.framebuffer(self.hits),
-                         "triangles": gpu.context.framebuffer(self.triangles)}
-        if statistics:
-            self._targets["counters"] = gpu.context.framebuffer(self.counters)
+        self._targets = {
+            name: Target(gpu, (), self.size, borrowed={f"packet_{name}": textures})
+            for name, textures in (("hits", self.hits), ("triangles", self.triangles),
+                                   ("counters", self.counters)) if textures}
 
-    def target(self, counters: bool, alone: bool) -> moderngl.Framebuffer:
+    def target(self, counters: bool, alone: bool) -> Target:
         """What a program draws into: hits, or triangles ``alone``; or counters."""
         return self._targets["counters" if counters else "triangles" if alone else "hits"]
 
@@ -74,6 +74,7 @@ class PacketRoom:
         return image[:, :self.rays[1], :across].reshape(each, -1).T
 
     def bytes(self) -> int:
+        """Bytes of hits and counters."""
         return texture_bytes((*self.hits, *self.counters))
 
     def release(self) -> None:
@@ -84,18 +85,18 @@ class PacketHits:
     """Hits that still stand in packets' targets: read from there, and handed back to rays by a
     pass only when another pass wants them. Of any hit triangles ``alone``."""
 
-    def __init__(self, room: PacketRoom, alone: bool,
-                 hand_back: Callable[[], StateBuffer]) -> None:
-        self._room, self._alone, self._hand_back = room, alone, hand_back
+    def __init__(self, targets: PacketTargets, alone: bool,
+                 hand_back: Callable[[], Target]) -> None:
+        self._targets, self._alone, self._hand_back = targets, alone, hand_back
 
     def samplers(self) -> dict[str, moderngl.Texture]:
         return self._hand_back().samplers()
 
     def fields(self, name: str, by_ray: ByRay = whole) -> dict[str, np.ndarray]:
-        """As of a ``StateBuffer``; the fields that there are."""
+        """Fields of a record, as of a ``Target``; of any hit, HIT has no field but triangle."""
         if name != HIT.name:
             return self._hand_back().fields(name, by_ray)
-        found = by_ray(self._room.read_hits(self._alone))
+        found = by_ray(self._targets.read_hits(self._alone))
         if found.shape[1] == 1:
             return {"triangle": found[:, 0].astype(np.int32)}
         return HIT.unpack(found[:, None])

@@ -8,9 +8,10 @@ import moderngl
 from ..gl.full_screen import FullScreenPass
 from ..gl.precision import Precision
 from ..gl.record import Record, streams_glsl
-from ..gl.textures import release, texture_bytes
+from ..gl.target import Target
+from ..gl.textures import release
 from ..rays.records import COUNTERS, HIT
-from ..rays.textures import RayTextures, StateBuffer, StateBuffers
+from ..rays.textures import PingPong, RayTextures, StateBuffers
 from ..statistics import Statistics
 from .driver import Samplers, Setup, Watch
 from .method import Accelerator
@@ -42,7 +43,7 @@ class PacketSteps:
         self.phases = kernel_defines(stepwise.kernels)
         self.counted = [COUNTERS] if options["statistics"] else []
         self._programs: dict[object, FullScreenPass] = {}
-        self._room: _Room | None = None
+        self._room: PacketStates | None = None
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
         """Read these tables from now on: the same records and defines, triangles that moved."""
@@ -51,29 +52,29 @@ class PacketSteps:
             program.set(**accelerator.uniforms)
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
-            any_hit: bool = False) -> tuple[StateBuffer, int]:
+            any_hit: bool = False) -> tuple[Target, int]:
         """Trace every ray; where the hits are, and how many rays the step cap stopped."""
         self.gpu.context.enable_only(moderngl.NOTHING)
         room = self._room_for(buffers.size)
         now, then = 0, 1
-        self._visit(rays, room, None, None, room.sides[now], any_hit, statistics)
-        self._intersect(rays, room.sides[now], None, buffers.side(now), any_hit, statistics)
-        while self._live(room, room.sides[now], statistics):
+        self._visit(rays, room, None, None, room.side(now), any_hit, statistics)
+        self._intersect(rays, room.side(now), None, buffers.side(now), any_hit, statistics)
+        while self._live(room, room.side(now), statistics):
             for _ in range(self.options["mask_interval"] or QUERY_INTERVAL):
                 hits = buffers.side(then)
-                self._intersect(rays, room.sides[now], buffers.side(now), hits, any_hit,
+                self._intersect(rays, room.side(now), buffers.side(now), hits, any_hit,
                                 statistics)
-                self._visit(rays, room, room.sides[now], hits, room.sides[then], any_hit,
+                self._visit(rays, room, room.side(now), hits, room.side(then), any_hit,
                             statistics)
                 now, then = then, now
         final = buffers.side(then)
-        self._intersect(rays, room.sides[now], buffers.side(now), final, any_hit, statistics)
+        self._intersect(rays, room.side(now), buffers.side(now), final, any_hit, statistics)
         return final, self._stopped(final, buffers, statistics)
 
     # Passes ---------------------------------------------------------------------------------
 
-    def _visit(self, rays: RayTextures, room: _Room, source: StateBuffer | None,
-               hits: StateBuffer | None, target: StateBuffer, any_hit: bool,
+    def _visit(self, rays: RayTextures, room: PacketStates, source: Target | None,
+               hits: Target | None, target: Target, any_hit: bool,
                statistics: Statistics) -> None:
         """A step of every packet."""
         program = self._program("packet_visit", rays.record, any_hit, source is None)
@@ -83,7 +84,7 @@ class PacketSteps:
             textures |= room.atlas.samplers()
             program.set(**room.atlas.uniforms)
         program.set(ray_texture_size=rays.size, step_cap=self.step_cap, **rays.uniforms())
-        program.draw(target.target, textures)
+        program.draw(target, textures)
         statistics.passes += 1
         statistics.draw_calls += 1
         if room.atlas is not None and source is not None:
@@ -93,12 +94,12 @@ class PacketSteps:
         if self.watch is not None:
             self.watch("visit", source, target)
 
-    def _intersect(self, rays: RayTextures, packets: StateBuffer, source: StateBuffer | None,
-                   target: StateBuffer, any_hit: bool, statistics: Statistics) -> None:
+    def _intersect(self, rays: RayTextures, packets: Target, source: Target | None,
+                   target: Target, any_hit: bool, statistics: Statistics) -> None:
         """What every ray does in a step."""
         program = self._program("packet_intersect", rays.record, any_hit, source is None)
         program.set(**rays.uniforms())
-        program.draw(target.target, {
+        program.draw(target, {
             **self.samplers, **rays.samplers(), **(source.samplers() if source else {}),
             **{f"packet_{name}": texture for name, texture in packets.samplers().items()}})
         statistics.passes += 1
@@ -106,12 +107,12 @@ class PacketSteps:
         if self.watch is not None:
             self.watch("intersect", source, target)
 
-    def _live(self, room: _Room, packets: StateBuffer, statistics: Statistics) -> int:
+    def _live(self, room: PacketStates, packets: Target, statistics: Statistics) -> int:
         program = self._counting("drivers/mask.frag", self.state)
         done = program.count(room.mask, packets.samplers(), statistics)
         return room.size[0] * room.size[1] - done
 
-    def _stopped(self, final: StateBuffer, buffers: StateBuffers, statistics: Statistics) -> int:
+    def _stopped(self, final: Target, buffers: StateBuffers, statistics: Statistics) -> int:
         program = self._counting("drivers/classify.frag", self.method.state)
         program.set(phase=UNFINISHED)
         return program.count(buffers.mask, final.samplers(), statistics)
@@ -146,12 +147,12 @@ class PacketSteps:
                 "streams": self.precision.layout(state).stream_glsl(writes=False)})
         return self._programs[entry]
 
-    def _room_for(self, rays: tuple[int, int]) -> _Room:
+    def _room_for(self, rays: tuple[int, int]) -> PacketStates:
         width, height = packet_of(self.options)
         size = (-(-rays[0] // width), -(-rays[1] // height))
         if self._room is None or self._room.size != size:
             release(self._room)
-            self._room = _Room(self, size)
+            self._room = PacketStates(self, size)
         return self._room
 
     def bytes(self) -> int:
@@ -162,16 +163,12 @@ class PacketSteps:
         release(self._programs, self._room)
 
 
-class _Room:
+class PacketStates(PingPong):
     """The ping-pong pair of packets' states, and the atlas of their stacks."""
 
     def __init__(self, owner: PacketSteps, size: tuple[int, int]) -> None:
-        self.size = size
         state = owner.precision.layout(owner.state)
-        self.depth = owner.gpu.context.depth_renderbuffer(size)
-        self.mask = owner.gpu.context.framebuffer(depth_attachment=self.depth)
-        self.sides = [StateBuffer(owner.gpu, [state, *owner.counted], size, self.depth)
-                      for _ in range(2)]
+        super().__init__(owner.gpu, [state, *owner.counted], size)
         self.atlas: StackAtlas | None = None
         if owner.entry is not None:
             self.atlas = StackAtlas(owner.gpu, owner.entry, state,
@@ -179,8 +176,9 @@ class _Room:
                                     owner.precision, owner.phases)
 
     def bytes(self) -> int:
-        return (sum(texture_bytes(side.textures) for side in self.sides)
-                + (self.atlas.bytes() if self.atlas is not None else 0))
+        """Bytes of states and stacks."""
+        return super().bytes() + (self.atlas.bytes() if self.atlas is not None else 0)
 
     def release(self) -> None:
-        release(self.sides, self.atlas, self.mask, self.depth)
+        release(self.atlas)
+        super().release()

@@ -12,14 +12,15 @@ import moderngl
 from ..gl.full_screen import FullScreenPass
 from ..gl.precision import Precision
 from ..gl.record import Record, streams_glsl
+from ..gl.target import Target
 from ..gl.textures import release
 from ..options import TRACER_OPTIONS, resolve_options
 from ..rays.records import COUNTERS, HIT, RAY_TEXELS
-from ..rays.textures import RayTextures, StateBuffer, StateBuffers
+from ..rays.textures import RayTextures, StateBuffers
 from ..statistics import Statistics
 from .driver import Samplers, Setup
 from .method import Accelerator, Method
-from .packet_hits import PacketHits, PacketRoom
+from .packet_hits import PacketHits, PacketTargets
 from .packet_tiles import PacketTiles, TilePass
 from .schedules import UNFINISHED, Traversal, method_defines, method_texts
 
@@ -48,7 +49,7 @@ class PacketTraversal:
         self._tiles = PacketTiles(self.gpu, self.packet, options.get("entry_points"))
         self._programs: dict[object, FullScreenPass] = {}
         self._tile_passes: dict[object, TilePass] = {}
-        self._room: PacketRoom | None = None
+        self._room: PacketTargets | None = None
         self._single: Traversal | None = None
         self._single_room: tuple[RayTextures, StateBuffers] | None = None
 
@@ -61,12 +62,12 @@ class PacketTraversal:
         self._single = None   # made again of what is there now
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
-            any_hit: bool = False) -> tuple[StateBuffer | PacketHits, int]:
+            any_hit: bool = False) -> tuple[Target | PacketHits, int]:
         """Trace every ray; where the hits are, and how many rays the step cap stopped."""
         room = self._room_for(buffers.size)
         self.gpu.context.enable_only(moderngl.NOTHING)
 
-        def hand_back() -> StateBuffer:
+        def hand_back() -> Target:
             return self._hand_back(rays, buffers, room, statistics, any_hit)
 
         query = self.gpu.query()
@@ -87,7 +88,7 @@ class PacketTraversal:
             self._trace_singly(rays, now, statistics, any_hit)
         return now, self._count(UNFINISHED, now, buffers, statistics)
 
-    def _draw_packets(self, name: str, rays: RayTextures, room: PacketRoom,
+    def _draw_packets(self, name: str, rays: RayTextures, room: PacketTargets,
                       statistics: Statistics, any_hit: bool, query: Any = nullcontext()) -> int:
         """Trace packets by a program, within an occlusion query, those where there is something to
         trace; how many."""
@@ -114,19 +115,19 @@ class PacketTraversal:
         statistics.draw_calls += 2
         return squares.packets(room.size)
 
-    def _hand_back(self, rays: RayTextures, buffers: StateBuffers, room: PacketRoom,
-                   statistics: Statistics, any_hit: bool) -> StateBuffer:
+    def _hand_back(self, rays: RayTextures, buffers: StateBuffers, room: PacketTargets,
+                   statistics: Statistics, any_hit: bool) -> Target:
         """Write packets' hits where single rays have theirs."""
         now, program = buffers.side(0), self._program("packet_hits", any_hit, rays.in_textures)
         capped = self.step_cap <= PACKET_STEPS
         program.set(unsettled_phase=UNFINISHED if capped else LIVE)
         rays.complete()
-        program.draw(now.target, {**self.samplers, **rays.samplers(), **room.samplers(any_hit)})
+        program.draw(now, {**self.samplers, **rays.samplers(), **room.samplers(any_hit)})
         statistics.passes += 1
         statistics.draw_calls += 1
         return now
 
-    def _trace_singly(self, rays: RayTextures, now: StateBuffer, statistics: Statistics,
+    def _trace_singly(self, rays: RayTextures, now: Target, statistics: Statistics,
                       any_hit: bool) -> None:
         """Trace what packets left behind one ray a fragment, and write it into ``now``."""
         single = self._single_traversal()
@@ -143,10 +144,10 @@ class PacketTraversal:
         single_samplers = {**single_rays.samplers(), **found.samplers()}
         counted = len(now.streams.get(COUNTERS.name, ()))
         channels = [(True,) * 4] * (len(now.textures) - counted)
-        now.target.color_mask = (*channels, *[(False,) * 4] * counted)   # a packet's stay
+        now.framebuffer.color_mask = (*channels, *[(False,) * 4] * counted)   # a packet's stay
         self._program("brought_back", any_hit, rays.in_textures).draw(
-            now.target, {f"single_{name}": texture for name, texture in single_samplers.items()})
-        now.target.color_mask = ((True,) * 4,) * len(now.textures)
+            now, {f"single_{name}": texture for name, texture in single_samplers.items()})
+        now.framebuffer.color_mask = ((True,) * 4,) * len(now.textures)
         statistics.draw_calls += 2
 
     def _single_traversal(self) -> Traversal:
@@ -165,7 +166,7 @@ class PacketTraversal:
                 options=options, step_cap=self.step_cap))
         return self._single
 
-    def _count(self, phase: int, now: StateBuffer, buffers: StateBuffers,
+    def _count(self, phase: int, now: Target, buffers: StateBuffers,
                statistics: Statistics) -> int:
         program = self._program("classify", False)
         program.set(phase=phase)
@@ -240,11 +241,11 @@ class PacketTraversal:
             writes = written[:2]
         return {**method_texts(self.method, self.options), "streams": streams_glsl(reads, writes)}
 
-    def _room_for(self, size: tuple[int, int]) -> PacketRoom:
+    def _room_for(self, size: tuple[int, int]) -> PacketTargets:
         if self._room is None or self._room.rays != size:
             release(self._room)
-            self._room = PacketRoom(self.gpu, size, self.packet, self.targets, self.rows_alone,
-                                    self.fours, self.statistics_on)
+            self._room = PacketTargets(self.gpu, size, self.packet, self.targets, self.rows_alone,
+                                       self.fours, self.statistics_on)
         return self._room
 
     def bytes(self) -> int:

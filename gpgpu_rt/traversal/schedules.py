@@ -20,10 +20,11 @@ from .. import hits
 from ..gl.full_screen import FullScreenPass
 from ..gl.precision import Precision
 from ..gl.record import TABLE_WIDTH_LOG2, Record, streams_glsl
+from ..gl.target import Target
 from ..gl.textures import release
 from ..options import word_define
 from ..rays.records import COUNTERS, HIT
-from ..rays.textures import RayTextures, StateBuffer, StateBuffers
+from ..rays.textures import RayTextures, StateBuffers
 from ..statistics import Statistics
 from .driver import Samplers, Setup, Watch
 from .live_tiles import Tiles
@@ -83,12 +84,12 @@ class Traversal:
             program.set(**accelerator.uniforms, step_cap=step_cap)
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
-            any_hit: bool = False) -> tuple[StateBuffer, int]:
+            any_hit: bool = False) -> tuple[Target, int]:
         """Trace every ray.
 
         Returns
         -------
-        (StateBuffer, int)
+        (Target, int)
             the buffer with the final states, and how many rays the step cap stopped.
         """
         schedule = {"kernels": self._run_kernels, "step": self._run_step, "loop": self._run_loop}
@@ -104,7 +105,7 @@ class Traversal:
     # Schedules ------------------------------------------------------------------------------
 
     def _run_loop(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
-                  any_hit: bool) -> tuple[StateBuffer, int]:
+                  any_hit: bool) -> tuple[Target, int]:
         self.gpu.context.enable_only(moderngl.NOTHING)
         now = buffers.side(0)
         self._draw(self._traverse(rays, any_hit, LOOP_STEPS, start=True), rays, None, now,
@@ -119,7 +120,7 @@ class Traversal:
         return now, stopped
 
     def _run_step(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
-                  any_hit: bool) -> tuple[StateBuffer, int]:
+                  any_hit: bool) -> tuple[Target, int]:
         steps = self.options["steps_per_pass"]
         interval = self.options["mask_interval"] or max(2, 16 // steps)
         program, mask = self._traverse(rays, any_hit, steps), self._pass("drivers/mask.frag")
@@ -145,7 +146,7 @@ class Traversal:
         return now, self._phase_count(UNFINISHED, now, buffers, statistics)
 
     def _run_kernels(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
-                     any_hit: bool) -> tuple[StateBuffer, int]:
+                     any_hit: bool) -> tuple[Target, int]:
         context = self.gpu.context
         # An even number of passes ends in the buffer it began in, which therefore always holds
         # every ray's present state; the other one need only hold the rays being worked on.
@@ -176,14 +177,14 @@ class Traversal:
     # What schedules are made of -------------------------------------------------------------
 
     def _draw(self, program: FullScreenPass, rays: RayTextures,
-              source: StateBuffer | None, target: StateBuffer, statistics: Statistics,
+              source: Target | None, target: Target, statistics: Statistics,
               depth: float = DRAWN, tiles: Tiles | None = None) -> None:
         program.set(**rays.uniforms())
         samplers = {**self.samplers, **rays.samplers(), **(source.samplers() if source else {})}
         if self._atlas is not None:
             samplers.update(self._atlas.samplers())
             program.set(**self._atlas.uniforms)
-        program.draw(target.target, samplers, depth, tiles and tiles.rectangles)
+        program.draw(target, samplers, depth, tiles and tiles.rectangles)
         statistics.passes += 1
         statistics.draw_calls += 1
         if self.watch is not None:
@@ -203,13 +204,13 @@ class Traversal:
         return next(one for key, one in self._programs.items()
                     if isinstance(key, ProgramKey) and self.kernel_of(one) == kernel)
 
-    def _push(self, now: StateBuffer, tiles: Tiles, statistics: Statistics) -> None:
+    def _push(self, now: Target, tiles: Tiles, statistics: Statistics) -> None:
         """Take up in the atlas, where the method has one, what rays in phase PUSH leave there."""
         if self._atlas is not None:
             self._atlas.push(now.samplers(), tiles.rectangles)
             statistics.draw_calls += 1
 
-    def _classify(self, now: StateBuffer, buffers: StateBuffers, tiles: Tiles,
+    def _classify(self, now: Target, buffers: StateBuffers, tiles: Tiles,
                   statistics: Statistics) -> dict[int, int]:
         """Rays that wait for each kernel; the depth buffer then says which is which."""
         tiles.choose(None)
@@ -227,7 +228,7 @@ class Traversal:
         statistics.queries += len(queries)
         return {kernel: query.samples for kernel, query in queries.items()}
 
-    def _live(self, now: StateBuffer, buffers: StateBuffers,
+    def _live(self, now: Target, buffers: StateBuffers,
               statistics: Statistics) -> tuple[int, int]:
         """Rays still to trace, and rays that the step cap stopped."""
         rays = buffers.size[0] * buffers.size[1]
@@ -237,7 +238,7 @@ class Traversal:
         stopped = self._phase_count(UNFINISHED, now, buffers, statistics)
         return rays - done - stopped, stopped
 
-    def _phase_count(self, phase: int, now: StateBuffer, buffers: StateBuffers,
+    def _phase_count(self, phase: int, now: Target, buffers: StateBuffers,
                      statistics: Statistics) -> int:
         program = self._pass("drivers/classify.frag")
         program.set(phase=phase)

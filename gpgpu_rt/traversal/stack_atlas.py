@@ -10,7 +10,8 @@ from ..gl.context import Gpu
 from ..gl.full_screen import MOST_RECTANGLES, FullScreenPass, Rectangles
 from ..gl.precision import Precision
 from ..gl.record import Record
-from ..gl.textures import release, stream_samplers, stream_textures, texture_bytes
+from ..gl.target import Target
+from ..gl.textures import release
 
 
 class StackAtlas:
@@ -33,9 +34,7 @@ class StackAtlas:
         atlas = (size[0] * a_row, size[1] * -(-levels // a_row))
         gpu.check_size(*atlas, f"a stack of {levels} levels for {size[0] * size[1]} rays")
         stored = precision.layout(entry)
-        self.entry = entry
-        self.textures = stream_textures(gpu, stored, atlas)
-        self._target = gpu.context.framebuffer(self.textures)
+        self.target = Target(gpu, stored, atlas)
         self._program = FullScreenPass(
             gpu, "drivers/push.frag",
             {**defines, **precision.defines()},
@@ -55,7 +54,7 @@ class StackAtlas:
         live : where in the state textures such rays can be; None is everywhere
         """
         self.gpu.context.enable_only(moderngl.NOTHING)
-        self._program.draw(self._target, state, rectangles=self._on_every_level(live))
+        self._program.draw(self.target, state, rectangles=self._on_every_level(live))
         self.gpu.context.enable_only(moderngl.DEPTH_TEST)
 
     def _on_every_level(self, live: Rectangles | None) -> Rectangles | None:
@@ -69,10 +68,12 @@ class StackAtlas:
         return self._where
 
     def samplers(self) -> dict[str, moderngl.Texture]:
-        return stream_samplers(self.entry.name, self.textures)
+        """Sampler name -> texture of the stack's levels."""
+        return self.target.samplers()
 
     def bytes(self) -> int:
-        return texture_bytes(self.textures)
+        """Bytes of all levels."""
+        return self.target.bytes()
 
     def release(self) -> None:
-        release(self._program, self._target, self._where, self.textures)
+        release(self._program, self.target, self._where)

@@ -27,7 +27,7 @@ def watching(tracer: rt.Tracer, look: Callable[[Fields, Fields], None]) -> Itera
     def clear(but=None) -> None:
         for side in map(tracer.session.buffers.states.side, (0, 1)):
             if side is not but:
-                side.target.clear()
+                side.clear()
 
     def watch(kernel, source, target) -> None:
         if source is None and HIT.name in target.records:

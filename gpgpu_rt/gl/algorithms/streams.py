@@ -20,12 +20,11 @@ from ..context import Gpu
 from ..full_screen import FullScreenPass, Rectangles
 from ..primitive_pass import PrimitivePass
 from ..record import EXACT_INTEGER, TABLE_WIDTH_LOG2, Record
-from ..textures import (
-    TABLE_WIDTH, note_moved, read_texture, release, stream_samplers, stream_textures, write_texture
-)
+from ..target import Target
+from ..textures import TABLE_WIDTH, note_moved, release
 
 
-class Stream:
+class Stream(Target):
     """n records in textures of their own, to be read, or drawn into.
 
     Parameters
@@ -41,47 +40,32 @@ class Stream:
             raise LimitError(f"a stream of {length:,} elements is past 2^24, the last index a "
                              "float texel holds exactly; take a smaller scene, or build on the "
                              "cpu")
-        self.gpu, self.record, self.length = gpu, record, length
-        self.textures = stream_textures(gpu, record, (TABLE_WIDTH, rows_of(length)))
-        self.target = gpu.context.framebuffer(self.textures)
+        super().__init__(gpu, record, (TABLE_WIDTH, rows_of(length)))
         if arrays:
-            self.write(arrays)
+            self.write(record.name, **arrays)
+        self.length = length
 
     def called(self, name: str) -> Stream:
         """The same elements under another name in GLSL."""
         other = copy.copy(self)
-        other.record = dataclasses.replace(self.record, name=name)
+        other.records = {name: dataclasses.replace(self.record, name=name)}
+        other.streams = {name: self.textures}
         return other
-
-    def samplers(self) -> dict[str, moderngl.Texture]:
-        """Sampler name -> texture."""
-        return stream_samplers(self.record.name, self.textures)
-
-    def write(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Take the elements from the host."""
-        packed = self.record.pack(**arrays)
-        padded = np.zeros((rows_of(self.length) * TABLE_WIDTH, 4), np.float32)
-        for texel, texture in enumerate(self.textures):
-            padded[:self.length] = packed[:, texel]
-            write_texture(texture, padded)
 
     def read(self, count: int | None = None) -> dict[str, np.ndarray]:
         """The first ``count`` elements (all) by field name."""
         count = self.length if count is None else count
-        texels = [read_texture(texture).reshape(-1, 4)[:count] for texture in self.textures]
-        return self.record.unpack(np.stack(texels, 1))
+        return self.fields(by_ray=lambda texels: texels[:count])
 
     def read_one(self, i: int) -> dict[str, np.ndarray]:
         """Element i alone."""
         corner = (i % TABLE_WIDTH, i // TABLE_WIDTH, 1, 1)
         note_moved(self.textures[0], down=16 * len(self.textures))
-        texels = [np.frombuffer(self.target.read(corner, 4, attachment=k, dtype="f4"), np.float32)
+        read = self.framebuffer.read
+        texels = [np.frombuffer(read(corner, 4, attachment=k, dtype="f4"), np.float32)
                   for k in range(len(self.textures))]
         return {name: value[0]
                 for name, value in self.record.unpack(np.stack(texels)[None]).items()}
-
-    def release(self) -> None:
-        release(self.target, self.textures)
 
 
 class StreamRoom:
@@ -119,10 +103,11 @@ class StreamRoom:
     def drop(self, *streams: Stream) -> None:
         """Release some streams before the others, for their memory."""
         for stream in streams:
-            self._streams = [other for other in self._streams if other.target is not stream.target]
+            self._streams = [
+                other for other in self._streams if other.textures is not stream.textures]
             stream.release()
 
-    def draw(self, fragment: str, target: Stream, reads: Sequence[Stream] = (), *,
+    def draw(self, fragment: str, target: Target, reads: Sequence[Target] = (), *,
              first: int = 0, count: int | None = None,
              defines: Mapping[str, object] | None = None, **uniforms: object) -> None:
         """Run a program once for each element first ... first + count - 1.
@@ -145,9 +130,9 @@ class StreamRoom:
         if self._span != (first, count):
             self._span = (first, count)
             self._rectangles.write(span(first, count))
-        program.draw(target.target, samplers, rectangles=self._rectangles)
+        program.draw(target, samplers, rectangles=self._rectangles)
 
-    def scatter(self, program: str, target: Stream, reads: Sequence[Stream], vertices: int, *,
+    def scatter(self, program: str, target: Target, reads: Sequence[Target], vertices: int, *,
                 mode: int = moderngl.POINTS, defines: Mapping[str, object] | None = None,
                 **uniforms: object) -> None:
         """Draw points, or lines, into the texels that the program's vertex stage chooses.
@@ -167,7 +152,7 @@ class StreamRoom:
         self.draws += 1
         drawn = self._points[key]
         drawn.set(**uniforms, target_rows=rows_of(target.length))
-        drawn.draw(target.target, samplers, mode, vertices)
+        drawn.draw(target, samplers, mode, vertices)
 
     def _entry(self, program: str) -> str:
         return program if "/" in program else f"{self.folder}/{program}"
@@ -194,7 +179,7 @@ def span(first: int, count: int) -> np.ndarray:
                     np.float32).reshape(-1, 4)
 
 
-def _sources(reads: Iterable[Stream],
+def _sources(reads: Iterable[Target],
              written: Record | None = None) -> tuple[str, dict[str, moderngl.Texture]]:
     """The records' GLSL, and the samplers of those that are read."""
     glsl = {} if written is None else {written.name: written.stream_glsl(True)}

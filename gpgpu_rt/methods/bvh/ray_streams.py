@@ -13,13 +13,13 @@ from ...gl.algorithms.streams import Stream, StreamRoom, span
 from ...gl.full_screen import FullScreenPass, Rectangles
 from ...gl.precision import Precision
 from ...gl.record import EXACT_INTEGER, Record, streams_glsl
-from ...gl.textures import release, texture_bytes
+from ...gl.target import Target
+from ...gl.textures import release
 from ...rays.records import COUNTERS, HIT, NO_TRIANGLE
-from ...rays.textures import RayTextures, StateBuffer, StateBuffers
+from ...rays.textures import RayTextures, StateBuffers
 from ...statistics import Statistics
 from ...traversal.driver import Samplers, Setup
 from ...traversal.method import Accelerator
-from ...traversal.ray_image import RayImage
 from ...traversal.records import LEAST, LOWEST, TESTED
 from ...traversal.schedules import UNFINISHED, method_defines, method_texts
 from .records import MET, QUEUED, TALLY, VISITED
@@ -54,7 +54,7 @@ class RayStreams:
         self._rectangles = Rectangles(setup.gpu, 3)
         self._streams: dict[str, Stream] = {}
         self._targets: dict[tuple[str, ...], moderngl.Framebuffer] = {}
-        self._images: dict[str, RayImage] = {}
+        self._images: dict[str, Target] = {}
         self._size: tuple[int, int] | None = None
         self.follow(setup.samplers, setup.accelerator, setup.step_cap)
 
@@ -63,15 +63,14 @@ class RayStreams:
         self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
-            any_hit: bool = False) -> tuple[StateBuffer, int]:
+            any_hit: bool = False) -> tuple[Target, int]:
         """Trace every ray: the buffer with the hits, and how many rays the step cap stopped."""
         context, drawn = self.gpu.context, self.room.draws
         context.enable_only(moderngl.NOTHING)
         context.blend_func = moderngl.ONE, moderngl.ONE
         self._make_room(buffers.size)
         begun, final = buffers.side(0), buffers.side(1)
-        hits = RayImage(self.gpu, self.precision.layout(HIT), buffers.size,
-                        begun.streams[HIT.name])
+        hits = begun.part(self.precision.layout(HIT))
         try:
             self._over_rays(rays, None, begun, any_hit)
             self._filter_all(rays, hits, any_hit)
@@ -88,7 +87,7 @@ class RayStreams:
 
     # Passes ---------------------------------------------------------------------------------
 
-    def _filter_all(self, rays: RayTextures, hits: RayImage, any_hit: bool) -> None:
+    def _filter_all(self, rays: RayTextures, hits: Target, any_hit: bool) -> None:
         """Start rays and filter elements until no element waits and every ray has started."""
         self.lengths = []
         if not self.accelerator.uniforms["node_count"]:
@@ -105,7 +104,7 @@ class RayStreams:
             taken = min(size, waiting)
             waiting += self._filter(rays, hits, waiting - taken, taken, any_hit) - taken
 
-    def _filter(self, rays: RayTextures, hits: RayImage, first: int, count: int,
+    def _filter(self, rays: RayTextures, hits: Target, first: int, count: int,
                 any_hit: bool) -> int:
         """Move ``count`` elements, from ``first`` on, one level down; the number pushed."""
         self.lengths.append(count)
@@ -135,7 +134,7 @@ class RayStreams:
                        first=first, count=count, defines={"FLAG": flag, "FAR": flag == FAR},
                        base=first, elements=sums.length - 1)
 
-    def _test_leaves(self, rays: RayTextures, hits: RayImage, count: int, any_hit: bool) -> None:
+    def _test_leaves(self, rays: RayTextures, hits: Target, count: int, any_hit: bool) -> None:
         """Test the triangles of leaves and keep each ray's nearest hit.
 
         If several triangles have the same t, the triangle with the lowest index counts.
@@ -146,16 +145,15 @@ class RayStreams:
                    0, count, any_hit, **rays.uniforms())
         tested, met = self._streams["tested"], self._streams["met"]
         least, lowest = self._images["least"], self._images["lowest"]
-        least.target.clear(math.inf)
-        lowest.target.clear(NO_TRIANGLE)
+        least.clear(math.inf)
+        lowest.clear(NO_TRIANGLE)
         self._blend((moderngl.MIN, moderngl.FUNC_ADD))
         self._scatter("drivers/nearest", least, [tested], count)
         self._blend(moderngl.MIN)
         self._scatter("drivers/nearest", lowest, [tested, least], count, "LOWEST")
         self.gpu.context.enable_only(moderngl.NOTHING)
         # The values were rounded when the triangle was tested, so store them in full precision.
-        exact = replace(hits.record, storage="fp32")
-        target = RayImage(self.gpu, exact, hits.size, hits.textures)
+        target = hits.part(replace(hits.record, storage="fp32"))
         self._scatter("drivers/nearest", target, [tested, met, least, lowest], count, "HITS")
         target.release()
         if self.tallied:
@@ -166,7 +164,7 @@ class RayStreams:
         self._scatter("stream_tally", self._images["tally"], reads, count, word)
         self.gpu.context.enable_only(moderngl.NOTHING)
 
-    def _scatter(self, program: str, target: RayImage, reads: Sequence[Stream | RayImage],
+    def _scatter(self, program: str, target: Target, reads: Sequence[Target],
                  count: int, word: str | None = None) -> None:
         """Draw a point for each element at its ray's texel."""
         self.room.scatter(program, target, reads, count,
@@ -192,7 +190,7 @@ class RayStreams:
                      rectangles=self._rectangles)
         self.room.draws += 1
 
-    def _over_rays(self, rays: RayTextures, hits: RayImage | None, target: StateBuffer,
+    def _over_rays(self, rays: RayTextures, hits: Target | None, target: Target,
                    any_hit: bool) -> None:
         """The pass over all rays that starts them, if ``hits`` is None, or finishes them."""
         reads = [rays.record] if hits is None else [TALLY] if self.tallied else []
@@ -205,10 +203,10 @@ class RayStreams:
         textures = {**rays.samplers(), **(hits.samplers() if hits is not None else {})}
         for image in self._images.values():
             textures |= image.samplers()
-        program.draw(target.target, textures)
+        program.draw(target, textures)
         self.room.draws += 1
 
-    def _stopped(self, final: StateBuffer, buffers: StateBuffers, statistics: Statistics) -> int:
+    def _stopped(self, final: Target, buffers: StateBuffers, statistics: Statistics) -> int:
         if not self.tallied:
             return 0
         program = self._program("drivers/classify", [self.precision.layout(self.method.state)], [])
@@ -239,7 +237,7 @@ class RayStreams:
     def _make_room(self, size: tuple[int, int]) -> None:
         if self._size == size:
             if self.tallied:
-                self._images["tally"].target.clear()
+                self._images["tally"].clear()
             return
         self._release_room()
         length = self._stream_size(size[0] * size[1])
@@ -252,15 +250,14 @@ class RayStreams:
                 ("tested", TESTED, length), ("met", MET, length)):
             self._streams[name] = self.room.stream(record, elements)
         images = [LEAST, LOWEST, *([TALLY] if self.tallied else [])]
-        self._images = {record.name: RayImage(self.gpu, record, size) for record in images}
+        self._images = {record.name: Target(self.gpu, record, size) for record in images}
         self._size = size       # set last, when every texture exists
         if self.tallied:
-            self._images["tally"].target.clear()
+            self._images["tally"].clear()
 
     def bytes(self) -> int:
         """Bytes of the streams and of the blending targets."""
-        return sum(texture_bytes(part.textures)
-                   for part in (*self._streams.values(), *self._images.values()))
+        return sum(part.bytes() for part in (*self._streams.values(), *self._images.values()))
 
     def _release_room(self) -> None:
         release(self._targets, self._images)

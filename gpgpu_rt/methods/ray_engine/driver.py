@@ -11,14 +11,15 @@ import numpy as np
 from ...accel.runs import chunks, expand
 from ...gl.full_screen import FullScreenPass
 from ...gl.record import Record
+from ...gl.target import Target
 from ...gl.textures import read_texture, release, texture_bytes
 from ...rays.records import RAY_AFTER_HIT, RAY_TEXELS
-from ...rays.textures import RayTextures, StateBuffer, StateBuffers
+from ...rays.textures import RayTextures, StateBuffers
 from ...statistics import Statistics
 from ...traversal.driver import Samplers, Setup
 from ...traversal.method import Accelerator
 from ...traversal.schedules import UNFINISHED
-from .quads import BatchRoom, Runs
+from .quads import BatchTargets, Runs
 from .ray_trip import RayTrip
 
 MOST_QUADS = 1 << 20       # a draw; a batch with more is drawn in parts
@@ -37,7 +38,7 @@ class RayEngine:
         self.setup, self.gpu, self.method = setup, setup.gpu, setup.method
         self.options = setup.options
         self.follow(setup.samplers, setup.accelerator, setup.step_cap)
-        self._room: BatchRoom | None = None
+        self._room: BatchTargets | None = None
         self._quads: moderngl.Buffer | None = None
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
@@ -46,7 +47,7 @@ class RayEngine:
         self.grid = accelerator.structure
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
-            any_hit: bool = False) -> tuple[StateBuffer, int]:
+            any_hit: bool = False) -> tuple[Target, int]:
         """Trace every ray; where the hits are, and how many rays the step cap stopped."""
         self.gpu.context.enable_only(moderngl.NOTHING)
         split = statistics.split
@@ -122,8 +123,8 @@ class RayEngine:
         split["batches"] += 1
         split["pairs"] += int((runs.count * trip.walk.listed[runs.cell]).sum())
 
-    def _draw(self, program: FullScreenPass, rays: dict[str, np.ndarray], source: StateBuffer,
-              target: StateBuffer, statistics: Statistics) -> None:
+    def _draw(self, program: FullScreenPass, rays: dict[str, np.ndarray], source: Target,
+              target: Target, statistics: Statistics) -> None:
         """The last pass over a batch: what its rays hit."""
         assert self._room is not None
         program.set(**self.accelerator.uniforms)
@@ -140,12 +141,12 @@ class RayEngine:
         self.gpu.note_moved(up=quads.nbytes)
         return self._quads
 
-    def _room_for(self, rays: int, record: Record) -> BatchRoom:
+    def _room_for(self, rays: int, record: Record) -> BatchTargets:
         rays = min(rays, self.options["batch"])
         room = self._room
         if room is None or room.size[0] * room.size[1] < rays or room.record != record:
             release(self._room)
-            self._room = BatchRoom(self.setup, rays, self.options["nearest"] == "depth", record)
+            self._room = BatchTargets(self.setup, rays, self.options["nearest"] == "depth", record)
         return self._room
 
     def bytes(self) -> int:

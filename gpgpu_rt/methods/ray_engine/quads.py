@@ -11,11 +11,9 @@ from ...gl.full_screen import FullScreenPass, Rectangles
 from ...gl.precision import Precision
 from ...gl.primitive_pass import PrimitivePass
 from ...gl.record import TABLE_WIDTH_LOG2, Record
-from ...gl.textures import (
-    note_moved, release, stream_samplers, stream_textures, texture_bytes, write_texture
-)
+from ...gl.target import Target
+from ...gl.textures import note_moved, release, write_texture
 from ...rays.records import HIT, NO_RAY, NO_TRIANGLE
-from ...rays.textures import StateBuffer
 from ...traversal.driver import Samplers, Setup
 from ...traversal.method import Accelerator
 from ...traversal.records import FOUND, NEAREST
@@ -59,7 +57,7 @@ class Runs:
         return corners[kept].astype(np.float32), np.nonzero(kept)[0]
 
 
-class BatchRoom:
+class BatchTargets:
     """The textures of a batch and the passes over it, for one method's tables and options.
 
     Parameters
@@ -76,21 +74,19 @@ class BatchRoom:
         self.size = (WIDTH, max(1, -(-rays // WIDTH)))
         gpu.check_size(*self.size, f"a batch of {rays:,} rays")
         # What these hold of a ray has been rounded to its storage before it came here.
-        self.rays = stream_textures(gpu, record, self.size)
+        self.rays = Target(gpu, record, self.size)
         self.hit_record = replace(HIT, storage=self.precision.storage)
         self.depth = gpu.context.depth_renderbuffer(self.size)
-        self.hits = StateBuffer(gpu, [self.hit_record], self.size, self.depth)
-        self.nearest = stream_textures(gpu, NEAREST, self.size)
-        self.first = stream_textures(gpu, FOUND, self.size)
-        self.targets = {
-            "KEEP_NEAREST": gpu.context.framebuffer(self.nearest),
-            "KEEP_FIRST": gpu.context.framebuffer(self.first),
-            "KEEP_DEPTH": gpu.context.framebuffer(self.first, self.depth)}
+        self.hits = Target(gpu, self.hit_record, self.size, self.depth)
+        self.nearest, self.first = (Target(gpu, kept, self.size) for kept in (NEAREST, FOUND))
+        self.by_depth_test = Target(gpu, FOUND, self.size, self.depth, self.first.streams)
+        self.targets = {"KEEP_NEAREST": self.nearest, "KEEP_FIRST": self.first,
+                        "KEEP_DEPTH": self.by_depth_test}
         self._quads: dict[tuple[str, bool], PrimitivePass] = {}
         self._left: FullScreenPass | None = None
         self._rows = Rectangles(gpu, 1)
         self._setup = setup
-        self.hits.target.clear()
+        self.hits.clear()
 
     @property
     def passes(self) -> tuple[str, ...]:
@@ -103,7 +99,7 @@ class BatchRoom:
         rows = -(-len(packed) // WIDTH)
         texels = np.repeat(NO_RAY[:self.record.texels, None], rows * WIDTH, axis=1)
         texels[:, :len(packed)] = packed.transpose(1, 0, 2)
-        for texture, values in zip(self.rays, texels):
+        for texture, values in zip(self.rays.textures, texels):
             write_texture(texture, values, (0, 0, WIDTH, rows))
         self._rows.write(np.array([[0, 0, WIDTH, rows]]))
         self.rows = rows
@@ -111,16 +107,14 @@ class BatchRoom:
 
     def samplers(self) -> Samplers:
         """What the passes may read of the batch."""
-        return {**stream_samplers(self.record.name, self.rays),
-                **stream_samplers(NEAREST.name, self.nearest),
-                **stream_samplers(FOUND.name, self.first)}
+        return {**self.rays.samplers(), **self.nearest.samplers(), **self.first.samplers()}
 
     def draw_quads(self, keep: str, any_hit: bool, samplers: Samplers, accelerator: Accelerator,
                    quads: moderngl.Buffer, count: int, depth_end: float) -> None:
         """Draw the instances in a buffer: four floats of a rectangle and a triangle's row each."""
         context = self.gpu.context
         target = self.targets[keep]
-        target.depth_mask = True     # depth is kept by clearing and by the test alone
+        target.framebuffer.depth_mask = True     # depth is kept by clearing and by the test alone
         target.clear(red=NO_T if keep == "KEEP_NEAREST" else NO_TRIANGLE, depth=1.0)
         if keep == "KEEP_DEPTH":
             context.enable_only(moderngl.DEPTH_TEST)
@@ -132,7 +126,7 @@ class BatchRoom:
         program = self._keeping(keep, any_hit)
         program.take(quads, "4f 1i/i", "rectangle", "row")
         program.set(**accelerator.uniforms, depth_end=depth_end,
-                    scale=(2.0 / target.width, 2.0 / target.height))
+                    scale=(2.0 / target.size[0], 2.0 / target.size[1]))
         try:
             program.draw(target, {**samplers, **self.samplers()}, moderngl.TRIANGLE_STRIP, 4,
                          count)
@@ -171,19 +165,20 @@ class BatchRoom:
         return self._left
 
     def draw_left(self, program: FullScreenPass, samplers: Samplers,
-                  target: StateBuffer) -> None:
-        program.draw(target.target, {**samplers, **self.samplers()}, rectangles=self._rows)
+                  target: Target) -> None:
+        program.draw(target, {**samplers, **self.samplers()}, rectangles=self._rows)
 
     def read(self, count: int) -> tuple[dict[str, np.ndarray], int]:
         """The hits of the batch's rays by field, and the bytes that came down."""
-        data = self.hits.target.read((0, 0, WIDTH, self.rows), 4, dtype="f4")
+        data = self.hits.framebuffer.read((0, 0, WIDTH, self.rows), 4, dtype="f4")
         note_moved(self.hits.textures[0], down=len(data))
         texels = np.frombuffer(data, np.float32).reshape(-1, 1, 4)
         return self.hit_record.unpack(texels[:count]), len(data)
 
     def bytes(self) -> int:
-        return texture_bytes([*self.rays, *self.nearest, *self.first, *self.hits.textures])
+        """Bytes of all targets."""
+        return sum(target.bytes() for target in (self.rays, self.hits, self.nearest, self.first))
 
     def release(self) -> None:
-        release(self.hits, self.targets, self.rays, self.nearest, self.first, self.depth,
-                self._quads, self._left, self._rows)
+        release(self.hits, self.targets, self.rays, self.depth, self._quads, self._left,
+                self._rows)

@@ -9,9 +9,9 @@ import numpy as np
 from ...accel.runs import chunks, expand
 from ...gl.precision import FORMATS, Precision
 from ...gl.record import Record
+from ...gl.target import Target
 from ...numerics.watertight import intersect_pairs
 from ...rays.records import COUNTERS, HIT, NO_TRIANGLE
-from ...rays.textures import StateBuffer
 from ...traversal.method import Accelerator
 from ...traversal.schedules import DONE, UNFINISHED
 from ...traversal.triangle_table import TRIANGLE
@@ -119,7 +119,7 @@ class RayTrip:
             rays = rays[self.hit["triangle"][rays] == NO_TRIANGLE]
         return self.enter(self.walk.onward(rays, self.hit["t"]))
 
-    def write(self, final: StateBuffer, state: str) -> None:
+    def write(self, final: Target, state: str) -> None:
         """Write hits, states and counters to the buffer that the tracer reads."""
         visited = self.walk.nodes_visited
         steps = np.minimum(visited + self.tested, self.step_cap)

@@ -5,10 +5,10 @@ from ...gl.context import Gpu
 from ...gl.full_screen import FullScreenPass
 from ...gl.precision import Precision
 from ...gl.record import Record
-from ...gl.textures import release, texture_bytes
+from ...gl.target import Target
+from ...gl.textures import release
 from ...rays.records import HIT
-from ...rays.textures import RayTextures, StateBuffer
-from ...traversal.ray_image import RayImage
+from ...rays.textures import RayTextures
 from .records import CONE
 
 
@@ -38,13 +38,13 @@ class RayCones:
                  precision: Precision) -> None:
         self.size = size
         sizes, self.fans = level_sizes(size)
-        self.levels = [RayImage(gpu, CONE, each) for each in sizes]
+        self.levels = [Target(gpu, CONE, each) for each in sizes]
         self.gpu, self.state, self.precision = gpu, state, precision
         self._rays: dict[Record, FullScreenPass] = {}
         self._level = FullScreenPass(gpu, "methods/ray_hierarchy/cone_level.frag",
                                      precision.defines(), {"streams": CONE.stream_glsl(True)})
 
-    def build(self, rays: RayTextures, states: StateBuffer, unit: float) -> None:
+    def build(self, rays: RayTextures, states: Target, unit: float) -> None:
         """Make every level, of the rays that are not over."""
         if rays.record not in self._rays:
             layout = self.precision.layout
@@ -55,10 +55,10 @@ class RayCones:
                 {"streams": "\n".join([*texts, CONE.stream_glsl(True)])})
         program = self._rays[rays.record]
         program.set(unit=unit, **rays.uniforms())
-        program.draw(self.levels[0].target, {**rays.samplers(), **states.samplers()})
+        program.draw(self.levels[0], {**rays.samplers(), **states.samplers()})
         for below, level, fan in zip(self.levels, self.levels[1:], self.fans):
             self._level.set(unit=unit, fan=fan, below=below.size)
-            self._level.draw(level.target, below.samplers())
+            self._level.draw(level, below.samplers())
 
     def top(self, nodes: int) -> int:
         """The lowest level of at most so many nodes, above the rays."""
@@ -66,7 +66,8 @@ class RayCones:
                     if k and (level.length <= nodes or k == len(self.levels) - 1))
 
     def bytes(self) -> int:
-        return sum(texture_bytes(level.textures) for level in self.levels)
+        """Bytes of all levels."""
+        return sum(level.bytes() for level in self.levels)
 
     def release(self) -> None:
         release(self.levels, self._rays, self._level)

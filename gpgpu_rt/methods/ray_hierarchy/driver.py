@@ -12,15 +12,16 @@ from ...gl.algorithms.streams import Stream, StreamRoom, span
 from ...gl.full_screen import FullScreenPass, Rectangles
 from ...gl.precision import Precision
 from ...gl.record import Record
-from ...gl.textures import release, texture_bytes
+from ...gl.target import Target
+from ...gl.textures import release
 from ...rays.records import COUNTERS, HIT, NO_TRIANGLE
-from ...rays.textures import RayTextures, StateBuffer, StateBuffers
+from ...rays.textures import RayTextures, StateBuffers
 from ...statistics import Statistics
 from ...traversal.driver import Samplers, Setup
 from ...traversal.method import Accelerator
 from ...traversal.records import LEAST, LOWEST, TESTED
 from ...traversal.schedules import UNFINISHED, kernel_defines, method_defines, method_texts
-from .cones import RayCones, RayImage
+from .cones import RayCones
 from .records import CHILDREN, PAIR, VISITS
 
 GROWTH = 4      # each batch of triangles has so many times those of the one before
@@ -44,8 +45,8 @@ class RayHierarchy:
         self.cones: RayCones | None = None
         self._programs: dict[object, FullScreenPass] = {}
         self._rectangles = Rectangles(setup.gpu, 3)
-        self._images: list[RayImage] = []
-        self._visits: list[RayImage] = []
+        self._images: list[Target] = []
+        self._visits: list[Target] = []
         self._pairs: dict[int, Stream] = {}
         self._streams: dict[str, Stream] = {}
         self._balls: Stream | None = None
@@ -60,7 +61,7 @@ class RayHierarchy:
             self._balls = None
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
-            any_hit: bool = False) -> tuple[StateBuffer, int]:
+            any_hit: bool = False) -> tuple[Target, int]:
         """Trace every ray; where the hits are, and how many rays the step cap stopped."""
         self.gpu.context.enable_only(moderngl.NOTHING)
         self.gpu.context.blend_func = moderngl.ONE, moderngl.ONE
@@ -78,8 +79,8 @@ class RayHierarchy:
 
     # Passes ---------------------------------------------------------------------------------
 
-    def _draw(self, program: FullScreenPass, rays: RayTextures, source: StateBuffer | None,
-              target: StateBuffer, statistics: Statistics) -> None:
+    def _draw(self, program: FullScreenPass, rays: RayTextures, source: Target | None,
+              target: Target, statistics: Statistics) -> None:
         """A pass over the rays' states."""
         textures = {**self.samplers, **rays.samplers(), **(source.samplers() if source else {})}
         for image in self._images + self._visits[:1]:
@@ -87,7 +88,7 @@ class RayHierarchy:
         program.set(step_cap=self.step_cap, **rays.uniforms(), **self.accelerator.uniforms)
         if self.cones is not None:
             program.set(fan=self.cones.fans[0])
-        program.draw(target.target, textures)
+        program.draw(target, textures)
         statistics.passes += 1
         statistics.draw_calls += 1
 
@@ -123,10 +124,10 @@ class RayHierarchy:
                 "above": VISITS.stream_glsl(False).replace("visits", "above").replace(
                     "Visits", "Above")})
             program.set(fan=self.cones.fans[level])
-            program.draw(below.target, above.samplers("above"))
+            program.draw(below, above.samplers("above"))
         self.gpu.context.enable_only(moderngl.NOTHING)
 
-    def nearest_of(self, pairs: int, first: int, rays: RayTextures, before: StateBuffer,
+    def nearest_of(self, pairs: int, first: int, rays: RayTextures, before: Target,
                    any_hit: bool) -> None:
         """Test ``pairs`` rays' triangles; of each ray the least t, and its lowest triangle."""
         nearest, lowest = self._images
@@ -137,11 +138,11 @@ class RayHierarchy:
         program.set(base=first, last_element=pairs - 1, **self.accelerator.uniforms,
                     **rays.uniforms())
         self._rectangles.write(span(0, pairs))
-        program.draw(candidates.target, {
+        program.draw(candidates, {
             **self.samplers, **rays.samplers(), **before.samplers(), **self._pairs[0].samplers()},
             rectangles=self._rectangles)
-        nearest.target.clear(math.inf)
-        lowest.target.clear(NO_TRIANGLE)
+        nearest.clear(math.inf)
+        lowest.clear(NO_TRIANGLE)
         self.blend((moderngl.MIN, moderngl.FUNC_ADD))
         self.room.scatter("drivers/nearest", nearest,
                           [candidates], pairs, size=nearest.size)
@@ -175,9 +176,9 @@ class RayHierarchy:
         program = self.program("methods/ray_hierarchy/balls", [(self._balls.record, True)])
         program.set(last_element=self.triangles - 1, unit=self.unit)
         self._rectangles.write(span(0, self.triangles))
-        program.draw(self._balls.target, self.samplers, rectangles=self._rectangles)
+        program.draw(self._balls, self.samplers, rectangles=self._rectangles)
 
-    def _stopped(self, final: StateBuffer, buffers: StateBuffers, statistics: Statistics) -> int:
+    def _stopped(self, final: Target, buffers: StateBuffers, statistics: Statistics) -> int:
         program = self.program(
             "drivers/classify", [(self.precision.layout(self.method.state), False)])
         program.set(phase=UNFINISHED)
@@ -227,18 +228,18 @@ class RayHierarchy:
         if self.cones is None or self.cones.size != size:
             self._release_images()
             self.cones = RayCones(self.gpu, size, self.method.state, self.precision)
-            self._images = [RayImage(self.gpu, record, size) for record in (LEAST, LOWEST)]
+            self._images = [Target(self.gpu, record, size) for record in (LEAST, LOWEST)]
             if self.statistics_on:
-                self._visits = [RayImage(self.gpu, VISITS, level.size)
+                self._visits = [Target(self.gpu, VISITS, level.size)
                                 for level in self.cones.levels[1:]]
         for visits in self._visits:
-            visits.target.clear()
+            visits.clear()
 
     def bytes(self) -> int:
         """Bytes of the hierarchy, of what blending makes, and of the streams."""
         images = [*self._images, *self._visits, *self._pairs.values(), *self._streams.values()]
         images += [self._balls] if self._balls is not None else []
-        return (sum(texture_bytes(image.textures) for image in images)
+        return (sum(image.bytes() for image in images)
                 + (self.cones.bytes() if self.cones is not None else 0))
 
     def _release_images(self) -> None:

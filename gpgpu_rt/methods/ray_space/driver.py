@@ -7,8 +7,9 @@ import numpy as np
 
 from ...gl.full_screen import FullScreenPass
 from ...gl.record import TABLE_WIDTH_LOG2, Record
-from ...gl.textures import read_texture, release, stream_textures, table_textures, texture_bytes
-from ...rays.textures import RayTextures, StateBuffer, StateBuffers
+from ...gl.target import Target
+from ...gl.textures import release, table_textures, texture_bytes
+from ...rays.textures import RayTextures, StateBuffers
 from ...statistics import Statistics
 from ...traversal.driver import Samplers, Setup
 from ...traversal.method import Accelerator
@@ -25,8 +26,7 @@ class RayClasses(Traversal):
         self._given = setup.samplers
         self._classifiers: dict[Record, FullScreenPass] = {}
         self._own: dict[Record, Samplers] = {RAY_BOX: {}, CANDIDATE: {}}
-        self._classes: list[moderngl.Texture] = []
-        self._target: moderngl.Framebuffer | None = None
+        self._classes: Target | None = None
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
         """Read these tables from now on: no list is left of the triangles before they moved."""
@@ -37,7 +37,7 @@ class RayClasses(Traversal):
         super().follow(samplers, accelerator, step_cap)
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
-            any_hit: bool = False) -> tuple[StateBuffer, int]:
+            any_hit: bool = False) -> tuple[Target, int]:
         """Trace every ray; where the hits are, and how many rays the step cap stopped."""
         boxes: RayBoxes = self.accelerator.structure
         cells = self._box_of_each(rays, statistics)
@@ -52,10 +52,9 @@ class RayClasses(Traversal):
 
     def _box_of_each(self, rays: RayTextures, statistics: Statistics) -> np.ndarray:
         """The box of every ray, (rays,) int32; see RAY_CLASS."""
-        if self._target is None or self._target.size != rays.size:
-            self._release_classes()
-            self._classes = stream_textures(self.gpu, RAY_CLASS, rays.size)
-            self._target = self.gpu.context.framebuffer(self._classes)
+        if self._classes is None or self._classes.size != rays.size:
+            release(self._classes)
+            self._classes = Target(self.gpu, RAY_CLASS, rays.size)
         if rays.record not in self._classifiers:
             streams = (rays.record.stream_glsl(writes=False), RAY_CLASS.stream_glsl(True))
             self._classifiers[rays.record] = FullScreenPass(
@@ -66,10 +65,10 @@ class RayClasses(Traversal):
         program = self._classifiers[rays.record]
         program.set(**rays.uniforms())
         self.gpu.context.enable_only(moderngl.NOTHING)
-        program.draw(self._target, rays.samplers())
+        program.draw(self._classes, rays.samplers())
         statistics.passes += 1
         statistics.draw_calls += 1
-        return RAY_CLASS.unpack(read_texture(self._classes[0]).reshape(-1, 1, 4))["box"]
+        return self._classes.fields()["box"]
 
     def _upload(self, boxes: RayBoxes) -> None:
         arrays = {RAY_BOX: {"first": boxes.directory},
@@ -81,20 +80,15 @@ class RayClasses(Traversal):
 
     def bytes(self) -> int:
         """Bytes of the driver's textures beside the tables."""
-        return texture_bytes(self._classes) + super().bytes()
+        return (self._classes.bytes() if self._classes else 0) + super().bytes()
 
     def _release_own(self) -> None:
         for record, samplers in self._own.items():
             release(samplers)
             self._own[record] = {}
 
-    def _release_classes(self) -> None:
-        release(self._target, self._classes)
-        self._classes, self._target = [], None
-
     def release(self) -> None:
         """Free programs and textures."""
         self._release_own()
-        self._release_classes()
-        release(self._classifiers)
+        release(self._classes, self._classifiers)
         super().release()

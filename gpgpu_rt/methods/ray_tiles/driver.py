@@ -14,9 +14,10 @@ from ...gl.full_screen import FullScreenPass
 from ...gl.precision import Precision
 from ...gl.primitive_pass import PrimitivePass
 from ...gl.record import TABLE_WIDTH_LOG2, Record, streams_glsl
-from ...gl.textures import release, stream_samplers, stream_textures, texture_bytes
+from ...gl.target import Target
+from ...gl.textures import release
 from ...rays.records import COUNTERS, HIT
-from ...rays.textures import RayTextures, StateBuffer, StateBuffers
+from ...rays.textures import RayTextures, StateBuffers
 from ...statistics import Statistics
 from ...traversal.driver import Samplers, Setup
 from ...traversal.method import Accelerator
@@ -41,14 +42,14 @@ class RayTiles:
         self.statistics_on = bool(setup.options["statistics"])
         self._programs: dict[object, FullScreenPass] = {}
         self._pair_programs: dict[object, PrimitivePass] = {}
-        self._room: _Room | None = None
+        self._room: TileTargets | None = None
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
         """Read these tables from now on: the same records and defines, triangles that moved."""
         self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
-            any_hit: bool = False) -> tuple[StateBuffer, int]:
+            any_hit: bool = False) -> tuple[Target, int]:
         """Trace every ray; where the hits are, and how many rays the step cap stopped."""
         context, room = self.gpu.context, self._room_for(buffers.size)
         context.enable_only(moderngl.NOTHING)
@@ -71,13 +72,13 @@ class RayTiles:
             context.enable_only(moderngl.NOTHING)
             context.blend_equation = moderngl.FUNC_ADD
         final, short = buffers.side(0), len(drawn) < len(everything)
-        self._pass("tile_hits", rays, final.target, statistics, any_hit, steps=len(drawn),
+        self._pass("tile_hits", rays, final, statistics, any_hit, steps=len(drawn),
                    cut_short=short)
         return final, self._stopped(final, buffers, statistics) if short else 0
 
     # Passes ---------------------------------------------------------------------------------
 
-    def _pass(self, name: str, rays: RayTextures, target: moderngl.Framebuffer,
+    def _pass(self, name: str, rays: RayTextures, target: Target,
               statistics: Statistics, any_hit: bool, **uniforms: object) -> None:
         """A pass over the tiles, or for hits over the rays."""
         self.gpu.context.enable_only(moderngl.NOTHING)
@@ -107,7 +108,7 @@ class RayTiles:
         assert room is not None
         textures = self._textures(rays)
         if target == "nearest":     # is not read then, and may not be bound
-            textures |= stream_samplers(NEAREST.name, room.streams["found"])
+            textures |= room.targets["found"].samplers(NEAREST.name)
         program = self._pair_program(rays.record, any_hit, counting)
         tiles = room.tiles[0] * room.tiles[1]
         first, count = batch
@@ -128,7 +129,7 @@ class RayTiles:
         statistics.draw_calls += 1
         statistics.kernel_passes[name] = statistics.kernel_passes.get(name, 0) + 1
 
-    def _stopped(self, final: StateBuffer, buffers: StateBuffers, statistics: Statistics) -> int:
+    def _stopped(self, final: Target, buffers: StateBuffers, statistics: Statistics) -> int:
         key = "drivers/classify.frag"
         if key not in self._programs:
             self._programs[key] = FullScreenPass(self.gpu, key, {}, {
@@ -180,21 +181,21 @@ class RayTiles:
                  "streams": "\n".join(texts), "sources": "\n".join(cones)})
         return self._pair_programs[key]
 
-    def _room_for(self, size: tuple[int, int]) -> _Room:
+    def _room_for(self, size: tuple[int, int]) -> TileTargets:
         if self._room is None or self._room.size != size:
             release(self._room)
-            self._room = _Room(self, size)
+            self._room = TileTargets(self, size)
         return self._room
 
     def bytes(self) -> int:
         """Bytes of cones, ends, and of what blending keeps of each ray."""
-        return texture_bytes(self._room.textures()) if self._room is not None else 0
+        return self._room.bytes() if self._room is not None else 0
 
     def release(self) -> None:
         release(self._programs, self._pair_programs, self._room)
 
 
-class _Room:
+class TileTargets:
     """Textures of the tiles, and those that blending draws into."""
 
     def __init__(self, owner: RayTiles, size: tuple[int, int]) -> None:
@@ -205,21 +206,20 @@ class _Room:
                    "found": (FOUND, size)}
         if owner.statistics_on:
             records["quads"] = (QUADS, size)
-        self.names = {name: record.name for name, (record, _) in records.items()}
-        self.streams = {name: stream_textures(owner.gpu, record, shape)
+        self.targets = {name: Target(owner.gpu, record, shape)
                         for name, (record, shape) in records.items()}
-        self.targets = {name: owner.gpu.context.framebuffer(textures)
-                        for name, textures in self.streams.items()}
         for name in records.keys() & {"nearest", "found", "quads"}:
             # Whole tiles, also past the last ray: a point is dropped whose middle is outside.
-            self.targets[name].viewport = (0, 0, *(owner.tile * n for n in self.tiles))
+            self.targets[name].framebuffer.viewport = (0, 0, *(owner.tile * n for n in self.tiles))
 
     def samplers(self) -> Samplers:
-        return {sampler: texture for name, textures in self.streams.items()
-                for sampler, texture in stream_samplers(self.names[name], textures).items()}
+        """Sampler name -> texture of all targets."""
+        return {sampler: texture for target in self.targets.values()
+                for sampler, texture in target.samplers().items()}
 
-    def textures(self) -> list[moderngl.Texture]:
-        return [texture for textures in self.streams.values() for texture in textures]
+    def bytes(self) -> int:
+        """Bytes of all targets."""
+        return sum(target.bytes() for target in self.targets.values())
 
     def release(self) -> None:
-        release(self.targets, self.streams)
+        release(self.targets)

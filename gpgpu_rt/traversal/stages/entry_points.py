@@ -7,17 +7,15 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import moderngl
-import numpy as np
 
-from ...gl.context import Gpu
 from ...gl.full_screen import FullScreenPass
 from ...gl.precision import Precision
-from ...gl.record import Record
-from ...gl.textures import release, stream_samplers, stream_textures, texture_bytes
-from ...rays.textures import RayTextures, StateBuffer, StateBuffers, read_stream
+from ...gl.target import Target
+from ...gl.textures import release
+from ...rays.textures import RayTextures, StateBuffers
 from ...statistics import Statistics
 from ..driver import Driver, Samplers, Setup
 from ..method import Accelerator
@@ -39,7 +37,7 @@ class EntryPoints:
         self.samplers, self.accelerator = setup.samplers, setup.accelerator
         self.step_cap = setup.step_cap
         self._programs: dict[object, FullScreenPass] = {}
-        self._levels: list[_Level] = []
+        self._levels: list[EntryTiles] = []
         self._size: tuple[int, int] | None = None
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
@@ -60,7 +58,7 @@ class EntryPoints:
                 self.step_cap)
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
-            any_hit: bool = False) -> tuple[StateBuffer | PacketHits, int]:
+            any_hit: bool = False) -> tuple[Target | PacketHits, int]:
         """Trace every ray; where the hits are, and how many rays the step cap stopped."""
         began = time.perf_counter()
         self.gpu.context.enable_only(moderngl.NOTHING)
@@ -69,7 +67,7 @@ class EntryPoints:
         for below, level in zip(self._levels, self._levels[1:]):
             self._draw("beam_level", level.beams, None, below.beams.samplers(), statistics,
                        below_size=below.size)
-        upper: _Level | None = None
+        upper: EntryTiles | None = None
         for level in reversed(self._levels):
             self._draw("entry_points", level.entries, upper, level.beams.samplers(), statistics)
             self._draw("entry_columns", level.lists, None, level.entries.samplers(), statistics,
@@ -90,7 +88,7 @@ class EntryPoints:
 
     # Passes ---------------------------------------------------------------------------------
 
-    def _draw(self, name: str, target: TileImage, other: RayTextures | _Level | None,
+    def _draw(self, name: str, target: Target, other: RayTextures | EntryTiles | None,
               samplers: Samplers, statistics: Statistics, **uniforms: object) -> None:
         """A pass; ``other``: the rays that it reads, or the level whose lists it refines."""
         program = self._program(name, other)
@@ -100,12 +98,12 @@ class EntryPoints:
             uniforms["entry_tiles_across"] = other.size[0]
             samplers = {**samplers, **other.lists.samplers()}
         program.set(**uniforms)
-        program.draw(target.target, {**self.samplers, **samplers})
+        program.draw(target, {**self.samplers, **samplers})
         statistics.draw_calls += 1
 
-    def _program(self, name: str, other: RayTextures | _Level | None) -> FullScreenPass:
+    def _program(self, name: str, other: RayTextures | EntryTiles | None) -> FullScreenPass:
         rays = other.record if isinstance(other, RayTextures) else None
-        key = (name, rays, isinstance(other, _Level))
+        key = (name, rays, isinstance(other, EntryTiles))
         if key not in self._programs:
             setup = self.setup
             reads, writes = {
@@ -115,7 +113,7 @@ class EntryPoints:
             texts = [record.stream_glsl(False) for record in reads if record not in (None, writes)]
             defines = {**method_defines(setup.method, self.accelerator, setup.options, False),
                        "STATISTICS": False, "TILE": ENTRY_TILE, "FAN": FAN,
-                       "UPPER": isinstance(other, _Level),
+                       "UPPER": isinstance(other, EntryTiles),
                        "EACH_LIST(f)": ", ".join(f"f({k})" for k in range(ENTRIES // 4))}
             if name == "beam_rays":   # its beams are the same for every order of nodes
                 defines["OCTANTS"] = False
@@ -135,7 +133,7 @@ class EntryPoints:
         self._size = size
         tile = ENTRY_TILE
         while tile <= self.tile:
-            self._levels.append(_Level(self, (-(-size[0] // tile), -(-size[1] // tile))))
+            self._levels.append(EntryTiles(self, (-(-size[0] // tile), -(-size[1] // tile))))
             tile *= FAN
         self._hand_on()
 
@@ -152,38 +150,18 @@ class EntryPoints:
         release(self._programs, self.driver)
 
 
-class TileImage:
-    """A record a texel, and the framebuffer that draws there."""
-
-    def __init__(self, gpu: Gpu, record: Record, size: tuple[int, int]) -> None:
-        self.record = record
-        self.textures = stream_textures(gpu, record, size)
-        self.target = gpu.context.framebuffer(self.textures)
-
-    def samplers(self) -> Samplers:
-        return stream_samplers(self.record.name, self.textures)
-
-    def fields(self) -> dict[str, np.ndarray]:
-        """(down, across) or (down, across, k) by field of the record, read back."""
-        return read_stream(self.record, self.samplers())
-
-    def release(self) -> None:
-        release(self.target, self.textures)
-
-
-@dataclass
-class _Level:
+class EntryTiles:
     """Tiles of one size: their beams, entries as they are written and lists as they are read."""
 
     def __init__(self, owner: EntryPoints, size: tuple[int, int]) -> None:
         self.size = size
-        self.beams = TileImage(owner.gpu, TILE_BEAM, size)
-        self.entries = TileImage(owner.gpu, ENTRY_POINTS, size)
-        self.lists = TileImage(owner.gpu, ENTRY_LIST, (size[0] * (ENTRIES // 4), size[1]))
+        self.beams = Target(owner.gpu, TILE_BEAM, size)
+        self.entries = Target(owner.gpu, ENTRY_POINTS, size)
+        self.lists = Target(owner.gpu, ENTRY_LIST, (size[0] * (ENTRIES // 4), size[1]))
 
     def bytes(self) -> int:
-        return sum(texture_bytes(image.textures)
-                   for image in (self.beams, self.entries, self.lists))
+        """Bytes of the three."""
+        return sum(image.bytes() for image in (self.beams, self.entries, self.lists))
 
     def release(self) -> None:
         release(self.beams, self.entries, self.lists)

@@ -33,12 +33,13 @@ from ...gl.full_screen import FullScreenPass, Rectangles
 from ...gl.precision import Precision
 from ...gl.record import TABLE_WIDTH_LOG2, Record, streams_glsl
 from ...gl.row_pass import RowPass
+from ...gl.target import Target
 from ...gl.textures import (
     TABLE_WIDTH, make_texture, note_moved, release, table_textures, texture_bytes, write_texture
 )
 from ...options import word_define
 from ...rays.records import COUNTERS, HIT
-from ...rays.textures import RayTextures, StateBuffer, StateBuffers
+from ...rays.textures import RayTextures, StateBuffers
 from ...scene.camera import Camera
 from ...statistics import Statistics
 from ..driver import Driver
@@ -114,7 +115,7 @@ class FirstHits:
             self._flags = self.gpu.context.framebuffer([self.gpu.context.texture(size, 1)])
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
-            any_hit: bool = False) -> tuple[StateBuffer | PacketHits, int]:
+            any_hit: bool = False) -> tuple[Target | PacketHits, int]:
         """Hits of the rays, and how many of those that were traced were stopped."""
         if any_hit or rays.seen_from is None:
             return self.driver.run(rays, buffers, statistics, any_hit)
@@ -160,7 +161,7 @@ class FirstHits:
                 "farthest": farthest}
 
     def _all(self, rays: RayTextures, buffers: StateBuffers,
-             statistics: Statistics) -> tuple[StateBuffer | PacketHits, int]:
+             statistics: Statistics) -> tuple[Target | PacketHits, int]:
         """Trace every ray."""
         self._count(statistics, rays, rays.size[0] * rays.size[1], 0, 0)
         return self.driver.run(rays, buffers, statistics)
@@ -202,12 +203,11 @@ class FirstHits:
             **self._tables, **rays.samplers(), "candidates": image.candidates})
         if not self.proved:
             return
-        for name, reads, writes in (("first_packed", SHOWN, SHOWN_FOUR),
-                                    ("first_blocks", SHOWN_FOUR, SHOWN_BLOCK)):
-            self._full_screen(name, (reads,), (writes,)).draw(image.targets[writes.name],
-                                                              image.samplers())
+        for name, reads, target in (("first_packed", SHOWN, image.fours),
+                                    ("first_blocks", SHOWN_FOUR, image.blocks)):
+            self._full_screen(name, (reads,), (target.record,)).draw(target, image.samplers())
 
-    def _rivals(self, image: FirstImage, rays: RayTextures, final: StateBuffer, drawn: np.ndarray,
+    def _rivals(self, image: FirstImage, rays: RayTextures, final: Target, drawn: np.ndarray,
                 view: dict[str, object]) -> list[np.ndarray]:
         """Triangles that come before what is shown: (k, 3) PART each, the whole image and parts
         of it."""
@@ -221,7 +221,7 @@ class FirstHits:
         found.append(parts[verdict["kind"] == BEFORE])
         return found
 
-    def _judge(self, image: FirstImage, rays: RayTextures, final: StateBuffer, parts: np.ndarray,
+    def _judge(self, image: FirstImage, rays: RayTextures, final: Target, parts: np.ndarray,
                side: int, most_pixels: int, view: dict[str, object]) -> dict[str, np.ndarray]:
         """VERDICT of (k, 3) PART, ``side`` pixels large."""
         count = len(parts)
@@ -236,21 +236,21 @@ class FirstHits:
             program.set(**view, **rays.uniforms(), last_element=count - 1, part_side=side,
                         most_pixels=most_pixels)
             self._span.write(span(0, count))
-            program.draw(room[1].target, {
+            program.draw(room[1], {
                 **self._tables, **rays.samplers(), **final.samplers(), **image.samplers(),
                 **room[0].samplers()}, rectangles=self._span)
-        read = room[1].target.read((0, 0, TABLE_WIDTH, rows), components=4, dtype="f4")
+        read = room[1].framebuffer.read((0, 0, TABLE_WIDTH, rows), components=4, dtype="f4")
         note_moved(room[0].textures[0], down=len(read))
         return VERDICT.unpack(np.frombuffer(read, np.float32).reshape(-1, 1, 4)[:count])
 
-    def _mark(self, image: FirstImage, rays: RayTextures, final: StateBuffer, rivals: np.ndarray,
+    def _mark(self, image: FirstImage, rays: RayTextures, final: Target, rivals: np.ndarray,
               side: int, view: dict[str, object]) -> None:
         """Mark the rays that rivals come before as in doubt."""
         self._row_pass("first_doubt", "part", 6, (rays.record, HIT)).draw(
             image.doubted, {**self._tables, **rays.samplers(), **final.samplers()}, rivals,
             {**view, **rays.uniforms(), "part_side": side})
 
-    def _trace(self, doubt: np.ndarray, rays: RayTextures, final: StateBuffer,
+    def _trace(self, doubt: np.ndarray, rays: RayTextures, final: Target,
                statistics: Statistics) -> int:
         """Trace the rays in doubt; how many were stopped."""
         if self.statistics_on:
@@ -269,18 +269,17 @@ class FirstHits:
         self.gpu.context.enable_only(moderngl.NOTHING)
         if stopped and not self.statistics_on:
             self._clear_counts(final)
-        self._scatter().draw(final.target, found.samplers(), doubt,
+        self._scatter().draw(final, found.samplers(), doubt,
                              {"image": rays.size, "row_length": TRACED_ROW})
         statistics.passes += 2
         statistics.draw_calls += 2
         return stopped
 
-    def _clear_counts(self, final: StateBuffer) -> None:
+    def _clear_counts(self, final: Target) -> None:
         """Rays that were not traced took no steps and are done."""
         for name, record in final.records.items():
             if name != HIT.name:
-                nothing = {field.name: np.zeros((final.target.size[0] * final.target.size[1],
-                                                 field.width), np.float32)
+                nothing = {field.name: np.zeros((final.length, field.width), np.float32)
                            for field in record.fields}
                 final.write(name, **nothing)
 
@@ -321,7 +320,7 @@ class FirstHits:
         assert isinstance(found, RowPass)
         return found
 
-    def _image_for(self, buffers: StateBuffers, final: StateBuffer) -> FirstImage:
+    def _image_for(self, buffers: StateBuffers, final: Target) -> FirstImage:
         if self._image is None or self._image.final is not final:
             release(self._image)
             self._image = FirstImage(self.gpu, buffers, final)
@@ -354,12 +353,12 @@ class FirstHits:
         """Bytes of its own textures."""
         total = texture_bytes(self._tables.values()) + rows_of(self.count) * TABLE_WIDTH
         for stream in self._parts or ():
-            total += texture_bytes(stream.textures)
+            total += stream.bytes()
         if self._image is not None:
             total += self._image.bytes()
         if self._traced is not None:
             rays, buffers, places = self._traced
-            total += texture_bytes([*rays.textures, places]) + buffers.bytes()
+            total += rays.bytes() + texture_bytes([places]) + buffers.bytes()
         return total
 
     def _release_traced(self) -> None:

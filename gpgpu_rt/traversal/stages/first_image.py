@@ -5,9 +5,10 @@ import moderngl
 import numpy as np
 
 from ...gl.context import Gpu
-from ...gl.textures import make_texture, release, stream_samplers, stream_textures, texture_bytes
+from ...gl.target import Target
+from ...gl.textures import make_texture, release, texture_bytes
 from ...rays.records import HIT
-from ...rays.textures import StateBuffer, StateBuffers
+from ...rays.textures import StateBuffers
 from .records import SHOWN, SHOWN_BLOCK, SHOWN_FOUR
 
 BLOCK = 8    # pixels a side of a square that is hidden, or is a triangle's own, as a whole
@@ -20,45 +21,40 @@ class FirstImage:
     Attributes
     ----------
     drawn : candidates by the depth test
+    shown, fours, blocks : what pixels show, four in a row, and squares of BLOCK a side
     verified : the hits, and which rays are in doubt
     proved : the same, and what pixels show
-    targets : what fours and squares of pixels show, by record
     doubted : which rays are in doubt
     """
 
-    def __init__(self, gpu: Gpu, buffers: StateBuffers, final: StateBuffer) -> None:
+    def __init__(self, gpu: Gpu, buffers: StateBuffers, final: Target) -> None:
         self.final = final
         width, height = size = buffers.size
         self.candidates = make_texture(gpu, size, 1, "candidates")
-        self.streams = {
-            SHOWN.name: [make_texture(gpu, size, 2, "what pixels show")],
-            SHOWN_FOUR.name: stream_textures(gpu, SHOWN_FOUR, (-(-width // 4), height)),
-            SHOWN_BLOCK.name: stream_textures(gpu, SHOWN_BLOCK,
-                                              (-(-width // BLOCK), -(-height // BLOCK)))}
         self.doubt = gpu.context.texture(size, 1)
+        self._depths = make_texture(gpu, size, 2, "what pixels show")
+        self.shown = Target(gpu, SHOWN, size, borrowed={SHOWN.name: [self._depths]})
+        self.fours = Target(gpu, SHOWN_FOUR, (-(-width // 4), height))
+        self.blocks = Target(gpu, SHOWN_BLOCK, (-(-width // BLOCK), -(-height // BLOCK)))
+        hits, doubt = {HIT.name: final.streams[HIT.name]}, {"doubt": [self.doubt]}
         # The state's own depth buffer: schedules clear it before they mask rays by it.
-        framebuffer = gpu.context.framebuffer
-        self.drawn = framebuffer([self.candidates], buffers.depth)
-        self.verified = framebuffer([*final.streams[HIT.name], self.doubt])
-        self.proved = framebuffer([*final.streams[HIT.name], *self.streams[SHOWN.name],
-                                   self.doubt])
-        self.targets = {name: framebuffer(textures) for name, textures in self.streams.items()}
-        self.doubted = framebuffer([self.doubt])
-
-    @property
-    def textures(self) -> list[moderngl.Texture]:
-        return [self.candidates, *(t for textures in self.streams.values() for t in textures)]
+        self.drawn = gpu.context.framebuffer([self.candidates], buffers.depth)
+        self.verified = Target(gpu, (), size, borrowed={**hits, **doubt})
+        self.proved = Target(gpu, (), size, borrowed={**hits, **self.shown.streams, **doubt})
+        self.doubted = Target(gpu, (), size, borrowed=doubt)
 
     def samplers(self) -> dict[str, moderngl.Texture]:
-        return {sampler: texture for name, textures in self.streams.items()
-                for sampler, texture in stream_samplers(name, textures).items()}
+        """Sampler name -> texture of what pixels, fours and blocks show."""
+        return {**self.shown.samplers(), **self.fours.samplers(), **self.blocks.samplers()}
 
     def bytes(self) -> int:
-        return texture_bytes(self.textures) + self.doubt.width * self.doubt.height
+        """Bytes of the textures, without the hits."""
+        return (texture_bytes([self.candidates, self._depths]) + self.fours.bytes()
+                + self.blocks.bytes() + self.doubt.width * self.doubt.height)
 
     def release(self) -> None:
-        release(self.drawn, self.verified, self.proved, self.doubted, self.targets,
-                self.textures, self.doubt)
+        release(self.drawn, self.verified, self.proved, self.doubted, self.shown, self.fours,
+                self.blocks, self.candidates, self.doubt, self._depths)
 
 
 def cut(rows: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:

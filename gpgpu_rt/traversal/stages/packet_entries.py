@@ -9,20 +9,19 @@ import math
 import time
 
 import moderngl
-import numpy as np
 
 from ...gl.context import Gpu
 from ...gl.full_screen import FullScreenPass
 from ...gl.record import Record, streams_glsl
-from ...gl.textures import release, texture_bytes, write_texture
-from ...rays.textures import RayTextures, StateBuffer, StateBuffers
+from ...gl.target import Target
+from ...gl.textures import release
+from ...rays.textures import RayTextures, StateBuffers
 from ...statistics import Statistics
 from ..driver import Driver, Samplers, Setup
 from ..method import Accelerator
 from ..packet_hits import PacketHits
 from ..records import PACKET_ENTRY
 from ..schedules import method_defines, method_texts
-from .entry_points import TileImage
 from .records import TILE_BEAM, TILE_BOUNDS
 
 
@@ -36,7 +35,7 @@ class PacketEntries:
         self.step_cap = setup.step_cap
         self._programs: dict[tuple[Record, bool], FullScreenPass] = {}
         self._bounds = TileBoundsImage(self.gpu)
-        self._entries: TileImage | None = None
+        self._entries: Target | None = None
         self._size: tuple[int, int] | None = None
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
@@ -51,7 +50,7 @@ class PacketEntries:
         self.driver.follow({**self.samplers, **entries}, self.accelerator, self.step_cap)
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
-            any_hit: bool = False) -> tuple[StateBuffer | PacketHits, int]:
+            any_hit: bool = False) -> tuple[Target | PacketHits, int]:
         """Trace every ray; where the hits are, and how many rays the step cap stopped."""
         began = time.perf_counter()
         self.gpu.context.enable_only(moderngl.NOTHING)
@@ -61,7 +60,7 @@ class PacketEntries:
         samplers = {**self.samplers, **rays.samplers()}
         if rays.bounded:
             samplers |= self._bounds.of(rays, self.tile).samplers()
-        program.draw(entries.target, samplers)
+        program.draw(entries, samplers)
         statistics.draw_calls += 1
         if self.setup.options["statistics"]:
             visited = float(entries.fields()["visited"].sum())
@@ -86,11 +85,11 @@ class PacketEntries:
             self._programs[rays, bounded] = program
         return self._programs[rays, bounded]
 
-    def _entries_for(self, size: tuple[int, int]) -> TileImage:
+    def _entries_for(self, size: tuple[int, int]) -> Target:
         if self._entries is None or self._size != size:
             release(self._entries)
             self._entries = None
-            self._entries = TileImage(self.gpu, PACKET_ENTRY, (
+            self._entries = Target(self.gpu, PACKET_ENTRY, (
                 -(-size[0] // self.tile), -(-size[1] // self.tile)))
             self._size = size
             self._hand_on()
@@ -98,7 +97,7 @@ class PacketEntries:
 
     def bytes(self) -> int:
         """Bytes of the entries, and of the driver's own textures."""
-        own = texture_bytes(self._entries.textures) if self._entries is not None else 0
+        own = self._entries.bytes() if self._entries is not None else 0
         return own + self._bounds.bytes() + self.driver.bytes()
 
     def release(self) -> None:
@@ -111,25 +110,22 @@ class TileBoundsImage:
 
     def __init__(self, gpu: Gpu) -> None:
         self.gpu = gpu
-        self._image: TileImage | None = None
+        self._image: Target | None = None
         self._size = (0, 0)
 
-    def of(self, rays: RayTextures, side: int) -> TileImage:
+    def of(self, rays: RayTextures, side: int) -> Target:
         """Those of tiles of so many rays a side."""
         assert rays.tiles is not None
         tiles = rays.tiles.of_side(side)
         if self._image is None or self._size != tiles.size:
             self.release()
-            self._image, self._size = TileImage(self.gpu, TILE_BOUNDS, tiles.size), tiles.size
-        texels = TILE_BOUNDS.pack(
-            live=tiles.live.reshape(-1), least=tiles.least.reshape(-1, 3),
-            most=tiles.most.reshape(-1, 3))
-        for texel, texture in enumerate(self._image.textures):
-            write_texture(texture, np.ascontiguousarray(texels[:, texel]))
+            self._image, self._size = Target(self.gpu, TILE_BOUNDS, tiles.size), tiles.size
+        self._image.write(TILE_BOUNDS.name, live=tiles.live.reshape(-1),
+                          least=tiles.least.reshape(-1, 3), most=tiles.most.reshape(-1, 3))
         return self._image
 
     def bytes(self) -> int:
-        return texture_bytes(self._image.textures) if self._image is not None else 0
+        return self._image.bytes() if self._image is not None else 0
 
     def release(self) -> None:
         release(self._image)

@@ -18,9 +18,10 @@ from ...gl.full_screen import FullScreenPass
 from ...gl.precision import Precision
 from ...gl.primitive_pass import PrimitivePass
 from ...gl.record import TABLE_WIDTH_LOG2, Record
-from ...gl.textures import release, stream_samplers, stream_textures, table_textures, texture_bytes
+from ...gl.target import Target
+from ...gl.textures import release, table_textures, texture_bytes
 from ...rays.records import RAY_TEXELS
-from ...rays.textures import RayTextures, StateBuffer, StateBuffers
+from ...rays.textures import RayTextures, StateBuffers
 from ...scene.camera import Camera
 from ...statistics import Statistics
 from ..driver import Driver
@@ -60,7 +61,7 @@ class RasterisedBounds:
                                       into=self._tables)
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
-            any_hit: bool = False) -> tuple[StateBuffer | PacketHits, int]:
+            any_hit: bool = False) -> tuple[Target | PacketHits, int]:
         """Trace every ray; see ``Driver``."""
         if not any_hit and rays.seen_from is not None:
             rays = self._bounded(rays, rays.seen_from, statistics)
@@ -79,14 +80,14 @@ class RasterisedBounds:
         program = self._bound[rays.record]
         program.set(forward=tuple(camera.basis(rays.size)[2]), **rays.uniforms())
         program.draw(bounded.target, {
-            **rays.samplers(), **stream_samplers(DEPTH_BOUNDS.name, self._depths)})
+            **rays.samplers(), **self._depths.samplers()})
         statistics.draw_calls += 2
         return bounded
 
     def _rasterise(self, size: tuple[int, int], camera: Camera, triangles: int,
                    samplers: Mapping[str, moderngl.Texture]) -> None:
         context = self.gpu.context
-        self._target.clear(NOTHING, NOTHING, NOTHING, NOTHING)
+        self._depths.clear(NOTHING, NOTHING, NOTHING, NOTHING)
         if not triangles:
             return
         if self._program is None:
@@ -97,12 +98,12 @@ class RasterisedBounds:
                          "table_width": f"#define TABLE_WIDTH_LOG2 {TABLE_WIDTH_LOG2}"})
         right, up, forward = (tuple(axis) for axis in camera.basis(size))
         self._program.set(eye=camera.eye, right=right, up=up, forward=forward, image=size,
-                          tiles=self._target.size, tile=self.tile)
+                          tiles=self._depths.size, tile=self.tile)
         context.enable_only(moderngl.BLEND)
         context.blend_func = moderngl.ONE, moderngl.ONE
         context.blend_equation = moderngl.MIN
         try:
-            self._program.draw(self._target, samplers, moderngl.TRIANGLE_STRIP, 4, triangles)
+            self._program.draw(self._depths, samplers, moderngl.TRIANGLE_STRIP, 4, triangles)
         finally:
             context.enable_only(moderngl.NOTHING)
             context.blend_equation = moderngl.FUNC_ADD
@@ -112,18 +113,17 @@ class RasterisedBounds:
             self._release_room()
             self._rays = RayTextures(self.gpu, size, self.precision)
             tiles = (-(-size[0] // self.tile), -(-size[1] // self.tile))
-            self._depths = stream_textures(self.gpu, DEPTH_BOUNDS, tiles)
-            self._target: moderngl.Framebuffer = self.gpu.context.framebuffer(self._depths)
+            self._depths = Target(self.gpu, DEPTH_BOUNDS, tiles)
         return self._rays
 
     def bytes(self) -> int:
         """Bytes of the coarse image and of the bounded rays."""
-        own = [*self._rays.textures, *self._depths] if self._rays else []
-        return texture_bytes([*own, *self._tables.values()])
+        own = self._rays.bytes() + self._depths.bytes() if self._rays else 0
+        return own + texture_bytes(self._tables.values())
 
     def _release_room(self) -> None:
         if self._rays is not None:
-            release(self._rays, self._target, self._depths)
+            release(self._rays, self._depths)
             self._rays = None
 
     def release(self) -> None:

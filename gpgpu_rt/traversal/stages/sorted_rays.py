@@ -19,10 +19,11 @@ from ...gl.full_screen import FullScreenPass
 from ...gl.precision import Precision
 from ...gl.primitive_pass import PrimitivePass
 from ...gl.record import TABLE_WIDTH_LOG2, Record, streams_glsl
+from ...gl.target import Target
 from ...gl.textures import release, texture_bytes
 from ...rays.order import SQUARE, squares
 from ...rays.records import COUNTERS, HIT
-from ...rays.textures import RayTextures, StateBuffer, StateBuffers
+from ...rays.textures import RayTextures, StateBuffers
 from ...statistics import Statistics
 from ..driver import Driver, Samplers, Setup
 from ..method import Accelerator
@@ -49,7 +50,7 @@ class SortedRays:
         self.driver.follow(samplers, accelerator, step_cap)
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
-            any_hit: bool = False) -> tuple[StateBuffer, int]:
+            any_hit: bool = False) -> tuple[Target, int]:
         """Trace every ray; where the hits are, and how many rays the step cap stopped."""
         began = time.perf_counter()
         with StreamRoom(self.gpu) as room:
@@ -97,7 +98,7 @@ class SortedRays:
         samplers = rays.samplers()
         for read in reads:
             samplers |= read.samplers()
-        program.draw(target.target, samplers)
+        program.draw(target, samplers)
 
     def _gather(self, keys: Stream, rays: RayTextures, there: RayTextures) -> None:
         program = self._program("sort_gather", None, [SORT_KEY], rays.record, {})
@@ -106,7 +107,7 @@ class SortedRays:
         program.draw(there.target, {**rays.samplers(), **keys.samplers()})
 
     def _bring_back(self, keys: Stream, samplers: Samplers, rays: RayTextures,
-                    final: StateBuffer) -> None:
+                    final: Target) -> None:
         if self._scatter is None:
             writes = (self.precision.layout(self.method.state), self.precision.layout(HIT),
                       *([COUNTERS] if self.statistics_on else []))
@@ -117,7 +118,7 @@ class SortedRays:
         self._scatter.set(ray_texture_size=rays.size, squares_a_row=squares(
             rays.size[0] * rays.size[1])[0])
         self.gpu.context.enable_only(moderngl.NOTHING)
-        self._scatter.draw(final.target, {**samplers, **keys.samplers()}, moderngl.POINTS,
+        self._scatter.draw(final, {**samplers, **keys.samplers()}, moderngl.POINTS,
                            keys.length)
 
     # Programs and textures ------------------------------------------------------------------

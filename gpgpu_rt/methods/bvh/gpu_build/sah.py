@@ -128,14 +128,14 @@ class Splitting:
         context.enable_only(moderngl.BLEND)
         context.blend_func = moderngl.ONE, moderngl.ONE
         context.blend_equation = moderngl.MIN, moderngl.FUNC_ADD
-        ranges.target.clear(FAR, FAR, FAR, 0.0)
+        ranges.clear(FAR, FAR, FAR, 0.0)
         room.scatter("sah_ranges", ranges, [slots, level, large, self.boxes], slots.length,
                      defines=defines)
         context.enable_only(moderngl.NOTHING)
         room.draw("sah_bins", bins,
                   [slots, level, large, ranges, self.boxes], defines=defines)
         context.enable_only(moderngl.BLEND)
-        cells.target.clear(FAR, FAR, FAR, 0.0)
+        cells.clear(FAR, FAR, FAR, 0.0)
         room.scatter("sah_fill", cells, [slots, bins, self.boxes], 3 * slots.length,
                      defines=defines)
         context.enable_only(moderngl.NOTHING)

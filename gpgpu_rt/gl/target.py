@@ -1,0 +1,116 @@
+"""Target: records in textures of one size, and the framebuffer that draws into them."""
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from .context import Gpu
+from .record import Record
+from .textures import (
+    read_texture, release, stream_samplers, stream_textures, texture_bytes, write_texture
+)
+
+ByRay = Callable[[np.ndarray], np.ndarray]    # texels (k, 4) -> (n, 4), one row a ray
+
+
+def whole(texels: np.ndarray) -> np.ndarray:
+    """Texels as they lie."""
+    return texels
+
+
+class Target:
+    """One or several records a texel: what passes draw into and later passes read.
+
+    Parameters
+    ----------
+    records : a Record or several, in the order of the render targets
+    size : (width, height) texels
+    depth : a depth buffer of that size. Draws test against it and do not write it
+    borrowed : name -> textures that another object owns and releases, instead of new ones for the
+        record of that name. A name without a record is attached behind the records
+
+    Attributes
+    ----------
+    records : name -> Record
+    streams : name -> textures, one a texel of the record
+    textures : all of them, in the order of the render targets
+    framebuffer : draws into all textures at once
+    length : texels
+    """
+
+    def __init__(self, gpu: Gpu, records: Record | Sequence[Record], size: tuple[int, int],
+                 depth: moderngl.Renderbuffer | None = None,
+                 borrowed: Mapping[str, list[moderngl.Texture]] | None = None) -> None:
+        self.gpu, self.size, self.length = gpu, size, size[0] * size[1]
+        records, given = [records] if isinstance(records, Record) else records, borrowed or {}
+        self.records = {record.name: record for record in records}
+        self._own = {name: stream_textures(gpu, record, size)
+                     for name, record in self.records.items() if name not in given}
+        self.streams = {**dict.fromkeys(self.records, []), **self._own, **given}
+        self.textures = [texture for stream in self.streams.values() for texture in stream]
+        self.framebuffer = gpu.context.framebuffer(self.textures, depth)
+        if depth is not None:
+            self.framebuffer.depth_mask = False
+
+    @property
+    def record(self) -> Record:
+        """The first record, which is the only one of most targets."""
+        return next(iter(self.records.values()))
+
+    def part(self, record: Record) -> Target:
+        """A target over the textures of one record alone, which stay this target's own."""
+        return Target(self.gpu, record, self.size,
+                      borrowed={record.name: self.streams[record.name]})
+
+    def samplers(self, as_name: str | None = None) -> dict[str, moderngl.Texture]:
+        """Sampler name -> texture; ``as_name`` renames the record of a target that has one."""
+        return {sampler: texture for name, textures in self.streams.items()
+                for sampler, texture in stream_samplers(as_name or name, textures).items()}
+
+    def fields(self, name: str | None = None, by_ray: ByRay = whole) -> dict[str, np.ndarray]:
+        """Read a record back.
+
+        Parameters
+        ----------
+        name : the record; None for the first one
+        by_ray : puts the texels in another order, or into fewer rows
+
+        Returns
+        -------
+        Field name -> (n,) or (n, width), one entry a texel, row by row.
+        """
+        record = self.records[name] if name else self.record
+        texels = [by_ray(read_texture(texture).reshape(-1, 4))
+                  for texture in self.streams[record.name]]
+        return record.unpack(texels[0][:, None] if len(texels) == 1 else np.stack(texels, axis=1))
+
+    def write(self, name: str, **fields: np.ndarray) -> None:
+        """Upload a record: the inverse of ``fields``. Texels past the last entry become 0."""
+        packed = self.records[name].pack(**fields)
+        for texel, texture in enumerate(self.streams[name]):
+            texels = np.zeros((self.length, packed.shape[2]), "<" + texture.dtype)
+            texels[:len(packed)] = packed[:, texel]
+            write_texture(texture, texels)
+
+    def clear(self, *colour: float, **more: Any) -> None:
+        """Fill every texture; the parameters are those of ``moderngl.Framebuffer.clear``."""
+        self.framebuffer.clear(*colour, **more)
+
+    def bytes(self) -> int:
+        """Bytes of the textures, without borrowed ones."""
+        return sum(map(texture_bytes, self._own.values()))
+
+    def release(self) -> None:
+        """Free the framebuffer and the textures, without borrowed ones."""
+        release(self.framebuffer, self._own)
+
+
+Drawable = Target | moderngl.Framebuffer    # what passes draw into
+
+
+def framebuffer_of(target: Drawable) -> moderngl.Framebuffer:
+    """The framebuffer of what passes draw into."""
+    return target.framebuffer if isinstance(target, Target) else target
