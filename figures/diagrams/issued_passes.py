@@ -1,4 +1,4 @@
-"""The passes of a trace as they were issued: what each program read and drew into."""
+"""Issued passes: the passes of a trace, with the records that each program read and wrote."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -12,7 +12,7 @@ from gpgpu_rt.traversal.schedules import ProgramKey
 
 @dataclass
 class Issued:
-    """A draw: its kernel (or else its program), the records read and written."""
+    """A draw: its kernel (or its program, if it has no kernel), and the records it uses."""
 
     kernel: str
     reads: tuple[str, ...]
@@ -22,13 +22,13 @@ class Issued:
 
 @dataclass
 class IssuedPasses:
-    """Draws in their order."""
+    """The draws of a trace, in their order."""
 
     issued: list[Issued] = field(default_factory=list)
     names: dict[int, str] = field(default_factory=dict)
 
     def kinds(self) -> dict[str, tuple[Issued, int]]:
-        """Kernel -> its first draw, and how many there were."""
+        """Kernel -> its first draw, and the number of its draws."""
         found: dict[str, tuple[Issued, int]] = {}
         for one in self.issued:
             first, count = found.get(one.kernel, (one, 0))
@@ -44,32 +44,32 @@ def record_of(sampler: str) -> str:
 
 @contextmanager
 def logged(tracer: rt.Tracer, left_out: tuple[str, ...] = ()) -> Iterator[IssuedPasses]:
-    """Within, every draw of the tracer is written down.
+    """Within the context, log every draw of the tracer.
 
     Parameters
     ----------
-    left_out : programs to pass over, such as those that only count
+    left_out : programs that are not logged, such as those that only count
     """
     log = IssuedPasses()
 
     def kernel_of(drawn: Any) -> str:
         if drawn.uniforms.get("equal"):
-            return "tile_pairs, again"    # for the triangles at the least t
+            return "tile_pairs, again"    # the second pass, for the triangles at the smallest t
         for key, one in getattr(tracer.session.driver, "_programs", {}).items():
             if one is drawn and isinstance(key, ProgramKey):
                 return ("init", *tracer.method.kernels)[key.kernel]
         return str(drawn.name).split("/")[-1].removesuffix(".frag")
 
     class Watch:
-        """Writes down what is drawn."""
+        """Logs each draw."""
 
         def note(self, drawn: Any, target: Any, textures: Any) -> None:
             name = kernel_of(drawn)
             if name in left_out:
                 return
             attached = tuple(texture.glo for texture in target.color_attachments)
-            # One texture stands under two names where a program needs something bound it does not
-            # read then: what a draw writes, it does not read.
+            # A program may need a texture bound that it does not read in this draw. The texture
+            # then has a second name. A draw does not read what it writes.
             for sampler, texture in textures.items():
                 log.names.setdefault(texture.glo, record_of(sampler))
             reads = dict.fromkeys(record_of(sampler) for sampler in drawn.samplers

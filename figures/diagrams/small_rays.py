@@ -1,5 +1,4 @@
-"""Small rays: a row of mirrored rays in a plane and a few triangles there, and what the passes of
-`ray-hierarchy` make of them."""
+"""Small rays: mirrored rays and a few triangles in a plane, as `ray-hierarchy` traces them."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -12,13 +11,15 @@ from gpgpu_rt.gl.textures import read_texture
 from gpgpu_rt.methods.ray_hierarchy.records import CHILDREN, CONE
 
 RAYS, TRIANGLES = 64, 9
-THICK = 0.03    # of the triangles, across the plane that rays lie in
+THICK = 0.03    # thickness of the triangles, across the plane of the rays
 
 
 @dataclass
 class ConeLevel:
-    """A level of the hierarchy in world units: (nodes, 3) centres and axes; radii, chords and
-    reaches (nodes,)."""
+    """A level of the hierarchy, in world units.
+
+    centre, axis : (nodes, 3); radius, chord, reach : (nodes,)
+    """
 
     centre: np.ndarray
     radius: np.ndarray
@@ -34,8 +35,11 @@ class ConeLevel:
 
 @dataclass
 class Round:
-    """A level of the traversal: (n, 2) pairs of triangle and node that came, and for each of them
-    four slots (n, 4, 2), -1 where empty."""
+    """A level of the traversal.
+
+    pairs : (n, 2) triangle and node of each pair that arrives
+    slots : (n, 4, 2) the four slots of each pair, -1 if empty
+    """
 
     level: int
     pairs: np.ndarray
@@ -47,7 +51,7 @@ class Round:
 
 
 def rays() -> tuple[np.ndarray, np.ndarray]:
-    """(RAYS, 3) origins on a wavy mirror and directions in the plane z = 0."""
+    """(RAYS, 3) origins on a wavy mirror, and directions in the plane z = 0."""
     x = np.linspace(-1.0, 1.0, RAYS)
     origins = np.stack([x, 0.04 * np.sin(4 * x), 0 * x], 1)
     normals = np.stack([-0.16 * np.cos(4 * x), np.ones(RAYS), 0 * x], 1)
@@ -59,7 +63,7 @@ def rays() -> tuple[np.ndarray, np.ndarray]:
 
 
 def scene() -> rt.Scene:
-    """TRIANGLES of them that stand across the plane, in rows over the mirror."""
+    """TRIANGLES triangles across the plane, in rows over the mirror."""
     at = np.stack([np.tile([-1.0, 0.0, 1.0], 3), np.repeat([0.9, 1.5, 2.1], 3)], 1)
     at += 0.15 * np.random.default_rng(5).normal(size=at.shape)
     corner = np.array([[-0.15, 0.0, -THICK], [0.15, 0.0, -THICK], [0.0, 0.0, 2 * THICK]])
@@ -70,8 +74,7 @@ def scene() -> rt.Scene:
 
 @lru_cache(maxsize=1)
 def traversal() -> tuple[list[ConeLevel], list[Round], rt.Hits]:
-    """The hierarchy as it lay in its textures, the stream as it lay in its own level by level, and
-    the hits."""
+    """The hierarchy and the stream of each level, as read from their textures, and the hits."""
     rounds: list[Round] = []
     with (rt.Tracer(scene(), "ray-hierarchy", top_nodes=1, statistics=True) as tracer,
           tracer.gpu):

@@ -12,7 +12,7 @@ TILE = 64    # rays
 
 def needed_nodes(bvh: Bvh, origins: np.ndarray, directions: np.ndarray,
                  t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Which nodes' boxes rays meet before their hits: what any order of traversal must open.
+    """The nodes whose boxes rays meet before their hits; every order of traversal opens them.
 
     Parameters
     ----------
@@ -43,12 +43,12 @@ def needed_nodes(bvh: Bvh, origins: np.ndarray, directions: np.ndarray,
 
 
 def distinct_nodes(rays: np.ndarray, nodes: np.ndarray, tile_of: np.ndarray) -> float:
-    """Different nodes a tile, on average over tiles that need one.
+    """The mean number of different nodes per tile, over tiles that need a node.
 
     Parameters
     ----------
-    rays, nodes : pairs, as ``needed_nodes`` gives them
-    tile_of : (n,) int, the tile each ray stands in
+    rays, nodes : pairs, as ``needed_nodes`` returns them
+    tile_of : (n,) int, the tile that each ray is in
     """
     most = int(nodes.max(initial=0)) + 1
     pairs = np.unique(tile_of[rays].astype(np.int64) * most + nodes)
@@ -56,27 +56,27 @@ def distinct_nodes(rays: np.ndarray, nodes: np.ndarray, tile_of: np.ndarray) -> 
 
 
 def tiles_of_image(size: int, side: int = 8) -> np.ndarray:
-    """(size squared,) int: the tile of side x side pixels of each ray of an image."""
+    """(size squared,) int: the tile of side x side pixels that each ray of an image is in."""
     y, x = np.divmod(np.arange(size * size), size)
     return (y // side) * -(-size // side) + x // side
 
 
 def tiles_of_order(order: np.ndarray) -> np.ndarray:
-    """(n,) int: the tile of 64 of each ray, from the rays in their order."""
+    """(n,) int: the tile that each ray is in, if every 64 rays in ``order`` form a tile."""
     tiles = np.empty(len(order), np.int64)
     tiles[order] = np.arange(len(order)) // TILE
     return tiles
 
 
 def divergence(steps: np.ndarray, tile_of: np.ndarray) -> float:
-    """What a tile that waits for its longest ray does, as a multiple of what its rays want."""
+    """The steps of tiles that wait for their longest ray, relative to the steps of their rays."""
     longest = np.zeros(tile_of.max() + 1, np.int64)
     np.maximum.at(longest, tile_of, steps)
     return float(longest[tile_of].sum() / max(1, steps.sum()))
 
 
 def measure(scene: rt.Scene, rays: Workload) -> dict[str, float]:
-    """Coherence of a workload: in tiles of 8x8 pixels, and in squares of its sorted order."""
+    """Coherence of a workload: in tiles of 8x8 pixels, and in tiles of its sorted order."""
     shape, t_max = (rays.size, rays.size), np.inf if rays.t_max is None else rays.t_max
     with rt.Tracer(scene, "bvh-threaded", statistics=True, sort_rays=True) as tracer:
         hits = tracer.trace(rays.origins, rays.directions, t_max=t_max, shape=shape,

@@ -1,5 +1,8 @@
-"""What the experiments on the survey's sections 4.3 and 5 measure, by kind of cell: the bytes that
-passes move, what programs do at every width, and how deep stacks grow."""
+"""Gap work: the measurements of the experiments on the survey's sections 4.3 and 5.
+
+A kind of cell measures the bytes that passes move, the work of programs at every width, or the
+depth of stacks.
+"""
 from __future__ import annotations
 
 import math
@@ -17,24 +20,24 @@ from gpgpu_rt.inspect.time_travel import Pass, travel
 from gpgpu_rt.methods import find_method
 from gpgpu_rt.statistics import Statistics
 
-# "moved by" a workload; what is "done by" it at each width; "stacks of" its rays.
+# The kinds: "moved by" a workload; "done by" a workload, at each width; "stacks of" its rays.
 MOVED, DONE, STACKS = "moved by ", "done by ", "stacks of "
 KINDS = (MOVED, DONE, STACKS)
 WIDTHS = (1, 2, 4, 8, 16, 32, 48, 64)
-SIDE, SPREAD = 32, (2, 2)       # squares of rays that are emulated
-# Of caches: bytes, bytes that a transfer moves, rays that fetch together.
+SIDE, SPREAD = 32, (2, 2)       # the emulated squares of rays: their side, and their grid
+# Caches: their bytes, the bytes of a transfer, and the number of rays that fetch together.
 STORES, LINES, TOGETHER = (8192, 16384, 131072), (16, 128), (4, 32)
 
 
 def measure(kind: str, scene: rt.Scene, rays: Workload, method: str,
             options: dict[str, Any]) -> dict[str, Any]:
-    """The result of a cell of one of the kinds."""
+    """The result of a cell of this kind."""
     return {MOVED: _moved, DONE: _done, STACKS: _stacks}[kind](scene, rays, method, options)
 
 
 def _moved(scene: rt.Scene, rays: Workload, method: str,
            options: dict[str, Any]) -> dict[str, Any]:
-    """Bytes by what they are, of all passes, as the log of passes measured them."""
+    """The bytes of all passes by kind, as the pass log measured them."""
     with rt.Tracer(scene, method, **options) as tracer:
         with tracer.gpu, logged(tracer.gpu, Statistics()) as log:
             rays.trace(tracer)
@@ -54,8 +57,10 @@ def _moved(scene: rt.Scene, rays: Workload, method: str,
 
 def _done(scene: rt.Scene, rays: Workload, method: str,
           options: dict[str, Any]) -> dict[str, Any]:
-    """Runs of each region of the program by width, in squares of rays; of what they fetch, what a
-    software cache misses. With ``sort_rays``, squares of the sorted order."""
+    """Runs of each region of the program by width, and the misses of software caches.
+
+    They are measured in squares of rays. With ``sort_rays`` the squares have the sorted order.
+    """
     ordered = options.pop("sort_rays", False)
     chosen = _sorted_squares(scene, rays) if ordered else tile_pixels(rays.size, (SIDE, SIDE),
                                                                       SPREAD)
@@ -82,7 +87,7 @@ def _done(scene: rt.Scene, rays: Workload, method: str,
 
 
 def kernels_of(program: Any, method: str) -> list[str]:
-    """By region, the kernel that it is of; "" of what is around them."""
+    """For each region, the kernel that contains it, or "" outside of all kernels."""
     names = find_method(method).kernels
     found = [""] * len(program.work)
     inner = program.loops[1:1 + len(names)]
@@ -95,8 +100,10 @@ def kernels_of(program: Any, method: str) -> list[str]:
 
 
 def _sorted_squares(scene: rt.Scene, rays: Workload) -> np.ndarray:
-    """Squares as `tile_pixels` has them, of rays in their sorted order: neighbours in an emulated
-    square are neighbours in the order."""
+    """Squares as in `tile_pixels`, filled with rays in their sorted order.
+
+    Neighbours in an emulated square are neighbours in the order.
+    """
     with rt.Tracer(scene, "bvh-threaded", sort_rays=True) as tracer:
         rays.trace(tracer)
         order = tracer.session.driver.order(tracer.session.buffers.rays)
@@ -112,7 +119,7 @@ def _sorted_squares(scene: rt.Scene, rays: Workload) -> np.ndarray:
 
 def _stacks(scene: rt.Scene, rays: Workload, method: str,
             options: dict[str, Any]) -> dict[str, Any]:
-    """How many entries rays had on their stacks at most, and what a tree's depth asks for."""
+    """The most stack entries of each ray as a histogram, and the levels that the tree needs."""
     deepest = np.zeros(len(rays.origins), np.int64)
 
     def look(one: Pass) -> None:

@@ -1,5 +1,7 @@
-"""What a method does to an image's rays, in the terms of period hardware: cells of "work of" a
-workload, measured by emulating tiles of the image."""
+"""Period work: the work of a method for an image's rays, in the terms of period hardware.
+
+Cells of "period work of" a workload measure it, by emulating tiles of the image.
+"""
 from __future__ import annotations
 
 from typing import Any
@@ -13,15 +15,15 @@ from gpgpu_rt.hardware.sample import TILE, emulated, program_of, tile_pixels
 from gpgpu_rt.traversal.schedules import ProgramKey
 
 WORK = "period work of "
-# 1024 pixels branch alike, in a loop that takes a step a turn; a kernel a pass
+# 1024 pixels branch together, in a loop of one step per iteration; or each kernel is a pass
 SQUARES, KERNELS = " in squares", " by kernels"
-TOGETHER = 1 << 20         # all fragments at once: the passes that a kernel a pass needs
+TOGETHER = 1 << 20         # all fragments branch together: counts the passes of a kernel
 WIDTHS = (1, 2, 32, 48, 1024, TOGETHER)
 SQUARE = (32, 32)
-FEW = {"grid": (1, 2)}     # thousands of triangles a ray: fewer tiles will do
-ENOUGH = 32                # triangles of which brute force shows what each costs
-# Pixels a side that the whole image is looked at with, and of blocks that stay together: packets
-# of pixels that lie apart would be others.
+FEW = {"grid": (1, 2)}     # a ray tests thousands of triangles, so fewer tiles are enough
+ENOUGH = 32                # triangles from which brute force shows the cost of each
+# The whole image is sampled by EVERY pixels a side, in blocks of BLOCK pixels a side. The pixels
+# of a block stay together, because packets of distant pixels would be different packets.
 EVERY, BLOCK = 256, 4
 
 
@@ -54,9 +56,11 @@ def measure(scene: rt.Scene, rays: Workload, method: str, options: dict[str, Any
 
 def _whole(tracer: rt.Tracer, rays: Workload,
            pixels: np.ndarray) -> dict[str, dict[str, float]]:
-    """Of the whole ``image`` and of the ``tiles``, by the shaders' own counters: steps a pixel,
-    and rays. Tiles stand in the middle of their shares of the image, where there is more to hit
-    than at its edges, or less."""
+    """Steps per pixel, and rays, for the whole ``image`` and for the ``tiles``.
+
+    The shaders' own counters measure them. Tiles lie in the middle of their parts of the image,
+    where there may be more to hit than at the image's edges, or less.
+    """
     apart = max(1, rays.size // EVERY)
     some = np.arange(rays.size) // BLOCK % apart == apart // 2
     image = np.arange(rays.size ** 2).reshape(rays.size, rays.size)[some][:, some]
@@ -73,26 +77,26 @@ def _whole(tracer: rt.Tracer, rays: Workload,
 
 
 def image_scale(work: dict[str, Any]) -> float:
-    """Times the work of the tiles that a pixel of the whole image takes."""
+    """The work of a pixel of the whole image, as a multiple of the work of a tile's pixel."""
     if "image" not in work or not work["tiles"]["steps"]:
         return 1.0
     return work["image"]["steps"] / work["tiles"]["steps"]
 
 
 def counted_rays(work: dict[str, Any]) -> float:
-    """Rays that so many pixels of the whole image have as the tiles have."""
+    """The tiles' number of rays, if their pixels had rays as often as those of the whole image."""
     return work["pixels"] * work["image"]["rays"] if "image" in work else work["rays"]
 
 
 def _some_triangles(scene: rt.Scene) -> tuple[rt.Scene, float]:
-    """The first triangles of a scene, and how many times as many it has."""
+    """A scene of the first triangles, and the factor from their number to the whole number."""
     corners = scene.triangles[:ENOUGH].reshape(-1, 3)
     few = rt.Scene.from_arrays(corners, np.arange(len(corners)).reshape(-1, 3))
     return few, len(scene) / len(few)
 
 
 def _inside(program: Program, region: int) -> set[int]:
-    """A region and all within it."""
+    """A region and all regions within it."""
     found = {region}
     for at, parent in enumerate(program.parents):
         if parent in found:
@@ -102,9 +106,9 @@ def _inside(program: Program, region: int) -> set[int]:
 
 def _kernels(scene: rt.Scene, method: str, options: dict[str, Any], program: Program,
              regions: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Of each kernel as a pass of its own: what its program does, and how often it runs.
+    """For each kernel as a pass of its own: the work of its program, and how often it runs.
 
-    The loop program nests one loop a kernel in an outer one, in the order of their phases.
+    The loop program has an outer loop, which contains a loop per kernel in the order of phases.
     """
     with rt.Tracer(scene, method, **options, schedule="kernels") as tracer:
         tracer.trace(*scene.camera.rays((16, 16)))

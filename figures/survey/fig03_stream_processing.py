@@ -1,7 +1,7 @@
 """Figure 3: the graphics pipeline as a stream processor, drawn from a method's real passes.
 
-Streams and tables come from the records of the method's row, what a pass samples and draws into
-from the program that was linked for it, and the list of passes from a trace that was watched.
+Streams and tables come from the records of the method's row. The inputs and outputs of a pass come
+from its linked program. The list of passes comes from a trace that was observed.
 """
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from ..diagrams.small_world import MAX_DEPTH, world
 from ..framework.cell import Cell
 from ..framework.output import markdown_table, plt, save_chart, write_csv, write_text
 
-METHOD, SHOWN, SIDE = "kd-restart", "down", 16     # the kernel drawn; rays a side of the tile
+METHOD, SHOWN, SIDE = "kd-restart", "down", 16     # the kernel that is drawn; rays per side
 HEADS = ("pass", "kernel", "reads streams", "gathers from tables", "writes", "rays, pass by pass")
 COLOURS = {"init": PALE, "down": SPLITS[0], "intersect": TRIANGLE}
 
@@ -33,11 +33,11 @@ COLOURS = {"init": PALE, "down": SPLITS[0], "intersect": TRIANGLE}
 class KernelPass:
     """A pass as it was issued.
 
-    kernel : "init", or one of the method's
-    samples : textures its program samples
-    targets : render targets it draws into, by the names of the streams they are
-    source, target : which of the two buffers it read ("" for none) and wrote: A or B
-    rays : rays it ran on
+    kernel : "init", or one of the method's kernels
+    samples : textures that its program samples
+    targets : render targets that it draws into, named after their streams
+    source, target : the buffers that it read ("" for none) and wrote: A or B
+    rays : number of rays that it ran on
     """
 
     kernel: str
@@ -49,17 +49,17 @@ class KernelPass:
 
 
 def streams(method: str) -> dict[str, str]:
-    """Texture -> what its channels hold, of the streams a method's passes read."""
+    """Texture -> the contents of its channels, for the streams that a method's passes read."""
     return {**texels_of(RAY_TEXELS), **written(method)}
 
 
 def written(method: str) -> dict[str, str]:
-    """Texture -> what its channels hold, of those a method's passes write."""
+    """Texture -> the contents of its channels, for the streams that a method's passes write."""
     return {**texels_of(find_method(method).state), **texels_of(HIT)}
 
 
 def tables(method: str) -> dict[str, str]:
-    """Texture -> its record's fields, of the tables that a method's passes gather from."""
+    """Texture -> the fields of its record, for the tables that a method's passes gather from."""
     return {f"{record.name}_table": ", ".join(field.name for field in record.fields)
             for record in find_method(method).tables if isinstance(record, Record)}
 
@@ -72,7 +72,7 @@ def texels_of(record: Record) -> dict[str, str]:
 
 
 def rays() -> tuple[np.ndarray, np.ndarray]:
-    """Origins and directions, (SIDE^2, 3): from the small world's eye to all sides."""
+    """Origins and directions, (SIDE^2, 3), from the small world's eye in all directions."""
     angle = np.linspace(0, 2 * np.pi, SIDE * SIDE, endpoint=False)
     return (np.tile(world().origin, (len(angle), 1)),
             np.column_stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)]))
@@ -93,7 +93,7 @@ def passes(method: str = METHOD) -> tuple[KernelPass, ...]:
                 if buffer is not None and id(buffer) not in sides:
                     sides[id(buffer)] = "AB"[len(sides)]
             steps = target.fields(tracer.method.state.name)["steps"]
-            # A target keeps what early depth rejects: those of its texels are from before.
+            # Texels of rays that early depth rejects keep their old values in the target.
             ran = steps > stepped if source is not None else np.ones(len(steps), bool)
             stepped[ran] = steps[ran]
             attached = {texture.glo: name for name, texture in target.samplers().items()}
@@ -151,7 +151,7 @@ def draw_pass(axis: Any, shown: KernelPass, row: Any) -> None:
     starts = stack_boxes(axis, 71, 61, written(METHOD), shown.targets)
     heading(axis, 62, 26, "textures read at computed\nplaces (gather)")
     gathered = tables(METHOD)
-    order = sorted(gathered, key=lambda name: name not in shown.samples)   # those read on top
+    order = sorted(gathered, key=lambda name: name not in shown.samples)   # read textures on top
     gathers = stack_boxes(axis, 36, 16, {name: gathered[name] for name in order}, shown.samples)
     stages = (("full-screen triangle", "(issue the kernel)", 61),
               ("rasteriser", "(a fragment a stream element)", 52.5),
@@ -179,7 +179,7 @@ def draw_pass(axis: Any, shown: KernelPass, row: Any) -> None:
 
 
 def draw_list(axis: Any, every: tuple[KernelPass, ...]) -> None:
-    """Every pass in its turn: colour by kernel, height by rays."""
+    """Draw every pass in its order: its colour shows the kernel, its height the rays."""
     most = max(one.rays for one in every)
     for at, one in enumerate(every):
         axis.add_patch(Rectangle((at + 0.06, 0), 0.88, one.rays / most,
@@ -203,7 +203,7 @@ def heading(axis: Any, x: float, y: float, text: str) -> None:
 
 def stack_boxes(axis: Any, x: float, y: float, textures: dict[str, str],
                 used: tuple[str, ...]) -> dict[str, float]:
-    """Textures one below the other; the height of each one's middle."""
+    """Draw textures one below the other, and return the height of the middle of each."""
     middles = {}
     for at, (name, holds) in enumerate(textures.items()):
         bottom = y - 6.6 * at

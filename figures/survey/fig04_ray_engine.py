@@ -1,7 +1,7 @@
-"""Figure 4: the organisation of the Ray Engine, drawn from the passes of a trace that was watched.
+"""Figure 4: the organisation of the Ray Engine, drawn from the passes of an observed trace.
 
-What a pass samples and draws into comes from the program that was linked for it, what crosses
-between host and graphics hardware from the tracer's own statistics.
+The inputs and outputs of a pass come from its linked program. The bytes that cross between host
+and graphics hardware come from the tracer's own statistics.
 """
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ class BatchPass:
     """A pass over a batch as it was issued.
 
     name : what it keeps
-    samples : textures its program samples, in any stage
-    targets : textures it draws into
-    blends : how fragments of the same ray are reduced to one
-    batch, quads : the batch's number, and the quads drawn; 0 for one rectangle over the batch
+    samples : textures that its program samples, in any stage
+    targets : textures that it draws into
+    blends : how fragments of the same ray are reduced to one fragment
+    batch, quads : the batch's number, and the number of quads; 0 for a rectangle over the batch
     """
 
     name: str
@@ -50,7 +50,7 @@ class BatchPass:
 
 @contextmanager
 def watching(engine: Any, found: list[BatchPass]) -> Iterator[None]:
-    """Within, the passes of an engine over its batches are noted."""
+    """Within the context, record the passes of an engine over its batches in ``found``."""
     room_for = engine._room_for
     batches = [0]
 
@@ -92,7 +92,7 @@ def _names(room: Any, target: Any) -> tuple[str, ...]:
 
 @lru_cache(maxsize=1)
 def passes() -> tuple[tuple[BatchPass, ...], dict[str, float], rt.Hits]:
-    """The passes of one trace of Figure 3's rays, what it moved and took, and its hits."""
+    """The passes of one trace of Figure 3's rays, the tracer's cost split, and the hits."""
     found: list[BatchPass] = []
     with rt.Tracer(world().scene, METHOD, statistics=True, **SETTINGS) as tracer:
         with watching(tracer.session.driver, found):
@@ -136,7 +136,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 
 def draw_engine(axis: Any, kinds: dict[str, BatchPass], split: dict[str, float]) -> None:
-    """Host on the left, graphics hardware on the right, what crosses between them."""
+    """Draw the host on the left, graphics hardware on the right, and the bytes between them."""
     axis.set(xlim=(0, 112), ylim=(0, 72))
     axis.axis("off")
     for x, width, name in ((1, 30, "host"), (46, 65, "graphics hardware")):
@@ -181,7 +181,7 @@ def draw_engine(axis: Any, kinds: dict[str, BatchPass], split: dict[str, float])
 
 
 def draw_batches(axis: Any, every: tuple[BatchPass, ...]) -> None:
-    """Quads of each batch, in their turn."""
+    """Draw the number of quads of each batch, in order."""
     quads = {one.batch: one.quads for one in every if one.quads}
     axis.bar(list(quads), list(quads.values()), color=SPLITS[0], width=0.85)
     axis.set(xlabel="batch", ylabel="quads", xticks=list(quads))

@@ -21,8 +21,11 @@ WORDS = {"tile_spans": "middle of a tile's rays", "tile_cones": "enclosing cone 
 
 @lru_cache(maxsize=None)
 def passes() -> tuple[IssuedPasses, list[tuple[int, int]]]:
-    """Those of one image of eye rays; and by batch: pairs of a triangle and a tile, and those that
-    their cones let through."""
+    """The passes of one image of eye rays, and counts by batch.
+
+    The counts are the pairs of a triangle and a tile, and the pairs that the tiles' cones let
+    through.
+    """
     scene = rt.load_scene(SCENE)
     rays = scene.camera.rays((SIDE, SIDE))
     with rt.Tracer(scene, "ray-tiles", tile=TILE) as tracer, logged(tracer) as log:

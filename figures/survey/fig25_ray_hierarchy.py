@@ -14,7 +14,7 @@ from ..framework.output import markdown_table, number, plt, save_chart, write_cs
 
 HEADS = ("level", "pairs", "slots written", "empty slots", "pairs after the reduction",
          "of all pairs there are")
-SCENE, SIDE = "bunny", 64    # where it is counted what streams hold of a mesh
+SCENE, SIDE = "bunny", 64    # for the counts on a mesh
 
 
 def cells(full: bool) -> list[Cell]:
@@ -22,7 +22,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows() -> list[list[Any]]:
-    """A round a line: level of the nodes that come, and what becomes of their children."""
+    """The table, with a row for each round: its level, and the counts of the nodes' children."""
     _, rounds, _ = traversal()
     return [[one.level, len(one.pairs), one.slots[..., 0].size,
              int((one.slots[..., 0] < 0).sum()), one.kept,
@@ -30,7 +30,7 @@ def rows() -> list[list[Any]]:
 
 
 def counted(scene: rt.Scene, side: int) -> list[list[Any]]:
-    """Pairs by level for side x side eye rays: tested, kept, and how many there are at all."""
+    """Pairs by level for side x side eye rays: tested, kept, and the kept share of all pairs."""
     found: dict[int, list[int]] = {}
     with rt.Tracer(scene, "ray-hierarchy") as tracer:
         driver = tracer.session.driver
@@ -88,7 +88,7 @@ def targets(axis: Any, one: Round) -> None:
 
 
 def strip(axis: Any, pairs: np.ndarray, title: str) -> None:
-    """(h, n, 2) slots in the colours of their triangles, with the nodes' numbers in them."""
+    """Draw (h, n, 2) slots in the colours of their triangles, with the numbers of their nodes."""
     rows, columns = np.nonzero(pairs[..., 0] >= 0)
     shown = np.ones((*pairs.shape[:2], 3))
     triangles, nodes = pairs[rows, columns].T
