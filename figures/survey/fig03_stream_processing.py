@@ -125,11 +125,12 @@ def draw(data: Path, out: Path, full: bool) -> None:
               " + ".join(str(p.rays) for p in every if p.kernel == kernel)]
              for kernel in ("init", *row.kernels)]
     write_text(out / "fig03.md", f"# Figure 3: a pass as stream processing\n\nThe passes of "
-               f"`{METHOD}` under the schedule `kernels`, {SIDE * SIDE} rays by {len(every)} "
-               "passes. The graphics pipeline's words stand beside those of stream computation: "
-               "a pass is a kernel, a texel a stream element, a full-screen triangle issues it. "
-               "A table is read at computed places (a gather), a stream only at the fragment's "
-               "own. What a program samples is what was left of it after linking.\n\n"
+               f"`{METHOD}` under the schedule `kernels`, for {SIDE * SIDE} rays: {len(every)} "
+               "passes. The words of the graphics pipeline are shown beside those of stream "
+               "computation: a pass is a kernel, a texel is a stream element, and a full-screen "
+               "triangle issues the kernel. A table is read at computed places (a gather), a "
+               "stream only at the fragment's own place. The textures are those that the program "
+               "still samples after linking.\n\n"
                + markdown_table(HEADS, lines))
     figure, (axis, strip) = plt.subplots(2, 1, figsize=(12, 8.6), height_ratios=(5.2, 1))
     draw_pass(axis, kinds[SHOWN], row)
@@ -139,7 +140,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     figure.tight_layout(rect=(0, 0.04, 1, 1))
     save_chart(figure, out / "fig03.png", "Textures: those of the method's records that the "
                "linked program samples and draws into. Pale: declared, but not read by this "
-               "kernel. Passes are issued in pairs: some find no ray left.")
+               "kernel. Passes are issued in pairs, so some passes find no ray left.")
 
 
 def draw_pass(axis: Any, shown: KernelPass, row: Any) -> None:
@@ -173,8 +174,8 @@ def draw_pass(axis: Any, shown: KernelPass, row: Any) -> None:
             arrow(axis, (64, middle), (71, y))
     top = max(gathers.values()) + 2.4
     arrow(axis, (50, top), (50, 31.5))
-    axis.text(85, min(starts.values()) - 6, "the next pass reads what this one wrote:\nstate and "
-              "hit go to and fro between\ntwo buffers, A and B", ha="center", va="top",
+    axis.text(85, min(starts.values()) - 6, "the next pass reads what this pass wrote:\nstate and "
+              "hit alternate between\ntwo buffers, A and B", ha="center", va="top",
               fontsize=8.5, color=SPLITS[1])
 
 
@@ -192,7 +193,7 @@ def draw_list(axis: Any, every: tuple[KernelPass, ...]) -> None:
         axis.text(len(every) * (0.55 + 0.14 * at), 1.0, f"■ {kernel}", fontsize=9,
                   color=COLOURS.get(kernel, SPLITS[1]))
     axis.set(xlim=(0, len(every)), ylim=(-0.25, 1.2), xticks=[], yticks=[], ylabel="rays")
-    axis.set_title(f"all {len(every)} passes of one trace, from which buffer to which",
+    axis.set_title(f"all {len(every)} passes of one trace, with source and target buffers",
                    fontsize=9)
     axis.spines[["top", "left", "right", "bottom"]].set_visible(False)
 

@@ -113,26 +113,28 @@ def draw(data: Path, out: Path, full: bool) -> None:
     kinds = {one.name: one for one in reversed(every)}
     lines = [[TITLES[name], kinds[name].program, ", ".join(kinds[name].samples),
               ", ".join(kinds[name].targets), kinds[name].blends,
-              "a quad a pair of queue and triangle" if kinds[name].quads else
+              "a quad per pair of queue and triangle" if kinds[name].quads else
               "one rectangle over the batch"] for name in TITLES]
     write_text(out / "fig04.md", (
         "# Figure 4: the organisation of the Ray Engine (Carr et al. 2002)\n\n"
         f"The passes of `{METHOD}` over {SIDE * SIDE} rays: {int(split['batches'])} batches of at "
         f"most {SETTINGS['batch']} rays, {int(split['quads'])} quads, {int(split['pairs'])} pairs "
         f"of ray and triangle, for {int(hits.leaves_visited.sum())} visits of cells that list "
-        "some. The host walks, queues and keeps each ray's nearest hit; graphics hardware only "
-        "intersects. Unlike the paper's, its triangles lie on the graphics hardware, and a quad "
-        "brings a number; sending the corners with each quad would add 36 bytes to its 20.\n\n"
+        "triangles. The host walks, queues and keeps each ray's nearest hit; graphics hardware "
+        "only intersects. In the paper a quad brings its triangle's corners. Here the triangles "
+        "lie on the graphics hardware, and a quad brings a number. The corners would add 36 bytes "
+        "to the 20 of a quad.\n\n"
         + markdown_table(HEADS, lines)
-        + f"\nUp went {int(split['bytes_up']):,} bytes, down came {int(split['bytes_down']):,}: "
-        f"{split['bytes_up'] / len(hits):.0f} and {split['bytes_down'] / len(hits):.0f} a ray.\n"))
+        + f"\n{int(split['bytes_up']):,} bytes were uploaded, {int(split['bytes_down']):,} were "
+        f"read back: {split['bytes_up'] / len(hits):.0f} and "
+        f"{split['bytes_down'] / len(hits):.0f} per ray.\n"))
     figure, (axis, strip) = plt.subplots(2, 1, figsize=(12, 8.6), height_ratios=(5, 1.2))
     draw_engine(axis, kinds, split)
     draw_batches(strip, every)
     figure.suptitle("Figure 4: the organisation of the Ray Engine", fontsize=12)
     figure.tight_layout(rect=(0, 0.04, 1, 1))
-    save_chart(figure, out / "fig04.png", "Textures: what the linked programs sample and draw "
-               "into. Bytes: of this trace, all batches together.")
+    save_chart(figure, out / "fig04.png", "Textures: those that the linked programs sample and "
+               "draw into. Bytes: the sum over all batches of this trace.")
 
 
 def draw_engine(axis: Any, kinds: dict[str, BatchPass], split: dict[str, float]) -> None:
@@ -145,8 +147,8 @@ def draw_engine(axis: Any, kinds: dict[str, BatchPass], split: dict[str, float])
         heading(axis, x + width / 2, 69.5, name)
     steps = (("rays", "origin, direction, interval;\nthe nearest hit so far", 52),
              ("walk", "each ray through the grid to the\nnext cell that lists triangles", 36),
-             ("queues", "a cell's rays side by side;\na batch when they are long", 20),
-             ("nearest", "a hit that is nearer, or as near\nand lower, is kept", 4))
+             ("queues", "a cell's rays side by side;\na batch if they are long", 20),
+             ("nearest", "keep a nearer hit, or an equally\nnear hit of a lower triangle", 4))
     for name, meaning, y in steps:
         box(axis, 3, y, 26, 10, name, meaning, VISITED)
     arrow(axis, (16, 52), (16, 46))

@@ -55,19 +55,19 @@ def draw(data: Path, out: Path, full: bool) -> None:
     pairs, through = (sum(column) for column in zip(*batches))
     write_text(out / "fig23.md", "# Figure 23: the hierarchical ray engine\n\nThe passes of "
                f"`ray-tiles` over {SIDE} x {SIDE} eye rays in tiles of {TILE} x {TILE}, {SCENE}. "
-               f"Of {pairs:,} pairs of a triangle and a tile the vertex stage let "
-               f"{through:,} through ({number(100 * through / pairs)} %); only these reach the "
-               "intersection. No structure over triangles exists.\n\n"
+               f"The vertex stage lets {through:,} of {pairs:,} pairs of a triangle and a tile "
+               f"through ({number(100 * through / pairs)} %); only these reach the intersection. "
+               "There is no structure over triangles.\n\n"
                + markdown_table(HEADS, table_rows(log, WORDS)))
     figure, (axis, strip) = plt.subplots(2, 1, figsize=(10, 8.5), height_ratios=(4, 1))
     draw_flow(axis, log, WORDS)
     strip.bar(range(1, 1 + len(batches)), [all_ for all_, _ in batches], color="#c8c8c8")
     strip.bar(range(1, 1 + len(batches)), [some for _, some in batches], color="#3d8b57")
     strip.set(yscale="log", xlabel="batch of triangles", ylabel="pairs (log)")
-    strip.set_title("pairs of a triangle and a tile: grey all, green those whose cone meets it",
+    strip.set_title("pairs of a triangle and a tile; grey: all, green: the tile's cone meets it",
                     fontsize=9)
     strip.spines[["top", "right"]].set_visible(False)
     figure.suptitle("Figure 23: the hierarchical ray engine (ray-tiles)", fontsize=12)
     figure.tight_layout(rect=(0, 0.03, 1, 1))
-    save_chart(figure, out / "fig23.png", "Green: what is given: rays, and the table of "
-               "triangles. Dots: streams, blue written, violet read.")
+    save_chart(figure, out / "fig23.png", "Green: inputs, which are rays and the table of "
+               "triangles. Dots: streams; blue is written, violet is read.")

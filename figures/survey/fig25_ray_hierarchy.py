@@ -13,7 +13,7 @@ from ..framework.cell import Cell
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 
 HEADS = ("level", "pairs", "slots written", "empty slots", "pairs after the reduction",
-         "of all pairs there are")
+         "share of all pairs")
 SCENE, SIDE = "bunny", 64    # for the counts on a mesh
 
 
@@ -57,15 +57,16 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_text(out / "fig25.md", (
         "# Figure 25: the traversal of a ray hierarchy\n\n"
         f"{TRIANGLES} triangles meet the root over {RAYS} rays (those of Figure 24). Each pair of "
-        "a triangle and a node writes the node's four children to four targets, empty where no "
-        "ray of theirs may hit the triangle; stream reduction puts the others side by side, and "
-        f"so on down to the rays, of which {int(hits.hit.sum())} hit something after "
+        "a triangle and a node writes the node's four children to four targets. A target stays "
+        "empty if no ray of the child may hit the triangle. Stream reduction compacts the other "
+        "children, which are the pairs of the next level. The last level is the rays: "
+        f"{int(hits.hit.sum())} of them hit something after "
         f"{int(hits.triangles_tested.sum())} tests.\n\n"
         + markdown_table(HEADS, rows())
         + f"\nThe same for {SIDE} x {SIDE} eye rays of {SCENE}, {len(scene):,} triangles"
         + (f" (a stand-in for {scene.stand_in})" if scene.stand_in else "") + ":\n\n"
         + markdown_table(("level", "nodes below", "pairs", "pairs after the reduction",
-                          "of all pairs there are"), counted(scene, SIDE))))
+                          "share of all pairs"), counted(scene, SIDE))))
     figure, axes = plt.subplots(2 * len(rounds), 1, figsize=(10.4, 7.2), height_ratios=[
         1, 2.2] * len(rounds))
     for k, one in enumerate(rounds):
@@ -73,13 +74,13 @@ def draw(data: Path, out: Path, full: bool) -> None:
         targets(axes[2 * k + 1], one)
     figure.suptitle("Figure 25: pairs of triangle and node, level by level", fontsize=11)
     figure.tight_layout(rect=(0, 0.04, 1, 0.99), h_pad=0.4)
-    save_chart(figure, out / "fig25.png", "A colour is a triangle, a number a node; "
-               "white slots are empty. Read from the passes' own textures.")
+    save_chart(figure, out / "fig25.png", "Colours are triangles, numbers are nodes; "
+               "white slots are empty. All were read from the passes' own textures.")
 
 
 def stream(axis: Any, one: Round) -> None:
     strip(axis, one.pairs[None], f"level {one.level}: {len(one.pairs)} pairs of a triangle and a "
-          "node, whose number stands there")
+          "node (its number)")
 
 
 def targets(axis: Any, one: Round) -> None:
