@@ -27,9 +27,10 @@ ORIGIN, DIRECTION = (0.7, 0.64), (-0.9, 0.37)
 class World:
     """The scene, its tree and its ray.
 
-    triangles : (n, 3, 3) float32; lo, hi : (nodes, 3) float32, the boxes of the tree's nodes
-    origin, direction : (3,) float32; the direction's largest component lies in [0.5, 1), the size
-        at which kernels compute, so that the kernels' t is the caller's t
+    triangles : (n, 3, 3) float32.
+    lo, hi : (nodes, 3) float32, the boxes of the tree's nodes.
+    origin, direction : (3,) float32. The direction's largest component lies in [0.5, 1). Kernels
+        scale directions to this size, so their t is the caller's t.
     """
 
     scene: rt.Scene

@@ -58,9 +58,9 @@ def measure(name: str, method: str, options: dict[str, Any], size: int, runs: in
             ) -> dict[str, Any]:
     """Compare caustics mapping with traced photons.
 
-    Returns the seconds of each run of the light's passes and of traced photons, which run
-    alternately; the distances between mapped and traced landings, by number of guesses; and the
-    pictures by both, (size, size), which include the places behind the refractor.
+    The light's passes and the traced photons run alternately, and the seconds of each run are
+    returned. The distances between mapped and traced landings are returned by number of guesses.
+    The pictures by both, (size, size), include the places behind the refractor.
     """
     scene = scene_of(name)
     seconds: dict[str, list[float]] = {"rasterised": [], "traced": []}

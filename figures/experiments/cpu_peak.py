@@ -26,11 +26,11 @@ def peak(count: int) -> dict[str, Any]:
 
     Returns
     -------
-    nominal : clock times operations per clock times cores; None if the clock is not known
-    attained : the rate of numpy's matrix product on all threads, the fastest of several runs
-    fragments : the rate of multiply-adds in fragment programs of the present renderer
-    model, clock, clock_is, a_clock, cores, threads : the factors of nominal; ``clock_is`` says in
-        words which clock it is, and ``cores`` is the number of cores that the threads can use
+    nominal : clock times operations per clock times cores, or None if the clock is not known.
+    attained : the rate of numpy's matrix product on all threads, the fastest of several runs.
+    fragments : the rate of multiply-adds in fragment programs of the present renderer.
+    model, clock, clock_is, a_clock, cores, threads : the factors of nominal. ``clock_is`` says in
+        words which clock it is. ``cores`` is the number of cores that the threads can use.
     """
     told = _cpuinfo()
     facts = told[0] if told else {}

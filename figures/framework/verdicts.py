@@ -1,8 +1,8 @@
 """Verdicts: rules that decide from numbers whether a figure came out as the survey prints it.
 
-* reproduced: the order agrees (tau-b of every scored group is at least HIGH), and the ratios agree
-  (in the median they are off by less than FACTOR);
-* reproduced in order, not in ratio: only the order agrees;
+* reproduced: the order and the ratios agree. The order agrees if tau-b of every scored group is at
+  least HIGH. The ratios agree if they are off by less than FACTOR in the median.
+* reproduced in order, not in ratio: only the order agrees.
 * contradicted: the order differs, whatever the ratios are.
 
 A claim in words has neither order nor ratio. A figure that makes claims is reproduced if every

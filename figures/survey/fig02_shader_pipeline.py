@@ -41,15 +41,17 @@ _SAMPLER = re.compile(r"uniform\s+[iu]?sampler2D\s+(\w+)")
 class LoggedDraw:
     """A draw, as it went through the pipeline.
 
-    method : the method that issued the draw
-    vertex, fragment : its programs
-    attributes : name -> components of the attribute per vertex
-    primitives : number that the rasteriser received
-    fragments : number that the framebuffer received
-    textures : sampled, name -> (width, height, channels, type)
+    Attributes
+    ----------
+    method : the method that issued the draw.
+    vertex, fragment : its programs.
+    attributes : name -> components of the attribute per vertex.
+    primitives : number that the rasteriser received.
+    fragments : number that the framebuffer received.
+    textures : the sampled textures, name -> (width, height, channels, type).
     by_fragments : the textures that the fragment program samples, which are all textures that the
-        text of the vertex program does not declare
-    targets : drawn into, (width, height, channels, type) each
+        text of the vertex program does not declare.
+    targets : the render targets, (width, height, channels, type) each.
     """
 
     method: str

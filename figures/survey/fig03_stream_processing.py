@@ -33,11 +33,13 @@ COLOURS = {"init": PALE, "down": SPLITS[0], "intersect": TRIANGLE}
 class KernelPass:
     """A pass as it was issued.
 
-    kernel : "init", or one of the method's kernels
-    samples : textures that its program samples
-    targets : render targets that it draws into, named after their streams
-    source, target : the buffers that it read ("" for none) and wrote: A or B
-    rays : number of rays that it ran on
+    Attributes
+    ----------
+    kernel : "init", or one of the method's kernels.
+    samples : textures that its program samples.
+    targets : render targets that it draws into, named after their streams.
+    source, target : the buffers that it read ("" for none) and wrote, A or B.
+    rays : number of rays that it ran on.
     """
 
     kernel: str

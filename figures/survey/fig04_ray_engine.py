@@ -32,11 +32,14 @@ TITLES = {"KEEP_NEAREST": "nearest t", "KEEP_FIRST": "lowest triangle there",
 class BatchPass:
     """A pass over a batch as it was issued.
 
-    name : what it keeps
-    samples : textures that its program samples, in any stage
-    targets : textures that it draws into
-    blends : how fragments of the same ray are reduced to one fragment
-    batch, quads : the batch's number, and the number of quads; 0 for a rectangle over the batch
+    Attributes
+    ----------
+    name : the hits that it keeps, one of TITLES.
+    program : the files of its shaders.
+    samples : textures that its program samples, in any stage.
+    targets : textures that it draws into.
+    blends : how fragments of the same ray are reduced to one fragment.
+    batch, quads : the batch's number, and the number of quads; 0 for a rectangle over the batch.
     """
 
     name: str
