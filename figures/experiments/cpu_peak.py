@@ -32,12 +32,12 @@ def peak(count: int) -> dict[str, Any]:
     model, clock, clock_is, a_clock, cores, threads : the factors of nominal. ``clock_is`` says in
         words which clock it is. ``cores`` is the number of cores that the threads can use.
     """
-    told = _cpuinfo()
-    facts = told[0] if told else {}
+    processors = _cpuinfo()
+    facts = processors[0] if processors else {}
     flags = facts.get("flags", "").split()
     a_clock = next((n for flag, n in A_CLOCK if flag in flags), None)
     clock, clock_is = clock_of(facts, BASE)
-    cores = min(count, cores_of(told) or count)
+    cores = min(count, cores_of(processors) or count)
     return {"nominal": clock * a_clock * cores if clock and a_clock else None,
             "attained": _attained(), "fragments": _of_fragments(),
             "model": facts.get("model name"), "clock": clock, "clock_is": clock_is,
@@ -62,9 +62,9 @@ def clock_of(facts: Mapping[str, str], base: Path) -> tuple[float | None, str]:
     return None, "not known"
 
 
-def cores_of(told: Sequence[Mapping[str, str]]) -> int:
+def cores_of(processors: Sequence[Mapping[str, str]]) -> int:
     """The number of physical cores; 0 if unknown. Threads of a core share its numbers."""
-    return len({(one["physical id"], one["core id"]) for one in told
+    return len({(one["physical id"], one["core id"]) for one in processors
                 if "physical id" in one and "core id" in one})
 
 

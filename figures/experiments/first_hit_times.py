@@ -34,6 +34,6 @@ def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int,
 
 
 def ratio(found: dict[str, dict[str, Any]], kind: str) -> float:
-    """How many times as fast as tracing a source is: the median over the runs."""
+    """The speed of a source of first hits over that of tracing, in the median over the runs."""
     pairs = zip(found["traced"]["seconds"], found[kind]["seconds"])
     return statistics.median(traced / took for traced, took in pairs)

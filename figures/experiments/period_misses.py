@@ -57,7 +57,7 @@ def miss(row: PredictedCell) -> str:
     return (f"{row.experiment.figure.name}, {row.panel.label}, {row.column.label}: predicted "
             f"{number(row.ratio)} times the published time, bound by "
             f"{row.prediction.bound if row.prediction else '?'}. The published time allows "
-            f"{number(_room(row))} instructions a ray at the card's peak; "
+            f"{number(_allowed(row))} instructions a ray at the card's peak; "
             f"{_counts(row)} were counted"
             + (f". The image's rays take {number(scale)} times the steps of its tiles' rays"
                if scale != 1 else "") + ".")
@@ -78,7 +78,7 @@ def reasons(found: list[PredictedCell]) -> list[str]:
     return [says for reason in _REASONS for says in reason(found)]
 
 
-def _room(row: PredictedCell) -> float:
+def _allowed(row: PredictedCell) -> float:
     """Instructions per ray that the published time allows at the card's peak."""
     card = row.experiment.card
     return 1e-9 * row.published * (card.scalar_rate if card.scalar_units else card.vector_rate)
@@ -107,7 +107,7 @@ def _brute_force(found: list[PredictedCell]) -> Iterable[str]:
     far = [row for row in missed(rows) if row.ratio > 1]
     if far and cost:
         yield ("Brute force in Figure 12: at the card's peak the published time allows "
-               + ", ".join(f"{number(_room(row) / row.triangles)} instructions per test on "
+               + ", ".join(f"{number(_allowed(row) / row.triangles)} instructions per test on "
                            f"{row.panel.scene}" for row in rows)
                + f". Our test takes {number(cost)} as a pass of its own, which fetches and stores "
                "the state. No test is as short as the paper's time asks, so its passes must have "

@@ -13,9 +13,9 @@ from .verdicts import Verdict
 
 RULES = (
     f"**reproduced**: the methods have the published order (tau-b {verdicts.HIGH:g} or more in "
-    "every scored group, which is a scene and a kind of rays), and the ratios between them are "
-    f"off by less than a factor of {verdicts.FACTOR:g} in the median. A figure that makes claims "
-    "is reproduced if all claims hold",
+    "every scored group). The ratios between them are off by less than a factor of "
+    f"{verdicts.FACTOR:g} in the median. A group is a scene and a kind of rays. A figure that "
+    "makes claims is reproduced if all claims hold",
     f"**{verdicts.ORDER}**: only the order agrees. In Table 1 more than half of the properties "
     "must also agree with the survey's",
     f"**{verdicts.MOSTLY}**: more than half of a figure's claims hold, but not all",
