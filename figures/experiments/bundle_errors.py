@@ -117,7 +117,8 @@ def measure(name: str, method: str, options: dict[str, Any], size: int, runs: in
     for row in result["by_resolution"]:
         row.update(_errors(row["picture"], path, out))
         row["picture"] = row["picture"].round(4).tolist()
-    noise = _errors(halves[0], path, out)["rmse"]     # a half is half of their difference away
+    # A half differs from the mean of both halves by half of their difference.
+    noise = _errors(halves[0], path, out)["rmse"]
     return {**result, **mine, "path_noise": noise, "path": path.round(4).tolist(),
             "out": out.tolist()}
 

@@ -49,12 +49,12 @@ def _(n: int, seed: int) -> Case:
     return _sphere(n, seed, "edges")
 
 
-@entry("embree-vertices", 4, "2 with the mesh at (148376, 1234, -223423)")
+@entry("embree-vertices", 4, "row 2 with the mesh at (148376, 1234, -223423)")
 def _(n: int, seed: int) -> Case:
     return _sphere(n, seed, "vertices", EMBREE_CASE)
 
 
-@entry("embree-edges", 4, "3 with the mesh at (148376, 1234, -223423)")
+@entry("embree-edges", 4, "row 3 with the mesh at (148376, 1234, -223423)")
 def _(n: int, seed: int) -> Case:
     return _sphere(n, seed, "edges", EMBREE_CASE)
 
@@ -134,7 +134,7 @@ def _(n: int, seed: int) -> Case:
 
 # Rows 7, 11 to 15: odd triangles -----------------------------------------------------------------
 
-@entry("slivers", 11, "triangles of aspect 10^6, at them and past them")
+@entry("slivers", 11, "triangles of aspect 10^6, rays at them and past them")
 def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
     count = 300
@@ -166,7 +166,7 @@ def _(n: int, seed: int) -> Case:
     return Case(triangles @ frame, origins, end @ frame - origins)
 
 
-@entry("degenerate", 13, "zero area: points, needles and repeated vertices, before a wall")
+@entry("degenerate", 13, "zero area: points, needles and repeated vertices, in front of a wall")
 def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
     p, q = rng.integers(-8, 9, (2, 150, 3)) / 8.0
@@ -218,7 +218,7 @@ def _(n: int, seed: int) -> Case:
 SIGNS = np.stack(np.meshgrid(*[[0.0, 1.0, -1.0]] * 3), -1).reshape(-1, 3)[1:]   # 26
 
 
-@entry("signed-zeros", 16, "the 26 directions of components 0, 1 and -1, each zero of both signs")
+@entry("signed-zeros", 16, "the 26 directions with components 0, 1 and -1, zeros of both signs")
 def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
     triangles = lattice(8)

@@ -45,7 +45,7 @@ class MethodColumn:
     method: str
     options: tuple[tuple[str, Any], ...] = ()
     published_options: str = ""
-    published_method: str | None = None   # if the paper has another method: tau-b leaves it out
+    published_method: str | None = None   # a different method in the paper: tau-b skips it
     only: str | None = None               # the only kind of rays that it traces
     skips: tuple[str, ...] = ()           # scenes on which it is not measured
 
