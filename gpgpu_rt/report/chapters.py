@@ -1,4 +1,4 @@
-"""The chapters of the page, in the survey's order: what they teach, which figures show it."""
+"""The chapters of the page in the survey's order, each with its text and its figures."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -6,15 +6,15 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Chapter:
-    """A chapter.
+    """A chapter of the page.
 
     Attributes
     ----------
-    title : with the survey's section where it is one
-    text : Markdown
-    figures : names of ``python -m gpgpu_rt.figures``, in the order they are shown
+    title : the title, with the section of the survey if there is one
+    text : the text in Markdown
+    figures : names of ``python -m gpgpu_rt.figures``, in the order of the page
     passes : methods whose passes are shown as a film
-    heat : methods whose cost a pixel is shown side by side, on one scale
+    heat : methods whose cost per pixel is shown as heat maps on a common scale
     """
 
     title: str

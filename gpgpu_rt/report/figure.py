@@ -1,4 +1,4 @@
-"""A figure as ``make figures`` wrote it, NAME.md and NAME.png, as a part of the page."""
+"""Figures on the page: convert the files NAME.md and NAME.png of ``make figures`` to HTML."""
 from __future__ import annotations
 
 import html
@@ -12,17 +12,17 @@ from urllib.parse import unquote
 from ..errors import Error, how_to_install
 from .images import image_tag, png_uri
 
-SHORT = 3000     # characters of Markdown up to which the text of a figure lies open
+SHORT = 3000     # the text of a figure is expanded if it has at most this many characters
 
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure that is there.
+    """A figure that ``make figures`` has written.
 
     Attributes
     ----------
-    name : as ``python -m gpgpu_rt.figures --only`` knows it
-    folder : where its files are
+    name : the name for ``python -m gpgpu_rt.figures --only``
+    folder : the folder with its files
     """
 
     name: str
@@ -30,19 +30,19 @@ class Figure:
 
     @property
     def text(self) -> str:
-        """Its Markdown."""
+        """The text of the figure in Markdown."""
         try:
             return (self.folder / f"{self.name}.md").read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError) as failure:
             raise Error(f"cannot read {self.folder / self.name}.md: {failure}") from failure
 
     def section(self, width: int, known: Collection[str]) -> str:
-        """HTML: title, chart, and the text with its tables.
+        """Return HTML with the title, the chart, and the text with its tables.
 
         Parameters
         ----------
-        width : of pictures, pixels at most
-        known : figures of the page, to which links stay links
+        width : largest width of pictures in pixels
+        known : the figures of the page; links to them remain links
         """
         lines = self.text.strip().splitlines()
         title = self.name
@@ -60,8 +60,11 @@ class Figure:
 
 
 def to_html(text: str, folder: Path, width: int, known: Collection[str] = ()) -> str:
-    """Markdown as HTML that asks nothing of anywhere: pictures beside it are taken in, links to
-    figures stay within the page, other relative ones become text."""
+    """Convert Markdown to HTML that loads nothing from the network or the disk.
+
+    Pictures in ``folder`` are embedded, links to figures point into the page, and other links
+    become plain text.
+    """
     try:
         from markdown_it import MarkdownIt
     except ImportError:
@@ -81,7 +84,7 @@ def to_html(text: str, folder: Path, width: int, known: Collection[str] = ()) ->
 
 
 def _within(token: Any, folder: Path, known: Collection[str]) -> None:
-    """Turn a link to a figure's file into one within the page, and any other into text."""
+    """Change a link to a figure's file into a link within the page, and other links into text."""
     if token.type != "link_open":
         return
     name = Path(str(token.attrGet("href"))).stem
@@ -92,13 +95,16 @@ def _within(token: Any, folder: Path, known: Collection[str]) -> None:
 
 
 def _embedded(folder: Path, url: str, text: str, width: int) -> str:
-    """A picture that a text names, from the figures' folder alone: a page may be passed on."""
+    """Return the picture that a text names as HTML.
+
+    Only pictures in the folder of the figures are embedded, because the page may be published.
+    """
     name = unquote(url)
     try:
         path = (folder / name).resolve()
         if path.is_relative_to(folder.resolve()):
             return _picture(path, text, width)
-    except (OSError, ValueError):       # a name that no file can have
+    except (OSError, ValueError):       # the name is not valid for a file
         pass
     return _lacking(name)
 

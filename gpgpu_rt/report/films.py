@@ -1,4 +1,4 @@
-"""What the page shows besides figures: passes as a film, and costs a pixel, made when it is."""
+"""Films of passes and heat maps of the cost per pixel, made while the page is written."""
 from __future__ import annotations
 
 import html
@@ -14,11 +14,11 @@ from ..text_format import counted
 from ..tracer import Tracer
 from .images import data_uri, image_tag, png_uri
 
-FRAMES = 60      # of a film, about
+FRAMES = 60      # approximate number of pictures in a film
 
 
 def film(scene: Scene, method: str, size: tuple[int, int]) -> str:
-    """HTML: the passes of a method over eye rays as an animated GIF."""
+    """Return HTML with the passes of a method over eye rays as an animated GIF."""
     with tempfile.TemporaryDirectory() as made, Tracer(scene, method, schedule="step") as tracer:
         found = write_passes(tracer, Path(made), size, most=FRAMES)
         uri = data_uri((Path(made) / "passes.gif").read_bytes(), "gif")
@@ -29,7 +29,7 @@ def film(scene: Scene, method: str, size: tuple[int, int]) -> str:
 
 
 def heat_maps(scene: Scene, methods: Sequence[str], size: tuple[int, int], width: int) -> str:
-    """HTML: kernel runs a pixel by several methods, on one scale."""
+    """Return HTML with heat maps of kernel runs per pixel by several methods, on one scale."""
     maps = []
     for method in methods:
         with Tracer(scene, method, statistics=True) as tracer:
@@ -40,7 +40,8 @@ def heat_maps(scene: Scene, methods: Sequence[str], size: tuple[int, int], width
 
 
 def or_why_not(make: Callable[[], str]) -> str:
-    """What ``make`` returns, or a line that says why not: a page lacks a film, and no more."""
+    """Return the result of ``make``, or HTML with the error message: the page is written even
+    without a film."""
     try:
         return make()
     except Error as failure:

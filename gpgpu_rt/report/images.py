@@ -1,4 +1,4 @@
-"""Pictures as data URIs: what a page carries in itself."""
+"""Pictures as data URIs, which a page contains itself."""
 from __future__ import annotations
 
 import base64
@@ -9,25 +9,27 @@ from pathlib import Path
 
 from PIL import Image
 
-WIDTHS = (1400, 1000, 700, 450)     # pixels at most, tried in turn until a page is small enough
-MOST_PIXELS = 1 << 25   # of a chart, about 100 MB as it is read; a small file may claim any number
+WIDTHS = (1400, 1000, 700, 450)     # largest widths in pixels; the first that fits LIMIT is used
+MOST_PIXELS = 1 << 25   # limit on a chart, about 100 MB decoded; any file may declare a huge size
 
 
 def data_uri(content: bytes, kind: str) -> str:
-    """``data:image/KIND`` of a file's content."""
+    """Return the ``data:image/KIND`` URI of a file's content."""
     return f"data:image/{kind};base64,{base64.b64encode(content).decode()}"
 
 
 def png_uri(picture: Image.Image | Path, width: int) -> str:
-    """A PNG of at most so many pixels' width, in up to 256 colours where that is smaller.
+    """Return a picture as the data URI of a PNG, at most ``width`` pixels wide.
+
+    The PNG has 256 colours if that makes it smaller.
 
     Raises
     ------
     OSError, ValueError
-        a file that is no picture, or a picture of more than MOST_PIXELS
+        if the file is not a picture, or has more than MOST_PIXELS
     """
     if isinstance(picture, Path):
-        if not picture.is_file():       # a pipe would hang, a device never end
+        if not picture.is_file():       # reading a pipe would block, and a device may never end
             raise FileNotFoundError(picture)
         with _opened(picture) as file:
             if file.width * file.height > MOST_PIXELS:
@@ -47,7 +49,7 @@ def png_uri(picture: Image.Image | Path, width: int) -> str:
 
 
 def _opened(path: Path) -> Image.Image:
-    """The picture, not yet decoded, whatever size it claims."""
+    """Open a picture without decoding it, for any declared size."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
@@ -57,5 +59,5 @@ def _opened(path: Path) -> Image.Image:
 
 
 def image_tag(uri: str, text: str) -> str:
-    """An element that says in words what it shows."""
+    """Return an HTML image element with a text for readers who cannot see the picture."""
     return f'<img src="{uri}" alt="{html.escape(text, quote=True)}" loading="lazy">'

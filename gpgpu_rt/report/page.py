@@ -1,4 +1,4 @@
-"""The page itself: chapters, figures and films in one file that asks nothing of the network."""
+"""The page: chapters, figures and films in one file that needs no network."""
 from __future__ import annotations
 
 import html
@@ -17,9 +17,9 @@ from .figure import Figure, to_html
 from .films import film, heat_maps, or_why_not
 from .images import WIDTHS
 
-LIMIT = 15_000_000      # bytes of a page
+LIMIT = 15_000_000      # largest size of the page in bytes
 
-# The page may show what it carries and nothing else: a mistake of ours cannot ask a server.
+# The content security policy forbids all requests, so even a faulty page cannot contact a server.
 _HEAD = """<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8">
 <meta http-equiv="Content-Security-Policy" content="default-src 'none'; img-src data:; \
@@ -46,13 +46,13 @@ th, td { max-width: 20rem; }
 
 @dataclass
 class Report:
-    """What became of a page.
+    """The result of writing a page.
 
     Attributes
     ----------
     output : the file
-    bytes : its size
-    figures, missing : names of figures that it shows, and of those that are not there yet
+    bytes : the size of the file
+    figures, missing : names of the figures on the page, and of figures that are not yet measured
     """
 
     output: str
@@ -61,7 +61,7 @@ class Report:
     missing: list[str]
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain data, for JSON."""
+        """Return plain data for JSON."""
         return dict(vars(self))
 
 
@@ -72,16 +72,16 @@ def write_report(output: str | os.PathLike[str], figures: str | os.PathLike[str]
 
     Parameters
     ----------
-    output : the HTML file, of LIMIT bytes at most
-    figures : the folder that ``python -m gpgpu_rt.figures`` writes; what is not there is named
-    scene, size : of films and heat maps, (width, height) rays
-    films : whether to make these; they take a minute, and a context
-    say : is told what is being made
+    output : the HTML file to write, at most LIMIT bytes
+    figures : the folder that ``python -m gpgpu_rt.figures`` writes; the page names missing figures
+    scene, size : scene and (width, height) in rays of the films and heat maps
+    films : whether to make films and heat maps; they take a minute and need an OpenGL context
+    say : called with each line about progress
 
     Raises
     ------
     Error
-        where it cannot be written, or stays too large even with small pictures
+        if the file cannot be written, or is too large even with small pictures
     """
     path, folder = check_writable(output), Path(figures)
     there = sorted(one.stem for one in folder.glob("*.md") if one.stem != "index")
@@ -92,7 +92,7 @@ def write_report(output: str | os.PathLike[str], figures: str | os.PathLike[str]
     made: dict[tuple[Any, ...], str] = {}
 
     def once(make: Callable[..., str], *arguments: Any) -> str:
-        """A film or map: made once, though the page may be put together again."""
+        """Return a film or heat map; it is made only once, even if the page is assembled again."""
         key = make, arguments
         if key not in made:
             what = arguments[0] if isinstance(arguments[0], str) else ", ".join(arguments[0])

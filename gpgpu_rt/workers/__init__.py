@@ -1,4 +1,4 @@
-"""Workers: rays and pictures shared among processes and machines, by Dask."""
+"""Workers: share rays and pictures among processes and machines by Dask."""
 from __future__ import annotations
 
 from .workers import LOCAL, Workers

@@ -1,4 +1,4 @@
-"""Content: what tells whether two values are the same, here and in other processes."""
+"""Digest: a hash by which processes and machines recognise equal values."""
 from __future__ import annotations
 
 import hashlib
@@ -9,12 +9,14 @@ from ..errors import Error
 
 
 def digest(value: Any) -> str:
-    """SHA-256 of a value, or of the name of what is known by its module.
+    """Return the SHA-256 digest of a value's pickle.
+
+    The pickle of a function or class of a module holds only its name.
 
     Raises
     ------
     Error
-        for what no other process can be told of, such as a function within another
+        if the value cannot be sent to another process, such as a function within a function
     """
     try:
         told = pickle.dumps(value, pickle.HIGHEST_PROTOCOL)

@@ -1,4 +1,4 @@
-"""Local: a Dask cluster of this machine's processes, which listens to this machine alone."""
+"""Local cluster: a Dask cluster of processes on this machine, closed to other machines."""
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
@@ -8,25 +8,26 @@ from ..interrupts import left_to_this_process
 from . import logs
 
 LOOPBACK = "127.0.0.1"
-# Until a local process that was killed is given up: Dask starts it again, and takes more than the
-# 15 s of its own on a machine that has much to do.
+# How long Dask waits for a killed local process to restart before it gives the process up. On a
+# busy machine the restart can take longer than Dask's default of 15 s.
 LOST = "30 days"
 
 
 def local_cluster(count: int | None, threads: int | None) -> Any:
-    """Start local processes; ``count`` and ``threads`` as ``Workers`` takes them.
+    """Start local processes and return their Dask cluster.
+
+    ``count`` and ``threads`` have the meaning that ``Workers`` documents.
 
     Notes
     -----
-    Dask's dashboard is off. Its HTTP server still starts, on a free port, with no page.
+    Dask's dashboard is off. Dask still starts its HTTP server on a free port, without any page.
     """
     import dask
     dask.config.set({"distributed.deploy.lost-worker-timeout": LOST})
-    # A thread of its own makes the cluster: what it starts, now and for a worker that was killed,
-    # leaves Ctrl-C to this process, while this thread goes on receiving it.
+    # A separate thread creates the cluster. The processes that this thread starts, also later for
+    # a killed worker, do not receive Ctrl-C, while the calling thread still does.
     with dask.config.set({
-            # A pass may take minutes, in which a worker says nothing; and one cell most of the
-            # memory, while the others wait for it.
+            # No time limit on a silent worker: a pass may take minutes.
             "distributed.scheduler.worker-ttl": None,
             "distributed.scheduler.http.routes": [], "distributed.worker.http.routes": []}
     ), ThreadPoolExecutor(1) as maker:
@@ -34,7 +35,7 @@ def local_cluster(count: int | None, threads: int | None) -> Any:
         try:
             return making.result()
         except BaseException:
-            if making.exception() is None:      # interrupted: the cluster is there in a moment
+            if making.exception() is None:      # interrupted: wait for the cluster and close it
                 making.result().close()
             raise
 

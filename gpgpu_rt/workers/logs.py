@@ -1,5 +1,7 @@
-"""Logs: Dask's own, silent while workers are used: who interrupts or loses them is told by us, and
-a traceback of Dask's would come after that."""
+"""Logs: silence Dask's log while workers are in use.
+
+We print our own message when workers are interrupted or lost; a traceback of Dask would follow it.
+"""
 from __future__ import annotations
 
 import contextlib
@@ -8,15 +10,18 @@ import threading
 from collections.abc import Iterator
 
 SILENT = logging.CRITICAL + 1
-_levels: dict[logging.Handler, int] = {}    # before anyone was within
+_levels: dict[logging.Handler, int] = {}    # the levels outside of all contexts
 _within = 0
 _lock = threading.Lock()
 
 
 @contextlib.contextmanager
 def silenced() -> Iterator[None]:
-    """Within, what Dask prints of this process is not, as beside its local processes; handlers
-    that are none of its streams go on. Whoever is in it last puts back what the first found."""
+    """Return a context in which Dask prints no log of this process.
+
+    Only handlers that write to a stream are silenced. The levels are restored when the last of
+    several overlapping contexts ends.
+    """
     global _within
     with _lock:
         if not _within:

@@ -1,4 +1,4 @@
-"""Machine: what its processes agree on, whoever started them: is something timed there now?"""
+"""Machine lock: shared and exclusive locks of this machine, so that timings run undisturbed."""
 from __future__ import annotations
 
 import contextlib
@@ -13,25 +13,27 @@ from typing import IO
 
 from ..disk.own_folder import open_lock, own_folder
 
-Processes = Callable[[], Iterable[int]]     # their numbers, now
+Processes = Callable[[], Iterable[int]]     # returns the present process ids
 
-_turn = threading.RLock()      # of this process's threads, which hold the machine in turns
-_held: list[IO[bytes]] = []    # the file that this process holds the machine by, while it does
-_alone: list[IO[bytes]] = []   # the same, while it keeps everybody out
-_told: list[Callable[[], object]] = []    # by whoever holds it: what to call before waiting
-_helpers: list[Processes] = []     # of this process: they stand still while it is alone
+_turn = threading.RLock()      # the threads of this process use the machine lock in turn
+_held: list[IO[bytes]] = []    # the lock file, while this process has locked it
+_alone: list[IO[bytes]] = []   # the lock file, while this process has locked it exclusively
+_told: list[Callable[[], object]] = []    # the function to call before waiting for the lock
+_helpers: list[Processes] = []     # helpers of this process, stopped during an exclusive lock
 
 
 @contextlib.contextmanager
 def taken(waiting: Callable[[], object] = lambda: None) -> Iterator[None]:
-    """Hold this machine side by side with other processes that do; while one holds it alone, call
-    ``waiting`` and wait, within it also before waiting to be `alone`. Threads of a process take
-    turns.
+    """Return a context that holds the shared lock of this machine.
+
+    Several processes can hold the shared lock at once; the threads of a process hold it in turn.
+    While another process holds the exclusive lock, call ``waiting`` and wait. Within the context,
+    `alone` also calls ``waiting`` before it waits.
 
     Notes
     -----
-    A lock of the operating system's on a file of this user's: it goes with the process that holds
-    it, however that ends.
+    The lock is an operating system lock on a file of this user. It is released when its process
+    ends for any reason.
     """
     with _turn:
         if _held:
@@ -58,9 +60,12 @@ def _lock(file: IO[bytes], how: int, waiting: Callable[[], object]) -> None:
 
 @contextlib.contextmanager
 def alone() -> Iterator[None]:
-    """Wait until nobody else holds this machine, and keep everybody out meanwhile: for what is
-    timed. Within `taken`, others may come first: the machine is let go while it is waited for.
-    Helpers of this process, and what they started, stand still."""
+    """Return a context that holds the exclusive lock of this machine, for timings.
+
+    Within `taken`, the shared lock is released while this process waits for the exclusive lock, so
+    other processes may get the exclusive lock first. Helpers of this process, and the processes
+    that they started, are stopped within the context.
+    """
     with taken():
         if _alone:
             yield
@@ -77,14 +82,20 @@ def alone() -> Iterator[None]:
 
 @contextlib.contextmanager
 def helped(by: Processes) -> Iterator[None]:
-    """Within it, processes of this machine work for this one, and are stopped in the midst of what
-    they do while it holds the machine `alone`: they need not hold it themselves.
+    """Return a context in which other processes of this machine work for this process.
+
+    While this process holds the exclusive lock (`alone`), the helpers are stopped in the middle of
+    their work. They need no lock themselves.
+
+    Parameters
+    ----------
+    by : returns the ids of the helper processes
 
     Notes
     -----
-    For work on the processor: a graphics card would go on with what it was given. A helper that
-    holds a lock which the timed work waits for would stop it for ever: Mesa's cache in one file
-    has such a lock, so its helpers are to have another (``MESA_DISK_CACHE_MULTI_FILE=1``).
+    This suits work on the CPU only: a graphics card would continue with the work it already has.
+    A stopped helper must not hold a lock that the timed work waits for. Mesa's single-file shader
+    cache has such a lock, so helpers need ``MESA_DISK_CACHE_MULTI_FILE=1``.
     """
     _helpers.append(by)
     try:
@@ -98,7 +109,7 @@ def _helpers_stopped() -> Iterator[None]:
     stopped: list[int] = []
     try:
         for by in _helpers:
-            for process in by():    # itself first: then it starts no more
+            for process in by():    # stop the helper first, so that it starts no more processes
                 stopped.append(process)
                 _signal([process], signal.SIGSTOP)
                 begun = _started_by(process)
@@ -110,7 +121,7 @@ def _helpers_stopped() -> Iterator[None]:
 
 
 def _started_by(process: int) -> list[int]:
-    import psutil  # Dask's, as the helpers are
+    import psutil  # installed with Dask, which all helpers use
     try:
         return [child.pid for child in psutil.Process(process).children(recursive=True)]
     except psutil.NoSuchProcess:
@@ -119,10 +130,11 @@ def _started_by(process: int) -> list[int]:
 
 def _signal(processes: Iterable[int], what: signal.Signals) -> None:
     for process in processes:
-        with contextlib.suppress(ProcessLookupError):    # it has ended
+        with contextlib.suppress(ProcessLookupError):    # the process has ended
             os.kill(process, what)
 
 
 def _file() -> Path:
-    """Named by the host too: folders for temporary files may be shared among hosts."""
+    """Return the lock file. Its name contains the host's name, because several hosts may share a
+    folder for temporary files."""
     return own_folder() / f"{platform.node()}.lock"

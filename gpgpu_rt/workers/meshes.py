@@ -1,4 +1,4 @@
-"""Meshes: files of named scenes, for machines that have others of that name, or none."""
+"""Meshes: send the files of a named scene to machines that lack them or have other files."""
 from __future__ import annotations
 
 import os
@@ -11,11 +11,14 @@ from ..errors import Error
 from ..scene import catalogue
 from .digest import digest
 
-Files = Mapping[str, bytes]     # by name
+Files = Mapping[str, bytes]     # the content of each file by its name
 
 
 def mesh_files(scene: str) -> Files:
-    """The mesh of a named scene and the cameras beside it; nothing of one that is built in."""
+    """Return the files of a named scene: its mesh and the cameras beside it.
+
+    A built-in scene has no files.
+    """
     name = scene.partition(":")[0]
     mesh = catalogue.mesh_path(name) if name in catalogue.ROWS else None
     if mesh is None:
@@ -25,7 +28,7 @@ def mesh_files(scene: str) -> Files:
 
 
 def take_mesh(scene: str, files: Files) -> None:
-    """Let the scene be found as it was found where the files come from."""
+    """Store the files on this machine, so that loading the scene by name finds them."""
     if not files or files == mesh_files(scene):
         return
     folder = own_folder("meshes") / digest(dict(files))

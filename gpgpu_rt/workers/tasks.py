@@ -1,5 +1,7 @@
-"""Tasks: what runs in a worker: a process with one OpenGL context, which keeps the last
-tracers it made, and the structures that others built."""
+"""Tasks: the functions that run in a worker.
+
+A worker is a process with one OpenGL context. It keeps the last tracers that it made.
+"""
 from __future__ import annotations
 
 import contextlib
@@ -20,26 +22,27 @@ from ..tracer import Tracer
 MOST_TRACERS = 2
 
 Options = tuple[tuple[str, Any], ...]
-Structures = Mapping[str, bytes]     # files of the cache, named by their content
+Structures = Mapping[str, bytes]     # cache files by name; a name is the digest of the content
 
-# Threads of a worker take turns at the tracers, as they would at the context.
+# The threads of a worker use its tracers in turn, because they share one OpenGL context.
 _turn = threading.RLock()
-# With each the files of the cache that it was made of.
+# Each tracer, with the cache files that it was built from.
 _tracers: OrderedDict[tuple[str, str, Options], tuple[Tracer, list[Path]]] = OrderedDict()
 
 
 def received(value: Any) -> Any:
-    """A scene or a motion, once it has come: what other tasks take it from."""
+    """Return a scene or a motion that was sent to this worker; its future is the input of other
+    tasks."""
     return value
 
 
 def renderer() -> str:
-    """What draws here."""
+    """Return the name of this worker's renderer."""
     return open_gpu().renderer
 
 
 def structures(scene: Scene, digest: str, method: str, options: Options) -> Structures:
-    """What is built for a method, as files of the cache that another worker can take."""
+    """Build the structures of a method and return them as cache files for other workers."""
     with _turn:
         files = _tracer(scene, digest, method, options)[1]
     return {path.name: path.read_bytes() for path in files if path.exists()}
@@ -59,7 +62,7 @@ def _tracer(scene: Scene, digest: str, method: str, options: Options) -> tuple[T
 @contextlib.contextmanager
 def tracer_of(scene: Scene, built: Structures, digest: str, method: str,
               options: Options) -> Iterator[Tracer]:
-    """A tracer whose structures, where they were built elsewhere, are not built again."""
+    """Yield a tracer that uses the structures ``built`` by another worker."""
     give_cache(built)
     with _turn:
         yield _tracer(scene, digest, method, options)[0]
@@ -67,14 +70,17 @@ def tracer_of(scene: Scene, built: Structures, digest: str, method: str,
 
 def trace(scene: Scene, built: Structures, digest: str, method: str, options: Options,
           rays: Mapping[str, Any], any_hit: bool) -> Hits | np.ndarray:
-    """The hits of some rays, given as ``Tracer.trace`` takes them."""
+    """Return the hits of some rays; ``rays`` holds the arguments of ``Tracer.trace``."""
     with tracer_of(scene, built, digest, method, options) as tracer:
         return tracer.occluded(**rays) if any_hit else tracer.trace(**rays)
 
 
 def draw(scene: Scene, built: Structures, digest: str, method: str, options: Options,
          drawing: Mapping[str, Any], region: tuple[int, int, int, int]) -> np.ndarray:
-    """(height, width, 3) uint8: a region of a picture, given as ``Tracer.render`` takes it."""
+    """Return a region of a picture, (height, width, 3) uint8.
+
+    ``drawing`` and ``region`` are arguments of ``Tracer.render``.
+    """
     with tracer_of(scene, built, digest, method, options) as tracer:
         return np.asarray(tracer.render(**drawing, region=region))
 
@@ -82,7 +88,8 @@ def draw(scene: Scene, built: Structures, digest: str, method: str, options: Opt
 def draw_frame(scene: Scene, built: Structures, digest: str, method: str, options: Options,
                motion: Callable[[int], np.ndarray], drawing: Mapping[str, Any],
                frame: int) -> np.ndarray:
-    """(height, width, 3) uint8: the picture of a frame, by a tracer that follows the motion."""
+    """Return the picture of a frame, (height, width, 3) uint8, by a tracer whose triangles are
+    updated to the frame."""
     with tracer_of(scene, built, f"{digest}, moving", method, options) as tracer:
         tracer.update(motion(frame))
         return np.asarray(tracer.render(**drawing))

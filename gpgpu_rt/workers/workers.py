@@ -1,4 +1,4 @@
-"""Workers: a Dask scheduler's processes, each with an OpenGL context of its own."""
+"""Workers: the processes of a Dask scheduler, each with its own OpenGL context."""
 from __future__ import annotations
 
 import contextlib
@@ -25,41 +25,42 @@ from .digest import digest
 from .local import local_cluster
 
 LOCAL = "local"
-MOST_KEPT = 16      # scenes and structures that workers go on holding
-PART = 1 << 16      # rays of a part, about, at least
-# Rows of an image that stay together: packets are tiles of it, the same in a part as in the whole
-# where their height divides this.
+MOST_KEPT = 16      # number of scenes and structures that stay in the workers' memory
+PART = 1 << 16      # smallest number of rays in a part, approximately
+# A part holds a multiple of this number of image rows. Packets are tiles of the image, and are the
+# same in a part as in the whole image if their height divides this number.
 ROWS = 8
-PATIENCE = "10s"    # for a scheduler to answer, and for its first worker
-TILE = 128          # pixels a side of what a worker draws of a picture
+PATIENCE = "10s"    # how long to wait for a scheduler to answer, and for its first worker
+TILE = 128          # side in pixels of the tiles that workers draw
 
-Progress = Callable[[int, int], None]     # parts done, and of how many
+Progress = Callable[[int, int], None]     # called with the number of finished parts and of all
 
 
 class Workers:
-    """Processes that trace and draw, here or on other machines.
+    """Processes that trace and draw, on this machine or on other machines.
 
     Parameters
     ----------
-    scheduler : "local", processes of this machine; or the address of a Dask scheduler, such as
-        ``tcp://host:8786``, whose workers have this package
-    count : local processes; None for one a core
-    threads : that the software renderer of a local process takes (``LP_NUM_THREADS``); None leaves
-        it as it is
+    scheduler : "local" for processes of this machine; or the address of a Dask scheduler, such as
+        ``tcp://host:8786``, whose workers have this package installed
+    count : number of local processes; None for one per core
+    threads : number of threads of the software renderer in a local process (``LP_NUM_THREADS``);
+        None keeps the renderer's default
 
     Raises
     ------
     Error
-        where Dask is not installed, no scheduler answers, or it has no workers
+        if Dask is not installed, no scheduler answers, or the scheduler has no workers
     OptionError
-        for a count or threads that are no whole number of 1 or more, a scheduler that is no text
+        if ``count`` or ``threads`` is not a whole number of 1 or more, or ``scheduler`` is not
+        text
 
     Notes
     -----
-    Scenes are sent once, structures built once and sent as files of the cache, both known by
-    their content. A worker that is killed loses nothing: its tasks run again elsewhere. Local
-    processes start by "spawn": a script that opens them needs ``if __name__ == "__main__":``.
-    In the process that opens them Dask's ``distributed.deploy.lost-worker-timeout`` is set.
+    A scene is sent once. A structure is built once and sent as cache files. Both are identified by
+    digests of their content. If a worker is killed, its tasks run again on other workers. Local
+    processes start by "spawn", so a script that opens them needs ``if __name__ == "__main__":``.
+    Opening local processes sets Dask's ``distributed.deploy.lost-worker-timeout`` in this process.
     """
 
     def __init__(self, scheduler: str = LOCAL, count: int | None = None,
@@ -84,15 +85,15 @@ class Workers:
             self._cluster = address = local_cluster(count, threads)
         try:
             self._connect(address)
-        except BaseException:       # an interrupt too
+        except BaseException:       # including an interrupt
             self._close_cluster()
             raise
-        self._futures: OrderedDict[tuple[Any, ...], Any] = OrderedDict()   # the last ones
+        self._futures: OrderedDict[tuple[Any, ...], Any] = OrderedDict()   # the last MOST_KEPT
 
     def _connect(self, address: Any) -> None:
         import distributed
         try:
-            # A Client that cannot read its address would hang as it is deleted.
+            # Check the address first: a Client with an invalid address hangs when it is deleted.
             if address == self.scheduler:
                 distributed.comm.resolve_address(address)
                 if address.startswith("tls://") and not distributed.Security().get_connection_args(
@@ -112,14 +113,15 @@ class Workers:
 
     @property
     def client(self) -> Any:
-        """Dask's client. Error where it was closed."""
+        """Dask's client; raises Error if these workers were closed."""
         if self._client.status == "closed":
             raise Error("these workers were closed, as their `with` block does at its end; make "
                         "others")
         return self._client
 
     def processes(self) -> list[int]:
-        """Numbers of the local ones, now: one that was killed comes back as another."""
+        """Return the present ids of the local processes; a killed process restarts with a new
+        id."""
         nannies = self._cluster.workers.values() if self._cluster is not None else ()
         return [nanny.pid for nanny in nannies if nanny.pid]
 
@@ -128,22 +130,22 @@ class Workers:
 
     def map(self, function: Callable[..., Any], parts: Iterable[Sequence[Any]],
             progress: Progress | None = None) -> Iterator[tuple[int, Any]]:
-        """``function(*part)`` for each part, in whatever order they are done.
+        """Yield (index of the part, ``function(*part)``) for each part, in order of completion.
 
-        Yields (index of the part, result). ``progress`` is told parts done, and of how many.
+        ``progress`` is called with the number of finished parts and of all parts.
 
         Raises
         ------
         Error
-            where a part's workers died again and again, the scheduler went, or workers lack a
-            module; and whatever ``function`` raises
+            if the workers of a part died repeatedly, the scheduler ended, or workers lack a
+            module. Errors of ``function`` are raised here, too
         """
         import distributed
         futures = [self.client.submit(function, *part, pure=False) for part in parts]
         finished = distributed.as_completed(futures, loop=self.client.loop)
         waiting = {future.key: (at, future) for at, future in enumerate(futures)}
         count = len(futures)
-        del futures     # a worker keeps a result as long as its future is held
+        del futures     # a worker keeps a result until its future is deleted
         try:
             for done, future in enumerate(finished, 1):
                 at, _ = waiting.pop(future.key)
@@ -153,7 +155,7 @@ class Workers:
                 yield at, result
                 if progress is not None:
                     progress(done, count)
-        finally:    # where the caller goes before the end
+        finally:    # cancel the rest if the caller stops early
             with _in_a_line():
                 self.client.cancel([future for _, future in waiting.values()])
 
@@ -161,22 +163,25 @@ class Workers:
               method: str = "bvh-threaded", t_min: float | np.ndarray = 0.0,
               t_max: float | np.ndarray = np.inf, shape: tuple[int, int] | None = None,
               invalid: str = "raise", progress: Progress | None = None, **options: Any) -> Hits:
-        """Nearest hits, as ``Tracer(scene, method, **options).trace`` finds them.
+        """Return the nearest hits, the same as ``Tracer(scene, method, **options).trace``.
 
         Parameters
         ----------
+        scene : Scene, or the name of a scene
         origins, directions : (n, 3) or (h, w, 3) float, world units
-        t_min, t_max : scalars or one a ray
+        method, options : as for ``Tracer``
+        t_min, t_max : scalars, or a value per ray
         shape : (h, w) of the tile that (n, 3) rays form
-        invalid : "raise", or "miss": rays with NaN, infinity or no direction get status 1
-        progress : is told parts done, and of how many
+        invalid : "raise", or "miss": rays with NaN, infinity or a zero direction get status 1
+        progress : called with the number of finished parts and of all parts
 
         Raises
         ------
         ValueError
-            for arrays that do not fit, or naming the first invalid ray
+            if the shapes of arrays do not match, or for an invalid ray; the message names the
+            first
         Error
-            as for ``map``; and what ``Tracer`` raises
+            as for ``map``; and the errors of ``Tracer``
         """
         hits = joined(self._rays(scene, origins, directions, method, t_min, t_max, shape, invalid,
                                  options, False, progress))
@@ -188,16 +193,17 @@ class Workers:
                  t_min: float | np.ndarray = 0.0, shape: tuple[int, int] | None = None,
                  invalid: str = "raise", progress: Progress | None = None,
                  **options: Any) -> np.ndarray:
-        """(n,) bool: whether anything lies in [t_min, t_max] of each ray.
+        """Return whether each ray hits any triangle in [t_min, t_max], (n,) bool.
 
         Parameters
         ----------
+        scene, method, options : as for ``trace``
         origins, directions, t_max, t_min, shape, invalid, progress : as for ``trace``
 
         Raises
         ------
         ValueError, Error
-            as for ``trace``, and as ``Tracer.occluded`` does
+            as for ``trace`` and ``Tracer.occluded``
         """
         return np.concatenate(self._rays(scene, origins, directions, method, t_min, t_max, shape,
                                          invalid, options, True, progress))
@@ -207,19 +213,20 @@ class Workers:
                integrator: str | None = None, picture: Mapping[str, Any] = {},
                tile: int = TILE, progress: Progress | None = None,
                **options: Any) -> Image.Image:
-        """A picture, as ``Tracer(scene, method, **options).render`` draws it, in tiles.
+        """Return the picture of ``Tracer(scene, method, **options).render``, drawn in tiles.
 
         Parameters
         ----------
+        scene, method, options : as for ``trace``
         size, camera, integrator : as for ``Tracer.render``
         picture : the integrator's options
-        tile : pixels a side of what a worker draws at a time
-        progress : is told tiles done, and of how many
+        tile : side in pixels of a tile, which a worker draws as a whole
+        progress : called with the number of finished tiles and of all tiles
 
         Raises
         ------
         OptionError
-            as ``Tracer.render`` raises it, and for ``noise``, which is of a whole picture
+            as for ``Tracer.render``, and for ``noise``, which needs the whole picture
         """
         whole = Region.of(size, None)
         tiles = whole.tiles(tile)
@@ -233,9 +240,9 @@ class Workers:
     def draw(self, scene: Scene | str, regions: Sequence[Region], method: str,
              progress: Progress | None, drawing: Mapping[str, Any],
              **options: Any) -> Iterator[tuple[int, np.ndarray]]:
-        """Regions of pictures as they are done: (index, (height, width, 3) uint8).
+        """Yield (index, (height, width, 3) uint8) for each region, in order of completion.
 
-        ``drawing`` is what ``Tracer.render`` takes besides size and region.
+        ``drawing`` holds the arguments of ``Tracer.render`` except size and region.
         """
         check_parts(drawing)
         shared = self.shared(scene, method, options)
@@ -246,14 +253,15 @@ class Workers:
                method: str = "bvh-threaded", progress: Progress | None = None,
                drawing: Mapping[str, Any] = {},
                **options: Any) -> Iterator[tuple[int, np.ndarray]]:
-        """Frames as they are done: (frame, (height, width, 3) uint8).
+        """Yield (frame, (height, width, 3) uint8) for each frame, in order of completion.
 
         Parameters
         ----------
-        animation : one, or the name of a scene that moves
-        frames : their numbers
-        progress : is told frames done, and of how many
-        drawing : what ``Tracer.render`` takes
+        animation : Animation, or the name of a moving scene
+        frames : numbers of the frames
+        method, options : as for ``trace``
+        progress : called with the number of finished frames and of all frames
+        drawing : arguments of ``Tracer.render``
         """
         animation = load_animation(animation) if isinstance(animation, str) else animation
         shared = *self.shared(animation.scene, method, options), self.sent(animation.vertices)
@@ -262,7 +270,10 @@ class Workers:
             yield frames[at], drawn
 
     def renderers(self) -> list[str]:
-        """What the workers draw by: one, or pictures may differ by a bit from part to part."""
+        """Return the names of the workers' renderers.
+
+        With more than one renderer, parts of a picture may differ in the last bit.
+        """
         with _in_a_line():
             return sorted(set(self.client.run(tasks.renderer).values()))
 
@@ -270,8 +281,8 @@ class Workers:
               t_min: float | np.ndarray, t_max: float | np.ndarray,
               shape: tuple[int, int] | None, invalid: str, options: Mapping[str, Any],
               any_hit: bool, progress: Progress | None) -> list[Any]:
-        with np.errstate(over="ignore"):    # what float32 does not hold is infinity
-            # A mistake is told here.
+        with np.errstate(over="ignore"):    # a value beyond the range of float32 becomes infinity
+            # Report wrong arguments here, before rays are sent.
             width = RayBatch(origins, directions, t_min, t_max, shape, invalid).size[0]
             rays = {name: np.asarray(values, np.float32) for name, values in (
                 ("origins", origins), ("directions", directions), ("t_min", t_min),
@@ -296,8 +307,11 @@ class Workers:
 
     def shared(self, scene: Scene | str, method: str,
                options: Mapping[str, Any]) -> tuple[Any, ...]:
-        """What tasks that trace take first: the scene and what was built for it, both futures,
-        then the scene's digest, the method and its options."""
+        """Return the first arguments of all tasks that trace.
+
+        They are the scene and its structures (both futures), the scene's digest, the method and
+        its options.
+        """
         scene, row = load_scene(scene), find_method(method)
         if row.resolved(options).get("workers", 1) > 1:
             raise OptionError("a worker of Dask's starts no processes of its own; leave "
@@ -311,14 +325,14 @@ class Workers:
         return sent, built, content, method, chosen
 
     def sent(self, value: Any, content: str | None = None) -> Any:
-        """The future of a value that tasks take, sent once; ``content`` is its digest."""
+        """Send a value once and return its future; ``content`` is the digest of the value."""
         content = content or digest(value)
-        # A task and not scattered data, so that it outlives the workers that hold it.
+        # Use a task, not scattered data: Dask runs a task again if its worker dies.
         return self._kept((content,), lambda: self.client.submit(
             tasks.received, value, key=f"sent-{content}-{uuid.uuid4().hex}"))
 
     def _kept(self, key: tuple[Any, ...], submit: Callable[[], Any]) -> Any:
-        """The future of a key; one that failed is asked for again, old ones are let go."""
+        """Return the future of a key, submitted again if it failed; drop the oldest futures."""
         if key not in self._futures or self._futures[key].status not in ("pending", "finished"):
             self._futures[key] = submit()
         self._futures.move_to_end(key)
@@ -327,7 +341,7 @@ class Workers:
         return self._futures[key]
 
     def close(self) -> None:
-        """End local processes; those of another scheduler are left to it."""
+        """End the local processes; the workers of another scheduler keep running."""
         self._client.close()
         self._close_cluster()
 
@@ -344,8 +358,7 @@ class Workers:
 
 
 def check_parts(drawing: Mapping[str, Any]) -> None:
-    """Raise OptionError for what only a whole picture has: ``drawing`` as ``Tracer.render`` takes
-    it."""
+    """Raise OptionError if ``drawing``, arguments of ``Tracer.render``, needs a whole picture."""
     if drawing.get("noise") is not None:
         raise OptionError("noise is measured over a whole picture, which no worker draws; "
                           "give samples instead")
@@ -356,7 +369,8 @@ def check_parts(drawing: Mapping[str, Any]) -> None:
 
 @contextlib.contextmanager
 def _in_a_line() -> Iterator[None]:
-    """Within, what only Dask knows of is told as an Error."""
+    """Return a context that turns Dask's own exceptions into an Error with a message in one
+    line."""
     import distributed
     try:
         yield
