@@ -110,7 +110,7 @@ def _embedded(folder: Path, url: str, text: str, width: int) -> str:
 
 
 def _lacking(name: str) -> str:
-    return f'<p class="missing">No picture {html.escape(name)}.</p>'
+    return f'<p class="missing">The picture {html.escape(name)} is missing.</p>'
 
 
 def _picture(path: Path, text: str, width: int) -> str:

@@ -35,7 +35,7 @@ def heat_maps(scene: Scene, methods: Sequence[str], size: tuple[int, int], width
         with Tracer(scene, method, statistics=True) as tracer:
             maps.append(heat(tracer, "steps", size))
     means = ", ".join(f"{one.title} {one.summary()['mean']:.1f}" for one in maps)
-    said = f"Steps a ray on {scene.title}, one scale for all; means: {means}"
+    said = f"Steps per ray on {scene.title}, on one scale; means: {means}"
     return _shown(image_tag(png_uri(draw_heat(maps, "steps", scene.title), width), said), said)
 
 

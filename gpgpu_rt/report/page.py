@@ -117,10 +117,10 @@ def write_report(output: str | os.PathLike[str], figures: str | os.PathLike[str]
         content = put_together(width).encode()
         if len(content) <= LIMIT:
             break
-        say(f"{len(content):,} bytes with pictures of {width} pixels: made smaller")
+        say(f"{len(content):,} bytes with pictures of {width} pixels: trying smaller pictures")
     else:
-        raise Error(f"the page has {len(content):,} bytes, more than {LIMIT:,}; leave figures out "
-                    "of the folder, or take --still")
+        raise Error(f"the page has {len(content):,} bytes, more than {LIMIT:,}; remove figures "
+                    "from the folder, or use --still")
     with replacing(path) as temporary:
         temporary.write_bytes(content)
     return Report(str(path), len(content), there,
@@ -131,11 +131,11 @@ def _opening(chapters: tuple[Chapter, ...], there: list[str], named: set[str]) -
     items = "".join(f'<li><a href="#chapter{k}">{html.escape(one.title)}</a></li>'
                     for k, one in enumerate(chapters))
     lacking = len(named - set(there))
-    note = "" if not lacking else (f'<p class="missing">{lacking} of {len(named)} figures are not '
-                                   "here yet: <code>make figures</code> measures them.</p>")
+    note = "" if not lacking else (f'<p class="missing">{lacking} of {len(named)} figures are '
+                                   "missing: <code>make figures</code> measures them.</p>")
     return ("<h1>Ray tracing by fragment programs, 2002 to 2007</h1><p>A companion to Toshiya "
             "Hachisuka’s survey <em>Ray Tracing on Graphics Hardware</em>: its methods run again, "
-            "measured, and set beside the numbers that their papers printed.</p>"
+            "and are measured and compared with the numbers in their papers.</p>"
             f"{note}<nav><ol>{items}</ol></nav>")
 
 

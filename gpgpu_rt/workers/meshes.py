@@ -35,7 +35,7 @@ def take_mesh(scene: str, files: Files) -> None:
     folder.mkdir(exist_ok=True)
     for name, content in files.items():
         if Path(name).name != name:
-            raise Error(f"{name!r} is no name of a mesh file; take this machine's own meshes")
+            raise Error(f"{name!r} is not the name of a mesh file; give a name without a folder")
         with replacing(folder / name) as path:
             path.write_bytes(content)
     others = os.environ.get("GPGPU_RT_SCENES", "")

@@ -68,7 +68,7 @@ class Workers:
         try:
             import distributed
         except ImportError as failure:
-            raise Error(f"workers are Dask's; {how_to_install('workers')}") from failure
+            raise Error(f"workers need Dask; {how_to_install('workers')}") from failure
         if not isinstance(scheduler, str):
             raise OptionError(f"scheduler is {scheduler!r}; give local, or a Dask scheduler's "
                               "address")
@@ -80,8 +80,9 @@ class Workers:
         self.scheduler = address = scheduler
         if scheduler == LOCAL:
             if distributed.utils.get_mp_context().get_start_method() == "fork":
-                raise Error("Dask is set to fork its workers, which no OpenGL context outlives; "
-                            "set DASK_DISTRIBUTED__WORKER__MULTIPROCESSING_METHOD=spawn")
+                raise Error("Dask is set to fork its workers, but an OpenGL context does not work "
+                            "after a fork; set DASK_DISTRIBUTED__WORKER__MULTIPROCESSING_METHOD="
+                            "spawn")
             self._cluster = address = local_cluster(count, threads)
         try:
             self._connect(address)
@@ -98,12 +99,12 @@ class Workers:
                 distributed.comm.resolve_address(address)
                 if address.startswith("tls://") and not distributed.Security().get_connection_args(
                         "client")["ssl_context"]:
-                    raise ValueError("TLS takes a certificate: see docs/workers.md")
+                    raise ValueError("TLS needs a certificate: see docs/workers.md")
                 self._silence.enter_context(logs.silenced())
             self._client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
         except (OSError, ValueError) as failure:
             raise Error(f"no Dask scheduler answers at {address} ({failure}); start one with "
-                        "`dask scheduler`, or say local") from failure
+                        "`dask scheduler`, or use local") from failure
         try:
             self.client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError as failure:
@@ -115,8 +116,8 @@ class Workers:
     def client(self) -> Any:
         """Dask's client; raises Error if these workers were closed."""
         if self._client.status == "closed":
-            raise Error("these workers were closed, as their `with` block does at its end; make "
-                        "others")
+            raise Error("these workers were closed, for example by the end of their `with` block; "
+                        "open new workers")
         return self._client
 
     def processes(self) -> list[int]:
@@ -314,7 +315,7 @@ class Workers:
         """
         scene, row = load_scene(scene), find_method(method)
         if row.resolved(options).get("workers", 1) > 1:
-            raise OptionError("a worker of Dask's starts no processes of its own; leave "
+            raise OptionError("a Dask worker cannot start processes for a build; leave the option "
                               "workers at 1")
         content = digest(scene)
         chosen = tuple(sorted((name, tuple(value) if isinstance(value, list) else value)
@@ -360,11 +361,11 @@ class Workers:
 def check_parts(drawing: Mapping[str, Any]) -> None:
     """Raise OptionError if ``drawing``, arguments of ``Tracer.render``, needs a whole picture."""
     if drawing.get("noise") is not None:
-        raise OptionError("noise is measured over a whole picture, which no worker draws; "
-                          "give samples instead")
+        raise OptionError("noise is measured over a whole picture, but a worker draws only a "
+                          "part; give samples instead")
     if drawing.get("first_hits", "traced") != "traced":
-        raise OptionError("the rasteriser draws whole pictures, which no worker does; take "
-                          "first_hits=traced")
+        raise OptionError("the rasteriser needs the whole picture, but a worker draws only a "
+                          "part; use first_hits=traced")
 
 
 @contextlib.contextmanager
@@ -375,10 +376,11 @@ def _in_a_line() -> Iterator[None]:
     try:
         yield
     except distributed.KilledWorker as failure:
-        raise Error("workers could not do a part: they died again and again, of too little memory "
-                    "perhaps") from failure
+        raise Error("workers could not finish a part: they died repeatedly; give each worker more "
+                    "memory, if memory was the reason") from failure
     except (CancelledError, distributed.comm.CommClosedError) as failure:
-        raise Error("workers could not do a part: their scheduler went, or let it go") from failure
+        raise Error("workers could not finish a part: their scheduler ended or cancelled it; "
+                    "start the scheduler again") from failure
     except ImportError as failure:
-        raise Error(f"workers lack what a part needs ({failure}); install the same gpgpu_rt there"
-                    ) from failure
+        raise Error(f"workers lack a module that a part needs ({failure}); install the same "
+                    "gpgpu_rt on their machines") from failure

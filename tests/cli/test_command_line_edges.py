@@ -123,7 +123,7 @@ def test_a_huge_picture_is_left_out_of_the_report(side: int, tmp_path: Path) -> 
     with pytest.raises(ValueError, match="pixels"):
         png_uri(tmp_path / "fig12.png", 100)
     write_report(tmp_path / "r.html", tmp_path, films=False)
-    assert "No picture fig12.png" in (tmp_path / "r.html").read_text()
+    assert "The picture fig12.png is missing" in (tmp_path / "r.html").read_text()
 
 
 def test_the_report_takes_pictures_from_its_folder_alone(tmp_path: Path) -> None:
@@ -142,7 +142,7 @@ def test_the_report_takes_pictures_from_its_folder_alone(tmp_path: Path) -> None
     write_report(tmp_path / "r.html", out, films=False)
     text = (tmp_path / "r.html").read_text()
     assert text.count("data:image/png") == len(own)
-    assert text.count("No picture") == len(foreign) + 1     # and no fig12.png
+    assert text.count(" is missing.<") == len(foreign) + 1     # and no fig12.png
 
 
 def test_a_figures_name_is_escaped(tmp_path: Path) -> None:

@@ -37,7 +37,7 @@ def test_a_worker_that_was_killed_comes_back(in_time: None) -> None:
     with Workers(count=1, threads=1) as workers:
         began = time.monotonic()
         while time.monotonic() - began < 20:
-            with pytest.raises(rt.Error, match="again and again"):
+            with pytest.raises(rt.Error, match="died repeatedly"):
                 list(workers.map(_dies, [()]))
         workers.client.wait_for_workers(1, timeout=120)
         assert list(workers.map(abs, [(-3,)])) == [(0, 3)]

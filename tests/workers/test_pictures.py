@@ -210,7 +210,7 @@ def test_a_lost_scheduler_is_a_line_and_the_last_one(tmp_path) -> None:
             process.kill()
             process.communicate()
     assert running.returncode == 1 and len(said) == 2, said
-    assert "--resume goes on" in said[0] and "their scheduler went" in said[1]
+    assert "--resume draws the others" in said[0] and "their scheduler ended" in said[1]
 
 
 def test_tiles_of_an_interrupted_picture_are_kept(tmp_path, monkeypatch, capsys,

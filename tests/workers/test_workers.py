@@ -113,7 +113,7 @@ def test_errors_of_tasks_are_the_users_own(workers: Workers) -> None:
 
 
 def test_a_worker_starts_no_processes(workers: Workers) -> None:
-    with pytest.raises(rt.OptionError, match="leave workers at 1"):
+    with pytest.raises(rt.OptionError, match="leave the option workers at 1"):
         workers.trace("cornell", np.zeros((1, 3)), np.ones((1, 3)), "kd-restart", workers=2)
 
 
@@ -138,7 +138,7 @@ def test_trace_command(tmp_path, capsys, address: str) -> None:
     with rt.Tracer(scene) as tracer:
         assert (np.load(written)["t"] == tracer.trace(origins, directions).t).all()
     assert cli.main([*words, "local", "-m", "auto"]) == 1
-    assert "with --scheduler name a method" in capsys.readouterr().err
+    assert "with --scheduler, name the method" in capsys.readouterr().err
 
 
 def test_arrays_that_do_not_fit_are_refused(workers: Workers) -> None:
@@ -204,8 +204,8 @@ def _lacks(flag: str) -> None:
     raise ModuleNotFoundError("No module named 'figment'")
 
 
-@pytest.mark.parametrize("task, message", [(_dies, "died again and again"),
-                                           (_lacks, "lack what a part needs .*figment")])
+@pytest.mark.parametrize("task, message", [(_dies, "died repeatedly"),
+                                           (_lacks, "lack a module that a part needs .*figment")])
 def test_what_only_dask_knows_is_a_line(task, message: str, workers: Workers) -> None:
     with pytest.raises(rt.Error, match=message):
         list(workers.map(task, [("",)]))
