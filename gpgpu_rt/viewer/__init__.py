@@ -1,4 +1,4 @@
-"""The viewer: a model of what is looked at, which knows nothing of windows, and a window on it."""
+"""The viewer: a model of the scene and its pictures, independent of any window, and a window."""
 from __future__ import annotations
 
 from .model import MODES, Viewer

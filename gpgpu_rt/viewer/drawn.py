@@ -1,4 +1,4 @@
-"""Drawn: what a picture took, for the graphs."""
+"""Drawn: the cost of a picture, for the graphs."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Drawn:
-    """What a picture took.
+    """The cost of a picture.
 
     Attributes
     ----------
-    divisor : of the window's width and height
-    seconds : drawing and reading it back
-    rays, passes : of all its waves
-    live : rays not over at each count, under the schedules that count
+    divisor : the picture has the window's width and height divided by this number
+    seconds : time for drawing and readback
+    rays, passes : rays and passes of all waves
+    live : live rays at each count, under the schedules that count rays
     """
 
     divisor: int

@@ -1,4 +1,4 @@
-"""The heat view: what each pixel's ray costs, of one method or of two on one scale."""
+"""The heat view: the cost of each pixel's ray, for one method or for two methods on one scale."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -23,15 +23,15 @@ LAYOUTS = ("wipe", "side by side")
 
 @dataclass
 class HeatView:
-    """What is counted, and beside which other method.
+    """The settings and the maps of the heat view.
 
     Attributes
     ----------
-    what : of ``heat.KINDS``
+    what : the counted quantity, from ``heat.KINDS``
     other : the method to compare with, or None
-    layout : of LAYOUTS
-    wipe : where the other one begins, a part of the width
-    maps, top : what was measured last, and where its scale ends
+    layout : a name from LAYOUTS
+    wipe : where the map of the other method begins, as a share of the width
+    maps, top : the last measured maps, and the upper end of their scale
     """
 
     what: str = "steps"
@@ -42,23 +42,23 @@ class HeatView:
     top: float = 1.0
 
     def tracers(self, tracers: Tracers, method: str, options: Mapping[str, Any]) -> list[Tracer]:
-        """What counts, a tracer for each map."""
+        """Return the tracers that count, one for each map."""
         return [tracers.get(name, chosen) for name, chosen in self.traced(method, options)]
 
     def measure(self, tracers: Sequence[Tracer], camera: Camera,
                 size: tuple[int, int]) -> list[Statistics]:
-        """Count for the picture of a camera; what each method's traversal cost."""
+        """Measure the maps for a camera; return the statistics of each method's traversal."""
         found, costs = [], []
         for tracer in tracers:
             found.append(heat(tracer, self.what, self.size_of_one(size), camera))
-            costs.append(deepcopy(tracer.statistics))   # the other may be the same tracer
+            costs.append(deepcopy(tracer.statistics))   # both maps may use the same tracer
         self.maps = tuple(found)
         self.top = scale_of(self.maps)
         return costs
 
     def traced(self, method: str, options: Mapping[str, Any]
                ) -> list[tuple[str, dict[str, Any]]]:
-        """The methods that are looked at, and the options of each."""
+        """Return the methods of the maps, with the options of each."""
         rows = [(method, dict(options))]
         if self.other is not None:
             rows.append((self.other, dict(options) if self.other == method
@@ -68,13 +68,13 @@ class HeatView:
         return [(name, {**chosen, "statistics": True}) for name, chosen in rows]
 
     def size_of_one(self, size: tuple[int, int]) -> tuple[int, int]:
-        """(width, height) pixels of each map in a picture of ``size``."""
+        """Return the (width, height) in pixels of each map in a picture of ``size``."""
         if self.other is not None and self.layout == LAYOUTS[1]:
             return max(1, size[0] // 2), size[1]
         return size
 
     def pixels(self) -> np.ndarray:
-        """(h, w, 3) uint8."""
+        """Return the picture of the maps, (h, w, 3) uint8."""
         shown = [colours.ramp(one.values / self.top) for one in self.maps]
         if len(shown) == 1:
             return shown[0]
@@ -85,21 +85,22 @@ class HeatView:
         return np.concatenate([left[:, :at], right[:, at:]], axis=1)
 
     def with_scale(self, image: Image.Image) -> Image.Image:
-        """A picture of the maps over the scale that holds for them."""
+        """Return a picture of the maps with their scale below."""
         return colours.stacked([image, self.scale(max(image.width, 200))])
 
     def scale(self, width: int) -> Image.Image:
-        """The scale that holds for the maps."""
+        """Return the picture of the maps' scale."""
         return scale_bar(self.maps, self.what, self.top, width)
 
     def titles(self) -> list[str]:
-        """A line for each map."""
+        """Return a line of text for each map."""
         return [f"{one.title}: mean {one.summary()['mean']:.1f}, most "
                 f"{one.summary()['max']:.0f}" for one in self.maps]
 
 
 def _shared(method: str, options: Mapping[str, Any]) -> dict[str, Any]:
-    """The options that another method has too: the tracer's own, under a schedule it has."""
+    """Return the options that another method shares: those of the tracer, without a schedule that
+    the method does not have."""
     known = {option.name for option in TRACER_OPTIONS}
     shared = {name: value for name, value in options.items() if name in known}
     if shared.get("schedule") not in (None, *find_method(method).schedules):

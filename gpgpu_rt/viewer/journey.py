@@ -1,4 +1,4 @@
-"""A journey: the states of a picture's rays after each pass, kept so that one can go back."""
+"""A journey: the states of a picture's rays after each pass, kept for time travel."""
 from __future__ import annotations
 
 import time
@@ -16,12 +16,12 @@ from ..scene.camera import Camera
 from ..text_format import counted
 from ..tracer import Tracer
 
-MOST_BYTES = 256 << 20      # of states; beyond, every second pass is forgotten
+MOST_BYTES = 256 << 20      # largest size of all states; beyond it every second pass is dropped
 MOST_SECONDS = 20.0
 
 
 class _Enough(Exception):
-    """It takes too long."""
+    """Ends a journey that takes too long."""
 
 
 class Journey:
@@ -29,14 +29,18 @@ class Journey:
 
     Parameters
     ----------
-    tracer : under ``step`` or ``kernels``
-    size : (width, height) rays
+    tracer : a tracer under the schedule ``step`` or ``kernels``
+    camera : the camera of the eye rays
+    size : (width, height) in rays
+    clock : returns the time in seconds
+    seconds : time after which the journey stops
+    most_bytes : limit on the size of all states
 
     Attributes
     ----------
-    kept : the passes whose states are there: all, or every second, fourth, ...
-    live : (k,) rays that were not over after each pass, of all of them
-    note : why it is not whole, or ""
+    kept : the passes with stored states: all passes, or every second, fourth, ...
+    live : (k,) number of live rays after each pass, for all passes
+    note : the reason why the journey is incomplete, or ""
     """
 
     def __init__(self, tracer: Tracer, camera: Camera, size: tuple[int, int],
@@ -83,22 +87,22 @@ class Journey:
 
     @property
     def fields(self) -> tuple[str, ...]:
-        """What can be shown: the fields of state and hit."""
+        """The names of the fields of state and hit, which the viewer can show."""
         last = self.kept[-1]
         return (*last.state, *(f"hit {name}" for name in last.hit))
 
     def halfway(self) -> int:
-        """The index of the kept pass at which about half of the rays live."""
+        """Return the index of the kept pass after which about half of the rays are live."""
         live = np.array([one.live for one in self.kept])
         return int(np.abs(2 * live - live.max()).argmin())
 
     def values(self, index: int, field: str) -> np.ndarray:
-        """(n,) or (n, 3) of a field after the pass ``kept[index]``."""
+        """Return the values of a field after the pass ``kept[index]``, (n,) or (n, 3)."""
         one = self.kept[index]
         return one.hit[field[4:]] if field.startswith("hit ") else one.state[field]
 
     def pixels(self, index: int, field: str) -> np.ndarray:
-        """(h, w, 3) uint8 of a field after the pass ``kept[index]``."""
+        """Return the picture of a field after the pass ``kept[index]``, (h, w, 3) uint8."""
         one = self.kept[index]
         if field == "hit t":
             shown = distance_pixels(decode(self._batch, one), self._lo, self._hi)
@@ -114,7 +118,10 @@ class Journey:
 
     @staticmethod
     def _numbers(values: np.ndarray) -> np.ndarray:
-        """A ramp from the least to the greatest finite one; of vectors, by their sum."""
+        """Return colours of a ramp from the smallest to the largest finite value.
+
+        A vector is shown by the sum of its components.
+        """
         values = values.astype(np.float64).reshape(len(values), -1).sum(axis=1)
         finite = np.isfinite(values) & (np.abs(values) < 1e30)
         shown = np.full((len(values), 3), colours.NOTHING, np.uint8)
@@ -124,7 +131,7 @@ class Journey:
         return shown
 
     def caption(self, index: int) -> str:
-        """Which kernel ran, and how many rays it served."""
+        """Return a line with the kernel of a pass and the number of rays that it advanced."""
         one = self.kept[index]
         served = ", ".join(f"{count:,} {name}" for name, count in one.served.items()) or "none"
         kernel = "of each ray" if one.kernel == "all" else one.kernel
@@ -132,7 +139,7 @@ class Journey:
                 f"{served}; live: {one.live:,} of {self.size[0] * self.size[1]:,}")
 
     def state_of(self, index: int, ray: int) -> list[tuple[str, str]]:
-        """Every field of a ray after the pass ``kept[index]``, in words."""
+        """Return every field of a ray after the pass ``kept[index]``, as (name, text)."""
         one = self.kept[index]
         found = {field: word_of(values[ray]) for field, values in one.state.items()}
         found["phase"] += f" ({self.names.get(int(one.state['phase'][ray]), '?')})"
@@ -141,14 +148,16 @@ class Journey:
 
 
 def hit_words(one: Pass, ray: int) -> dict[str, str]:
-    """The fields of a ray's nearest hit so far; "-" while there is none."""
+    """Return the fields of a ray's nearest hit so far as text; "-" before the first hit."""
     none = not np.isfinite(one.hit["t"][ray])
     return {name: "-" if none else word_of(values[ray]) for name, values in one.hit.items()}
 
 
 def word_of(value: np.ndarray | np.generic) -> str:
-    """A field's value, in as many digits as tell floats apart; "-" for what stands for none: a
-    node above every index, a distance without end."""
+    """Return the text of a field's value, with enough digits to identify a float32.
+
+    "-" replaces a node index that means no node, and an infinite distance.
+    """
     if np.ndim(value):
         return " ".join(word_of(part) for part in value)
     if value in (EXACT_INTEGER, np.inf):

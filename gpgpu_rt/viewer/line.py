@@ -1,4 +1,4 @@
-"""The line for a shell that makes what the viewer shows, and the settings that it follows from."""
+"""The shell command that makes the viewer's picture, and the settings of the picture."""
 from __future__ import annotations
 
 import shlex
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def line_of(viewer: Viewer) -> tuple[str, str]:
-    """The command, or "" where there is none; and in how far it makes what is shown."""
+    """Return the shell command that makes the shown picture, or "", and a note on the result."""
     if viewer.mode == "picture":
         return (viewer.selection.line(viewer.camera, viewer.size, f"{viewer.scene.name}.png"),
                 "draws the same picture, to the bit")
@@ -58,7 +58,7 @@ def _option_words(method: str, options: dict[str, Any]) -> list[str]:
 
 
 def settings_of(viewer: Viewer) -> dict[str, Any]:
-    """All that what is shown follows from; ``command`` is None where no line makes it."""
+    """Return all settings of the shown picture; ``command`` is None if no command makes it."""
     chosen = viewer.selection
     command, note = line_of(viewer)
     found = {"scene": chosen.scene, "triangles": len(viewer.scene), "method": chosen.method,

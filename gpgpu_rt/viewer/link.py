@@ -1,7 +1,7 @@
-"""The link between Dear ImGui and a moderngl window: what it draws, and what it is told.
+"""The link between Dear ImGui and a moderngl window: it draws ImGui's lists and passes events on.
 
-moderngl-window's own link is to an ImGui before 1.92, whose textures were made all at once; since
-then a renderer is asked to make and to change them.
+moderngl-window has its own link, but for ImGui before 1.92, whose renderer created all textures at
+the start. Since 1.92, ImGui asks its renderer to create and to update textures at any time.
 """
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from imgui_bundle import imgui
 from ..gl.context import Gpu
 from ..gl.shader import compile_program
 
-BUTTONS = {1: 0, 2: 1, 3: 2}    # the window's left, right, middle as ImGui counts them
+BUTTONS = {1: 0, 2: 1, 3: 2}    # ImGui's numbers of the window's left, right and middle buttons
 KEYS = ("TAB", "LEFT", "RIGHT", "UP", "DOWN", "PAGE_UP", "PAGE_DOWN", "HOME", "END", "DELETE",
         "BACKSPACE", "ENTER", "ESCAPE", "SPACE", *"ACDEHMPQRSVWXYZ",
         "NUMBER_1", "NUMBER_2", "NUMBER_3")
@@ -31,13 +31,14 @@ class Link:
 
     Parameters
     ----------
-    window : of moderngl_window over glfw, its context current
+    gpu : the context to draw with
+    window : a window of moderngl_window over glfw, whose context is current
     """
 
     def __init__(self, gpu: Gpu, window: Any) -> None:
         imgui.create_context()
         self.io = imgui.get_io()
-        self.io.set_ini_filename("")     # nothing is kept on disk
+        self.io.set_ini_filename("")     # store no window settings on disk
         self.io.backend_flags |= imgui.BackendFlags_.renderer_has_textures.value
         imgui.get_platform_io().renderer_texture_max_width = gpu.max_texture_size
         imgui.get_platform_io().renderer_texture_max_height = gpu.max_texture_size
@@ -51,10 +52,10 @@ class Link:
         self._keys = {getattr(window.keys, name): getattr(
             imgui.Key, NAMES.get(name, name.lower())) for name in KEYS}
 
-    # What is drawn --------------------------------------------------------------------------
+    # Drawing --------------------------------------------------------------------------------
 
     def picture(self, name: str, pixels: np.ndarray, smooth: bool) -> imgui.ImTextureRef:
-        """(h, w, 3) uint8, row 0 at the top, as a texture; the one of this name is replaced."""
+        """Upload (h, w, 3) uint8 pixels, row 0 at the top, as the texture of this name."""
         size = pixels.shape[1::-1]
         texture = self._pictures.get(name)
         if texture is None or texture.size != size:
@@ -103,7 +104,7 @@ class Link:
             context.enable_only(moderngl.NOTHING)
 
     def abandon(self) -> None:
-        """Leave a frame that was not drawn to its end, if there is one."""
+        """End an incomplete frame, if there is one, without drawing it."""
         with suppress(Exception):
             imgui.end_frame()
 
@@ -127,7 +128,7 @@ class Link:
                                   first=command.idx_offset)
 
     def _make_room(self, vertices: int, indices: int) -> None:
-        """Buffers of so many bytes at least."""
+        """Ensure that the buffers have at least these sizes in bytes."""
         if vertices <= self._room[0] and indices <= self._room[1]:
             return
         if any(self._room):
@@ -141,7 +142,7 @@ class Link:
             index_buffer=self._indices, index_element_size=imgui.INDEX_SIZE)
 
     def _follow(self, wanted: imgui.ImTextureData) -> None:
-        """Make, change or drop a texture of ImGui's own, as it asks."""
+        """Create, update or destroy one of ImGui's own textures, as ImGui asks."""
         status = imgui.ImTextureStatus
         if wanted.status == status.want_destroy:
             texture = self._textures.pop(wanted.tex_id, None)
@@ -160,7 +161,7 @@ class Link:
         self._textures[wanted.tex_id].write(pixels)
         wanted.status = status.ok
 
-    # What it is told ------------------------------------------------------------------------
+    # Events ---------------------------------------------------------------------------------
 
     def mouse_at(self, x: float, y: float) -> None:
         self.io.add_mouse_pos_event(x, y)
@@ -179,7 +180,7 @@ class Link:
             self.io.add_key_event(self._keys[key], down)
 
     def let_go(self) -> None:
-        """No key is held any more."""
+        """Release all keys."""
         self.io.clear_input_keys()
 
     def text(self, character: str) -> None:
@@ -191,12 +192,12 @@ class Link:
         """Whether the mouse is over a panel."""
         return bool(self.io.want_capture_mouse)
 
-    # What it knows once a frame has begun: it takes clicks and keys up in their order, some of
-    # them frames after they came, so that a key counts for what an earlier click has opened.
+    # State that is valid once a frame has begun. ImGui processes clicks and keys in order, partly
+    # in later frames, so that a key goes to the panel that an earlier click has opened.
 
     @property
     def has_keys(self) -> bool:
-        """Whether keys are a panel's: text is being typed, or a list is open."""
+        """Whether keys go to a panel, because text is being typed or a list is open."""
         return bool(self.io.want_text_input) or self.has_popup
 
     @property
@@ -206,14 +207,16 @@ class Link:
 
     @staticmethod
     def close_popup() -> None:
-        """Close it, with nothing chosen."""
+        """Close the open list without a choice."""
         imgui.internal.close_popup_to_level(0, True)
 
     def pressed(self, key: int, repeat: bool = False) -> bool:
-        """Whether a key went down by this frame; ``repeat``: or is held long enough to count as
-        pressed again."""
+        """Return whether a key was pressed in this frame.
+
+        With ``repeat``, a key that is held long enough counts as pressed again.
+        """
         return imgui.is_key_pressed(self._keys[key], repeat)
 
     def held(self, key: int) -> bool:
-        """Whether a key is down."""
+        """Return whether a key is down."""
         return imgui.is_key_down(self._keys[key])

@@ -1,8 +1,8 @@
-"""The viewer's model: settings, camera, how fine to draw, and what was found. It has no window.
+"""The viewer's model: settings, camera, resolution and results, without a window.
 
-A window calls `step` again and again and shows ``image``; between two calls it changes the
-selection, camera and mode. Each call does one piece of work at most and raises nothing: what a
-user's mistake or a broken file leads to is said in ``message``, and what was shown before stays.
+A window calls `step` repeatedly and shows ``image``. Between two calls it changes the selection,
+the camera and the mode. Each call does at most one piece of work and raises nothing: ``message``
+reports a user's mistake or a broken file, and the last picture stays.
 """
 from __future__ import annotations
 
@@ -36,32 +36,34 @@ from .selection import Selection
 from .tracers import Tracers
 
 MODES = ("picture", "heat", "passes")
-SETTLED = 0.1           # seconds without a move after which the camera rests
-JOURNEY_RAYS = 160      # a side, at most
-HISTORY = 120           # pictures
+SETTLED = 0.1           # the camera is at rest after so many seconds without a move
+JOURNEY_RAYS = 160      # largest number of rays along a side of a journey
+HISTORY = 120           # number of pictures in the graphs
 
 
 class Viewer:
-    """What is looked at, and what is seen of it.
+    """The state of the viewer.
 
     Parameters
     ----------
-    selection : what to begin with
-    size : (width, height) pixels of the finest picture
-    context : as for `Tracer`: a window's, say
-    camera : where to look from, by default the scene's own
+    selection : the first selection
+    size : (width, height) in pixels of the finest picture
+    context : as for `Tracer`, for example the context of a window
+    camera : the first camera; None for the scene's own
+    clock : returns the time in seconds
 
     Raises
     ------
     Error
-        where the first scene or method cannot be had
+        if the first scene or method cannot be loaded
 
     Attributes
     ----------
-    image : (h, w, 3) uint8, what is to be shown, as coarse as there was time for; or None
-    version : grows with every new image
-    message : the last error or news, one line
-    failed : why what is looked at cannot be drawn, or ""; it is not tried again
+    image : (h, w, 3) uint8, the picture to show, possibly at low resolution; or None
+    version : a number that increases with every new image
+    message : the last error or news, in one line
+    failed : the reason why the present selection cannot be drawn, or ""; drawing is not tried
+        again
     """
 
     def __init__(self, selection: Selection = Selection(), size: tuple[int, int] = (640, 480),
@@ -73,18 +75,18 @@ class Viewer:
         self.message = self.failed = ""
         self.version = 0
         self.image: np.ndarray | None = None
-        self.divisor: int | None = None         # of what is shown; None: nothing of this pose yet
+        self.divisor: int | None = None         # of the shown picture; None: it is out of date
         self.mode = MODES[0]
         self.heat = HeatView()
         self.journey: Journey | None = None
-        self.index, self.field = 0, "phase"     # of the journey: which pass, what of it
+        self.index, self.field = 0, "phase"     # the shown pass and field of the journey
         self.path: RayPath | None = None
         self.history: deque[Drawn] = deque(maxlen=HISTORY)
         self.settled_after: float | None = None     # seconds from the last move to full quality
         self.pace = Pace(clock)
         self._wanted: Selection | None = None
         self._asked: tuple[int, ...] | None = None      # the pixel whose ray to follow
-        self._announced = ""        # what was said in time to be about to happen
+        self._announced = ""        # the value of `busy` at the last step
         self._insist = self._moved = self._opening = False
         self._moved_at = clock()
         self.selection = selection
@@ -105,41 +107,41 @@ class Viewer:
 
     @camera.setter
     def camera(self, camera: Camera) -> None:
-        """Look from elsewhere."""
+        """Change the camera."""
         if camera == self._camera:
             return
         self._camera, self._moved_at, self._moved = camera, self.clock(), True
         self._outdated()
 
     def reset_camera(self) -> None:
-        """Back to where it was at first."""
+        """Restore the first camera of the scene."""
         self.camera = self._home
 
     def choose(self, selection: Selection) -> None:
-        """Look at something else, from the next but one `step` on: the one before gives a window
-        time to say what is going on."""
+        """Change the selection in the `step` after the next; the next step does nothing, so that
+        a window can show ``busy``."""
         if selection != self.selection:
             self._wanted, self.message = selection, ""
 
     def open(self, source: str | os.PathLike[str]) -> None:
-        """Look at another scene: a name, or a file that was dropped."""
+        """Change the scene to a named scene, or to a file that was dropped on the window."""
         self.choose(replace(self.selection, scene=os.fspath(source)))
 
     def resize(self, size: tuple[int, int]) -> None:
-        """Draw pictures of (width, height) pixels; a window that is minimised has none."""
+        """Change the size of pictures in pixels; the size of a minimised window is ignored."""
         if min(size) > 0 and size != self.size:
             self.size = size
             self._outdated()
 
     def look_at(self, mode: str) -> None:
-        """Another mode of MODES."""
+        """Change the mode to another of MODES."""
         if mode != self.mode:
             self.mode, self.message, self._opening = mode, "", True
             self.pace.forget()
             self._outdated()
 
     def change_heat(self, **changes: Any) -> None:
-        """Other attributes of the heat view; a wipe needs no new measurement."""
+        """Change attributes of the heat view; a change of the wipe needs no new measurement."""
         before = self.heat
         self.heat = replace(before, **changes)
         if replace(before, wipe=self.heat.wipe) != self.heat:
@@ -159,19 +161,19 @@ class Viewer:
             self._show(self.journey.pixels(self.index, self.field))
 
     def insist(self) -> None:
-        """Draw every pixel, however long it takes."""
+        """Draw every pixel, even if that takes long."""
         self._insist, self.failed = True, ""
 
     def follow(self, pixel: tuple[int, int]) -> None:
-        """Trace the ray through a pixel of the finest picture alone, as the next but one `step`;
-        its path is then there."""
+        """Trace only the ray through a pixel of the finest picture, in the `step` after the next,
+        and store its path in ``path``."""
         self._asked = tuple(pixel)
 
-    # What is done about it ------------------------------------------------------------------
+    # Work ----------------------------------------------------------------------------------
 
     @property
     def busy(self) -> str:
-        """What the next steps are going to do, where it may take a while; else empty."""
+        """A line about the work of the next steps if it may take long; else ""."""
         wanted = self._wanted
         if wanted is not None:
             return (f"loading {wanted.scene} ..." if wanted.scene != self.selection.scene
@@ -184,17 +186,17 @@ class Viewer:
 
     @property
     def at_rest(self) -> bool:
-        """Whether the camera has not moved for a moment."""
+        """Whether the camera has not moved for SETTLED seconds."""
         return self.clock() - self._moved_at >= SETTLED
 
     @property
     def finished(self) -> bool:
-        """Whether the next step would do nothing."""
+        """Whether the next step has nothing to do."""
         return (self._wanted is None and self._asked is None and self.at_rest
                 and self._next_divisor() is None)
 
     def step(self) -> bool:
-        """Do one piece of work; whether ``image`` is another one now."""
+        """Do one piece of work; return whether ``image`` has changed."""
         before = self.version
         if self.busy != self._announced:
             self._announced = self.busy
@@ -211,10 +213,10 @@ class Viewer:
             with self._guarded() as went_well:
                 self._draw(divisor)
                 went_well.append(True)
-            if not went_well:       # the same would go wrong again
+            if not went_well:       # a second attempt would fail in the same way
                 self.failed, self._insist = self.message, False
                 if self.mode == "passes" or self.mode == "heat" and self.divisor is None:
-                    self.heat.maps = ()     # what is on the screen is of something else
+                    self.heat.maps = ()     # the picture on the screen is out of date
                     self._show(np.full((*self.size[::-1], 3), colours.OVER, np.uint8))
         return self.version != before
 
@@ -231,15 +233,14 @@ class Viewer:
 
     @property
     def held_back(self) -> float | None:
-        """Seconds that the next finer picture would take, where it is not drawn unless one
-        insists."""
+        """The estimated seconds of the finest picture if it needs a request; else None."""
         if self.mode == "passes" or self.divisor in (None, 1) or not self.finished:
             return None
         estimate = self.pace.estimate(1)
         return estimate if estimate is not None and estimate > PATIENCE else None
 
     def _take(self, wanted: Selection) -> None:
-        """Make what was chosen, prove it, and only then let go of what was there."""
+        """Make and test the tracer of a new selection, and only then drop the old one."""
         with self._guarded():
             if wanted.scene == self.selection.scene:
                 self.tracer = self._make(self.tracers, wanted)
@@ -284,7 +285,7 @@ class Viewer:
                    for one in costs)
         self.history.append(Drawn(divisor, seconds, rays, sum(one.passes for one in costs),
                                   tuple(n for one in costs for n in one.live)))
-        if self.tracers.made == made:   # else its first programs were compiled along with it
+        if self.tracers.made == made:   # a new tracer's time would include compilation
             self.pace.measured(divisor, seconds)
         self.divisor = divisor
         if divisor == 1:
@@ -295,17 +296,17 @@ class Viewer:
 
     @property
     def journey_size(self) -> tuple[int, int]:
-        """(width, height) rays whose passes are kept."""
+        """The (width, height) in rays of a journey."""
         divisor = -(-max(self.size) // JOURNEY_RAYS)
         return max(1, self.size[0] // divisor), max(1, self.size[1] // divisor)
 
     def _travel(self) -> None:
-        """Keep the states of all passes, of as many rays as can be kept."""
+        """Record a journey: the states of the rays after all passes."""
         tracer = self.tracers.in_passes(self.selection.method, self.selection.options)
         self.journey = Journey(tracer, self.camera, self.journey_size)
         self.message = self.journey.note
         self.divisor = 1
-        # At first no ray has done anything yet: nothing would be seen.
+        # Open in the middle: after the first pass, no ray has done anything yet.
         self.go_to(self.journey.halfway() if self._opening else self.index)
         self._opening = False
 
@@ -317,7 +318,7 @@ class Viewer:
             self.path = follow(tracer, self.camera, self.size, (x, y))
 
     def _outdated(self) -> None:
-        """What is shown is of another pose or choice."""
+        """Mark the shown picture as out of date."""
         self.divisor = self.journey = None
         self._insist, self.failed = False, ""
 
@@ -327,39 +328,40 @@ class Viewer:
 
     @contextmanager
     def _guarded(self) -> Iterator[list[bool]]:
-        """Say what goes wrong instead of ending the program: a window must outlive any file and
-        any method, those that users bring included."""
+        """Return a context that reports an error in ``message`` and does not raise it: a broken
+        file or method must not end the program."""
         try:
             with self.gpu:
                 yield []
         except Exception as failure:
             self.tell(failure)
-            self.gpu.context.error      # what GL recorded belongs to what failed
+            self.gpu.context.error      # clear the error that OpenGL recorded
 
     def tell(self, failure: Exception) -> None:
-        """Say it in a line; with GPGPU_RT_TRACEBACK set, raise it after all."""
+        """Report an error in ``message``; with GPGPU_RT_TRACEBACK set, raise it instead."""
         if os.environ.get("GPGPU_RT_TRACEBACK"):
             raise failure
         text = " ".join(str(failure).split()) or "no more is known"
         known = isinstance(failure, (Error, ValueError, OSError))
         self.message = text if known else f"{type(failure).__name__}: {text}"
 
-    # What is found --------------------------------------------------------------------------
+    # Results --------------------------------------------------------------------------------
 
     @property
     def command(self) -> str:
-        """The line for a shell that makes what is shown; where none does, a comment that says so,
-        and why."""
+        """The shell command that makes the shown picture, or a shell comment with the reason why
+        no command makes it."""
         line, note = line_of(self)
         return line or f"# {note}"
 
     @property
     def last(self) -> Drawn | None:
-        """What the last picture took."""
+        """The cost of the last picture."""
         return self.history[-1] if self.history else None
 
     def ray_of(self, pixel: tuple[int, int]) -> list[tuple[str, str]]:
-        """In passes: the state of the ray at a pixel of the finest picture, in words."""
+        """Return the state of the ray at a pixel of the finest picture, as (field, text); empty
+        outside the mode "passes"."""
         if self.journey is None:
             return []
         (width, height), (x, y) = self.journey.size, pixel
@@ -368,12 +370,12 @@ class Viewer:
         return self.journey.state_of(self.index, row * width + column)
 
     def settings(self) -> dict[str, Any]:
-        """All that what is shown follows from, and the line that makes it again, if one does."""
+        """Return all settings of the shown picture, and the command that makes it, if any."""
         return settings_of(self)
 
     def save(self, folder: str | os.PathLike[str] = ".") -> Path | None:
-        """Write the picture with all its pixels, as a PNG that holds its settings, and these as
-        JSON beside it; None where that failed, which ``message`` then says."""
+        """Write the picture with all its pixels as a PNG, and return its path; the PNG and a JSON
+        file beside it contain the settings. On failure return None, with a ``message``."""
         with self._guarded():
             path = free_name(Path(folder), f"{self.scene.name}-{self.selection.method}"
                              + (f"-{self.mode}" if self.mode != MODES[0] else ""))
@@ -392,5 +394,5 @@ class Viewer:
         return None
 
     def release(self) -> None:
-        """Free what the tracers hold."""
+        """Free all tracers."""
         self.tracers.release()

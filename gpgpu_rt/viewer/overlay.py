@@ -1,4 +1,4 @@
-"""Lines in space over the picture: where the ends of a segment lie in the image."""
+"""Overlay: project segments in space to the pixels of the picture."""
 from __future__ import annotations
 
 import numpy as np
@@ -7,16 +7,17 @@ from ..scene.camera import Camera
 
 
 def projected(camera: Camera, size: tuple[int, int], segments: np.ndarray) -> np.ndarray:
-    """Segments as the camera sees them.
+    """Project segments to the picture of a camera.
 
     Parameters
     ----------
-    size : (width, height) pixels
+    camera : the camera
+    size : (width, height) in pixels
     segments : (n, 2, 3), world units
 
     Returns
     -------
-    (m, 2, 2) pixels from the upper left corner; what lies behind the camera is cut off
+    (m, 2, 2) pixels from the upper left corner; parts behind the camera are cut off
     """
     right, up, forward = camera.basis(size)
     relative = np.asarray(segments, np.float64).reshape(-1, 2, 3) - np.asarray(camera.eye)
@@ -24,7 +25,7 @@ def projected(camera: Camera, size: tuple[int, int], segments: np.ndarray) -> np
     nearest = 1e-4 * np.linalg.norm(np.subtract(camera.target, camera.eye))
     seen = (depth > nearest).any(axis=1)
     relative, depth = relative[seen], depth[seen]
-    # An end behind the eye moves along its segment to where it comes before it.
+    # Clip a segment that reaches behind the eye at the nearest visible depth.
     change = depth[:, ::-1] - depth
     part = np.where(depth <= nearest, (nearest - depth) / np.where(change, change, 1), 0)
     relative = relative + part[..., None] * (relative[:, ::-1] - relative)

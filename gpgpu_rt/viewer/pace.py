@@ -1,36 +1,36 @@
-"""Pace: how fine the next picture can be without keeping anyone waiting."""
+"""Pace: choose the resolution of the next picture so that the user does not wait."""
 from __future__ import annotations
 
 from collections.abc import Callable
 
-MOVING = 0.07       # seconds that a picture may take while something moves
-AT_REST = 0.6       # seconds that one step of refinement may take before a coarser one comes first
-PATIENCE = 3.0      # seconds that the last step may take without being asked for
-STALE = 3.0         # seconds after which a measured time is forgotten
-DIVISORS = (1, 2, 3, 4, 6, 8, 12, 16)   # of width and height; 1 is every pixel
-UNKNOWN = 8         # where nothing was measured yet
+MOVING = 0.07       # limit in seconds for a picture while the camera moves
+AT_REST = 0.6       # limit in seconds for a refinement step; otherwise a coarser step comes first
+PATIENCE = 3.0      # limit in seconds for the last step, unless the user asks for it
+STALE = 3.0         # age in seconds at which a measured time is dropped
+DIVISORS = (1, 2, 3, 4, 6, 8, 12, 16)   # divisors of width and height; 1 draws every pixel
+UNKNOWN = 8         # the divisor before any time is measured
 
 
 class Pace:
-    """Learns what pictures take, and chooses the divisor of the next one's width and height."""
+    """Records the times of pictures and chooses the divisor of the next picture's size."""
 
     def __init__(self, clock: Callable[[], float]) -> None:
         self._clock = clock
         self._seconds: dict[int, tuple[float, float]] = {}     # divisor -> (seconds, when)
 
     def measured(self, divisor: int, seconds: float) -> None:
-        """A picture took so long."""
+        """Record the time of a picture."""
         self._seconds[divisor] = (seconds, self._clock())
 
     def forget(self) -> None:
-        """Something else is drawn from now on."""
+        """Drop all times, because the picture changes."""
         self._seconds.clear()
 
     def estimate(self, divisor: int) -> float | None:
-        """Seconds that a picture would take, or None where nothing is known.
+        """Return the estimated time of a picture in seconds, or None without measurements.
 
-        From the nearest one that was measured, by the share of pixels: too much for a finer one,
-        as what each picture costs whatever its size is counted along.
+        The time of the nearest measured divisor is scaled by the number of pixels. The estimate is
+        too high for a finer picture, because the fixed cost of a picture is scaled, too.
         """
         if not self._seconds:
             return None
@@ -42,12 +42,14 @@ class Pace:
         return fresh[nearest] * (nearest / divisor) ** 2
 
     def moving(self) -> int:
-        """The divisor while something moves."""
+        """Return the divisor while the camera moves."""
         return self._finest(DIVISORS, MOVING, DIVISORS[-1])
 
     def resting(self, shown: int | None) -> int | None:
-        """The divisor of the next finer picture than the one that is shown, or None: there is none
-        that would not take longer than ``PATIENCE``."""
+        """Return the divisor of the next finer picture after ``shown``.
+
+        None if there is no finer picture, or if it would take longer than ``PATIENCE``.
+        """
         finer = [d for d in DIVISORS if shown is None or d < shown]
         if not finer:
             return None

@@ -1,6 +1,6 @@
-"""The panels of the viewer: what can be chosen, what was measured, what a ray did.
+"""The panels of the viewer: choices, measurements, and the path of a ray.
 
-Every list of choices here is made from the tables of methods, options, integrators and scenes.
+Every list of choices comes from the tables of methods, options, integrators and scenes.
 """
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from .link import Link
 from .model import MODES, Viewer
 from .selection import Selection
 
-WIDTH, LOW = 304, 58        # of the panel at the left; height of the line below
-NAME = 124      # pixels that the longest name of an option takes
-GRAPH = 40      # height
+WIDTH, LOW = 304, 58        # width of the left panel and height of the bottom panel, in pixels
+NAME = 124      # width in pixels of the longest name of an option
+GRAPH = 40      # height of a graph in pixels
 HELP = (
     ("drag", "turn around the scene; in flight, look around"),
     ("right drag", "shift"),
@@ -49,10 +49,12 @@ _ENTER = imgui.InputTextFlags_.enter_returns_true.value
 
 
 class Panels:
-    """All of them.
+    """All panels of the viewer.
 
     Parameters
     ----------
+    viewer : the model
+    link : draws the panels
     save : writes the picture
     """
 
@@ -62,7 +64,7 @@ class Panels:
         self._source = ""
 
     def draw(self, mouse: tuple[int, int]) -> None:
-        """All panels of a frame; ``mouse`` is the pixel of the picture under it."""
+        """Draw all panels of a frame; ``mouse`` is the pixel of the picture under the mouse."""
         width, height = self.link.window.size
         if self.shown:
             self._left(height - LOW, mouse)
@@ -138,7 +140,8 @@ class Panels:
                     self.viewer.message = str(failure)
 
     def _graphs(self) -> None:
-        """Of the last pictures; of a journey, which keeps all states, only what rays did."""
+        """Draw graphs of the last pictures. A journey has no times, because it stores all states;
+        its graph shows only live rays."""
         history, journey = list(self.viewer.history), self.viewer.journey
         wide = _room()
         half = (wide - imgui.get_style().item_spacing.x) / 2
@@ -192,7 +195,7 @@ class Panels:
         if journey is None:
             imgui.text_wrapped(viewer.failed or "the passes are drawn once the camera rests")
             return
-        # Where some passes were let go, what slides is not the number of the pass: no typing it.
+        # The slider's value is an index and not the number of a pass, so typing is disabled.
         changed, at = imgui.slider_int("pass", viewer.index, 0, len(journey.kept) - 1,
                                        f"{journey.kept[viewer.index].number}",
                                        imgui.SliderFlags_.no_input.value)
@@ -216,7 +219,7 @@ class Panels:
         imgui.image(self.link.picture(name, pixels, smooth=False),
                     imgui.ImVec2(*pixels.shape[1::-1]))
 
-    # Below, on top, in the middle -----------------------------------------------------------
+    # Bottom panel, notices, help, path ------------------------------------------------------
 
     def _below(self, width: int, height: int) -> None:
         _place("command", 0, height - LOW, width, LOW)
@@ -244,7 +247,7 @@ class Panels:
         imgui.end()
 
     def _notice(self, width: int) -> None:
-        """The last error or news, over the picture."""
+        """Draw the last error or news over the picture."""
         text = self.viewer.busy or self.viewer.message
         if not text:
             return
@@ -259,7 +262,7 @@ class Panels:
         imgui.end()
 
     def _helping(self, width: int) -> None:
-        """Beside the panel, and not in the way of the mouse."""
+        """Draw the help beside the left panel; the help ignores the mouse."""
         left = WIDTH if self.shown else 0
         wide = min(max(width - left - 12, 200), 420)
         imgui.set_next_window_pos(imgui.ImVec2(left + 6, 6))
@@ -313,7 +316,7 @@ _FIXED = (imgui.WindowFlags_.no_move.value | imgui.WindowFlags_.no_resize.value
 
 
 def _room() -> int:
-    """Pixels there are beside a scrollbar, if there is one."""
+    """Return the width in pixels that a scrollbar leaves."""
     return max(int(imgui.get_content_region_avail().x), 64)
 
 
@@ -333,7 +336,7 @@ def _graph(name: str, now: str, values: Sequence[float] | np.ndarray, width: flo
 
 
 def _chooser(option: Option, value: Any) -> tuple[bool, Any]:
-    """What an option's kind asks for; whether it was changed, and the value."""
+    """Draw the control of an option; return whether its value changed, and the value."""
     empty = option.optional or option.default is None
     if option.choices is not None:
         there = ([None] if empty and None not in option.choices else []) + list(option.choices)

@@ -1,4 +1,4 @@
-"""A ray's path: what one ray does pass by pass, as rows of a table and as boxes in space."""
+"""A ray's path: the states of a ray after each pass, as table rows and as boxes in space."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -14,24 +14,26 @@ from ..tracer import Tracer
 from .journey import hit_words, word_of
 
 MOST_ROWS = 20_000
-# Corners of a box as bits of their number, and the pairs that an edge joins.
+# Pairs of corners that an edge of a box joins; the bits of a corner's number choose lower or
+# upper.
 _EDGES = np.array([(a, a | 1 << axis) for a in range(8) for axis in range(3)
                    if not a >> axis & 1])
 
 
 @dataclass
 class RayPath:
-    """What became of the ray through a pixel.
+    """The path of the ray through a pixel.
 
     Attributes
     ----------
     pixel : (x, y) of the picture, row 0 at the top
-    columns, rows : a row a pass: pass, kernel that ran, what the ray waits for, its fields
-    origin, end : (3,) where it starts and where it hits, or where it leaves what is there
-    boxes : (k, 2, 3) lower and upper corners of the nodes or cells it was in, in their order;
-        none where a method's structure has no boxes of its own
+    columns, rows : a row per pass: the pass, the kernel that ran, the kernel that the ray waits
+        for, and the fields of the ray's state
+    origin, end : (3,) start of the ray, and its hit, or a point outside the scene for a miss
+    boxes : (k, 2, 3) lower and upper corners of the visited nodes or cells, in order; empty if the
+        method's structure has no boxes
     hit : the triangle, or -1
-    count : passes, of which the first MOST_ROWS have rows
+    count : the number of passes; only the first MOST_ROWS have rows
     """
 
     pixel: tuple[int, int]
@@ -44,7 +46,7 @@ class RayPath:
     count: int
 
     def title(self) -> str:
-        """Whose path it is, how long, and what the ray hits."""
+        """Return a line with the pixel, the number of passes and the hit."""
         rows = counted(self.count, "pass")
         if self.count > len(self.rows):
             rows = f"the first {len(self.rows):,} of {rows}"
@@ -52,7 +54,7 @@ class RayPath:
                 + (f"triangle {self.hit}" if self.hit >= 0 else "nothing"))
 
     def edges(self) -> np.ndarray:
-        """(k, 12, 2, 3): the edges of the boxes, for drawing."""
+        """Return the edges of the boxes for drawing, (k, 12, 2, 3)."""
         bits = (np.arange(8)[:, None] >> np.arange(3)) & 1                # (8, 3)
         corners = np.where(bits[None] == 1, self.boxes[:, 1:], self.boxes[:, :1])
         return corners[:, _EDGES]
@@ -60,12 +62,13 @@ class RayPath:
 
 def follow(tracer: Tracer, camera: Camera, size: tuple[int, int],
            pixel: tuple[int, int]) -> RayPath:
-    """Trace the ray through a pixel alone and note its state after each pass.
+    """Trace only the ray through a pixel, and record its state after each pass.
 
     Parameters
     ----------
-    tracer : under ``step`` with one step a pass, or ``kernels``
-    size : (width, height) pixels of the picture
+    tracer : a tracer under ``step`` with one step per pass, or under ``kernels``
+    camera : the camera of the picture
+    size : (width, height) of the picture in pixels
     pixel : (x, y), row 0 at the top
     """
     x, y = pixel
@@ -74,7 +77,7 @@ def follow(tracer: Tracer, camera: Camera, size: tuple[int, int],
     passes: list[Pass] = []
     count = 0
 
-    def look(one: Pass) -> None:    # passes that served other kernels tell nothing new
+    def look(one: Pass) -> None:    # skip passes that did not change the ray
         nonlocal count
         if one.served or not passes:
             count += 1
@@ -100,7 +103,7 @@ def follow(tracer: Tracer, camera: Camera, size: tuple[int, int],
 
 
 def _boxes(tracer: Tracer, passes: list[Pass]) -> np.ndarray:
-    """(k, 2, 3), without the same one twice in a row."""
+    """Return the boxes of the visited nodes or cells, (k, 2, 3), without consecutive repeats."""
     accelerator = tracer.accelerator
     place = next((name for name in PLACES if name in passes[0].state), "")
     at = np.array([one.state[place][0] for one in passes

@@ -1,4 +1,4 @@
-"""Pictures with what they follow from: in the file, and as JSON beside it."""
+"""Saving: write pictures with their settings, inside the PNG and as JSON beside it."""
 from __future__ import annotations
 
 import json
@@ -10,12 +10,12 @@ from PIL import Image, PngImagePlugin
 
 from ..disk.files import check_writable, replacing
 
-KEY = "gpgpu-rt"    # of the PNG's text
+KEY = "gpgpu-rt"    # the key of the settings in the PNG's text
 
 
 def free_name(folder: Path, stem: str) -> Path:
-    """A PNG's name that is not taken: stem-1.png, stem-2.png, ...; Error where none can be
-    written."""
+    """Return the first free name of stem-1.png, stem-2.png, ...; raise Error if the folder cannot
+    be written."""
     number = 1
     while (folder / f"{stem}-{number}.png").exists():
         number += 1
@@ -23,7 +23,7 @@ def free_name(folder: Path, stem: str) -> Path:
 
 
 def write(path: Path, image: Image.Image, settings: Mapping[str, Any]) -> None:
-    """The picture and its settings, whole or not at all."""
+    """Write the picture and its settings; each file is complete or absent."""
     held = PngImagePlugin.PngInfo()
     held.add_text(KEY, json.dumps(settings, default=str))
     with replacing(path) as temporary:

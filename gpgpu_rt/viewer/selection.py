@@ -1,7 +1,6 @@
-"""Selection: scene, method and options of what is looked at, and the command that shows the same.
+"""Selection: scene, method and options of the viewer, and the command that draws the same picture.
 
-What there is to choose comes from the method table and the tables of options: a row that is new
-there appears here by itself.
+The choices come from the method table and the tables of options, so a new row appears by itself.
 """
 from __future__ import annotations
 
@@ -16,31 +15,31 @@ from ..render.integrators import DEFAULT, find_integrator
 from ..scene.camera import Camera
 from ..tracer import DEFAULT_METHOD
 
-# By the viewer itself; the rays of its pictures are never arrays.
+# Options that the viewer sets itself. Presort has no use here, because eye rays are not arrays.
 DECIDED = ("context", "statistics", "presort")
 
 
 def word(value: Any) -> str:
-    """An option's value as the command line takes it; what `Option.parse` reads."""
+    """Return an option's value as the command line writes it and `Option.parse` reads it."""
     if isinstance(value, bool):
         return str(value).lower()
     return "none" if value is None else spell(value)
 
 
 def option_words(options: Mapping[str, Any], known: tuple[Option, ...]) -> list[str]:
-    """``--word=value`` for each of the options."""
+    """Return ``--word=value`` for each of the options."""
     table = {option.name: option for option in known}
     words = []
     for name, value in options.items():
         text = word(value)
-        if table[name].choices is None and isinstance(value, tuple):    # not one of several sizes
+        if table[name].choices is None and isinstance(value, tuple):    # x,y,z; a choice is 4x2
             text = ",".join(map(str, value))
         words.append(f"--{name.replace('_', '-')}={text}")
     return words
 
 
 def camera_words(camera: Camera) -> list[str]:
-    """``--eye=x,y,z`` and so on: every bit of a camera."""
+    """Return ``--eye=x,y,z`` and so on, with enough digits for every bit of a camera."""
     vectors = {name: ",".join(map(repr, getattr(camera, name)))
                for name in ("eye", "target", "up")}
     return [*(f"--{name}={text}" for name, text in vectors.items()), f"--fov={camera.fov!r}"]
@@ -48,15 +47,15 @@ def camera_words(camera: Camera) -> list[str]:
 
 @dataclass(frozen=True)
 class Selection:
-    """What is looked at, but for the camera.
+    """All settings of a picture except the camera.
 
     Attributes
     ----------
     scene : a scene's name or a file's path
-    method : a name of the method table
-    options : the tracer's and the method's, those that differ from their defaults
-    integrator : a name of ``INTEGRATORS``
-    light : the integrator's options, those that differ from their defaults
+    method : a name from the method table
+    options : options of the tracer and the method that differ from their defaults
+    integrator : a name from ``INTEGRATORS``
+    light : options of the integrator that differ from their defaults
     """
 
     scene: str = "bunny"
@@ -70,8 +69,10 @@ class Selection:
         return find_method(self.method)
 
     def known(self) -> tuple[Option, ...]:
-        """The options there are to choose, the method's own first; schedules as far as the others
-        allow them."""
+        """Return the options to choose from, the method's own first.
+
+        The schedules are limited to those that the other options allow.
+        """
         return tuple(self._narrowed(option) for option in self.row.options + TRACER_OPTIONS
                      if option.name not in DECIDED)
 
@@ -81,38 +82,38 @@ class Selection:
         return replace(option, choices=self.row.schedules_for(self.options))
 
     def light_options(self) -> tuple[Option, ...]:
-        """The options of the integrator."""
+        """Return the options of the integrator."""
         return find_integrator(self.integrator).options
 
     def with_method(self, name: str) -> Selection:
-        """Another method; options that it has too are kept, as far as it takes their values."""
+        """Return the selection with another method; options stay if the method accepts them."""
         other = replace(self, method=find_method(name).name, options={})
         known = {option.name: option for option in other.known()}
         kept = {option: value for option, value in self.options.items()
                 if option in known and known[option].accepts(value)}
         if kept.get("schedule") not in (None, *other.row.schedules_for(kept)):
             del kept["schedule"]
-        if other.row.stack_entry is not None:    # its stack is drawn between steps
+        if other.row.stack_entry is not None:    # a pass after each step draws its stack
             kept.pop("steps_per_pass", None)
         return replace(other, options=kept)
 
     def with_option(self, name: str, value: Any) -> Selection:
-        """One option changed; OptionError for a value that it does not take."""
+        """Return the selection with a changed option; raise OptionError for an invalid value."""
         return replace(self, options=_set(self.options, self.known(), name, value))
 
     def with_integrator(self, name: str) -> Selection:
-        """Another integrator, with what options of the last one it has too."""
+        """Return the selection with another integrator; options stay if it accepts them."""
         known = {option.name: option for option in find_integrator(name).options}
         light = {option: value for option, value in self.light.items()
                  if option in known and known[option].accepts(value)}
         return replace(self, integrator=name, light=light)
 
     def with_light(self, name: str, value: Any) -> Selection:
-        """One option of the integrator changed."""
+        """Return the selection with a changed option of the integrator."""
         return replace(self, light=_set(self.light, self.light_options(), name, value))
 
     def words(self, camera: Camera, size: tuple[int, int], output: str) -> list[str]:
-        """The arguments of `gpgpu-rt` that draw the same picture to a file."""
+        """Return the arguments of `gpgpu-rt` that write the same picture to a file."""
         words = ["render", self.scene, f"--method={self.method}"]
         words += option_words(self.options, TRACER_OPTIONS + self.row.options)
         if self.integrator != DEFAULT:
@@ -122,7 +123,7 @@ class Selection:
                 f"--output={output}"]
 
     def line(self, camera: Camera, size: tuple[int, int], output: str) -> str:
-        """The same as one line for a shell."""
+        """Return the command that writes the same picture, as a line for a shell."""
         return shlex.join(["gpgpu-rt", *self.words(camera, size, output)])
 
 

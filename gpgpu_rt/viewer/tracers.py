@@ -1,4 +1,4 @@
-"""Tracers of one scene: what is looked at needs several, and some of them again and again."""
+"""Tracers of one scene: a cache, because the viewer needs several tracers, and some repeatedly."""
 from __future__ import annotations
 
 from collections import OrderedDict
@@ -12,19 +12,19 @@ from ..scene.scene import Scene
 from ..tracer import Tracer
 
 KEPT = 3
-PROOF = (8, 8)      # pixels: small, but every program runs
+PROOF = (8, 8)      # size of the test picture in pixels: small, but it runs every program
 
 
 class Tracers:
-    """The last few tracers of a scene, made when they are asked for.
+    """The last few tracers of a scene, made at their first use.
 
-    A tracer that comes out of here has drawn a picture: whatever is wrong with a method's programs
-    was found before anything else was given up for it.
+    Each new tracer draws a test picture. Errors in a method's programs are thus found before the
+    viewer drops its present tracer.
 
     Attributes
     ----------
-    pinned : one that is kept however long ago it was asked for: what pictures are drawn with
-    made : how many were made so far
+    pinned : the tracer of the pictures, which always stays in the cache
+    made : number of tracers made so far
     """
 
     def __init__(self, gpu: Gpu, scene: Scene) -> None:
@@ -35,12 +35,12 @@ class Tracers:
 
     def get(self, method: str, options: Mapping[str, Any], integrator: str = DEFAULT,
             light: Mapping[str, Any] = {}) -> Tracer:
-        """The tracer of a method under these options, proved with an integrator.
+        """Return the tracer of a method with options, tested with an integrator.
 
         Raises
         ------
         Error, ValueError, MemoryError
-            whatever making it raises, or drawing with it
+            the errors of making the tracer and of drawing the test picture
         """
         key = repr((method, sorted(options.items(), key=str), integrator,
                     sorted(light.items(), key=str)))
@@ -63,11 +63,11 @@ class Tracers:
         return self._tracers[key]
 
     def in_passes(self, method: str, options: Mapping[str, Any], single: bool = False) -> Tracer:
-        """One under a schedule whose passes can be looked at; ``single``: one step a pass."""
+        """Return a tracer under a schedule of many passes; ``single``: one step per pass."""
         return self.get(method, find_method(method).in_passes(options, single))
 
     def release(self) -> None:
-        """Free all of them."""
+        """Free all tracers."""
         for tracer in self._tracers.values():
             tracer.release()
         self._tracers.clear()

@@ -1,4 +1,4 @@
-"""The viewer's window: events to the model, its picture and the panels to the screen."""
+"""The viewer's window: pass events to the model, and draw the picture and the panels."""
 from __future__ import annotations
 
 import logging
@@ -25,32 +25,33 @@ from .overlay import projected
 from .panels import Panels
 from .selection import Selection
 
-TURN = 0.008            # radians a pixel of dragging
-FLY = 0.35              # of the scene's extent a second
-CLICK = 4               # pixels that the mouse may move between press and release
-QUIET = 0.5             # seconds without an event after which the window draws less often
+TURN = 0.008            # radians per pixel of dragging
+FLY = 0.35              # speed of flight in extents of the scene per second
+CLICK = 4               # largest movement of the mouse in pixels during a click
+QUIET = 0.5             # the window draws less often after so many seconds without an event
 PAUSE = 0.04
-MOST_BOXES = 80         # of a ray's path, the last ones
+MOST_BOXES = 80         # number of boxes drawn of a ray's path, the last ones
 RAY_COLOUR, BOX_COLOUR, LAST_COLOUR = (imgui.IM_COL32(*rgba) for rgba in (
     (255, 60, 60, 255), (90, 200, 255, 110), (255, 230, 80, 255)))
 
 
 def run(selection: Selection, size: tuple[int, int], folder: str = ".",
         place: Callable[[Camera], Camera] = lambda own: own) -> dict[str, Any]:
-    """Open the window and stay until it is closed.
+    """Open the window and return when it is closed.
 
     Parameters
     ----------
-    size : (width, height) of the window, pixels
-    folder : where pictures are saved
-    place : the camera to begin with, from the scene's own
+    selection : the first selection
+    size : (width, height) of the window in pixels
+    folder : the folder for saved pictures
+    place : returns the first camera, given the scene's own
 
     Returns
     -------
-    what was measured meanwhile: pictures while the camera moved, updates a second, seconds from
-    the last move to full quality
+    measurements of the session: pictures while the camera moved, updates per second, and seconds
+    from the last move to full resolution
     """
-    load_scene(selection.scene)       # before a window opens for nothing
+    load_scene(selection.scene)       # report a wrong scene before the window opens
 
     class Configured(Window):
         window_size = size
@@ -59,12 +60,12 @@ def run(selection: Selection, size: tuple[int, int], folder: str = ".",
     logging.getLogger("moderngl_window").setLevel(logging.ERROR)
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")     # what glfw warns of is raised as well
+            warnings.simplefilter("ignore")     # glfw also raises what it warns about
             config = moderngl_window.create_window_config_instance(
                 Configured, args=["--window=glfw", "--vsync=true"])
     except Error:
         raise
-    except Exception as failure:    # each window library raises its own
+    except Exception as failure:    # each window library has its own exceptions
         raise ContextError(f"no window can be opened here ({type(failure).__name__}: {failure}); "
                            "give DISPLAY a screen, or take `gpgpu-rt render`") from failure
     assert isinstance(config, Window)
@@ -73,8 +74,8 @@ def run(selection: Selection, size: tuple[int, int], folder: str = ".",
 
 
 def _stay(config: Window) -> None:
-    """The loop of moderngl_window, but that errors in events, the window library's own among them,
-    are said and do not end it."""
+    """Run the loop of moderngl_window; an error in an event, also of the window library, is shown
+    as a message and does not end the loop."""
     window = config.wnd
     config.timer.start()
     while not window.is_closing:
@@ -95,14 +96,16 @@ def _stay(config: Window) -> None:
 
 @dataclass
 class Press:
-    """A button that was pressed, and what the mouse did since the last frame.
+    """A pressed mouse button, and the movement of the mouse since then.
 
     Attributes
     ----------
-    x, y : where, in the window
-    dx, dy : the way since the last frame
-    moved : the way before
-    over_panel : whether a panel has it; None until that is known
+    x, y : position of the press in the window
+    button : number of the button
+    dx, dy : movement since the last frame
+    moved : length of the movement before the last frame
+    released : whether the button was released
+    over_panel : whether the press was over a panel; None while that is unknown
     """
 
     x: int
@@ -116,7 +119,7 @@ class Press:
 
 
 class Window(moderngl_window.WindowConfig):
-    """What moderngl_window calls."""
+    """The window, with the methods that moderngl_window calls."""
 
     title = "gpgpu-rt"
     gl_version = (3, 3)
@@ -129,22 +132,23 @@ class Window(moderngl_window.WindowConfig):
     def __init__(self, **given: Any) -> None:
         super().__init__(**given)
         selection, self.folder, place = self.given
-        self.wnd.exit_key = None        # Escape closes what is open, not the program
+        self.wnd.exit_key = None        # Escape closes lists and messages, not the program
         self.viewer = Viewer(selection, self.wnd.buffer_size, self.ctx)
         self.viewer.camera = place(self.viewer.camera)
         self.link = Link(self.viewer.gpu, self.wnd)
         self.panels = Panels(self.viewer, self.link, self._save)
         self.panels.help = True
         self.flying = False
-        self._held: set[int] = set()        # of the keys to fly by
+        self._held: set[int] = set()        # the flight keys that are down
         self._mouse = (0, 0)
         self._press: Press | None = None
-        # moderngl_window passes drops on from pyglet, which loses them under X11.
+        # Handle dropped files here: moderngl_window gets them from pyglet, which loses them on
+        # X11.
         glfw.set_drop_callback(self.wnd._window, self._dropped)
         self._last_event = time.perf_counter()
-        self._shown = -1            # the picture's version
+        self._shown = -1            # version of the uploaded picture
         self._picture: Any = None
-        self._updates: list[float] = []     # seconds between pictures of a camera that moves
+        self._updates: list[float] = []     # seconds between pictures while the camera moves
         self._settled: list[float] = []
         self._last_update = 0.0
         self._frames, self._title = 0, ""
@@ -171,7 +175,7 @@ class Window(moderngl_window.WindowConfig):
         self._rest()
 
     def _entitle(self) -> None:
-        """The title says what is shown, and whether more is to come."""
+        """Set the window's title: scene, method, and whether the picture is being refined."""
         viewer = self.viewer
         state = (" ..." if viewer.busy or not viewer.finished
                  else " (coarse)" if viewer.held_back is not None else "")
@@ -195,7 +199,7 @@ class Window(moderngl_window.WindowConfig):
         path = self.viewer.path
         if path is None:
             return
-        # From the eye itself the ray is a point: it shows once the camera has moved.
+        # Seen from its own origin the ray is a point; it becomes visible when the camera moves.
         pen, camera, size = imgui.get_background_draw_list(), self.viewer.camera, self.wnd.size
         edges = path.edges()[-MOST_BOXES:]
         for segments, colour in ((edges[:-1], BOX_COLOUR), (edges[-1:], LAST_COLOUR),
@@ -205,7 +209,7 @@ class Window(moderngl_window.WindowConfig):
                              2.0 if colour != BOX_COLOUR else 1.0)
 
     def _rest(self) -> None:
-        """Leave the processor alone while nothing happens."""
+        """Sleep for a moment while nothing happens."""
         if (self.viewer.finished and not self._held
                 and time.perf_counter() - self._last_event > QUIET):
             time.sleep(PAUSE)
@@ -222,7 +226,7 @@ class Window(moderngl_window.WindowConfig):
             self._settled.append(self.viewer.settled_after)
 
     def measured(self) -> dict[str, Any]:
-        """What the window measured of itself."""
+        """Return the measurements of the session."""
         return {"frames": self._frames, "message": self.viewer.message,
                 "pictures_while_moving": len(self._updates),
                 "updates_per_second": 1 / median(self._updates) if self._updates else None,
@@ -234,12 +238,12 @@ class Window(moderngl_window.WindowConfig):
         self._last_event = time.perf_counter()
 
     def _pixel(self, x: int, y: int) -> tuple[int, int]:
-        """The pixel of the picture at a place of the window."""
+        """Return the pixel of the picture at a position in the window."""
         return tuple(int(p * b / max(s, 1)) for p, b, s in zip(   # type: ignore[return-value]
             (x, y), self.wnd.buffer_size, self.wnd.size))
 
     def on_resize(self, width: int, height: int) -> None:
-        if hasattr(self, "viewer"):     # the first comes before there is one
+        if hasattr(self, "viewer"):     # the first event arrives before the viewer is made
             self._event()
             self.viewer.resize(self.wnd.buffer_size)
 
@@ -280,8 +284,8 @@ class Window(moderngl_window.WindowConfig):
             self._press.dy += dy
 
     def _follow_mouse(self) -> None:
-        """Do what the mouse did since the last frame. Only now is it known whether a button was
-        pressed over a panel: ImGui says so once the frame has begun."""
+        """Apply the mouse's movement since the last frame. ImGui knows only after the frame has
+        begun whether a button was pressed over a panel."""
         press = self._press
         if press is None:
             return
@@ -324,8 +328,8 @@ class Window(moderngl_window.WindowConfig):
         self.link.key(key, action != self.wnd.keys.ACTION_RELEASE, modifiers)
 
     def _follow_keys(self) -> None:
-        """Do what keys ask for that no panel takes, which, as with the mouse, is known only now:
-        in a slow frame a click into a field and what was typed there came together."""
+        """Run the actions of keys that do not go to a panel, which is known only after the frame
+        has begun: in a slow frame, a click into a field and the typed text arrive together."""
         keys, link, viewer = self.wnd.keys, self.link, self.viewer
         self._held = set()
         if link.io.key_ctrl:
@@ -353,10 +357,10 @@ class Window(moderngl_window.WindowConfig):
             if link.pressed(key, repeat=True):
                 viewer.go_to(viewer.index + (10 if shift else 1) * way)
 
-    # What keys do ---------------------------------------------------------------------------
+    # Actions of keys ------------------------------------------------------------------------
 
     def _fly(self, seconds: float) -> None:
-        """As long as keys are held."""
+        """Move the camera while flight keys are down."""
         keys, held = self.wnd.keys, self._held
         way = np.array([(keys.D in held) - (keys.A in held), (keys.E in held) - (keys.Q in held),
                         (keys.W in held) - (keys.S in held)], np.float64)
