@@ -94,7 +94,7 @@ class HeatView:
 
     def titles(self) -> list[str]:
         """Return a line of text for each map."""
-        return [f"{one.title}: mean {one.summary()['mean']:.1f}, most "
+        return [f"{one.title}: mean {one.summary()['mean']:.1f}, maximum "
                 f"{one.summary()['max']:.0f}" for one in self.maps]
 
 

@@ -65,7 +65,7 @@ class Journey:
         except _Enough:
             self.note = f"stopped after {counted(len(self._live), 'pass')}, {seconds:g} s"
         if not self.kept:
-            raise Error("there was no pass to look at")
+            raise Error("the tracer ran no pass; choose the schedule step or kernels")
         self._scale()
 
     def _keep(self, one: Pass) -> None:
@@ -135,8 +135,8 @@ class Journey:
         one = self.kept[index]
         served = ", ".join(f"{count:,} {name}" for name, count in one.served.items()) or "none"
         kernel = "of each ray" if one.kernel == "all" else one.kernel
-        return (f"pass {one.number:,} of {len(self._live) - 1:,}, kernel {kernel}; served: "
-                f"{served}; live: {one.live:,} of {self.size[0] * self.size[1]:,}")
+        return (f"pass {one.number:,} of {len(self._live) - 1:,}, kernel {kernel}; advanced rays: "
+                f"{served}; live rays: {one.live:,} of {self.size[0] * self.size[1]:,}")
 
     def state_of(self, index: int, ray: int) -> list[tuple[str, str]]:
         """Return every field of a ray after the pass ``kept[index]``, as (name, text)."""

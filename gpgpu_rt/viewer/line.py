@@ -25,14 +25,14 @@ def _heat(viewer: Viewer) -> tuple[str, str]:
     rows = view.traced(chosen.method, chosen.options)
     if rows[-1][1] != rows[0][1]:
         return "", ("no command makes this: gpgpu-rt heat gives all methods the same options, "
-                    f"and {rows[-1][0]} does not take those of {rows[0][0]}")
+                    f"but {rows[-1][0]} does not have the options of {rows[0][0]}")
     width, height = view.size_of_one(viewer.size)
     words = ["heat", chosen.scene, *(f"--method={name}" for name, _ in rows),
              f"--what={view.what}", *_option_words(chosen.method, rows[0][1]),
              f"--size={width}x{height}", *camera_words(viewer.camera),
              f"--output={viewer.scene.name}-heat.png"]
     return (shlex.join(["gpgpu-rt", *words]),
-            "counts the same on the same scale; it draws whole maps side by side, under titles")
+            "makes the same counts on the same scale, as whole maps side by side with titles")
 
 
 def _passes(viewer: Viewer) -> tuple[str, str]:
@@ -45,7 +45,7 @@ def _passes(viewer: Viewer) -> tuple[str, str]:
              f"--size={width}x{height}", *camera_words(viewer.camera),
              f"--output={viewer.scene.name}-passes"]
     return (shlex.join(["gpgpu-rt", *words]),
-            "writes every pass over the same rays to a folder, in pictures of its own")
+            "writes every pass over the same rays to a folder, as pictures in another layout")
 
 
 def _in_passes(viewer: Viewer) -> dict[str, Any]:

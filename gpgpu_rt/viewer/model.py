@@ -247,7 +247,7 @@ class Viewer:
             else:
                 scene = load_scene(wanted.scene)
                 if not len(scene):
-                    raise Error(f"{scene.name} holds no triangles; drop another file")
+                    raise Error(f"{scene.name} has no triangles; choose another file")
                 tracers = Tracers(self.gpu, scene)
                 try:
                     self.tracer = self._make(tracers, wanted)
@@ -341,7 +341,7 @@ class Viewer:
         """Report an error in ``message``; with GPGPU_RT_TRACEBACK set, raise it instead."""
         if os.environ.get("GPGPU_RT_TRACEBACK"):
             raise failure
-        text = " ".join(str(failure).split()) or "no more is known"
+        text = " ".join(str(failure).split()) or "no details are known"
         known = isinstance(failure, (Error, ValueError, OSError))
         self.message = text if known else f"{type(failure).__name__}: {text}"
 

@@ -28,21 +28,21 @@ WIDTH, LOW = 304, 58        # width of the left panel and height of the bottom p
 NAME = 124      # width in pixels of the longest name of an option
 GRAPH = 40      # height of a graph in pixels
 HELP = (
-    ("drag", "turn around the scene; in flight, look around"),
-    ("right drag", "shift"),
-    ("wheel", "nearer, farther"),
-    ("W A S D Q E", "fly; with Shift faster"),
-    ("C", "around the scene, or free flight"),
-    ("R", "the first camera again"),
-    ("click", "the path of that pixel's ray, in a table and in space"),
-    ("1 2 3", "picture, heat map, passes"),
-    ("M, Shift+M", "next method, the one before"),
-    ("left, right", "a pass back or on (with Shift ten)"),
-    ("Enter", "draw every pixel, though it takes long"),
+    ("drag", "orbit the scene; in free flight, look around"),
+    ("right drag", "pan"),
+    ("wheel", "move closer or farther away"),
+    ("W A S D Q E", "fly (faster with Shift)"),
+    ("C", "switch between orbit and free flight"),
+    ("R", "reset the camera"),
+    ("click", "show the path of the pixel's ray, in a table and in space"),
+    ("1 2 3", "show the picture, heat maps, or passes"),
+    ("M, Shift+M", "next method, previous method"),
+    ("left, right", "previous pass, next pass (ten with Shift)"),
+    ("Enter", "draw every pixel, even if that takes long"),
     ("P", "save the picture with its settings"),
-    ("Tab", "hide the panels"),
-    ("H", "this help"),
-    ("Esc", "close the list, the path or what is said"),
+    ("Tab", "hide or show the panels"),
+    ("H", "hide or show this help"),
+    ("Esc", "close the open list, the path or the message"),
     ("Ctrl+Q", "quit"),
 )
 _ENTER = imgui.InputTextFlags_.enter_returns_true.value
@@ -95,7 +95,7 @@ class Panels:
             self._heat()
         elif viewer.mode == "passes":
             self._passes(mouse)
-        if imgui.collapsing_header("what it takes", imgui.TreeNodeFlags_.default_open.value):
+        if imgui.collapsing_header("costs", imgui.TreeNodeFlags_.default_open.value):
             self._graphs()
         if imgui.collapsing_header("options", imgui.TreeNodeFlags_.default_open.value):
             self._options(selection.known(), viewer.tracer.options, selection.with_option)
@@ -122,7 +122,8 @@ class Panels:
         if changed:
             self.viewer.open(names[at])
         entered, self._source = imgui.input_text("file", self._source, _ENTER)
-        imgui.set_item_tooltip("a mesh or scene file, then Enter; or drop it on the window")
+        imgui.set_item_tooltip("type the name of a mesh or scene file and press Enter, or drop "
+                               "the file on the window")
         if entered and self._source.strip():
             self.viewer.open(self._source.strip())
 
@@ -156,14 +157,14 @@ class Panels:
                     ("rays", f"{last.rays_per_second / 1e6:.2f} Mrays/s",
                      [one.rays_per_second for one in history]),
                     ("passes", counted(last.passes, "pass"), [one.passes for one in history]),
-                    ("live", "live rays" if last.live else "live: not by loop", last.live))):
+                    ("live", "live rays" if last.live else "not counted by loop", last.live))):
                 if k % 2:
                     imgui.same_line()
                 _graph(name, now, values, half)
         else:
             return
-        imgui.set_item_tooltip("rays that are not over, pass by pass: counted under the schedules "
-                               "step and kernels")
+        imgui.set_item_tooltip("live rays after each pass; counted only under the schedules step "
+                               "and kernels")
 
     # Heat and passes ------------------------------------------------------------------------
 
@@ -193,7 +194,7 @@ class Panels:
     def _passes(self, mouse: tuple[int, int]) -> None:
         viewer, journey = self.viewer, self.viewer.journey
         if journey is None:
-            imgui.text_wrapped(viewer.failed or "the passes are drawn once the camera rests")
+            imgui.text_wrapped(viewer.failed or "passes are drawn when the camera is at rest")
             return
         # The slider's value is an index and not the number of a pass, so typing is disabled.
         changed, at = imgui.slider_int("pass", viewer.index, 0, len(journey.kept) - 1,
@@ -242,7 +243,7 @@ class Panels:
         imgui.push_item_width(width - 16)
         imgui.input_text("##line", viewer.command, imgui.InputTextFlags_.read_only.value)
         line, note = line_of(viewer)
-        imgui.set_item_tooltip(f"{note}: mark it, Ctrl+C" if line else note)
+        imgui.set_item_tooltip(f"{note}; select the text and press Ctrl+C" if line else note)
         imgui.pop_item_width()
         imgui.end()
 

@@ -51,7 +51,7 @@ class RayPath:
         if self.count > len(self.rows):
             rows = f"the first {len(self.rows):,} of {rows}"
         return (f"the ray of pixel {self.pixel[0]}, {self.pixel[1]}: {rows}, "
-                + (f"triangle {self.hit}" if self.hit >= 0 else "nothing"))
+                + (f"hits triangle {self.hit}" if self.hit >= 0 else "hits nothing"))
 
     def edges(self) -> np.ndarray:
         """Return the edges of the boxes for drawing, (k, 12, 2, 3)."""

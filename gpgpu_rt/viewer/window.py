@@ -66,8 +66,8 @@ def run(selection: Selection, size: tuple[int, int], folder: str = ".",
     except Error:
         raise
     except Exception as failure:    # each window library has its own exceptions
-        raise ContextError(f"no window can be opened here ({type(failure).__name__}: {failure}); "
-                           "give DISPLAY a screen, or take `gpgpu-rt render`") from failure
+        raise ContextError(f"cannot open a window ({type(failure).__name__}: {failure}); set "
+                           "DISPLAY to a screen, or use `gpgpu-rt render`") from failure
     assert isinstance(config, Window)
     _stay(config)
     return config.measured()
@@ -375,7 +375,7 @@ class Window(moderngl_window.WindowConfig):
     def _change_flight(self) -> None:
         self.flying = not self.flying
         self.viewer.message = ("free flight: drag to look around, W A S D Q E to fly"
-                               if self.flying else "around the scene: drag to turn")
+                               if self.flying else "orbit: drag to turn around the scene")
 
     def _change_help(self) -> None:
         self.panels.help = not self.panels.help
