@@ -1,21 +1,22 @@
-"""Period hardware: what fragment programs cost on the cards that the survey's papers ran on.
+"""Period hardware: the cost of fragment programs on the graphics cards of the survey's papers.
 
-From a program to a time on a card, one noun a file:
+The modules lead from a program to its time on a card:
 
-* ``cards``: the cards' figures, each with its source (``cards.json``), and what each refuses;
-* ``compiler``: a program's instructions, from a compiler that works on four components as those
-  cards did (Mesa's own, which prints them). **Why a compiler and not the GLSL text**: what is
-  written three times is fetched once, and what a define leaves out is not there;
-* ``program``: those instructions as a tree of blocks, branches and loops; what each region costs;
-* ``translate``, ``emulate``: an emulated fragment processor in numpy, bit for bit the renderer,
-  which counts what runs at every width that fragments may be bound together in. **Why not
-  counters in the shaders**: a counter tells how often a ray did something, not what its neighbours
-  made it wait for;
-* ``sample``: whole tiles of an image through it, as neighbours go together on hardware;
-* ``counters``: operations, fetches and bytes of every pass of a call, by ``turns`` of loops also;
-* ``model``: seconds from counted work, with one constant a card;
-* ``methods_on_cards``: which methods a card could have run.
+* ``cards``: the figures of the cards, each with its source (``cards.json``), and their limits;
+* ``compiler``: the instructions of a program, printed by a compiler that works on four components
+  as those cards did (Mesa's own). **Why a compiler and not the GLSL text**: the compiler merges
+  repeated fetches and removes unused code;
+* ``program``: these instructions as a tree of blocks, branches and loops, and the cost of each
+  region of the tree;
+* ``translate``, ``emulate``: an emulated fragment processor in numpy, which gives the renderer's
+  results bit for bit. It counts the executed instructions for every SIMD width. **Why not counters
+  in the shaders**: a counter shows how often a ray did something, but not how long the ray waited
+  for its neighbours;
+* ``sample``: emulates whole tiles of an image, because hardware groups neighbouring pixels;
+* ``counters``: operations, fetches and bytes of every pass of a call, including loops;
+* ``model``: predicts seconds from counted work, with one fitted constant per card;
+* ``methods_on_cards``: the methods that a card could have run.
 
-What compiles needs Mesa 22.3's softpipe: `compiler.not_countable` says why where it is not there,
-and `program.NotCountable` is raised. The cards and the model need nothing.
+The compiler needs the softpipe driver of Mesa 22.3. Without it, `compiler.not_countable` gives the
+reason and `program.NotCountable` is raised. The cards and the model need no driver.
 """

@@ -1,4 +1,4 @@
-"""The graphics cards of the survey: what each could do, and which programs it could run at all."""
+"""The graphics cards of the survey: their figures, and the programs that each could run."""
 from __future__ import annotations
 
 import functools
@@ -14,18 +14,18 @@ from .program import Program
 
 @dataclass(frozen=True)
 class Needs:
-    """What a program asks of a card.
+    """The requirements of a program on a card.
 
     Attributes
     ----------
-    arithmetic, textures : instructions of the text
-    dependent_reads : levels of fetches whose place comes from a fetch
-    loops : whether it loops
-    targets : render targets
-    texture_size : texels a side of its largest table, were that a square
-    largest_index : texels of it, which an index must tell apart
-    floats : whether it stands on float textures
-    queries : whether its host counts rays by occlusion queries
+    arithmetic, textures : static numbers of arithmetic instructions and of fetches
+    dependent_reads : levels of fetches whose coordinates depend on another fetch
+    loops : whether the program has loops
+    targets : number of render targets
+    texture_size : side of the largest table in texels, if the table were square
+    largest_index : number of texels in the largest table, which an index must distinguish
+    floats : whether the program needs float textures
+    queries : whether the host counts rays by occlusion queries
     counted : whether ``arithmetic``, ``textures``, ``dependent_reads`` and ``loops`` are known
     """
 
@@ -43,8 +43,10 @@ class Needs:
     @classmethod
     def of(cls, program: Program | None, targets: int, texels: int = 0,
            queries: bool = False) -> Needs:
-        """The needs of a compiled program, or of one that cannot be counted, whose largest table
-        has so many texels."""
+        """Return the needs of a program whose largest table has ``texels`` texels.
+
+        ``program`` is None if its instructions cannot be counted.
+        """
         counts = (0, 0, 0, False) if program is None else (
             sum(work.vector for work in program.work),
             sum(sum(work.fetches.values()) for work in program.work),
@@ -55,7 +57,7 @@ class Needs:
 
 @dataclass(frozen=True)
 class Refusal:
-    """Why a card cannot run a program: which limit in a word or two, and a sentence."""
+    """The reason why a card cannot run a program: a word for the limit, and a sentence."""
 
     limit: str
     says: str
@@ -63,7 +65,7 @@ class Refusal:
 
 @dataclass(frozen=True)
 class Sourced:
-    """What has figures, each with its source; by name they are attributes too: ``card.clock``."""
+    """A card or machine whose figures have sources; ``card.clock`` is the value of a figure."""
 
     name: str
     chip: str
@@ -81,7 +83,7 @@ class Card(Sourced):
     """A graphics card."""
 
     def refuses(self, needs: Needs) -> list[Refusal]:
-        """Why it cannot run such a program: nothing where it can."""
+        """Return the reasons why the card cannot run such a program; empty if it can."""
         limits = (("slots", "arithmetic_slots", needs.arithmetic, "arithmetic instructions"),
                   ("fetches", "texture_slots", needs.textures, "fetches in the text"),
                   ("dependent", "dependent_reads", needs.dependent_reads,
@@ -100,19 +102,19 @@ class Card(Sourced):
         return reasons
 
     def to_dict(self) -> dict[str, Any]:
-        """Name, chip, year and every figure with its unit and source."""
+        """Return name, chip, year, and every figure with its unit and source."""
         return {"name": self.name, "chip": self.chip, "year": self.year, "figures": self.figures}
 
 
 @functools.cache
 def cards() -> tuple[Card, ...]:
-    """The cards in the order of their years."""
+    """Return the cards in the order of their years."""
     text = (importlib.resources.files("gpgpu_rt.hardware") / "cards.json").read_text()
     return tuple(Card(**row) for row in json.loads(text)["cards"])
 
 
 def find_card(name: str) -> Card:
-    """A card by its name, or by its chip's; OptionError where there is none."""
+    """Return a card by its name or by the name of its chip; raise OptionError for another name."""
     for card in cards():
         if name in (card.name, card.chip):
             return card

@@ -1,5 +1,7 @@
-"""What a period compiler would be left with: programs in the instructions of Mesa's reference
-rasteriser, which prints them after its own optimisation."""
+"""The compiler: programs as instructions of Mesa's reference rasteriser (softpipe).
+
+softpipe prints the optimised instructions. They stand for the output of a compiler of the period.
+"""
 from __future__ import annotations
 
 import atexit
@@ -15,17 +17,17 @@ from ..gl.context import open_gpu
 from .program import NotCountable, parse
 
 _MARK, _END = "### program", "### end"
-_turn = threading.Lock()    # the compiler answers one after another
-_DEFINE = "#define TEXEL_FETCH"    # texels are fetched, not sampled: see core/texel.glsl
+_turn = threading.Lock()    # the compiler process serves one request at a time
+_DEFINE = "#define TEXEL_FETCH"    # use texelFetch instead of sampling: see core/texel.glsl
 
 
 def compiled(texts: list[tuple[str, str]]) -> list[str]:
-    """The instructions of programs given as (vertex, fragment) texts, in the same order.
+    """Return the instructions of programs, given as (vertex, fragment) texts, in the same order.
 
     Raises
     ------
     NotCountable
-        where this machine has no Mesa that prints them, or Mesa refuses a program.
+        if this machine has no Mesa that prints instructions, or if Mesa refuses a program
     """
     defined = [(vertex, fragment.replace("\n", f"\n{_DEFINE}\n", 1))   # behind #version
                for vertex, fragment in texts]
@@ -41,7 +43,7 @@ def compiled(texts: list[tuple[str, str]]) -> list[str]:
     return found
 
 
-# A fetch in a loop: its counts are known whatever a compiler makes of the rest.
+# A fetch in a loop: any compiler must report a loop that contains exactly one fetch.
 _PROBE = ("#version 330\nin vec2 corner;\nvoid main() { gl_Position = vec4(corner, 0, 1); }\n",
           """#version 330
 uniform sampler2D table;
@@ -57,10 +59,10 @@ void main() {
 
 @functools.cache
 def not_countable() -> str:
-    """Why no instruction can be counted on this machine, in one line; "" where they can be.
+    """Return the reason why instructions cannot be counted on this machine, or "".
 
-    A small program is compiled and read, once a process: the text of a driver's debug output may
-    be absent, or have another form than the one that `parse` knows.
+    A small program is compiled and parsed once per process. The driver may print no debug output,
+    or print it in a form that `parse` does not know.
     """
     try:
         found = parse(*compiled([_PROBE]))
@@ -74,14 +76,17 @@ def not_countable() -> str:
 
 
 def check_countable() -> None:
-    """Raise NotCountable where no instruction can be counted on this machine."""
+    """Raise NotCountable if instructions cannot be counted on this machine."""
     if reason := not_countable():
         raise NotCountable(reason)
 
 
 @functools.cache
 def _compiler() -> subprocess.Popen[str]:
-    """A process with another Mesa, kept as its start takes longer than what it compiles."""
+    """Return the compiler process, which runs another Mesa driver.
+
+    The process stays open, because its start takes longer than a compilation.
+    """
     where = {**os.environ, "GALLIUM_DRIVER": "softpipe", "SOFTPIPE_DEBUG": "fs",
              "LIBGL_ALWAYS_SOFTWARE": "1", "MESA_SHADER_CACHE_DISABLE": "true"}
     started = subprocess.Popen([sys.executable, "-m", __name__], text=True, env=where,
@@ -97,8 +102,11 @@ def _stop(process: subprocess.Popen[str]) -> None:
 
 
 def _ask(line: str) -> tuple[str, bool]:
-    """What the compiler says to a line, and whether it came to the end of it. One that did not,
-    for whatever reason, is left: it would go on with this line when asked for another."""
+    """Send a line to the compiler; return its answer, and whether the answer is complete.
+
+    After an incomplete answer the process is stopped, because it would continue with this line at
+    the next request.
+    """
     said: list[str] = []
     with _turn:
         process, whole = _compiler(), False

@@ -1,7 +1,7 @@
-"""Operations, fetches and bytes of logged passes, from their compiled programs.
+"""Counters: operations, fetches and bytes of logged passes, from their compiled programs.
 
-What a fragment does outside loops follows from the program alone. How often loops turn does not:
-`counted` emulates fragments of every draw of a program that has some (``turns``).
+The program alone determines the work of a fragment outside loops. It does not determine the number
+of loop iterations, so `counted` emulates fragments of every draw of a program with loops.
 """
 from __future__ import annotations
 
@@ -19,23 +19,25 @@ from .sample import programs_of
 
 
 def counted(tracer: Tracer, call: Callable[[], Any]) -> tuple[list[dict[str, Any]], PassLog]:
-    """What the passes of a call do, by the programs that time is measured of.
+    """Count the work of the passes of a call, in the same programs that are timed.
 
     Parameters
     ----------
-    tracer : without statistics, which are instructions too
-    call : what is counted: ``lambda: tracer.trace(origins, directions)``
+    tracer : a tracer without statistics, whose instructions would be counted
+    call : the call to count, such as ``lambda: tracer.trace(origins, directions)``
 
     Returns
     -------
     (passes, log)
-        the entries of `pass_counts` with ``total`` of loops too; the log has queries, uploads and
-        readbacks
+        the entries of `pass_counts`, in which ``total`` includes loops; the log has queries,
+        uploads and readbacks
 
     Raises
     ------
     NotCountable
-        where this machine's Mesa does not say what a program compiles to
+        if this machine's Mesa does not print the instructions of programs
+    OptionError
+        for a tracer with statistics
     """
     if tracer.options["statistics"]:
         raise OptionError("with statistics=True, or within counting, the counters' own work would "
@@ -48,17 +50,17 @@ def counted(tracer: Tracer, call: Callable[[], Any]) -> tuple[list[dict[str, Any
 
 
 def pass_counts(log: PassLog, turns: Turns | None = None) -> list[dict[str, Any]]:
-    """The passes of a log with what each fragment of them does.
+    """Return the passes of a log with the work of their fragments.
 
     Returns
     -------
     list of dict
-        the log's entries, and in each ``once``, what a fragment does outside loops, both sides of
-        branches, and ``loops``, what a turn of each loop adds (its inner loops left out):
-        ``vector`` and ``scalar`` instructions, ``fetches`` by texture. ``total`` is that of all
-        fragments, both sides of branches; of a program that loops it is there if ``turns`` saw
-        all its draws, and then ``wanted`` are the fetches without the sides that no fragment
-        took. ``tables_read``: bytes of those fetches that are of tables.
+        the entries of the log with further keys. ``once``: the work of a fragment outside loops,
+        with both sides of branches, as ``vector`` and ``scalar`` instructions and ``fetches`` by
+        texture. ``loops``: the work that an iteration of each loop adds, without inner loops.
+        ``total``: the work of all fragments, with both sides of branches. For a program with
+        loops, ``total`` needs ``turns`` of all its draws; then ``wanted`` are the fetches without
+        the sides that no fragment executed. ``tables_read``: the bytes fetched from tables
     """
     entries = log.to_list()
     keys, works = list(log.passes), list(log.passes.values())
@@ -81,8 +83,10 @@ def pass_counts(log: PassLog, turns: Turns | None = None) -> list[dict[str, Any]
 
 
 def _all_of(turned: Turned, fragments: int, program: Program) -> bool:
-    """Whether the fragments seen are those that ran: a mask leaves some out, and so, of what the
-    log counts, does a program that discards."""
+    """Return whether the emulated draws cover all fragments that ran.
+
+    A mask removes fragments before they run. The log also leaves out discarded fragments.
+    """
     discards = any(one.op == "discard_if" for one in program.instructions())
     return turned.fragments == fragments or (discards and turned.fragments > fragments)
 

@@ -1,5 +1,7 @@
-"""An emulated fragment processor: runs a compiled program and counts what it does, region by
-region, at every width that fragments may be bound together in."""
+"""An emulated fragment processor: runs a compiled program and counts its work.
+
+The counts are by region of the program, for every SIMD width.
+"""
 from __future__ import annotations
 
 from collections import Counter
@@ -19,19 +21,20 @@ Look = Callable[[str, np.ndarray, np.ndarray], None]
 
 
 def unseen(sampler: str, at: np.ndarray, mask: np.ndarray) -> None:
-    """Looks at no fetch."""
+    """Ignore a fetch."""
 
 
 @dataclass
 class Run:
-    """What a program did.
+    """The results and counts of an emulated program.
 
     Attributes
     ----------
-    fragments : how many ran it
-    outputs : name -> (n, 4) float32
-    runs : width -> (regions,) how many groups of so many fragments ran each region: a group runs
-        what any of its fragments wants
+    program : the program
+    fragments : number of fragments
+    outputs : (n, 4) float32 by the name of the output
+    runs : for each SIMD width, how often groups of this width ran each region, (regions,). A group
+        runs a region if any of its fragments does
     """
 
     program: Program
@@ -40,13 +43,13 @@ class Run:
     runs: dict[int, np.ndarray]
 
     def instructions(self, vector: bool = True, width: int = 1) -> float:
-        """Instructions issued, times the lanes that each occupies."""
+        """Return the number of issued instructions times the lanes that each occupies."""
         costs = [w.vector if vector else w.scalar for w in self.program.work]
         return float(width * (self.runs[width] @ np.array(costs)))
 
     def predicated(self) -> Work:
-        """The work of a machine that runs both sides of branches, but loops only as often as
-        each fragment wants."""
+        """Return the work of a machine that executes both sides of branches, but each loop only as
+        often as the fragment needs."""
         total = Work()
         for region in [0, *self.program.loops]:
             one, runs = self.program.flattened(region), int(self.runs[1][region])
@@ -55,7 +58,7 @@ class Run:
         return total
 
     def fetches(self, width: int = 1) -> dict[str, float]:
-        """Texel fetches by sampler, of lanes that wait as well where ``width`` is over 1."""
+        """Return the texel fetches by sampler; a ``width`` above 1 includes idle lanes."""
         total: Counter[str] = Counter()
         for runs, work in zip(self.runs[width], self.program.work):
             for name, count in work.fetches.items():
@@ -70,22 +73,24 @@ def emulate(program: Program, samplers: Mapping[str, np.ndarray], uniforms: Mapp
 
     Parameters
     ----------
-    samplers : name -> (h, w, c) float32, or uint32
-    uniforms : name -> value, as the pass was given
-    texels : (n, 2) int, x and y of the fragments; neighbours in this order are bound together
-    look : is told of every fetch: the sampler, the texels' places in it, row by row (one or one a
-        fragment), and (n,) bool, which fragments want theirs
+    program : the program
+    samplers : (h, w, c) float32 or uint32 by the name of the sampler
+    uniforms : values by name, as the pass received them
+    texels : (n, 2) int, x and y of the fragments; neighbours in this order form SIMD groups
+    widths : the SIMD widths to count for
+    look : called at every fetch with the sampler, the row-by-row index of the texel (one for all
+        fragments, or one each), and which fragments fetch, (n,) bool
     """
     count = len(texels)
     flat = {}
     for name in program.samplers:
         texture = samplers[name]
-        if texture.dtype == np.uint32:      # integers, as the words that they are
+        if texture.dtype == np.uint32:      # keep the bits of integers
             texture = texture.view(np.float32)
         four = np.zeros((texture.shape[0] * texture.shape[1], 4), np.float32)
         four[:, :texture.shape[2]] = texture.reshape(len(four), -1)
         flat[name] = np.asfortranarray(four), texture.shape[1]
-    given = {**uniforms, "gl_FbWposYTransform": (1.0, 0.0, 1.0, 0.0)}   # y as it is
+    given = {**uniforms, "gl_FbWposYTransform": (1.0, 0.0, 1.0, 0.0)}   # y is not flipped
     values = {at: np.ravel(given[name]) for at, (name, _) in program.uniforms.items()}
     out = {name: np.zeros((4, count), np.float32) for name in program.outputs}
     arrays = {name: np.zeros((length, count), np.int32 if kind == "int" else np.float32)
@@ -98,7 +103,7 @@ def emulate(program: Program, samplers: Mapping[str, np.ndarray], uniforms: Mapp
             counts[one.width][number] += one.wanted(mask)
     scope: dict[str, Any] = {"np": np, "ONE": np.float32(1), "HALF": np.float32(0.5),
                              "clip": _clip, "wide": _wide}
-    exec(compile(translate(program), "<fragment program>", "exec"), scope)   # our own text
+    exec(compile(translate(program), "<fragment program>", "exec"), scope)   # generated by us
     with np.errstate(all="ignore"):
         scope["run"](flat, values, texels[:, 0], texels[:, 1], out, arrays, region, look)
     return Run(program, count, {name: np.ascontiguousarray(v.T) for name, v in out.items()},
@@ -106,7 +111,7 @@ def emulate(program: Program, samplers: Mapping[str, np.ndarray], uniforms: Mapp
 
 
 class _Groups:
-    """So many of ``count`` fragments bound together, told apart by words of as many bytes."""
+    """SIMD groups of ``width`` fragments; the mask's bytes are tested as machine words."""
 
     def __init__(self, count: int, width: int) -> None:
         self.width = width
@@ -116,23 +121,26 @@ class _Groups:
         self._whole = width == bytes_
 
     def wanted(self, mask: np.ndarray) -> int:
-        """Groups with a fragment in the mask, (count,) bool."""
+        """Return the number of groups with a fragment in the mask, (count,) bool."""
         words = mask.view(self._word)
         return int(np.count_nonzero(words if self._whole
                                     else np.bitwise_or.reduceat(words, self._starts)))
 
 
 def _clip(places: Any, highest: int) -> Any:
-    """From 0 to ``highest``; numpy's own asks each time what integers there are."""
+    """Clip to 0 ... ``highest``; faster than np.clip, which inspects the type at each call."""
     return np.minimum(np.maximum(places, 0), highest)
 
 
 def _wide(value: Any, count: int) -> np.ndarray:
-    """One for each fragment, where all have the same too."""
+    """Return a value per fragment, also where all fragments share the same value."""
     return value if value.shape else np.broadcast_to(value, count)
 
 
 def texels_along_morton(width: int, height: int) -> np.ndarray:
-    """(width * height, 2) int: texels in an order whose runs are compact, as rasterisers go."""
+    """Return texels along a Morton curve, (width * height, 2) int.
+
+    Consecutive texels form compact blocks, as in a rasteriser.
+    """
     y, x = np.divmod(np.arange(width * height), width)
     return np.stack([x, y], axis=1)[np.argsort(morton_2d(y, x), kind="stable")]

@@ -1,9 +1,8 @@
-"""A software cache in a processor's own memory, as Benthin et al. (2006) kept on the Cell: what a
-run of fetches finds there, and what it must have transferred.
+"""A simulated software cache in a processor's local store, as Benthin et al. (2006) had on the
+Cell.
 
-The cache is direct-mapped, a line of memory in the one place that its number says. Groups of rays
-are served one after another, each in the order of its own fetches; what a group's rays fetch
-together is transferred once.
+The cache is direct-mapped. Groups of rays are processed one after another, each in the order of
+its own fetches. A line that several rays of a group fetch together is transferred once.
 """
 from __future__ import annotations
 
@@ -14,7 +13,7 @@ import numpy as np
 
 @dataclass
 class Fetches:
-    """Looks at an emulation and keeps where in tables each fragment fetches, in order."""
+    """Records the table addresses that each fragment of an emulation fetches, in order."""
 
     texel_bytes: int = 16
     _places: list[np.ndarray] = field(default_factory=list)
@@ -31,7 +30,8 @@ class Fetches:
             np.int64) * self.texel_bytes)
 
     def in_order(self, line: int, together: int = 1) -> np.ndarray:
-        """(fetches,) int64: lines of so many bytes, group after group of so many rays."""
+        """Return the fetched lines of ``line`` bytes, (fetches,) int64, group after group of
+        ``together`` rays."""
         if not self._places:
             return np.zeros(0, np.int64)
         groups = np.concatenate(self._rays) // together
@@ -41,13 +41,14 @@ class Fetches:
 
 
 def transfers(lines: np.ndarray, places: int) -> int:
-    """How many of these fetches miss a cache that has places for so many lines, all empty before.
+    """Return how many fetches miss an initially empty cache.
 
     Parameters
     ----------
-    lines : (fetches,) int64, in their order
+    lines : (fetches,) int64, the fetched lines in order
+    places : number of lines that the cache holds
     """
-    # Tables are spread over the places, as they would follow each other in memory.
+    # Give each table another offset, as if the tables followed each other in memory.
     place = (lines + (lines >> 40) * 7919) % places
     order = np.argsort(place, kind="stable")
     line, where = lines[order], place[order]

@@ -1,5 +1,7 @@
-"""How often the loops of a call's passes turn, from the renderer's own textures: before a draw is
-made, fragments of it are emulated on what it will read."""
+"""Loop counts: the number of loop iterations in the passes of a call.
+
+Before each draw, some of its fragments are emulated on the textures that the draw will read.
+"""
 from __future__ import annotations
 
 from collections import Counter
@@ -14,19 +16,19 @@ from .emulate import emulate
 from .program import Work
 from .sample import as_array, program_of
 
-MOST = 4096    # fragments of a draw that are emulated; of more, as many spread evenly
+MOST = 4096    # largest number of emulated fragments per draw, spread evenly over all
 
 
 @dataclass
 class Turned:
-    """What the draws of one program came to.
+    """The work of all draws of a program.
 
     Attributes
     ----------
-    fragments : how many ran it
-    emulated : of how many that is known
-    work : both sides of branches, loops as often as each fragment wants, of all fragments
-    fetches : texel fetches by sampler that fragments wanted, of all of them
+    fragments : number of fragments
+    emulated : number of emulated fragments, from which the work is extrapolated
+    work : work of all fragments, with both sides of branches and the loop iterations of each
+    fetches : texel fetches of all fragments by sampler, without sides that were not executed
     """
 
     fragments: int = 0
@@ -36,8 +38,10 @@ class Turned:
 
 
 class Turns:
-    """Stands in ``gpu.watch`` during a call and fills ``found``, by name and program as a log has
-    them: of passes that know what they cover; of what looks up integers nothing is known."""
+    """Observes a call as ``gpu.watch`` and fills ``found``, by the name and program of a pass.
+
+    Only passes that know the fragments they cover are counted.
+    """
 
     def __init__(self, most: int = MOST) -> None:
         self.most = most
@@ -45,7 +49,7 @@ class Turns:
         self._tables: dict[int, np.ndarray] = {}
 
     def note(self, one: FragmentPass, target: Any, textures: Mapping[str, Any]) -> None:
-        """A pass is about to be drawn."""
+        """Emulate fragments of a pass that is about to be drawn."""
         program = program_of(one.gpu.text_of(one.program))
         texels = one.covered(target.size) if program.loops else None
         if texels is None:

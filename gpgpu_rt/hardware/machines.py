@@ -1,10 +1,11 @@
-"""Machines with units for ray tracing, and the Cell: what the survey's section 5 wishes for, and
-what was built (section 4.4), as a cost model that takes counted work out of the shader.
+"""Machines with ray tracing units, and the Cell, as a cost model that moves work out of the
+shader.
 
-Kernels that a unit does cost the shader nothing; the unit takes a clock for each of their steps,
-or for one of a packet. Shader, units and memory go on at once: the slowest decides. Memory is what
-a cache of the machine's size would miss, which is simulated (`local_store`). Nothing is fitted:
-each time is that of our programs' work at the machine's peak rates.
+The survey's section 5 proposes such units; section 4.4 describes machines that were built. A
+kernel that a unit executes costs the shader nothing; the unit needs a clock for each step of a
+ray, or of a packet. Shader, units and memory work in parallel, and the slowest decides. Memory
+traffic is the misses of a simulated cache of the machine's size (`local_store`). Nothing is
+fitted: each time is the work of our programs at the machine's peak rates.
 """
 from __future__ import annotations
 
@@ -18,23 +19,23 @@ from typing import Any
 from .cards import Card, Sourced
 from .model import loop_work
 
-TESTS = ("intersect",)     # kernels that test triangles; all others traverse
+TESTS = ("intersect",)     # kernels that test triangles; all other kernels traverse
 
 
 class Machine(Sourced):
-    """A machine that is no card of the survey's."""
+    """A machine that is not a graphics card of the survey."""
 
 
 @functools.cache
 def machines() -> dict[str, Machine]:
-    """Each by its short name."""
+    """Return the machines by their short names."""
     text = (importlib.resources.files("gpgpu_rt.hardware") / "machines.json").read_text()
     return {row["chip"]: Machine(**row) for row in json.loads(text)["machines"]}
 
 
 @dataclass(frozen=True)
 class Least:
-    """Seconds a ray at peak rates, by what takes them; ``waiting`` comes on top of all."""
+    """Seconds per ray at peak rates, by resource; ``waiting`` adds to the slowest resource."""
 
     shader: float = 0.0
     steps: float = 0.0
@@ -48,14 +49,14 @@ class Least:
 
     @property
     def bound(self) -> str:
-        """What decides."""
+        """The resource that decides the time."""
         parts = {name: getattr(self, name) for name in ("shader", "steps", "tests", "memory")}
         parts["shader"] += self.waiting
         return "waiting" if self.waiting > self.seconds / 2 else max(parts, key=parts.__getitem__)
 
 
 def without(work: Mapping[str, Any], taken: str) -> dict[str, Any]:
-    """Work whose kernels of a kind ("steps", "tests", "both" or "") cost the shader nothing."""
+    """Return the work without the cost of kernels of a kind: "steps", "tests", "both" or ""."""
     def hard(kernel: str) -> bool:
         kind = "tests" if kernel in TESTS else "steps"
         return bool(kernel) and taken in (kind, "both")
@@ -65,7 +66,7 @@ def without(work: Mapping[str, Any], taken: str) -> dict[str, Any]:
 
 
 def runs(work: Mapping[str, Any], kind: str, width: int = 1) -> float:
-    """How often groups of so many rays ran the kernels of a kind, a ray."""
+    """Return how often groups of ``width`` rays ran the kernels of a kind, per ray."""
     total = 0
     for region, kernel in zip(work["regions"], work["kernels"]):
         if region["loop"] and kernel and (kernel in TESTS) == (kind == "tests"):
@@ -75,21 +76,24 @@ def runs(work: Mapping[str, Any], kind: str, width: int = 1) -> float:
 
 def on_card(card: Card, work: Mapping[str, Any], units: Machine | None = None, taken: str = "",
             width: int | None = None) -> Least:
-    """A card's shaders, with units beside them that take kernels of a kind.
+    """Return the time on a card's shaders, with units that execute the kernels of a kind.
 
     Parameters
     ----------
-    work : as of `model.loop_work`, of ``count`` rays; ``kernels`` by region; ``transfers``, by
-        the bytes of a cache, those of a transfer and the rays that fetch together ("8192 16 4")
-        what it misses
-    width : fragments that branch alike, where those are not the card's lanes
+    card : the card
+    work : the work of ``count`` rays as for `model.loop_work`; ``kernels`` by region; and
+        ``transfers``, the number of cache misses by the bytes of the cache, the bytes of a line
+        and the rays that fetch together ("8192 16 4")
+    units : the units; None for the card alone
+    taken : the kernels that the units execute: "steps", "tests", "both" or ""
+    width : number of fragments that branch together; None for the card's own
     """
     left = loop_work(card, without(work, taken), width)
     rate = card.scalar_rate if card.scalar_units else card.vector_rate
     count = work["count"]
     shader = max(left.instructions / rate, left.texels / card.texel_rate) / count
     if units is None:
-        # What a card's texture cache misses is taken to be what the ideal machine's does.
+        # Assume that the card's texture cache misses as often as the ideal machine's cache.
         return Least(shader, memory=_memory(work, machines()["ideal"], card.bandwidth))
     each = units.units * units.clock
     return Least(shader,
@@ -99,8 +103,10 @@ def on_card(card: Card, work: Mapping[str, Any], units: Machine | None = None, t
 
 
 def on_prototype(machine: Machine, work: Mapping[str, Any]) -> Least:
-    """A machine whose units do the traversal, and the tests if it has units for them; else its
-    shader does, for a packet at a time."""
+    """Return the time on a machine whose units traverse.
+
+    Units for triangle tests do the tests if the machine has them; else its shader tests packets.
+    """
     each, packet = machine.units * machine.clock, machine.packet
     steps = runs(work, "steps", packet) / (each * machine.steps)
     memory = _memory(work, machine)
@@ -112,15 +118,17 @@ def on_prototype(machine: Machine, work: Mapping[str, Any]) -> Least:
 
 
 def on_cell(cell: Machine, work: Mapping[str, Any], hidden: bool, packet: int = 4) -> Least:
-    """Processors that see no memory but their own: every fetch looks into a software cache, every
-    miss is a transfer.
+    """Return the time on processors that access only their local store.
+
+    Every fetch looks into a software cache, and every miss is a transfer from memory.
 
     Parameters
     ----------
-    hidden : whether another packet goes on while one waits for a transfer, the report's "software
-        hyperthreading"
-    packet : rays that go together, each in a component of the processors' vectors; they share
-        fetches
+    cell : the machine
+    work : as for `on_card`
+    hidden : whether another packet runs while a packet waits for a transfer (the report's
+        "software hyperthreading")
+    packet : rays per packet, one in each component of the processors' vectors; they share fetches
     """
     count = work["count"]
     components = sum(packet * region["runs"][str(packet)] * region["scalar"]
@@ -139,6 +147,6 @@ def _missed(work: Mapping[str, Any], machine: Machine) -> int:
 
 
 def _memory(work: Mapping[str, Any], machine: Machine, bandwidth: float | None = None) -> float:
-    """Seconds a ray that its cache's misses take, at the machine's bandwidth or another one."""
+    """Return the seconds per ray of cache misses, at the machine's bandwidth or at another."""
     moved = _missed(work, machine) * machine.line
     return moved / (bandwidth or machine.bandwidth) / work["count"]

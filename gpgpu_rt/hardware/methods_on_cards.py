@@ -1,7 +1,7 @@
-"""Which methods a card could have run: each program of a method, compiled, against its limits.
+"""Methods on cards: compare the compiled programs of each method with the limits of a card.
 
-They are the programs of this package: Carr's ray engine of 2002 did run in fixed point on the
-Radeon 8500, ours stands on float textures.
+The programs are those of this package. Carr's ray engine of 2002 ran in fixed point on the Radeon
+8500, but ours needs float textures.
 """
 from __future__ import annotations
 
@@ -16,14 +16,16 @@ from .cards import Card, Needs, Refusal
 from .compiler import not_countable
 from .sample import programs_of
 
-LEFT_OUT = {"drivers/tile_counts.frag"}   # ours: spares passes the tiles without rays
-SIZE = 8   # pixels a side: programs do not depend on it
+LEFT_OUT = {"drivers/tile_counts.frag"}   # our own addition: passes skip tiles without rays
+SIZE = 8   # side of the image in pixels; programs do not depend on the size
 
 
 class _Programs:
-    """Every program of a call, by its texts: its name, the most targets it was drawn into, and the
-    texels of the largest table it read. A kernel's name is its own, not that of the file which it
-    shares with the other kernels."""
+    """Collects every program of a call, by its texts.
+
+    Each entry holds the name, the largest number of render targets, and the number of texels in
+    the largest table. Kernels that share a file have their own names.
+    """
 
     def __init__(self) -> None:
         self.found: dict[tuple[str, str], tuple[str, int, int]] = {}
@@ -41,15 +43,15 @@ class _Programs:
 
 def method_needs(names: list[str] | None = None, scene_name: str = "cornell"
                  ) -> dict[tuple[str, str], dict[str, Needs]]:
-    """(method, schedule) -> program -> what it asks of a card.
+    """Return the needs of each program, by (method, schedule) and by the program's name.
 
-    Where no instruction can be counted on this machine (`compiler.not_countable`), the needs say
-    so and hold what is known without: targets, tables, queries.
+    If instructions cannot be counted on this machine (`compiler.not_countable`), the needs hold
+    only targets, tables and queries, and ``counted`` is false.
 
     Parameters
     ----------
-    names : methods; None: all of the table
-    scene_name : whose tables must fit
+    names : methods; None for all methods
+    scene_name : the scene whose tables must fit
     """
     seen = {}
     scene = load_scene(scene_name)
@@ -76,7 +78,7 @@ def method_needs(names: list[str] | None = None, scene_name: str = "cornell"
 
 def refusals(card: Card, needs: dict[tuple[str, str], dict[str, Needs]]
              ) -> dict[tuple[str, str], list[Refusal]]:
-    """(method, schedule) -> why the card cannot run it: nothing where it can."""
+    """Return why a card cannot run each method, by (method, schedule); empty if it can."""
     return {key: list(dict.fromkeys(reason for one in programs.values()
                                     for reason in card.refuses(one)))
             for key, programs in needs.items()}

@@ -1,17 +1,17 @@
-"""The time that a card takes for counted work.
+"""The cost model: the time of counted work on a card.
 
-Arithmetic and memory go on at once, so the slower one counts; passes and transfers come on top:
+Arithmetic and memory work in parallel, so the slower one decides; passes and transfers add to it:
 
     time = max(instructions / issue rate, texels / texel rate, streamed bytes / bandwidth) / share
          + passes x pixels / fill rate + bytes moved / bus
 
-Fragments bound together run what any of them wants: instructions are those of whole groups at the
-card's width. A side of a branch is skipped where no fragment of a group wants it, if that spares
-more than the branch costs; a card without branches runs both sides. Tables come from the texture
-cache at the texel rate, streams (rays, state, hits) from memory.
+A SIMD group executes all instructions that any of its fragments needs, so instructions are counted
+for whole groups of the card's width. A group skips a side of a branch that no fragment needs, if
+this saves more than the cost of the branch; a card without branches executes both sides. Tables
+come from the texture cache at the texel rate; streams (rays, state, hits) come from memory.
 
-``share``, how much of the issue and memory rates programs reach, is the one constant of a card
-that is fitted; everything else is read or stated in ``cards.json``.
+``share`` is the share of the issue and memory rates that programs reach. It is the only fitted
+constant of a card; all other figures are in ``cards.json``.
 """
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ from .cards import Card
 
 @dataclass(frozen=True)
 class Counted:
-    """Work in total.
+    """The total work of a call.
 
     Attributes
     ----------
-    instructions : lanes times instructions, those that wait among them
-    texels : fetched
+    instructions : instructions times lanes, including idle lanes
+    texels : fetched texels
     streamed : bytes of streams read and written
-    passes, pixels : passes, and the pixels that each covers
+    passes, pixels : number of passes, and of the pixels that each covers
     uploaded, read_back : bytes over the bus
     """
 
@@ -50,40 +50,43 @@ class Counted:
             self.uploaded + other.uploaded, self.read_back + other.read_back)
 
     def scaled(self, factor: float) -> Counted:
-        """The same passes and transfers with so many times the work in them."""
+        """Return ``factor`` times the work in the same passes and transfers."""
         return replace(self, instructions=factor * self.instructions,
                        texels=factor * self.texels, streamed=factor * self.streamed)
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """Seconds, and what they are made of before ``share`` is taken into account."""
+    """Predicted seconds, and their parts before the division by ``share``."""
 
     seconds: float
     parts: dict[str, float] = field(default_factory=dict)
 
     @property
     def bound(self) -> str:
-        """What decides."""
+        """The name of the largest part."""
         return max(self.parts, key=self.parts.__getitem__)
 
 
 def predict(card: Card, work: Counted, share: float = 1.0) -> Prediction:
-    """The time of counted work on a card."""
+    """Return the predicted time of counted work on a card."""
     rates, over = _parts(card, work)
     return Prediction(max(rates.values()) / share + sum(over.values()), {**rates, **over})
 
 
 def share_of(card: Card, work: Counted, seconds: float) -> float:
-    """The share of the card's rates at which counted work takes so long; infinity where its passes
-    and transfers alone take longer."""
+    """Return the share of the card's rates at which the work takes ``seconds``.
+
+    Infinity if the passes and transfers alone take longer.
+    """
     rates, over = _parts(card, work)
     left = seconds - sum(over.values())
     return max(rates.values()) / left if left > 0 else math.inf
 
 
 def _parts(card: Card, work: Counted) -> tuple[dict[str, float], dict[str, float]]:
-    """Seconds by what they are of: of those the slowest counts, and all of these."""
+    """Return seconds by part: first the parallel parts, of which the slowest counts, then the
+    parts that add up."""
     return ({"arithmetic": work.instructions / (
         card.scalar_rate if card.scalar_units else card.vector_rate),
         "texels": work.texels / card.texel_rate if work.texels else 0.0,
@@ -93,14 +96,15 @@ def _parts(card: Card, work: Counted) -> tuple[dict[str, float], dict[str, float
 
 
 def loop_work(card: Card, work: Mapping[str, Any], width: int | None = None) -> Counted:
-    """The work of one pass of a program that loops.
+    """Return the work of one pass of a program with loops.
 
     Parameters
     ----------
-    work : ``regions``, of each ``vector`` and ``scalar`` instructions, ``fetches`` by sampler,
-        ``parent``, whether it is a ``loop``, and ``runs`` of groups by width; ``fragments``, and
-        ``written_bytes`` of each; ``texel_bytes`` by sampler
-    width : fragments that branch alike, where those are not the card's lanes
+    card : the card
+    work : a mapping with ``regions``, each with ``vector`` and ``scalar`` instructions,
+        ``fetches`` by sampler, ``parent``, ``loop`` (whether it is a loop) and ``runs`` of groups
+        by width; ``fragments``; ``written_bytes`` per fragment; ``texel_bytes`` by sampler
+    width : number of fragments that branch together; None for the card's own
     """
     width = width or card.branch_width
     kind = "scalar" if card.scalar_units else "vector"
@@ -108,7 +112,7 @@ def loop_work(card: Card, work: Mapping[str, Any], width: int | None = None) -> 
     streamed = float(work["fragments"] * work["written_bytes"])
     for region in work["regions"]:
         cost, lanes = region[kind], width * region["runs"][str(width)]
-        if region["parent"] >= 0 and not region["loop"]:   # a side of a branch: skipped or not
+        if region["parent"] >= 0 and not region["loop"]:   # a side of a branch
             around = width * work["regions"][region["parent"]]["runs"][str(width)]
             skipped = cost * lanes + card.branch_cost * around if card.branching else math.inf
             instructions += min(skipped, cost * around)
@@ -121,12 +125,12 @@ def loop_work(card: Card, work: Mapping[str, Any], width: int | None = None) -> 
 
 
 def kernel_work(work: Mapping[str, Any]) -> Counted:
-    """The work of passes of one kernel each, on a card without branches.
+    """Return the work of passes that run one kernel each, on a card without branches.
 
     Parameters
     ----------
-    work : as of `loop_work`, and ``kernels``, of each ``vector`` instructions, ``fetches``, how
-        often a fragment ``runs`` it and in how many ``passes``
+    work : as for `loop_work`, with ``kernels``, each with ``vector`` instructions, ``fetches``,
+        ``runs`` (how often fragments run the kernel) and the number of ``passes``
     """
     total = Counted(pixels=work["pixels"])
     for kernel in work["kernels"]:
@@ -139,6 +143,6 @@ def kernel_work(work: Mapping[str, Any]) -> Counted:
 
 
 def _streamed(fetched: Mapping[str, float], texel_bytes: Mapping[str, int]) -> float:
-    """Bytes of what is no table: those are read through the texture cache."""
+    """Return the bytes read from streams; tables are read through the texture cache instead."""
     return sum(count * texel_bytes.get(name, 16) for name, count in fetched.items()
                if not name.endswith("_table"))

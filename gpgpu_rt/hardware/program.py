@@ -1,10 +1,9 @@
-"""A fragment program as a compiler left it: blocks, branches and loops of simple instructions.
+"""A compiled fragment program: a tree of blocks, branches and loops of simple instructions.
 
-The text is Mesa's NIR (static single assignment), which its reference rasteriser prints; see
-``compiler.py``. The form of that text changes between Mesa releases: `parse` reads the form of
-Mesa 22.3 and raises NotCountable for any other. A program is a tree of blocks, ``Branch`` and
-``Loop``; a **region** is what runs under one condition: the program as a whole, a loop's body, a
-side of a branch.
+The text is Mesa's NIR (in static single assignment form), printed by its reference rasteriser; see
+``compiler.py``. The text's form changes between Mesa releases: `parse` reads the form of Mesa 22.3
+and raises NotCountable for any other form. A **region** is code that runs under one condition: the
+whole program, the body of a loop, or a side of a branch.
 """
 from __future__ import annotations
 
@@ -22,25 +21,27 @@ _SAMPLER = re.compile(r"decl_var uniform \S+ [iu]?sampler2D (\S+) \(\d+, (\d+), 
 _OUTPUT = re.compile(r"decl_var shader_out \S+ \S+ (\S+) \(([^,]*), (\d+), \d+\)")
 _LOCAL = re.compile(r"^\s+decl_var\s+\S+ (\w+)\[(\d+)\] (\S+)", re.M)
 
-# What shader hardware of the period gives for nothing: moves and swizzles, negated and absolute
-# operands, constants, and integers, which were floats all along.
+# Instructions that cost nothing on shader hardware of the period: moves, swizzles, negated and
+# absolute operands, constants, and conversions to integers, which were floats in hardware.
 FREE = {"mov", "vec2", "vec3", "vec4", "fneg", "ineg", "fabs", "iabs", "inot", "b2i32", "b2f32",
         "f2i32", "f2u32", "i2f32", "u2f32"}
 _NO_ARITHMETIC = {"load_const", "phi", "deref_var", "deref_array", "load_ubo", "load_deref",
                   "store_deref", "discard_if", "txf", "break", "undefined"}
-_ONE_A_COMPONENT = {"frcp", "frsq", "fsqrt"}   # by a scalar unit
-_DOTS = {"fdot2": 2, "fdot3": 3, "fdot4": 4}   # one instruction, or one a component
-_STATEMENTS = {"intrinsic", "break", "continue", "return"}    # what makes no value
+_ONE_A_COMPONENT = {"frcp", "frsq", "fsqrt"}   # a scalar unit computes each component
+_DOTS = {"fdot2": 2, "fdot3": 3, "fdot4": 4}   # one vector instruction, or one per component
+_STATEMENTS = {"intrinsic", "break", "continue", "return"}    # instructions without a value
 
 
 class NotCountable(ShaderError):
-    """The instructions of a program cannot be counted: this machine's Mesa does not print them,
-    or prints them in a form that `parse` does not know."""
+    """The instructions of a program cannot be counted.
+
+    This machine's Mesa does not print them, or prints them in a form that `parse` does not know.
+    """
 
 
 @dataclass
 class Instruction:
-    """One of them: ``to`` is the value it makes, or -1; sources are (value, swizzle)."""
+    """An instruction: ``to`` is the number of its value, or -1; sources are (value, swizzle)."""
 
     op: str
     to: int = -1
@@ -48,10 +49,10 @@ class Instruction:
     bits: int = 32
     sources: list[tuple[int, str]] = field(default_factory=list)
     bits_of_constant: tuple[int, ...] = ()
-    predecessors: tuple[int, ...] = ()   # of a phi: the block that each source comes from
-    name: str = ""                       # variable, or sampler of a fetch
-    offset: int = 0                      # of a uniform, bytes; of an array, a constant index
-    mask: str = ""                       # components stored
+    predecessors: tuple[int, ...] = ()   # for a phi: the block that each source comes from
+    name: str = ""                       # the variable, or the sampler of a fetch
+    offset: int = 0                      # bytes of a uniform, or the constant index of an array
+    mask: str = ""                       # the stored components
 
 
 @dataclass
@@ -78,12 +79,12 @@ Node = Block | Branch | Loop
 
 @dataclass
 class Work:
-    """What a region costs each time it runs, without the regions inside it.
+    """The cost of a run of a region, without the regions inside it.
 
     Attributes
     ----------
-    vector : instructions of a machine that works on four components at once
-    scalar : instructions of one that works on one
+    vector : instructions of a machine with vectors of four components
+    scalar : instructions of a scalar machine
     fetches : texel fetches by sampler
     """
 
@@ -98,15 +99,17 @@ class Work:
 
 @dataclass
 class Program:
-    """A program's tree and what each region of it costs.
+    """A program's tree and the cost of each region.
 
     Attributes
     ----------
-    uniforms : byte offset -> name and GLSL type
-    outputs : name -> render target, by location; depth is -1
-    arrays : local array -> its length
-    work : by region; 0 is the program
-    parents : by region, the one around it; -1 of the program
+    tree : the nodes of the whole program
+    samplers : names of the samplers
+    uniforms : name and GLSL type by byte offset
+    outputs : location of the render target by name; -1 for depth
+    arrays : type and length of each local array
+    work : cost by region; region 0 is the whole program
+    parents : the enclosing region by region; -1 for the whole program
     loops : regions that are bodies of loops, in the order of the text
     """
 
@@ -121,16 +124,16 @@ class Program:
 
     @property
     def dependent_reads(self) -> int:
-        """Levels of fetches whose place comes from a fetch, once through the text."""
+        """The levels of fetches whose coordinates depend on a fetch, without loop iterations."""
         levels: dict[int, int] = {}
         for one in self.instructions():
-            # A loop's later turns would depend on earlier ones: loops are another limit.
+            # Later iterations of a loop depend on earlier ones, but loops are a separate limit.
             sources = [levels.get(value, 0) for value, _ in one.sources]
             levels[one.to] = max(sources, default=0) + (one.op == "txf")
         return max(levels.values(), default=0)
 
     def instructions(self) -> Iterator[Instruction]:
-        """All of the text, in its order."""
+        """Yield all instructions in the order of the text."""
         waiting = list(self.tree)
         while waiting:
             node = waiting.pop(0)
@@ -142,7 +145,7 @@ class Program:
                 waiting[:0] = [*node.sides[0], *node.sides[1]]
 
     def flattened(self, region: int) -> Work:
-        """A region and the branches in it, both sides of each, but no loop within."""
+        """Return the work of a region with both sides of its branches, without inner loops."""
         total = self.work[region]
         for child, parent in enumerate(self.parents):
             if parent == region and child not in self.loops:
@@ -151,12 +154,12 @@ class Program:
 
 
 def parse(text: str) -> Program:
-    """The program of a compiler's text.
+    """Parse the compiler's text of a program.
 
     Raises
     ------
     NotCountable
-        for a text that is not in the form of Mesa 22.3
+        if the text is not in the form of Mesa 22.3
     """
     try:
         return _parsed(text)
@@ -187,12 +190,12 @@ def _parsed(text: str) -> Program:
 
 
 def _nodes(lines: Iterator[str], samplers: dict[int, str]) -> list[Node]:
-    """The nodes up to the brace that closes them."""
+    """Return the nodes up to the closing brace."""
     nodes: list[Node] = []
     for line in map(str.strip, lines):
         if line.startswith("}"):
             if nodes and line.startswith("} else"):
-                nodes.append(Block(-1))   # a mark for `if`
+                nodes.append(Block(-1))   # tells the caller that an `else` follows
             return nodes
         if line.startswith("block block_"):
             nodes.append(Block(int(line[12:-1])))
@@ -254,7 +257,7 @@ def _instruction(line: str, samplers: dict[int, str]) -> Instruction:
 
 
 def _number(program: Program, nodes: list[Node], parent: int) -> int:
-    """Number the region of these nodes and those inside it, and count their work."""
+    """Number the region of these nodes and the regions inside it, and count their work."""
     region = len(program.work)
     program.work.append(Work())
     program.parents.append(parent)
@@ -272,7 +275,7 @@ def _number(program: Program, nodes: list[Node], parent: int) -> int:
 
 
 def _work(instructions: list[Instruction]) -> Work:
-    """Static counts: a product whose one use is a sum is issued with it."""
+    """Return the static cost of instructions; a product that is used only in a sum is fused."""
     uses = Counter(value for one in instructions for value, _ in one.sources)
     made = {one.to: one for one in instructions if one.to >= 0}
     fused: set[int] = set()
@@ -290,7 +293,7 @@ def _work(instructions: list[Instruction]) -> Work:
         if one.op == "txf":
             work.fetches[one.name] += 1
         elif one.op not in FREE and one.op not in _NO_ARITHMETIC and one.to not in fused:
-            division = one.op == "fdiv"    # a reciprocal and a product
+            division = one.op == "fdiv"    # a reciprocal and a multiplication
             work.vector += one.width if one.op in _ONE_A_COMPONENT else 1 + division
             work.scalar += _DOTS.get(one.op, one.width) + division
     return work

@@ -1,7 +1,7 @@
-"""What a method does to the rays of an image, from tiles of it that are emulated.
+"""Sample: the work of a method on the rays of an image, from emulated tiles of the image.
 
-Tiles are whole patches of neighbouring pixels at the image's own resolution, spread over it: rays
-of a patch go together as on hardware that binds neighbouring pixels.
+Tiles are blocks of neighbouring pixels at full resolution, spread over the image. The rays of a
+tile form SIMD groups as on hardware that groups neighbouring pixels.
 """
 from __future__ import annotations
 
@@ -17,17 +17,18 @@ from .emulate import WIDTHS, Look, Run, emulate, texels_along_morton, unseen
 from .program import Program, parse
 
 TRAVERSALS = ("drivers/traverse.frag", "drivers/packet.frag")
-TILE = (24, 32)    # pixels: of 48 and of 32 there are whole numbers in it, in packets of 2x2 too
+TILE = (24, 32)    # pixels: a multiple of SIMD widths 32 and 48, also for packets of 2x2
 
 
 def tile_pixels(size: int, tile: tuple[int, int] = TILE,
                 spread: tuple[int, int] = (3, 2)) -> np.ndarray:
-    """(height, width of all tiles side by side) int: pixels of a square image, row by row.
+    """Return the pixel indices of tiles of a square image, side by side, (height, width) int.
 
     Parameters
     ----------
-    size : pixels a side
-    spread : tiles across and down, each in the middle of its share of the image
+    size : side of the image in pixels
+    tile : (width, height) of a tile in pixels
+    spread : number of tiles across and down, each in the middle of its share of the image
     """
     strips = []
     for row in range(spread[1]):
@@ -40,7 +41,7 @@ def tile_pixels(size: int, tile: tuple[int, int] = TILE,
 
 
 class Watch:
-    """Keeps the first draw of a traversal: program, uniforms and textures, as numpy."""
+    """Records the first draw of a traversal: its program, uniforms, and textures as arrays."""
 
     def __init__(self) -> None:
         self.texts: tuple[str, str] | None = None
@@ -48,7 +49,7 @@ class Watch:
         self.samplers: dict[str, np.ndarray] = {}
         self.target: Any = None
         self.texel_bytes: dict[str, int] = {}
-        self.written_bytes = 0    # a fragment
+        self.written_bytes = 0    # per fragment
 
     def note(self, one: FragmentPass, target: Any, textures: Mapping[str, Any]) -> None:
         if self.texts is not None or one.name not in TRAVERSALS:
@@ -61,7 +62,7 @@ class Watch:
             self.texel_bytes[name] = texel_bytes(textures[name])
 
     def results(self) -> list[np.ndarray]:
-        """(h, w, c) float32 of each render target."""
+        """Return each render target, (h, w, c) float32."""
         return [as_array(texture) for texture in self.target.color_attachments]
 
 
@@ -70,7 +71,7 @@ def texel_bytes(texture: Any) -> int:
 
 
 def as_array(texture: Any) -> np.ndarray:
-    """(h, w, c) of a texture, in its own type."""
+    """Return a texture as an array (h, w, c) of the texture's type."""
     kind = {"f4": np.float32, "f2": np.float16, "u4": np.uint32}[texture.dtype]
     return np.frombuffer(texture.read(), kind).reshape(texture.height, texture.width, -1)
 
@@ -79,22 +80,29 @@ def emulated(tracer: Tracer, origins: np.ndarray, directions: np.ndarray, any_hi
              t_max: Any = np.inf, tile: tuple[int, int] = TILE,
              widths: Sequence[int] = WIDTHS, flat: bool = False,
              look: Look = unseen) -> tuple[Run, Watch]:
-    """Trace (h, w, 3) rays, tiles side by side, and emulate the program that did.
+    """Trace (h, w, 3) rays of tiles side by side, and emulate the program that traced them.
 
     Parameters
     ----------
-    flat : emulate it with one loop for all kernels, a step a turn, and not a loop within for each
-    look : is told of every fetch, as `emulate` says
+    tracer : the tracer
+    origins, directions : (h, w, 3) float
+    any_hit : whether to trace for any hit
+    t_max : the ends of the rays
+    tile : (width, height) of a tile in pixels
+    widths : the SIMD widths to count for
+    flat : whether to emulate a form with a single loop, a kernel step per iteration, instead of an
+        inner loop for each kernel
+    look : called at every fetch, as for `emulate`
 
     Returns
     -------
-    (Run, Watch)
-        what it did; and the draw, whose results are what the emulation must have come to
+    (EmulatedRun, Watch)
+        the emulation; and the draw, whose results the emulation must equal
 
     Raises
     ------
     NotCountable
-        where this machine's Mesa does not say what a program compiles to
+        if this machine's Mesa does not print the instructions of programs
     """
     check_countable()
     watch = Watch()
@@ -120,7 +128,7 @@ _programs: dict[tuple[str, str], Program] = {}
 
 
 def programs_of(texts: Sequence[tuple[str, str]]) -> list[Program]:
-    """The compiled programs of texts; each is compiled once, new ones together."""
+    """Return the compiled programs of texts; new texts are compiled together, each only once."""
     new = [text for text in dict.fromkeys(texts) if text not in _programs]
     if new:
         check_countable()
@@ -129,5 +137,5 @@ def programs_of(texts: Sequence[tuple[str, str]]) -> list[Program]:
 
 
 def program_of(texts: tuple[str, str]) -> Program:
-    """The compiled program of a text."""
+    """Return the compiled program of a text."""
     return programs_of([texts])[0]

@@ -1,8 +1,8 @@
-"""A program's instructions as numpy: the source of a Python function over all fragments at once.
+"""Translate a program to numpy: the source of a Python function over all fragments at once.
 
-Components are arrays of their own, so swizzles and moves cost nothing. A value that is read
-outside the loop that makes it is written under the mask of the fragments that are in the loop; any
-other may hold what it likes where no fragment will read it.
+Each component is a separate array, so swizzles and moves cost nothing. A value that is read
+outside its loop is written only for the fragments that are in the loop. Any other value may be
+wrong for fragments outside the mask, because they never read it.
 """
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from .program import Block, Branch, Instruction, Loop, Node, Program
 _FLOAT, _INT, _BOOL = "f", "i", "b"
 _DTYPES = {_FLOAT: "np.float32", _INT: "np.int32", _BOOL: "np.bool_"}
 
-# name -> types of the operands, type of the result, expression; * is a type of one bit or an int.
+# For each instruction the types of the operands, the type of the result, and the expression. The
+# type * is a bool or an int.
 _OPS = {
     "fadd": ("ff", "f", "{} + {}"), "fmul": ("ff", "f", "{} * {}"),
     "fdiv": ("ff", "f", "{} / {}"), "frcp": ("f", "f", "ONE / {}"),
@@ -47,11 +48,12 @@ _COPIES = {"mov", "vec2", "vec3", "vec4", "bcsel", "phi"}   # of any type
 
 
 def translate(program: Program) -> str:
-    """Source of ``run(S, U, x, y, out, arrays, region, look)``.
+    """Return the source of ``run(S, U, x, y, out, arrays, region, look)``.
 
-    ``S`` samplers' (texels, width, components), ``U`` uniforms by byte offset, ``x, y`` texels of
-    the fragments, ``out`` by name and component, ``arrays`` local ones, ``region(k, mask)`` is
-    told which fragments run region k, ``look(sampler, at, mask)`` which texels who fetches.
+    ``S`` holds (texels, width) by sampler, ``U`` the uniforms by byte offset, ``x, y`` the texels
+    of the fragments, ``out`` the outputs by name and component, and ``arrays`` the local arrays.
+    ``region(k, mask)`` is called with the fragments that run region k, and
+    ``look(sampler, at, mask)`` with the fetched texels and the fragments that fetch.
     """
     return _Translator(program).source()
 
@@ -70,7 +72,7 @@ class _Translator:
         self._find_what_leaves(program.tree, ())
         self.types = self._types()
 
-    # What is known before ---------------------------------------------------------------------
+    # Analysis -----------------------------------------------------------------------------------
 
     def _study(self, nodes: list[Node], path: tuple[int, ...]) -> None:
         for node in nodes:
@@ -112,7 +114,7 @@ class _Translator:
         inside = self.paths.get(value, ())
         if path[:len(inside)] != inside:
             self.leaves_loop.add(value)
-            made = self.made[value]      # a copy is a name: what it names must last as long
+            made = self.made[value]      # a copy is only a name: keep its source as long
             if made.op in ("mov", "vec2", "vec3", "vec4"):
                 for source, _ in made.sources:
                     self._note_use(source, path)
@@ -154,7 +156,7 @@ class _Translator:
     # Values -------------------------------------------------------------------------------------
 
     def _name(self, value: int, component: int) -> str:
-        """The variable that holds a component, through copies."""
+        """Return the variable that holds a component, through copies."""
         one = self.made[value]
         if one.op == "mov":
             source, swizzle = one.sources[0]
@@ -173,7 +175,7 @@ class _Translator:
         return "xyzw".index(swizzle[component]) if swizzle else component
 
     def _read(self, value: int, swizzle: str, component: int, kind: str) -> str:
-        """An operand of a type."""
+        """Return the expression of an operand, converted to a type."""
         root, at = self._root(value, self._at(swizzle, component))
         one = self.made[root]
         if one.op == "load_const":
@@ -213,7 +215,7 @@ class _Translator:
         return f"m{self.masks}"
 
     def _nodes(self, nodes: list[Node], mask: str, depth: int, path: tuple[int, ...]) -> None:
-        """Emit nodes; the fragments that go on are left in ``mask``."""
+        """Emit nodes; afterwards ``mask`` holds the fragments that are still active."""
         for node in nodes:
             if isinstance(node, Block):
                 self._block(node, mask, depth, path)
@@ -306,7 +308,7 @@ class _Translator:
         else:
             kinds, _, text = _OPS[one.op]
             first = self.made[self._root(one.sources[0][0], self._at(one.sources[0][1], 0))[0]]
-            if first.bits == 1:        # comparisons of conditions among them
+            if first.bits == 1:        # a comparison of two conditions
                 kinds = kinds.replace("i", _BOOL)
             wanted = kinds.replace("*", _BOOL if one.bits == 1 else _INT)
         return text.format(*(self._read(v, s, c, kind)
@@ -320,11 +322,11 @@ class _Translator:
                          f"arrays[{name!r}][np.clip({self._index(place)}, 0, None), lanes]",
                          mask, depth)
             return
-        for c in components:   # the fragment's place
+        for c in components:   # the fragment's coordinates
             self._assign(f"v{one.to}_{c}", f"fragment[{c}]", mask, depth)
 
     def _index(self, place: Instruction) -> str:
-        """Of an element of an array."""
+        """Return the expression of an array element's index."""
         if len(place.sources) == 1:
             return str(place.offset)
         return self._read(*place.sources[1], 0, _INT)
