@@ -91,14 +91,16 @@ class Card(Sourced):
                   ("targets", "render_targets", needs.targets, "render targets"),
                   ("size", "texture_size", needs.texture_size, "texels a side"),
                   ("index", "exact_integers", needs.largest_index, "texels to index"))
-        reasons = [Refusal(limit, f"{wanted:,} {what}, it has {getattr(self, name):,}")
+        reasons = [Refusal(limit, f"needs {wanted:,} {what}, the card has "
+                           f"{getattr(self, name):,}")
                    for limit, name, wanted, what in limits if wanted > getattr(self, name)]
         if needs.loops and not self.branching:
-            reasons.insert(0, Refusal("loops", "loops, it has no branches"))
+            reasons.insert(0, Refusal("loops", "needs loops, the card has no branches"))
         if needs.floats and not self.float_textures:
-            reasons.insert(0, Refusal("floats", f"float textures, it has {self.precision}"))
+            reasons.insert(0, Refusal("floats", f"needs float textures, the card has "
+                                      f"{self.precision}"))
         if needs.queries and not self.occlusion_query:
-            reasons.append(Refusal("queries", "occlusion queries"))
+            reasons.append(Refusal("queries", "needs occlusion queries"))
         return reasons
 
     def to_dict(self) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from ..statistics import Statistics
 from ..tracer import Tracer
 from .compiler import check_countable
 from .loop_counts import Turned, Turns
-from .program import Program, Work
+from .program import Program, RegionWork
 from .sample import programs_of
 
 
@@ -40,8 +40,8 @@ def counted(tracer: Tracer, call: Callable[[], Any]) -> tuple[list[dict[str, Any
         for a tracer with statistics
     """
     if tracer.options["statistics"]:
-        raise OptionError("with statistics=True, or within counting, the counters' own work would "
-                          "be counted too; leave that out")
+        raise OptionError("with statistics=True, or within counting, the work of the counters "
+                          "would be counted, too; leave statistics out")
     check_countable()
     turns = Turns()
     with tracer.gpu, logged(tracer.gpu, Statistics()) as log, tracer.gpu.watched(turns):
@@ -91,6 +91,6 @@ def _all_of(turned: Turned, fragments: int, program: Program) -> bool:
     return turned.fragments == fragments or (discards and turned.fragments > fragments)
 
 
-def _plain(work: Work, times: int = 1) -> dict[str, Any]:
+def _plain(work: RegionWork, times: int = 1) -> dict[str, Any]:
     return {"vector": times * work.vector, "scalar": times * work.scalar,
             "fetches": {name: times * count for name, count in work.fetches.items()}}

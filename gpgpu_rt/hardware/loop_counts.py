@@ -13,7 +13,7 @@ import numpy as np
 
 from ..gl.fragment_pass import FragmentPass
 from .emulate import emulate
-from .program import Work
+from .program import RegionWork
 from .sample import as_array, program_of
 
 MOST = 4096    # largest number of emulated fragments per draw, spread evenly over all
@@ -33,7 +33,7 @@ class Turned:
 
     fragments: int = 0
     emulated: int = 0
-    work: Work = field(default_factory=Work)
+    work: RegionWork = field(default_factory=RegionWork)
     fetches: Counter[str] = field(default_factory=Counter)
 
 
@@ -74,6 +74,6 @@ class Turns:
         return self._tables[texture.glo]
 
 
-def _times(work: Work, share: float) -> Work:
-    return Work(round(share * work.vector), round(share * work.scalar), Counter(
+def _times(work: RegionWork, share: float) -> RegionWork:
+    return RegionWork(round(share * work.vector), round(share * work.scalar), Counter(
         {name: round(share * count) for name, count in work.fetches.items()}))

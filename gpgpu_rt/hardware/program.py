@@ -78,7 +78,7 @@ Node = Block | Branch | Loop
 
 
 @dataclass
-class Work:
+class RegionWork:
     """The cost of a run of a region, without the regions inside it.
 
     Attributes
@@ -92,9 +92,9 @@ class Work:
     scalar: int = 0
     fetches: Counter[str] = field(default_factory=Counter)
 
-    def __add__(self, other: Work) -> Work:
-        return Work(self.vector + other.vector, self.scalar + other.scalar,
-                    self.fetches + other.fetches)
+    def __add__(self, other: RegionWork) -> RegionWork:
+        return RegionWork(self.vector + other.vector, self.scalar + other.scalar,
+                          self.fetches + other.fetches)
 
 
 @dataclass
@@ -118,7 +118,7 @@ class Program:
     uniforms: dict[int, tuple[str, str]]
     outputs: dict[str, int]
     arrays: dict[str, tuple[str, int]]
-    work: list[Work]
+    work: list[RegionWork]
     parents: list[int]
     loops: list[int]
 
@@ -144,7 +144,7 @@ class Program:
             else:
                 waiting[:0] = [*node.sides[0], *node.sides[1]]
 
-    def flattened(self, region: int) -> Work:
+    def flattened(self, region: int) -> RegionWork:
         """Return the work of a region with both sides of its branches, without inner loops."""
         total = self.work[region]
         for child, parent in enumerate(self.parents):
@@ -259,7 +259,7 @@ def _instruction(line: str, samplers: dict[int, str]) -> Instruction:
 def _number(program: Program, nodes: list[Node], parent: int) -> int:
     """Number the region of these nodes and the regions inside it, and count their work."""
     region = len(program.work)
-    program.work.append(Work())
+    program.work.append(RegionWork())
     program.parents.append(parent)
     blocks = [node for node in nodes if isinstance(node, Block)]
     program.work[region] = _work([one for block in blocks for one in block.instructions])
@@ -274,7 +274,7 @@ def _number(program: Program, nodes: list[Node], parent: int) -> int:
     return region
 
 
-def _work(instructions: list[Instruction]) -> Work:
+def _work(instructions: list[Instruction]) -> RegionWork:
     """Return the static cost of instructions; a product that is used only in a sum is fused."""
     uses = Counter(value for one in instructions for value, _ in one.sources)
     made = {one.to: one for one in instructions if one.to >= 0}
@@ -288,7 +288,7 @@ def _work(instructions: list[Instruction]) -> Work:
                 if product and uses[value] == 1 and value not in fused:
                     fused.add(value)
                     break
-    work = Work()
+    work = RegionWork()
     for one in instructions:
         if one.op == "txf":
             work.fetches[one.name] += 1

@@ -13,7 +13,7 @@ import numpy as np
 from ..gl.fragment_pass import FragmentPass
 from ..tracer import Tracer
 from .compiler import check_countable, compiled
-from .emulate import WIDTHS, Look, Run, emulate, texels_along_morton, unseen
+from .emulate import WIDTHS, EmulatedRun, Look, emulate, texels_along_morton, unseen
 from .program import Program, parse
 
 TRAVERSALS = ("drivers/traverse.frag", "drivers/packet.frag")
@@ -79,7 +79,7 @@ def as_array(texture: Any) -> np.ndarray:
 def emulated(tracer: Tracer, origins: np.ndarray, directions: np.ndarray, any_hit: bool = False,
              t_max: Any = np.inf, tile: tuple[int, int] = TILE,
              widths: Sequence[int] = WIDTHS, flat: bool = False,
-             look: Look = unseen) -> tuple[Run, Watch]:
+             look: Look = unseen) -> tuple[EmulatedRun, Watch]:
     """Trace (h, w, 3) rays of tiles side by side, and emulate the program that traced them.
 
     Parameters

@@ -294,8 +294,8 @@ class _Translator:
             self._emit(depth, f"{mask} = {mask} & ~{kept}")
         elif one.op not in ("load_const", "mov", "vec2", "vec3", "vec4", "deref_var",
                             "deref_array", "break", "phi"):
-            raise ShaderError(f"{one.op} is not among the instructions that are emulated; write "
-                              "the kernel without it, or add its row to hardware/translate.py")
+            raise ShaderError(f"the instruction {one.op} cannot be emulated; write the kernel "
+                              "without it, or add it to hardware/translate.py")
 
     def _expression(self, one: Instruction, c: int) -> str:
         if one.op in _DOTS:

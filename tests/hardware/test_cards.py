@@ -34,7 +34,8 @@ def test_limits_refuse_with_a_reason() -> None:
     needs = Needs(arithmetic=600, textures=20, dependent_reads=3, loops=True, targets=5)
     assert find_card("R200").refuses(needs)[0].says.startswith("float textures")
     assert [(one.limit, one.says) for one in find_card("R420").refuses(needs)] == [
-        ("loops", "loops, it has no branches"), ("targets", "5 render targets, it has 4")]
+        ("loops", "needs loops, the card has no branches"),
+        ("targets", "needs 5 render targets, the card has 4")]
     assert find_card("G80").refuses(needs) == []
     with pytest.raises(OptionError, match="no card 'G8O'.*G80"):
         find_card("G8O")

@@ -66,8 +66,8 @@ def test_the_table_fits_a_terminal_and_says_why(few, countable, capsys) -> None:
                                      "NV40": "yes", "R580": "yes", "G80": "yes"}
     assert at["grid", "loop"]["R420"] == "loops"
     assert at["kd-short-stack", "step"]["R580"] == "targets"
-    assert ("targets: for example kd-short-stack kernels on the R420: 6 render targets, "
-            "it has 4") in text
+    assert ("targets: for example kd-short-stack kernels on the R420: needs 6 render targets, "
+            "the card has 4") in text
 
 
 def test_json_has_every_reason_of_every_card(few, countable, capsys) -> None:
@@ -75,7 +75,8 @@ def test_json_has_every_reason_of_every_card(few, countable, capsys) -> None:
     found = {card["chip"]: card for card in json.loads(capsys.readouterr().out)}
     assert "not_counted" not in found["G80"]
     assert found["R420"]["refuses"]["kd-short-stack loop"] == [
-        "loops, it has no branches", "6 render targets, it has 4"]
+        "needs loops, the card has no branches",
+        "needs 6 render targets, the card has 4"]
     assert found["G80"]["refuses"]["grid kernels"] == []
 
 

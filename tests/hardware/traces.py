@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gpgpu_rt.hardware.program import Program, Work
+from gpgpu_rt.hardware.program import Program, RegionWork
 from gpgpu_rt.inspect.time_travel import Pass, travel
 from gpgpu_rt.tracer import Tracer
 
@@ -58,7 +58,7 @@ def kernel_traces(tracer: Tracer, origins: np.ndarray, directions: np.ndarray) -
         -1, len(before[0].state["phase"])))
 
 
-def modelled(program: Program, traces: Traces) -> Work:
+def modelled(program: Program, traces: Traces) -> RegionWork:
     """The static model of a traversal in one loop, from the steps that rays took.
 
     The loop program nests one loop a kernel in an outer one, in the order of the kernels' phases.
@@ -71,7 +71,7 @@ def modelled(program: Program, traces: Traces) -> Work:
     return total
 
 
-def _times(work: Work, count: int) -> Work:
-    found = Work(count * work.vector, count * work.scalar)
+def _times(work: RegionWork, count: int) -> RegionWork:
+    found = RegionWork(count * work.vector, count * work.scalar)
     found.fetches.update({name: count * fetches for name, fetches in work.fetches.items()})
     return found
