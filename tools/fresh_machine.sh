@@ -1,16 +1,16 @@
 #!/usr/bin/env bash
-# Tries the program as a newcomer on a fresh Debian: tools/fresh_machine.sh [--short] SUITE
+# Tests the program on a fresh Debian as a new user would: tools/fresh_machine.sh [--short] SUITE
 #
-#   SUITE     bookworm, trixie, forky or another that the machine's Debian mirror has
-#   --short   set-up, one bench, two figures about cards, and the tests that depend on a renderer;
-#             without it `make figures`, `make test` and the bench
+#   SUITE     bookworm, trixie, forky or another suite of the machine's Debian mirror
+#   --short   run the set-up, one bench, two figures about cards, and the tests that depend on a
+#             renderer; without it, run `make figures`, `make test` and the bench
 #
-# Makes a root with debootstrap in a temporary folder, clones the committed state of this checkout
-# there, runs the commands in it and prints versions, results and times. Mirror, proxies,
-# certificates and pip's configuration are those of this machine. Exit status: 0; 1 where a command
-# failed in the fresh machine; 77 with a line SKIPPED where no fresh machine can be made here.
-# FRESH_MINUTES limits the time (15 with --short, else 90). A base root is kept for a week in
-# ${XDG_CACHE_HOME:-~/.cache}/gpgpu_rt-fresh.
+# Creates a root with debootstrap in a temporary folder, clones the committed state of this
+# checkout into the root, runs the commands there, and prints versions, results and times. Mirror,
+# proxies, certificates and pip's configuration are those of this machine. Exit status: 0 for
+# success; 1 if a command failed in the fresh machine; 77 with a line SKIPPED if no fresh machine
+# can be made. FRESH_MINUTES limits the time (15 with --short, else 90). A base root is kept for a
+# week in ${XDG_CACHE_HOME:-~/.cache}/gpgpu_rt-fresh.
 set -euo pipefail
 
 SHORT=
@@ -21,8 +21,8 @@ PATH=$PATH:/usr/sbin:/sbin
 
 skipped() { echo "SKIPPED: fresh machine with ${SUITE:-no suite}: $*"; exit 77; }
 
-# Inside: in a mount namespace of its own, so that nothing mounted here outlives it or is seen by
-# who removes the root.
+# This part runs inside a separate mount namespace. Its mounts disappear with the namespace, and
+# the outer script, which removes the root, does not see them.
 if [ "${FRESH_INSIDE:-}" = 1 ]; then
     root=$FRESH_ROOT
     mount -t proc proc "$root/proc"
@@ -46,10 +46,10 @@ unshare --mount --pid --fork --propagation private true 2>/dev/null ||
     skipped "this machine allows no mount namespace"
 git -C "$HERE" rev-parse --verify -q HEAD >/dev/null || skipped "$HERE is no checkout of git"
 
-# The mirror is the one that this machine's own Debian comes from.
+# Use the mirror of this machine's own Debian.
 mirror=$(apt-get indextargets --format '$(ORIGIN)|$(LABEL)|$(REPO_URI)' 'Created-By: Packages' \
     2>/dev/null | sed -n 's/^Debian|Debian|//p' | head -1)
-if [ -z "$mirror" ]; then     # lists that were never fetched: the first source of the configuration
+if [ -z "$mirror" ]; then     # package lists were never fetched: use the first configured source
     mirror=$(sed -n -e 's/^URIs: *\([^ ]*debian\/*\)$/\1/p' \
         -e 's/^deb  *\(\[[^]]*\]  *\)\{0,1\}\([^ ]*debian\/*\) .*/\2/p' \
         /etc/apt/sources.list /etc/apt/sources.list.d/* 2>/dev/null | head -1 || true)
@@ -78,7 +78,7 @@ if [ -n "$(find "$base" -mtime -7 2>/dev/null)" ]; then
     tar -C "$root" -xf "$base"
     echo "fresh machine: Debian $SUITE, as debootstrap made it on $(date -r "$base" +%F)"
 else
-    script=$SUITE      # one that this debootstrap does not know yet is made as sid is
+    script=$SUITE      # use the script of sid for a suite that this debootstrap does not know
     [ -e "/usr/share/debootstrap/scripts/$SUITE" ] || script=sid
     if ! debootstrap --variant=minbase --include=python3,make,git,ca-certificates "$SUITE" \
             "$root" "$mirror" "/usr/share/debootstrap/scripts/$script" > "$work/log" 2>&1; then
@@ -90,7 +90,7 @@ else
     echo "fresh machine: Debian $SUITE by debootstrap, $((SECONDS - began)) s"
 fi
 
-# What the machine is told about its network ----------------------------------------------------
+# Network configuration -------------------------------------------------------------------------
 
 mkdir -p "$root/usr/local/share/ca-certificates" "$root/etc/apt/apt.conf.d"
 cp /etc/resolv.conf /etc/hosts "$root/etc/"
@@ -101,8 +101,8 @@ apt-config dump | grep -E '^Acquire::(https?|ftp|Check-)' > "$root/etc/apt/apt.c
     true
 echo "deb $mirror $SUITE main" > "$root/etc/apt/sources.list"
 
-# Variables and pip's settings go in as they are; the files that they name are copied, folders are
-# mounted to be read only.
+# Copy the environment variables and pip's settings unchanged. Copy the files that they name, and
+# mount the folders that they name read-only.
 env | grep -iE '^(https?_proxy|no_proxy|all_proxy|PIP_[A-Z_]*|SSL_CERT_(FILE|DIR)|[A-Z]*_CA_BUNDLE)=' \
     > "$root.environment" || true
 : > "$root.pip"
@@ -117,7 +117,7 @@ awk '$1 != section { section = $1; print "[" section "]" } { sub(/^[^ ]* /, "");
 { sed 's/^[^=]*=//' "$root.environment"; cat "$root.pip"; } | tr ' ' '\n' |
     sed -n 's|^\(file://\)\{0,1\}\(/.*\)$|\1\2|p' | sort -u | while read -r path; do
     real=${path#file://}
-    # The pages of an index by file:// point to files beside it.
+    # The pages of a package index with file:// refer to files beside the index.
     if [ "$real" != "$path" ] && [ "$(dirname "$real")" != / ]; then real=$(dirname "$real"); fi
     if [ -f "$real" ] && [ ! -e "$root$real" ]; then
         mkdir -p "$root$(dirname "$real")" && cp "$real" "$root$real"
@@ -127,7 +127,7 @@ awk '$1 != section { section = $1; print "[" section "]" } { sub(/^[^ ]* /, "");
 done
 sort -u -o "$root.folders" "$root.folders"
 
-# What a newcomer does --------------------------------------------------------------------------
+# Commands of a new user ------------------------------------------------------------------------
 
 git clone -q --no-hardlinks "$HERE" "$root/root/gpgpu_rt"
 [ -z "$(git -C "$HERE" status --porcelain)" ] ||
@@ -174,7 +174,8 @@ status=0
 FRESH_INSIDE=1 FRESH_ROOT=$root timeout --kill-after=20 "${minutes}m" \
     unshare --mount --pid --fork --kill-child --propagation private \
     bash "$0" ${SHORT:+--short} "$SUITE" &
-# A signal must end what runs inside at once: bash would handle it only when that is through.
+# Run in the background and wait, so that a signal ends the inner process at once. Otherwise bash
+# would handle the signal only after the inner process has ended.
 inside=$!
 trap 'kill "$inside" 2>/dev/null; wait "$inside" || true; exit 130' INT TERM HUP
 wait "$inside" || status=$?

@@ -1,10 +1,10 @@
-"""Mutated files: does each end in success or one line, within 10 s and 2 GB?
+"""Mutated files: test that reading each succeeds or fails in one line, within 10 s and 2 GB.
 
     python tools/mutate_files.py KIND COUNT [SEED]     # KIND: mesh, material, ..., or all
-    python tools/mutate_files.py KIND 1 SEED --keep FOLDER     # leaves the files of a case there
+    python tools/mutate_files.py KIND 1 SEED --keep FOLDER     # write the files of a case there
 
-A case follows from its kind and seed alone. Cases run in a worker with a memory limit and an
-alarm; a case that kills its worker or outlasts the alarm is named, and a new worker goes on.
+Only its kind and seed determine a case. Cases run in a worker with a memory limit and an alarm. If
+a case kills its worker or takes too long, it is reported, and a new worker continues.
 """
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ OK, REFUSED = "success", "one line"
 
 
 class Late(BaseException):
-    """A case takes longer than it may."""
+    """Ends a case that takes too long."""
 
 
 def run_case(kind: str, seed: int, folder: Path) -> str:
-    """OK, REFUSED, or what is wrong with how a case ended."""
+    """Run a case; return OK, REFUSED, or a description of its fault."""
     from mutating.file_kinds import read_case, write_case
 
     import gpgpu_rt as rt
@@ -71,10 +71,10 @@ def _alarm(seconds: int) -> Iterator[None]:
 
 
 def _work(pipe: Connection, kind: str, first: int, last: int) -> None:
-    """Run the cases of some seeds, and tell how each ended, its seconds and the peak of memory."""
+    """Run the cases of some seeds; send the result, the seconds and the peak memory of each."""
     os.environ["GPGPU_RT_CACHE"] = ""
     from mutating.file_kinds import cornell
-    cornell()       # before the limit: the renderer's own memory is not the files'
+    cornell()       # before the limit is set, because the renderer's own memory does not count
     pages = int(Path("/proc/self/statm").read_text().split()[0])
     limit = pages * resource.getpagesize() + MEMORY
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
@@ -90,7 +90,7 @@ def _work(pipe: Connection, kind: str, first: int, last: int) -> None:
 
 
 def run_cases(kind: str, count: int, seed: int) -> dict[str, Any]:
-    """Run ``count`` cases from a seed on; how they ended."""
+    """Run ``count`` cases from a seed on; return their results."""
     begun, ends, faults = time.monotonic(), Counter[str](), []
     slowest, peak, at = 0.0, 0, seed
     context = multiprocessing.get_context("spawn")
@@ -100,7 +100,7 @@ def run_cases(kind: str, count: int, seed: int) -> dict[str, Any]:
                                  daemon=True)
         worker.start()
         its.close()
-        patience = 120.0       # until it has begun
+        patience = 120.0       # seconds for the start of the worker
         while at < seed + count:
             try:
                 told = mine.recv() if mine.poll(patience) else None
@@ -124,7 +124,7 @@ def run_cases(kind: str, count: int, seed: int) -> dict[str, Any]:
 
 
 def main() -> int:
-    """Run what the command line asks for; 1 where a case ended otherwise."""
+    """Run the cases of the command line; return 1 if any case has a fault."""
     from mutating.file_kinds import KINDS, write_case
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("kind", choices=[*KINDS, "all"])

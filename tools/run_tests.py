@@ -1,4 +1,4 @@
-"""Runs the tests headless: `make test` on one backend, `make test-all` on all there are."""
+"""Runs the tests headless: `make test` on one backend, `make test-all` on all backends."""
 from __future__ import annotations
 
 import argparse
@@ -6,7 +6,7 @@ import os
 import subprocess
 import sys
 
-# Mesa's OpenGL over Vulkan, and below it llvmpipe again: hits are the same to the bit.
+# Mesa's OpenGL over Vulkan, which draws with llvmpipe, too: hits are the same to the bit.
 ZINK = {"MESA_LOADER_DRIVER_OVERRIDE": "zink", "GALLIUM_DRIVER": "zink",
         "LIBGL_ALWAYS_SOFTWARE": "1"}
 # The folders of tests that compare hits.
@@ -14,11 +14,11 @@ HITS = [f"tests/{folder}" for folder in (
     "traversal", "methods", "session", "inspect", "extremes", "reference", "repro",
     "render/image_space")]
 FRESH = ("bookworm", "trixie")
-NOT_HERE = 77      # exit status of tools/fresh_machine.sh where it cannot be done
+NOT_HERE = 77      # exit status of tools/fresh_machine.sh if no fresh machine can be made
 
 
 def renderer_of(backend: str, **environment: str) -> str:
-    """A backend's renderer, or "" without a context; asked in a process of its own."""
+    """Return the renderer of a backend, or "" without a context; a separate process asks."""
     probe = ("import sys; from gpgpu_rt.gl.context import open_gpu; "
              "print(open_gpu(sys.argv[1]).renderer)")
     answer = subprocess.run([sys.executable, "-c", probe, backend], capture_output=True,
@@ -27,11 +27,11 @@ def renderer_of(backend: str, **environment: str) -> str:
 
 
 def backends() -> dict[str, str]:
-    """Backend -> its renderer, or "" without a context."""
+    """Return the renderer of each backend, or "" without a context."""
     return {backend: renderer_of(backend) for backend in ("osmesa", "egl")}
 
 
-# Tests wait for Python more than for the renderer: a process a core halves the time on two.
+# Tests spend more time in Python than in the renderer: a process per core halves the time on two.
 AT_ONCE = ["-n", "auto", "--dist", "worksteal"]
 
 

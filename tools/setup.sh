@@ -1,10 +1,10 @@
 #!/bin/sh
-# Makes the virtual environment $1, and sees to it that there is an OpenGL to draw with.
+# Creates the virtual environment $1, and installs OpenGL libraries if they are missing.
 set -eu
 venv=$1
 python=${PYTHON:-python3}
 
-PATH=$PATH:/usr/sbin:/sbin     # ldconfig's, which is not on everyone's path
+PATH=$PATH:/usr/sbin:/sbin     # the folders of ldconfig, which may be missing from the path
 has_library() { ldconfig -p 2>/dev/null | grep -q "$1"; }
 apt_install() {
     if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
@@ -19,7 +19,7 @@ apt_install() {
 if ! { has_library libEGL.so.1 && has_library libGL.so.1; } && ! has_library libOSMesa.so; then
     apt_install libegl1 libgl1 libgl1-mesa-dri
 fi
-# Newer Mesa releases carry no OSMesa: where it cannot be had, EGL does everything.
+# Newer Mesa releases have no OSMesa. Without OSMesa, EGL is enough.
 if ! has_library libOSMesa.so && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
     DEBIAN_FRONTEND=noninteractive apt-get install -y -qq libosmesa6 >/dev/null 2>&1 ||
         echo "No libosmesa6 to be had: EGL alone will be used."
@@ -30,12 +30,12 @@ if ! "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))'; then
     exit 1
 fi
 if [ ! -x "$venv/bin/python" ]; then
-    if ! "$python" -m venv "$venv" >/dev/null 2>&1; then   # Debian ships venv apart
+    if ! "$python" -m venv "$venv" >/dev/null 2>&1; then   # Debian has venv in its own package
         rm -rf "$venv"
         apt_install python3-venv
         "$python" -m venv "$venv"
     fi
 fi
-# Twice quiet: errors alone. What setuptools says about a package_dir that maps folders is known.
+# Print errors only (-qq). setuptools warns about the folders in package_dir, which is harmless.
 "$venv/bin/python" -m pip install -qq --upgrade pip
 "$venv/bin/python" -m pip install -qq --editable '.[test,figures,report,docs,lint]'

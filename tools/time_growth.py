@@ -1,4 +1,4 @@
-"""Times rays by how many triangles a scene has: one rough ball, of 0.1, 1 and 10 million."""
+"""Times rays on a rough ball of 0.1, 1 and 10 million triangles, to see how the time grows."""
 from __future__ import annotations
 
 import argparse
@@ -16,11 +16,12 @@ from gpgpu_rt.rays.ray_sets import random_rays
 from gpgpu_rt.scene.procedural.shapes import ball, bump
 
 COUNTS = (100_000, 1_000_000, 10_000_000)
-# Of ten million triangles no more nodes than a float can number, as eight whole copies would be.
+# Shared subtrees, because eight whole copies of ten million triangles have too many nodes for the
+# indices that a float can hold.
 _TREE = {"quantise_nodes": 16, "octants": True, "shared_subtrees": 64}
 _EYE = {"packet": (4, 2), "entry_points": 32, **_TREE}
-# By kind of rays, in the order of what ten million triangles take; of few triangles packets with
-# an interval test are the fastest.
+# The methods for each kind of rays, in order of speed at ten million triangles. With few
+# triangles, packets with an interval test are the fastest.
 METHODS = {
     "eye": (("bvh-packet", _EYE), ("bvh-packet", {**_EYE, "interval_test": True}),
             ("bvh-threaded", _TREE), ("bvh-stack", {"quantise_nodes": 16})),
@@ -29,11 +30,11 @@ METHODS = {
                ("bvh-stack", {"quantise_nodes": 16})),
 }
 SIZE, TURNS, SEED = 1024, 5, 1
-ALLOWED = 1.3      # times what the logarithm of the triangles grows by
+ALLOWED = 1.3      # largest growth of the time, over the growth of the logarithm of the triangles
 
 
 def rough_ball(count: int) -> rt.Scene:
-    """The same surface whatever the count, tessellated as finely as that."""
+    """Return the rough ball as ``count`` triangles; the surface is the same for every count."""
     triangles = ball(count)
     for height, wavelength in ((0.15, 0.5), (0.03, 0.1), (0.006, 0.02)):
         triangles = bump(triangles, height, wavelength)
@@ -44,9 +45,11 @@ def rough_ball(count: int) -> rt.Scene:
 
 def milliseconds(scene: rt.Scene, kind: str, entries: Sequence[tuple[str, dict[str, Any]]]
                  ) -> list[float]:
-    """A million rays of a kind by each of the (method, options): medians, passes alone and what
-    the host takes to put rays in order. They take turns, and each runs once more before it is
-    timed, as the one before left its own data in the caches."""
+    """Return the median time of a million rays of a kind for each (method, options).
+
+    The time covers the passes and the host's sorting of rays. The entries run in turn. Each runs
+    once untimed before its timed run, because the entry before it filled the caches.
+    """
     origins, directions = scene.camera.rays((SIZE, SIZE)) if kind == "eye" else random_rays(
         scene, SIZE * SIZE, SEED)
     rays = origins.reshape(-1, 3), directions.reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""Times a sweep of forty cells by one worker and by two, each with one thread for its renderer."""
+"""Times a sweep of forty cells with one worker and with two; each renderer has one thread."""
 from __future__ import annotations
 
 import argparse
@@ -19,7 +19,7 @@ CELLS = [Cell("shirley6", "kd-restart", (("max_depth", depth),), 64,
 
 
 def seconds(workers: Workers) -> float:
-    """What the sweep takes, all cells anew."""
+    """Return the time of the sweep in seconds; all cells are measured again."""
     with tempfile.TemporaryDirectory() as folder:
         began = time.perf_counter()
         measure(CELLS, Path(folder), workers=workers)
@@ -33,7 +33,7 @@ def main() -> None:
         for count, times in spent.items():
             with Workers(count=count, threads=1) as workers:
                 workers.client.wait_for_workers(count)
-                # What a process does once, whatever it measures, is none of it.
+                # Run a cell in each process first, so that one-time costs are not timed.
                 list(workers.map(_warm, [()] * 4 * count))
                 took = seconds(workers)
             if turn:

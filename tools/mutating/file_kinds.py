@@ -1,4 +1,4 @@
-"""File kinds: the files that a user gives, whole ones to begin with, and what reads each."""
+"""File kinds: valid examples of the files that a user gives, and the functions that read them."""
 from __future__ import annotations
 
 import contextlib
@@ -30,7 +30,7 @@ from gpgpu_rt.rays import ray_sets as rays
 
 from .mutations import Rng, mutated, mutated_arrays, mutated_json
 
-RENDERED = 20       # of so many scenes that load, one is drawn too
+RENDERED = 20       # one of so many loaded scenes is also drawn
 
 
 def write_case(kind: str, seed: int, folder: Path) -> None:
@@ -40,7 +40,7 @@ def write_case(kind: str, seed: int, folder: Path) -> None:
 
 
 def read_case(kind: str, seed: int, folder: Path) -> None:
-    """Read the files of a case as a command would; rt.Error where they cannot be read."""
+    """Read the files of a case as a command would; raise rt.Error if they cannot be read."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         KINDS[kind][1](folder, seed)
@@ -48,7 +48,7 @@ def read_case(kind: str, seed: int, folder: Path) -> None:
 
 @functools.cache
 def ball() -> trimesh.Trimesh:
-    """A small mesh."""
+    """Return a small mesh."""
     return trimesh.creation.icosphere(subdivisions=1)
 
 
@@ -78,7 +78,7 @@ CAMERA = {"eye": [0, 1, 5], "target": [0, 0, 0], "up": [0, 1, 0], "fov_degrees":
 
 @functools.cache
 def picture(kind: str) -> bytes:
-    """An image file."""
+    """Return the content of an image file."""
     made = io.BytesIO()
     Image.fromarray(np.arange(8 * 8 * 3, dtype=np.uint8).reshape(8, 8, 3)).save(made, kind)
     return made.getvalue()
@@ -86,7 +86,7 @@ def picture(kind: str) -> bytes:
 
 @functools.cache
 def meshes() -> dict[str, bytes]:
-    """Mesh files by name."""
+    """Return the contents of mesh files by name."""
     found = {"m.obj": OBJ}
     for name, kind, more in (("a.ply", "ply", {"encoding": "ascii"}), ("b.ply", "ply", {}),
                              ("a.stl", "stl_ascii", {}), ("b.stl", "stl", {}),
@@ -146,7 +146,7 @@ def _load_scene(folder: Path, seed: int) -> None:
 
 
 def _archive(arrays: dict[str, np.ndarray], rng: Rng) -> bytes:
-    """An .npz file of arrays, mutated as bytes or as arrays."""
+    """Return an .npz file of arrays, mutated as bytes or as arrays."""
     as_bytes = rng.random() < 0.5
     made = io.BytesIO()
     save: Callable[..., None] = np.savez if rng.random() < 0.5 else np.savez_compressed
@@ -162,7 +162,7 @@ def _rays(folder: Path, rng: Rng) -> None:
 
 @functools.cache
 def cornell() -> rt.Tracer:
-    """A tracer that many cases use."""
+    """Return a tracer that many cases share."""
     return rt.Tracer("cornell", "bvh-threaded")
 
 
@@ -170,13 +170,13 @@ def _trace(folder: Path, seed: int) -> None:
     given = _read_rays(str(folder / "r.npz"))
     try:
         cornell().trace(**given, invalid=("raise", "miss")[seed % 2])
-    except ValueError as failure:       # by which the tracer names a ray; a line of the command's
+    except ValueError as failure:       # names an invalid ray; the command prints it as a line
         raise rt.Error(str(failure)) from failure
 
 
 @functools.cache
 def tuned() -> bytes:
-    """A settings file."""
+    """Return the content of a settings file."""
     scene = rt.load_scene("cornell")
     entry = {"method": "bvh-packet", "options": {"packet": [4, 2], "octants": True},
              "promise": {"max_wrong": 1e-5, "max_t_error": 1e-5}, "measured": {"rate": 1.5}}
@@ -221,7 +221,7 @@ STRUCTURES = {build_bvh: "bvh-threaded", build_kdtree: "kd-restart",
 
 @functools.cache
 def built(build: Any) -> dict[str, np.ndarray]:
-    """The arrays of a structure over the small mesh."""
+    """Return the arrays of a structure over the small mesh."""
     triangles = np.ascontiguousarray(ball().triangles, np.float32)
     return {name: np.asarray(value) for name, value in vars(build(triangles)).items()}
 
@@ -237,7 +237,7 @@ def _cache(folder: Path, rng: Rng) -> None:
 
 
 def _use_cache(folder: Path, seed: int) -> None:
-    """Let the tracer find the file in the place of its own."""
+    """Replace the tracer's own cache file by the mutated file, and trace."""
     path = next(folder.glob("*.npz"))
     method = next(name for build, name in STRUCTURES.items() if build.__name__ == path.stem)
     kept = folder / "cache"
@@ -253,14 +253,14 @@ def _use_cache(folder: Path, seed: int) -> None:
 
 @functools.cache
 def ball_scene() -> rt.Scene:
-    """The small mesh as a scene."""
+    """Return the small mesh as a scene."""
     corners = ball().triangles.reshape(-1, 3)
     return rt.Scene.from_arrays(corners, np.arange(len(corners)).reshape(-1, 3))
 
 
 @functools.cache
 def cache_names(method: str) -> tuple[str, ...]:
-    """The files of the cache that a method looks for."""
+    """Return the names of the cache files that a method looks for."""
     with cache.cache_files() as files, rt.Tracer(ball_scene(), method):
         return tuple(path.name for path in files)
 

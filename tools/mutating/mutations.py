@@ -1,4 +1,4 @@
-"""Mutations: changes to the bytes of a file, and to what JSON holds, as seeds say."""
+"""Mutations: random changes to the bytes of a file, to JSON values, and to arrays."""
 from __future__ import annotations
 
 import json
@@ -24,14 +24,15 @@ Rng = np.random.Generator
 
 
 def mutated(content: bytes, rng: Rng) -> bytes:
-    """The bytes with one to three changes."""
+    """Return the bytes with one to three changes."""
     for _ in range(int(rng.choice([1, 1, 1, 2, 3]))):
         content = _CHANGES[int(rng.integers(len(_CHANGES)))](content, rng)
     return content[:1 << 20]
 
 
 def mutated_json(content: bytes, rng: Rng) -> bytes:
-    """JSON with one to three values, keys or items changed; a quarter of the time its bytes."""
+    """Return JSON with one to three changed values, keys or items, or with changed bytes in a
+    quarter of the cases."""
     if rng.random() < 0.25:
         return mutated(content, rng)
     value = json.loads(content)
@@ -41,7 +42,7 @@ def mutated_json(content: bytes, rng: Rng) -> bytes:
 
 
 def mutated_arrays(arrays: dict[str, np.ndarray], rng: Rng) -> dict[str, np.ndarray]:
-    """Arrays, one or two of which have other values, another length, type or name."""
+    """Return the arrays with one or two changes of values, length, type or name."""
     arrays = {name: np.array(values) for name, values in arrays.items()}
     for _ in range(int(rng.integers(1, 3))):
         if not arrays:
@@ -117,7 +118,7 @@ _CHANGES: Sequence[Callable[[bytes, Rng], bytes]] = (
 
 
 def _changed(value: Any, rng: Rng) -> Any:
-    """The value with something in it changed."""
+    """Return the value with a change at a random place inside it."""
     if isinstance(value, dict) and value and rng.random() < 0.85:
         name = sorted(value)[int(rng.integers(len(value)))]
         chance = rng.random()
