@@ -131,7 +131,7 @@ def main() -> int:
     parser.add_argument("count", type=int)
     parser.add_argument("seed", type=int, nargs="?", default=0)
     parser.add_argument("--keep", type=Path, metavar="FOLDER",
-                        help="write the files of the case SEED there, and read nothing")
+                        help="write the files of the case SEED to this folder, and read nothing")
     chosen = parser.parse_args()
     if chosen.keep:
         chosen.keep.mkdir(exist_ok=True)

@@ -60,21 +60,22 @@ def main() -> int:
     failed = 0
     for backend, renderer in found.items():
         if not renderer:
-            print(f"== SKIPPED: {backend} gives no context here", flush=True)
+            print(f"== SKIPPED: {backend} has no context on this machine", flush=True)
         elif backend == there[-1] or renderer != found[there[-1]]:
             failed |= run(f"everything on {backend}: {renderer}", backend, chosen.pytest)
         else:
-            failed |= run(f"full sizes, but for what {there[-1]} proves by the same renderer, on "
-                          f"{backend}: {renderer}", backend, ["-m", "not once", *chosen.pytest])
+            failed |= run(f"full sizes without tests marked once, which {there[-1]} runs with the "
+                          f"same renderer, on {backend}: {renderer}", backend,
+                          ["-m", "not once", *chosen.pytest])
     if found["egl"]:
-        failed |= run("what is marked small, on EGL with softpipe", "egl",
+        failed |= run("tests marked small, on EGL with softpipe", "egl",
                       ["-m", "small", *chosen.pytest], GALLIUM_DRIVER="softpipe")
     zink = renderer_of("egl", **ZINK)
     if zink.startswith("zink"):
         failed |= run(f"hits on EGL with {zink}", "egl", ["-m", "not full", *HITS, *chosen.pytest],
                       **ZINK)
     else:
-        print("== SKIPPED: EGL gives no zink here (mesa-vulkan-drivers)", flush=True)
+        print("== SKIPPED: EGL has no zink on this machine (mesa-vulkan-drivers)", flush=True)
     for suite in FRESH if not chosen.pytest else ():
         print(f"== a fresh Debian {suite}", flush=True)
         status = subprocess.call(["tools/fresh_machine.sh", suite])

@@ -22,7 +22,7 @@ fi
 # Newer Mesa releases have no OSMesa. Without OSMesa, EGL is enough.
 if ! has_library libOSMesa.so && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
     DEBIAN_FRONTEND=noninteractive apt-get install -y -qq libosmesa6 >/dev/null 2>&1 ||
-        echo "No libosmesa6 to be had: EGL alone will be used."
+        echo "libosmesa6 is not available: only EGL will be used."
 fi
 
 if ! "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))'; then

@@ -40,9 +40,9 @@ def main() -> None:
                 times.append(took)
     one, two = (statistics.median(times) for times in spent.values())
     ratios = [a / b for a, b in zip(*spent.values())]
-    print(f"{len(CELLS)} cells: {one:.1f} s by one worker, {two:.1f} s by two; "
-          f"{statistics.median(ratios):.2f} times as fast, turn by turn "
-          + ", ".join(f"{ratio:.2f}" for ratio in ratios))
+    print(f"{len(CELLS)} cells: {one:.1f} s with one worker, {two:.1f} s with two; "
+          f"{statistics.median(ratios):.2f} times as fast (by turn: "
+          + ", ".join(f"{ratio:.2f}" for ratio in ratios) + ")")
 
 
 def _warm() -> None:
