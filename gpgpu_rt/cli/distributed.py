@@ -22,7 +22,7 @@ from ..workers.workers import TILE, Workers, check_parts
 from .floor import scene_of
 from .frames import kept_frames, opened, write_film
 from .picture import drawing_of
-from .progress import tenths, told
+from .progress import show_progress, tenths
 from .shared import options_for, print_json, print_stand_in, say
 from .unfinished import Unfinished, follows_from
 
@@ -38,7 +38,7 @@ def trace_shared(chosen: argparse.Namespace, rays: dict[str, np.ndarray]) -> Non
     """Run `trace` among workers."""
     method, options = _method(chosen)
     scene = load_scene(chosen.scene)
-    with Workers(chosen.scheduler) as workers, told("part", tenths("part")) as progress:
+    with Workers(chosen.scheduler) as workers, show_progress("part", tenths("part")) as progress:
         hits = workers.trace(scene, method=method, invalid=chosen.invalid,
                              progress=progress, **rays, **options)
         count = len(workers)
@@ -93,7 +93,7 @@ def _tiles(chosen: argparse.Namespace, workers: Workers, scene: Scene, drawing: 
     kept = Unfinished(Path(chosen.output), len(regions),
                       {**settings, "scene": digest(scene), "tile": TILE}, chosen.resume)
     missing = kept.missing
-    with kept.until_whole(), told("tile", tenths("tile")) as progress:
+    with kept.until_whole(), show_progress("tile", tenths("tile")) as progress:
         for at, pixels in workers.draw(scene, [regions[part] for part in missing], method,
                                        progress, drawing, **options):
             kept.keep(missing[at], Image.fromarray(pixels))
@@ -110,7 +110,7 @@ def _frames(chosen: argparse.Namespace, workers: Workers, animation: Animation,
             settings: dict[str, Any]) -> tuple[int, Unfinished]:
     """Draw the missing frames, write the film, and return how many frames were drawn."""
     kept = kept_frames(chosen, animation, settings)
-    with kept.until_whole(), told("frame", tenths("frame")) as progress:
+    with kept.until_whole(), show_progress("frame", tenths("frame")) as progress:
         for frame, pixels in workers.frames(animation, kept.missing, method, progress, drawing,
                                             **options):
             kept.keep(frame, Image.fromarray(pixels))

@@ -15,7 +15,7 @@ from ..text_format import counted
 from ..tracer import Tracer
 from .camera import add_camera, camera_of
 from .frames import IMAGES
-from .progress import tenths, told
+from .progress import show_progress, tenths
 from .shared import (
     Command, add_method, add_methods, add_options, options_for, print_json, print_stand_in,
     print_table, size_word
@@ -59,7 +59,7 @@ def _passes(chosen: argparse.Namespace) -> None:
         raise OptionError(f"--every {chosen.every} must be at least 1")
     options = options_for(chosen, chosen.method)
     with Tracer(load_scene(chosen.scene), chosen.method,
-                **_in_passes(chosen.method, options)) as tracer, told(
+                **_in_passes(chosen.method, options)) as tracer, show_progress(
                     "pass", tenths("pass")) as progress:
         found = write_passes(tracer, Path(chosen.output), chosen.size, chosen.every,
                              chosen.states, camera_of(chosen, tracer.scene.camera),

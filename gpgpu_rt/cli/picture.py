@@ -11,7 +11,7 @@ from ..render.plan import Plan
 from ..scene.scene import Scene
 from ..tracer import Tracer
 from .camera import camera_of
-from .progress import doublings, told
+from .progress import doublings, show_progress
 from .shared import Variants, add_variants, parsed, variants
 
 
@@ -58,7 +58,7 @@ def explain(chosen: argparse.Namespace, tracer: Tracer) -> Plan | None:
 @contextmanager
 def progress_shown() -> Iterator[Callable[[int, int, float], None]]:
     """Yield the function to which `Tracer.render` reports its progress."""
-    with told("sample", doublings("sample")) as tell:
+    with show_progress("sample", doublings("sample")) as tell:
         yield lambda done, samples, noise: tell(
             done, samples, "" if noise == float("inf") else f"noise {noise:.1%}")
 

@@ -12,7 +12,7 @@ Lines = Callable[[int, int, str], None]     # the count done, the total, and a n
 
 
 @contextlib.contextmanager
-def told(unit: str, lines: Lines) -> Iterator[Callable[..., None]]:
+def show_progress(unit: str, lines: Lines) -> Iterator[Callable[..., None]]:
     """Yield a function that shows progress: ``report(done, total, note)``; the note may be ""."""
     bars: list[Any] = []
 
