@@ -57,8 +57,8 @@ def tune(scene: Scene, promise: Promise, rays: int | None = None, seed: int = 0,
     rays : number of rays for the proof, and again for the confirmation; raised to the number that
         the proof needs
     seed : seed of all rays
-    budget : seconds, shared by the searches, after which no new candidate is tried and the fastest
-        known candidates are proved. Speed options are tried for half of this time
+    budget : seconds, shared by the searches, after which no new candidate is tried. The fastest
+        known candidates are then proved. Speed options are tried for half of this time
     names : methods to try; None for all methods
     report : called with each line about progress
     """

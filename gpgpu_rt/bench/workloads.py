@@ -113,9 +113,9 @@ def told(name: str) -> str:
 def workload(scene: str, name: str, size: int) -> Workload:
     """Return the workload of a name, for an image of ``size`` x ``size`` pixels.
 
-    The names are ``eye rays``, ``shadow rays``, ``mirror rays 2`` (after two bounces, as if all
-    surfaces were mirrors), ``diffuse rays 2`` (as if all were diffuse), and ``random rays``, whose
-    start and end are random points in the scene's box.
+    The names are ``eye rays``, ``shadow rays``, ``mirror rays 2``, ``diffuse rays 2`` and
+    ``random rays``. Mirror and diffuse rays treat all surfaces as mirrors, or as diffuse, and have
+    a number of bounces. The start and end of a random ray are random points in the scene's box.
     """
     if name == EYE:
         origins, directions = load(scene).camera.rays((size, size))

@@ -2,20 +2,20 @@
 
 The modules lead from a program to its time on a card:
 
-* ``cards``: the figures of the cards, each with its source (``cards.json``), and their limits;
-* ``compiler``: the instructions of a program, printed by a compiler that works on four components
+* ``cards``: The figures of the cards, each with its source (``cards.json``), and their limits.
+* ``compiler``: The instructions of a program, printed by a compiler that works on four components
   as those cards did (Mesa's own). **Why a compiler and not the GLSL text**: the compiler merges
-  repeated fetches and removes unused code;
-* ``program``: these instructions as a tree of blocks, branches and loops, and the cost of each
-  region of the tree;
-* ``translate``, ``emulate``: an emulated fragment processor in numpy, which gives the renderer's
+  repeated fetches and removes unused code.
+* ``program``: These instructions as a tree of blocks, branches and loops, and the cost of each
+  region of the tree.
+* ``translate``, ``emulate``: An emulated fragment processor in numpy, which gives the renderer's
   results bit for bit. It counts the executed instructions for every SIMD width. **Why not counters
   in the shaders**: a counter shows how often a ray did something, but not how long the ray waited
-  for its neighbours;
-* ``sample``: emulates whole tiles of an image, because hardware groups neighbouring pixels;
-* ``counters``: operations, fetches and bytes of every pass of a call, including loops;
-* ``model``: predicts seconds from counted work, with one fitted constant per card;
-* ``methods_on_cards``: the methods that a card could have run.
+  for its neighbours.
+* ``sample``: Emulates whole tiles of an image, because hardware groups neighbouring pixels.
+* ``counters``: Operations, fetches and bytes of every pass of a call, including loops.
+* ``model``: Predicts seconds from counted work, with one fitted constant per card.
+* ``methods_on_cards``: The methods that a card could have run.
 
 The compiler needs the softpipe driver of Mesa 22.3. Without it, `compiler.not_countable` gives the
 reason and `program.NotCountable` is raised. The cards and the model need no driver.

@@ -55,7 +55,7 @@ def test_rays_that_a_bound_takes() -> None:
 
 @pytest.mark.parametrize("changes, message", [
     ({"max_wrong": 0}, "max_wrong"), ({"max_wrong": float("nan")}, "max_wrong"),
-    ({"max_wrong": 1e-9}, "most here"), ({"max_t_error": 0}, "max_t_error"),
+    ({"max_wrong": 1e-9}, "more than the limit"), ({"max_t_error": 0}, "max_t_error"),
     ({"t_quantile": 1}, "t_quantile"), ({"max_bytes": 0}, "max_bytes"),
     ({"kinds": ("ey",)}, "did you mean eye")])
 def test_promises_that_cannot_be(changes: dict, message: str) -> None:

@@ -32,7 +32,7 @@ def test_recalled_figures_are_marked() -> None:
 
 def test_limits_refuse_with_a_reason() -> None:
     needs = Needs(arithmetic=600, textures=20, dependent_reads=3, loops=True, targets=5)
-    assert find_card("R200").refuses(needs)[0].says.startswith("float textures")
+    assert find_card("R200").refuses(needs)[0].says.startswith("needs float textures")
     assert [(one.limit, one.says) for one in find_card("R420").refuses(needs)] == [
         ("loops", "needs loops, the card has no branches"),
         ("targets", "needs 5 render targets, the card has 4")]

@@ -88,10 +88,10 @@ def test_films(suffix: str, tmp_path) -> None:
 @pytest.mark.parametrize("words, message", [
     (["bunny", "--frames", "2", "-o", "a.gif"], "does not move"),
     (["clth", "--frames", "2", "-o", "a.gif"], "did you mean cloth"),
-    (["soup.npz", "--frames", "4", "-o", "a.gif"], "has 3"),
+    (["soup.npz", "--frames", "4", "-o", "a.gif"], "has only 3 frames"),
     (["soup.npz", "--frames", "2", "-o", "a.jpg"], "film"),
     (["soup.npz", "--frames", "2", "-o", "no/a_%d.png"], "no folder"),
-    (["soup.npz", "--frames", "2", "-o", "a_%d.xyz"], "cannot number"),
+    (["soup.npz", "--frames", "2", "-o", "a_%d.xyz"], "numbered frames"),
     (["gone.npz", "--frames", "2", "-o", "a.gif"], "gone.npz"),
     (["empty.npz", "--frames", "2", "-o", "a.gif"], "faces")])
 def test_mistakes_are_one_line_and_leave_nothing(words: list, message: str, tmp_path, monkeypatch,

@@ -119,7 +119,7 @@ def test_motions_can_be_sent(name: str) -> None:
 
 
 def test_a_motion_that_cannot_be_sent_is_a_line() -> None:
-    with pytest.raises(rt.Error, match="at the top of a module"):
+    with pytest.raises(rt.Error, match="top level of a module"):
         digest(lambda frame: frame)
 
 
@@ -175,7 +175,7 @@ def test_ctrl_c_is_a_line(tmp_path) -> None:
     finally:
         running.kill()
     assert running.returncode == 130
-    assert said.splitlines()[-1].endswith("--resume goes on")
+    assert said.splitlines()[-1].endswith("--resume draws the others")
     assert "Traceback" not in said and "Process" not in said
     assert (tmp_path / "frames.unfinished").is_dir()
 
@@ -287,11 +287,11 @@ def test_a_claim_on_what_was_just_let_go_is_not_one(tmp_path, monkeypatch) -> No
 
 
 @pytest.mark.parametrize("words, message", [
-    (["--scheduler", "ADDRESS", "-m", "auto"], "with --scheduler name a method"),
+    (["--scheduler", "ADDRESS", "-m", "auto"], "with --scheduler, name the method"),
     (["--scheduler", "ADDRESS", "--statistics"], "leave --scheduler out"),
     (["--scheduler", "ADDRESS", "--explain"], "leave --scheduler out"),
     (["--scheduler", "ADDRESS", "--integrator", "path", "--noise", "0.1"], "give samples"),
-    (["--scheduler", "ADDRESS", "--first-hits", "rasterised"], "whole pictures"),
+    (["--scheduler", "ADDRESS", "--first-hits", "rasterised"], "the whole picture"),
     (["--scheduler", "tcp://127.0.0.1:1"], "no Dask scheduler answers"),
     (["--resume"], "--resume needs --frames or --scheduler")])
 def test_mistakes_are_one_line_and_leave_nothing(words: list, message: str, tmp_path, monkeypatch,
