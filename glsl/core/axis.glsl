@@ -1,6 +1,6 @@
-// Axes by their number, as the nodes of kd-trees and of the like name theirs.
+// Axes by number, as the nodes of kd-trees and similar trees store them.
 
-const int LEAF = 3;   // from here on an axis is a leaf's number
+const int LEAF = 3;   // in place of an axis, marks a leaf
 
 float along(int axis, vec3 v) {
     return axis == 0 ? v.x : (axis == 1 ? v.y : v.z);

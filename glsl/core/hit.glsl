@@ -1,5 +1,5 @@
-// The nearest hit so far. Until there is one, hit.t holds the end of the ray: t is always how far
-// it still pays to search. Of triangles at exactly the same t the lowest index wins.
+// The nearest hit so far. Before the first hit, `triangle` is NO_TRIANGLE and `t` is the ray's t_max, so
+// that t is always the end of the search. Among triangles at exactly the same t the lowest index wins.
 
 Hit no_hit(float t_max) {
     return Hit(t_max, 0.0, 0.0, NO_TRIANGLE);
@@ -9,7 +9,8 @@ bool hit_found(Hit hit) {
     return hit.triangle != NO_TRIANGLE;
 }
 
-// Any hit will do for a shadow ray: a kernel that asks this ends as soon as it is true.
+// Whether the search may stop. A shadow ray stops at any hit; a kernel that calls this ends when it is
+// true.
 bool search_over(Hit hit) {
 #ifdef ANY_HIT
     return hit_found(hit);

@@ -1,6 +1,6 @@
-// What a ray waits for: phase k > 0 is the method's kernel k (the method's row numbers and names
-// them, so that a kernel `down` is phase DOWN); the others wait for nothing.
+// Phases of a ray. Phase k > 0 means that the ray waits for the method's kernel k. The method's row numbers
+// and names its kernels: the phase of a kernel `down` is DOWN. A ray in a phase below has ended.
 
 const int DONE = 0;
 const int UNFINISHED = -1;   // stopped by the step cap
-const int OVERFLOWN = -2;    // stopped by a stack that is full
+const int OVERFLOWN = -2;    // stopped by a full stack

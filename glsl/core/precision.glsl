@@ -1,11 +1,11 @@
-// Emulation of period number formats: STORAGE_FORMAT is what textures hold, ARITHMETIC_FORMAT what
-// every result of a kernel is rounded to. Kernels write R(a * b) for a result; without a format R
-// and `stored` are nothing and cost nothing. The twin of gpgpu_rt/gl/precision.py.
+// Emulation of period number formats. STORAGE_FORMAT is the format of textures; every result of a kernel
+// is rounded to ARITHMETIC_FORMAT. Kernels write R(a * b) for a result. Without a format R and `stored`
+// are empty macros and cost nothing. The twin of gpgpu_rt/gl/precision.py.
 //
-// A result is rounded after it was computed in float32; rounding twice differs from a unit
-// of that width in at most some tenths of a percent of products and quotients.
+// A result is computed in float32 and then rounded. This double rounding differs from an arithmetic unit
+// of the narrow format in at most a few tenths of a percent of products and quotients.
 
-const float INFINITE = uintBitsToFloat(0x7f800000u);   // where a ray without an end ends
+const float INFINITE = uintBitsToFloat(0x7f800000u);   // t_max of a ray without an end
 
 #if defined(STORAGE_FORMAT) || defined(ARITHMETIC_FORMAT)
 
@@ -24,7 +24,7 @@ float rounded(float x, uint dropped, float smallest, float quantum, float larges
 #endif
     float normal = uintBitsToFloat(bits & ~below);
     float result = clamp(abs(x) < smallest ? multiple * quantum : normal, -largest, largest);
-    return abs(x) <= 3.402823466e38 ? result : x;   // infinity is no number to round
+    return abs(x) <= 3.402823466e38 ? result : x;   // infinities and NaN stay as they are
 }
 
 #endif
@@ -61,7 +61,7 @@ vec3 R(vec3 v) {
 #define ARITHMETIC_UNIT 5.9604645e-8   // of float32
 #endif
 
-// Sums and products of which each result is rounded.
+// Dot and cross product with every intermediate result rounded.
 
 float R_dot(vec3 a, vec3 b) {
     PRECISE vec3 p = R(a * b);

@@ -1,12 +1,12 @@
-// Bounds in steps of the scene's box, rounded outward by the builder against the very expression here,
-// so that every box holds what it held.
+// Bounds in steps of the scene's box. The builder rounds them outward by the same expression as here, so
+// that a quantised box contains the exact box.
 
 #ifdef QUANTISED_NODES
 
 uniform vec3 quantum;
 
-// Read once: llvmpipe fetches a uniform lane by lane wherever it is named, also in a loop. A mere copy
-// would be named again there; a result is kept.
+// Read `quantum` once: llvmpipe fetches a uniform lane by lane at each use, also in a loop. The compiler
+// would replace a plain copy by the uniform, so store the result of an operation.
 vec3 bound_step = max(quantum, vec3(0.0));
 
 vec3 decoded(uint x, uint y, uint z) {

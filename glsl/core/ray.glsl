@@ -1,5 +1,5 @@
-// A ray, and what is derived from it once a pass: it is set up from its two texels and never
-// written back.
+// A ray and the values derived from it. Each pass sets the ray up from its two texels; no pass writes it
+// back.
 
 struct Ray {
     vec3 origin;
@@ -7,17 +7,17 @@ struct Ray {
     vec3 direction;
     float t_max;
     vec3 inv_dir;    // finite: a zero component counts as TINY_DIRECTION
-    bvec2 dominant;  // which component is largest: x, y, or else z
+    bvec2 dominant;  // the largest component: x, y, or (if both are false) z
     vec3 shear;      // (x / z, y / z, 1 / z) of the direction, axes permuted so z is dominant
-    vec3 lo_origin;  // what the two corners of a box are measured from: see box.glsl
+    vec3 lo_origin;  // origins for the lower and upper box corners: see box.glsl
     vec3 hi_origin;
 #ifdef AFTER_HIT
-    int after;       // of the triangles at t_min only those above it count
+    int after;       // at t_min only triangles with a higher index count
 #endif
 };
 
-// Directions are scaled so that their largest component lies in [0.5, 1) (rays made here are of
-// unit length), so this is far below anything that moves a ray across a scene.
+// Smallest component for the inverse direction. Directions are scaled so that their largest component
+// lies in [0.5, 1), or have unit length; a component this small does not move a ray across any scene.
 const float TINY_DIRECTION = 1e-20;
 
 vec3 permuted(bvec2 dominant, vec3 v) {

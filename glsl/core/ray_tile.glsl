@@ -1,4 +1,4 @@
-// The rays of the tile that a fragment stands for: TILE a side, fewer at the edges.
+// Loop over the rays of the fragment's tile: TILE x TILE rays, fewer at the edges of the ray texture.
 
 uniform ivec2 ray_texture_size;
 

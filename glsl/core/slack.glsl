@@ -1,37 +1,37 @@
-// How far boxes are widened, so that no rounding loses a box that holds a hit. The origin that a box's
-// corners are measured from is moved for this, once a ray.
+// The widening of boxes, so that rounding never loses a box that contains a hit. Instead of each box, the
+// origin from which its corners are measured is moved, once a ray.
 //
 // Let u be ARITHMETIC_UNIT, and M the largest distance between origin and scene along any axis. The
-// largest along the box's own axis is too little: the watertight test shears depth along the dominant
-// axis onto the other two. A scene in y = 0 and an origin next to it differ by nothing along y, yet
-// the test's t is off by several u M. The errors along an axis, to first order in u (the steps are
-// those of gpgpu_rt/reference/error_bounds.py):
+// distance along the box's own axis is not enough, since the watertight test shears depth along the
+// dominant axis onto the other two axes. For example, a scene in y = 0 and an origin next to it have no
+// distance along y, yet the test's t is off by several u M. The errors along an axis, to first order in u
+// (the steps are those of gpgpu_rt/reference/error_bounds.py):
 //
 //   6 u M             A sheared corner: u M by the subtraction, 3 u M by the product, 2 u M by the
-//                     sum. Edge functions have the right signs for the corners as computed. So a ray
-//                     that is accepted passes the triangle no farther off than this.
+//                     sum. Edge functions have the right signs for the corners as computed. An
+//                     accepted ray therefore passes the triangle at most this far away.
 //   2 u M (6 k + 1)   The hit's place. t is a mean of the corners' depths, weighted by the edge
 //                     functions. Let X and Y, at most 2 M, be the largest |x| and |y| of the sheared
-//                     corners, and X Y / k the sum of the weights. A weight is off by 2 u X Y, and by
-//                     u of itself.
+//                     corners, and X Y / k the sum of the weights. The error of a weight is 2 u X Y
+//                     plus u times the weight.
 //   7 u M             t: weights, sums, 1 / determinant, 1 / direction.
 //   5 u M             The slab's t: M itself, a difference, the inverse direction, a product.
 //
 // The sum, 20 u M + 12 k u M, is below BOX_SLACK M for k up to 3.6. A triangle that fills half of its
-// sheared box has k of 1 at most. In a plane across an axis k depends on the triangle's shape alone,
+// sheared box has k <= 1. In a plane across an axis k depends on the triangle's shape alone,
 // however flat a ray meets it: the shear then scales X, Y and the sum of the weights alike. Oblique
 // needles, and oblique planes met almost edge on, have a larger k: their t may lie outside their box.
-// Such a hit is lost where the search begins or ends between its t and its box; docs/extremes.md
+// The search loses such a hit if the search begins or ends between t and the box; docs/extremes.md
 // says how often.
 //
-// SPACING of the origin, at least half the distance to the next number, is added: else, in a scene
-// far from 0, the sum would round back to the origin and widen nothing.
+// SPACING times the origin is added. It is at least half the distance to the next float: otherwise, in a
+// scene far from 0, the sum would round back to the origin and widen nothing.
 
 uniform vec3 scene_lo;
 uniform vec3 scene_hi;
 
 const float BOX_SLACK = 64.0 * ARITHMETIC_UNIT;   // 3.8e-6 in float32
-const float SPACING = 2.0 * ARITHMETIC_UNIT;      // of numbers, relative to them, at most
+const float SPACING = 2.0 * ARITHMETIC_UNIT;      // largest relative distance of neighbouring floats
 
 vec3 box_slack(vec3 origin) {
     vec3 reach = R(max(abs(scene_lo - origin), abs(scene_hi - origin)));

@@ -1,12 +1,12 @@
-// The element of a stream that a fragment stands for: streams wrap in rows as tables do.
+// The stream element of a fragment. Streams wrap in rows as tables do.
 
 #include "core/fetch.glsl"
 
-uniform int last_element;   // of those drawn
+uniform int last_element;   // index of the last element drawn
 
-// Fragments that only complete a block of four run as well, and what they do is thrown away. They
-// stand for the last element: past it a loop might find no end, and a renderer with a limit on
-// iterations would stop that of their neighbours too.
+// Fragments that only complete a block of four also run, and their results are discarded. They process
+// the last element: past the last element a loop might never end, and a renderer with a limit on iterations
+// would stop the loops of the neighbouring fragments too.
 int element() {
     ivec2 texel = ivec2(gl_FragCoord.xy);
     return min(texel.x + (texel.y << TABLE_WIDTH_LOG2), last_element);

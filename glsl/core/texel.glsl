@@ -1,7 +1,8 @@
-// TEXEL(texels, step, pixel) is a texel of a texture, `step` the distance of its texels. It samples: what
-// is read here has one level and no filter, and a texel's middle, rounded, lies within it, so that this is
-// the same texel in any control flow. llvmpipe asks texelFetch for each lane's level and its size, at
-// twice the instructions. With TEXEL_FETCH (period hardware's cost model) the fetch is what it says.
+// TEXEL(texels, step, pixel) reads a texel of a texture; `step` is the distance of two texels in texture
+// coordinates. The macro samples at the texel's centre. The textures have one level and no filter, and the
+// rounded centre lies within the texel, so that sampling returns the same texel as texelFetch in any control
+// flow. On llvmpipe texelFetch computes level and size for each lane, with twice the instructions.
+// TEXEL_FETCH selects texelFetch, for the cost model of period hardware.
 
 #ifdef TEXEL_FETCH
 #define TEXEL(texels, step, pixel) texelFetch(texels, pixel, 0)

@@ -1,11 +1,11 @@
-// An atlas of tiles side by side, each as large as the state textures: the layers of a layered
-// texture, which this platform does not offer.
+// An atlas of tiles side by side, each as large as the state textures. Tiles replace the layers of a
+// layered texture, which this platform does not offer.
 
 uniform ivec2 tile_size;
 uniform int tiles_a_row;
 
-// Integers are divided in float32, as the hardware of the time would and software renderers do
-// faster: a half keeps quotients, below 2^22, farther from whole numbers than their error.
+// Divide integers in float32, as period hardware did; software renderers are faster that way too. The
+// added half keeps quotients below 2^22 farther from whole numbers than their rounding error.
 ivec2 tile_of(ivec2 texel) {
     return ivec2((vec2(texel) + 0.5) / vec2(tile_size));
 }
