@@ -1,30 +1,32 @@
 // Ray against triangle. All tests read the same record and report u, v with
-// p = (1 - u - v) v0 + u v1 + v v2; none culls back faces, and a triangle without area is never
-// hit.
+// p = (1 - u - v) v0 + u v1 + v v2; no test culls back faces, and a triangle
+// without area is never hit.
 //
 // INTERSECTION_WOOP_WATERTIGHT: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2013,
-// without its fallback to a wider format. Each edge function is computed from its two vertices
-// alone and only changes sign for the neighbour across the edge, so no ray slips between two
-// triangles. The axes are permuted without a swap: both windings are accepted.
-// We add that the ray must pass through the sheared triangle's box. Rounding never turns the sign of
-// an edge function but can make it zero, and three zeros are a hit: without the box a tiny triangle
-// is "hit" from far away. The comparisons are exact, so the box loses no ray that is inside.
+// without its fallback to a wider format. An edge function depends on its two vertices only,
+// and the neighbour across the edge computes the same value with the opposite sign, so that no ray leaks
+// between two triangles. The axes are permuted without a swap: both windings are accepted.
+// Addition: the ray must also pass through the sheared triangle's box. Rounding never flips the sign of an
+// edge function but can make it zero, and three zeros count as a hit: without the box a tiny triangle
+// would be "hit" from far away. The comparisons are exact, so the box loses no ray that is inside.
 //
 // INTERSECTION_MOLLER_TRUMBORE: Moeller and Trumbore, "Fast, Minimum Storage Ray/Triangle
-// Intersection", 1997, with the determinant compared to zero alone.
+// Intersection", 1997, with the determinant compared only to zero.
 //
 // INTERSECTION_PLUCKER: signed volumes of the ray and each edge (Plucker coordinates; Amanatides and
-// Choi 1997), vertices moved to the ray's origin. Zero is widened by one ulp of the volumes' sum.
+// Choi 1997), with vertices relative to the ray's origin. A volume within one ulp of the volumes' sum counts
+// as zero.
 //
 // INTERSECTION_KENSLER_SHIRLEY: Kensler and Shirley, "Optimizing Ray-Triangle Intersection via
-// Automated Search", 2006: the ordering with two cross products, of which one is the normal.
+// Automated Search", 2006: the variant with two cross products, one of them the normal.
 
 #ifdef IMAGE_CELLS
 #include "methods/geometry_image/image_triangles.glsl"
 #endif
 
-// Hits are in the order of (t, index). A ray that goes on behind a hit (AFTER_HIT) has that hit's t
-// as t_min, and of what lies at just that t it takes what comes later in the order.
+// Keep a hit if it comes before the nearest hit so far in the order of (t, index). A ray that continues
+// behind a hit (AFTER_HIT) has the hit's t as t_min; at exactly this t it accepts only triangles with a
+// higher index.
 void accept(Ray ray, float t, float u, float v, int index, inout Hit hit) {
 #ifdef AFTER_HIT
     bool ahead = t > ray.t_min || (t == ray.t_min && index > ray.after);
@@ -38,8 +40,8 @@ void accept(Ray ray, float t, float u, float v, int index, inout Hit hit) {
 
 #ifdef INTERSECTION_WOOP_WATERTIGHT
 
-// A corner as the ray sees it, from its place relative to the origin with the axes permuted: sheared
-// onto the ray's axis, and its depth along it.
+// Shear a corner, given relative to the origin with permuted axes, onto the ray's axis: x and y are its
+// offset from the ray, z is its depth.
 vec3 sheared(Ray ray, vec3 p) {
     PRECISE vec2 xy = R(p.xy - R(ray.shear.xy * p.z));
     return vec3(xy, p.z);
@@ -50,11 +52,11 @@ float edge_function(vec3 p, vec3 q) {
     return area;
 }
 
-// What signs three numbers have, from the order of their bits as integers: of floats llvmpipe's minimum
-// also asks whether they are numbers, and comparisons joined by `and` wait for one another. Bits that are
-// no number count for any sign: then so are those of det and t, and nothing is hit.
+// The signs of three numbers by the order of their bits as integers. llvmpipe's minimum of floats also
+// checks for NaN, and comparisons joined by `and` wait for one another. A NaN may count as any sign: det
+// and t are then NaN too, and nothing is hit.
 
-const uint MINUS_ZERO = 0x80000000u;    // without a sign bit, above those of what is not negative
+const uint MINUS_ZERO = 0x80000000u;    // as unsigned: above all floats without a sign bit
 
 bool none_below_zero(vec3 v) {
     uvec3 bits = floatBitsToUint(v);
@@ -76,7 +78,7 @@ bool all_below_zero(vec3 v) {
     return min(min(bits.x, bits.y), bits.z) > MINUS_ZERO;
 }
 
-// Triangle i by its corners relative to the origin, axes permuted.
+// Test triangle i, whose corners are relative to the origin with permuted axes.
 void test_corners(Ray ray, vec3 v0, vec3 v1, vec3 v2, int i, inout Hit hit) {
     vec3 a = sheared(ray, v0);
     vec3 b = sheared(ray, v1);
@@ -99,7 +101,7 @@ void test_corners(Ray ray, vec3 v0, vec3 v1, vec3 v2, int i, inout Hit hit) {
     }
 }
 
-// A corner relative to an origin whose axes are permuted already.
+// The corner with permuted axes, relative to `start`, the origin with permuted axes.
 vec3 seen_from(vec3 start, bvec2 dominant, vec3 corner) {
     PRECISE vec3 p = R(permuted(dominant, corner) - start);
     return p;
