@@ -1,16 +1,16 @@
-// The light that a vertex of a path asks: chosen from a table by Walker's alias method (1977), as
-// gpgpu_rt/scene/light_choice.py makes it, and a place on it. What surrounds the scene has no
-// place: asked_surroundings.glsl goes on from there.
+// Light sampling at a vertex of a path: choose a light by Walker's alias method (1977), from the table of
+// gpgpu_rt/scene/light_choice.py, and a point on the light. The surroundings of the scene have no point:
+// asked_surroundings.glsl samples a direction towards them.
 
 uniform int light_count;
-uniform float light_density;    // of places by area, over the luminance of their emission
+uniform float light_density;    // density of sampled points by area, over the luminance of their emission
 
 struct AskedLight {
     vec3 place;
-    vec3 normal;        // of a triangle's; zero for a point
-    vec3 strength;      // radiance of a triangle; of a point, irradiance over its probability
-    float blur;         // how far before its place the light itself may be met
-    bool far;           // it is what surrounds the scene
+    vec3 normal;        // of a triangle; zero for a point light
+    vec3 strength;      // radiance of a triangle; for a point light, irradiance over its probability
+    float blur;         // the shadow ray must end this far before the light's surface
+    bool far;           // the light is the surroundings of the scene
 };
 
 AskedLight ask_light(vec4 random) {

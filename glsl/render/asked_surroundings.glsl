@@ -1,16 +1,17 @@
-// What surrounds the scene as a light that paths ask: an image by how bright it is, which counts as
-// triangles that emit do; a sky, which is even, by a second direction of those that the surface may
-// send a path to: both are as good, and count by how often they are drawn. Comes after scatter.glsl,
-// surroundings.glsl, luminance.glsl and both_ways.glsl.
+// Light sampling of the surroundings. Directions towards an image are sampled by its brightness and weighed
+// as points on emitting triangles are. A sky is even: it is sampled by a second direction from the
+// surface's own distribution. This direction and the path's own are equally good, and are weighed by how
+// often they are drawn. Include after scatter.glsl, surroundings.glsl, luminance.glsl and both_ways.glsl.
 
-uniform int far_light;      // its number among lights
-uniform float far_chance;   // that it is the one asked
+uniform int far_light;      // the surroundings' number among the lights
+uniform float far_chance;   // the probability that light sampling chooses them
 
 #ifdef ASKED_IMAGE
 #include "render/image_light.glsl"
 #endif
 
-// What of it leaves a surface along the ray unless something is between, and from which direction.
+// The light from the surroundings that the surface sends along the ray if nothing is in between, and the
+// sampled direction towards the surroundings.
 vec3 surroundings_asked(Surface surface, Scatter scatter, vec4 random, out vec3 direction) {
 #ifdef ASKED_IMAGE
     if (surroundings_kind == IMAGE_KIND) {
@@ -29,7 +30,7 @@ vec3 surroundings_asked(Surface surface, Scatter scatter, vec4 random, out vec3 
                               : vec3(0.0);
 }
 
-// Of a path that leaves the scene: how much what it meets counts, by the density of its direction.
+// The weight of the surroundings' light for a path that leaves the scene, by the density of its direction.
 float surroundings_share(vec3 direction, vec3 radiance, float density) {
     if (density == 0.0 || far_chance == 0.0) {
         return 1.0;

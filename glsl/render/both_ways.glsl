@@ -1,9 +1,9 @@
-// Light that can be found in two ways counts by how likely each was to find it there: the power
-// heuristic, exponent 2 (Veach and Guibas 1995). The twin: `_power_weight` of
+// Multiple importance sampling by the power heuristic with exponent 2 (Veach and Guibas 1995): weighs two
+// strategies that can find the same light by their densities. The twin: `_power_weight` of
 // gpgpu_rt/reference/path.py.
 
-// Of one way, whose density is ``mine``: the share that it counts, over that density. Zero where it
-// would never come there.
+// The weight of the strategy with density ``mine``, divided by that density. Zero where the strategy never
+// samples the direction.
 float power_weight(float mine, float other) {
     float most = max(mine, other);
     vec2 part = vec2(mine, other) / most;

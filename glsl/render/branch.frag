@@ -1,7 +1,7 @@
 #version 330 core
-// The rays that go on from hits (Whitted 1980): reflected, or with REFRACTED refracted, each with the
-// share of its light that reaches the pixel. A fragment without one is left as it was cleared, an
-// empty ray, so that an occlusion query around this pass tells whether there are any.
+// Write the rays that continue from hits (Whitted 1980): reflected rays, or with REFRACTED refracted rays,
+// each with the share of its light that reaches the pixel. A fragment without such a ray discards, and its
+// texels stay cleared, an empty ray. An occlusion query around this pass thus tells whether rays exist.
 
 #include "core/fetch.glsl"
 #include "core/precision.glsl"
@@ -25,7 +25,7 @@ const bool REFRACTS = true;
 const bool REFRACTS = false;
 #endif
 
-uniform bool first_wave;    // whose rays come from the eye, with all their weight
+uniform bool first_wave;    // the incoming rays are eye rays, of weight 1
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);

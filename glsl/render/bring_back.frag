@@ -1,5 +1,5 @@
 #version 330 core
-// What a packed path has found so far, as it is.
+// Copy the light that a packed path has found so far.
 
 #include <streams>
 

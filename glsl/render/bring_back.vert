@@ -1,11 +1,12 @@
 #version 330 core
-// What a packed path has found goes back to the texel that it came from: a point a path.
+// Place a point for each packed path at the texel that the path came from; bring_back.frag copies its
+// light.
 
 #include <sources>
 #include "stages/sorted_place.glsl"
 
 uniform ivec2 size;         // of the wave
-uniform int squares_a_row;   // squares of the textures that paths are in
+uniform int squares_a_row;   // squares per row of the textures that hold the packed paths
 
 flat out ivec2 source;
 

@@ -1,26 +1,26 @@
 // Light at a smooth border between two transparent media, unpolarised: Fresnel's equations and
 // Snell's law, exact (Born and Wolf, "Principles of Optics", 1.5), total internal reflection
-// included. ``ior`` is the refractive index behind the border over that before it, ``cosine`` that
-// of the incoming ray with the border's normal on its own side. The twin, in float64:
-// gpgpu_rt/reference/sampling.py.
+// included. ``ior`` is the refractive index behind the border over the index before it. ``cosine``
+// is the cosine between the reversed incoming ray and the border's normal on the ray's side. The twin, in
+// float64: gpgpu_rt/reference/sampling.py.
 //
-// Where we depart from the textbook is in how differences of nearly equal numbers are written: with
+// Departure from the textbook: differences of nearly equal numbers are written in another form. With
 // s^2 = (1 - c)(1 + c) and g = ior cos t,
 //     c - g = (1 - ior^2) / (c + g),   ior^2 c - g = (1 - ior^2)(s^2 - ior^2 c^2) / (ior^2 c + g)
-// so that neither amplitude is lost where the media are nearly alike, nor towards the critical angle.
+// neither amplitude loses its digits for nearly equal media or near the critical angle.
 
 float sine_squared(float cosine) {
     return max((1.0 - cosine) * (1.0 + cosine), 0.0);
 }
 
-// The cosine on the other side times ior, 0 where nothing goes there.
+// The cosine on the other side times ior; 0 under total reflection.
 float refracted_cosine(float cosine, float ior) {
     float square = cosine < 0.7 ? (ior - 1.0) * (ior + 1.0) + cosine * cosine
                                 : ior * ior - sine_squared(cosine);
     return sqrt(max(square, 0.0));
 }
 
-// The share that is reflected, in [0, 1].
+// The reflected share of the light, in [0, 1].
 float fresnel(float cosine, float ior) {
     float g = refracted_cosine(cosine, ior);
     float apart = (1.0 - ior) * (1.0 + ior);
@@ -31,8 +31,8 @@ float fresnel(float cosine, float ior) {
     return g > 0.0 ? min(0.5 * (across * across + along * along), 1.0) : 1.0;
 }
 
-// Where the rest goes: a unit direction for a unit one that goes against ``normal``. Of no use
-// where ``fresnel`` is 1.
+// The refracted unit direction, for a unit direction that points against ``normal``. Undefined where
+// ``fresnel`` is 1.
 vec3 refracted(vec3 direction, vec3 normal, float cosine, float ior) {
     float g = refracted_cosine(cosine, ior);
     float along = (1.0 - ior) * (1.0 + ior) / (cosine + g);

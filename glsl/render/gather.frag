@@ -1,6 +1,6 @@
 #version 330 core
-// What a light adds to pixels, blended onto the sum of those before: what arrives anyway, and the
-// light itself where no shadow ray hit, each by its path's weight.
+// Add a light's contribution to the sum of each pixel by blending: unshadowed light (`lit`), and direct
+// light where no shadow ray hit, both times the weight of the pixel's path.
 
 #include <streams>
 #include "core/hit.glsl"

@@ -1,17 +1,17 @@
-// Directions towards an image that surrounds a scene, as likely as it is bright there. The twin, which
-// says how they are drawn: gpgpu_rt/scene/image_light.py. Comes after surroundings.glsl,
+// Sample directions towards an image around the scene with a density proportional to its brightness. The
+// twin, gpgpu_rt/scene/image_light.py, documents the algorithm. Include after surroundings.glsl,
 // sample.glsl and luminance.glsl.
 
-uniform sampler2D surroundings_sums;    // of the cells of a row, as probabilities
-uniform float image_density;            // of directions, over luminance, were all rows as long
+uniform sampler2D surroundings_sums;    // cumulative probabilities of the cells of each row
+uniform float image_density;            // density over luminance, if all rows had the same length
 
 struct FarLight {
     vec3 direction;
     vec3 radiance;
-    float bright;       // how likely the direction is, times the cosine of its latitude
+    float bright;       // density of the direction, times the cosine of its latitude
 };
 
-// The density of a direction, times the cosine of its latitude; by the radiance from there.
+// The density of a direction, times the cosine of its latitude, from the radiance in this direction.
 float image_bright(int row, vec3 radiance) {
     return image_density * luminance(radiance) * surroundings_row_cosine(row);
 }
@@ -26,7 +26,7 @@ float cell_sum(int row, int column) {
     return texelFetch(surroundings_sums, ivec2(column, row), 0).r;
 }
 
-// A place in [0, 1] by a density that goes in a line.
+// Sample a position in [0, 1] with a density that is linear from `here` to `there`.
 float sample_linear(float here, float there, float random) {
     float root = sqrt(mix(here * here, there * there, random));
     return random * (here + there) / max(here + root, 1e-30);
@@ -63,7 +63,8 @@ FarLight ask_image(vec2 random) {
     vec3 ends[2] = vec3[2](mix(upper[0], lower[0], part.y), mix(upper[1], lower[1], part.y));
     part.x = sample_linear(luminance(ends[0]), luminance(ends[1]), part.x);
     vec3 radiance = mix(ends[0], ends[1], part.x);
-    // Half of the latitude and a quarter of the longitude, for which sine and cosine are good.
+    // Compute with half of the latitude and a quarter of the longitude, for which the polynomials of sine
+    // and cosine are accurate.
     float first = max(float(row) - 0.5, 0.0);
     float last = min(float(row) + 0.5, float(size.y));
     vec2 up = sine_and_cosine(SAMPLE_PI * (0.25 - 0.5 * mix(first, last, part.y) / float(size.y)));

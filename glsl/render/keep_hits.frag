@@ -1,5 +1,5 @@
 #version 330 core
-// A copy of hits, for lights after the first: shadow rays are traced where hits were.
+// Copy the hits for the lights after the first: tracing shadow rays overwrites the hits.
 
 #include "core/precision.glsl"
 #include <streams>

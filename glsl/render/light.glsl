@@ -1,7 +1,8 @@
-// One light and a surface: where the shadow ray goes, and what arrives if nothing is in its way.
+// Direct light from one light: the shadow ray from the surface, and the light that arrives if nothing
+// blocks it.
 
-uniform vec3 light_position;    // of a point, or the first corner of a triangle that emits
-uniform vec3 light_intensity;   // of a point; of a triangle, radiance times area over pi
+uniform vec3 light_position;    // position of a point light, or first corner of an emitting triangle
+uniform vec3 light_intensity;   // intensity of a point light; for a triangle, radiance times area over pi
 
 #include "render/light_end.glsl"
 #if defined(AREA_LIGHTS) || defined(GLOSSY)
@@ -12,13 +13,13 @@ uniform vec3 light_intensity;   // of a point; of a triangle, radiance times are
 #include "render/random.glsl"
 
 uniform bool light_is_area;
-uniform vec3 light_edge_u;      // from the first corner to the others
+uniform vec3 light_edge_u;      // edges from the first corner to the second and third
 uniform vec3 light_edge_v;
 uniform vec2 light_place;       // in the unit square, the same for all pixels
-uniform ivec2 corner;           // of what is drawn, in the picture
+uniform ivec2 corner;           // of the drawn region, in the picture
 
-// The places that a pixel takes are those of all others, moved around the square by numbers of its
-// own (Cranley and Patterson 1976): errors become noise instead of edges of many shadows.
+// All pixels use the same sample points, shifted around the unit square by random numbers of the pixel
+// (Cranley and Patterson 1976): errors become noise instead of the edges of several shadows.
 vec3 place_on_light(ivec2 pixel) {
     vec2 moved = random_numbers(random_counter(uvec2(corner + pixel), 0u, 0u, 0u, 0u)).xy;
     vec2 uv = sample_triangle(fract(light_place + moved));
@@ -27,8 +28,8 @@ vec3 place_on_light(ivec2 pixel) {
 #endif
 
 #ifdef GLOSSY
-// A lobe around the mirror's direction, of which no more leaves than arrives (Lafortune and Willems
-// 1994), times pi: intensities are irradiances over pi.
+// A lobe around the mirror direction that conserves energy (Lafortune and Willems 1994), times pi: light
+// intensities are irradiances over pi.
 vec3 glossy_light(Surface surface, vec3 to_light, vec3 direction) {
     float exponent = glossy_exponent(surface.material);
     float cosine = dot(to_light, reflect(direction, surface.normal));
@@ -68,7 +69,7 @@ void light_surface(Rays ray, Hit hit, Surface surface, ivec2 pixel) {
 #ifdef AREA_LIGHTS
     if (light_is_area) {
         vec3 normal = normalize(cross(light_edge_u, light_edge_v));
-        float facing = abs(dot(normal, shadow.direction));   // it shines both ways
+        float facing = abs(dot(normal, shadow.direction));   // both sides emit
         falloff = facing / (distance * distance);
         shadow.t_max = shadow_end(distance, place_error(place, light_edge_u, light_edge_v), facing);
         cosine = facing > 0.0 ? cosine : 0.0;

@@ -1,10 +1,10 @@
-// Where light goes on from a surface that mirrors or lets light through (Whitted 1980). Comes after
-// surface.glsl, and after fresnel.glsl where there are DIELECTRICS.
+// The reflected or refracted ray at a mirror or dielectric surface (Whitted 1980). Include after
+// surface.glsl, and under DIELECTRICS after fresnel.glsl.
 
 struct Onward {
     vec3 direction;
-    vec3 share;     // of the light from there, that goes back along the ray; zero: nothing goes on
-    vec3 side;      // the flat normal on the side that the direction leaves to
+    vec3 share;     // of that direction's light that goes back along the ray; zero: no ray continues
+    vec3 side;      // the flat normal on the side of the outgoing direction
 };
 
 // The reflected direction, or the refracted one.
@@ -26,7 +26,7 @@ Onward onward(Surface surface, vec3 incoming, bool refracts) {
         }
     }
 #endif
-    // A normal that was blended may send a ray through the triangle: the flat one does not.
+    // A blended normal may send the ray to the wrong side of the triangle: reflect it by the flat normal.
     if (dot(on.direction, on.side) <= 0.0) {
         on.direction = reflect(on.direction, on.side);
     }

@@ -1,13 +1,13 @@
 #version 330 core
-// Whether a texel holds a path that goes on, in the order of squares of texels: what a scan begins
-// with. Squares may stand out over the edge.
+// Flag the texels that hold a live path, in the order of squares of texels; a scan of these flags follows.
+// Squares may extend beyond the edge of the texture.
 
 #include <streams>
 #include "core/stream.glsl"
 #include "stages/sorted_place.glsl"
 
 uniform ivec2 size;         // of the textures
-uniform int squares_a_row;   // squares of them
+uniform int squares_a_row;   // squares per row of the textures
 
 void main() {
     ivec2 texel = sorted_pixel(element(), squares_a_row);

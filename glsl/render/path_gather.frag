@@ -1,7 +1,7 @@
 #version 330 core
-// What a vertex adds to its path, blended onto what it has found before: what it met, and the light
-// that it asked where no shadow ray hit. A path that adds nothing and goes no further is left out, so
-// that an occlusion query around this pass tells when no vertex more is needed.
+// Add a vertex's light to its path by blending: light met by the path (`lit`), and sampled light where no
+// shadow ray hit. A path that adds nothing and has ended discards, so that an occlusion query around this
+// pass tells when no further vertex is needed.
 
 #include <streams>
 #include "core/hit.glsl"

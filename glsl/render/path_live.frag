@@ -1,5 +1,5 @@
 #version 330 core
-// The paths that go on: an occlusion query around this pass tells how many they are.
+// Discard ended paths: an occlusion query around this pass counts the live paths.
 
 #include <streams>
 

@@ -1,6 +1,6 @@
 #version 330 core
-// Marks the texels of paths that had ended before the last vertex: in both of the textures that
-// vertices take turns to write there is nothing of them, and early depth may leave them out.
+// Mark the texels of paths that ended before the last vertex. Both textures that vertices write in
+// alternation are empty there, so early depth may skip these texels.
 
 #include <streams>
 

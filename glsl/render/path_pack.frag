@@ -1,15 +1,15 @@
 #version 330 core
-// Paths that go on, side by side: a ray, what it weighs, what its path has found, and the texel of the
-// wave that it came from. Texels past the last one take an empty ray.
+// Copy the live paths side by side: the ray, its weight, the light found so far, and the texel of the wave
+// that the path came from. Texels past the last live path get an empty ray.
 
 #include "core/precision.glsl"
 #include <streams>
 #include "core/fetch.glsl"
 #include "stages/sorted_place.glsl"
 
-uniform int squares_a_row;       // squares of the textures drawn into
-uniform int from_squares_a_row;  // and of those that paths come from
-uniform int kept;
+uniform int squares_a_row;       // squares per row of the target textures
+uniform int from_squares_a_row;  // squares per row of the source textures
+uniform int kept;                // number of live paths
 
 void main() {
     int place = sorted_place(ivec2(gl_FragCoord.xy), squares_a_row);

@@ -1,5 +1,5 @@
 #version 330 core
-// Paths begin: an eye ray through a place of the pixel that is drawn by lot.
+// Start the paths: an eye ray through a random position in the pixel.
 
 #include "core/precision.glsl"
 #include <streams>

@@ -1,7 +1,7 @@
 #version 330 core
-// What the samples of each pixel have found so far, one after another, so that the sums do not depend
-// on how many samples a wave holds; and nothing of them is lost: what each addition rounds off is
-// kept and taken to the next (Kahan, "Further Remarks on Reducing Truncation Errors", CACM 1965).
+// Add the samples of a wave to the sums of each pixel. The samples are added in their order, so that the
+// sums do not depend on the number of samples in a wave. The sums are compensated: the rounding error of
+// each addition is carried to the next (Kahan, "Further Remarks on Reducing Truncation Errors", CACM 1965).
 
 #include "core/precision.glsl"
 #include <streams>

@@ -1,5 +1,5 @@
 #version 330 core
-// Whether a tile of pixels holds a path that goes on: a texel a tile.
+// Find for each tile of pixels whether it holds a live path: one texel a tile.
 
 #include <streams>
 

@@ -1,7 +1,7 @@
 #version 330 core
-// A vertex of every path (Kajiya 1986): what it finds there, the shadow ray towards the light that it
-// asks, and the ray that it goes on by, if any. The twin, in float64, names the papers and says
-// what is weighed how: gpgpu_rt/reference/path.py.
+// Shade a vertex of every path (Kajiya 1986): write the light found there, the shadow ray towards the
+// sampled light, and the next ray of the path, if any. The float64 twin, gpgpu_rt/reference/path.py, names
+// the papers and documents the weights.
 
 #include "core/fetch.glsl"
 #include "core/precision.glsl"
@@ -31,12 +31,13 @@
 #include "render/asked_light.glsl"
 #endif
 
-uniform int vertex;         // its number; the eye's is 0
-uniform bool last;          // paths turn no more
-uniform int roulette;       // the vertex from which they end by chance
-uniform float most_survive;
+uniform int vertex;         // number of the vertex; the eye is 0
+uniform bool last;          // no path continues
+uniform int roulette;       // first vertex at which Russian roulette ends paths
+uniform float most_survive; // largest probability to survive Russian roulette
 
-// A ray without end that leaves the hit to this side; the offset of its start may take several tries.
+// A ray without an end that leaves the hit; it doubles the offset of its start while it hits its own
+// triangle.
 Rays leave(inout Spawn spawn, vec3 direction) {
     Rays ray = Rays(vec3(0.0), spawn_t_min(), direction, INFINITE);
     for (int tries = 0; tries < SPAWN_TRIES; ++tries) {
@@ -49,7 +50,7 @@ Rays leave(inout Spawn spawn, vec3 direction) {
 }
 
 #ifdef SHADOWS
-// Light that arrives by way of the vertex unless something is between.
+// The sampled light that the vertex sends along the path if nothing blocks the shadow ray.
 vec3 light_asked(Hit hit, Surface surface, Scatter scatter, ivec2 texel, inout Rays shadow) {
     vec4 random = walk_random(texel, vertex, 1u);
     AskedLight light = ask_light(random);
@@ -72,8 +73,8 @@ vec3 light_asked(Hit hit, Surface surface, Scatter scatter, ivec2 texel, inout R
     float facing = 1.0;
 #ifdef AREA_LIGHTS
     if (light.normal != vec3(0.0)) {
-        // The place is as likely, seen from here, as bright d^2 / facing; ``density`` is how likely
-        // the path would have come there by itself.
+        // As a density of directions, light sampling has bright d^2 / facing. ``density`` is the density of
+        // this direction for the path's own continuation.
         facing = abs(dot(light.normal, direction));
         float bright = light_density * luminance(light.strength);
         found *= facing * power_weight(bright * distance * distance, facing * density);
@@ -81,7 +82,7 @@ vec3 light_asked(Hit hit, Surface surface, Scatter scatter, ivec2 texel, inout R
 #endif
     if (max(max(found.r, found.g), found.b) > 0.0) {
         shadow = leave(spawn, direction);
-        // A start that has moved since it aimed looks past the place by as much.
+        // The start may have moved after the direction was computed, which displaces the end by as much.
         shadow.t_max = shadow_end(dot(light.place - shadow.origin, direction),
                                   light.blur + spawn.offset, facing);
     }

@@ -1,6 +1,6 @@
 #version 330 core
-// The picture, as sRGB: what was gathered; or, of a scene with one light and no bounces, light that
-// always arrives and direct light where no shadow ray hit.
+// Write the picture in sRGB: the gathered light; or, for a scene with one light and no bounces, unshadowed
+// light plus direct light where no shadow ray hit.
 
 #include <streams>
 #include "core/hit.glsl"
@@ -8,7 +8,7 @@
 out vec4 colour;
 
 #ifdef GATHERED
-uniform float sample_share;     // of the sum: 1 over how often the picture was drawn
+uniform float sample_share;     // 1 over the number of samples in the sum
 #endif
 
 void main() {

@@ -1,12 +1,12 @@
-// Random numbers without a state: a hash of which pixel, sample, bounce and purpose they are for, in
-// integers, so that every method, schedule and order of passes draws the same ones. "Counter-based"
+// Random numbers without a state: an integer hash of pixel, sample, bounce and purpose, so that every
+// method, schedule and order of passes draws the same numbers. "Counter-based"
 // as in Salmon, Moraes, Dror and Shaw, "Parallel Random Numbers: As Easy as 1, 2, 3", SC 2011; the
 // hash is pcg4d of Jarzynski and Olano, "Hash Functions for GPU Rendering", JCGT 9(3), 2020: Philox
 // needs the high half of a product, which GLSL 330 does not give. The twin of
 // gpgpu_rt/reference/random_numbers.py.
 
-// Where a block of four numbers goes: (pixel, sample, which). The last word holds 16 blocks a
-// bounce, 4096 bounces and 65536 seeds.
+// The counter of a block of four numbers: pixel, sample, and a word for the purpose. This word has space
+// for 16 blocks a bounce, 4096 bounces and 65536 seeds.
 uvec4 random_counter(uvec2 pixel, uint path_sample, uint bounce, uint block, uint seed) {
     return uvec4(pixel, path_sample, (seed << 16) | (bounce << 4) | block);
 }
@@ -25,8 +25,8 @@ uvec4 random_bits(uvec4 v) {
     return v;
 }
 
-// Numbers in (0, 1): the middles of 2^23 cells, exact in float32 and never 0 or 1, so that logarithms
-// and quotients of them need no guard.
+// Numbers in (0, 1): the centres of 2^23 cells. They are exact in float32 and never 0 or 1, so that
+// logarithms and quotients need no guard.
 vec4 cell_middles(uvec4 bits) {
     return (vec4(bits >> 9) + 0.5) * 1.1920928955078125e-7;
 }
