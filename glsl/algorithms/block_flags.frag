@@ -1,6 +1,6 @@
 #version 330 core
-// Flags of four elements in a texel, which a scan of blocks begins with: FLAGS(i) says which of the
-// elements 4 i ... 4 i + 3 are kept.
+// Write the flags of four elements to a texel: texel i says which of the elements 4 i ... 4 i + 3 are kept.
+// A scan of blocks follows.
 
 #include <records>
 #include "core/stream.glsl"
@@ -8,7 +8,7 @@
 uniform int elements;
 
 #ifdef CHILDREN
-// The four elements are what one pass left in four targets.
+// A previous pass wrote the four elements to four targets.
 vec4 flags(int i) {
     Children c = children_load(table_texel(i));
     return vec4(greaterThanEqual(ivec4(c.first.x, c.second.x, c.third.x, c.fourth.x), ivec4(0)));

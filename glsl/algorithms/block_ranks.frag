@@ -1,9 +1,9 @@
 #version 330 core
-// The scan within blocks of 4 BLOCK elements (Roger, Assarsson, Holzschuch 2007; survey 3.6.2): how
-// many elements of its block are kept, up to and including each of these four.
+// The scan within blocks of 4 BLOCK elements (Roger, Assarsson, Holzschuch 2007; survey 3.6.2): for
+// each of a texel's four elements, count the kept elements of its block up to and including this element.
 //
-// Departure: Roger et al. sum up the nulls before an element, by doubling in log s passes; we sum up
-// what is kept, four elements a texel, in one pass.
+// Departure: Roger et al. count the removed elements before an element, by doubling in log s passes. This
+// pass counts the kept elements, four elements a texel, in one pass.
 
 #include <records>
 #include "core/stream.glsl"

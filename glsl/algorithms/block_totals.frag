@@ -1,10 +1,10 @@
 #version 330 core
-// How many elements of each block are kept.
+// Write the number of kept elements of each block.
 
 #include <records>
 #include "core/stream.glsl"
 
-uniform int texels;   // of the ranks
+uniform int texels;   // number of texels of the ranks
 
 void main() {
     int last = min(BLOCK * (element() + 1), texels) - 1;

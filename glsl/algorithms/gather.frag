@@ -1,5 +1,5 @@
 #version 330 core
-// Element i becomes the element that source i names; of whatever record.
+// Gather: copy to element i the element that source i names. Works for any record.
 
 #include <records>
 #include "core/stream.glsl"

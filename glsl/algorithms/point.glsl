@@ -1,9 +1,9 @@
-// Covers one element of the target stream with a point: the scatter of a platform whose fragments
-// cannot choose where they write.
+// Scatter by points: place a point over one element of the target stream, since fragments cannot choose
+// where they write.
 
 uniform int target_rows;
 
-// An element of -1 is drawn nowhere.
+// A slot of -1 draws nothing.
 void place_point(int slot) {
     vec2 texel = vec2(table_texel(slot)) + 0.5;
     vec2 clip = 2.0 * texel / vec2(1 << TABLE_WIDTH_LOG2, target_rows) - 1.0;

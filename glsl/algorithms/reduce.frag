@@ -1,5 +1,5 @@
 #version 330 core
-// A level of a reduction: COMBINE over FAN neighbours at a time (the "reduce" of stream programming;
+// A level of a reduction: COMBINE the values of FAN neighbours (the "reduce" of stream programming;
 // the upward half of Blelloch's scan, "Prefix Sums and Their Applications", 1990, with COMBINE +).
 
 #include <records>

@@ -1,15 +1,15 @@
 #version 330 core
-// A level of a scan on the way down: what stands before the block of FAN elements, from the level
-// above, and the elements before this one in it (survey 3.6.2: stream reduction begins with a scan;
-// D. Horn, "Stream Reduction Operations for GPGPU Applications", GPU Gems 2, 2005).
+// A level of a scan on the way down: the sum before the element's block of FAN elements, from the level
+// above, plus the elements of the block before this element (survey 3.6.2: stream reduction begins with a
+// scan; D. Horn, "Stream Reduction Operations for GPGPU Applications", GPU Gems 2, 2005).
 //
 // Departure: Horn doubles the distance in log2 n passes over all n; here, as in Blelloch's tree, the
-// work of all levels together is proportional to n, and a wider fan halves their number again.
+// work of all levels together is proportional to n, and a wider fan reduces the number of levels.
 
 #include <records>
 #include "core/stream.glsl"
 
-uniform int elements;   // of this level; there is one sum more, the total
+uniform int elements;   // of this level; the sums have one element more, the total
 
 void main() {
     int i = element();

@@ -1,12 +1,12 @@
-// Which element is the one flagged with a given rank: a binary search in the prefix sums of the
-// flags (D. Horn, GPU Gems 2, 2005), as a fragment can gather from anywhere and write one place. Of flags
-// in four channels FLAG says which.
+// Find the flagged element of a given rank by a binary search in the prefix sums of the flags (D. Horn, GPU
+// Gems 2, 2005): a fragment can gather from anywhere but writes only its own element. FLAG selects the
+// channel if the flags have four channels.
 
 #ifndef FLAG
 #define FLAG x
 #endif
 
-// The first i of [lo, hi) with more than `rank` flags among elements 0 to i; hi where there is none.
+// The first i of [lo, hi) with more than `rank` flags among elements 0 to i; hi if no such i exists.
 int find_flagged(int rank, int lo, int hi) {
     while (lo < hi) {
         int middle = (lo + hi) >> 1;

@@ -1,9 +1,9 @@
 #version 330 core
-// An element's place in its block's line is its rank there; a binary search in the block's ranks finds
-// where it comes from.
+// Copy the elements of a block's line. An element's position in the line is its rank in the block; a binary
+// search in the block's ranks finds its source.
 //
-// Departure: Roger et al. interpolate the place along the line; the fragment's own coordinates say the
-// same without rounding.
+// Departure: Roger et al. interpolate the position along the line. Here the fragment's own coordinates give
+// the position without rounding.
 
 #include <records>
 #include "core/fetch.glsl"
@@ -12,13 +12,14 @@ flat in int block;
 flat in int block_start;
 flat in int block_total;
 
-uniform int texels;   // of the ranks
+uniform int texels;   // number of texels of the ranks
 
 void main() {
     ivec2 texel = ivec2(gl_FragCoord.xy);
     int place = (texel.y << TABLE_WIDTH_LOG2) + texel.x - block_start;
     float rank = float(place);
-    // A texel has four elements at most: those before and behind this one take up so many.
+    // A texel holds at most four kept elements, so the elements before and after this one need at least so
+    // many texels on either side.
     int lo = BLOCK * block + place / 4;
     int hi = min(BLOCK * (block + 1), texels) - 1 - (block_total - 1 - place) / 4;
     while (lo < hi) {

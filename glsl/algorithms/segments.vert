@@ -1,12 +1,12 @@
 #version 330 core
 // The scatter of stream reduction by blocks (Roger, Assarsson, Holzschuch, "Efficient Stream
-// Reduction on the GPU", 2007; survey 3.6.2): what is kept of a block stands side by side, so a line
-// as long as that takes it there, and only its ends have to be sent. Where it would cross the end of
-// a row it is two lines.
+// Reduction on the GPU", 2007; survey 3.6.2): the kept elements of a block are adjacent in the
+// target, so a line covers them, and only the line's ends are sent. A line that would cross the end of a
+// row is split into two lines.
 //
-// A line covers the texels whose diamond it leaves: from the middle of its first texel to the middle
-// of the one behind its last. That one may lie behind the end of the row, where a line would be clipped
-// to an end on a diamond's corner: so the viewport is twice as wide as the target.
+// A line covers the texels whose diamond it leaves. It therefore runs from the centre of its first texel to
+// the centre of the texel after its last. The texel after the last may lie beyond the end of the row, where
+// clipping would end the line on a diamond's corner. The viewport is therefore twice as wide as the target.
 
 #include <sources>
 #include "core/fetch.glsl"

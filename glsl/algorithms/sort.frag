@@ -1,18 +1,18 @@
 #version 330 core
 // Two steps of bitonic merge sort (Batcher 1968; as fragment passes Purcell et al. 2003, and P. Kipfer,
-// R. Westermann, "Improved GPU Sorting", GPU Gems 2, 2005). In a step every element looks at one
-// partner and keeps the smaller of the two, or the larger one.
+// R. Westermann, "Improved GPU Sorting", GPU Gems 2, 2005). In a step every element is compared with
+// a partner, and keeps the smaller or the larger of the two.
 //
-// Departures: the first step of each merge mirrors a block instead of shifting it, so that all steps
-// put the smaller one first. Elements past the end count as the largest ones and stay where they
-// are, so that any number can be sorted. A pass takes two steps, as a fragment can gather all four
-// elements that decide them: the first step is then done twice, but half as many are stored.
+// Departures: the first step of each merge mirrors a block instead of shifting it, so that all steps put
+// the smaller element first. Elements past the end count as largest and do not move, so that any number of
+// elements can be sorted. A pass runs two steps, since a fragment can gather all four elements that decide
+// them. The first step is then computed twice, but half as many results are stored.
 
 #include <records>
 #include "core/stream.glsl"
 
 uniform int elements;
-uniform ivec2 flips;   // bits in which the partner's place differs, step by step; 0: no second step
+uniform ivec2 flips;   // partner = i ^ flips, for each of the two steps; 0: no second step
 
 bool before(Sort_key a, Sort_key b) {
     if (a.hi != b.hi) {
@@ -25,7 +25,7 @@ Sort_key key_at(int i) {
     return sort_key_load(table_texel(min(i, elements - 1)));
 }
 
-// What place i keeps of its own element and its partner's.
+// The element that position i keeps: its own or its partner's.
 Sort_key kept(int i, Sort_key own, int partner, Sort_key other) {
     if (partner < elements && before(other, own) == (partner > i)) {
         return other;

@@ -1,11 +1,11 @@
 #version 330 core
-// Stream reduction: which element the i-th kept one is (Horn 2005; survey 3.6.2).
+// Stream reduction: find the index of the i-th kept element (Horn 2005; survey 3.6.2).
 
 #include <records>
 #include "core/stream.glsl"
 #include "algorithms/search.glsl"
 
-uniform int elements;   // before the reduction
+uniform int elements;   // number of elements before the reduction
 
 void main() {
     source_store(Source(find_flagged(element(), 0, elements)));

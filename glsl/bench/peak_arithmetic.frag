@@ -1,10 +1,10 @@
 #version 330 core
 // The roofline's arithmetic (gpgpu_rt/bench/roofline.py): TURNS times ROUNDS multiply-adds of each of
-// three vectors that hardly wait for each other, as many as stay in a processor's registers.
+// three vectors. The three are nearly independent, and few enough to stay in a processor's registers.
 
 out vec4 sum;
 
-const float FACTOR = 0.49;     // no uniform: llvmpipe would fetch one in every turn
+const float FACTOR = 0.49;     // a constant: llvmpipe would fetch a uniform in every iteration
 
 void main() {
     vec4 a = gl_FragCoord;

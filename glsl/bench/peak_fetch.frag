@@ -1,6 +1,7 @@
 #version 330 core
-// The roofline's texel fetches (gpgpu_rt/bench/roofline.py): TURNS of them and next to nothing else.
-// Neighbouring fragments fetch neighbouring texels; with SCATTERED each goes its own way.
+// The roofline's texel fetches (gpgpu_rt/bench/roofline.py): TURNS fetches and almost no other work.
+// Neighbouring fragments fetch neighbouring texels; with SCATTERED each fragment fetches pseudo-random
+// texels.
 
 #include "core/texel.glsl"
 

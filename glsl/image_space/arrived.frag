@@ -1,5 +1,5 @@
 #version 330 core
-// What a point brings to the texels that it covers: added up by blending.
+// Write a point's light to the texels that it covers; blending adds the light of all points.
 
 flat in vec4 arrived;
 

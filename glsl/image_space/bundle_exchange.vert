@@ -1,12 +1,13 @@
 #version 330 core
-// Neighbouring layers of a bundle light each other (Szirmay-Kalos 1998; survey, section 5): two points
-// a pixel, one for what the nearer layer gets of the one behind it and one for the other way, go to
-// the texel of the side that gets it and are added up there. A pixel is a tube of rays: the flux in it
-// is radiance * solid angle * the pixel's area, whatever the surface's slope.
+// Exchange light between neighbouring layers of a bundle (Szirmay-Kalos 1998; survey, section 5). Each
+// pixel draws two points. The first point carries light from the farther layer to the nearer layer, the
+// second point the other way. A point goes to the texel of the receiving side, where blending adds the
+// light. A pixel is a tube of rays: its flux is radiance * solid angle * the pixel's area, for any slope of
+// the surface.
 //
-// Departure: the paper draws one direction at random an iteration and averages; directions are a fixed
-// set here, and each bounce goes through all of them. Beside the light goes the weight that the tubes
-// gave a side, to be divided by: it should be pi.
+// Departure: the paper draws a random direction in each iteration and averages. Here the set of directions
+// is fixed, and each bounce runs through all directions. The fourth channel adds the weight that a side
+// received, by which the light is divided later; the exact value would be pi.
 
 #include <constants>
 #include "core/fetch.glsl"
@@ -26,7 +27,7 @@ void main() {
     int behind = layer_load(pixel).side;
     bool backwards = (gl_VertexID & 1) == 1;
     if ((backwards ? before : behind) < 0) {
-        gl_Position = vec4(2.0, 2.0, 2.0, 1.0);    // nobody there
+        gl_Position = vec4(2.0, 2.0, 2.0, 1.0);    // no receiving layer
         arrived = vec4(0.0);
         return;
     }

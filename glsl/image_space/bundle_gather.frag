@@ -1,13 +1,13 @@
 #version 330 core
 // Final gathering by parallel projection (Hachisuka, GPU Gems 2, chapter 38, 2005; survey, section 5; fact
-// sheet G2): a place that is to be lit looks where it lies in the projection. If it is between these two
-// neighbouring layers, then what lies along the bundle is the one that it faces, and its light is added,
-// by the cosine. One peeling serves both ways along the direction.
+// sheet G2): project each receiving point into the bundle. If the point lies between these two neighbouring
+// layers, it sees the layer that it faces along the bundle, and receives this layer's light times the
+// cosine. A single peeling serves both ways along the direction.
 //
-// Departures: a layer's depth is that of its triangle's plane at the very place, not at the pixel's
-// centre, so that the place's own surface needs no bias that grows with its slope, only a part of a
-// pixel for surfaces that bend away from their neighbour's plane; and places that face either way share a
-// peeling, where the chapter looks along one.
+// Departures: a layer's depth is the depth of its triangle's plane at the point itself, not at the pixel's
+// centre. The point's own surface therefore needs no bias that grows with its slope, only a fraction of a
+// pixel for surfaces that bend away from a neighbour's plane. Points that face either way share a peeling,
+// whereas the chapter looks along one way.
 
 #include <constants>
 #include "core/fetch.glsl"
@@ -18,7 +18,7 @@
 
 uniform sampler2D places;
 uniform sampler2D normals;
-uniform float lift;      // world units: how far off its surface a place stands
+uniform float lift;      // distance of a point from its surface, world units
 
 out vec4 sum;
 

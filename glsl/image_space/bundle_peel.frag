@@ -1,12 +1,12 @@
 #version 330 core
-// A bundle of parallel rays as a picture (survey, section 5): a parallel projection along the
-// bundle's direction, its layers peeled off one after another. What lies no deeper than the layer
-// before is thrown away here, of the rest the depth test keeps the nearest. Szirmay-Kalos and
+// Peel the next layer of a bundle of parallel rays (survey, section 5), a parallel projection along the
+// bundle's direction. Discard surfaces that are not deeper than the previous layer; the depth test keeps
+// the nearest of the other surfaces. Szirmay-Kalos and
 // Purgathofer, "Global Ray-bundle Tracing with Hardware Acceleration", 1998; Hachisuka, "High-Quality
 // Global Illumination Rendering Using Rasterization", GPU Gems 2, chapter 38, 2005.
 //
-// A layer is compared in float32 with what the same triangle gave one pass before, which is the same
-// bits. Triangles that coincide are one layer: the other one is lost.
+// The comparison is exact, since a triangle gives the same float32 depth in each pass. Coincident triangles
+// form a single layer: only one of them is kept.
 
 #include <streams>
 

@@ -1,12 +1,12 @@
 #version 330 core
-// Looking a caustic up (Shah, Konttinen and Pattanaik 2007; see caustic_splat.vert), as a shadow map is: a
-// place that the light sees gets what landed in its texel of the light's image, spread over the area that
-// the texel covers on its surface.
+// Look up a caustic as in a shadow map (Shah, Konttinen and Pattanaik 2007; see caustic_splat.vert). A
+// point that the light sees receives the flux of its texel of the light's image, divided by the area that
+// the texel covers on the surface.
 
 #include "stages/cover.glsl"
 
 uniform sampler2D places;
-uniform sampler2D normals;      // unit, on the side that is lit, or zeros
+uniform sampler2D normals;      // unit normals on the lit side, or zeros
 uniform sampler2D receivers;
 uniform sampler2D caustic;      // flux of each texel
 
@@ -25,8 +25,8 @@ void main() {
     vec4 there = texelFetch(receivers, ivec2(at), 0);
     float away = distance(place, eye);
     float cosine = dot(normal, eye - place) / away;
-    float across = 2.0 * length(right) / size.x * away;    // a texel's width out there
-    // What the light sees in this texel lies on the place's own surface, or is something before it.
+    float across = 2.0 * length(right) / size.x * away;    // a texel's width at this distance
+    // Skip the point if the light sees another surface in this texel.
     if (there.w > 0.0 && cosine > 0.0 && abs(dot(there.xyz - place, normal)) < across) {
         float slanted = slant(floor(at) + 0.5);
         float solid = 4.0 * length(right) * length(up)

@@ -1,13 +1,13 @@
 #version 330 core
-// Photons of a caustic, a pixel each of what the light sees of a refractor, or of a mirror (Shah,
+// Emit the photons of a caustic: one for each pixel in which the light sees a refractor or mirror (Shah,
 // Konttinen and Pattanaik, "Caustics Mapping: An Image-Space Technique for Real-Time Caustics", TVCG
-// 2007; survey, section 5): where they leave it, in which direction, and how much light they carry.
-// BORDERS: 0 a mirror, 1 a surface with another medium behind it, 2 a closed mesh, through which the way
-// is that of image-space refraction, as in the paper.
+// 2007; survey, section 5): write the photon's exit point, direction and flux. BORDERS is 0 for a
+// mirror, 1 for a surface with another medium behind it, and 2 for a closed mesh, which image-space
+// refraction crosses as in the paper.
 //
-// Departures: a photon carries the solid angle of its pixel where the paper counts visible pixels and
-// shares the light out evenly; what Fresnel's equations reflect is taken off; and photons that find no
-// exit, or are totally reflected inside, are dropped.
+// Departures: a photon carries the flux of its pixel's solid angle, where the paper divides the light
+// evenly among visible pixels. The share that Fresnel's equations reflect is subtracted. Photons that find
+// no exit, or are totally reflected inside, are dropped.
 
 #include "stages/cover.glsl"
 #include "render/fresnel.glsl"

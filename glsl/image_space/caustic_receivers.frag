@@ -1,10 +1,10 @@
 #version 330 core
-// Places that the light sees without the refractor: what caustics mapping looks receivers up in (see
-// caustic_splat.vert).
+// Write the points that the light sees without the refractor. Caustics mapping looks up receivers in this
+// image (see caustic_splat.vert).
 
 in vec3 place;
 
-out vec4 receiver;    // and 1 where there is one
+out vec4 receiver;    // position, and 1 where a receiver exists
 
 void main() {
     receiver = vec4(place, 1.0);

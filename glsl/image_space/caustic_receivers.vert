@@ -1,5 +1,5 @@
 #version 330 core
-// A corner of what a caustic may fall on, as the light sees it.
+// Project a corner of a possible receiver into the light's image.
 
 #include <constants>
 #include "core/fetch.glsl"

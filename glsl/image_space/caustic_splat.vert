@@ -1,18 +1,18 @@
 #version 330 core
-// A photon of a caustic, a vertex each, looks for the receiver in the light's own image and lands there
-// as a point (Shah, Konttinen and Pattanaik 2007; survey, section 5): it guesses a distance d, looks
-// which receiver the light sees behind V + d T, takes the distance of that one from V for the next
-// guess, and so on. The points' blending adds their light up: the caustic map.
+// Find the receiver of a photon in the light's image, and place a point there (Shah, Konttinen and
+// Pattanaik 2007; survey, section 5). A photon is a vertex that leaves the refractor at V along T. Guess a
+// distance d, look up the receiver that the light sees behind V + d T, use the distance of this receiver
+// from V as the next guess, and repeat. Blending adds the points' light: the caustic map.
 //
 // Departures: the first guess is d = 0 instead of one unit, so that scale does not matter; and a photon
-// whose way to the refractor something stands in, or that leaves the light's image, is dropped.
-// KNOWN: places where photons land are given, by rays that were traced, say. HOME: each photon goes to
-// its own texel, with where it landed, to be read back.
+// is dropped if another surface blocks its way to the refractor, or if it leaves the light's image.
+// KNOWN: the landing points are given, for example by traced rays. HOME: write each photon's landing point
+// to the photon's own texel, for readback.
 
 #include <constants>
 #include "stages/cover.glsl"
 
-uniform int photons;      // a side of their image
+uniform int photons;      // photons per side of the photon image
 #ifdef KNOWN
 uniform sampler2D landed;
 #else
@@ -27,7 +27,7 @@ uniform float splat;      // pixels a side of a point
 
 flat out vec4 arrived;
 
-// The texel of the light's image where it sees a place.
+// The texel of the light's image that shows a point.
 vec2 seen_at(vec3 place) {
     vec4 clip = clip_place(place);
     return clip.w >= nearest ? (clip.xy / clip.w * 0.5 + 0.5) * size : vec2(-1.0);
@@ -43,7 +43,7 @@ vec4 receiver_behind(vec3 place) {
     return in_image(at) ? texelFetch(receivers, ivec2(at), 0) : vec4(0.0);
 }
 
-// Where a photon comes to, and its light: none where it is lost.
+// The landing point of a photon and its flux; flux 0 if the photon is lost.
 vec4 landing(ivec2 texel) {
     vec4 away = texelFetch(leaving, texel, 0);
     vec3 from = texelFetch(start, texel, 0).xyz;

@@ -1,5 +1,5 @@
-// Light through two borders of a closed mesh that is seen from ``eye``, by what a pass over its back
-// faces kept (Wyman 2005; see image_space/refraction_front.frag).
+// Refract light at two borders of a closed mesh seen from ``eye``, using the normals and distances of its
+// back faces from an earlier pass (Wyman 2005; see image_space/refraction_front.frag).
 
 uniform sampler2D back_faces;    // normals, and distances from the eye
 uniform float ior;
@@ -9,9 +9,9 @@ const float UNSEEN = 2.0;
 const float TOTAL = 3.0;         // at either border
 
 struct Through {
-    vec3 exit;         // where it leaves
-    vec3 inside;       // unit directions between the borders, and behind them
-    vec3 outside;
+    vec3 exit;         // exit point
+    vec3 inside;       // unit direction between the borders
+    vec3 outside;      // unit direction behind the second border
     vec3 normal;       // of the second border, outwards
     float kind;
 };
@@ -20,7 +20,7 @@ Through through_both(vec3 place, vec3 normal, float inward) {
     vec3 view = normalize(place - eye);
     float cosine = clamp(-dot(view, normal), 0.0, 1.0);
     vec3 inside = refract(view, normal, 1.0 / ior);
-    if (inside == vec3(0.0)) {    // what is inside is thinner: light may not even enter
+    if (inside == vec3(0.0)) {    // total reflection at the first border, for ior < 1
         vec3 back = reflect(view, normal);
         return Through(place, back, back, normal, TOTAL);
     }

@@ -7,7 +7,7 @@ uniform vec3 across;        // unit axes of the image
 uniform vec3 upward;
 uniform vec3 along;         // away from the viewer
 uniform float pixel_size;   // world units
-uniform vec2 shift;         // of the image's middle, in pixels, that no two projections line up
+uniform vec2 shift;         // shift of the image's centre in pixels, so that no two projections line up
 uniform float resolution;   // pixels a side
 
 // x and y in pixels, and the depth.

@@ -5,7 +5,7 @@
 
 in vec3 corner;
 in vec3 normal;
-in float inner;     // how far it is to the other side against the normal
+in float inner;     // distance to the opposite side, against the normal
 
 out vec3 place;
 out vec3 blended;

@@ -1,11 +1,12 @@
 #version 330 core
 // Second pass of image-space refraction (Wyman, "An Approximate Image-Space Approach for Interactive
-// Refraction", 2005; survey, section 5): light is refracted where it enters, leaves about where a blend
-// of two thicknesses says, one along the eye ray and one against the normal, and is refracted there by
-// the normal that the first pass shows at that place.
+// Refraction", 2005; survey, section 5): refract light at the entry; estimate the exit by a blend of
+// two thicknesses, along the eye ray and against the normal; refract there by the normal that the first
+// pass shows at the exit.
 //
-// Departure: past the critical angle light is reflected once and then leaves, and where the place
-// lies outside what the first pass drew it goes on as it is; `kind` tells both from a proper exit.
+// Departure: past the critical angle light is reflected once and then leaves. Where the exit lies outside
+// the image of the first pass, light continues unrefracted. `kind` distinguishes both cases from a proper
+// exit.
 
 #include "stages/cover.glsl"
 #include "image_space/image_refraction.glsl"

@@ -1,14 +1,14 @@
-// What a surface does with the light that meets it, and where a path goes on from it. The twin, in
-// float64: `_Surfaces` of gpgpu_rt/reference/path.py.
+// Reflection at a surface, and the continuation of a path from the surface. The twin, in float64:
+// `_Surfaces` of gpgpu_rt/reference/path.py.
 
 struct Scatter {
-    vec3 direction;     // of the ray that hit
+    vec3 direction;     // direction of the incoming ray
     vec3 mirrored;
-    vec3 glossy;        // shares, zero for parts that the scene or the surface has not
+    vec3 glossy;        // reflected shares; zero for parts that the scene or the surface lacks
     vec3 mirror;
     float exponent;
-    float ior;          // 0 for what lets nothing through
-    vec3 chance;        // of going on by the diffuse, glossy and mirror part
+    float ior;          // 0 for an opaque surface
+    vec3 chance;        // probabilities to continue by the diffuse, glossy and mirror part
 };
 
 Scatter scatter_of(Surface surface, vec3 direction) {
@@ -32,13 +32,13 @@ Scatter scatter_of(Surface surface, vec3 direction) {
     return scatter;
 }
 
-// Whether light from elsewhere than the mirror's direction matters.
+// Whether the surface reflects light from directions other than the mirror direction.
 bool scatters(Scatter scatter) {
     return scatter.ior == 0.0 && scatter.chance.x + scatter.chance.y > 0.0;
 }
 
-// How much of what arrives from a direction goes back along the ray, times the cosine; and how
-// likely a path goes on there.
+// The reflected share of the light from a direction, times the cosine, and the density with which a path
+// continues in this direction.
 vec3 scattered(Surface surface, Scatter scatter, vec3 direction, out float density) {
     float cosine = max(dot(surface.normal, direction), 0.0);
 #ifdef SMOOTH_NORMALS
@@ -48,7 +48,7 @@ vec3 scattered(Surface surface, Scatter scatter, vec3 direction, out float densi
     vec3 reflected = surface.diffuse / SAMPLE_PI;
 #ifdef GLOSSY
     if (scatter.chance.y > 0.0) {
-        // A lobe that sends out no more than arrives (Lafortune and Willems 1994).
+        // A lobe that conserves energy (Lafortune and Willems 1994).
         float lobe = lobe_density(dot(scatter.mirrored, direction), scatter.exponent);
         density += scatter.chance.y * lobe;
         reflected += scatter.glossy * (lobe * (scatter.exponent + 2.0)
@@ -58,16 +58,16 @@ vec3 scattered(Surface surface, Scatter scatter, vec3 direction, out float densi
     return reflected * cosine;
 }
 
-// A blended normal may send a ray through the triangle; the flat one sends it back.
+// A blended normal may send a ray to the wrong side of the triangle; reflect this ray by the flat normal.
 vec3 kept_off(vec3 direction, vec3 side) {
     return dot(direction, side) <= 0.0 ? reflect(direction, side) : direction;
 }
 
 struct Onward {
     vec3 direction;
-    vec3 side;          // the normal on the side that it leaves to
-    vec3 weight;        // of what it meets; zero where the path ends
-    float density;      // of the direction; zero where it was certain
+    vec3 side;          // the normal on the side of the outgoing ray
+    vec3 weight;        // factor for the light from this direction; zero where the path ends
+    float density;      // density of the direction; zero for a mirror or dielectric
 };
 
 Onward onward(Surface surface, Scatter scatter, vec4 random) {

@@ -1,14 +1,14 @@
-// Low-discrepancy numbers: Sobol' points in four dimensions, shuffled, and scrambled as Owen does, in
-// integers, by keys hashed from the pixel, the event and the dimension that they are for. Samples of a
-// pixel are spread evenly; those of other pixels and events know nothing of them. B. Burley,
+// Low-discrepancy numbers: Sobol' points in four dimensions, shuffled and Owen-scrambled in integers, by
+// keys hashed from pixel, event and dimension. The samples of a pixel are spread evenly; samples of
+// different pixels and events are independent. B. Burley,
 // "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020; the permutation is that of Laine and
 // Karras, "Stratified Sampling for Stochastic Transparency", 2011, with his constants. The survey has
 // no section on it.
 //
-// Where we depart: keys are hashed by random.glsl; the directions of dimensions 2 and 3 (Joe and Kuo
-// 2008) come from their recurrences on the way, instead of a table; and what stands together in four
-// dimensions is a direction and the light that is asked where it leads. The twin of
-// gpgpu_rt/reference/sobol.py, to the bit.
+// Departures: random.glsl hashes the keys. The direction numbers of dimensions 2 and 3 (Joe and Kuo 2008)
+// come from their recurrences instead of a table. The four dimensions of a point are a direction and the
+// light sample at the vertex that this direction leads to. The twin of gpgpu_rt/reference/sobol.py, to the
+// bit.
 
 #include "render/random.glsl"
 
@@ -20,7 +20,8 @@ uint reversed(uint x) {
     return ((x & 0x55555555u) << 1) | ((x >> 1) & 0x55555555u);
 }
 
-// Changes each bit by those below it alone: of reversed bits, a scrambling as Owen's.
+// A permutation in which each bit depends only on the bits below. On reversed bits this is an Owen
+// scrambling.
 uint permuted(uint x, uint key) {
     x += key;
     x ^= x * 0x6c50b47cu;
@@ -30,14 +31,14 @@ uint permuted(uint x, uint key) {
     return x;
 }
 
-// Which point a sample takes: aligned blocks of 2^k samples take aligned blocks of 2^k points, in an
-// order of their own. Upper halves stay, so that a point adds few directions.
+// The index of the Sobol' point of a sample. An aligned block of 2^k samples gets an aligned block of 2^k
+// points in a shuffled order. The upper 16 bits stay, so that the sum over direction numbers is short.
 uint shuffled(uint path_sample, uint key) {
     return (reversed(permuted(reversed(path_sample), key)) & 0xffffu) | (path_sample & 0xffff0000u);
 }
 
-// Point i, with the bits of its coordinates reversed: the lowest is worth 1/2. The second coordinate
-// is i times Pascal's triangle modulo 2, which is a Kronecker product of five of two rows.
+// The first two coordinates of point i with reversed bits: the lowest bit has the value 1/2. The second
+// coordinate is i times Pascal's triangle modulo 2, a Kronecker product of five 2x2 matrices.
 uvec2 sobol_first_two(uint i) {
     uint x = i ^ ((i & 0xaaaaaaaau) >> 1);
     x ^= (x & 0xccccccccu) >> 2;
@@ -48,7 +49,7 @@ uvec2 sobol_first_two(uint i) {
 
 uvec2 sobol_next_two(uint i) {
     uvec2 sum = uvec2(0u);
-    uvec2 second = uvec2(1u, 3u);           // directions, this one and those after it
+    uvec2 second = uvec2(1u, 3u);           // direction numbers: the current one and its successors
     uvec3 third = uvec3(1u, 3u, 4u);
     for (uint rest = i; rest != 0u; rest >>= 1) {
         sum ^= (rest & 1u) * uvec2(second.x, third.x);
@@ -59,15 +60,16 @@ uvec2 sobol_next_two(uint i) {
 }
 
 uvec4 sobol_keys(uvec2 pixel, uint bounce, uint block, uint seed) {
-    return random_bits(random_counter(pixel, 0xffffffffu, bounce, block, seed));    // no sample's
+    return random_bits(random_counter(pixel, 0xffffffffu, bounce, block, seed));    // no sample
 }
 
 uint scrambled(uint bits, uint key) {
     return reversed(permuted(bits, key));
 }
 
-// What random_numbers draws as block 0 or 1 of a bounce, low-discrepancy: two numbers that pick, and
-// two for a place. The places of block 0, and those of block 1 a bounce later, are one point.
+// The low-discrepancy form of block 0 or 1 of a bounce in random_numbers: two numbers that choose, and two
+// for a position. The positions of block 0 and those of block 1 a bounce later are the four coordinates of
+// one point.
 uvec4 sobol_bits(uvec2 pixel, uint path_sample, uint bounce, uint block, uint seed) {
     uvec4 pick_keys = sobol_keys(pixel, bounce, 2u + block, seed);
     uvec2 pick = sobol_first_two(shuffled(path_sample, pick_keys.x));

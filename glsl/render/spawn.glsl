@@ -1,24 +1,24 @@
-// Where a ray that leaves a hit starts: off the triangle by the errors with which the hit point is
-// known and the triangle seen, so that the ray does not hit what it leaves. The twin of `spawn` in
-// gpgpu_rt/rays/ray_sets.py. Needs the triangles in the scene's order.
+// The start of a ray that leaves a hit. The start lies off the triangle by the error of the hit point plus
+// the error of the triangle test, so that the ray does not hit the triangle that it leaves. The twin of
+// `spawn` in gpgpu_rt/rays/ray_sets.py. Needs the triangles in the scene's order.
 //
-// The point. p = b0 v0 + u v1 + v v2 lies in the plane for any u, v if b0 = 1 - u - v. As rounded b0
-// is off by a unit of 1 (1 - u) and one of b0; each term has a product and up to two sums to go
-// through, the last sum adds the offset, and the texture may round to twice its unit: per axis
+// The point. p = b0 v0 + u v1 + v v2 lies in the plane for any u, v if b0 = 1 - u - v. The rounded b0
+// has an error of a unit of 1 (from 1 - u) and a unit of b0. Each term passes through a product and up to
+// two sums, the last sum adds the offset, and the texture may round by twice its unit. Per axis
 //     (8 units + 2 STORAGE_UNIT) sum |b_i v_i| + 1 unit of |v0|
-// bound it, as gamma(7) sum |b_i v_i| does for pbrt, whose b0 is no difference. Along the normal n
-// this amounts to at most the sum over axes weighted by |n|.
+// bounds the error, as gamma(7) sum |b_i v_i| does in pbrt, where b0 is not a difference. Along the normal
+// n the error is at most the sum of these bounds over the axes, weighted by |n|.
 //
-// The test. From so near it sees vertices no further than l, the distance from p to the furthest.
-// Subtracting the origin is one rounding, shearing four, weights, products and sums three: each
-// displaces what is seen by up to a unit of l, which is a distance along the normal whatever the
-// ray's direction (t is then off by that over the cosine). Eight units of l clear most triangles.
+// The test. Let l be the distance from p to the farthest vertex. Subtracting the origin is one rounding,
+// shearing four, weights, products and sums three. Each rounding displaces the tested triangle by up to a
+// unit of l. This is a distance along the normal for any direction of the ray (the error of t is this
+// distance over the cosine). Eight units of l clear most triangles.
 //
-// Not those that are much longer than high, seen along the ray or in fact: their edge functions have
-// errors of 33 units of l^2 (gpgpu_rt/reference/error_bounds.py, step 5, with |a| <= l), three of them times
-// depths up to l, over twice the area A: not before 110 units of l^3 / 2A would be safe. Instead of
-// so much (the sliver's length at an aspect of 10^5) the test itself is asked, and the offset doubled
-// while it says that the ray hits its own triangle. The bound tells that this ends.
+// Eight units do not clear triangles that are much longer than high, in space or as projected along the
+// ray. Their edge functions have errors of 33 units of l^2 (gpgpu_rt/reference/error_bounds.py, step 5,
+// with |a| <= l), three of them times depths up to l, over twice the area A: only 110 units of l^3 / 2A
+// would be safe. This is the whole length of a sliver of aspect 10^5. Instead the code runs the test
+// itself, and doubles the offset while the ray hits its own triangle. The bound proves that this loop ends.
 
 #ifndef STORAGE_UNIT
 #define STORAGE_UNIT 0.0
@@ -29,9 +29,9 @@ const int SPAWN_TRIES = 24;   // from 8 units of l to l
 
 struct Spawn {
     vec3 point;
-    vec3 normal;     // of unit length, on the side to leave to
+    vec3 normal;     // of unit length, on the side of the new ray
     float offset;
-    float most;      // offset
+    float most;      // largest offset
     int triangle;
 };
 
@@ -53,7 +53,7 @@ Spawn spawn_setup(Hit hit, vec3 normal) {
     return Spawn(point, normal, off.x + off.y + off.z + seen, most, hit.triangle);
 }
 
-// The origin at the present offset, as a ray texture will hold it.
+// The origin at the current offset, rounded as a ray texture will hold it.
 vec3 spawn_origin(Spawn spawn) {
     PRECISE vec3 shift = spawn.normal * spawn.offset;
     PRECISE vec3 origin = spawn.point + shift;
@@ -64,7 +64,8 @@ float least_of(uint dropped, float smallest, float quantum, float largest) {
     return quantum;
 }
 
-// A ray that starts off its surface meets nothing at t = 0: such a hit is a product that vanished.
+// The least t_min. A ray that starts off its surface has no hit at t = 0: such a hit is a product that
+// underflowed.
 float spawn_t_min() {
     float t_min = 1.17549435e-38;
 #ifdef STORAGE_FORMAT
@@ -76,14 +77,14 @@ float spawn_t_min() {
     return t_min;
 }
 
-// Whether the offset could be doubled.
+// Double the offset if it stays within the largest offset; return whether it did.
 bool spawn_further(inout Spawn spawn) {
     bool further = 2.0 * spawn.offset <= spawn.most;
     spawn.offset *= further ? 2.0 : 1.0;
     return further;
 }
 
-// Whether the ray, as its texture will hold it, hits the triangle that it leaves.
+// Whether the ray, rounded as its texture will hold it, hits the triangle that it leaves.
 bool spawn_hits_itself(Spawn spawn, Rays texels) {
     Hit hit = no_hit(INFINITE);
     test_triangle(ray_setup(texels), spawn.triangle, hit);

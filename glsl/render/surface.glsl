@@ -1,12 +1,11 @@
-// What shading knows of the surface at a hit, no more of it than the scene has (see
-// gpgpu_rt/render/needs.py, which sets the defines). A property that a program knows but this
-// surface has not leaves the bits of the others alone: zeros are added, and what would round is
-// chosen, not blended.
+// The surface at a hit, with the properties that the scene requires (gpgpu_rt/render/needs.py sets the
+// defines). A property that the program supports but this surface lacks must not change the other results:
+// the code adds zeros, and selects a value where blending would round.
 
 struct Surface {
-    vec3 flat_normal;   // of the triangle, on the ray's side
-    vec3 normal;        // to shade with, on the same side
-    bool outside;       // whether that is the side on which vertices run anticlockwise
+    vec3 flat_normal;   // normal of the triangle, on the ray's side
+    vec3 normal;        // shading normal, on the same side
+    bool outside;       // whether the vertices run anticlockwise seen from the ray's side
     vec3 diffuse;
     int material;
 };
@@ -35,7 +34,7 @@ Surface surface_at(Rays ray, Hit hit) {
                  + hit.u * corner_normals_n1(hit.triangle)
                  + hit.v * corner_normals_n2(hit.triangle);
     blended = dot(blended, normal) < 0.0 ? -blended : blended;
-    // Flat triangles have zeros; and a blend that looks away from the eye would shade the back.
+    // Flat triangles have zeros. A blended normal that faces away from the eye would shade the back.
     bool usable = dot(blended, blended) > 1e-6 && dot(blended, ray.direction) < 0.0;
     normal = usable ? normalize(blended) : normal;
 #endif

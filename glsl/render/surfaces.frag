@@ -1,8 +1,8 @@
 #version 330 core
-// Shading (Purcell et al. 2002, the last of their four kernels): what each hit sends back of one
-// light and of what surrounds the scene, and the shadow ray that finds out whether that light
-// arrives. A light is a point, without falloff, or a place on a triangle that emits. For a scene of
-// several lights this is drawn once for each; all but the first leave out what arrives anyway.
+// Shading (Purcell et al. 2002, the last of their four kernels). Write the light that each hit reflects
+// from one light and from the surroundings, and the shadow ray towards the light. A light is a point,
+// without falloff, or a point on an emitting triangle. A scene with several lights draws this pass once for
+// each light; only the first pass adds unshadowed light.
 
 #include "core/fetch.glsl"
 #include "core/precision.glsl"
@@ -25,10 +25,9 @@
 #endif
 #include "render/onward.glsl"
 
-uniform bool last_wave;     // whose rays would go on, but for the limit of bounces
+uniform bool last_wave;     // the limit of bounces ends the rays of this wave
 
-// What surrounds the scene stands for what the rays would meet that go on from here, those that
-// render/branch.frag would make.
+// At the last bounce the surroundings replace the light along the rays that render/branch.frag would make.
 vec3 surroundings_beyond(Surface surface, vec3 incoming, vec3 weight) {
     vec3 light = vec3(0.0);
     for (int k = 0; k < 2; ++k) {

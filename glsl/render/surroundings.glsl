@@ -1,6 +1,7 @@
-// What rays meet that miss everything, and what of it reaches a surface that nothing shadows: the
-// ambient term of Whitted's model ("An Improved Illumination Model for Shaded Display", 1980). The
-// twin of gpgpu_rt/scene/light.py. Comes after surface.glsl, which includes texture.glsl.
+// The surroundings of the scene: the radiance of a ray that misses everything, and the unshadowed light
+// from the surroundings at a surface, the ambient term of Whitted's model ("An Improved Illumination Model
+// for Shaded Display", 1980). The twin of gpgpu_rt/scene/light.py. Include after surface.glsl, which
+// includes texture.glsl.
 
 const int BACKDROP_KIND = 0;
 const int SKY_KIND = 1;
@@ -17,8 +18,8 @@ const int surroundings_kind = IMAGE_KIND;
 #endif
 
 uniform vec3 zenith;                // radiance from straight above
-uniform vec3 ground;
-uniform vec3 ambient_terms[4];      // a constant, and factors of the normal's components
+uniform vec3 ground;                // radiance from straight below
+uniform vec3 ambient_terms[4];      // a constant term, and factors of the normal's x, y and z
 
 #ifdef SKY_IMAGE
 #include "render/angle.glsl"
@@ -48,7 +49,7 @@ vec3 surroundings(vec3 direction) {
 #ifdef SKY_IMAGE
     if (surroundings_kind == IMAGE_KIND) {
         ivec2 size = textureSize(surroundings_image, 0);
-        float margin = 0.5 / float(size.y);   // the poles are not neighbours
+        float margin = 0.5 / float(size.y);   // keeps the filter from blending the two poles
         vec2 uv = surroundings_uv(direction);
         light = image_at(surroundings_image, ivec2(0), size,
                          vec2(uv.x, clamp(uv.y, margin, 1.0 - margin)));
@@ -57,7 +58,8 @@ vec3 surroundings(vec3 direction) {
     return light;
 }
 
-// What white reflects of it: for a backdrop a formula that also asks where it is seen from.
+// The light that a white surface reflects from the surroundings. The formula for the backdrop also depends
+// on the direction of view.
 vec3 ambient_light(vec3 normal, vec3 direction) {
     vec3 light = vec3(0.0);
 #ifdef BACKDROP

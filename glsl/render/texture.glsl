@@ -1,5 +1,5 @@
-// Images, filtered between four texels of a rectangle of a texture: texture coordinates (0, 0) are the
-// lower left corner, row 0 is the upper one, and the image repeats. The twin of `Texture.sample` in
+// Bilinear lookup in an image that is a rectangle of a texture. Texture coordinates (0, 0) are the lower
+// left corner, row 0 is the uppermost row, and the image repeats. The twin of `Texture.sample` in
 // gpgpu_rt/scene/texture.py.
 
 vec3 image_at(sampler2D images, ivec2 corner, ivec2 size, vec2 uv) {
@@ -8,7 +8,8 @@ vec3 image_at(sampler2D images, ivec2 corner, ivec2 size, vec2 uv) {
     vec2 part = at - first;
     ivec2 lo = ivec2(first);
     ivec2 hi = lo + 1;
-    // A coordinate is less than one image away: no remainder of a negative number is asked for.
+    // A coordinate is less than one image size outside, so wrap by selection; GLSL does not define the
+    // remainder of a negative number.
     lo = corner + ivec2(lo.x < 0 ? size.x - 1 : lo.x, lo.y < 0 ? size.y - 1 : lo.y);
     hi = corner + ivec2(hi.x >= size.x ? 0 : hi.x, hi.y >= size.y ? 0 : hi.y);
     vec3 upper = mix(texelFetch(images, lo, 0).rgb,

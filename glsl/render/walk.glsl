@@ -1,5 +1,5 @@
-// Which path a texel is: a wave holds a block of texels for each pixel, a sample each. Where paths are
-// packed, a stream says which of them a path came from.
+// The path of a texel. A wave holds a block of texels for each pixel, one sample a texel. If paths are
+// packed, a stream names the texel of the wave that a path came from.
 
 #include "render/random.glsl"
 #ifdef SOBOL
@@ -7,12 +7,12 @@
 #endif
 
 uniform ivec2 block;
-uniform ivec2 corner;   // of what is drawn, in the picture
+uniform ivec2 corner;   // of the drawn region, in the picture
 uniform int first_sample;
-uniform int samples;    // there are in all: texels past the last one hold no path
+uniform int samples;    // samples in total; texels past the last sample hold no path
 uniform int seed;
 
-// Its pixel of the picture: random numbers are that one's, whatever part is drawn.
+// The path's pixel in the whole picture. Random numbers depend on this pixel, whichever region is drawn.
 ivec2 walk_pixel(ivec2 texel) {
     return corner + texel / block;
 }
@@ -22,8 +22,8 @@ int walk_sample(ivec2 texel) {
     return first_sample + place.y * block.x + place.x;
 }
 
-// The numbers of an event of its path, block 0 for where it goes and 1 for the light that it asks: two
-// that pick, two for a place. Vertex 0 is the eye.
+// The random numbers of an event of the path: block 0 for the continuation, block 1 for the light sample.
+// Two numbers choose, two give a position. Vertex 0 is the eye.
 vec4 walk_random(ivec2 texel, int vertex, uint which) {
 #ifdef PACKED
     Came_from from = came_from_load(texel);

@@ -1,10 +1,10 @@
 #version 330 core
-// What is drawn over the viewer's picture: triangles in window units, (0, 0) the upper left corner.
+// Place the triangles of panels, graphs and picture in window units; (0, 0) is the upper left corner.
 
 in vec2 position;
-in vec2 place;      // in the texture, in [0, 1]
+in vec2 place;      // texture coordinates in [0, 1]
 in vec4 tint;
-uniform vec2 window;    // its size
+uniform vec2 window;    // size of the window
 out vec2 at;
 out vec4 colour;
 
