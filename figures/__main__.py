@@ -14,6 +14,7 @@ def main() -> int:
 
 
 def _load() -> Command:
+    # Imported late: `run` already answers Ctrl-C here, so an early interrupt is silent.
     from .command import main
     return main
 

@@ -12,6 +12,7 @@ def main() -> int:
 
 
 def _load() -> Command:
+    # Imported late: `run` already answers Ctrl-C here, so an early interrupt is silent.
     from .cli.main import main
     return main
 

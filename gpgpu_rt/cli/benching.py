@@ -187,6 +187,7 @@ def _chart(path: str) -> Callable[[Races, str, str], None]:
         without matplotlib, or if ``path`` cannot be written
     """
     try:
+        # matplotlib is an optional dependency.
         from ..bench.chart import FORMATS, draw
     except ImportError as failure:
         raise Error(f"--plot draws with matplotlib; {how_to_install('figures')}") from failure

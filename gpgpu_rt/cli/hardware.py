@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 
 from ..errors import OptionError
 from ..hardware.cards import Card, Refusal, cards
+from ..hardware.compiler import not_countable
+from ..hardware.methods_on_cards import method_needs, refusals
 from .shared import Command, print_json, print_table, say
 
 SCENE = "cornell"   # the tables depend on the scene; the programs hardly do
@@ -36,8 +38,6 @@ def _hardware(chosen: argparse.Namespace) -> None:
     found = cards()
     refused, unknown = {}, ""
     if chosen.methods:
-        from ..hardware.compiler import not_countable
-        from ..hardware.methods_on_cards import method_needs, refusals
         say("compiling every method's programs")
         needs = method_needs(scene_name=chosen.scene or SCENE)
         refused = {card.name: refusals(card, needs) for card in found}

@@ -9,6 +9,7 @@ from ..errors import Error, OptionError, how_to_install
 from ..methods import find_method
 from ..render.integrators import find_integrator
 from ..tracer import AUTO, DEFAULT_METHOD
+from ..viewer.selection import DECIDED, Selection
 from .camera import add_camera, camera_of
 from .picture import add_picture, picture_options
 from .shared import add_method, add_options, options_for, print_json, size_word
@@ -30,7 +31,6 @@ def add_command(command: Callable[..., argparse.ArgumentParser]) -> None:
 
 
 def _view(chosen: argparse.Namespace) -> None:
-    from ..viewer.selection import DECIDED, Selection
     if chosen.method == AUTO:
         raise OptionError("the viewer cannot use the settings of tune, because its user changes "
                           "settings; give a method's name")
@@ -47,6 +47,7 @@ def _view(chosen: argparse.Namespace) -> None:
     for name, value in light.items():
         selection = selection.with_light(name, value)
     try:
+        # The window's libraries are optional dependencies.
         from ..viewer.window import run
     except ImportError as failure:
         raise Error(f"the viewer needs {failure.name}; {how_to_install('view')}, or run `make "

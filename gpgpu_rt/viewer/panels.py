@@ -22,6 +22,7 @@ from .heat_view import LAYOUTS
 from .line import line_of
 from .link import Link
 from .model import MODES, Viewer
+from .program_view import ProgramView
 from .selection import Selection
 
 WIDTH, LOW = 304, 58        # width of the left panel and height of the bottom panel, in pixels
@@ -41,8 +42,9 @@ HELP = (
     ("Enter", "draw every pixel, even if that takes long"),
     ("P", "save the picture with its settings"),
     ("Tab", "hide or show the panels"),
+    ("T", "show or hide the text of the program that runs"),
     ("H", "hide or show this help"),
-    ("Esc", "close the open list, the path or the message"),
+    ("Esc", "close the open list, the path, the text or the message"),
     ("Ctrl+Q", "quit"),
 )
 _ENTER = imgui.InputTextFlags_.enter_returns_true.value
@@ -61,6 +63,7 @@ class Panels:
     def __init__(self, viewer: Viewer, link: Link, save: Callable[[], None]) -> None:
         self.viewer, self.link, self._save = viewer, link, save
         self.help, self.shown = False, True
+        self.program = ProgramView()
         self._source = ""
 
     def draw(self, mouse: tuple[int, int]) -> None:
@@ -71,6 +74,8 @@ class Panels:
             self._below(width, height)
         if self.viewer.path is not None:
             self._path(width, height)
+        if self.program.shown:
+            self._program(width, height)
         if self.help:
             self._helping(width)
         self._notice(width)
@@ -309,6 +314,21 @@ class Panels:
                         imgui.table_next_column()
                         imgui.text_unformatted(cell)
             imgui.end_table()
+        imgui.end()
+
+    def _program(self, width: int, height: int) -> None:
+        left = WIDTH if self.shown else 0
+        imgui.set_next_window_pos(imgui.ImVec2(left, 0), imgui.Cond_.first_use_ever.value)
+        imgui.set_next_window_size(imgui.ImVec2(width - left, height - LOW),
+                                   imgui.Cond_.first_use_ever.value)
+        program = self.program
+        _, program.shown = imgui.begin(f"{program.title}###program", True,
+                                       imgui.WindowFlags_.horizontal_scrollbar.value)
+        clipper = imgui.ListClipper()
+        clipper.begin(len(program.lines))
+        while clipper.step():
+            for line in program.lines[clipper.display_start:clipper.display_end]:
+                imgui.text_unformatted(line)
         imgui.end()
 
 

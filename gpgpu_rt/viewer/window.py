@@ -158,6 +158,7 @@ class Window(moderngl_window.WindowConfig):
     def on_render(self, time: float, frame_time: float) -> None:    # noqa: A002
         self._frames += 1
         changed = self.viewer.step()
+        self.panels.program.update(self.viewer)
         self._measure(changed)
         if min(self.wnd.buffer_size) < 1:
             return
@@ -346,7 +347,8 @@ class Window(moderngl_window.WindowConfig):
         for key, action in {
             keys.C: self._change_flight, keys.R: viewer.reset_camera, keys.P: self._save,
             keys.H: self._change_help, keys.TAB: self._change_panels,
-            keys.ENTER: viewer.insist, keys.ESCAPE: self._close_what_is_open,
+            keys.T: self._change_program, keys.ENTER: viewer.insist,
+            keys.ESCAPE: self._close_what_is_open,
             keys.M: lambda: self._next_method(-1 if shift else 1),
             **{getattr(keys, f"NUMBER_{k + 1}"): lambda mode=mode: viewer.look_at(mode)
                for k, mode in enumerate(MODES)},
@@ -380,11 +382,15 @@ class Window(moderngl_window.WindowConfig):
     def _change_help(self) -> None:
         self.panels.help = not self.panels.help
 
+    def _change_program(self) -> None:
+        self.panels.program.shown = not self.panels.program.shown
+
     def _change_panels(self) -> None:
         self.panels.shown = not self.panels.shown
 
     def _close_what_is_open(self) -> None:
-        self.panels.help, self.viewer.path, self.viewer.message = False, None, ""
+        self.panels.help = self.panels.program.shown = False
+        self.viewer.path, self.viewer.message = None, ""
 
     def _next_method(self, by: int) -> None:
         names = [row.name for row in methods()]

@@ -10,9 +10,9 @@ import gpgpu_rt as rt
 
 PACKAGE = Path(rt.__file__).parent
 MOST_MODULES = 12       # directly in gpgpu_rt, which a newcomer meets first
-# The command line's entry imports late, so that an early interrupt is silent. The commands import
-# late what only they need: charts, compilers of cards and the window's optional libraries.
-LATE = {"__main__.py", "cli/benching.py", "cli/hardware.py", "cli/view.py"}
+# The command line's entry imports late, so that an early interrupt is silent. Two commands import
+# late what needs optional dependencies: charts and the window.
+LATE = {"__main__.py", "cli/benching.py", "cli/view.py"}
 
 
 def sources() -> Iterator[tuple[Path, tuple[str, ...]]]:

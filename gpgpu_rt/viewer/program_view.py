@@ -1,0 +1,42 @@
+"""ProgramView: the GLSL text of the program that the viewer's method runs."""
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..inspect.traced_programs import traced_programs
+
+if TYPE_CHECKING:
+    from .model import Viewer
+
+
+class ProgramView:
+    """What `gpgpu-rt program` prints, for the method, options and scene of a viewer.
+
+    Attributes
+    ----------
+    shown : whether the text is asked for
+    title : method, schedule and number of lines
+    lines : the text
+    """
+
+    def __init__(self) -> None:
+        self.shown, self.title, self.lines = False, "program", list[str]()
+        self._of: tuple[object, ...] | None = None
+
+    def update(self, viewer: Viewer) -> None:
+        """Compile the programs and take their text, where the text is shown and another choice is
+        looked at; call this between frames, for it draws. A mistake is told by the viewer."""
+        selection = viewer.selection
+        asked = id(viewer.scene), selection.method, repr(selection.options)
+        if not self.shown or asked == self._of:
+            return
+        self._of, self.lines, self.title = asked, [], f"program of {selection.method}"
+        try:
+            programs = [one for one in traced_programs(
+                selection.method, {**selection.options, "context": viewer.gpu}, viewer.scene)
+                if one.traverses]
+        except Exception as failure:
+            viewer.tell(failure)
+            return
+        self.lines = "\n".join(one.text for one in programs).splitlines()
+        self.title = f"{self.title}: {len(self.lines)} lines"
