@@ -179,7 +179,7 @@ def test_every_pass_of_every_method_is_counted(method: str, schedule: str) -> No
 
 def test_counting_the_counters_is_refused() -> None:
     with rt.Tracer(rt.load_scene("cornell"), "kd-restart", statistics=True) as tracer:
-        with pytest.raises(rt.Error, match="counted too"):
+        with pytest.raises(rt.Error, match="counted, too"):
             counted(tracer, lambda: None)
 
 
@@ -196,7 +196,7 @@ def test_an_instruction_that_is_not_emulated_is_named() -> None:
     text, = compiled([("#version 330\nin vec2 p; void main() { gl_Position = vec4(p, 0, 1); }",
                        "#version 330\nuniform vec4 a; out vec4 colour;\n"
                        "void main() { colour = vec4(sin(a.x)); }")])
-    with pytest.raises(ShaderError, match="^fsin is not among .*hardware/translate.py$"):
+    with pytest.raises(ShaderError, match="fsin cannot be emulated.*hardware/translate.py$"):
         translate(parse(text))
 
 
