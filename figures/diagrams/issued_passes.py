@@ -55,7 +55,7 @@ def logged(tracer: rt.Tracer, left_out: tuple[str, ...] = ()) -> Iterator[Issued
     def kernel_of(drawn: Any) -> str:
         if drawn.uniforms.get("equal"):
             return "tile_pairs, again"    # the second pass, for the triangles at the smallest t
-        for key, one in getattr(tracer.session.driver, "_programs", {}).items():
+        for key, one in getattr(tracer.session.driver, "programs", {}).items():
             if one is drawn and isinstance(key, ProgramKey):
                 return ("init", *tracer.method.kernels)[key.kernel]
         return str(drawn.name).split("/")[-1].removesuffix(".frag")

@@ -112,7 +112,7 @@ def _kernels(scene: rt.Scene, method: str, options: dict[str, Any], program: Pro
     """
     with rt.Tracer(scene, method, **options, schedule="kernels") as tracer:
         tracer.trace(*scene.camera.rays((16, 16)))
-        passes = {key.kernel: one for key, one in tracer.session.driver._programs.items()
+        passes = {key.kernel: one for key, one in tracer.session.driver.programs.items()
                   if isinstance(key, ProgramKey) and key.kernel}
         texts = {kernel: tracer.gpu.text_of(one.program) for kernel, one in passes.items()}
         names = tracer.method.kernels

@@ -159,6 +159,26 @@ def texture_bytes(textures: Iterable[moderngl.Texture]) -> int:
     return sum(t.width * t.height * t.components * int(t.dtype[1]) for t in textures)
 
 
+def bytes_of(*parts: Any) -> int:
+    """Bytes of textures, and of all that has a ``bytes`` of its own; of other parts 0.
+
+    Parameters
+    ----------
+    parts : these, None, or lists, tuples and dicts of them
+    """
+    total = 0
+    for part in parts:
+        if isinstance(part, moderngl.Texture):
+            total += texture_bytes([part])
+        elif isinstance(part, Mapping):
+            total += bytes_of(*part.values())
+        elif isinstance(part, list | tuple):
+            total += bytes_of(*part)
+        elif hasattr(part, "bytes"):
+            total += part.bytes()
+    return total
+
+
 def release(*parts: Any) -> None:
     """Free GL objects, and what has a ``release`` of its own.
 

@@ -6,23 +6,21 @@ from dataclasses import replace
 import moderngl
 
 from ..gl.full_screen import FullScreenPass
-from ..gl.precision import Precision
 from ..gl.record import Record, streams_glsl
 from ..gl.target import Target
 from ..gl.textures import release
 from ..rays.records import COUNTERS, HIT
 from ..rays.textures import PingPong, RayTextures, StateBuffers
 from ..statistics import Statistics
-from .driver import Samplers, Setup, Watch
-from .method import Accelerator
+from .driver import MethodDriver, Setup, Watch
 from .packets import packet_defines, packet_of
-from .schedules import UNFINISHED, kernel_defines, method_texts
+from .schedules import kernel_defines, method_texts
 from .stack_atlas import StackAtlas
 
 QUERY_INTERVAL = 16   # steps between two counts of the packets that are over
 
 
-class PacketSteps:
+class PacketSteps(MethodDriver):
     """A packet method under the schedule ``step``; see ``Traversal``.
 
     A step is a pass over the rays, in which those whose packet stands at a triangle test it, and a
@@ -30,32 +28,22 @@ class PacketSteps:
     it has for its stack is drawn into the atlas between steps.
     """
 
+    keeps_states = True
     watch: Watch | None = None
 
     def __init__(self, setup: Setup) -> None:
-        self.gpu, self.method, options = setup.gpu, setup.method, setup.options
-        self.options, self.samplers = options, setup.samplers
-        self.accelerator, self.step_cap = setup.accelerator, setup.step_cap
-        self.precision = Precision.of(options)
+        super().__init__(setup)
         assert self.method.packet_state is not None
-        stepwise = self.method.packet_state(options)
+        stepwise = self.method.packet_state(self.options)
         self.state, self.entry, self.glsl = stepwise.state, stepwise.stack_entry, stepwise.glsl
         self.phases = kernel_defines(stepwise.kernels)
-        self.counted = [COUNTERS] if options["statistics"] else []
-        self._programs: dict[object, FullScreenPass] = {}
-        self._room: PacketStates | None = None
-
-    def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Read these tables from now on: the same records and defines, triangles that moved."""
-        self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
-        for program in self._programs.values():
-            program.set(**accelerator.uniforms)
+        self.counted = [COUNTERS] if self.statistics_on else []
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
         """Trace every ray; where the hits are, and how many rays the step cap stopped."""
         self.gpu.context.enable_only(moderngl.NOTHING)
-        room = self._room_for(buffers.size)
+        room = self._states_for(buffers.size)
         now, then = 0, 1
         self._visit(rays, room, None, None, room.side(now), any_hit, statistics)
         self._intersect(rays, room.side(now), None, buffers.side(now), any_hit, statistics)
@@ -69,7 +57,7 @@ class PacketSteps:
                 now, then = then, now
         final = buffers.side(then)
         self._intersect(rays, room.side(now), buffers.side(now), final, any_hit, statistics)
-        return final, self._stopped(final, buffers, statistics)
+        return final, self.count_stopped(final, buffers, statistics)
 
     # Passes ---------------------------------------------------------------------------------
 
@@ -84,9 +72,7 @@ class PacketSteps:
             textures |= room.atlas.samplers()
             program.set(**room.atlas.uniforms)
         program.set(ray_texture_size=rays.size, step_cap=self.step_cap, **rays.uniforms())
-        program.draw(target, textures)
-        statistics.passes += 1
-        statistics.draw_calls += 1
+        self.draw(program, target, textures, statistics)
         if room.atlas is not None and source is not None:
             room.atlas.push(target.samplers())
             self.gpu.context.enable_only(moderngl.NOTHING)
@@ -99,29 +85,22 @@ class PacketSteps:
         """What every ray does in a step."""
         program = self._program("packet_intersect", rays.record, any_hit, source is None)
         program.set(**rays.uniforms())
-        program.draw(target, {
+        self.draw(program, target, {
             **self.samplers, **rays.samplers(), **(source.samplers() if source else {}),
-            **{f"packet_{name}": texture for name, texture in packets.samplers().items()}})
-        statistics.passes += 1
-        statistics.draw_calls += 1
+            **{f"packet_{name}": texture for name, texture in packets.samplers().items()}},
+            statistics)
         if self.watch is not None:
             self.watch("intersect", source, target)
 
     def _live(self, room: PacketStates, packets: Target, statistics: Statistics) -> int:
-        program = self._counting("drivers/mask.frag", self.state)
+        program = self.state_program("mask", self.state)
         done = program.count(room.mask, packets.samplers(), statistics)
         return room.size[0] * room.size[1] - done
-
-    def _stopped(self, final: Target, buffers: StateBuffers, statistics: Statistics) -> int:
-        program = self._counting("drivers/classify.frag", self.method.state)
-        program.set(phase=UNFINISHED)
-        return program.count(buffers.mask, final.samplers(), statistics)
 
     # Programs and textures ------------------------------------------------------------------
 
     def _program(self, name: str, rays: Record, any_hit: bool, start: bool) -> FullScreenPass:
-        key = (name, rays, any_hit, start)
-        if key not in self._programs:
+        def make() -> FullScreenPass:
             layout = self.precision.layout
             state, hit = layout(self.state), layout(HIT)
             reads: list[Record] = [rays]
@@ -132,35 +111,19 @@ class PacketSteps:
                 reads += [replace(record, name="packet_" + record.name)
                           for record in (state, *self.counted)]
                 writes = [layout(self.method.state), hit, *self.counted]
-            self._programs[key] = FullScreenPass(
+            return FullScreenPass(
                 self.gpu, f"drivers/{name}.frag",
                 {**packet_defines(self.method, self.accelerator, self.options, any_hit),
                  **self.phases, "START": start},
                 {**method_texts(self.method, self.options), "stepwise": f"file:{self.glsl}",
                  "streams": streams_glsl(reads, writes)})
-            self._programs[key].set(**self.accelerator.uniforms)
-        return self._programs[key]
+        return self.program((name, rays, any_hit, start), make)
 
-    def _counting(self, entry: str, state: Record) -> FullScreenPass:
-        if entry not in self._programs:
-            self._programs[entry] = FullScreenPass(self.gpu, entry, {}, {
-                "streams": self.precision.layout(state).stream_glsl(writes=False)})
-        return self._programs[entry]
-
-    def _room_for(self, rays: tuple[int, int]) -> PacketStates:
+    def _states_for(self, rays: tuple[int, int]) -> PacketStates:
         width, height = packet_of(self.options)
         size = (-(-rays[0] // width), -(-rays[1] // height))
-        if self._room is None or self._room.size != size:
-            release(self._room)
-            self._room = PacketStates(self, size)
-        return self._room
-
-    def bytes(self) -> int:
-        """Bytes of the packets' states and of their stacks."""
-        return self._room.bytes() if self._room is not None else 0
-
-    def release(self) -> None:
-        release(self._programs, self._room)
+        return self.keep("states", lambda: PacketStates(self, size),
+                         lambda states: states.size == size)
 
 
 class PacketStates(PingPong):

@@ -10,19 +10,17 @@ from typing import Any
 import moderngl
 
 from ..gl.full_screen import FullScreenPass
-from ..gl.precision import Precision
 from ..gl.record import Record, streams_glsl
 from ..gl.target import Target
-from ..gl.textures import release
 from ..options import TRACER_OPTIONS, resolve_options
-from ..rays.records import COUNTERS, HIT, RAY_TEXELS
+from ..rays.records import COUNTERS, HIT
 from ..rays.textures import RayTextures, StateBuffers
 from ..statistics import Statistics
-from .driver import Samplers, Setup
+from .driver import UNFINISHED, MethodDriver, Samplers, Setup
 from .method import Accelerator, Method
 from .packet_hits import PacketHits, PacketTargets
 from .packet_tiles import PacketTiles, TilePass
-from .schedules import UNFINISHED, Traversal, method_defines, method_texts
+from .schedules import Traversal, method_defines, method_texts
 
 # Steps a packet may take in its pass. Every step is an iteration of one loop, and no more than two
 # further iterations come with it: this stays below the 65,535 at which llvmpipe ends all loops.
@@ -30,41 +28,28 @@ PACKET_STEPS = 20_000
 LIVE = 1   # the phase of a ray that its packet left behind
 
 
-class PacketTraversal:
+class PacketTraversal(MethodDriver):
     """A packet method's programs for one set of tables and options; see ``Traversal``."""
 
     def __init__(self, setup: Setup) -> None:
-        self.gpu, self.method, options = setup.gpu, setup.method, setup.options
-        self.options, self.samplers = options, setup.samplers
-        self.accelerator, self.step_cap = setup.accelerator, setup.step_cap
-        self.setup = setup
-        self.precision = Precision.of(options)
-        self.packet = packet_of(options)
+        super().__init__(setup)
+        self.packet = packet_of(self.options)
         self.rays = self.packet[0] * self.packet[1]
         # A target a ray, or a number of four rays; where there are too few, one for four rows.
         self.rows_alone = self.rays > self.gpu.max_draw_buffers
         self.targets = self.rays // 4 if self.rows_alone else self.rays
         self.fours = self.rays % 4 == 0 and not self.rows_alone
-        self.statistics_on = bool(options["statistics"])
-        self._tiles = PacketTiles(self.gpu, self.packet, options.get("entry_points"))
-        self._programs: dict[object, FullScreenPass] = {}
-        self._tile_passes: dict[object, TilePass] = {}
-        self._room: PacketTargets | None = None
-        self._single: Traversal | None = None
-        self._single_room: tuple[RayTextures, StateBuffers] | None = None
+        self._tiles = PacketTiles(self.gpu, self.packet, self.options.get("entry_points"))
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
         """Read these tables from now on: the same records and defines, triangles that moved."""
-        self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
-        for program in (*self._programs.values(), *self._tile_passes.values()):
-            program.set(**accelerator.uniforms)
-        release(self._single)
-        self._single = None   # made again of what is there now
+        super().follow(samplers, accelerator, step_cap)
+        self.drop("single")     # made again over the triangles as they are now
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target | PacketHits, int]:
         """Trace every ray; where the hits are, and how many rays the step cap stopped."""
-        room = self._room_for(buffers.size)
+        room = self._targets_for(buffers.size)
         self.gpu.context.enable_only(moderngl.NOTHING)
 
         def hand_back() -> Target:
@@ -86,7 +71,7 @@ class PacketTraversal:
             return now, 0
         if self.step_cap > PACKET_STEPS:
             self._trace_singly(rays, now, statistics, any_hit)
-        return now, self._count(UNFINISHED, now, buffers, statistics)
+        return now, self.count_stopped(now, buffers, statistics)
 
     def _draw_packets(self, name: str, rays: RayTextures, room: PacketTargets,
                       statistics: Statistics, any_hit: bool, query: Any = nullcontext()) -> int:
@@ -122,21 +107,18 @@ class PacketTraversal:
         capped = self.step_cap <= PACKET_STEPS
         program.set(unsettled_phase=UNFINISHED if capped else LIVE)
         rays.complete()
-        program.draw(now, {**self.samplers, **rays.samplers(), **room.samplers(any_hit)})
-        statistics.passes += 1
-        statistics.draw_calls += 1
+        self.draw(program, now, {**self.samplers, **rays.samplers(), **room.samplers(any_hit)},
+                  statistics)
         return now
 
     def _trace_singly(self, rays: RayTextures, now: Target, statistics: Statistics,
                       any_hit: bool) -> None:
         """Trace what packets left behind one ray a fragment, and write it into ``now``."""
         single = self._single_traversal()
-        if self._single_room is None or not self._single_room[0].fits(rays):
-            self._release_single_room()
-            self._single_room = (
-                rays.like(rays.size),
-                StateBuffers(self.gpu, single.method.state, rays.size, False, self.precision))
-        single_rays, single_buffers = self._single_room
+        single_rays, single_buffers = self.keep("single rays", lambda: (
+            rays.like(rays.size),
+            StateBuffers(self.gpu, single.method.state, rays.size, False, self.precision)),
+            lambda part: part[0].fits(rays))
         rays.complete()
         self._program("left_behind", any_hit, rays.in_textures).draw(
             single_rays.target, {**rays.samplers(), **now.samplers()})
@@ -151,7 +133,7 @@ class PacketTraversal:
         statistics.draw_calls += 2
 
     def _single_traversal(self) -> Traversal:
-        if self._single is None:
+        def make() -> Traversal:
             row = self.setup.find_method(str(self.method.single))
             known = (*TRACER_OPTIONS, *row.options)
             shared = {option.name: self.options[option.name] for option in known
@@ -161,35 +143,22 @@ class PacketTraversal:
             options = resolve_options({**shared, "schedule": "loop", "statistics": False}, known,
                                       f"method {row.name}")
             samplers, accelerator = self.setup.prepare_other(row, options)
-            self._single = Traversal(replace(
+            return Traversal(replace(
                 self.setup, method=row, samplers=samplers, accelerator=accelerator,
                 options=options, step_cap=self.step_cap))
-        return self._single
-
-    def _count(self, phase: int, now: Target, buffers: StateBuffers,
-               statistics: Statistics) -> int:
-        program = self._program("classify", False)
-        program.set(phase=phase)
-        return program.count(buffers.mask, now.samplers(), statistics)
+        return self.keep("single", make)
 
     # Programs and textures ------------------------------------------------------------------
 
-    def _program(self, name: str, any_hit: bool, rays: Record | None = None) -> FullScreenPass:
-        """``rays`` as the program reads them; None: from textures."""
-        rays = rays or self.precision.layout(RAY_TEXELS)
-        key = (name, any_hit, rays)
-        if key not in self._programs:
-            self._programs[key] = FullScreenPass(self.gpu, *self._texts(name, any_hit, rays))
-            self._programs[key].set(**self.accelerator.uniforms)
-        return self._programs[key]
+    def _program(self, name: str, any_hit: bool, rays: Record) -> FullScreenPass:
+        """``rays`` as the program reads them."""
+        return self.program((name, any_hit, rays), lambda: FullScreenPass(
+            self.gpu, *self._texts(name, any_hit, rays)))
 
     def _tile_pass(self, name: str, any_hit: bool, rays: Record) -> TilePass:
-        """One that is drawn on tiles."""
-        key = (name, any_hit, rays)
-        if key not in self._tile_passes:
-            self._tile_passes[key] = TilePass(self.gpu, *self._texts(name, any_hit, rays))
-            self._tile_passes[key].set(**self.accelerator.uniforms)
-        return self._tile_passes[key]
+        """A program that is drawn on tiles."""
+        return self.program(("tiles", name, any_hit, rays), lambda: TilePass(
+            self.gpu, *self._texts(name, any_hit, rays)))
 
     def _texts(self, name: str, any_hit: bool,
                rays: Record) -> tuple[str, dict[str, object], dict[str, str]]:
@@ -229,8 +198,6 @@ class PacketTraversal:
         elif name == "left_behind":
             reads += written[:1]
             writes = [replace(rays, name="single_rays")]
-        elif name == "classify":
-            reads = written[:1]
         elif name in ("packet_none", "packet_counters_none"):
             reads += [layout(HIT)]      # its struct alone is of use
         else:
@@ -241,24 +208,10 @@ class PacketTraversal:
             writes = written[:2]
         return {**method_texts(self.method, self.options), "streams": streams_glsl(reads, writes)}
 
-    def _room_for(self, size: tuple[int, int]) -> PacketTargets:
-        if self._room is None or self._room.rays != size:
-            release(self._room)
-            self._room = PacketTargets(self.gpu, size, self.packet, self.targets, self.rows_alone,
-                                       self.fours, self.statistics_on)
-        return self._room
-
-    def bytes(self) -> int:
-        """Bytes of the packets' own targets."""
-        return self._room.bytes() if self._room is not None else 0
-
-    def _release_single_room(self) -> None:
-        release(self._single_room)
-        self._single_room = None
-
-    def release(self) -> None:
-        self._release_single_room()
-        release(self._programs, self._tile_passes, self._room, self._single)
+    def _targets_for(self, size: tuple[int, int]) -> PacketTargets:
+        return self.keep("targets", lambda: PacketTargets(
+            self.gpu, size, self.packet, self.targets, self.rows_alone, self.fours,
+            self.statistics_on), lambda targets: targets.rays == size)
 
 
 def packet_of(options: Mapping[str, Any]) -> tuple[int, int]:

@@ -21,12 +21,11 @@ from ..gl.full_screen import FullScreenPass
 from ..gl.precision import Precision
 from ..gl.record import TABLE_WIDTH_LOG2, Record, streams_glsl
 from ..gl.target import Target
-from ..gl.textures import release
 from ..options import word_define
 from ..rays.records import COUNTERS, HIT
 from ..rays.textures import RayTextures, StateBuffers
 from ..statistics import Statistics
-from .driver import Samplers, Setup, Watch
+from .driver import DONE, DRAWN, OVERFLOWN, UNFINISHED, MethodDriver, Watch
 from .live_tiles import Tiles
 from .method import Accelerator, Method
 from .records import ENTRIES, ENTRY_LIST, ENTRY_TILE, PACKET_ENTRY
@@ -37,8 +36,7 @@ from .stack_atlas import StackAtlas
 LOOP_STEPS = 60_000
 
 FEWER = 0.7     # tiles are counted anew when this share of the live rays is left
-DONE, UNFINISHED, OVERFLOWN = 0, -1, -2   # phases that end a ray, as in core/phase.glsl
-MASKED, DRAWN = 0.0, 0.5   # depths of a masked ray and of the passes it is masked from
+MASKED = 0.0    # depth of a masked ray
 
 
 def kernel_depth(kernel: int) -> float:
@@ -62,26 +60,12 @@ class ProgramKey(NamedTuple):
     kernel: int   # the only one it runs, or 0
 
 
-class Traversal:
+class Traversal(MethodDriver):
     """A method's programs for one set of tables and options, under any of the three schedules."""
 
+    keeps_states = True
     watch: Watch | None = None
-
-    def __init__(self, setup: Setup) -> None:
-        self.gpu, self.method, options = setup.gpu, setup.method, setup.options
-        self.options, self.samplers = options, setup.samplers
-        self.accelerator, self.step_cap = setup.accelerator, setup.step_cap
-        self.precision = Precision.of(options)
-        self.statistics_on = bool(options["statistics"])
-        self._programs: dict[object, FullScreenPass] = {}
-        self._tiles: Tiles | None = None
-        self._atlas: StackAtlas | None = None
-
-    def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Read these tables from now on: the same records and defines, triangles that moved."""
-        self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
-        for program in self._programs.values():
-            program.set(**accelerator.uniforms, step_cap=step_cap)
+    _atlas: StackAtlas | None = None
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
@@ -94,8 +78,7 @@ class Traversal:
         """
         schedule = {"kernels": self._run_kernels, "step": self._run_step, "loop": self._run_loop}
         context = self.gpu.context
-        if self.method.stack_entry is not None:
-            self._make_atlas(buffers.size)
+        self._atlas = self._atlas_for(buffers.size)
         try:
             return schedule[str(self.options["schedule"])](rays, buffers, statistics, any_hit)
         finally:
@@ -123,7 +106,8 @@ class Traversal:
                   any_hit: bool) -> tuple[Target, int]:
         steps = self.options["steps_per_pass"]
         interval = self.options["mask_interval"] or max(2, 16 // steps)
-        program, mask = self._traverse(rays, any_hit, steps), self._pass("drivers/mask.frag")
+        program = self._traverse(rays, any_hit, steps)
+        mask = self.state_program("mask", self.method.state)
         before, now = buffers.side(1), buffers.side(0)
         tiles = self._tiles_for(buffers)
         self._clear_depth(buffers)
@@ -143,7 +127,7 @@ class Traversal:
                 tiles.choose(None)
                 statistics.draw_calls += 1
                 counted = live
-        return now, self._phase_count(UNFINISHED, now, buffers, statistics)
+        return now, self.count_stopped(now, buffers, statistics)
 
     def _run_kernels(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
                      any_hit: bool) -> tuple[Target, int]:
@@ -160,7 +144,7 @@ class Traversal:
             statistics.live.append(sum(waiting.values()))
             kernel = max(waiting, key=waiting.__getitem__)
             if not waiting[kernel]:
-                return now, self._phase_count(UNFINISHED, now, buffers, statistics)
+                return now, self.count_stopped(now, buffers, statistics)
             name = self.method.kernels[kernel - 1]
             program = self._traverse(rays, any_hit, 1, kernel=kernel)
             pairs = max(1, interval // 2)
@@ -171,29 +155,28 @@ class Traversal:
             for _ in range(pairs):
                 for source, target in ((now, scratch), (scratch, now)):
                     self._draw(program, rays, source, target, statistics, kernel_depth(kernel),
-                               tiles)
-            statistics.kernel_passes[name] = statistics.kernel_passes.get(name, 0) + 2 * pairs
+                               tiles, name)
 
     # What schedules are made of -------------------------------------------------------------
 
     def _draw(self, program: FullScreenPass, rays: RayTextures,
               source: Target | None, target: Target, statistics: Statistics,
-              depth: float = DRAWN, tiles: Tiles | None = None) -> None:
+              depth: float = DRAWN, tiles: Tiles | None = None,
+              kernel: str | None = None) -> None:
         program.set(**rays.uniforms())
         samplers = {**self.samplers, **rays.samplers(), **(source.samplers() if source else {})}
         if self._atlas is not None:
             samplers.update(self._atlas.samplers())
             program.set(**self._atlas.uniforms)
-        program.draw(target, samplers, depth, tiles and tiles.rectangles)
-        statistics.passes += 1
-        statistics.draw_calls += 1
+        self.draw(program, target, samplers, statistics, kernel, depth=depth,
+                  rectangles=tiles and tiles.rectangles)
         if self.watch is not None:
             self.watch(self.kernel_of(program), source, target)
 
     def kernel_of(self, program: FullScreenPass) -> str:
         """The kernel that a program is; "init" where it sets states up, "all" where each ray runs
         its own."""
-        key = next(key for key, one in self._programs.items() if one is program)
+        key = next(key for key, one in self.programs.items() if one is program)
         assert isinstance(key, ProgramKey)
         if key.start and not key.steps:
             return "init"
@@ -201,7 +184,7 @@ class Traversal:
 
     def program_of(self, kernel: str) -> FullScreenPass:
         """The program that has run as this kernel."""
-        return next(one for key, one in self._programs.items()
+        return next(one for key, one in self.programs.items()
                     if isinstance(key, ProgramKey) and self.kernel_of(one) == kernel)
 
     def _push(self, now: Target, tiles: Tiles, statistics: Statistics) -> None:
@@ -216,7 +199,7 @@ class Traversal:
         tiles.choose(None)
         tiles.count(now.samplers())
         self._clear_depth(buffers)
-        program = self._pass("drivers/classify.frag")
+        program = self.state_program("classify", self.method.state)
         queries = {}
         for kernel in range(1, len(self.method.kernels) + 1):
             tiles.choose(kernel)
@@ -232,50 +215,35 @@ class Traversal:
               statistics: Statistics) -> tuple[int, int]:
         """Rays still to trace, and rays that the step cap stopped."""
         rays = buffers.size[0] * buffers.size[1]
-        done = self._phase_count(DONE, now, buffers, statistics)
+        done = self.count_phase(DONE, now, buffers, statistics)
         if done == rays:   # as good as always: one query tells all
             return 0, 0
-        stopped = self._phase_count(UNFINISHED, now, buffers, statistics)
+        stopped = self.count_stopped(now, buffers, statistics)
         return rays - done - stopped, stopped
-
-    def _phase_count(self, phase: int, now: Target, buffers: StateBuffers,
-                     statistics: Statistics) -> int:
-        program = self._pass("drivers/classify.frag")
-        program.set(phase=phase)
-        self.gpu.context.enable_only(moderngl.NOTHING)
-        return program.count(buffers.mask, now.samplers(), statistics, DRAWN)
 
     def _clear_depth(self, buffers: StateBuffers) -> None:
         self.gpu.context.depth_func = "<"
         buffers.mask.clear(depth=1.0)
 
     def _tiles_for(self, buffers: StateBuffers) -> Tiles:
-        if self._tiles is None or self._tiles.size != buffers.size:
-            release(self._tiles)
-            self._tiles = Tiles(self.gpu, buffers.size, self._state_glsl())
-        self._tiles.everywhere()
-        return self._tiles
+        tiles = self.keep(
+            "tiles", lambda: Tiles(self.gpu, buffers.size, self._state_glsl()),
+            lambda tiles: tiles.size == buffers.size)
+        tiles.everywhere()
+        return tiles
 
-    def _make_atlas(self, size: tuple[int, int]) -> None:
-        if self._atlas is not None and self._atlas.size == size:
-            return
-        release(self._atlas)
-        assert self.method.stack_entry is not None
-        self._atlas = StackAtlas(
-            self.gpu, self.method.stack_entry, self.precision.layout(self.method.state),
+    def _atlas_for(self, size: tuple[int, int]) -> StackAtlas | None:
+        entry = self.method.stack_entry
+        return None if entry is None else self.keep("atlas", lambda: StackAtlas(
+            self.gpu, entry, self.precision.layout(self.method.state),
             self.accelerator.stack_levels, size, self.precision,
-            kernel_defines(self.method.kernels))
-
-    def bytes(self) -> int:
-        """Bytes of the stack's atlas, where the method has one."""
-        return self._atlas.bytes() if self._atlas is not None else 0
+            kernel_defines(self.method.kernels)), lambda atlas: atlas.size == size)
 
     # Programs -------------------------------------------------------------------------------
 
     def _traverse(self, rays: RayTextures, any_hit: bool, steps: int, start: bool = False,
                   kernel: int = 0) -> FullScreenPass:
-        key = ProgramKey(rays.record, any_hit, steps, start, kernel)
-        if key not in self._programs:
+        def make() -> FullScreenPass:
             defines = {
                 **method_defines(self.method, self.accelerator, self.options, any_hit),
                 **kernel_defines(self.method.kernels),
@@ -283,13 +251,12 @@ class Traversal:
                 "SINGLE_STEP": steps == 1, "MANY_STEPS": steps > 1}
             virtual = {**method_texts(self.method, self.options),
                        "streams": self._streams_glsl(rays.record)}
-            self._programs[key] = FullScreenPass(
-                self.gpu, "drivers/traverse.frag", defines, virtual)
-            self._programs[key].set(**self.accelerator.uniforms, step_cap=self.step_cap,
-                                    steps_per_pass=steps)
+            program = FullScreenPass(self.gpu, "drivers/traverse.frag", defines, virtual)
+            program.set(steps_per_pass=steps)
             if kernel:
-                self._programs[key].label = self.method.kernels[kernel - 1]
-        return self._programs[key]
+                program.label = self.method.kernels[kernel - 1]
+            return program
+        return self.program(ProgramKey(rays.record, any_hit, steps, start, kernel), make)
 
     def _streams_glsl(self, rays: Record) -> str:
         layout = self.precision.layout
@@ -298,17 +265,8 @@ class Traversal:
                             (layout(self.method.state), layout(HIT),
                              *([COUNTERS] if self.statistics_on else [])))
 
-    def _pass(self, entry: str) -> FullScreenPass:
-        if entry not in self._programs:
-            self._programs[entry] = FullScreenPass(
-                self.gpu, entry, {}, {"streams": self._state_glsl()})
-        return self._programs[entry]
-
     def _state_glsl(self) -> str:
         return self.precision.layout(self.method.state).stream_glsl(writes=False)
-
-    def release(self) -> None:
-        release(self._programs, self._tiles, self._atlas)
 
 
 def method_defines(method: Method, accelerator: Accelerator, options: Mapping[str, Any],

@@ -22,7 +22,7 @@ def test_single_rays_begin_at_the_root(monkeypatch: pytest.MonkeyPatch, exact_re
         expected = tracer.trace(*rays)
     with rt.Tracer(scene, method, octants=octants, entry_points=tile) as tracer:
         hits = tracer.trace(*rays)
-        assert tracer.session.driver.driver._single is not None     # some were left behind
+        assert tracer.session.driver.driver.kept.get("single") is not None    # packets left rays
         hidden = tracer.occluded(*rays)
     assert_same_bits(hits, expected)
     assert (hidden == expected.hit).all()

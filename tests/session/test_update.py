@@ -227,6 +227,6 @@ def test_rays_that_packets_leave_behind(exact_renderer, method: str, options: di
             after = moved(triangles, amount, 16)
             tracer.update(after)
             hits = tracer.trace(*rays)
-            assert tracer.session.driver._single is not None and not hits.status.any()
+            assert tracer.session.driver.kept.get("single") is not None and not hits.status.any()
             with rt.Tracer(scene_of(after), "brute-force") as fresh:
                 assert_same_bits(hits, fresh.trace(*rays))

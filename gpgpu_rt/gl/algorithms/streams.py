@@ -21,7 +21,7 @@ from ..full_screen import FullScreenPass, Rectangles
 from ..primitive_pass import PrimitivePass
 from ..record import EXACT_INTEGER, TABLE_WIDTH_LOG2, Record
 from ..target import Target
-from ..textures import TABLE_WIDTH, note_moved, release
+from ..textures import TABLE_WIDTH, bytes_of, note_moved, release
 
 
 class Stream(Target):
@@ -156,6 +156,10 @@ class StreamRoom:
 
     def _entry(self, program: str) -> str:
         return program if "/" in program else f"{self.folder}/{program}"
+
+    def bytes(self) -> int:
+        """Bytes of the streams."""
+        return bytes_of(self._streams)
 
     def release(self) -> None:
         release(self._streams, self._passes, self._points, self._rectangles)

@@ -11,23 +11,21 @@ from ...gl.algorithms.records import VALUES
 from ...gl.algorithms.scan import scan
 from ...gl.algorithms.streams import Stream, StreamRoom, span
 from ...gl.full_screen import FullScreenPass, Rectangles
-from ...gl.precision import Precision
 from ...gl.record import EXACT_INTEGER, Record, streams_glsl
 from ...gl.target import Target
-from ...gl.textures import release
+from ...gl.textures import bytes_of, release
 from ...rays.records import COUNTERS, HIT, NO_TRIANGLE
 from ...rays.textures import RayTextures, StateBuffers
 from ...statistics import Statistics
-from ...traversal.driver import Samplers, Setup
-from ...traversal.method import Accelerator
+from ...traversal.driver import MethodDriver, Samplers, Setup
 from ...traversal.records import LEAST, LOWEST, TESTED
-from ...traversal.schedules import UNFINISHED, method_defines, method_texts
+from ...traversal.schedules import method_defines, method_texts
 from .records import MET, QUEUED, TALLY, VISITED
 
 NEAR, FAR, LEAF = "xyz"   # channels of a filtered stream's flags
 
 
-class RayStreams:
+class RayStreams(MethodDriver):
     """Runs `bvh-packet` with the option ``streams``; see ``Driver``.
 
     All waiting elements form one stream, which is used as a stack. A pass pops the last
@@ -44,23 +42,15 @@ class RayStreams:
     """
 
     def __init__(self, setup: Setup) -> None:
-        self.gpu, self.method, self.options = setup.gpu, setup.method, setup.options
-        self.precision = Precision.of(setup.options)
-        self.statistics_on = bool(setup.options["statistics"])
+        super().__init__(setup)
         self.tallied = self.statistics_on or setup.options["step_cap"] is not None
-        self.room = StreamRoom(setup.gpu, "methods/bvh")
+        self.room = self.kept["room"] = StreamRoom(setup.gpu, "methods/bvh")
+        self._rectangles = self.kept["rectangles"] = Rectangles(setup.gpu, 3)
         self.lengths: list[int] = []
-        self._programs: dict[object, FullScreenPass] = {}
-        self._rectangles = Rectangles(setup.gpu, 3)
         self._streams: dict[str, Stream] = {}
-        self._targets: dict[tuple[str, ...], moderngl.Framebuffer] = {}
+        self._targets: dict[tuple[str, ...], Target] = {}
         self._images: dict[str, Target] = {}
         self._size: tuple[int, int] | None = None
-        self.follow(setup.samplers, setup.accelerator, setup.step_cap)
-
-    def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use other tables, of the same records and defines, after triangles moved."""
-        self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
@@ -75,7 +65,7 @@ class RayStreams:
             self._over_rays(rays, None, begun, any_hit)
             self._filter_all(rays, hits, any_hit)
             self._over_rays(rays, hits, final, any_hit)
-            stopped = self._stopped(final, buffers, statistics)
+            stopped = (self.count_stopped(final, buffers, statistics) if self.tallied else 0)
         finally:
             hits.release()
             context.enable_only(moderngl.NOTHING)
@@ -113,7 +103,7 @@ class RayStreams:
                    [rays.record, hits.record, QUEUED, *tally],
                    {**rays.samplers(), **hits.samplers(), **self._streams["queued"].samplers(),
                     **(self._images["tally"].samplers() if tally else {})},
-                   0, count, any_hit, base=first, step_cap=self.step_cap, **rays.uniforms())
+                   0, count, any_hit, base=first, **rays.uniforms())
         visited, flags = self._streams["visited"], self._streams["values"].called("values")
         flags.length = count
         if self.tallied:
@@ -180,12 +170,12 @@ class RayStreams:
         streams = [self._streams[target] for target in targets]
         program = self._program(f"methods/bvh/{name}", reads,
                                 [stream.record for stream in streams], any_hit)
-        program.set(last_element=first + count - 1, **self.accelerator.uniforms)
-        program.set(**uniforms)
+        program.set(last_element=first + count - 1, **uniforms)
         self._rectangles.write(span(first, count))
         if targets not in self._targets:
-            self._targets[targets] = self.gpu.context.framebuffer(
-                [texture for stream in streams for texture in stream.textures])
+            self._targets[targets] = Target(
+                self.gpu, [stream.record for stream in streams], streams[0].size,
+                borrowed={stream.record.name: stream.textures for stream in streams})
         program.draw(self._targets[targets], {**self.samplers, **textures},
                      rectangles=self._rectangles)
         self.room.draws += 1
@@ -199,34 +189,27 @@ class RayStreams:
         writes += [COUNTERS] if self.statistics_on else []
         program = self._program("methods/bvh/stream_rays", reads,
                                 writes, any_hit, START=hits is None)
-        program.set(step_cap=self.step_cap, **rays.uniforms())
+        program.set(**rays.uniforms())
         textures = {**rays.samplers(), **(hits.samplers() if hits is not None else {})}
         for image in self._images.values():
             textures |= image.samplers()
         program.draw(target, textures)
         self.room.draws += 1
 
-    def _stopped(self, final: Target, buffers: StateBuffers, statistics: Statistics) -> int:
-        if not self.tallied:
-            return 0
-        program = self._program("drivers/classify", [self.precision.layout(self.method.state)], [])
-        program.set(phase=UNFINISHED)
-        return program.count(buffers.mask, final.samplers(), statistics)
-
     # Programs and textures ------------------------------------------------------------------
 
     def _program(self, name: str, reads: list[Record], writes: list[Record], any_hit: bool = False,
                  **defines: object) -> FullScreenPass:
-        key = (name, tuple(reads), tuple(writes), any_hit, tuple(sorted(defines.items())))
-        if key not in self._programs:
+        def make() -> FullScreenPass:
             counts = self.statistics_on and COUNTERS in writes
-            self._programs[key] = FullScreenPass(
+            return FullScreenPass(
                 self.gpu, f"{name}.frag",
                 {**method_defines(self.method, self.accelerator, self.options, any_hit),
                  **defines, "TALLIED": self.tallied, "STATISTICS": counts},
                 {**method_texts(self.method, self.options),
                  "streams": streams_glsl(reads, writes)})
-        return self._programs[key]
+        return self.program((name, tuple(reads), tuple(writes), any_hit,
+                             tuple(sorted(defines.items()))), make)
 
     def _stream_size(self, rays: int) -> int:
         """The most elements of a pass for this number of rays."""
@@ -257,7 +240,7 @@ class RayStreams:
 
     def bytes(self) -> int:
         """Bytes of the streams and of the blending targets."""
-        return sum(part.bytes() for part in (*self._streams.values(), *self._images.values()))
+        return super().bytes() + bytes_of(self._images)
 
     def _release_room(self) -> None:
         release(self._targets, self._images)
@@ -265,5 +248,6 @@ class RayStreams:
         self._targets, self._images, self._streams, self._size = {}, {}, {}, None
 
     def release(self) -> None:
+        """Free programs, streams and targets."""
         self._release_room()
-        release(self._programs, self._rectangles, self.room)
+        super().release()

@@ -9,16 +9,13 @@ import moderngl
 import numpy as np
 
 from ...accel.runs import chunks, expand
-from ...gl.full_screen import FullScreenPass
 from ...gl.record import Record
 from ...gl.target import Target
-from ...gl.textures import read_texture, release, texture_bytes
+from ...gl.textures import read_texture, texture_bytes
 from ...rays.records import RAY_AFTER_HIT, RAY_TEXELS
 from ...rays.textures import RayTextures, StateBuffers
 from ...statistics import Statistics
-from ...traversal.driver import Samplers, Setup
-from ...traversal.method import Accelerator
-from ...traversal.schedules import UNFINISHED
+from ...traversal.driver import UNFINISHED, MethodDriver
 from .quads import BatchTargets, Runs
 from .ray_trip import RayTrip
 
@@ -26,25 +23,13 @@ MOST_QUADS = 1 << 20       # a draw; a batch with more is drawn in parts
 QUAD = np.dtype([("rectangle", "<f4", 4), ("row", "<i4")])
 
 
-class RayEngine:
+class RayEngine(MethodDriver):
     """Drives a method whose host walks cells; see ``Driver``, and
     ``glsl/methods/ray_engine/ray_engine.glsl``.
 
     A round takes the queues that are long enough, or all where none is, in batches, and walks
     their rays on. Of a ray only what it has hit so far goes up and comes down with its batch.
     """
-
-    def __init__(self, setup: Setup) -> None:
-        self.setup, self.gpu, self.method = setup, setup.gpu, setup.method
-        self.options = setup.options
-        self.follow(setup.samplers, setup.accelerator, setup.step_cap)
-        self._room: BatchTargets | None = None
-        self._quads: moderngl.Buffer | None = None
-
-    def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Read these tables from now on: the same records and defines, triangles that moved."""
-        self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
-        self.grid = accelerator.structure
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
@@ -85,76 +70,60 @@ class RayEngine:
 
     def _batch(self, trip: RayTrip, chosen: np.ndarray, statistics: Statistics) -> None:
         """Intersect rays, (k,) int sorted by cell, with what their cells list."""
-        split, room = statistics.split, self._room_for(len(trip.phase), trip.record)
+        split, batch = statistics.split, self._batch_for(len(trip.phase), trip.record)
         with clocked(split, "traversal_seconds"):
             runs = Runs.of(trip.walk.key[chosen])
             corners, owner = runs.rectangles()
             listed = trip.walk.listed[runs.cell][owner]
-            starts = self.grid.cell_start[runs.cell].astype(np.int64)[owner]
+            starts = self.accelerator.structure.cell_start[runs.cell].astype(np.int64)[owner]
             fields = trip.fields(chosen)
             depth_end = max(float(trip.walk.t_exit[chosen].max()), 1e-30)
         with clocked(split, "transfer_seconds"):
-            split["bytes_up"] += room.upload(fields)
+            split["bytes_up"] += batch.upload(fields)
             self.gpu.finish()
         parts = chunks(listed, MOST_QUADS)
         for part in parts:
             with clocked(split, "traversal_seconds"):
                 quads = np.zeros(int(listed[part].sum()), QUAD)
                 quads["rectangle"] = np.repeat(corners[part], listed[part], axis=0)
-                quads["row"] = self.grid.references[expand(starts[part], listed[part])]
+                quads["row"] = self.accelerator.structure.references[expand(
+                    starts[part], listed[part])]
             with clocked(split, "transfer_seconds"):
                 buffer = self._buffer(quads)
                 split["bytes_up"] += quads.nbytes
                 self.gpu.finish()
             with clocked(split, "intersection_seconds"):
-                for keep in room.passes:
-                    room.draw_quads(keep, trip.any_hit, self.samplers, self.accelerator, buffer,
-                                    len(quads), depth_end)
-                self._draw(room.left(), trip.rays, room.hits, room.hits, statistics)
+                for keep in batch.passes:
+                    batch.draw_quads(keep, trip.any_hit, self.samplers, self.accelerator, buffer,
+                                     len(quads), depth_end)
+                batch.draw_left(self.samplers, self.accelerator)
                 self.gpu.finish()
-            statistics.passes += len(room.passes)
-            statistics.draw_calls += len(room.passes)
+            for _ in range(len(batch.passes) + 1):
+                self.count_pass(statistics)
             split["quads"] += len(quads)
             with clocked(split, "transfer_seconds"):
-                hits, size = room.read(len(chosen))
+                hits, size = batch.read(len(chosen))
                 split["bytes_down"] += size
             with clocked(split, "traversal_seconds"):
                 trip.take(chosen, hits)
         split["batches"] += 1
         split["pairs"] += int((runs.count * trip.walk.listed[runs.cell]).sum())
 
-    def _draw(self, program: FullScreenPass, rays: dict[str, np.ndarray], source: Target,
-              target: Target, statistics: Statistics) -> None:
-        """The last pass over a batch: what its rays hit."""
-        assert self._room is not None
-        program.set(**self.accelerator.uniforms)
-        self._room.draw_left(program, self.samplers, target)
-        statistics.passes += 1
-        statistics.draw_calls += 1
-
     def _buffer(self, quads: np.ndarray) -> moderngl.Buffer:
-        if self._quads is None or self._quads.size < quads.nbytes:
-            release(self._quads)
-            size = 1 << max(16, int(quads.nbytes - 1).bit_length())
-            self._quads = self.gpu.context.buffer(reserve=size, dynamic=True)
-        self._quads.write(quads)
+        buffer = self.keep(
+            "quads", lambda: self.gpu.context.buffer(
+                reserve=1 << max(16, int(quads.nbytes - 1).bit_length()), dynamic=True),
+            lambda buffer: buffer.size >= quads.nbytes)
+        buffer.write(quads)
         self.gpu.note_moved(up=quads.nbytes)
-        return self._quads
+        return buffer
 
-    def _room_for(self, rays: int, record: Record) -> BatchTargets:
+    def _batch_for(self, rays: int, record: Record) -> BatchTargets:
         rays = min(rays, self.options["batch"])
-        room = self._room
-        if room is None or room.size[0] * room.size[1] < rays or room.record != record:
-            release(self._room)
-            self._room = BatchTargets(self.setup, rays, self.options["nearest"] == "depth", record)
-        return self._room
-
-    def bytes(self) -> int:
-        """Bytes of a batch's textures."""
-        return self._room.bytes() if self._room is not None else 0
-
-    def release(self) -> None:
-        release(self._room, self._quads)
+        return self.keep(
+            "batch",
+            lambda: BatchTargets(self.setup, rays, self.options["nearest"] == "depth", record),
+            lambda batch: batch.size[0] * batch.size[1] >= rays and batch.record == record)
 
 
 @contextmanager

@@ -164,9 +164,11 @@ class BatchTargets:
                 {**method_texts(setup.method, setup.options), "streams": "\n".join(streams)})
         return self._left
 
-    def draw_left(self, program: FullScreenPass, samplers: Samplers,
-                  target: Target) -> None:
-        program.draw(target, {**samplers, **self.samplers()}, rectangles=self._rows)
+    def draw_left(self, samplers: Samplers, accelerator: Accelerator) -> None:
+        """Draw what the batch's rays hit into ``hits``."""
+        program = self.left()
+        program.set(**accelerator.uniforms)
+        program.draw(self.hits, {**samplers, **self.samplers()}, rectangles=self._rows)
 
     def read(self, count: int) -> tuple[dict[str, np.ndarray], int]:
         """The hits of the batch's rays by field, and the bytes that came down."""

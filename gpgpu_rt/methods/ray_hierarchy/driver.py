@@ -10,24 +10,22 @@ from ...gl.algorithms.blocks import reduce_children
 from ...gl.algorithms.records import VALUES
 from ...gl.algorithms.streams import Stream, StreamRoom, span
 from ...gl.full_screen import FullScreenPass, Rectangles
-from ...gl.precision import Precision
 from ...gl.record import Record
 from ...gl.target import Target
-from ...gl.textures import release
 from ...rays.records import COUNTERS, HIT, NO_TRIANGLE
 from ...rays.textures import RayTextures, StateBuffers
 from ...statistics import Statistics
-from ...traversal.driver import Samplers, Setup
+from ...traversal.driver import MethodDriver, Samplers, Setup
 from ...traversal.method import Accelerator
 from ...traversal.records import LEAST, LOWEST, TESTED
-from ...traversal.schedules import UNFINISHED, kernel_defines, method_defines, method_texts
+from ...traversal.schedules import kernel_defines, method_defines, method_texts
 from .cones import RayCones
 from .records import CHILDREN, PAIR, VISITS
 
 GROWTH = 4      # each batch of triangles has so many times those of the one before
 
 
-class RayHierarchy:
+class RayHierarchy(MethodDriver):
     """Runs `ray-hierarchy`; see ``Driver``.
 
     Triangles go through in batches, the first ones small: what they hit shortens the rays, and the
@@ -38,24 +36,29 @@ class RayHierarchy:
     """
 
     def __init__(self, setup: Setup) -> None:
-        self.gpu, self.method, self.options = setup.gpu, setup.method, setup.options
-        self.precision = Precision.of(setup.options)
-        self.statistics_on = bool(setup.options["statistics"])
-        self.room = StreamRoom(setup.gpu, "methods/ray_hierarchy")
+        super().__init__(setup)
+        self.room = self.kept["room"] = StreamRoom(setup.gpu, "methods/ray_hierarchy")
+        self._rectangles = self.kept["rectangles"] = Rectangles(setup.gpu, 3)
         self.cones: RayCones | None = None
-        self._programs: dict[object, FullScreenPass] = {}
-        self._rectangles = Rectangles(setup.gpu, 3)
         self._images: list[Target] = []
         self._visits: list[Target] = []
         self._pairs: dict[int, Stream] = {}
         self._streams: dict[str, Stream] = {}
         self._balls: Stream | None = None
-        self.follow(setup.samplers, setup.accelerator, setup.step_cap)
+
+    @property
+    def unit(self) -> float:
+        """World units in a unit of the passes."""
+        return self.accelerator.uniforms["unit"]
+
+    @property
+    def triangles(self) -> int:
+        """Triangles in the scene."""
+        return self.accelerator.step_bound
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
         """Read these tables from now on: triangles that moved."""
-        self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
-        self.unit, self.triangles = accelerator.uniforms["unit"], accelerator.step_bound
+        super().follow(samplers, accelerator, step_cap)
         if self._balls is not None:
             self.room.drop(self._balls)
             self._balls = None
@@ -67,10 +70,10 @@ class RayHierarchy:
         self.gpu.context.blend_func = moderngl.ONE, moderngl.ONE
         drawn = self.room.draws
         try:
-            self._make_room(buffers.size)
+            self._targets_for(buffers.size)
             trace = _Trace(self, rays, buffers, statistics, any_hit)
             trace.run()
-            stopped = self._stopped(trace.now, buffers, statistics)
+            stopped = self.count_stopped(trace.now, buffers, statistics)
         finally:
             self.gpu.context.enable_only(moderngl.NOTHING)
             self.gpu.context.blend_equation = moderngl.FUNC_ADD
@@ -85,12 +88,10 @@ class RayHierarchy:
         textures = {**self.samplers, **rays.samplers(), **(source.samplers() if source else {})}
         for image in self._images + self._visits[:1]:
             textures |= image.samplers()
-        program.set(step_cap=self.step_cap, **rays.uniforms(), **self.accelerator.uniforms)
+        program.set(**rays.uniforms())
         if self.cones is not None:
             program.set(fan=self.cones.fans[0])
-        program.draw(target, textures)
-        statistics.passes += 1
-        statistics.draw_calls += 1
+        self.draw(program, target, textures, statistics)
 
     def _test(self, level: int, first: int, count: int) -> int:
         """Pairs of a level against their nodes' children; how many pairs of the level below."""
@@ -120,7 +121,7 @@ class RayHierarchy:
         self.blend(moderngl.FUNC_ADD)
         for level in range(len(self._visits) - 1, 0, -1):
             above, below = self._visits[level], self._visits[level - 1]
-            program = self.program("methods/ray_hierarchy/visits_below", [(VISITS, True)], {
+            program = self.compiled("methods/ray_hierarchy/visits_below", [(VISITS, True)], {
                 "above": VISITS.stream_glsl(False).replace("visits", "above").replace(
                     "Visits", "Above")})
             program.set(fan=self.cones.fans[level])
@@ -132,11 +133,10 @@ class RayHierarchy:
         """Test ``pairs`` rays' triangles; of each ray the least t, and its lowest triangle."""
         nearest, lowest = self._images
         candidates = self.stream(TESTED, pairs)
-        program = self.program("methods/ray_hierarchy/pair_hits", [
+        program = self.compiled("methods/ray_hierarchy/pair_hits", [
             (rays.record, False), (self.precision.layout(HIT), False), (PAIR, False),
             (TESTED, True)], {}, any_hit, STATISTICS=False)
-        program.set(base=first, last_element=pairs - 1, **self.accelerator.uniforms,
-                    **rays.uniforms())
+        program.set(base=first, last_element=pairs - 1, **rays.uniforms())
         self._rectangles.write(span(0, pairs))
         program.draw(candidates, {
             **self.samplers, **rays.samplers(), **before.samplers(), **self._pairs[0].samplers()},
@@ -173,36 +173,29 @@ class RayHierarchy:
         if self._balls is not None or not self.triangles:
             return
         self._balls = self.room.stream(VALUES, self.triangles).called("ball")
-        program = self.program("methods/ray_hierarchy/balls", [(self._balls.record, True)])
+        program = self.compiled("methods/ray_hierarchy/balls", [(self._balls.record, True)])
         program.set(last_element=self.triangles - 1, unit=self.unit)
         self._rectangles.write(span(0, self.triangles))
         program.draw(self._balls, self.samplers, rectangles=self._rectangles)
 
-    def _stopped(self, final: Target, buffers: StateBuffers, statistics: Statistics) -> int:
-        program = self.program(
-            "drivers/classify", [(self.precision.layout(self.method.state), False)])
-        program.set(phase=UNFINISHED)
-        return program.count(buffers.mask, final.samplers(), statistics)
-
     # Programs and textures ------------------------------------------------------------------
 
-    def program(self, name: str, records: list[tuple[Record, bool]],
-                more: Mapping[str, str] | None = None, any_hit: bool = False,
-                **defines: object) -> FullScreenPass:
+    def compiled(self, name: str, records: list[tuple[Record, bool]],
+                 more: Mapping[str, str] | None = None, any_hit: bool = False,
+                 **defines: object) -> FullScreenPass:
         """The program ``glsl/<name>.frag``, which reads and (True) writes these records."""
-        key = (name, tuple(records), any_hit, tuple(sorted(defines.items())))
-        if key not in self._programs:
+        def make() -> FullScreenPass:
             texts, target = list((more or {}).values()), 0
             for record, writes in records:
                 texts.append(record.stream_glsl(writes, target))
                 target += record.texels if writes else 0
             text = "\n".join(texts)
-            self._programs[key] = FullScreenPass(
+            return FullScreenPass(
                 self.gpu, f"{name}.frag",
                 {**method_defines(self.method, self.accelerator, self.options, any_hit),
                  **kernel_defines(self.method.kernels), **defines},
                 {**method_texts(self.method, self.options), "streams": text, "records": text})
-        return self._programs[key]
+        return self.program((name, tuple(records), any_hit, tuple(sorted(defines.items()))), make)
 
     def rays_pass(self, rays: RayTextures, any_hit: bool, part: str) -> FullScreenPass:
         """The pass over all rays at the "start" and the "finish" of a call, or for the "nearest"
@@ -211,7 +204,7 @@ class RayHierarchy:
         records = [(rays.record, False), (LEAST, False), (LOWEST, False), (VISITS, False),
                    (layout(self.method.state), True), (layout(HIT), True)]
         records += [(COUNTERS, True)] if self.statistics_on else []
-        return self.program(f"methods/ray_hierarchy/rays_{part}", records, {}, any_hit)
+        return self.compiled(f"methods/ray_hierarchy/rays_{part}", records, {}, any_hit)
 
     def stream(self, record: Record, length: int) -> Stream:
         """A stream that is used again and again, at least so long."""
@@ -223,32 +216,18 @@ class RayHierarchy:
             found = self._streams[record.name] = self.room.stream(record, length)
         return found
 
-    def _make_room(self, size: tuple[int, int]) -> None:
+    def _targets_for(self, size: tuple[int, int]) -> None:
         self.make_balls()
-        if self.cones is None or self.cones.size != size:
-            self._release_images()
-            self.cones = RayCones(self.gpu, size, self.method.state, self.precision)
-            self._images = [Target(self.gpu, record, size) for record in (LEAST, LOWEST)]
-            if self.statistics_on:
-                self._visits = [Target(self.gpu, VISITS, level.size)
-                                for level in self.cones.levels[1:]]
+
+        def make() -> tuple[RayCones, list[Target], list[Target]]:
+            cones = RayCones(self.gpu, size, self.method.state, self.precision)
+            levels = cones.levels[1:] if self.statistics_on else []
+            return (cones, [Target(self.gpu, record, size) for record in (LEAST, LOWEST)],
+                    [Target(self.gpu, VISITS, level.size) for level in levels])
+        self.cones, self._images, self._visits = self.keep(
+            "images", make, lambda images: images[0].size == size)
         for visits in self._visits:
             visits.clear()
-
-    def bytes(self) -> int:
-        """Bytes of the hierarchy, of what blending makes, and of the streams."""
-        images = [*self._images, *self._visits, *self._pairs.values(), *self._streams.values()]
-        images += [self._balls] if self._balls is not None else []
-        return (sum(image.bytes() for image in images)
-                + (self.cones.bytes() if self.cones is not None else 0))
-
-    def _release_images(self) -> None:
-        release(self._images, self._visits, self.cones)
-        self.cones, self._images, self._visits = None, [], []
-
-    def release(self) -> None:
-        self._release_images()
-        release(self._programs, self._rectangles, self.room)
 
 
 class _Trace:
@@ -292,8 +271,7 @@ class _Trace:
                     self._descend(level - 1, kept)
             else:
                 self.owner.nearest_of(count, first, self.rays, self.now, self.any_hit)
-                self.statistics.passes += 1
-                self.statistics.draw_calls += 1
+                self.owner.count_pass(self.statistics)
                 self._update_rays("nearest")
 
     def _update_rays(self, part: str) -> None:

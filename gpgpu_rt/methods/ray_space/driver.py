@@ -6,7 +6,7 @@ import moderngl
 import numpy as np
 
 from ...gl.full_screen import FullScreenPass
-from ...gl.record import TABLE_WIDTH_LOG2, Record
+from ...gl.record import TABLE_WIDTH_LOG2, Record, streams_glsl
 from ...gl.target import Target
 from ...gl.textures import release, table_textures, texture_bytes
 from ...rays.textures import RayTextures, StateBuffers
@@ -24,16 +24,12 @@ class RayClasses(Traversal):
     def __init__(self, setup: Setup) -> None:
         super().__init__(setup)
         self._given = setup.samplers
-        self._classifiers: dict[Record, FullScreenPass] = {}
         self._own: dict[Record, Samplers] = {RAY_BOX: {}, CANDIDATE: {}}
-        self._classes: Target | None = None
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
         """Read these tables from now on: no list is left of the triangles before they moved."""
         self._release_own()
         self._given = samplers
-        for program in self._classifiers.values():
-            program.set(**accelerator.uniforms)
         super().follow(samplers, accelerator, step_cap)
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
@@ -52,23 +48,16 @@ class RayClasses(Traversal):
 
     def _box_of_each(self, rays: RayTextures, statistics: Statistics) -> np.ndarray:
         """The box of every ray, (rays,) int32; see RAY_CLASS."""
-        if self._classes is None or self._classes.size != rays.size:
-            release(self._classes)
-            self._classes = Target(self.gpu, RAY_CLASS, rays.size)
-        if rays.record not in self._classifiers:
-            streams = (rays.record.stream_glsl(writes=False), RAY_CLASS.stream_glsl(True))
-            self._classifiers[rays.record] = FullScreenPass(
-                self.gpu, "methods/ray_space/ray_class.frag",
-                {**self.precision.defines(), "TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2},
-                {"streams": "\n".join(streams)})
-            self._classifiers[rays.record].set(**self.accelerator.uniforms)
-        program = self._classifiers[rays.record]
+        classes = self.keep("classes", lambda: Target(self.gpu, RAY_CLASS, rays.size),
+                            lambda classes: classes.size == rays.size)
+        program = self.program(("ray_class", rays.record), lambda: FullScreenPass(
+            self.gpu, "methods/ray_space/ray_class.frag",
+            {**self.precision.defines(), "TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2},
+            {"streams": streams_glsl((rays.record,), (RAY_CLASS,))}))
         program.set(**rays.uniforms())
         self.gpu.context.enable_only(moderngl.NOTHING)
-        program.draw(self._classes, rays.samplers())
-        statistics.passes += 1
-        statistics.draw_calls += 1
-        return self._classes.fields()["box"]
+        self.draw(program, classes, rays.samplers(), statistics)
+        return classes.fields()["box"]
 
     def _upload(self, boxes: RayBoxes) -> None:
         arrays = {RAY_BOX: {"first": boxes.directory},
@@ -78,10 +67,6 @@ class RayClasses(Traversal):
                                                arrays[record], self.precision, own)
         self.samplers = {**self._given, **self._own[RAY_BOX], **self._own[CANDIDATE]}
 
-    def bytes(self) -> int:
-        """Bytes of the driver's textures beside the tables."""
-        return (self._classes.bytes() if self._classes else 0) + super().bytes()
-
     def _release_own(self) -> None:
         for record, samplers in self._own.items():
             release(samplers)
@@ -90,5 +75,4 @@ class RayClasses(Traversal):
     def release(self) -> None:
         """Free programs and textures."""
         self._release_own()
-        release(self._classes, self._classifiers)
         super().release()

@@ -12,12 +12,11 @@ from dataclasses import replace
 import moderngl
 
 from ...gl.full_screen import FullScreenPass
-from ...gl.precision import Precision
 from ...gl.target import Target
 from ...gl.textures import release
 from ...rays.textures import RayTextures, StateBuffers
 from ...statistics import Statistics
-from ..driver import Driver, Samplers, Setup
+from ..driver import Driver, MethodDriver, Samplers, Setup
 from ..method import Accelerator
 from ..packet_hits import PacketHits
 from ..records import ENTRIES, ENTRY_LIST, ENTRY_TILE
@@ -27,24 +26,17 @@ from .records import ENTRY_POINTS, TILE_BEAM
 FAN = 4   # small tiles a side of a large one
 
 
-class EntryPoints:
+class EntryPoints(MethodDriver):
     """Runs another driver on rays that begin where their tiles enter the tree."""
 
     def __init__(self, setup: Setup, driver: Driver) -> None:
-        self.setup, self.gpu, self.driver = setup, setup.gpu, driver
+        super().__init__(setup, driver)
         self.tile: int = setup.options["entry_points"]
-        self.precision = Precision.of(setup.options)
-        self.samplers, self.accelerator = setup.samplers, setup.accelerator
-        self.step_cap = setup.step_cap
-        self._programs: dict[object, FullScreenPass] = {}
         self._levels: list[EntryTiles] = []
-        self._size: tuple[int, int] | None = None
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
         """Read these tables from now on."""
-        self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
-        for program in self._programs.values():
-            program.set(**accelerator.uniforms)
+        super().follow(samplers, accelerator, step_cap)
         self._hand_on()
 
     def _hand_on(self) -> None:
@@ -62,7 +54,7 @@ class EntryPoints:
         """Trace every ray; where the hits are, and how many rays the step cap stopped."""
         began = time.perf_counter()
         self.gpu.context.enable_only(moderngl.NOTHING)
-        self._make_room(rays.size)
+        self._levels_for(rays.size)
         self._draw("beam_rays", self._levels[0].beams, rays, rays.samplers(), statistics)
         for below, level in zip(self._levels, self._levels[1:]):
             self._draw("beam_level", level.beams, None, below.beams.samplers(), statistics,
@@ -73,7 +65,7 @@ class EntryPoints:
             self._draw("entry_columns", level.lists, None, level.entries.samplers(), statistics,
                        entry_tiles_across=level.size[0])
             upper = level
-        if self.setup.options["statistics"]:
+        if self.statistics_on:
             self._count(rays, statistics)
         self.gpu.finish()
         statistics.add(entry_seconds=time.perf_counter() - began)
@@ -103,8 +95,8 @@ class EntryPoints:
 
     def _program(self, name: str, other: RayTextures | EntryTiles | None) -> FullScreenPass:
         rays = other.record if isinstance(other, RayTextures) else None
-        key = (name, rays, isinstance(other, EntryTiles))
-        if key not in self._programs:
+
+        def make() -> FullScreenPass:
             setup = self.setup
             reads, writes = {
                 "beam_rays": ([rays], TILE_BEAM), "beam_level": ([TILE_BEAM], TILE_BEAM),
@@ -120,34 +112,18 @@ class EntryPoints:
             virtual = {**method_texts(setup.method, setup.options),
                        "streams": "\n".join([*texts, writes.stream_glsl(True)]),
                        "walk": f"file:{setup.method.entry_walk}"}
-            self._programs[key] = FullScreenPass(self.gpu, f"stages/{name}.frag", defines, virtual)
-            self._programs[key].set(**self.accelerator.uniforms)
-        return self._programs[key]
+            return FullScreenPass(self.gpu, f"stages/{name}.frag", defines, virtual)
+        return self.program((name, rays, isinstance(other, EntryTiles)), make)
 
-    # Room -----------------------------------------------------------------------------------
-
-    def _make_room(self, size: tuple[int, int]) -> None:
-        if self._size == size:
-            return
-        self._release_room()
-        self._size = size
-        tile = ENTRY_TILE
+    def _levels_for(self, size: tuple[int, int]) -> None:
+        sizes, tile = [], ENTRY_TILE
         while tile <= self.tile:
-            self._levels.append(EntryTiles(self, (-(-size[0] // tile), -(-size[1] // tile))))
+            sizes.append((-(-size[0] // tile), -(-size[1] // tile)))
             tile *= FAN
-        self._hand_on()
-
-    def _release_room(self) -> None:
-        release(self._levels)
-        self._levels = []
-
-    def bytes(self) -> int:
-        """Bytes of beams and lists, and of the driver's own textures."""
-        return sum(level.bytes() for level in self._levels) + self.driver.bytes()
-
-    def release(self) -> None:
-        self._release_room()
-        release(self._programs, self.driver)
+        if [level.size for level in self._levels] != sizes:
+            self.drop("levels")
+            self._levels = self.kept["levels"] = [EntryTiles(self, each) for each in sizes]
+            self._hand_on()
 
 
 class EntryTiles:

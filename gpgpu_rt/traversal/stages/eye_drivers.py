@@ -8,8 +8,7 @@ import numpy as np
 
 from ...errors import OptionError
 from ...gl.context import Gpu
-from ...gl.precision import Precision
-from ...gl.textures import release
+from ...gl.textures import bytes_of, release
 from ..driver import Driver
 from ..method import Method
 from .first_hits import FirstHits, check_first_hits
@@ -47,7 +46,7 @@ class EyeDrivers:
                               "read_back; move them with it, or trace first hits without bounds")
         if self.options["rasterised_bounds"]:
             if self._bounds is None:
-                self._bounds = RasterisedBounds(self.gpu, self.options, Precision.of(self.options))
+                self._bounds = RasterisedBounds(self.gpu, self.method, self.options)
                 self._bounds.take(triangles, driver)
             driver = self._bounds
         if not rasterises:
@@ -72,8 +71,7 @@ class EyeDrivers:
 
     def bytes(self) -> int:
         """Bytes of their textures."""
-        return sum(helper.bytes() for helper in (self._bounds, self._first_hits)
-                   if helper is not None)
+        return bytes_of(self._bounds, self._first_hits)
 
     def release(self) -> None:
         """Free textures and programs."""

@@ -30,19 +30,16 @@ from ...errors import OptionError
 from ...gl.algorithms.streams import Stream, rows_of, span
 from ...gl.context import Gpu
 from ...gl.full_screen import FullScreenPass, Rectangles
-from ...gl.precision import Precision
 from ...gl.record import TABLE_WIDTH_LOG2, Record, streams_glsl
 from ...gl.row_pass import RowPass
 from ...gl.target import Target
-from ...gl.textures import (
-    TABLE_WIDTH, make_texture, note_moved, release, table_textures, texture_bytes, write_texture
-)
+from ...gl.textures import TABLE_WIDTH, make_texture, note_moved, table_textures, write_texture
 from ...options import word_define
 from ...rays.records import COUNTERS, HIT
 from ...rays.textures import RayTextures, StateBuffers
 from ...scene.camera import Camera
 from ...statistics import Statistics
-from ..driver import Driver
+from ..driver import Driver, DriverBase
 from ..method import Method
 from ..packet_hits import PacketHits
 from ..triangle_table import TRIANGLE, triangle_table
@@ -75,24 +72,16 @@ def check_first_hits(first_hits: str, options: Mapping[str, Any]) -> bool:
     return True
 
 
-class FirstHits:
+class FirstHits(DriverBase):
     """A driver that rasterises rays through the pixels of a camera, and leaves all others, and
     what it cannot prove, to another one."""
 
     def __init__(self, gpu: Gpu, method: Method, options: Mapping[str, Any]) -> None:
-        self.gpu, self.method = gpu, method
-        self.precision = Precision.of(options)
-        self.statistics_on = bool(options["statistics"])
+        super().__init__(gpu, method, options)
         self._test = {**self.precision.defines(), "TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2,
                       word_define("INTERSECTION", options["intersection"]): True}
         self._tables: dict[str, moderngl.Texture] = {}
-        self._flags: moderngl.Framebuffer | None = None
-        self._passes: dict[object, FullScreenPass | RowPass] = {}
-        self._span = Rectangles(gpu, 3)
-        self._image: FirstImage | None = None
-        self._parts: tuple[Stream, Stream] | None = None
-        self._traced: tuple[RayTextures, StateBuffers, moderngl.Texture] | None = None
-
+        self._span = self.kept["span"] = Rectangles(gpu, 3)
         self.proved = True     # or each hit verified, and no more
 
     def take(self, triangles: np.ndarray, driver: Driver) -> None:
@@ -107,12 +96,14 @@ class FirstHits:
         self.count = len(triangles)
         self.bounds = ((corners.min(0), corners.max(0)) if len(corners)
                        else (np.zeros(3), np.zeros(3)))
-        self._tables = table_textures(self.gpu, TRIANGLE, triangle_table(triangles)[TRIANGLE.name],
-                                      into=self._tables)
-        size = (TABLE_WIDTH, rows_of(self.count))
-        if self._flags is None or self._flags.size != size:
-            self._release_flags()
-            self._flags = self.gpu.context.framebuffer([self.gpu.context.texture(size, 1)])
+        self._tables = self.kept["tables"] = table_textures(
+            self.gpu, TRIANGLE, triangle_table(triangles)[TRIANGLE.name], into=self._tables)
+        self._flags, _ = self.keep("flags", self._make_flags, lambda part: part[0].size == (
+            TABLE_WIDTH, rows_of(self.count)))
+
+    def _make_flags(self) -> tuple[moderngl.Framebuffer, moderngl.Texture]:
+        texture = self.gpu.context.texture((TABLE_WIDTH, rows_of(self.count)), 1)
+        return self.gpu.context.framebuffer([texture]), texture
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target | PacketHits, int]:
@@ -180,7 +171,6 @@ class FirstHits:
         program = self._full_screen("first_sieve")
         program.set(**view, last_element=self.count - 1)
         self._span.write(span(0, self.count))
-        assert self._flags is not None
         program.draw(self._flags, self._tables, rectangles=self._span)
         flags = np.frombuffer(self._flags.read(components=1, alignment=1), np.uint8)
         note_moved(self._flags.color_attachments[0], down=flags.nbytes)
@@ -225,7 +215,7 @@ class FirstHits:
                side: int, most_pixels: int, view: dict[str, object]) -> dict[str, np.ndarray]:
         """VERDICT of (k, 3) PART, ``side`` pixels large."""
         count = len(parts)
-        room = self._part_room(count)
+        room = self._part_streams(count)
         program = self._full_screen(
             "first_rivals", (PART, SHOWN_FOUR, SHOWN_BLOCK, HIT, rays.record), (VERDICT,))
         rows = rows_of(count)
@@ -257,7 +247,7 @@ class FirstHits:
             self._clear_counts(final)
         if not len(doubt):
             return 0
-        some, buffers, places = self._traced_room(len(doubt))
+        some, buffers, places = self._textures_in_doubt(len(doubt))
         padded = np.full(places.size[0] * places.size[1], -1, np.float32)
         padded[:len(doubt)] = doubt
         write_texture(places, padded)
@@ -287,94 +277,48 @@ class FirstHits:
 
     def _full_screen(self, name: str, reads: tuple[Record, ...] = (),
                      writes: tuple[Record, ...] = (), **defines: object) -> FullScreenPass:
-        key = (name, *defines.values())
-        if key not in self._passes:
-            self._passes[key] = FullScreenPass(
-                self.gpu, f"stages/{name}.frag",
-                {**self._test, "BLOCK": BLOCK, "PART_SIDE": PART_SIDE, **defines},
-                {"tables": TRIANGLE.table_glsl(), "streams": streams_glsl(reads, writes)})
-        found = self._passes[key]
-        assert isinstance(found, FullScreenPass)
-        return found
+        return self.program((name, *defines.values()), lambda: FullScreenPass(
+            self.gpu, f"stages/{name}.frag",
+            {**self._test, "BLOCK": BLOCK, "PART_SIDE": PART_SIDE, **defines},
+            {"tables": TRIANGLE.table_glsl(), "streams": streams_glsl(reads, writes)}))
 
     def _row_pass(self, name: str, attribute: str, vertices: int,
                   reads: tuple[Record, ...] = ()) -> RowPass:
-        if name not in self._passes:
-            self._passes[name] = RowPass(
-                self.gpu, f"stages/{name}.vert", f"stages/{name}.frag", attribute, vertices,
-                self._test, {"tables": TRIANGLE.table_glsl(), "streams": streams_glsl(reads, ()),
-                             "constants": f"#define TABLE_WIDTH_LOG2 {TABLE_WIDTH_LOG2}"})
-        found = self._passes[name]
-        assert isinstance(found, RowPass)
-        return found
+        return self.program(name, lambda: RowPass(
+            self.gpu, f"stages/{name}.vert", f"stages/{name}.frag", attribute, vertices,
+            self._test, {"tables": TRIANGLE.table_glsl(), "streams": streams_glsl(reads, ()),
+                         "constants": f"#define TABLE_WIDTH_LOG2 {TABLE_WIDTH_LOG2}"}))
 
     def _scatter(self) -> RowPass:
-        if "first_scatter" not in self._passes:
-            writes = (self.precision.layout(self.method.state), HIT,
-                      *([COUNTERS] if self.statistics_on else []))
-            self._passes["first_scatter"] = RowPass(
-                self.gpu, "stages/first_scatter.vert", "stages/sort_scatter.frag", "place", 1,
-                {**self.precision.defines(), "STATISTICS": self.statistics_on},
-                {"streams": streams_glsl((), writes)})
-        found = self._passes["first_scatter"]
-        assert isinstance(found, RowPass)
-        return found
+        writes = (self.precision.layout(self.method.state), HIT,
+                  *([COUNTERS] if self.statistics_on else []))
+        return self.program("first_scatter", lambda: RowPass(
+            self.gpu, "stages/first_scatter.vert", "stages/sort_scatter.frag", "place", 1,
+            {**self.precision.defines(), "STATISTICS": self.statistics_on},
+            {"streams": streams_glsl((), writes)}))
 
     def _image_for(self, buffers: StateBuffers, final: Target) -> FirstImage:
-        if self._image is None or self._image.final is not final:
-            release(self._image)
-            self._image = FirstImage(self.gpu, buffers, final)
-        return self._image
+        return self.keep("image", lambda: FirstImage(self.gpu, buffers, final),
+                         lambda image: image.final is final)
 
-    def _part_room(self, count: int) -> tuple[Stream, Stream]:
-        """Room for a list of parts, and for what becomes of them."""
-        if self._parts is None or self._parts[0].length < count:
-            self._release_parts()
-            length = max(self.count, 2 * count)
-            self._parts = Stream(self.gpu, PART, length), Stream(self.gpu, VERDICT, length)
-        return self._parts
+    def _part_streams(self, count: int) -> tuple[Stream, Stream]:
+        """Streams for a list of parts, and for what becomes of them."""
+        length = max(self.count, 2 * count)
+        return self.keep("parts", lambda: (Stream(self.gpu, PART, length),
+                                           Stream(self.gpu, VERDICT, length)),
+                         lambda part: part[0].length >= count)
 
-    def _release_parts(self) -> None:
-        release(self._parts)
-        self._parts = None
-
-    def _traced_room(self, count: int) -> tuple[RayTextures, StateBuffers, moderngl.Texture]:
-        """Room for ``count`` rays in doubt: twice as much as was ever needed, so that it stays."""
-        if self._traced is None or self._traced[0].size[1] * TRACED_ROW < count:
-            self._release_traced()
-            size = (TRACED_ROW, 2 * -(-count // TRACED_ROW))
-            self._traced = (RayTextures(self.gpu, size, self.precision),
-                            StateBuffers(self.gpu, self.method.state, size, self.statistics_on,
-                                         self.precision),
-                            make_texture(self.gpu, size, 1, "rays in doubt"))
-        return self._traced
-
-    def bytes(self) -> int:
-        """Bytes of its own textures."""
-        total = texture_bytes(self._tables.values()) + rows_of(self.count) * TABLE_WIDTH
-        for stream in self._parts or ():
-            total += stream.bytes()
-        if self._image is not None:
-            total += self._image.bytes()
-        if self._traced is not None:
-            rays, buffers, places = self._traced
-            total += rays.bytes() + texture_bytes([places]) + buffers.bytes()
-        return total
-
-    def _release_traced(self) -> None:
-        release(self._traced)
-        self._traced = None
-
-    def _release_flags(self) -> None:
-        if self._flags is not None:
-            release(self._flags, self._flags.color_attachments)
-        self._flags = None
+    def _textures_in_doubt(self, count: int) -> tuple[RayTextures, StateBuffers, moderngl.Texture]:
+        """Textures for ``count`` rays in doubt: twice as many as were ever needed, so that they
+        last."""
+        size = (TRACED_ROW, 2 * -(-count // TRACED_ROW))
+        return self.keep("in doubt", lambda: (
+            RayTextures(self.gpu, size, self.precision),
+            StateBuffers(self.gpu, self.method.state, size, self.statistics_on, self.precision),
+            make_texture(self.gpu, size, 1, "rays in doubt")),
+            lambda part: part[0].size[1] * TRACED_ROW >= count)
 
     def release(self) -> None:
         """Free textures and programs."""
-        self._release_traced()
-        self._release_flags()
-        self._release_parts()
-        release(self._image, self._tables, self._passes, self._span)
-        self._image = None
-        self._tables, self._passes = {}, {}
+        super().release()
+        self._tables = {}

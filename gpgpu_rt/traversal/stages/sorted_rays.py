@@ -16,37 +16,25 @@ from ...gl.algorithms.reduce import reduce_stream
 from ...gl.algorithms.sort import sort
 from ...gl.algorithms.streams import Stream, StreamRoom
 from ...gl.full_screen import FullScreenPass
-from ...gl.precision import Precision
 from ...gl.primitive_pass import PrimitivePass
 from ...gl.record import TABLE_WIDTH_LOG2, Record, streams_glsl
 from ...gl.target import Target
-from ...gl.textures import release, texture_bytes
 from ...rays.order import SQUARE, squares
 from ...rays.records import COUNTERS, HIT
 from ...rays.textures import RayTextures, StateBuffers
 from ...statistics import Statistics
-from ..driver import Driver, Samplers, Setup
+from ..driver import MethodDriver, Samplers
 from ..method import Accelerator
 
 KEY = {"LEVELS": 8, "FREE_LEVELS": 2}   # bits an axis; those after which the ray's end comes in
 
 
-class SortedRays:
+class SortedRays(MethodDriver):
     """Runs another driver on rays in the order of their keys."""
-
-    def __init__(self, setup: Setup, driver: Driver) -> None:
-        self.gpu, self.method, self.driver = setup.gpu, setup.method, driver
-        self.accelerator = setup.accelerator
-        self.statistics_on = bool(setup.options["statistics"])
-        self.precision = Precision.of(setup.options)
-        self._programs: dict[object, FullScreenPass] = {}
-        self._scatter: PrimitivePass | None = None
-        self._rays: RayTextures | None = None
-        self._buffers: StateBuffers | None = None
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
         """Read these tables from now on."""
-        self.accelerator = accelerator
+        super().follow(samplers, accelerator, step_cap)
         self.driver.follow(samplers, accelerator, step_cap)
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
@@ -55,7 +43,7 @@ class SortedRays:
         began = time.perf_counter()
         with StreamRoom(self.gpu) as room:
             keys = self._sorted_keys(room, rays)
-            there, aside = self._room_for(rays)
+            there, aside = self._sorted_rays(rays)
             self._gather(keys, rays, there)
             self.gpu.finish()
             sorted_at = time.perf_counter()
@@ -90,75 +78,54 @@ class SortedRays:
               reads: list[Stream] | None = None) -> None:
         """A pass over a stream of as many elements as there are rays."""
         reads = reads or []
-        program = self._program(name, rays.record, [read.record for read in reads],
-                                target.record, defines)
-        scene = {name: self.accelerator.uniforms[name] for name in ("scene_lo", "scene_hi")}
-        program.set(last_element=target.length - 1, ray_texture_size=rays.size, **scene,
-                    **rays.uniforms())
+        program = self._compiled(name, rays.record, [read.record for read in reads],
+                                 target.record, defines)
+        program.set(last_element=target.length - 1, ray_texture_size=rays.size, **rays.uniforms())
         samplers = rays.samplers()
         for read in reads:
             samplers |= read.samplers()
         program.draw(target, samplers)
 
     def _gather(self, keys: Stream, rays: RayTextures, there: RayTextures) -> None:
-        program = self._program("sort_gather", None, [SORT_KEY], rays.record, {})
+        program = self._compiled("sort_gather", None, [SORT_KEY], rays.record, {})
         program.set(ray_texture_size=rays.size, squares_a_row=there.size[0] // SQUARE,
                     elements=keys.length, **rays.uniforms())
         program.draw(there.target, {**rays.samplers(), **keys.samplers()})
 
     def _bring_back(self, keys: Stream, samplers: Samplers, rays: RayTextures,
                     final: Target) -> None:
-        if self._scatter is None:
+        def make() -> PrimitivePass:
             writes = (self.precision.layout(self.method.state), self.precision.layout(HIT),
                       *([COUNTERS] if self.statistics_on else []))
-            self._scatter = PrimitivePass(
+            return PrimitivePass(
                 self.gpu, "stages/sort_scatter.frag", "stages/sort_scatter.vert",
                 {**self.precision.defines(), "STATISTICS": self.statistics_on},
                 {"streams": streams_glsl((), writes), "sources": _with_width(SORT_KEY)})
-        self._scatter.set(ray_texture_size=rays.size, squares_a_row=squares(
-            rays.size[0] * rays.size[1])[0])
+        scatter = self.program("sort_scatter", make)
+        scatter.set(ray_texture_size=rays.size,
+                    squares_a_row=squares(rays.size[0] * rays.size[1])[0])
         self.gpu.context.enable_only(moderngl.NOTHING)
-        self._scatter.draw(final, {**samplers, **keys.samplers()}, moderngl.POINTS,
-                           keys.length)
+        scatter.draw(final, {**samplers, **keys.samplers()}, moderngl.POINTS, keys.length)
 
     # Programs and textures ------------------------------------------------------------------
 
-    def _program(self, name: str, rays: Record | None, reads: list[Record], writes: Record,
-                 defines: dict[str, object]) -> FullScreenPass:
-        key = (name, rays, writes, tuple(defines.items()))
-        if key not in self._programs:
-            texts = [record.stream_glsl(False) for record in ([rays] if rays else []) + reads]
-            self._programs[key] = FullScreenPass(
-                self.gpu, f"stages/{name}.frag",
-                {**self.precision.defines(), **defines, "TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2},
-                {"streams": "\n".join([*texts, writes.stream_glsl(True)])})
-        return self._programs[key]
+    def _compiled(self, name: str, rays: Record | None, reads: list[Record], writes: Record,
+                  defines: dict[str, object]) -> FullScreenPass:
+        texts = [record.stream_glsl(False) for record in ([rays] if rays else []) + reads]
+        return self.program((name, rays, writes, tuple(defines.items())), lambda: FullScreenPass(
+            self.gpu, f"stages/{name}.frag",
+            {**self.precision.defines(), **defines, "TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2},
+            {"streams": "\n".join([*texts, writes.stream_glsl(True)])}))
 
-    def _room_for(self, rays: RayTextures) -> tuple[RayTextures, StateBuffers]:
+    def _sorted_rays(self, rays: RayTextures) -> tuple[RayTextures, StateBuffers]:
+        """Textures for the rays in their order, and for their states."""
         across, down = squares(rays.size[0] * rays.size[1])
         size = (SQUARE * across, SQUARE * down)
-        if self._rays is None or self._buffers is None or not self._rays.fits(rays, size):
-            self._release_room()
-            self._rays = rays.like(size)
-            self._buffers = StateBuffers(self.gpu, self.method.state, size, self.statistics_on,
-                                         self.precision)
-        self._rays.share_with(rays)
-        return self._rays, self._buffers
-
-    def _release_room(self) -> None:
-        release(self._rays, self._buffers)
-        self._rays = self._buffers = None
-
-    def bytes(self) -> int:
-        """Bytes of the sorted rays, of their states, and of the driver's own textures."""
-        own = 0
-        if self._rays is not None and self._buffers is not None:
-            own = texture_bytes(self._rays.textures) + self._buffers.bytes()
-        return own + self.driver.bytes()
-
-    def release(self) -> None:
-        self._release_room()
-        release(self._programs, self._scatter, self.driver)
+        found, buffers = self.keep("sorted", lambda: (rays.like(size), StateBuffers(
+            self.gpu, self.method.state, size, self.statistics_on, self.precision)),
+            lambda part: part[0].fits(rays, size))
+        found.share_with(rays)
+        return found, buffers
 
 
 def _with_width(record: Record) -> str:
