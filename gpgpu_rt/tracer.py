@@ -13,6 +13,7 @@ from PIL import Image
 
 from .errors import Error, memory_limited
 from .gl.context import open_gpu
+from .gl.observation import ObservedPass, Passes, observe
 from .gl.pass_log import PassLog
 from .gl.precision import Precision
 from .hits import STACK_OVERFLOW, UNFINISHED, Hits
@@ -354,6 +355,22 @@ class Tracer:
         return self.sessions.counting()
 
     # Lifetime -------------------------------------------------------------------------------
+
+    def observe(self, look: Callable[[ObservedPass], object] | None = None,
+                fragments: bool = False) -> AbstractContextManager[Passes]:
+        """Observe each pass that is drawn within: ``with tracer.observe() as passes``.
+
+        Parameters
+        ----------
+        look : is called after each pass, while its textures still hold what it read and drew
+        fragments : count the fragments and primitives of each pass, by queries around its draw
+
+        Returns
+        -------
+        A context manager that gives a list of ``ObservedPass``, which grows pass by pass, also
+        by passes of other tracers on the same context.
+        """
+        return observe(self.gpu, look, fragments)
 
     def release(self) -> None:
         """Free textures and programs; the tracer cannot be used afterwards."""

@@ -1,25 +1,25 @@
 """Flow: draws a list of passes, with kernels below one another and the streams between them."""
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from matplotlib.patches import FancyBboxPatch
 
-from .issued_passes import IssuedPasses
+from .issued_passes import Issued, kinds_of
 from .plan import INK, PALE, SPLITS, TRIANGLE, VISITED
 
 ROW = 1.0
 
 
-def draw_flow(axis: Any, log: IssuedPasses, words: Mapping[str, str]) -> None:
+def draw_flow(axis: Any, passes: Sequence[Issued], words: Mapping[str, str]) -> None:
     """Draw kernels in the order of their first passes, tables on the left, streams on the right.
 
     Parameters
     ----------
     words : kernel -> a line on what it does
     """
-    kinds = log.kinds()
+    kinds = kinds_of(passes)
     rows = {kernel: -ROW * at for at, kernel in enumerate(kinds)}
     writers: dict[str, list[str]] = {}
     for kernel, (one, _) in kinds.items():
@@ -69,10 +69,10 @@ def _join(axis: Any, lanes: list[float], y: float, colour: str, outward: bool) -
         "shrinkB": 4 if outward else 0})
 
 
-def table_rows(log: IssuedPasses, words: Mapping[str, str]) -> list[list[str]]:
+def table_rows(passes: Sequence[Issued], words: Mapping[str, str]) -> list[list[str]]:
     """The rows of a page's table: kernel, what it does, draws, reads and writes."""
     return [[kernel, words.get(kernel, ""), str(count), ", ".join(one.reads) or "-",
-             ", ".join(one.writes)] for kernel, (one, count) in log.kinds().items()]
+             ", ".join(one.writes)] for kernel, (one, count) in kinds_of(passes).items()]
 
 
 HEADS = ("pass", "what it does", "draws", "reads", "writes")

@@ -7,10 +7,12 @@ from functools import lru_cache
 import numpy as np
 
 import gpgpu_rt as rt
-from gpgpu_rt.gl.textures import read_texture
-from gpgpu_rt.methods.ray_hierarchy.records import CHILDREN, CONE
+from gpgpu_rt.gl.target import read_record
+from gpgpu_rt.inspect.observe import ObservedPass
+from gpgpu_rt.methods.ray_hierarchy.records import CHILDREN, PAIR
 
 RAYS, TRIANGLES = 64, 9
+PAIR_CHILDREN = "methods/ray_hierarchy/pair_children.frag"
 THICK = 0.03    # thickness of the triangles, across the plane of the rays
 
 
@@ -72,30 +74,34 @@ def scene() -> rt.Scene:
         3 * TRIANGLES).reshape(-1, 3), name="small rays")
 
 
+def tested(one: ObservedPass) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 2) pairs of triangle and node that a pass read, (n, 4, 2) slots that it wrote."""
+    first, count = one.uniforms["base"], one.uniforms["last_element"] + 1
+    pairs = read_record(PAIR, one.inputs, lambda texels: texels[first:first + count])
+    fields = one.target.fields(by_ray=lambda texels: texels[:count])
+    return (np.stack([pairs["triangle"], pairs["x"]], 1),
+            np.stack([fields[field.name][:, :2] for field in CHILDREN.fields], 1))
+
+
 @lru_cache(maxsize=1)
 def traversal() -> tuple[list[ConeLevel], list[Round], rt.Hits]:
     """The hierarchy and the stream of each level, as read from their textures, and the hits."""
     rounds: list[Round] = []
+    levels: dict[tuple[int, int], dict[str, np.ndarray]] = {}    # of the last hierarchy, by size
+
+    def look(one: ObservedPass) -> None:
+        if one.name.split("/")[-1] in ("cone_rays.frag", "cone_level.frag"):
+            levels[one.target.size] = one.target.fields()
+        elif one.name == PAIR_CHILDREN:
+            level = 1 + list(levels).index(one.uniforms["below"])
+            rounds.append(Round(level, *tested(one)))
     with (rt.Tracer(scene(), "ray-hierarchy", top_nodes=1, statistics=True) as tracer,
-          tracer.gpu):
-        driver = tracer.session.driver
-        test = driver._test
-
-        def watched(level: int, first: int, count: int) -> int:
-            pairs = driver._pairs[level].read(count)
-            kept = test(level, first, count)
-            fields = driver._streams[CHILDREN.name].read(count)
-            slots = np.stack([fields[field.name][:, :2] for field in CHILDREN.fields], 1)
-            rounds.append(Round(level, np.stack([pairs["triangle"], pairs["x"]], 1), slots))
-            return kept
-        driver._test = watched
+          tracer.observe(look)):
         hits = tracer.trace(*rays(), shape=(1, RAYS))
-        assert driver.cones is not None
-        levels = [_level(image.textures, driver.unit) for image in driver.cones.levels]
-    return levels, rounds, hits
+        unit = tracer.accelerator.uniforms["unit"]
+    return [_level(fields, unit) for fields in levels.values()], rounds, hits
 
 
-def _level(textures: list, unit: float) -> ConeLevel:
-    fields = CONE.unpack(np.stack([read_texture(t).reshape(-1, 4) for t in textures], 1))
+def _level(fields: dict[str, np.ndarray], unit: float) -> ConeLevel:
     return ConeLevel(fields["centre"] / unit, fields["radius"] / unit, fields["axis"],
                      fields["chord"], fields["reach"] / unit)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 import gpgpu_rt as rt
-from gpgpu_rt.inspect.time_travel import watching
+from gpgpu_rt.inspect.observe import ObservedPass, observe_states
 from gpgpu_rt.methods.kdtree.ropes import Ropes, build_ropes
 from gpgpu_rt.methods.kdtree.tree import LEAF as KD_LEAF_AXIS
 from gpgpu_rt.methods.kdtree.tree import KdTree
@@ -143,11 +143,11 @@ def _walk(method: str, small: World) -> Walk:
     with rt.Tracer(small.scene, method, schedule="step", statistics=True, **build) as tracer:
         row = tracer.method
 
-        def look(kernel: str, source: Any, target: Any) -> None:
+        def look(one: ObservedPass) -> None:
             states.append(tuple({name: values[0].item() if values.ndim == 1 else values[0]
-                                 for name, values in target.fields(record).items()}
+                                 for name, values in one.target.fields(record).items()}
                                 for record in (row.state.name, "hit")))
-        with watching(tracer, look):
+        with observe_states(tracer, look):
             hits = tracer.trace(small.origin[None], small.direction[None])
     steps = [Step(row.kernels[before["phase"] - 1], before, after, hit)
              for (before, _), (after, hit) in zip(states, states[1:])

@@ -1,10 +1,16 @@
 """Coherence: how many different nodes the rays of a tile need."""
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import numpy as np
 
 import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import Workload
+from gpgpu_rt.gl.algorithms.records import SORT_KEY
+from gpgpu_rt.gl.target import read_record
+from gpgpu_rt.inspect.observe import ObservedPass
 from gpgpu_rt.methods.bvh.tree import Bvh
 
 TILE = 64    # rays
@@ -75,13 +81,28 @@ def divergence(steps: np.ndarray, tile_of: np.ndarray) -> float:
     return float(longest[tile_of].sum() / max(1, steps.sum()))
 
 
+@contextmanager
+def observe_order(tracer: rt.Tracer) -> Iterator[list[np.ndarray]]:
+    """Within, collect the order of rays of each trace by a tracer that sorts them: (n,) int32,
+    which rays stand in the first square, in the second and so on, 64 each."""
+    orders: list[np.ndarray] = []
+
+    def look(one: ObservedPass) -> None:
+        if one.name == "stages/sort_gather.frag":
+            index = read_record(SORT_KEY, one.inputs)["index"]
+            orders.append(index[:one.uniforms["elements"]])
+    with tracer.observe(look):
+        yield orders
+
+
 def measure(scene: rt.Scene, rays: Workload) -> dict[str, float]:
     """Coherence of a workload: in tiles of 8x8 pixels, and in tiles of its sorted order."""
     shape, t_max = (rays.size, rays.size), np.inf if rays.t_max is None else rays.t_max
     with rt.Tracer(scene, "bvh-threaded", statistics=True, sort_rays=True) as tracer:
-        hits = tracer.trace(rays.origins, rays.directions, t_max=t_max, shape=shape,
-                            invalid="miss")
-        order = tracer.session.driver.order(tracer.session.buffers.rays)
+        with observe_order(tracer) as orders:
+            hits = tracer.trace(rays.origins, rays.directions, t_max=t_max, shape=shape,
+                                invalid="miss")
+        order = orders[0]
         bvh = tracer.accelerator.structure
     live = np.flatnonzero(hits.status == 0)
     pairs, nodes = needed_nodes(bvh, rays.origins[live], rays.directions[live],

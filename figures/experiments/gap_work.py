@@ -20,6 +20,8 @@ from gpgpu_rt.inspect.time_travel import Pass, travel
 from gpgpu_rt.methods import find_method
 from gpgpu_rt.statistics import Statistics
 
+from .coherence import observe_order
+
 # The kinds: "moved by" a workload; "done by" a workload, at each width; "stacks of" its rays.
 MOVED, DONE, STACKS = "moved by ", "done by ", "stacks of "
 KINDS = (MOVED, DONE, STACKS)
@@ -105,8 +107,9 @@ def _sorted_squares(scene: rt.Scene, rays: Workload) -> np.ndarray:
     Neighbours in an emulated square are neighbours in the order.
     """
     with rt.Tracer(scene, "bvh-threaded", sort_rays=True) as tracer:
-        rays.trace(tracer)
-        order = tracer.session.driver.order(tracer.session.buffers.rays)
+        with observe_order(tracer) as orders:
+            rays.trace(tracer)
+    order = orders[0]
     order = order[order < len(rays.origins)]
     order = order[np.isfinite(rays.origins[order]).all(axis=1)]
     squares, inside = math.prod(SPREAD), texels_along_morton(SIDE, SIDE)

@@ -12,7 +12,6 @@ import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import Workload
 from gpgpu_rt.hardware.program import Program
 from gpgpu_rt.hardware.sample import TILE, emulated, program_of, tile_pixels
-from gpgpu_rt.traversal.schedules import ProgramKey
 
 WORK = "period work of "
 # 1024 pixels branch together, in a loop of one step per iteration; or each kernel is a pass
@@ -111,11 +110,10 @@ def _kernels(scene: rt.Scene, method: str, options: dict[str, Any], program: Pro
     The loop program has an outer loop, which contains a loop per kernel in the order of phases.
     """
     with rt.Tracer(scene, method, **options, schedule="kernels") as tracer:
-        tracer.trace(*scene.camera.rays((16, 16)))
-        passes = {key.kernel: one for key, one in tracer.session.driver.programs.items()
-                  if isinstance(key, ProgramKey) and key.kernel}
-        texts = {kernel: tracer.gpu.text_of(one.program) for kernel, one in passes.items()}
+        with tracer.observe() as passes:
+            tracer.trace(*scene.camera.rays((16, 16)))
         names = tracer.method.kernels
+        texts = {1 + names.index(one.kernel): one.texts for one in passes if one.kernel in names}
     found = []
     for kernel, loop in enumerate(program.loops[1:], 1):
         if kernel not in texts:

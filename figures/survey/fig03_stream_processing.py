@@ -15,7 +15,7 @@ from matplotlib.patches import FancyBboxPatch, Rectangle
 
 import gpgpu_rt as rt
 from gpgpu_rt.gl.record import Record
-from gpgpu_rt.inspect.time_travel import watching
+from gpgpu_rt.inspect.observe import ObservedPass, observe_states
 from gpgpu_rt.methods import find_method
 from gpgpu_rt.rays.records import HIT, RAY_TEXELS
 
@@ -86,25 +86,21 @@ def passes(method: str = METHOD) -> tuple[KernelPass, ...]:
     found: list[KernelPass] = []
     with rt.Tracer(world().scene, method, schedule="kernels", mask_interval=2,
                    max_depth=MAX_DEPTH) as tracer:
-        sides: dict[int, str] = {}
+        sides: dict[int, str] = {}     # texture -> its buffer
         stepped = np.zeros(SIDE * SIDE, np.int32)
 
-        def look(kernel: str, source: Any, target: Any) -> None:
-            program = tracer.session.driver.program_of(kernel)
-            for buffer in (target, source):
-                if buffer is not None and id(buffer) not in sides:
-                    sides[id(buffer)] = "AB"[len(sides)]
-            steps = target.fields(tracer.method.state.name)["steps"]
-            # Texels of rays that early depth rejects keep their old values in the target.
-            ran = steps > stepped if source is not None else np.ones(len(steps), bool)
+        def look(one: ObservedPass) -> None:
+            side = sides.setdefault(one.outputs[0].glo, "B" if sides else "A")
+            sides.update({texture.glo: side for texture in one.outputs})
+            source = next((sides[texture.glo] for texture in one.inputs.values()
+                           if texture.glo in sides), "")
+            steps = one.target.fields(tracer.method.state.name)["steps"]
+            # A target keeps what early depth rejects: those of its texels are from before.
+            ran = steps > stepped if source else np.ones(len(steps), bool)
             stepped[ran] = steps[ran]
-            attached = {texture.glo: name for name, texture in target.samplers().items()}
-            found.append(KernelPass(
-                kernel, tuple(sorted(program.samplers)),
-                tuple(attached[texture.glo] for texture in target.textures),
-                "" if source is None else sides[id(source)], sides[id(target)],
-                int(ran.sum())))
-        with watching(tracer, look):
+            found.append(KernelPass(one.kernel, tuple(sorted(one.inputs)),
+                                    tuple(one.target.samplers()), source, side, int(ran.sum())))
+        with observe_states(tracer, look):
             tracer.trace(*rays(), shape=(SIDE, SIDE))
     return tuple(found)
 

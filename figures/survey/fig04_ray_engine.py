@@ -5,15 +5,14 @@ and graphics hardware come from the tracer's own statistics.
 """
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import gpgpu_rt as rt
-from gpgpu_rt.rays.records import RAY_TEXELS
+from gpgpu_rt.rays.records import HIT, RAY_TEXELS
+from gpgpu_rt.traversal.records import FOUND, NEAREST
 
 from ..diagrams.plan import INK, PALE, RAY, SPLITS, TRIANGLE, VISITED
 from ..diagrams.small_world import world
@@ -24,6 +23,8 @@ from .fig03_stream_processing import arrow, box, heading, rays, texels_of
 METHOD, SIDE = "ray-engine", 16
 SETTINGS = {"resolution": (4, 4, 1), "batch": 128, "queue": 4}
 HEADS = ("pass", "program", "samples", "writes", "kept where several meet", "drawn as")
+QUADS, LEFT = "methods/ray_engine/quads.frag", "methods/ray_engine/quad_hits.frag"
+KEPT = {NEAREST.name: "KEEP_NEAREST", FOUND.name: "KEEP_FIRST", HIT.name: "hits"}
 TITLES = {"KEEP_NEAREST": "nearest t", "KEEP_FIRST": "lowest triangle there",
           "hits": "hits of the batch"}
 
@@ -51,56 +52,25 @@ class BatchPass:
     quads: int
 
 
-@contextmanager
-def watching(engine: Any, found: list[BatchPass]) -> Iterator[None]:
-    """Within the context, record the passes of an engine over its batches in ``found``."""
-    room_for = engine._room_for
-    batches = [0]
-
-    def watched(*asked: Any) -> Any:
-        room = room_for(*asked)
-        batches[0] += 1
-        if "draw_quads" in vars(room):
-            return room
-        draw_quads, draw_left = room.draw_quads, room.draw_left
-
-        def quads(keep: str, any_hit: bool, samplers: Any, accelerator: Any, buffer: Any,
-                  count: int, depth_end: float) -> None:
-            draw_quads(keep, any_hit, samplers, accelerator, buffer, count, depth_end)
-            program = room._quads[keep, any_hit]
-            found.append(BatchPass(
-                keep, "quads.vert, quads.frag", tuple(sorted(program.samplers)),
-                _names(room, room.targets[keep]), "MIN blending", batches[0], count))
-
-        def left(program: Any, samplers: Any, target: Any) -> None:
-            draw_left(program, samplers, target)
-            names = {texture.glo: name for name, texture in target.samplers().items()}
-            found.append(BatchPass("hits", program.name.split("/")[-1],
-                                   tuple(sorted(program.samplers)),
-                                   tuple(names[t.glo] for t in target.textures),
-                                   "-", batches[0], 0))
-        room.draw_quads, room.draw_left = quads, left
-        return room
-    engine._room_for = watched
-    try:
-        yield
-    finally:
-        del engine._room_for
-
-
-def _names(room: Any, target: Any) -> tuple[str, ...]:
-    names = {texture.glo: name for name, texture in room.samplers().items()}
-    return tuple(names[texture.glo] for texture in target.textures)
-
-
 @lru_cache(maxsize=1)
 def passes() -> tuple[tuple[BatchPass, ...], dict[str, float], rt.Hits]:
-    """The passes of one trace of Figure 3's rays, the tracer's cost split, and the hits."""
+    """The passes of one trace of Figure 3's rays, what it moved and took, and its hits."""
     found: list[BatchPass] = []
     with rt.Tracer(world().scene, METHOD, statistics=True, **SETTINGS) as tracer:
-        with watching(tracer.session.driver, found):
+        with tracer.observe(fragments=True) as observed:
             hits = tracer.trace(*rays(), shape=(SIDE, SIDE))
-        return tuple(found), dict(tracer.statistics.split), hits
+        split = dict(tracer.statistics.split)
+    for one in observed:
+        if one.name not in (QUADS, LEFT):
+            continue
+        batch = 1 + sum(earlier.name == "hits" for earlier in found)
+        files = (one.vertex, one.name) if one.name == QUADS else (one.name,)
+        found.append(BatchPass(
+            KEPT[one.target.record.name], ", ".join(file.split("/")[-1] for file in files),
+            tuple(sorted(one.inputs)), tuple(one.target.samplers()),
+            "MIN blending" if one.name == QUADS else "-", batch,
+            one.primitives // 2 if one.name == QUADS else 0))
+    return tuple(found), split, hits
 
 
 def cells(full: bool) -> list[Cell]:

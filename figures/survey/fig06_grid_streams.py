@@ -7,7 +7,7 @@ from pathlib import Path
 import gpgpu_rt as rt
 
 from ..diagrams.flow import HEADS, draw_flow, table_rows
-from ..diagrams.issued_passes import IssuedPasses, logged
+from ..diagrams.issued_passes import Issued, issued
 from ..diagrams.small_world import world
 from ..framework.cell import Cell
 from ..framework.output import markdown_table, plt, save_chart, write_csv, write_text
@@ -22,12 +22,12 @@ COUNTING = ("classify", "mask", "tile_counts", "everywhere")
 
 
 @lru_cache(maxsize=None)
-def passes() -> IssuedPasses:
+def passes() -> list[Issued]:
     """The passes of one picture of the small world, with eye and shadow rays."""
     with rt.Tracer(world().scene, "grid", schedule="kernels", mask_interval=2) as tracer:
-        with logged(tracer, COUNTING) as log:
+        with tracer.observe() as observed:
             tracer.render(size=(SIDE, SIDE))
-    return log
+        return issued(observed, COUNTING)
 
 
 def cells(full: bool) -> list[Cell]:
@@ -38,7 +38,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     """Write out/fig06.csv, .md and .png."""
     log = passes()
     write_csv(out / "fig06.csv", ("pass", "kernel"),
-              [[at, one.kernel] for at, one in enumerate(log.issued, 1)])
+              [[at, one.kernel] for at, one in enumerate(log, 1)])
     write_text(out / "fig06.md", "# Figure 6: ray tracing in a grid as streams and kernels\n\n"
                f"The passes of one picture of {SIDE} x {SIDE} pixels by `grid` under the schedule "
                "`kernels`, without the passes that only count rays.\n\n"

@@ -7,7 +7,7 @@ from pathlib import Path
 import gpgpu_rt as rt
 
 from ..diagrams.flow import HEADS, draw_flow, table_rows
-from ..diagrams.issued_passes import IssuedPasses, logged
+from ..diagrams.issued_passes import Issued, issued
 from ..framework.cell import Cell
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 
@@ -20,7 +20,7 @@ WORDS = {"tile_spans": "middle of a tile's rays", "tile_cones": "enclosing cone 
 
 
 @lru_cache(maxsize=None)
-def passes() -> tuple[IssuedPasses, list[tuple[int, int]]]:
+def passes() -> tuple[list[Issued], list[tuple[int, int]]]:
     """The passes of one image of eye rays, and counts by batch.
 
     The counts are the pairs of a triangle and a tile, and the pairs that the tiles' cones let
@@ -28,18 +28,17 @@ def passes() -> tuple[IssuedPasses, list[tuple[int, int]]]:
     """
     scene = rt.load_scene(SCENE)
     rays = scene.camera.rays((SIDE, SIDE))
-    with rt.Tracer(scene, "ray-tiles", tile=TILE) as tracer, logged(tracer) as log:
+    with rt.Tracer(scene, "ray-tiles", tile=TILE) as tracer, tracer.observe() as observed:
         tracer.trace(*rays)
-        for name, texture in tracer.session.buffers.states.side(0).samplers().items():
-            log.names[texture.glo] = name.rsplit("_texel_", 1)[0]
+        log = issued(observed)
     tiles, found = (SIDE // TILE) ** 2, []
-    with rt.Tracer(scene, "ray-tiles", tile=TILE, statistics=True) as tracer:
+    with rt.Tracer(scene, "ray-tiles", tile=TILE) as tracer:
         everything, before = tracer.accelerator.structure, 0.0
-        for steps, (_, count) in enumerate(everything, 1):
-            tracer.session.driver.step_cap = steps
+    for steps, (_, count) in enumerate(everything, 1):
+        with rt.Tracer(scene, "ray-tiles", tile=TILE, statistics=True, step_cap=steps) as tracer:
             through = tracer.trace(*rays).nodes_visited.sum() / TILE ** 2
-            found.append((count * tiles, round(through - before)))
-            before = through
+        found.append((count * tiles, round(through - before)))
+        before = through
     return log, found
 
 

@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 
 import gpgpu_rt as rt
+from gpgpu_rt.inspect.observe import ObservedPass
+from gpgpu_rt.methods.ray_hierarchy.cones import level_sizes
 
-from ..diagrams.small_rays import RAYS, TRIANGLES, Round, traversal
+from ..diagrams.small_rays import PAIR_CHILDREN, RAYS, TRIANGLES, Round, tested, traversal
 from ..framework.cell import Cell
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 
@@ -31,22 +33,19 @@ def rows() -> list[list[Any]]:
 
 def counted(scene: rt.Scene, side: int) -> list[list[Any]]:
     """Pairs by level for side x side eye rays: tested, kept, and the kept share of all pairs."""
+    sizes, _ = level_sizes((side, side))
+    nodes = [width * height for width, height in sizes]
     found: dict[int, list[int]] = {}
-    with rt.Tracer(scene, "ray-hierarchy") as tracer:
-        driver = tracer.session.driver
-        test = driver._test
 
-        def watched(level: int, first: int, count: int) -> int:
-            kept = test(level, first, count)
-            at = found.setdefault(level, [0, 0])
-            at[0], at[1] = at[0] + count, at[1] + kept
-            return kept
-        driver._test = watched
+    def look(one: ObservedPass) -> None:
+        if one.name == PAIR_CHILDREN:
+            at = found.setdefault(1 + sizes.index(one.uniforms["below"]), [0, 0])
+            _, slots = tested(one)
+            at[0], at[1] = at[0] + len(slots), at[1] + int((slots[..., 0] >= 0).sum())
+    with rt.Tracer(scene, "ray-hierarchy") as tracer, tracer.observe(look):
         tracer.trace(*scene.camera.rays((side, side)))
-        assert driver.cones is not None
-        nodes = [level.length for level in driver.cones.levels]
-    return [[level, nodes[level - 1], tested, kept, number(kept / (nodes[level - 1] * len(scene)))]
-            for level, (tested, kept) in sorted(found.items(), reverse=True)]
+    return [[level, nodes[level - 1], pairs, kept, number(kept / (nodes[level - 1] * len(scene)))]
+            for level, (pairs, kept) in sorted(found.items(), reverse=True)]
 
 
 def draw(data: Path, out: Path, full: bool) -> None:

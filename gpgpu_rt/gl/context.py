@@ -7,17 +7,15 @@ import functools
 import os
 import re
 import threading
-from collections.abc import Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import moderngl
 
 from ..errors import ContextError, LimitError, OptionError, did_you_mean
-
-if TYPE_CHECKING:
-    from .pass_log import PassLog
+from .observation import HostQuery, Observer, Observers
 
 BACKENDS = ("egl", "osmesa")
 GL_VERSION = 330
@@ -134,8 +132,7 @@ class Gpu:
         self.most_vertices = 4092 if self.renderer.startswith("softpipe") else None
         self.programs: dict[Any, moderngl.Program] = {}   # filled by gl/shader.py
         self.compilations: list[Any] | None = None    # gl/shader.py: compilations
-        self.log: PassLog | None = None    # that a call's passes are written to
-        self.watch: Any = None    # is told of passes before they are drawn, where one is asked for
+        self.observers = Observers()
         self.whole = False    # whether passes leave nothing out that they know to be empty
         self.keeps_own_arrays: bool | None = None   # traversal/own_arrays.py finds out
         self._rest: moderngl.Framebuffer | None = None
@@ -160,28 +157,20 @@ class Gpu:
         self._turn.release()
 
     @contextmanager
-    def watched(self, watch: Any, whole: bool = False) -> Iterator[None]:
-        """Within, ``watch.note(pass, target, textures)`` is called before each draw; passes are
-        drawn on the ``whole`` of their targets, or as ever."""
-        before = self.watch, self.whole
-        self.watch, self.whole = watch, whole
+    def observed(self, observer: Observer, whole: bool = False) -> Iterator[None]:
+        """Within, tell an observer of every pass; ``whole``: draw passes on the whole of their
+        targets, also where they know texels to be empty."""
+        before, self.whole = self.whole, whole or self.whole
+        self.observers.all.append(observer)
         try:
             yield
         finally:
-            self.watch, self.whole = before
-
-    def drawing(self, name: str, program: moderngl.Program, target: moderngl.Framebuffer,
-                textures: Mapping[str, moderngl.Texture]) -> AbstractContextManager[None]:
-        """Around every draw: where there is a log, it is written there."""
-        if self.log is None:
-            return nullcontext()
-        return self.log.drawing(name, program, self.text_of(program), target, textures)
+            self.whole = before
+            self.observers.all = [one for one in self.observers.all if one is not observer]
 
     def note_moved(self, up: int = 0, down: int = 0) -> None:
-        """Write bytes that went up or came down into the log of passes, where there is one."""
-        if self.log is not None:
-            self.log.uploaded += up
-            self.log.read_back += down
+        """Tell observers of bytes that went to the card or came back."""
+        self.observers.moved(up, down)
 
     def text_of(self, program: moderngl.Program) -> tuple[str, str]:
         """The (vertex, fragment) text that a program was compiled from."""
@@ -190,7 +179,7 @@ class Gpu:
     def query(self) -> Any:
         """An occlusion query of the host's: ``with`` it, then ``samples``."""
         query = self.context.query(samples=True)
-        return query if self.log is None else self.log.hosts(query)
+        return HostQuery(self.observers, query) if self.observers else query
 
     def check_size(self, width: int, height: int, what: str) -> None:
         """Raise LimitError before GL is asked for a texture it cannot hold (it fails silently)."""

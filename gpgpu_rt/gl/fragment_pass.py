@@ -26,7 +26,10 @@ class FragmentPass:
     Attributes
     ----------
     name : the fragment program's file
+    vertex : the vertex program's file
+    texts : the (vertex, fragment) text that was compiled
     label : what a log calls it; empty where that is its name
+    kernel : the method's kernel that it runs, as ``ObservedPass`` has it; empty where it runs none
     samplers : names of the textures that the program reads once it is compiled
     uniforms : those that were set, by name
     """
@@ -35,8 +38,9 @@ class FragmentPass:
                  virtual: Mapping[str, str] | None = None,
                  vertex: str = "drivers/full_screen.vert") -> None:
         self.gpu = gpu
-        self.name, self.label = fragment, ""
+        self.name, self.vertex, self.label, self.kernel = fragment, vertex, "", ""
         self.program = compile_program(gpu, fragment, defines, virtual, vertex)
+        self.texts = gpu.text_of(self.program)
         self.uniforms: dict[str, object] = {}
         self._mark = object()       # that it leaves on the program, which must not hold the pass
         self.samplers = tuple(name for name in self.program if getattr(
@@ -51,14 +55,14 @@ class FragmentPass:
         self.program.extra = None   # what it was last drawn with no longer holds
 
     def covered(self, size: tuple[int, int]) -> np.ndarray | None:
-        """(n, 2) int, x and y: the texels of a target of (width, height) that the draw being
-        watched covers, before the depth test; None where the pass does not know."""
+        """(n, 2) int, x and y: the texels of a target of (width, height) that the last draw
+        covers, before the depth test; None where the pass does not know."""
         return None
 
     def issue(self, geometry: moderngl.VertexArray, target: Drawable,
               textures: Mapping[str, moderngl.Texture], mode: int, vertices: int = -1,
               instances: int = 1) -> None:
-        """Draw geometry into ``target``: textures bound, uniforms set, watched and logged.
+        """Draw geometry into ``target``: textures bound, uniforms set, observers told.
 
         Parameters
         ----------
@@ -75,15 +79,13 @@ class FragmentPass:
             if textures[name].glo in attached:   # GL would not say so: results are undefined
                 raise Error(f"{self.name} samples {name} while drawing into it")
             textures[name].use(unit)
-        if self.gpu.watch is not None:
-            self.gpu.watch.note(self, framebuffer, textures)
         framebuffer.use()
-        if self.gpu.log is None:
+        if not self.gpu.observers:
             self._render(geometry, mode, vertices, instances)
             return
-        used = {name: textures[name] for name in self.samplers}
-        with self.gpu.drawing(self.label or self.name, self.program, framebuffer, used):
-            self._render(geometry, mode, vertices, instances)
+        self.gpu.observers.draw(self, target, framebuffer,
+                                {name: textures[name] for name in self.samplers},
+                                lambda: self._render(geometry, mode, vertices, instances))
 
     def _take_program(self) -> None:
         """Give the program this pass's uniforms: passes of the same text share one program."""
@@ -93,13 +95,14 @@ class FragmentPass:
             self.program.extra = self._mark
 
     def _render(self, geometry: moderngl.VertexArray, mode: int, vertices: int,
-                instances: int) -> None:
-        """Draw; lists of more vertices than the renderer numbers come a part at a time."""
+                instances: int) -> int:
+        """Draw; lists of more vertices than the renderer numbers come a part at a time. How many
+        draw calls that took."""
         count = geometry.vertices if vertices < 0 else vertices
         most = self.gpu.most_vertices
         if most is None or instances != 1 or mode not in LISTS:
             most = count
-        if not instances:
-            return
-        for first in range(0, count, max(most, 1)):
+        parts = range(0, count if instances else 0, max(most, 1))
+        for first in parts:
             geometry.render(mode, min(most, count - first), first=first, instances=instances)
+        return len(parts)

@@ -48,7 +48,7 @@ class FullScreenPass(FragmentPass):
         self._whole = Rectangles(gpu, 1)
         self._geometry: dict[Rectangles, moderngl.VertexArray] = {}
         self._size: tuple[int, int] | None = None
-        self._area = self._whole, 1     # of the draw that is watched
+        self._area = self._whole, 1     # of the last draw
 
     def covered(self, size: tuple[int, int]) -> np.ndarray:
         """As of a ``FragmentPass``: always known."""

@@ -83,9 +83,7 @@ class Target:
         Field name -> (n,) or (n, width), one entry a texel, row by row.
         """
         record = self.records[name] if name else self.record
-        texels = [by_ray(read_texture(texture).reshape(-1, 4))
-                  for texture in self.streams[record.name]]
-        return record.unpack(texels[0][:, None] if len(texels) == 1 else np.stack(texels, axis=1))
+        return read_record(record, stream_samplers(record.name, self.streams[record.name]), by_ray)
 
     def write(self, name: str, **fields: np.ndarray) -> None:
         """Upload a record: the inverse of ``fields``. Texels past the last entry become 0."""
@@ -106,6 +104,14 @@ class Target:
     def release(self) -> None:
         """Free the framebuffer and the textures, without borrowed ones."""
         release(self.framebuffer, self._own)
+
+
+def read_record(record: Record, samplers: Mapping[str, moderngl.Texture],
+                by_ray: ByRay = whole) -> dict[str, np.ndarray]:
+    """Read a record back from the textures that a pass samples; see ``Target.fields``."""
+    texels = [by_ray(read_texture(samplers[f"{record.name}_texel_{texel}"]).reshape(-1, 4))
+              for texel in range(record.texels)]
+    return record.unpack(texels[0][:, None] if len(texels) == 1 else np.stack(texels, axis=1))
 
 
 Drawable = Target | moderngl.Framebuffer    # what passes draw into

@@ -44,7 +44,7 @@ def counted(tracer: Tracer, call: Callable[[], Any]) -> tuple[list[dict[str, Any
                           "would be counted, too; leave statistics out")
     check_countable()
     turns = Turns()
-    with tracer.gpu, logged(tracer.gpu, Statistics()) as log, tracer.gpu.watched(turns):
+    with tracer.gpu, logged(tracer.gpu, Statistics()) as log, tracer.gpu.observed(turns):
         call()
     return pass_counts(log, turns), log
 

@@ -1,17 +1,16 @@
 """Loop counts: the number of loop iterations in the passes of a call.
 
-Before each draw, some of its fragments are emulated on the textures that the draw will read.
+After each draw, some of its fragments are emulated on the textures that the draw has read.
 """
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from ..gl.fragment_pass import FragmentPass
+from ..gl.observation import ObservedPass, Observer
 from .emulate import emulate
 from .program import RegionWork
 from .sample import as_array, program_of
@@ -37,28 +36,28 @@ class Turned:
     fetches: Counter[str] = field(default_factory=Counter)
 
 
-class Turns:
-    """Observes a call as ``gpu.watch`` and fills ``found``, by the name and program of a pass.
+class Turns(Observer):
+    """Observes a call and fills ``found``, by the name and program of a pass.
 
     Only passes that know the fragments they cover are counted.
     """
 
     def __init__(self, most: int = MOST) -> None:
         self.most = most
-        self.found: dict[tuple[str, int], Turned] = {}
+        self.found: dict[tuple[str, tuple[str, str]], Turned] = {}
         self._tables: dict[int, np.ndarray] = {}
 
-    def note(self, one: FragmentPass, target: Any, textures: Mapping[str, Any]) -> None:
+    def passed(self, one: ObservedPass) -> None:
         """Emulate fragments of a pass that is about to be drawn."""
-        program = program_of(one.gpu.text_of(one.program))
-        texels = one.covered(target.size) if program.loops else None
+        program = program_of(one.texts)
+        texels = one.covered() if program.loops else None
         if texels is None:
             return
         few = texels[::-(-len(texels) // self.most)] if len(texels) else texels
         with np.errstate(all="ignore"):
-            run = emulate(program, {name: self._array(name, textures[name])
+            run = emulate(program, {name: self._array(name, one.inputs[name])
                                     for name in program.samplers}, one.uniforms, few, (1,))
-        total = self.found.setdefault((one.label or one.name, id(one.program)), Turned())
+        total = self.found.setdefault((one.label, one.texts), Turned())
         share = len(texels) / max(len(few), 1)
         total.fragments += len(texels)
         total.emulated += len(few)

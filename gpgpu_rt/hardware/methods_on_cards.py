@@ -5,10 +5,7 @@ The programs are those of this package. Carr's ray engine of 2002 ran in fixed p
 """
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
-from ..gl.fragment_pass import FragmentPass
+from ..gl.observation import ObservedPass, Observer
 from ..methods import find_method, methods
 from ..scene.loading import load_scene
 from ..tracer import Tracer
@@ -20,7 +17,7 @@ LEFT_OUT = {"drivers/tile_counts.frag"}   # our own addition: passes skip tiles 
 SIZE = 8   # side of the image in pixels; programs do not depend on the size
 
 
-class _Programs:
+class _Programs(Observer):
     """Collects every program of a call, by its texts.
 
     Each entry holds the name, the largest number of render targets, and the number of texels in
@@ -30,15 +27,14 @@ class _Programs:
     def __init__(self) -> None:
         self.found: dict[tuple[str, str], tuple[str, int, int]] = {}
 
-    def note(self, one: FragmentPass, target: Any, textures: Mapping[str, Any]) -> None:
+    def passed(self, one: ObservedPass) -> None:
+        """Add the program of a pass."""
         if one.name in LEFT_OUT:
             return
-        texts = one.gpu.text_of(one.program)
-        name, targets, texels = self.found.get(texts, (one.label or one.name, 0, 0))
-        largest = max((textures[sampler].width * textures[sampler].height
-                       for sampler in one.samplers if sampler.endswith("_table")), default=0)
-        self.found[texts] = (name, max(targets, len(target.color_attachments or ())),
-                             max(texels, largest))
+        name, targets, texels = self.found.get(one.texts, (one.label, 0, 0))
+        largest = max((texture.width * texture.height for sampler, texture in one.inputs.items()
+                       if sampler.endswith("_table")), default=0)
+        self.found[one.texts] = (name, max(targets, len(one.outputs)), max(texels, largest))
 
 
 def method_needs(names: list[str] | None = None, scene_name: str = "cornell"
@@ -60,7 +56,7 @@ def method_needs(names: list[str] | None = None, scene_name: str = "cornell"
         for schedule in row.schedules:
             watch = _Programs()
             with Tracer(scene, row.name, schedule=schedule) as tracer:
-                with tracer.gpu.watched(watch):
+                with tracer.gpu.observed(watch):
                     tracer.trace(*rays)
             seen[row.name, schedule] = watch.found
     texts = list(dict.fromkeys(text for found in seen.values() for text in found))

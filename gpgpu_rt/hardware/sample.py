@@ -5,12 +5,12 @@ tile form SIMD groups as on hardware that groups neighbouring pixels.
 """
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from ..gl.fragment_pass import FragmentPass
+from ..gl.observation import ObservedPass, Observer
 from ..tracer import Tracer
 from .compiler import check_countable, compiled
 from .emulate import WIDTHS, EmulatedRun, Look, emulate, texels_along_morton, unseen
@@ -40,30 +40,30 @@ def tile_pixels(size: int, tile: tuple[int, int] = TILE,
     return np.concatenate(strips, axis=1)
 
 
-class Watch:
+class FirstTraversal(Observer):
     """Records the first draw of a traversal: its program, uniforms, and textures as arrays."""
 
     def __init__(self) -> None:
         self.texts: tuple[str, str] | None = None
         self.uniforms: dict[str, Any] = {}
         self.samplers: dict[str, np.ndarray] = {}
-        self.target: Any = None
+        self.targets: tuple[Any, ...] = ()
         self.texel_bytes: dict[str, int] = {}
         self.written_bytes = 0    # per fragment
 
-    def note(self, one: FragmentPass, target: Any, textures: Mapping[str, Any]) -> None:
+    def passed(self, one: ObservedPass) -> None:
+        """Keep the pass, if it is the first traversal."""
         if self.texts is not None or one.name not in TRAVERSALS:
             return
-        self.texts, self.target = one.gpu.text_of(one.program), target
-        self.uniforms = dict(one.uniforms)
-        self.written_bytes = sum(texel_bytes(t) for t in target.color_attachments)
-        for name in one.samplers:
-            self.samplers[name] = as_array(textures[name])
-            self.texel_bytes[name] = texel_bytes(textures[name])
+        self.texts, self.targets, self.uniforms = one.texts, one.outputs, one.uniforms
+        self.written_bytes = sum(map(texel_bytes, one.outputs))
+        for name, texture in one.inputs.items():
+            self.samplers[name] = as_array(texture)
+            self.texel_bytes[name] = texel_bytes(texture)
 
     def results(self) -> list[np.ndarray]:
         """Return each render target, (h, w, c) float32."""
-        return [as_array(texture) for texture in self.target.color_attachments]
+        return [as_array(texture) for texture in self.targets]
 
 
 def texel_bytes(texture: Any) -> int:
@@ -79,7 +79,7 @@ def as_array(texture: Any) -> np.ndarray:
 def emulated(tracer: Tracer, origins: np.ndarray, directions: np.ndarray, any_hit: bool = False,
              t_max: Any = np.inf, tile: tuple[int, int] = TILE,
              widths: Sequence[int] = WIDTHS, flat: bool = False,
-             look: Look = unseen) -> tuple[EmulatedRun, Watch]:
+             look: Look = unseen) -> tuple[EmulatedRun, FirstTraversal]:
     """Trace (h, w, 3) rays of tiles side by side, and emulate the program that traced them.
 
     Parameters
@@ -96,7 +96,7 @@ def emulated(tracer: Tracer, origins: np.ndarray, directions: np.ndarray, any_hi
 
     Returns
     -------
-    (EmulatedRun, Watch)
+    (EmulatedRun, FirstTraversal)
         the emulation; and the draw, whose results the emulation must equal
 
     Raises
@@ -105,8 +105,8 @@ def emulated(tracer: Tracer, origins: np.ndarray, directions: np.ndarray, any_hi
         if this machine's Mesa does not print the instructions of programs
     """
     check_countable()
-    watch = Watch()
-    with tracer.gpu.watched(watch, whole=True):
+    watch = FirstTraversal()
+    with tracer.gpu.observed(watch, whole=True):
         (tracer.occluded if any_hit else tracer.trace)(
             origins, directions, t_max=t_max, invalid="miss")
     assert watch.texts is not None

@@ -6,22 +6,22 @@ steps; steps only grow, so pass by pass the two are put together here.
 """
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..errors import OptionError
+from ..gl.observation import ObservedPass
 from ..gl.target import Target
 from ..hits import Hits
 from ..rays.batch import RayBatch
 from ..rays.records import HIT
 from ..tracer import Tracer
-from ..traversal.driver import Watch
+from ..traversal.driver import DONE, OVERFLOWN, UNFINISHED
 from ..traversal.packet_steps import PacketSteps
-from ..traversal.schedules import DONE, OVERFLOWN, UNFINISHED
+from .observe import observe_states
 
 Fields = dict[str, np.ndarray]
 INTERSECT = 2    # the phase of packets at a leaf, whose rays are tested by a pass of their own
@@ -56,33 +56,6 @@ class Pass:
                 "live": self.live}
 
 
-@contextmanager
-def watching(tracer: Tracer, watch: Watch) -> Iterator[None]:
-    """Within, ``watch`` is called after each pass over the states of the tracer's rays.
-
-    Raises
-    ------
-    OptionError
-        for a driver that keeps no states in textures from pass to pass
-    """
-    driver: Any = tracer.session.driver
-    if tracer.options["presort"]:
-        raise OptionError("option presort puts rays into other texels than their own; leave it "
-                          "out to look at these")
-    if not hasattr(driver, "watch"):
-        about = next((name for name in ("sort_rays", "entry_points")
-                      if tracer.options.get(name)), None)
-        raise OptionError(f"option {about} puts other passes around those of the method; leave it "
-                          "out to look at these" if about else
-                          f"method {tracer.method.name} keeps no state of each ray from pass to "
-                          "pass; take another one, such as a grid, a kd-tree or a BVH")
-    driver.watch = watch
-    try:
-        yield
-    finally:
-        driver.watch = None
-
-
 def travel(tracer: Tracer, origins: np.ndarray, directions: np.ndarray,
            look: Callable[[Pass], None], **more: Any) -> Hits:
     """Trace rays and look at all of them after each pass.
@@ -104,7 +77,7 @@ def travel(tracer: Tracer, origins: np.ndarray, directions: np.ndarray,
             raise OptionError(f"method {tracer.method.name} under schedule loop has one pass to "
                               "look at; take a method with the schedule kernels or step")
         record = _StateRecorder(tracer, batch, look)
-        with watching(tracer, record.take):
+        with observe_states(tracer, record.take):
             _, buffers = session.buffers.of(batch.size)
             for side in (0, 1):     # a state of an earlier call may have more steps
                 buffers.side(side).clear()
@@ -140,9 +113,10 @@ class _StateRecorder:
         self.hit: Fields = {}
         self.number = 0
 
-    def take(self, kernel: str, source: Target | None, target: Target) -> None:
-        """A pass is over."""
-        kernel = "init" if source is None else kernel
+    def take(self, one: ObservedPass) -> None:
+        """Add what a pass has changed."""
+        kernel, target = one.kernel, one.target
+        assert isinstance(target, Target)
         if HIT.name not in target.records:
             self._take_packets(kernel, target)
             return

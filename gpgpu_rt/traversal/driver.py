@@ -26,11 +26,6 @@ Part = TypeVar("Part")
 DONE, UNFINISHED, OVERFLOWN = 0, -1, -2   # phases that end a ray, as in core/phase.glsl
 DRAWN = 0.5     # depth of passes over rays; masked rays have depth 0
 
-# What looks on: called after a pass over the rays' (or packets') states with the kernel that ran,
-# what it read (None where it set the states up) and what it drew. A driver that keeps states in
-# textures from pass to pass has an attribute ``watch`` for one; see ``inspect/time_travel.py``.
-Watch = Callable[[str, Target | None, Target], None]
-
 
 @dataclass(frozen=True)
 class Setup:

@@ -12,7 +12,7 @@ from ..gl.textures import release
 from ..rays.records import COUNTERS, HIT
 from ..rays.textures import PingPong, RayTextures, StateBuffers
 from ..statistics import Statistics
-from .driver import MethodDriver, Setup, Watch
+from .driver import MethodDriver, Setup
 from .packets import packet_defines, packet_of
 from .schedules import kernel_defines, method_texts
 from .stack_atlas import StackAtlas
@@ -29,7 +29,6 @@ class PacketSteps(MethodDriver):
     """
 
     keeps_states = True
-    watch: Watch | None = None
 
     def __init__(self, setup: Setup) -> None:
         super().__init__(setup)
@@ -77,8 +76,6 @@ class PacketSteps(MethodDriver):
             room.atlas.push(target.samplers())
             self.gpu.context.enable_only(moderngl.NOTHING)
             statistics.draw_calls += 1
-        if self.watch is not None:
-            self.watch("visit", source, target)
 
     def _intersect(self, rays: RayTextures, packets: Target, source: Target | None,
                    target: Target, any_hit: bool, statistics: Statistics) -> None:
@@ -89,8 +86,6 @@ class PacketSteps(MethodDriver):
             **self.samplers, **rays.samplers(), **(source.samplers() if source else {}),
             **{f"packet_{name}": texture for name, texture in packets.samplers().items()}},
             statistics)
-        if self.watch is not None:
-            self.watch("intersect", source, target)
 
     def _live(self, room: PacketStates, packets: Target, statistics: Statistics) -> int:
         program = self.state_program("mask", self.state)
@@ -111,12 +106,14 @@ class PacketSteps(MethodDriver):
                 reads += [replace(record, name="packet_" + record.name)
                           for record in (state, *self.counted)]
                 writes = [layout(self.method.state), hit, *self.counted]
-            return FullScreenPass(
+            program = FullScreenPass(
                 self.gpu, f"drivers/{name}.frag",
                 {**packet_defines(self.method, self.accelerator, self.options, any_hit),
                  **self.phases, "START": start},
                 {**method_texts(self.method, self.options), "stepwise": f"file:{self.glsl}",
                  "streams": streams_glsl(reads, writes)})
+            program.kernel = "init" if start else name.removeprefix("packet_")
+            return program
         return self.program((name, rays, any_hit, start), make)
 
     def _states_for(self, rays: tuple[int, int]) -> PacketStates:

@@ -25,7 +25,7 @@ from ..options import word_define
 from ..rays.records import COUNTERS, HIT
 from ..rays.textures import RayTextures, StateBuffers
 from ..statistics import Statistics
-from .driver import DONE, DRAWN, OVERFLOWN, UNFINISHED, MethodDriver, Watch
+from .driver import DONE, DRAWN, OVERFLOWN, UNFINISHED, MethodDriver
 from .live_tiles import Tiles
 from .method import Accelerator, Method
 from .records import ENTRIES, ENTRY_LIST, ENTRY_TILE, PACKET_ENTRY
@@ -64,7 +64,6 @@ class Traversal(MethodDriver):
     """A method's programs for one set of tables and options, under any of the three schedules."""
 
     keeps_states = True
-    watch: Watch | None = None
     _atlas: StackAtlas | None = None
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
@@ -170,22 +169,6 @@ class Traversal(MethodDriver):
             program.set(**self._atlas.uniforms)
         self.draw(program, target, samplers, statistics, kernel, depth=depth,
                   rectangles=tiles and tiles.rectangles)
-        if self.watch is not None:
-            self.watch(self.kernel_of(program), source, target)
-
-    def kernel_of(self, program: FullScreenPass) -> str:
-        """The kernel that a program is; "init" where it sets states up, "all" where each ray runs
-        its own."""
-        key = next(key for key, one in self.programs.items() if one is program)
-        assert isinstance(key, ProgramKey)
-        if key.start and not key.steps:
-            return "init"
-        return self.method.kernels[key.kernel - 1] if key.kernel else "all"
-
-    def program_of(self, kernel: str) -> FullScreenPass:
-        """The program that has run as this kernel."""
-        return next(one for key, one in self.programs.items()
-                    if isinstance(key, ProgramKey) and self.kernel_of(one) == kernel)
 
     def _push(self, now: Target, tiles: Tiles, statistics: Statistics) -> None:
         """Take up in the atlas, where the method has one, what rays in phase PUSH leave there."""
@@ -253,8 +236,9 @@ class Traversal(MethodDriver):
                        "streams": self._streams_glsl(rays.record)}
             program = FullScreenPass(self.gpu, "drivers/traverse.frag", defines, virtual)
             program.set(steps_per_pass=steps)
+            program.kernel = "init" if start and not steps else "all"
             if kernel:
-                program.label = self.method.kernels[kernel - 1]
+                program.kernel = program.label = self.method.kernels[kernel - 1]
             return program
         return self.program(ProgramKey(rays.record, any_hit, steps, start, kernel), make)
 

@@ -7,7 +7,8 @@ from contextlib import contextmanager
 import numpy as np
 
 import gpgpu_rt as rt
-from gpgpu_rt.inspect import time_travel
+from gpgpu_rt.gl.target import Target
+from gpgpu_rt.inspect.observe import observe_states
 from gpgpu_rt.rays.records import HIT
 
 Fields = dict[str, np.ndarray]
@@ -21,38 +22,30 @@ def watching(tracer: rt.Tracer, look: Callable[[Fields, Fields], None]) -> Itera
     A pass over packets has no hits. Drivers that keep no states from pass to pass are looked at
     after each of their draws of hits, or else after a whole run.
     """
-    traversal = tracer.session.driver
-    names = tracer.method.state.name, HIT.name
+    driver, names = tracer.session.driver, (tracer.method.state.name, HIT.name)
+    run, seen = driver.run, []
 
-    def clear(but=None) -> None:
+    def look_at(target) -> None:
+        seen.append(target)
+        look(*(target.fields(name) if name in target.records else {} for name in names))
+
+    def look_at_pass(one) -> None:
+        if isinstance(one.target, Target) and set(names) & set(one.target.records):
+            look_at(one.target)
+
+    def clear_and_run(*arguments, **more):
         for side in map(tracer.session.buffers.states.side, (0, 1)):
-            if side is not but:
-                side.clear()
-
-    def watch(kernel, source, target) -> None:
-        if source is None and HIT.name in target.records:
-            clear(but=target)
-        look(*(target.fields(name) if name in target.records else {} for name in names))
-    if hasattr(traversal, "watch"):
-        with time_travel.watching(tracer, watch):
-            yield
-        return
-    word = "_draw" if hasattr(traversal, "_draw") else "run"
-    whole = getattr(traversal, word)
-
-    def draw_and_look(program, rays, source, target, *rest, **more) -> None:
-        if source is None:
-            clear()
-        whole(program, rays, source, target, *rest, **more)
-        look(*(target.fields(name) if name in target.records else {} for name in names))
-
-    def run_and_look(*arguments, **more):
-        clear()
-        side, stopped = whole(*arguments, **more)
-        look(*(side.fields(name) for name in names))
+            side.clear()
+        seen.clear()
+        side, stopped = run(*arguments, **more)
+        if not seen:
+            look(*(side.fields(name) for name in names))
         return side, stopped
-    setattr(traversal, word, draw_and_look if word == "_draw" else run_and_look)
+    driver.run = clear_and_run
+    observed = (observe_states(tracer, look_at_pass) if driver.keeps_states
+                else tracer.observe(look_at_pass))
     try:
-        yield
+        with observed:
+            yield
     finally:
-        delattr(traversal, word)
+        del driver.run

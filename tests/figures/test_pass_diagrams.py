@@ -8,13 +8,14 @@ import pytest
 from conftest import soup_scene
 
 import gpgpu_rt as rt
+from gpgpu_rt.figures.diagrams.issued_passes import kinds_of
 from gpgpu_rt.figures.experiments import coherence
 from gpgpu_rt.figures.survey import fig06_grid_streams as fig06
 from gpgpu_rt.figures.survey import fig23_ray_tiles as fig23
 
 
 def test_figure_6_has_purcells_kernels() -> None:
-    kinds = fig06.passes().kinds()
+    kinds = kinds_of(fig06.passes())
     assert list(kinds) == ["eye_rays", "init", "traverse", "intersect", "surfaces", "picture"]
     assert set(fig06.WORDS) == set(kinds)
     assert kinds["init"][1] == 2       # eye rays, shadow rays
@@ -25,10 +26,10 @@ def test_figure_6_has_purcells_kernels() -> None:
 
 def test_figure_23_tells_the_order_and_what_cones_reject() -> None:
     log, batches = fig23.passes()
-    kernels = [one.kernel for one in log.issued]
+    kernels = [one.kernel for one in log]
     assert kernels[:4] == ["tile_spans", "tile_cones", "tile_ends", "tile_pairs"]
     assert kernels[-2:] == ["tile_pairs, again", "tile_hits"]
-    kinds = log.kinds()
+    kinds = kinds_of(log)
     assert set(fig23.WORDS) == set(kinds) and kinds["tile_pairs"][1] == len(batches)
     assert "nearest" not in kinds["tile_pairs"][0].reads and kinds["tile_pairs"][0].writes == (
         "nearest",)

@@ -11,6 +11,7 @@ import gpgpu_rt as rt
 from gpgpu_rt.errors import Error, ShaderError
 from gpgpu_rt.gl.context import Gpu
 from gpgpu_rt.gl.full_screen import FullScreenPass
+from gpgpu_rt.gl.observation import observe
 from gpgpu_rt.gl.textures import make_texture, read_texture, release
 from gpgpu_rt.statistics import Statistics
 from gpgpu_rt.traversal.driver import Driver, Setup
@@ -53,13 +54,35 @@ def test_a_texture_that_is_missing_or_drawn_into_is_refused(gpu: Gpu, doubled) -
         doubled.draw(gpu.context.framebuffer([texture]), {"values": texture})
 
 
-def test_watching_ends_with_its_block_and_gives_way_within(gpu: Gpu) -> None:
-    with gpu.watched("outer"):
-        with pytest.raises(KeyError), gpu.watched("inner"):
-            assert gpu.watch == "inner"
+def test_observing_ends_with_its_block_also_within_another(gpu: Gpu, doubled) -> None:
+    texture, target = make_texture(gpu, (2, 2), 4, "values"), make_texture(gpu, (2, 2), 4, "drawn")
+    framebuffer = gpu.context.framebuffer([target])
+
+    def draw() -> None:
+        doubled.draw(framebuffer, {"values": texture})
+    with observe(gpu) as outer:
+        draw()
+        with pytest.raises(KeyError), observe(gpu, lambda one: draw()) as inner:
+            assert gpu.observers.all == [outer, inner]
+            draw()      # and what `look` draws is not observed
             raise KeyError
-        assert gpu.watch == "outer"
-    assert gpu.watch is None
+        draw()
+    draw()
+    assert not gpu.observers
+    assert [one.number for one in outer] == [0, 1, 2] and [one.number for one in inner] == [0]
+    assert outer[0].fragments is None and outer[0].inputs == {"values": texture}
+
+
+def test_fragments_are_those_of_the_hosts_own_query(gpu: Gpu, doubled) -> None:
+    values = np.arange(48, dtype=np.float32).reshape(3, 4, 4)
+    texture, statistics = make_texture(gpu, (4, 3), 4, "values", values), Statistics()
+    framebuffer, seen = gpu.context.framebuffer([make_texture(gpu, (4, 3), 4, "drawn")]), []
+    doubled.set(factor=1.0)
+    with observe(gpu, lambda one: seen.append(one.fragments), fragments=True) as passes:
+        kept = doubled.count(framebuffer, {"values": texture}, statistics)
+        doubled.draw(framebuffer, {"values": texture})
+    assert seen == [one.fragments for one in passes] == [kept, 11] == [11, 11]
+    assert [one.primitives for one in passes] == [1, 1]
 
 
 def test_release_takes_whatever_parts_are_kept_in(gpu: Gpu) -> None:

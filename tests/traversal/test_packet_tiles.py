@@ -6,6 +6,7 @@ import pytest
 from conftest import assert_same_bits, soup_scene
 
 import gpgpu_rt as rt
+from gpgpu_rt.gl.observation import Observer
 from gpgpu_rt.hardware.counters import counted
 from gpgpu_rt.rays import batch as ray_batch
 from gpgpu_rt.rays.batch import RayBatch
@@ -29,7 +30,7 @@ def seen(size: tuple[int, int], seed: int) -> tuple[rt.Scene, np.ndarray, np.nda
 
 def whole(tracer: rt.Tracer, *rays: np.ndarray, **ends: object) -> rt.Hits:
     """Hits of a call that draws all packets."""
-    with tracer.gpu.watched(None, whole=True):
+    with tracer.gpu.observed(Observer(), whole=True):
         return tracer.trace(*rays, **ends)
 
 

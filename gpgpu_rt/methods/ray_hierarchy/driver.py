@@ -126,6 +126,7 @@ class RayHierarchy(MethodDriver):
                     "Visits", "Above")})
             program.set(fan=self.cones.fans[level])
             program.draw(below, above.samplers("above"))
+            self.room.draws += 1
         self.gpu.context.enable_only(moderngl.NOTHING)
 
     def nearest_of(self, pairs: int, first: int, rays: RayTextures, before: Target,
@@ -177,6 +178,7 @@ class RayHierarchy(MethodDriver):
         program.set(last_element=self.triangles - 1, unit=self.unit)
         self._rectangles.write(span(0, self.triangles))
         program.draw(self._balls, self.samplers, rectangles=self._rectangles)
+        self.room.draws += 1
 
     # Programs and textures ------------------------------------------------------------------
 

@@ -1,0 +1,222 @@
+"""Observation: each pass of a context, told to observers after it was drawn.
+
+A context has no observers by default, and passes then cost nothing more. Draws that an observer
+itself makes are not observed.
+"""
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import moderngl
+import numpy as np
+
+if TYPE_CHECKING:
+    from .context import Gpu
+    from .fragment_pass import FragmentPass
+    from .target import Drawable
+
+Look = Callable[["ObservedPass"], object]
+
+
+@dataclass(frozen=True, eq=False)
+class ObservedPass:
+    """One draw of a program.
+
+    Attributes
+    ----------
+    number : 0 for the first pass that was observed
+    name, vertex : files of the fragment and the vertex program, below ``glsl/``
+    kernel : the method's kernel that ran. "init" sets states up, "all" runs each ray's own, and
+        "visit" and "intersect" run packets. Empty for a program that runs no kernel
+    label : the kernel's name where the program runs one alone, else ``name``
+    texts : the (vertex, fragment) text that was compiled
+    uniforms : name -> value, as the draw had them
+    inputs : sampler name -> texture, of all textures that the program samples
+    target : the Target that was drawn into, or a framebuffer that is the target of no record
+    outputs : the textures that were drawn into
+    program : the linked program
+    draws : draw calls; more than 1 where the renderer numbers too few vertices for one call
+    """
+
+    number: int
+    name: str
+    vertex: str
+    kernel: str
+    label: str
+    texts: tuple[str, str]
+    uniforms: dict[str, Any]
+    inputs: dict[str, moderngl.Texture]
+    target: Drawable
+    outputs: tuple[moderngl.Texture, ...]
+    program: moderngl.Program
+    draws: int
+    covered: Callable[[], np.ndarray | None] = field(repr=False)
+    _count: _Count | None = field(repr=False, default=None)
+
+    @property
+    def fragments(self) -> int | None:
+        """Fragments that passed the depth test and were not discarded; None if nobody asked."""
+        return None if self._count is None else self._count.fragments
+
+    @property
+    def primitives(self) -> int | None:
+        """Triangles or points that reached the rasteriser; None if nobody asked."""
+        return None if self._count is None else self._count.primitives
+
+
+class Observer:
+    """Is told of passes; a subclass overrides what it wants to know.
+
+    Attributes
+    ----------
+    counts : whether fragments and primitives are to be counted, by queries around each draw
+    """
+
+    counts = False
+
+    def passed(self, one: ObservedPass) -> None:
+        """A pass was drawn; its textures still hold what it read and wrote."""
+
+    def moved(self, up: int, down: int) -> None:
+        """Bytes went to the card or came back."""
+
+    def queried(self) -> None:
+        """The host made an occlusion query of its own."""
+
+
+class Observers:
+    """The observers of one context; false where a draw is to be told to nobody."""
+
+    def __init__(self) -> None:
+        self.all: list[Observer] = []
+        self._telling = False
+        self._waiting: list[ObservedPass] | None = None    # passes within a query of the host
+        self._free: dict[bool, list[moderngl.Query]] = {True: [], False: []}
+
+    def __bool__(self) -> bool:
+        return bool(self.all) and not self._telling
+
+    def draw(self, one: FragmentPass, target: Drawable, framebuffer: moderngl.Framebuffer,
+             inputs: Mapping[str, moderngl.Texture], render: Callable[[], int]) -> None:
+        """Draw, counted where an observer asks for it, and tell the observers."""
+        count = None
+        if any(observer.counts for observer in self.all):
+            within = self._waiting is not None      # two occlusion queries cannot run at a time
+            free = self._free[within]
+            query = free.pop() if free else framebuffer.ctx.query(samples=not within,
+                                                                  primitives=True)
+            with query:
+                draws = render()
+            count = _Count(query, within, free)
+        else:
+            draws = render()
+        seen = ObservedPass(
+            0, one.name, one.vertex, one.kernel, one.label or one.name, one.texts,
+            dict(one.uniforms), dict(inputs), target, tuple(framebuffer.color_attachments or ()),
+            one.program, draws, lambda: one.covered(target.size), count)
+        if self._waiting is None:
+            self._tell(seen)
+        else:
+            self._waiting.append(seen)
+
+    def _tell(self, one: ObservedPass) -> None:
+        self._telling = True
+        try:
+            for observer in list(self.all):
+                observer.passed(one)
+        finally:
+            self._telling = False
+
+    def moved(self, up: int, down: int) -> None:
+        """Tell of bytes that went to the card or came back."""
+        for observer in self.all if self else ():
+            observer.moved(up, down)
+
+    def begin_query(self) -> None:
+        """The host's own occlusion query begins: passes within wait for its end."""
+        self._waiting = []
+        for observer in self.all:
+            observer.queried()
+
+    def end_query(self, query: moderngl.Query) -> None:
+        """The host's query has ended; the last pass within has its count."""
+        waiting, self._waiting = self._waiting or [], None
+        for at, one in enumerate(waiting):
+            if one._count is not None and at == len(waiting) - 1:
+                one._count.of_host = query
+            self._tell(one)
+
+
+class HostQuery:
+    """An occlusion query of the host while observers look on: its count is its draw's too."""
+
+    def __init__(self, observers: Observers, query: moderngl.Query) -> None:
+        self._observers, self._query = observers, query
+
+    def __enter__(self) -> HostQuery:
+        self._observers.begin_query()
+        self._query.__enter__()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._query.__exit__(*exception)
+        self._observers.end_query(self._query)
+
+    @property
+    def samples(self) -> int:
+        """Fragments that passed."""
+        return int(self._query.samples)
+
+
+class _Count:
+    """What a query counted, read when first asked for; the query is then free for another draw."""
+
+    def __init__(self, query: moderngl.Query, within: bool, free: list[moderngl.Query]) -> None:
+        self._query: moderngl.Query | None = query
+        self._within, self._free = within, free     # within a query of the host, which counts
+        self.of_host: moderngl.Query | None = None
+        self._found = 0, 0
+
+    def _read(self) -> tuple[int, int]:
+        if self._query is not None:
+            counter = self.of_host if self._within else self._query
+            self._found = int(counter.samples) if counter else 0, int(self._query.primitives)
+            self._free.append(self._query)
+            self._query = self.of_host = None
+        return self._found
+
+    @property
+    def fragments(self) -> int:
+        return self._read()[0]
+
+    @property
+    def primitives(self) -> int:
+        return self._read()[1]
+
+
+class Passes(list[ObservedPass], Observer):
+    """The passes that were observed so far, in their order."""
+
+    def __init__(self, look: Look | None = None, fragments: bool = False) -> None:
+        super().__init__()
+        self.look, self.counts = look, fragments
+
+    def passed(self, one: ObservedPass) -> None:
+        self.append(replace(one, number=len(self)))
+        if self.look is not None:
+            self.look(self[-1])
+
+
+@contextmanager
+def observe(gpu: Gpu, look: Look | None = None, fragments: bool = False) -> Iterator[Passes]:
+    """Observe every pass that is drawn within; see ``Tracer.observe``."""
+    passes = Passes(look, fragments)
+    with gpu, gpu.observed(passes):
+        try:
+            yield passes
+        finally:
+            for one in passes:    # counts are read while the context is current
+                one.fragments

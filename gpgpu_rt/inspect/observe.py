@@ -1,0 +1,51 @@
+"""Observe: each pass of a tracer, and those that draw the states of its rays."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from ..errors import OptionError
+from ..gl.observation import Look, ObservedPass, Observer, Passes, observe
+from ..gl.target import Target
+from ..tracer import Tracer
+
+__all__ = ["Look", "ObservedPass", "Observer", "Passes", "observe", "observe_states"]
+
+
+class _StateObserver(Observer):
+    """Calls ``look`` after passes into a target that holds states."""
+
+    def __init__(self, state: str, look: Look) -> None:
+        self.state, self.look = state, look
+
+    def passed(self, one: ObservedPass) -> None:
+        if isinstance(one.target, Target) and self.state in one.target.records:
+            self.look(one)
+
+
+@contextmanager
+def observe_states(tracer: Tracer, look: Look) -> Iterator[None]:
+    """Within, call ``look`` after each pass over the states of the tracer's rays or packets.
+
+    Parameters
+    ----------
+    look : gets an ObservedPass, whose ``target`` is a Target. Its records are the method's state
+        and, but for packets' states, HIT; its ``kernel`` is "init" where it sets states up
+
+    Raises
+    ------
+    OptionError
+        for a driver that keeps no states in textures from pass to pass
+    """
+    if tracer.options["presort"]:
+        raise OptionError("option presort puts rays into other texels than their own; leave it "
+                          "out to look at these")
+    if not getattr(tracer.session.driver, "keeps_states", False):
+        about = next((name for name in ("sort_rays", "entry_points")
+                      if tracer.options.get(name)), None)
+        raise OptionError(f"option {about} puts other passes around those of the method; leave it "
+                          "out to look at these" if about else
+                          f"method {tracer.method.name} keeps no state of each ray from pass to "
+                          "pass; take another one, such as a grid, a kd-tree or a BVH")
+    with tracer.gpu.observed(_StateObserver(tracer.method.state.name, look)):
+        yield
