@@ -9,6 +9,7 @@ import numpy as np
 
 from ..gl.context import Gpu
 from ..gl.primitive_pass import PrimitivePass
+from ..gl.target import Target
 from ..gl.textures import release
 from ..rays.textures import RayTextures, read_field
 from ..rays.tile_bounds import SIDE
@@ -49,7 +50,7 @@ class TilePass(PrimitivePass):
         packets = drawn.repeat(side, 0).repeat(side, 1)
         return np.argwhere(packets[:size[1], :size[0]])[:, ::-1]
 
-    def draw_on(self, squares: Squares, target: moderngl.Framebuffer, samplers: Samplers) -> None:
+    def draw_on(self, squares: Squares, target: Target, samplers: Samplers) -> None:
         """Draw the packets of those squares that have something."""
         down, across = squares.some.shape
         places = np.argwhere(squares.some)[:, ::-1].astype(np.int32, order="C")
@@ -64,11 +65,11 @@ class TilePass(PrimitivePass):
         self.set(squares=(across, down), side=squares.side)
         self.gpu.context.enable_only(moderngl.PROGRAM_POINT_SIZE)
         # Whole squares, also past the last ray: a point is dropped whose middle is outside.
-        target.viewport = (0, 0, across * squares.side, down * squares.side)
+        target.framebuffer.viewport = (0, 0, across * squares.side, down * squares.side)
         try:
             self.draw(target, samplers, moderngl.POINTS, len(places))
         finally:
-            target.viewport = (0, 0, *target.size)
+            target.framebuffer.viewport = (0, 0, *target.size)
             self.gpu.context.enable_only(moderngl.NOTHING)
 
     def release(self) -> None:
