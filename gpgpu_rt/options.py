@@ -16,20 +16,20 @@ class Option:
 
     Attributes
     ----------
-    name : the Python keyword and JSON key; the command line writes it with hyphens
-    default : the value that holds where the caller gives none
-    help : the text for users. A text that contains "default:" explains the default None itself
-    kind : the type of a value, where ``choices`` is None
-    words : values besides the values of ``kind``
-    choices : all valid values
-    minimum, maximum : bounds of a number; a larger number exceeds what textures or floats hold
-    optional : whether None is valid although the default is another value
-    define : the GLSL define that follows the option. A true switch defines the name, a number
-        defines it with its value, and a word defines ``define``_WORD
-    relaxed : choices that may lose hits; they exist to be measured
-    excludes : options that must keep their defaults where this option is not at its default
-    schedules : the schedules that allow a value other than the default; empty for all
-    goes_with : an option and the values of it that give this option a meaning
+    name : The Python keyword and JSON key. The command line writes it with hyphens.
+    default : The value that applies if the caller gives no value.
+    help : The text for users. A text that contains "default:" explains the default None itself.
+    kind : The type of a value. Unused if ``choices`` is not None.
+    words : Values besides the values of ``kind``.
+    choices : All valid values.
+    minimum, maximum : Bounds of a number. Textures or floats cannot hold a larger number.
+    optional : Whether None is valid although the default is another value.
+    define : The GLSL define that follows the option. A true switch defines the name, a number
+        defines the name with its value, and a word defines ``define``_WORD.
+    relaxed : Choices that may lose hits. They exist to be measured.
+    excludes : Options that must keep their defaults unless this option has its default.
+    schedules : The schedules that allow a value other than the default. Empty for all schedules.
+    goes_with : Another option, and its values for which this option has a meaning.
     """
 
     name: str

@@ -34,24 +34,24 @@ class Statistics:
     noise : standard error of the pixels of such a picture over their luminance, both averaged
     texture_bytes : scene tables, rays and state
     table_bytes : the scene tables by record
-    build_seconds : building (or loading from the cache) and packing the accelerator, at the last
-        build
-    refit_seconds : refitting and packing the accelerator, at the last update. After a rebuild,
-        the time of the attempt to refit that preceded the rebuild
-    rebuilt : whether the last update rebuilt the accelerator
-    trace_seconds : from the first draw to the end of the last; with ``presort``, also the time
-        that the host sorts
-    sort_seconds : the part of ``trace_seconds`` that sorts rays and restores the order of hits
-    upload_seconds, readback_seconds : copying arrays to textures, and textures to arrays
-    driver : counts of the method's own driver, by name
-    counters : means of the counters over all rays, with statistics=True
-    first_hits : for a picture with rasterised first hits: ``drawn`` triangles, ``rivals`` that
-        come before the drawn triangle of a pixel, ``retraced`` eye rays and their
-        ``retraced_share``
-    pass_log : with statistics=True, an entry per program: name, draws, fragments, bytes of streams
-        read, tables sampled, bytes written; see ``gl/pass_log.py``
-    uploaded_bytes, read_back_bytes : bytes over the bus during the call, with statistics=True
-    split : for a method that shares its work with the host, seconds and bytes by purpose
+    build_seconds : Time to build the accelerator, or to load it from the cache, and to pack it,
+        at the last build.
+    refit_seconds : Time to refit and pack the accelerator, at the last update. After a rebuild,
+        the time of the attempt to refit that preceded the rebuild.
+    rebuilt : Whether the last update rebuilt the accelerator.
+    trace_seconds : Time from the first draw to the end of the last draw. With ``presort``, also
+        the time that the host sorts.
+    sort_seconds : The part of ``trace_seconds`` that sorts rays and restores the order of hits.
+    upload_seconds, readback_seconds : Time to copy arrays to textures, and textures to arrays.
+    driver : Counts of the method's own driver, by name.
+    counters : Means of the counters over all rays, with statistics=True.
+    first_hits : For a picture with rasterised first hits. The keys are ``drawn`` triangles,
+        ``rivals`` that come before the drawn triangle of a pixel, ``retraced`` eye rays and their
+        ``retraced_share``.
+    pass_log : With statistics=True, an entry per program: name, draws, fragments, bytes of streams
+        read, tables sampled, bytes written; see ``gl/pass_log.py``.
+    uploaded_bytes, read_back_bytes : Bytes over the bus during the call, with statistics=True.
+    split : Seconds and bytes by purpose, for a method that shares its work with the host.
     """
 
     rays: int = 0

@@ -252,18 +252,20 @@ class Tracer:
 
         Parameters
         ----------
-        camera : Camera, or None for the scene's own
-        size : (width, height) pixels
-        integrator : "direct": light and shadows; "whitted" (default): also mirrors and glass;
-            "path": also light that bounces, and ``radiance`` then holds the unclipped result
-        progress : called by "path" with samples done, samples in all, and the noise so far
-        first_hits : "traced"; "rasterised": the rasteriser finds the eye rays' hits where it can
-            prove them, and the method traces the rest, with the same hits to the bit; or
-            "verified": the method traces only eye rays for which the rasteriser found no hit, so
-            a few pixels may miss a nearer hit. ``statistics.first_hits`` counts the traced rays
-        region : (x, y, width, height) pixels of the picture, from the top left: draw these alone,
-            the same to the bit as in the whole picture; None draws all. The noise at which "path"
-            stops is then that of the region
+        camera : Camera, or None for the scene's own camera.
+        size : Pixels, (width, height).
+        integrator : The name of the integrator. With "direct" the picture shows light and shadows,
+            with "whitted" (default) also mirrors and glass, with "path" also light that bounces.
+            After "path", ``radiance`` holds the unclipped result.
+        progress : Called by "path" with samples done, samples in all, and the noise so far.
+        first_hits : One of "traced", "rasterised" and "verified". With "rasterised" the rasteriser
+            finds the eye rays' hits that it can prove, and the method traces the other eye rays.
+            The hits are the same to the bit. With "verified" the method traces only eye rays for
+            which the rasteriser found no hit, so a few pixels may miss a nearer hit.
+            ``statistics.first_hits`` counts the traced rays.
+        region : Pixels of the picture to draw, (x, y, width, height) from the top left. They are
+            the same to the bit as in the whole picture. None draws all pixels. With a region,
+            "path" stops at the noise of the region.
         options : the integrator's, as ``integrators.INTEGRATORS[name].options`` lists them
 
         Raises

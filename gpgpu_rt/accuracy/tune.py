@@ -54,11 +54,11 @@ def tune(scene: Scene, promise: Promise, rays: int | None = None, seed: int = 0,
     ----------
     scene : Scene
     promise : the bounds
-    rays : number of rays for the proof, and again for the confirmation; raised to the number that
-        the proof needs
+    rays : number of rays for the proof, and again for the confirmation. The tuner raises a number
+        that is too small for the proof
     seed : seed of all rays
-    budget : seconds, shared by the searches, after which no new candidate is tried. The fastest
-        known candidates are then proved. Speed options are tried for half of this time
+    budget : seconds for all searches together. After this time the tuner tries no new candidate
+        and proves the fastest known candidates. Half of the time is for speed options
     names : methods to try; None for all methods
     report : called with each line about progress
     """

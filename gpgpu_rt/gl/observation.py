@@ -1,6 +1,6 @@
-"""Observation: each pass of a context, told to observers after it was drawn.
+"""Observation: a context calls its observers with each pass after the pass was drawn.
 
-A context has no observers by default, and passes then cost nothing more. Draws that an observer
+A context has no observers by default, and passes then cost nothing extra. Draws that an observer
 itself makes are not observed.
 """
 from __future__ import annotations
@@ -27,18 +27,19 @@ class ObservedPass:
 
     Attributes
     ----------
-    number : 0 for the first pass that was observed
-    name, vertex : files of the fragment and the vertex program, below ``glsl/``
-    kernel : the method's kernel that ran. "init" sets states up, "all" runs each ray's own, and
-        "visit" and "intersect" run packets. Empty for a program that runs no kernel
-    label : the kernel's name where the program runs one alone, else ``name``
-    texts : the (vertex, fragment) text that was compiled
-    uniforms : name -> value, as the draw had them
-    inputs : sampler name -> texture, of all textures that the program samples
-    target : the Target that was drawn into, or a framebuffer that is the target of no record
-    outputs : the textures that were drawn into
-    program : the linked program
-    draws : draw calls; more than 1 where the renderer numbers too few vertices for one call
+    number : Index of the pass, counted from 0 for the first observed pass.
+    name, vertex : Files of the fragment and the vertex program, below ``glsl/``.
+    kernel : Name of the method's kernel that ran. "init" sets up states, "all" runs the kernel
+        that each ray's own state asks for, "visit" and "intersect" run packets. Empty for a
+        program that runs no kernel.
+    label : The kernel's name if the program runs a single kernel, else ``name``.
+    texts : The compiled (vertex, fragment) texts.
+    uniforms : Values by name, as the draw had them.
+    inputs : Textures by sampler name, for all textures that the program samples.
+    target : The Target that was drawn into, or a framebuffer that belongs to no Target.
+    outputs : The textures that were drawn into.
+    program : The linked program.
+    draws : Draw calls. More than 1 if the renderer numbers too few vertices for a single call.
     """
 
     number: int

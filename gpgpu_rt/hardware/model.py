@@ -1,9 +1,10 @@
 """The cost model: the time of counted work on a card.
 
-Arithmetic and memory work in parallel, so the slower one decides; passes and transfers add to it:
+Arithmetic and memory work in parallel, so the slower of the two decides. Passes and transfers add
+their own time:
 
     time = max(instructions / issue rate, texels / texel rate, streamed bytes / bandwidth) / share
-         + passes x pixels / fill rate + bytes moved / bus
+         + passes x pixels / fill rate + bytes moved / bus.
 
 A SIMD group executes all instructions that any of its fragments needs, so instructions are counted
 for whole groups of the card's width. A group skips a side of a branch that no fragment needs, if

@@ -20,10 +20,11 @@ class Declaration:
 
     Attributes
     ----------
-    file : where the declaration stands; ``<name>`` for a generated text
-    comment, code : lines as they stand in the file
-    names : what the declaration declares; empty where the program keeps it in any case
-    is_spaced : whether an empty line stands above the declaration in the file
+    file : File of the declaration, or ``<name>`` for a generated text.
+    comment, code : Lines as the file has them.
+    names : Names that the declaration declares. Empty for a declaration that is always kept.
+    is_used : Whether ``main`` reaches the declaration.
+    is_spaced : Whether the file has an empty line above the declaration.
     """
 
     file: str

@@ -29,13 +29,16 @@ def ramp(values: np.ndarray) -> np.ndarray:
 
 
 def palette(pictures: Sequence[np.ndarray]) -> Image.Image:
-    """Of 256 colours, as ``Image.quantize`` takes it: all that legends name as they are, and what
-    (h, w, 3) uint8 pictures of one size have besides."""
+    """Return an image whose palette ``Image.quantize`` accepts: 256 colours for all ``pictures``.
+
+    The palette has every colour of the legends exactly, and approximates the other colours of the
+    pictures, which are (h, w, 3) uint8 of the same size.
+    """
     exact = np.concatenate([_CATEGORIES, [OVER, STOPPED, FULL, NOTHING, PAPER, INK],
                             ramp(np.linspace(0, 1, 42))])
     all_of_them = Image.fromarray(np.concatenate(pictures)).quantize(256 - len(exact))
     found = np.reshape(all_of_them.getpalette(), (-1, 3)).astype(int)
-    # Pillow looks colours up in cells: one beside an exact one could take its place.
+    # Pillow looks colours up in cells, so a colour close to a legend's colour could replace it.
     apart = np.abs(found[:, None] - exact[None].astype(int)).max(2).min(1) > 8
     made = Image.new("P", (1, 1))
     made.putpalette(np.concatenate([exact, found[apart]])[:256].ravel().tolist())

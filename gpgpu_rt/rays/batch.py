@@ -21,9 +21,10 @@ from .tile_bounds import SIDE, TileBounds
 # before their bounds are computed.
 FEW, AT_ONCE = 1 << 16, 1 << 18
 ROW = 1024   # rays in a row of the texture if the caller gives no shape
-MANY = 5     # if more than 1 in 5 rays is invalid, write them by columns instead of ray by ray
-# The result for a block: indices of the invalid rays; exponents of the rays, or None if all are 0;
-# shifts of the rays, or None if all are 0; and the start that all rays share, or None.
+# If more than 1 in MANY rays is invalid, write them by columns instead of ray by ray.
+MANY = 5
+# The result for a block: indices of the invalid rays; exponents and shifts of the rays, each None
+# if all are 0; and the start that all rays share, or None.
 _Laid = tuple[np.ndarray, np.ndarray | None, np.ndarray | None, np.ndarray | None]
 _ON_MISS = {"t": np.inf, "u": 0, "v": 0, "triangle": -1}
 

@@ -35,14 +35,14 @@ class LightChoice:
 
     Attributes
     ----------
-    triangle : (n,) int32, row of a triangle in the scene, or -1 - k for point light k. The
-        surroundings have k = p, the number of point lights
-    alias : (n,) int32, another light, named in the same way
-    keep : (n,) float32 in [0, 1], the probability of ``triangle`` over ``alias``
-    point_probability : (p,) float64, the probability of each point light
-    density : the probability density of a point on an emitting triangle, per square world unit,
-        divided by the luminance of the triangle's emission; the same for all triangles
-    far : the probability of the surroundings
+    triangle : Row of a triangle in the scene, or -1 - k for point light k, (n,) int32. The
+        surroundings have k = p, the number of point lights.
+    alias : Another light, named in the same way, (n,) int32.
+    keep : Probability of ``triangle`` over ``alias``, (n,) float32 in [0, 1].
+    point_probability : Probability of each point light, (p,) float64.
+    density : Probability density of a point on an emitting triangle, per square world unit,
+        divided by the luminance of the triangle's emission. All triangles share this value.
+    far : Probability of the surroundings.
     """
 
     triangle: np.ndarray

@@ -17,14 +17,14 @@ class Mesh:
 
     Attributes
     ----------
-    vertices : (v, 3) float64, world units
-    faces : (n, 3) int64 indices of vertices, in the file's order
-    colours : (n, 3) float32 diffuse reflectance in [0, 1]; None if the file has no colours
-    materials : the materials; empty if the file has none
-    material_of : (n,) int32, index of each face's material in ``materials``
-    normals, uv : (n, 3, 3) and (n, 3, 2) float64 of the faces' corners, or None
-    parts : names of the objects or groups
-    part_of : (n,) int32, index of each face's part in ``parts``
+    vertices : Positions, (v, 3) float64, world units.
+    faces : Indices of vertices, (n, 3) int64, in the file's order.
+    colours : Diffuse reflectance, (n, 3) float32 in [0, 1]. None if the file has no colours.
+    materials : The materials. Empty if the file has no materials.
+    material_of : Index of each face's material in ``materials``, (n,) int32.
+    normals, uv : Values at the faces' corners, (n, 3, 3) and (n, 3, 2) float64, or None.
+    parts : Names of the objects or groups.
+    part_of : Index of each face's part in ``parts``, (n,) int32.
     """
 
     vertices: np.ndarray

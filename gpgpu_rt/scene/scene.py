@@ -37,10 +37,10 @@ class Scene:
     faces : (n, 3) int32, the vertex indices of each triangle; None if the triangles were not
         indexed
     charts : if the triangles are the cells of a geometry image, (rows, columns) of texels of each
-        chart (see `GeometryImage`); empty for any other mesh
-    materials : the materials; by default one that is diffuse
-    material_of : (n,) int32, index of each triangle's material in ``materials``; by default the
-        first
+        chart. Empty for any other mesh; see `GeometryImage`
+    materials : the materials. By default a single diffuse material
+    material_of : (n,) int32, index of each triangle's material in ``materials``. By default all
+        triangles have the first material
     normals : (n, 3, 3) float32 unit normals of each triangle's corners, which shading
         interpolates; zeros for a flat triangle. None if all triangles are flat
     uv : (n, 3, 2) float32 texture coordinates of each triangle's corners, or None

@@ -32,14 +32,16 @@ PACKET_ENTRIES = Option(
     choices=(8, 16, 32), optional=True, schedules=("loop",))
 
 
-# Levels by which a stack's array grows: by single ones each depth of tree would have programs of
-# its own. Longer arrays were as fast on llvmpipe.
+# A stack's array has a multiple of this number of levels. With 1, each depth of a tree would need
+# its own programs. Longer arrays were as fast on llvmpipe.
 STACK_STEP = 8
 
 
 def stack_defines(levels: int) -> dict[str, object]:
-    """Of a stack that takes so many levels at most: its array is longer by what makes trees of
-    like depth share their programs."""
+    """Return the GLSL define for the array of a stack with at most ``levels`` levels.
+
+    The size is rounded up to a multiple of STACK_STEP, so trees of similar depth share programs.
+    """
     return {"STACK_SIZE": -(-levels // STACK_STEP) * STACK_STEP}
 
 
@@ -59,16 +61,18 @@ class Accelerator:
 
     Attributes
     ----------
-    tables : record name -> field name -> array (or Column), to be packed into textures
-    uniforms : uniform name -> value
-    step_bound : kernel runs no ray can need more of: a function of the structure's size
-    structure : what the builder made, or None
-    defines : GLSL defines that follow from the structure
-    stack_levels : what a ray's stack, or a packet's, takes at most, for a method that has one
-    finisher : passes that complete the tables once they are textures
-    shown : (n, 3, 3) float32, what hits lie on where it is not the scene (a coarser level of it)
-    kept : what the row's ``refit`` wants to find again
-    boxes : gives the lower and upper corners, (k, 3) each, of what the state's ``node`` counts
+    tables : Record name -> field name -> array (or Column), to be packed into textures.
+    uniforms : Uniform name -> value.
+    step_bound : Upper bound of the kernel runs of any ray, from the structure's size.
+    structure : The builder's result, or None.
+    defines : GLSL defines that follow from the structure.
+    stack_levels : The most levels that the stack of a ray or packet can hold. 0 without a stack.
+    finisher : Passes that complete the tables after their upload.
+    shown : The triangles that hits lie on, (n, 3, 3) float32, if these are a coarser level of the
+        scene. None for the scene's own triangles.
+    kept : Data for the row's ``refit``.
+    boxes : Returns the lower and upper corners, (k, 3) each, of the boxes that the state's
+        ``node`` numbers.
     """
 
     tables: dict[str, dict[str, np.ndarray | Column]]
@@ -139,33 +143,33 @@ class Method:
 
     Attributes
     ----------
-    name : str, the word users say
-    summary, citation : one line each; the citation as the survey gives it
-    glsl : file under ``glsl/`` (or absolute) with ``init`` and the kernels
-    parts : the files that options choose for ``#include <name>`` in the GLSL
-    kernels : their names in the order of their phases
-    state : what a ray carries from pass to pass; has the fields ``phase`` and ``steps``
-    tables : the records its programs read
-    choose_tables : (options) -> records, where an option replaces some
-    prepare : (triangles (n, 3, 3) float32, options) -> Accelerator
-    adopt : (structure, triangles, options) -> Accelerator, as ``prepare`` of a structure that is
-        there; a method has it if others leave it rays and have other tables
-    refit : (accelerator, triangles, options) -> Accelerator, the same structure over triangles
-        that moved; None where it is built anew. The tracer builds anew as well where the option
-        ``rebuild_ratio``, if the method has it, says so
-    options : its own options, the builder's among them
-    form : (row, options) -> the row that stands for these, where an option changes state,
-        kernels or drivers
-    schedules : those it runs under, the best one last
-    drivers : schedule -> class of the driver that runs it there, or its name ``module.Class`` in
-        ``traversal/``; where none is named, `schedules.Traversal`
-    stack_entry : what a level of its stack in textures holds, if it has one
-    packet_state : (options) -> what packets carry under ``step``, for a method that has it
-    single : the method that traces rays which a packet's limit on steps leaves behind
-    entry_walk : GLSL file of a beam's walk through its tree, for the option ``entry_points``
-    own_array : (options) -> whether each fragment has an array that it writes by its own index
-    fixed_defines : GLSL defines of all its programs, where rows share a GLSL file
-    stack, packet, dynamic : as in the survey's Table 1
+    name : The method's name, as users write it.
+    summary, citation : A line each. The survey gives the citation.
+    glsl : File under ``glsl/`` (or an absolute path) with ``init`` and the kernels.
+    parts : The files that options choose for ``#include <name>`` in the GLSL.
+    kernels : Names of the kernels in the order of their phases.
+    state : Record of a ray's state between passes. Has the fields ``phase`` and ``steps``.
+    tables : Records of the tables that the programs read.
+    choose_tables : (options) -> records, if an option replaces a table.
+    prepare : (triangles (n, 3, 3) float32, options) -> Accelerator.
+    adopt : (structure, triangles, options) -> Accelerator. Like ``prepare``, for a structure that
+        exists already. Needed if another method with other tables hands rays to this method.
+    refit : (accelerator, triangles, options) -> Accelerator with the same structure over triangles
+        that moved. If None, the tracer rebuilds the structure. The tracer also rebuilds where the
+        method's option ``rebuild_ratio`` requires it.
+    options : The method's own options, including the builder's.
+    form : (row, options) -> row, if an option changes the state, the kernels or the drivers. The
+        new row replaces this row.
+    schedules : The schedules that the method supports, the best schedule last.
+    drivers : Schedule -> class of the driver, or its name ``module.Class`` in ``traversal/``.
+        Without an entry for a schedule, `schedules.Traversal` is the driver.
+    stack_entry : Record of a level of a stack in textures, if the method has such a stack.
+    packet_state : (options) -> Stepwise, for a packet method that runs under ``step``.
+    single : Name of the method that traces the rays of packets that reach the limit on steps.
+    entry_walk : GLSL file of a beam's walk through the tree, for the option ``entry_points``.
+    own_array : (options) -> whether each fragment has an array that it writes by its own index.
+    fixed_defines : GLSL defines of all programs of the method, if rows share a GLSL file.
+    stack, packet, dynamic : Columns of the survey's Table 1.
     """
 
     name: str

@@ -46,7 +46,7 @@ class PacketTargets:
         return self._targets["counters" if counters else "triangles" if alone else "hits"]
 
     def samplers(self, alone: bool) -> dict[str, moderngl.Texture]:
-        """Of what was drawn so."""
+        """Return sampler name -> texture of the hits, or of the triangles ``alone``."""
         textures = self.triangles if alone else self.hits
         return {**{f"packet_texels_{k}": texture for k, texture in enumerate(textures)},
                 **{"packet_counters": texture for texture in self.counters}}
@@ -58,7 +58,7 @@ class PacketTargets:
         # Channel by channel, as they will be asked for.
         each = 1 if alone and self.fours else 4
         planes = np.empty((each, self.size[1], height, self.size[0], width), np.float32)
-        # Of four rays at a time, as many as lie side by side are moved as one number.
+        # Four rays share a texel. Move those that are neighbours in a row as a single number.
         kind = np.dtype((np.float32, np.complex64, np.complex128)[width // 2 if self.fours else 0])
 
         def spread(k: int, texels: np.ndarray) -> None:

@@ -30,7 +30,7 @@ class Squares(NamedTuple):
     side: int
 
     def packets(self, size: tuple[int, int]) -> int:
-        """Of (width, height) those where there is something."""
+        """Return the number of packets to draw, given (width, height) of all packets."""
         across, down = (np.minimum(self.side, n - np.arange(0, n, self.side)) for n in size)
         return int(down @ self.some[:len(down), :len(across)] @ across)
 

@@ -1,12 +1,12 @@
 """The three schedules: how a host runs a method's kernels over the rays.
 
-* ``kernels``: one kernel a pass. Occlusion queries count the rays that wait for each kernel, the
-  host issues the one with most, and early depth rejects all others (Purcell et al. 2002; Foley
-  and Sugerman 2005).
-* ``step``: a pass runs on every live ray the kernel its own state asks for, ``steps_per_pass``
-  times; rays that are over are masked every ``mask_interval`` passes.
-* ``loop``: the whole traversal in one pass (Horn et al. 2007), or as few as the renderer's limit
-  on loop iterations allows.
+* ``kernels``: A pass runs one kernel. Occlusion queries count the rays that wait for each kernel.
+  The host runs the kernel with the most waiting rays, and the early depth test rejects all other
+  rays (Purcell et al. 2002; Foley and Sugerman 2005).
+* ``step``: A pass runs, for every live ray, the kernel that the ray's own state asks for,
+  ``steps_per_pass`` times. Every ``mask_interval`` passes, finished rays are masked.
+* ``loop``: One pass runs the whole traversal (Horn et al. 2007). If the renderer limits loop
+  iterations, unfinished rays continue in further passes.
 """
 from __future__ import annotations
 

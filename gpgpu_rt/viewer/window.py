@@ -5,7 +5,6 @@ import logging
 import time
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
 from statistics import median
 from typing import Any
 
@@ -23,6 +22,7 @@ from .link import Link
 from .model import MODES, Viewer
 from .overlay import projected
 from .panels import Panels
+from .press import Press
 from .selection import Selection
 
 TURN = 0.008            # radians per pixel of dragging
@@ -92,30 +92,6 @@ def _stay(config: Window) -> None:
             time.sleep(PAUSE)
     config.viewer.release()
     window.destroy()
-
-
-@dataclass
-class Press:
-    """A pressed mouse button, and the movement of the mouse since then.
-
-    Attributes
-    ----------
-    x, y : position of the press in the window
-    button : number of the button
-    dx, dy : movement since the last frame
-    moved : length of the movement before the last frame
-    released : whether the button was released
-    over_panel : whether the press was over a panel; None while that is unknown
-    """
-
-    x: int
-    y: int
-    button: int
-    dx: int = 0
-    dy: int = 0
-    moved: int = 0
-    released: bool = False
-    over_panel: bool | None = None
 
 
 class Window(moderngl_window.WindowConfig):

@@ -57,7 +57,8 @@ def reduce_children(room: StreamRoom, children: Stream, count: int, pair: Record
 
 def _ranks(room: StreamRoom, source: Stream, texels: int, defines: Mapping[str, object],
            **uniforms: object) -> tuple[Stream, Stream, int]:
-    """Of each element its rank in its block, four a texel; where the blocks start, and the sum."""
+    """Return each element's rank in its block, four in a texel; the starts of the blocks; and the
+    number of all elements that are kept."""
     flags = room.stream(VALUES, texels).called("flags")
     room.draw("algorithms/block_flags", flags, [source], count=texels, defines=defines, **uniforms)
     ranks = room.stream(VALUES, texels).called("ranks")

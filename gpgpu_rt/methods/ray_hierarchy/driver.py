@@ -28,11 +28,11 @@ GROWTH = 4      # each batch of triangles has so many times those of the one bef
 class RayHierarchy(MethodDriver):
     """Runs `ray-hierarchy`; see ``Driver``.
 
-    Triangles go through in batches, the first ones small: what they hit shortens the rays, and the
-    hierarchy is made anew before the next batch. A batch begins as all its triangles with each
-    node of a topmost level. ``stream_size`` pairs at a time are tested against four children each;
-    what is left of these goes down to the rays before the next ones are taken, so that no stream
-    is longer than four times that, however many pairs there are.
+    Triangles are traced in batches. The first batches are small: their hits shorten the rays, and
+    the hierarchy is rebuilt before the next batch. A batch begins as the pairs of each of its
+    triangles with each node of the topmost level. A pass tests ``stream_size`` pairs at a time
+    against four children each. The remaining pairs descend to the rays before the next
+    ``stream_size`` pairs are tested, so no stream is longer than four times ``stream_size``.
     """
 
     def __init__(self, setup: Setup) -> None:

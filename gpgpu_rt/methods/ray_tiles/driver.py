@@ -1,9 +1,15 @@
-"""Tiles of rays: what draws every triangle over the tiles whose cone it meets (Szécsi 2006).
+"""The driver of `ray-tiles`: draws triangles over the tiles whose cones they meet (Szécsi 2006).
 
-Passes, in this order: the middles of each tile's rays, the cone around them, how far they search;
-then for each batch of triangles all pairs with tiles, of which the vertex stage lets through those
-that may meet, nearest t by MIN blending, and how far the tiles search from then on; all pairs once
-more, for the lowest triangle at each nearest t; and what each ray hit.
+The passes, in this order:
+
+1. ``tile_spans``: the middle of each tile's rays.
+2. ``tile_cones``: the cone around each tile's rays.
+3. ``tile_ends``: the distance to which each tile searches.
+4. For each batch of triangles, ``tile_pairs`` draws all pairs of a triangle and a tile. The vertex
+   stage passes only pairs that may meet. MIN blending keeps the nearest t. ``tile_ends`` then
+   shortens the tiles' search.
+5. ``tile_pairs`` draws all pairs again, for the lowest triangle at each nearest t.
+6. ``tile_hits``: the hit of each ray.
 """
 from __future__ import annotations
 
@@ -133,7 +139,7 @@ class RayTiles(MethodDriver):
         return self.program((name, rays, any_hit), make)
 
     def _pair_program(self, rays: Record, any_hit: bool, counting: bool) -> PrimitivePass:
-        """Of pairs, drawn as points or as instances of a quad."""
+        """Return the program that draws pairs as points or as instances of a quad."""
         def make() -> PrimitivePass:
             texts = [r.stream_glsl(False) for r in (rays, NEAREST, HIT)]
             cones = [r.stream_glsl(False) for r in (TILE_CONE, TILE_END)]

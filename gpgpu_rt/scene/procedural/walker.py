@@ -14,7 +14,7 @@ SWING = 0.32           # radians; largest angle of a leg forwards and backwards
 BEND = 0.7             # radians; largest bend of a knee while its foot is in the air
 HIP = 1.45             # height of the hips, world units; the animal is about four units long
 RADIUS = 3.2           # radius of the circle on which the animal walks, world units
-# The phase of each leg at its hip's (x, z), as a share of a step: hind leg, then front leg, on one
+# The phase of each leg at its hip's (x, z), as a share of a step. Hind leg, then front leg, on one
 # side; then the same on the other side.
 GAIT = {(1.1, -0.4): 0.0, (-1.1, -0.4): 0.25, (1.1, 0.4): 0.5, (-1.1, 0.4): 0.75}
 TORSO, HEAD, TAIL, LEGS = 0, 1, 2, 3    # bones; from LEGS on, a thigh and a shin for each leg

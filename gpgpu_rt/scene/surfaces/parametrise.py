@@ -33,9 +33,9 @@ TOLERANCE, ROUGH = 1e-5, 1e-3    # solver tolerances, for the image and for the 
 class Parametrisation:
     """A surface flattened to a square.
 
-    mesh : the surface after cutting
-    flat : (v, 2) float64, row and column of each vertex of the mesh, in cells
-    image : (size + 1, size + 1, 3) float64, the position of the surface at every texel
+    mesh : The surface after cutting.
+    flat : Row and column of each vertex of the mesh in cells, (v, 2) float64.
+    image : Position of the surface at every texel, (size + 1, size + 1, 3) float64.
     """
 
     mesh: SurfaceMesh

@@ -1,8 +1,8 @@
-"""Sorting rays before a traversal: any driver runs on the sorted ones, and hits go back.
+"""Sorting rays before a traversal: any driver runs on the sorted rays, and hits return in order.
 
-The survey proposes it (section 4.3) and measures nothing. Keys are the cells where a ray begins
-and where it leaves the scene; the sort is that of ``sort.py``; sorted rays stand in squares of 8x8
-texels, so that packets, tiles and what else works on neighbours finds rays that are alike.
+The survey proposes sorting (section 4.3) without measuring it. A key consists of the cells where a
+ray begins and where it leaves the scene. ``gl/algorithms/sort.py`` sorts the keys. The sorted rays
+fill squares of 8x8 texels, so packets and tiles hold coherent rays.
 """
 from __future__ import annotations
 
