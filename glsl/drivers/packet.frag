@@ -1,18 +1,18 @@
 #version 330 core
-// The driver of packet methods: one fragment traces RAYS rays, all the way in one pass, and writes their
-// hits to several render targets (Horn et al. 2007). <targets> says how the hits lie there. Counters are
-// drawn in a pass of their own.
+// The driver of packet methods. One fragment traces the RAYS rays of a packet in one pass and writes their
+// hits to several render targets (Horn et al. 2007). The file <targets> defines the layout of the hits. A
+// separate pass writes the counters.
 //
 // With SETTLED_ALONE a packet that leaves a ray unsettled is discarded. An occlusion query then tells
-// whether there is such a packet, and if so all packets are drawn again without SETTLED_ALONE. So no pass
-// has to read the hits for the sake of a limit that packets hardly ever meet.
+// whether there is such a packet. If so, all packets are drawn again without SETTLED_ALONE. So no pass has
+// to read the hits for the sake of a step limit that packets hardly ever reach.
 //
-// A method (<method>) defines
-//   start_packet    set up all rays
-//   begin_turn      begin the walk of the rays of a turn (drivers/packet_turns.glsl)
-//   step_packet     walk on; false when the rays of the turn are through
-//   is_settled(r)   false for a ray that the limit on steps stopped
-// Loops test at their bottom, for the reason given in drivers/traverse.frag.
+// The file <method> defines four functions:
+//   `start_packet` sets up all rays.
+//   `begin_turn` begins the walk of the rays of a turn (drivers/packet_turns.glsl).
+//   `step_packet` continues the walk. It returns false when the rays of the turn have finished.
+//   `is_settled(r)` is false for a ray that the step limit stopped.
+// Loops test their condition at the bottom, for the reason given in drivers/traverse.frag.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"
@@ -30,7 +30,7 @@
 #include <targets>
 
 #ifdef STATISTICS
-out vec4 packet_counters;   // drawn apart: hits may fill all render targets
+out vec4 packet_counters;   // in a pass of its own: hits may fill all render targets
 #else
 layout(location = 0) out TARGET packet_target[PACKET_TARGETS];
 #endif

@@ -1,17 +1,18 @@
 #version 330 core
-// A step of packets under the schedule `step`; one fragment steps one packet. A packet visits a node,
+// A step of packets under the schedule `step`. One fragment steps one packet. A packet visits a node,
 // leaves the triangle that its rays have just tested (drivers/packet_intersect.frag, one fragment a ray),
 // or pushes to or pops from its stack.
 //
-// <method> is the method's own file, with start_walk and visit. <stepwise> defines a walk's part of a step:
-//   clear_walk, load_walk, store_walk   the walk's own fields of the state
-//   go_on       to where `node` points, to a pop, or to the end of the walk
-//   traverse    visit a node
-//   leave_leaf  after its last triangle
-//   run_stack   push or pop
+// The file <method> is the method's own file, with `start_walk` and `visit`. The file <stepwise> defines
+// the functions of a walk:
+//   `clear_walk`, `load_walk` and `store_walk` handle the fields of the state that belong to the walk.
+//   `go_on` continues at `node`, with a pop, or with the end of the walk.
+//   `traverse` visits a node.
+//   `leave_leaf` continues after the last triangle of a leaf.
+//   `run_stack` pushes or pops.
 //
-// `turns` has a bit for each octant whose rays still wait. Departure: with INTERVAL_TEST all rays of an
-// octant walk at once. To keep apart the rays that begin near one another would need more state.
+// The field `turns` has a bit for each octant whose rays still wait. Departure: with INTERVAL_TEST all rays
+// of an octant walk at once. To separate the rays that begin near one another would need more state.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"
@@ -36,7 +37,7 @@ void find_octant(int r) {
     state.turns |= node_count > 0 && rays[r].t_min <= rays[r].t_max ? 1 << octant_of(rays[r]) : 0;
 }
 
-// Keep a ray present if this is its turn and its search is not over.
+// A ray stays present if the current turn is its turn and its search is not over.
 void wake(int r) {
     hits[r] = hit_load(min(ray_texel(r), ray_texture_size - 1));
     bool awake = rays[r].t_min <= rays[r].t_max && octant_of(rays[r]) == turn && !search_over(hits[r]);

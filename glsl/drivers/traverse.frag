@@ -1,19 +1,19 @@
 #version 330 core
-// The driver of every single-ray method: runs the method's kernels on each ray's state, at most
-// `steps_per_pass` of them in a pass. One program text serves the three schedules:
-//   kernels  ONLY_KERNEL is the kernel of this pass; rays that wait for another kernel stay unchanged
-//   step     every ray runs the kernel that its own state asks for (one step a pass)
-//   loop     as step, with as many steps as the renderer's limit on loops allows, so one pass or very few
-//            complete the traversal
-// START sets up the state. Then SINGLE_STEP runs one step, MANY_STEPS runs `steps_per_pass`, and without
-// either the pass ends.
+// The driver of every single-ray method. It runs the method's kernels on each ray's state, at most
+// `steps_per_pass` kernel steps in a pass. One program text serves the three schedules:
+//   `kernels`: A pass runs one kernel, ONLY_KERNEL. Rays that wait for another kernel stay unchanged.
+//   `step`: Each ray runs the kernel that its own state requests, one step a pass.
+//   `loop`: As `step`, with as many steps as the renderer's limit on loops allows. One pass or very few passes
+//   complete the traversal.
+// START sets up the state. Then SINGLE_STEP runs one step, or MANY_STEPS runs `steps_per_pass` steps.
+// Without either define the pass only sets up the state.
 //
-// Each kernel is a loop of its own that runs while rays want the kernel. Aila and Laine, HPG 2009, call this
-// while-while: a renderer that executes both sides of a branch still leaves a loop that no ray is in. Such a
-// renderer runs the body of a loop that breaks at its top once more than rays want, with nothing to do.
-// Loops here therefore test at their bottom (`if` and `do while`), and a single step has no loop at all.
-// STEP_A_TURN runs one step in an iteration of the outer loop instead, as a program with one loop for all
-// kernels does: the cost model of period hardware asks for it.
+// Each kernel has a loop of its own that runs while rays need the kernel (while-while; Aila and Laine, HPG
+// 2009). A renderer that executes both sides of a branch still skips a loop that no ray enters. If a loop
+// breaks at its top, such a renderer runs the body once more than rays need, without effect. Loops here
+// therefore test at their bottom (`if` and `do while`), and a single step has no loop at all. STEP_A_TURN
+// instead runs one step in each iteration of the outer loop, as a program with one loop for all kernels
+// does. The cost model of period hardware requires this form.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"
@@ -37,7 +37,8 @@ uniform int step_cap;
 #define RUNS(kernel) true
 #endif
 
-// A step ends with the values that the textures would hold, so all schedules give the same hits.
+// At the end of a step, round to the values that the textures would hold. So all schedules give the same
+// hits.
 #define STEP(kernel) \
     kernel(ray, state, hit); \
     ++state.steps; \
@@ -58,14 +59,14 @@ uniform int step_cap;
     }
 #endif
 
-// Run each kernel that the ray waits for, in the order of the phases. EACH_KERNEL(F) stands for
-// F(1, first kernel) F(2, second kernel) and so on.
+// Run each kernel that the ray waits for, in the order of the phases. EACH_KERNEL(F) expands to F(1, first
+// kernel) F(2, second kernel) and so on.
 void run_kernels(Ray ray, int limit, inout State state, inout Hit hit) {
     int phase = state.steps < limit ? state.phase : DONE;
     EACH_KERNEL(RUN)
 }
 
-// A ray with an empty interval is done before it starts. Invalid rays are given an empty interval.
+// A ray with an empty interval is done before it starts. The interval of an invalid ray is empty.
 void start(Ray ray, out State state, out Hit hit) {
     hit = no_hit(ray.t_max);
     CLEAR_COUNTERS;

@@ -1,25 +1,25 @@
-// bih: Waechter and Keller, "Instant Ray Tracing: The Bounding Interval Hierarchy", EGSR 2006
-// (survey, section 4.2). A node's two planes say where its left child ends and its right one
-// begins; they may overlap or leave a gap, so that a ray enters both children, one or none.
+// bih: Waechter and Keller, "Instant Ray Tracing: The Bounding Interval Hierarchy", EGSR 2006 (survey,
+// section 4.2). The two planes of a node say where the left child ends and where the right child begins.
+// The children may overlap or leave a gap, so a ray enters both children, one child or neither.
 //
-// The paper keeps a stack. A fragment program of the time has none: as in Foley and Sugerman's
-// kd-backtrack a ray climbs, one parent a step, and turns into each far child by the way whose
-// box it meets. That box is what the planes above leave of the scene's, and a plane's t comes from
-// one expression wherever it is asked for: the interval is the one that a stack would have kept.
+// The paper keeps a stack. A fragment program of 2006 has no stack. As in Foley and Sugerman's
+// kd-backtrack, a ray therefore climbs, one parent a step. On the way it enters each far child whose box it
+// meets. This box is the part of the scene's box that the planes of the ancestors leave. The t of a plane
+// always comes from the same expression, so the interval is the interval that a stack would have kept.
 //
-// With STACK_SIZE far children wait in a local array. It lives as long as one pass and forgets the
-// lowest entry for a new one: a ray with an empty stack that lost an entry climbs for the rest, so
-// no stack is too small and every schedule gives the same hits.
+// With STACK_SIZE far children wait in a local array. The array lives as long as one pass, and a push onto
+// a full array drops the lowest entry. A ray whose stack is empty after it lost an entry climbs from then
+// on. So no stack is too small, and every schedule gives the same hits.
 //
-// Planes are widened as boxes are (core/slack.glsl): those that end something are measured from
-// hi_origin, those that begin something from lo_origin.
+// Planes are widened as boxes are (core/slack.glsl). A plane that ends a child is measured from hi_origin.
+// A plane that begins a child is measured from lo_origin.
 
 #include "core/axis.glsl"
 
 uniform int node_count;
 
 #if STACK_SIZE > 0
-bool stack_whole = false;   // every far child that waits is in the stack
+bool stack_whole = false;   // no far child was dropped
 int stack_top = 0;
 int stacked = 0;
 int stack_node[STACK_SIZE];
@@ -95,8 +95,8 @@ void intersect(Ray ray, inout State state, inout Hit hit) {
     }
 }
 
-// To the far sibling if the node is a near child and the ray meets that sibling's box, else to the
-// parent, to climb on.
+// Go to the far sibling if the node is a near child and the ray meets the sibling's box. Else go to the
+// parent and climb on.
 void climb_to_parent(Ray ray, inout State state, Hit hit) {
     int node = state.node;
     int side = bih_bounds_side(node);

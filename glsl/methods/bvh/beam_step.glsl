@@ -1,6 +1,6 @@
-// What a beam does at a node of a threaded BVH: it goes on past a node that it misses, and down an inner
-// one that about half of its rays or more meet, but into no subtree that octants share. Where it does
-// neither, rays enter the tree.
+// A beam's step at a node of a threaded BVH. The beam passes a node that it misses. It descends into an
+// inner node that at least about half of its rays meet, but never into a subtree that octants share. At
+// every other node the beam stops, because its rays enter the tree there.
 
 #include "core/quantised.glsl"
 #include "methods/bvh/bvh_nodes.glsl"

@@ -1,11 +1,11 @@
 // bvh-packet with `octants`: a packet walks along escape indices and needs no stack. The packet walks the
 // copy of the tree that is threaded front to back for the direction octant of its turn (Thrane and Simonsen
-// 2005; survey, section 3.5, Figure 19). A packet enters an inner node if any ray is in its box, else
-// follows the node's escape index.
+// 2005; survey, section 3.5, Figure 19). A packet enters an inner node if any ray is in the node's box,
+// else follows the node's escape index.
 //
-// Options choose the files behind <box_tests> (packet_common.glsl), <entry> and <subtrees>: with
+// Options choose the files behind <box_tests> (packet_common.glsl), <entry> and <subtrees>. With
 // `entry_points` the packet begins where a beam entered the tree and jumps over nodes that the beam misses
-// (methods/bvh/entry_threads.glsl), and with `shared_subtrees` the copies share the lower part of the tree
+// (methods/bvh/entry_threads.glsl). With `shared_subtrees` the copies share the lower part of the tree
 // (methods/bvh/shared_subtrees.glsl).
 
 #include "methods/bvh/packet_common.glsl"

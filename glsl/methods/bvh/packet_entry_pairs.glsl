@@ -1,7 +1,7 @@
 // The entry of packets in a BVH whose nodes hold both children's boxes, after Reshetov, Soupikov, Hurley,
-// "Multi-Level Ray Tracing Algorithm", SIGGRAPH 2005 (see stages/packet_entries.frag): the beam goes down
-// to the nearer child that about half of its rays or more meet, and leaves the farther ones that it
-// meets on the stack.
+// "Multi-Level Ray Tracing Algorithm", SIGGRAPH 2005 (see stages/packet_entries.frag). The beam descends
+// into the nearer child as long as at least about half of its rays meet this child. It pushes each farther
+// child that it meets onto the stack, which the packet then starts with.
 
 #include "core/quantised.glsl"
 #include "methods/bvh/bvh_pairs.glsl"

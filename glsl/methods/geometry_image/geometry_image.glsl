@@ -1,21 +1,22 @@
-// Geometry images: Carr, Hoberock, Crane and Hart, "Fast GPU Ray Tracing of Dynamic Meshes using
-// Geometry Images", Graphics Interface 2006 (survey, section 3.5, Figure 21). The mesh is an image of
-// positions; each 2 x 2 texels are a quad of two triangles. Boxes of coarser and coarser quads are a
-// min and a max pyramid, which passes compute anew whenever positions change (pyramid.frag); which
-// node follows which never changes and is baked into the pyramids' fourth channels: the first child
-// on a hit, on a miss the next sibling or the nearest ancestor's.
+// Geometry images: Carr, Hoberock, Crane and Hart, "Fast GPU Ray Tracing of Dynamic Meshes using Geometry
+// Images", Graphics Interface 2006 (survey, section 3.5, Figure 21). The mesh is an image of positions;
+// each 2 x 2 texels form a quad of two triangles. A min and a max pyramid hold the boxes of coarser and
+// coarser quads. Passes compute the boxes anew whenever positions change (pyramid.frag). The order of the
+// nodes never changes. The fourth channels of the pyramids hold this order as links. The hit link leads to
+// the first child. The miss link leads to the next sibling of the node or of the nearest ancestor that has
+// a next sibling.
 //
-// Departures: an image need not be square or a power of two, nodes outside it are not there. Several
-// charts are a forest in one pair of textures, each root's miss link leading to the next root, where
-// the paper traces once an image: all of them share t in registers, and no state is written between
-// them. `level` stops a ray at quads of so many levels up, in the very same pyramids. A mesh that is
-// no image is one of single triangles along a Morton curve: the same quadtree over unconnected cells.
-// With FRONT_TO_BACK links are baked eight times, so that the child nearer to rays of a direction
-// octant comes first (as bvh_threaded.glsl has it, but the boxes are there once).
+// Departures: an image need not be square or a power of two; nodes outside the image do not exist. Several
+// charts form a forest in one pair of textures, and the miss link of each root leads to the next root. The
+// paper traces each image in a pass of its own. Here all charts share t in registers, and no state is
+// written between charts. The option `level` stops a ray at the quads of a coarser level of the same
+// pyramids. A mesh that is not an image becomes an image of single triangles along a Morton curve, with the
+// same quadtree over unconnected cells. With FRONT_TO_BACK links are stored eight times, so that the child
+// nearer to rays of a direction octant comes first. Like bvh_threaded.glsl, but the boxes are stored once.
 
 #include "core/octant.glsl"
 
-uniform int roots[8];   // by octant of directions; -1 where there is nothing
+uniform int roots[8];   // by octant of the direction; -1 if the image is empty
 
 #ifdef FRONT_TO_BACK
 uniform int node_count;
@@ -59,7 +60,7 @@ void traverse(Ray ray, inout State state, inout Hit hit) {
     }
 }
 
-// A triangle without area is shrunk to its first corner, as the table of every other method has it.
+// A triangle without area shrinks to its first corner, as in the triangle table of all other methods.
 void test_half(Ray ray, vec3 v0, vec3 v1, vec3 v2, bool flat_one, int face, inout Hit hit) {
     image_v0 = v0;
     image_v1 = flat_one ? v0 : v1;

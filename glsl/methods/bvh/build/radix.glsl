@@ -1,13 +1,13 @@
-// What slots of the sorted order share. The binary tree over them needs no search from the top down:
-// where neighbours part is a node (a "gap"), and the node spans all slots that share what the two
-// share (Lauterbach et al. 2009 list such splits with their levels, and sort that list).
+// The leading bits that slots of the sorted order share. With these bits the binary tree over the slots
+// needs no search from the top down. Each place where two neighbours differ (a "gap") is a node, and the
+// node spans all slots that share the leading bits of the two neighbours. Lauterbach et al. 2009 list such
+// splits with their levels and sort that list.
 
 uniform int slots;
 
 const int SLOT_BITS = 24;
 
-// The highest bit set in 0 < x < 2^24, from the exponent of the number as a float; far below zero
-// for zero.
+// The highest set bit of x, for 0 < x < 2^24, from the exponent of x as a float. Far below zero for x = 0.
 int highest_bit(int x) {
     return (floatBitsToInt(float(x)) >> 23) - 127;
 }
@@ -17,8 +17,9 @@ ivec2 slot_code(int slot) {
     return ivec2(key.hi, key.lo);
 }
 
-// Leading bits that slot i, of that code, and slot j share; -1 for a slot outside. Equal codes are
-// told apart by the slots themselves; a slot shares more with itself than there are bits.
+// The number of leading bits that slots i and j share, where `code` is the code of slot i; -1 if slot j
+// does not exist. If the codes are equal, the numbers of the slots supply SLOT_BITS further bits. With
+// itself a slot shares more bits than there are.
 int shared_bits(ivec2 code, int i, int j) {
     ivec2 differ = code ^ slot_code(clamp(j, 0, slots - 1));
     int bits = differ.x != 0 ? 14 - highest_bit(differ.x)
@@ -31,8 +32,9 @@ int gap_bits(int gap) {
     return gap < 0 ? -1 : shared_bits(slot_code(gap), gap, gap + 1);
 }
 
-// The gap that joins the span of slots first ... last to its sibling, or -1 for the whole: of the
-// gaps at its two ends the one that parts later. Its own last slot says on which side we are.
+// The gap that joins the span of slots first ... last to its sibling, or -1 for the span of all slots. The
+// parent is one of the gaps at the two ends of the span: the gap whose neighbours share more bits. If the
+// result is `last`, the span is the left child, else the right child.
 int parent_gap(int first, int last) {
     int before = gap_bits(first - 1), after = gap_bits(last);
     return max(before, after) < 0 ? -1 : after > before ? last : first - 1;

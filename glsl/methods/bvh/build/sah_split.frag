@@ -1,5 +1,5 @@
 #version 330 core
-// How each node of the level is split, or that it is a leaf.
+// The split of each node of the level, or the decision that the node is a leaf.
 
 #include <records>
 #include "core/stream.glsl"
@@ -32,7 +32,7 @@ void main() {
         for (int k = node.first; k <= node.last; ++k) {
             vec4 offer = sweep_load(table_texel(k)).value;
             int apart = abs(count - 2 * int(offer.z));
-            // Of splits that cost the same, as those of coincident triangles do, the most even one.
+            // Among splits of equal cost, as coincident triangles give, choose the most even split.
             if (offer.x < cost || (offer.x == cost && offer.x < FAR && apart < uneven)) {
                 cost = offer.x;
                 uneven = apart;
@@ -40,7 +40,7 @@ void main() {
             }
         }
     }
-    // Halving begins where it just stays within the depth.
+    // Halve nodes from the level on at which halving just stays within the maximum depth.
     int halvings = 0;
     while ((1 << halvings) < count) {
         ++halvings;

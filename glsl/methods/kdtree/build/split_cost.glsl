@@ -1,12 +1,12 @@
-// What a split of a kd-tree's node costs by the surface area heuristic; the twin of SplitCost in
-// gpgpu_rt/methods/kdtree/sah.py, operation by operation.
+// The cost of a split of a kd-tree node by the surface area heuristic. Each operation matches SplitCost in
+// gpgpu_rt/methods/kdtree/sah.py.
 
 uniform float traversal_cost;
 uniform float intersection_cost;
-uniform float spared;           // what a split costs that cuts off empty space, as a share
+uniform float spared;           // the factor on the cost of a split that cuts off empty space
 uniform float worth_cutting;
 
-// Of one node, for splits across each axis.
+// Values of the current node, one component for splits across each axis. `measure` sets them.
 vec3 node_lo, node_hi, cap, rim, per_unit;
 
 void measure(vec3 lo, vec3 hi) {

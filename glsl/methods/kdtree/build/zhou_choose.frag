@@ -1,6 +1,6 @@
 #version 330 core
-// The cheapest plane of a small node by the surface area heuristic, among the faces of the boxes of
-// its pieces.
+// The cheapest plane of a small node by the surface area heuristic. Candidates are the faces of the boxes
+// of the node's pieces.
 
 #include <records>
 #include "core/stream.glsl"
@@ -29,7 +29,7 @@ void main() {
             float upper = split_cost(axis, extent.hi,
                                      held(mask, sides.upper_left),
                                      held(mask, sides.upper_right));
-            // Of equal costs the first in the order of pieces, and of lower before upper faces.
+            // At equal cost, choose the first piece, and lower faces before upper faces.
             int before = 6 * bit + axis;
             if (lower < cheapest || (lower == cheapest && before < choice.face)) {
                 cheapest = lower;

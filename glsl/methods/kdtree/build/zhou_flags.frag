@@ -1,5 +1,5 @@
 #version 330 core
-// Of a level's nodes: those that are split, and the pieces of large ones that are not.
+// Flags the nodes of a level that are split. Counts the pieces of large nodes that are not split.
 
 #include <records>
 #include "core/stream.glsl"

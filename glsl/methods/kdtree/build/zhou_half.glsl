@@ -1,5 +1,5 @@
-// The part of a piece on one side of a plane: where it lies on both, its triangle's three edges are
-// cut by the plane, and the box around what is left is cut to the box that the piece had.
+// The part of a piece on one side of a plane. If the piece lies on both sides, the plane cuts the three
+// edges of the piece's triangle. The box around the remaining part is then cut to the old box of the piece.
 
 #include "methods/kdtree/build/zhou.glsl"
 
@@ -10,7 +10,7 @@ bool lies_in(Piece piece, int axis, float plane, int side) {
     return side == 0 ? lo < plane || hi <= plane : hi > plane;
 }
 
-// Whether anything is left; the piece becomes its part.
+// Replace the piece by its part on one side. Returns false if this part is empty.
 bool take_half(inout Piece piece, int axis, float plane, int side) {
     if (!lies_in(piece, axis, plane, side)) {
         return false;
