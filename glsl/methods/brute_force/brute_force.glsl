@@ -1,6 +1,6 @@
-// Brute force: every ray against every triangle, one triangle a step.
-// Foley and Sugerman, "KD-Tree Acceleration Structures for a GPU Raytracer", Graphics Hardware
-// 2005, measure it as "Brute" (survey, Figure 12).
+// Brute force: every ray tests every triangle, one triangle a step. Foley and Sugerman, "KD-Tree
+// Acceleration Structures for a GPU Raytracer", Graphics Hardware 2005, measure this method as "Brute"
+// (survey, Figure 12).
 
 uniform int triangle_count;
 

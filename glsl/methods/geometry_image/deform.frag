@@ -1,7 +1,7 @@
 #version 330 core
-// Moves a geometry image: each texel from its position at rest (Carr et al. 2006 deform in a fragment
-// program before the pyramids are made). Where two texels rest at one place they stay at one: what
-// <deformation> defines sees nothing but the place.
+// Deforms a geometry image: computes each texel from its rest position (Carr et al. 2006 deform the image
+// in a fragment program before the pyramids are built). Texels with equal rest positions stay equal,
+// because the function `deform` in <deformation> depends on the position and the time only.
 
 #include "core/fetch.glsl"
 #include "core/precision.glsl"

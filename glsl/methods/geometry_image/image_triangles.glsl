@@ -1,5 +1,5 @@
-// The triangle under test of a geometry image: the method cuts it from a cell, whose four corners are
-// fetched once for two triangles, before it calls `test_triangle`. Stands in for the accessors of the
+// The current triangle of a geometry image. The method fetches the four corners of a cell once, makes two
+// triangles of them, and calls `test_triangle` for each. These functions replace the accessors of the
 // triangle table.
 
 vec3 image_v0;

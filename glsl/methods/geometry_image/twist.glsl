@@ -1,4 +1,4 @@
-// Turns a surface about the y axis to and fro, by an angle that grows with height.
+// Twists a surface about the y axis, back and forth, by an angle that grows with height.
 
 vec3 deform(vec3 rest, float time) {
     float angle = sin(time) * rest.y;

@@ -1,4 +1,4 @@
-// Two waves that run over a surface and lift it by up to 0.15 units.
+// Two waves that run across a surface and lift it by up to 0.15 units.
 
 vec3 deform(vec3 rest, float time) {
     float lift = 0.1 * sin(4.0 * rest.x + 3.0 * time) + 0.05 * sin(7.0 * rest.z - 5.0 * time);

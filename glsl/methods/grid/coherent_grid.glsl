@@ -1,13 +1,14 @@
-// Coherent grid traversal: Wald, Ize, Kensler, Knoll, Parker, "Ray Tracing Animated Scenes using
-// Coherent Grid Traversal", SIGGRAPH 2006. The rays of a packet walk the grid of grid.glsl
-// together, slice by slice along their dominant axis. In each slice they span a rectangle of cells,
-// and all of them test the triangles of all its cells, but for those that lie outside of the
-// packet's frustum (vertex_culling.glsl; only the watertight test has a frustum to rely on).
+// Coherent grid traversal: Wald, Ize, Kensler, Knoll, Parker, "Ray Tracing Animated Scenes using Coherent
+// Grid Traversal", SIGGRAPH 2006. The rays of a packet walk the grid of grid.glsl together, slice by slice
+// along their dominant axis. In each slice the rays span a rectangle of cells. All rays test the triangles
+// of all cells in the rectangle, except triangles outside the packet's frustum (vertex_culling.glsl; only
+// the watertight test supports this frustum).
 //
-// Departures: the rectangle is that of what each ray still searches, and not four planes moved on
-// by four additions: arithmetic costs less here than cells, and rays that have hit, or begin further
-// on, widen nothing. No mailboxes: a triangle in several cells is tested in each, with the same answer.
-// Rays of another dominant axis, or another sign along it, wait for their turn.
+// Departures: each slice computes the rectangle from the intervals that the rays still search. The paper
+// moves four planes on by four additions. Here arithmetic costs less than visits of cells, and rays that
+// have hit, or that begin in a later slice, do not widen the rectangle. There are no mailboxes: a triangle
+// in several cells is tested in each cell, with the same result. Rays with another dominant axis, or
+// another sign along it, wait for their turn.
 
 #include "drivers/packet_turns.glsl"
 
@@ -18,7 +19,7 @@ bool through = false;   // the walk of the present rays has ended
 float t_exit[RAYS];
 float t_enter[RAYS];
 
-// Of the turn, axes permuted as the watertight test does: the dominant one last.
+// Values of the current turn, axes permuted as in the watertight test: the dominant axis comes last.
 bvec2 major;
 bool forward;
 vec3 grid_lo;
@@ -27,9 +28,9 @@ ivec3 resolution;
 ivec3 strides;
 
 int slice;
-ivec2 first_cell;       // of the rectangle
+ivec2 first_cell;       // of the rectangle in the current slice
 ivec2 last_cell;
-ivec2 cell;             // the one to look into next; past the last row at the rectangle's end
+ivec2 cell;             // the next cell to visit; below the last row when the rectangle is finished
 
 #define PRESENT(r) (rays[r].t_min < NEVER)
 #include <culling>
@@ -60,7 +61,7 @@ void start_packet() {
     EACH(start_ray)
 }
 
-float start;            // where along the major axis the first ray begins
+float start;            // the coordinate along the major axis where the first ray begins
 
 void take_turn(int r) {
     bool comes = octant[r] == turn;
@@ -76,7 +77,7 @@ ivec3 permuted_cells(ivec3 v) {
     return major.x ? v.yzx : (major.y ? v.zxy : v);
 }
 
-// To before the first slice.
+// Begin a turn just before the first slice.
 void begin_turn() {
     major = bvec2(turn < 2, turn < 4);
     forward = turn % 2 == 0;
@@ -98,11 +99,12 @@ void begin_turn() {
 
 float near_plane;
 float far_plane;
-bool any_ahead;         // a ray searches in this slice or further on
+bool any_ahead;         // a ray still searches this slice or a later slice
 vec2 lo;
 vec2 hi;
 
-// What a ray still searches in the slice. Times are a little widened, as boxes are (slack.glsl).
+// Extend the rectangle by the part of the slice that a ray still searches. The interval is slightly
+// widened, as boxes are (core/slack.glsl).
 void cross_slice(int r) {
     Ray ray = rays[r];
     float inv = permuted(major, ray.inv_dir).z;
@@ -123,7 +125,7 @@ void cross_slice(int r) {
     hi = here ? max(hi, R(upper.xy + max(from, to))) : hi;
 }
 
-// On to the next slice; false behind the last that a ray searches in.
+// Go to the next slice. Returns false after the last slice that a ray searches.
 bool enter_slice() {
     ++steps;
     slice += forward ? 1 : -1;
@@ -136,7 +138,7 @@ bool enter_slice() {
     vec2 most = vec2(resolution.xy - 1);
     first_cell = ivec2(clamp(floor(R(R(lo - grid_lo.xy) / size.xy)), vec2(0.0), most));
     last_cell = ivec2(clamp(floor(R(R(hi - grid_lo.xy) / size.xy)), vec2(0.0), most));
-    last_cell.y = lo.x <= hi.x ? last_cell.y : -1;   // no ray is in it
+    last_cell.y = lo.x <= hi.x ? last_cell.y : -1;   // no ray is in the slice
     cell = first_cell;
     return any_ahead && slice >= 0 && slice < resolution.z;
 }
@@ -145,14 +147,14 @@ bool enter_slice() {
 
 bool any_left;
 
-// A ray that found any hit is settled.
+// Settle a ray that needs any hit and has a hit.
 void leave_ray(int r) {
     rays[r].t_min = search_over(hits[r]) ? NEVER : rays[r].t_min;
     any_left = any_left || rays[r].t_min < NEVER;
 }
 
-// The triangles of a cell, from an entry of its list on; false when no ray has anything left to find,
-// or steps ran out.
+// Test the triangles of a cell, from entry `cursor` of the cell's list. Returns false when all rays are
+// settled, or when the steps ran out.
 bool intersect(int cursor) {
     COUNT(leaves_visited);
     int next = reference_triangle(cursor);
@@ -181,8 +183,8 @@ bool intersect(int cursor) {
     return any_left && next < 0;
 }
 
-// To the next cell that lists triangles, and through these; false when the rays whose turn it is
-// are through, or out of steps.
+// Go to the next cell that lists triangles and test these triangles. Returns false when the rays of the
+// turn have finished, or when the steps ran out.
 bool step_packet() {
     int cursor = -1;
     bool on = true;

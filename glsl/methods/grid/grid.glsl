@@ -1,18 +1,18 @@
-// Uniform grid: Purcell, Buck, Mark, Hanrahan, "Ray Tracing on Programmable Graphics Hardware",
-// SIGGRAPH 2002 (survey, section 3.3, Figure 6). A ray steps from cell to cell by a 3D DDA and
-// tests one entry of the cell's list an intersect step; each list ends in a sentinel.
+// Uniform grid: Purcell, Buck, Mark, Hanrahan, "Ray Tracing on Programmable Graphics Hardware", SIGGRAPH
+// 2002 (survey, section 3.3, Figure 6). A ray steps from cell to cell by a 3D DDA. Each intersect step
+// tests one entry of the cell's list. Each list ends in a sentinel.
 //
 // With PROXIMITY: Karlsson and Ljungstedt, "Ray Tracing Fully Implemented on Programmable Graphics
-// Hardware", master's thesis, Chalmers 2004. An empty cell knows how many cells away the nearest
-// occupied one is (Chebyshev distance k), and the ray jumps k - 1 cells at once.
+// Hardware", master's thesis, Chalmers 2004. An empty cell stores the Chebyshev distance k to the nearest
+// occupied cell, and the ray jumps k - 1 cells at once.
 //
-// Departure: t_next is computed from the integer cell each time instead of adding an increment,
-// whose rounding errors miss cells on long walks.
+// Departure: t_next is computed from the integer cell at each step. The paper adds an increment, whose
+// rounding errors miss cells on long walks.
 
 uniform ivec3 grid_resolution;
 uniform vec3 cell_size;
 
-// Where the ray leaves cell `cell`, axis by axis.
+// The t at which the ray leaves cell `cell` along each axis.
 vec3 cell_exit(Ray ray, ivec3 cell) {
     ivec3 ahead = ivec3(greaterThan(ray.inv_dir, vec3(0.0)));
     vec3 border = R(scene_lo + R(vec3(cell + ahead) * cell_size));
@@ -28,7 +28,7 @@ int cell_index(ivec3 cell) {
     return cell.x + grid_resolution.x * (cell.y + grid_resolution.y * cell.z);
 }
 
-// Arrives in a cell at t: on to its list, or on through an empty cell.
+// Enter a cell at t. Continue with the cell's list, or walk on if the cell is empty.
 void visit(Ray ray, ivec3 cell, float t, inout State state) {
     COUNT(nodes_visited);
     state.cell = cell;
@@ -55,11 +55,11 @@ void init(Ray ray, out State state) {
     }
 }
 
-// To the next cell, unless the cell left settles the ray: by a hit before its end (one beyond it
-// is kept, but ends nothing) or by being the last.
+// Go to the next cell. The search ends if the current cell is the last cell, or if the ray has a hit before
+// the end of the cell. A hit beyond the end of the cell is kept, but the search continues.
 void traverse(Ray ray, inout State state, inout Hit hit) {
 #ifdef PROXIMITY
-    int clear = -state.cursor - 1;   // cells in a row that are empty for certain
+    int clear = -state.cursor - 1;   // the number of next cells that are certainly empty
     if (clear >= 2) {
         float cells = max_component(R(abs(ray.direction) / cell_size));
         float t = R(state.t_enter + R(float(clear) / cells));
@@ -83,7 +83,7 @@ void traverse(Ray ray, inout State state, inout Hit hit) {
     }
 }
 
-// One entry of the cell's list.
+// Test one entry of the cell's list.
 void intersect(Ray ray, inout State state, inout Hit hit) {
     int triangle = reference_triangle(state.cursor);
     ++state.cursor;

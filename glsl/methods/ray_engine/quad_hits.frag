@@ -1,6 +1,6 @@
 #version 330 core
-// What a batch's rays hit: t, u and v of the one triangle that is left of each ray's quads (see
-// methods/ray_engine/ray_engine.glsl), computed again from its row.
+// The hits of a batch's rays. Blending or the depth test has left one triangle for each ray (see
+// methods/ray_engine/ray_engine.glsl). The ray tests this triangle once more, for t, u and v.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

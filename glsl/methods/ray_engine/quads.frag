@@ -1,9 +1,10 @@
 #version 330 core
-// A pair of ray and triangle: Carr, Hall, Hart 2002 (see methods/ray_engine/ray_engine.glsl). Blending or the
-// depth test reduces the fragments of a ray to one result:
-//   KEEP_NEAREST  writes t; MIN blending keeps the least
-//   KEEP_FIRST    writes the triangle where t is that least; MIN blending keeps the lowest triangle
-//   KEEP_DEPTH    writes t as depth, and the triangle: the first triangle among the nearest stays
+// The test of a pair of a ray and a triangle: Carr, Hall, Hart 2002 (see
+// methods/ray_engine/ray_engine.glsl). Blending or the depth test reduces the fragments of a ray to one
+// result:
+//   `KEEP_NEAREST` writes t. MIN blending keeps the smallest t.
+//   `KEEP_FIRST` writes the triangle if its t equals the smallest t. MIN blending keeps the lowest triangle index.
+//   `KEEP_DEPTH` writes t as depth, and the triangle. The depth test keeps the first of the nearest triangles.
 
 #include "core/precision.glsl"
 #include <streams>
@@ -14,7 +15,7 @@
 #include <method>
 #include "core/triangle.glsl"
 
-uniform float depth_end;   // t that the depth of 1 stands for
+uniform float depth_end;   // the t at depth 1
 const float DEPTH_STEPS = 16777215.0;
 
 void main() {
@@ -34,7 +35,7 @@ void main() {
     }
     found_store(Found(hit.triangle));
 #else
-    // Round to steps of 24 bits: a renderer's depth buffer may have finer ones.
+    // Round depth to 24 bits, because the depth buffer of a renderer may have more bits.
     gl_FragDepth = round(clamp(t / depth_end, 0.0, 1.0) * DEPTH_STEPS) / DEPTH_STEPS;
     found_store(Found(hit.triangle));
 #endif

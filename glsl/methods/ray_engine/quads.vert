@@ -1,5 +1,6 @@
 #version 330 core
-// A triangle as a quad over rays of a batch: Carr, Hall, Hart 2002 (see methods/ray_engine/ray_engine.glsl).
+// Draws a triangle as a quad over rays of a batch: Carr, Hall, Hart 2002 (see
+// methods/ray_engine/ray_engine.glsl).
 
 #include "core/precision.glsl"
 #include <table_width>
@@ -8,7 +9,7 @@
 
 in vec4 rectangle;   // lower and upper corner, in rays
 in int row;          // of the triangle
-uniform vec2 scale;  // clip units a ray
+uniform vec2 scale;  // clip units per ray
 
 flat out int quad_triangle;
 flat out vec3 quad_v0;
