@@ -6,8 +6,8 @@
 // Hardware", master's thesis, Chalmers 2004. An empty cell stores the Chebyshev distance k to the nearest
 // occupied cell, and the ray jumps k - 1 cells at once.
 //
-// Departure: t_next is computed from the integer cell at each step. The paper adds an increment, whose
-// rounding errors miss cells on long walks.
+// Departure: each step computes t_next from the integer cell. An increment added at each step gathers
+// rounding errors that miss cells on long walks.
 
 uniform ivec3 grid_resolution;
 uniform vec3 cell_size;

@@ -1,5 +1,5 @@
 #version 330 core
-// Nodes of a level at their place among those of all levels.
+// Copies the nodes of a level to their position in the list of the nodes of all levels.
 
 #include <records>
 #include "core/stream.glsl"

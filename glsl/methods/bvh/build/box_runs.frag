@@ -1,6 +1,6 @@
 #version 330 core
-// The box of four times as many neighbouring slots: of four runs that follow one another. Where the
-// slots end the last ones are taken again, which changes no minimum and no maximum.
+// Joins the boxes of four consecutive runs of `run` slots to the box of a run four times as long. Past the
+// end of the slots the last box repeats, which changes neither minimum nor maximum.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// The middle of each box.
+// The centre of each box.
 
 #include <records>
 #include "core/stream.glsl"

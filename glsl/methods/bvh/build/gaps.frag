@@ -1,9 +1,11 @@
 #version 330 core
-// The inner nodes of the binary tree over sorted codes, one a gap between neighbours (Lauterbach et
-// al. 2009). A gap's span is found by looking ever farther to both sides and then nearer again.
+// The inner nodes of the binary tree over sorted codes, one node for each gap between neighbours
+// (Lauterbach et al. 2009). On each side, a search with doubling steps and then with halving steps finds
+// the end of the gap's span.
 //
-// Nodes of a few triangles are no nodes of ours: with MOST_BITS a gap that parts at that bit or later
-// (clusters for the hybrid build), else one that spans at most max_leaf triangles.
+// Gaps inside leaves are dropped. With MOST_BITS (clusters for the hybrid build) a gap is kept if its
+// neighbours share fewer than MOST_BITS bits. Without MOST_BITS a gap is kept if it spans more than
+// max_leaf triangles.
 
 #include <records>
 #include "core/stream.glsl"
@@ -11,7 +13,7 @@
 
 uniform int max_leaf;
 
-// The last slot in the direction that shares `bits` with slot i.
+// The farthest slot in the direction that shares at least `bits` bits with slot i.
 int reach(int i, int direction, int bits) {
     ivec2 code = slot_code(i);
     int width = 1;

@@ -1,5 +1,5 @@
 #version 330 core
-// The triangle of each slot, without its key.
+// Copies the triangle of each slot from the slot's sort key.
 
 #include <records>
 #include "core/stream.glsl"

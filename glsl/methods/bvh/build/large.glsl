@@ -1,4 +1,4 @@
-// Which nodes are binned.
+// A node is large if it has more than SMALL triangles. The splits of large nodes are chosen by bins.
 
 bool is_large(Interval node) {
     return node.last - node.first >= SMALL;

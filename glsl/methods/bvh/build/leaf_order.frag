@@ -1,6 +1,6 @@
 #version 330 core
-// The triangles of each leaf, the lowest index first: slot k of a leaf takes the one that k others
-// of it precede.
+// Sorts the triangles of each leaf by index. Slot k of a leaf gets the triangle that has exactly k
+// triangles of the leaf before it.
 
 #include <records>
 #include "core/stream.glsl"

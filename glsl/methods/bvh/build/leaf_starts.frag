@@ -1,5 +1,5 @@
 #version 330 core
-// Flags the slots that begin a leaf: the first one, and those behind a gap that is a node.
+// Flags the slots that begin a leaf: the first slot, and each slot after a gap that is a node.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,6 @@
 #version 330 core
-// The leaf that begins at a slot, if one does, as a span of slots below the nodes in `interval`.
+// Writes the leaf that begins at a slot, or an empty record if none begins there. A leaf is a span of
+// slots, and its parent is a node of `interval`.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,7 +1,7 @@
 #version 330 core
-// Counts, for every node, its ancestors that have it in their left subtree, by pointer jumping (J. C.
-// Wyllie, "The Complexity of Parallel Computations", 1979): what lies between a node and the ancestor
-// it knows doubles with each pass.
+// Counts the ancestors of each node that have the node in their left subtree, by pointer jumping (J. C.
+// Wyllie, "The Complexity of Parallel Computations", 1979). Each pass doubles the distance between a node
+// and the ancestor that the node refers to.
 
 #include <records>
 #include "core/stream.glsl"

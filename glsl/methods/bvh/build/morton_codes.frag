@@ -1,17 +1,18 @@
 #version 330 core
-// Morton codes: the cell of a lattice over all centroids, its coordinates' bits interleaved, x first
-// (C. Lauterbach et al., "Fast BVH Construction on GPUs", Eurographics 2009; survey section 3.5).
+// Morton codes: the cell of each centroid in a lattice over all centroids, with the bits of the cell's
+// coordinates interleaved, x first (C. Lauterbach et al., "Fast BVH Construction on GPUs", Eurographics
+// 2009; survey section 3.5).
 //
-// Departure: 30 bits do not fit a float's 24, so a key is two numbers of 15 bits. Codes of fewer bits
-// take the highest ones, which leaves all that follows as it is.
+// Departure: 30 bits do not fit the 24 bits of a float, so a key consists of two numbers of 15 bits. Codes
+// of fewer bits occupy the highest bits of the key, so no later pass depends on the number of bits.
 
 #include <records>
 #include "core/stream.glsl"
 #include "methods/bvh/build/middle.glsl"
 
-uniform int bits;   // an axis, 1 to 10
+uniform int bits;   // per axis, 1 to 10
 
-// Five bits, three places apart.
+// Move bit k to position 3 k, for five bits.
 ivec3 spread(ivec3 v) {
     return (v & 1) | (v & 2) << 2 | (v & 4) << 4 | (v & 8) << 6 | (v & 16) << 8;
 }
@@ -28,7 +29,7 @@ void main() {
     float cells = float(1 << bits);
     PRECISE vec3 per_unit = cells / extent;
     PRECISE vec3 place = (middle_of(box_load(table_texel(i))) - low) * per_unit;
-    // An extent of zero has no cells but the first; nor has one whose inverse overflows.
+    // An axis has one cell if its extent is zero, or so small that the inverse overflows.
     bvec3 flat_ = lessThan(vec3(3e38), per_unit);
     ivec3 cell = clamp(ivec3(place), 0, (1 << bits) - 1) << (10 - bits);
     cell = ivec3(flat_.x ? 0 : cell.x, flat_.y ? 0 : cell.y, flat_.z ? 0 : cell.z);

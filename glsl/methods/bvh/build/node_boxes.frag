@@ -1,6 +1,7 @@
 #version 330 core
-// The boxes of nodes over `run` to 4 run - 1 slots: four runs of that length cover them, overlapping
-// where they must, which changes no minimum and no maximum. Other nodes wait for their pass.
+// The boxes of the nodes that span `run` to 4 run - 1 slots. Four runs of that length cover the span. The
+// runs may overlap, which changes neither minimum nor maximum. Other passes write the boxes of all other
+// nodes.
 
 #include <records>
 #include "core/stream.glsl"

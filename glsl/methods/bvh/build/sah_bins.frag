@@ -1,6 +1,7 @@
 #version 330 core
-// The bins of each slot's triangle along three axes, equal ones between the outermost middles of the
-// node; and which of the binned nodes that is, or -1.
+// The bins of each slot's triangle along the three axes. The bins of a node have equal widths and lie
+// between the outermost box centres of the node's triangles. Channel w holds the node's rank among the
+// binned nodes, or -1.
 
 #include <records>
 #include "core/stream.glsl"
@@ -18,7 +19,7 @@ void main() {
     vec3 per_unit = float(BINS) / extent;
     vec3 place = (middle_of(box_load(table_texel(slot.triangle))) - range.lo) * per_unit;
     vec3 bins = clamp(floor(place), 0.0, float(BINS - 1));
-    // Without extent, or with one whose inverse overflows, all are in one bin.
+    // Use one bin along an axis whose extent is zero, or so small that the inverse overflows.
     bins = vec3(per_unit.x < FAR ? bins.x : 0.0, per_unit.y < FAR ? bins.y : 0.0,
                 per_unit.z < FAR ? bins.z : 0.0);
     values_store(Values(vec4(bins, binned ? float(rank) : -1.0)));

@@ -1,5 +1,5 @@
 #version 330 core
-// The slots of sorted codes, each in the cluster that begins at or before it.
+// Assigns each slot of the sorted codes to the last cluster that begins at or before the slot.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// A triangle in a bin: blending adds up the count and takes the minimum of all else.
+// Adds a triangle to its bin. Blending adds the counts and takes the minimum of all other values.
 
 #include <records>
 #include "core/fetch.glsl"

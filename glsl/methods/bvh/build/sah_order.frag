@@ -1,5 +1,5 @@
 #version 330 core
-// The triangle of each slot, when no node is left to split.
+// Copies the triangle of each slot, after all nodes are split.
 
 #include <records>
 #include "core/stream.glsl"

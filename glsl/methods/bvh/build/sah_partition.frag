@@ -1,6 +1,7 @@
 #version 330 core
-// The slots of the next level: in each node first those that go left, then the others, all in their
-// old order. A slot finds its triangle by a binary search in the scan of the flags, within its node.
+// The slots of the next level. In each node the triangles of the left child come first, then the triangles
+// of the right child, both in their old order. A slot finds its triangle by a binary search within its
+// node, in the scan of the flags.
 
 #include <records>
 #include "core/stream.glsl"

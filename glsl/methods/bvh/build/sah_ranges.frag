@@ -1,6 +1,6 @@
 #version 330 core
-// How far the middles of a node's triangles spread; the upper corner is negated, so that blending
-// takes the minimum of both.
+// The bounds of the box centres of a node's triangles. The upper corner is negated, so that blending takes
+// the minimum of both corners.
 
 #include <records>
 #include "core/fetch.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// Sends each triangle to its node, if that is binned.
+// Sends each triangle to its node if the node is binned.
 
 #include <sources>
 #include "core/fetch.glsl"

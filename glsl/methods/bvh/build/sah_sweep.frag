@@ -1,6 +1,7 @@
 #version 330 core
-// For nodes that are not binned: the cheapest of the three splits, one an axis, that put a slot's
-// triangle and all before it on the left: cost, axis and how many those are.
+// For nodes that are not binned. Each slot offers three splits, one along each axis, that put the slot's
+// triangle and all triangles before it on the left. Writes the cost, the axis and the left count of the
+// cheapest split.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,12 +1,13 @@
 #version 330 core
-// A node of the threaded hierarchy: its box, and the first node after its subtree, which has a leaf
-// for every leaf that starts in its span and one inner node fewer.
+// A node of the threaded hierarchy: its box, and its escape index, which names the first node after its
+// subtree. The subtree has a leaf for each leaf that starts in the node's span, and one inner node fewer
+// than leaves.
 
 #include <records>
 #include "core/fetch.glsl"
 #include "methods/bvh/build/thread.glsl"
 
-uniform int nodes;   // of the whole tree
+uniform int nodes;   // number of nodes of the whole tree
 
 flat in int source;
 

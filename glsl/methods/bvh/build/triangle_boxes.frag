@@ -1,11 +1,10 @@
 #version 330 core
-// The box of each triangle, in the units that `unit` leads to; with ORDERED of the triangle in each
-// slot.
+// The box of each triangle, multiplied by `unit`. With ORDERED: the box of the triangle in each slot.
 
 #include <records>
 #include "core/stream.glsl"
 
-uniform float unit;   // a power of two: exact
+uniform float unit;   // a power of two, so the products are exact
 
 void main() {
 #ifdef ORDERED
