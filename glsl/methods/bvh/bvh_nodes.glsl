@@ -1,9 +1,11 @@
-// Reads the nodes of a threaded BVH, from float texels or quantised ones: kernels see no difference.
+// Reads the nodes of a threaded BVH, from float texels or quantised texels. Kernels use the same functions
+// for both.
 //
-// The field `first` is the first triangle of a leaf, -1 at an inner node, and below -1 at a portal, which
-// leads to a subtree that octant copies share (shared_subtrees.glsl).
+// The field `first` is the first triangle of a leaf, -1 at an inner node, and less than -1 at a portal. A
+// portal leads to a subtree that octant copies share (shared_subtrees.glsl).
 
-// Encode the first node below a portal as its field `first`, or decode it: the function is its own inverse.
+// Encode the first node below a portal as the portal's field `first`, or decode it. The function is its own
+// inverse.
 int portal_code(int node) {
     return -2 - node;
 }
@@ -30,7 +32,7 @@ int bvh_node_first(int i) {
     return quantised_node_leaf(i) != 0u ? target : inner;
 }
 
-// The escape index of a leaf or a portal is the next node: they have no children to skip.
+// The escape index of a leaf or a portal is the next node, because neither has children to skip.
 bool escapes_to_next(int i) {
     return (quantised_node_leaf(i) | PORTAL(i)) != 0u;
 }

@@ -1,14 +1,14 @@
 // bvh-packet: Günther, Popov, Seidel, Slusallek, "Realtime Ray Tracing on GPU with BVH-based Packet
-// Traversal", RT 2007 (survey, section 3.5, Figure 22). The rays of a packet share one node pointer and
-// one stack. Each ray tests the boxes of both children. The packet enters a child if any ray is in its
-// box. Where rays are in both boxes, the packet enters the child that more rays meet first, and pushes
-// the other child.
+// Traversal", RT 2007 (survey, section 3.5, Figure 22). The rays of a packet share one node pointer and one
+// stack. Each ray tests the boxes of both children. The packet enters a child if any ray is in the child's
+// box. If rays are in both boxes, the packet enters the child that more rays meet first, and pushes the
+// other child.
 //
-// Departures: one fragment traces the packet, where the paper has a warp, so votes are sums and not
-// reductions in shared memory. Rays of a turn walk together (packet_common.glsl), and a walk pauses
-// (core/lockstep.glsl). Options choose the files behind <box_tests> and <entry>: with `interval_test` the
-// packet tests a box as if it were one ray (drivers/boxes_by_interval.glsl), and with `entry_points` the
-// packet begins where a beam entered the tree (methods/bvh/entry_stack.glsl).
+// Departures: in the paper a warp traces the packet, and votes are reductions in shared memory. Here one
+// fragment traces the packet, and votes are sums. Rays of a turn walk together (packet_common.glsl), and a
+// walk pauses (core/lockstep.glsl). Options choose the files behind <box_tests> and <entry>. With
+// `interval_test` the packet tests a box as if it were one ray (drivers/boxes_by_interval.glsl). With
+// `entry_points` the packet begins where a beam entered the tree (methods/bvh/entry_stack.glsl).
 
 #include "methods/bvh/packet_common.glsl"
 #include "methods/bvh/bvh_pairs.glsl"
@@ -33,7 +33,7 @@ vec3 right_lo;
 vec3 right_hi;
 bool any_left_in;     // a ray is in the left box
 bool any_right_in;
-int for_left;         // how many more rays meet the left child first
+int for_left;         // rays that meet the left child first, minus the rays that meet the right child first
 
 void test_boxes(int r) {
     vec2 left = searched(r, left_lo, left_hi);
@@ -46,8 +46,8 @@ void test_boxes(int r) {
     for_left += left_first ? 1 : (in_right ? -1 : 0);
 }
 
-// Move on to the child that the packet enters first, or to NOTHING if no ray is in a child. Return the
-// other child if a ray is in its box as well, else NOTHING.
+// Visit an inner node: move on to the child that the packet enters first, or to NOTHING if no ray is in a
+// child. Return the other child if a ray is in the other child's box as well, else NOTHING.
 int visit() {
     COUNT(nodes_visited);
     ++steps;
@@ -92,7 +92,7 @@ void walk_on(int most) {
 }
 
 // Test the triangles of a leaf, pop the next node, and walk on towards the next leaf. False when the rays
-// of the turn are through, or the steps ran out.
+// of the turn have finished, or the steps ran out.
 bool step_packet() {
     on = on && steps < step_limit;
     if (on && is_leaf(node)) {

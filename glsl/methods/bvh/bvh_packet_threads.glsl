@@ -31,7 +31,7 @@ void test_box(int r) {
     any_in = any_in || interval.x <= interval.y;
 }
 
-// Visit a node and move on to the next one. Return the first triangle of a leaf that a ray is in, else -1.
+// Visit a node and move on to the next node. Return the first triangle of a leaf that a ray is in, else -1.
 int visit() {
     COUNT(nodes_visited);
     ++steps;
@@ -65,8 +65,8 @@ void walk_on(int most) {
     through = leaf < 0 && node < 0;
 }
 
-// Test the triangles of a leaf, then walk on towards the next leaf; in this order the first iteration
-// has triangles to test. False when the rays of the turn are through, or the steps ran out.
+// Test the triangles of a leaf, then walk on towards the next leaf. In this order the first iteration has
+// triangles to test. False when the rays of the turn have finished, or the steps ran out.
 bool step_packet() {
     bool on = steps < step_limit;
     if (on && leaf >= 0) {

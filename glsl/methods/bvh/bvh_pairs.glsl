@@ -1,10 +1,10 @@
-// A BVH whose inner nodes hold both children's boxes, so that a step fetches what it compares; as
-// float texels or quantised (see bvh_nodes.glsl). A child is the inner node of that number, or, below
-// 0, the leaf whose triangles begin at -1 - child.
+// A BVH whose inner nodes hold the boxes of both children, so that a step fetches all boxes that it
+// compares. Nodes are float texels or quantised texels (see bvh_nodes.glsl). A child number of at least 0
+// is an inner node. A child number below 0 is a leaf whose triangles begin at -1 - child.
 
 uniform int root;
 
-const int NOTHING = 1 << 24;   // no child: above every index
+const int NOTHING = 1 << 24;   // no child: a number above every index
 
 bool is_leaf(int child) {
     return child < 0;

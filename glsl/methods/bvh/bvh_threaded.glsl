@@ -1,12 +1,12 @@
 // bvh-threaded: Thrane and Simonsen, "A Comparison of Acceleration Structures for GPU Assisted Ray
-// Tracing", master's thesis, Aarhus 2005 (survey, section 3.5, Figure 19). Nodes lie in depth-first
-// order. A ray that enters an inner node goes on to the next node; any other ray follows the node's escape
-// index. So no stack is needed.
+// Tracing", master's thesis, Aarhus 2005 (survey, section 3.5, Figure 19). Nodes lie in depth-first order.
+// A ray that enters an inner node goes on to the next node. A ray that misses the node, or has tested a
+// leaf, follows the node's escape index. So a ray needs no stack.
 //
-// Departures: leaves hold a run of triangles instead of one. With OCTANTS the tree is stored eight
-// times, threaded so that the child nearer to rays of a direction octant comes first; the thesis
-// has one order for all rays. Options choose the files behind <subtrees> and <entries>: with
-// `shared_subtrees` the copies share the lower part of the tree (methods/bvh/shared_subtrees.glsl), and with
+// Departures: a leaf holds a run of triangles; in the thesis a leaf holds one triangle. With OCTANTS the
+// tree is stored eight times, threaded so that the child nearer to rays of a direction octant comes first;
+// the thesis has one order for all rays. Options choose the files behind <subtrees> and <entries>. With
+// `shared_subtrees` the copies share the lower part of the tree (methods/bvh/shared_subtrees.glsl). With
 // `entry_points` a ray walks through the subtrees of a list (methods/bvh/threaded_entries.glsl).
 
 #include "core/quantised.glsl"
@@ -23,7 +23,8 @@ int root_for(Ray ray) {
 #endif
 }
 
-// Visit node i: go down into it, to the triangles of a leaf, or along the escape index. Return that index.
+// Visit node i: descend into the node, go to the triangles of a leaf, or follow the escape index. Return
+// the escape index.
 int visit(Ray ray, int i, Hit hit, inout State state) {
     COUNT(nodes_visited);
     vec3 lo = bvh_node_lo(i);

@@ -1,10 +1,10 @@
-// Entry points of a threaded BVH, after Reshetov, Soupikov, Hurley, "Multi-Level Ray Tracing
-// Algorithm", SIGGRAPH 2005 (see stages/entry_points.frag). The beam enters what it meets, as a ray
-// does, and leaves as an entry each node that it meets and that is a leaf, a portal of what octants
-// share, or that about half of its rays miss. Where the list is full but for one entry, that one is all
-// the rest of the walk.
+// Entry points of a threaded BVH, after Reshetov, Soupikov, Hurley, "Multi-Level Ray Tracing Algorithm",
+// SIGGRAPH 2005 (see stages/entry_points.frag). The beam descends into the nodes that it meets, as a ray
+// does. At three kinds of nodes that it meets, the beam writes an entry and does not descend: at a leaf, at
+// a portal of a shared subtree, and at a node that about half of its rays miss. The last entry of a full
+// list stands for the whole rest of the walk.
 //
-// Departure: a list in the place of the paper's one node, which here would soon be the root.
+// Departure: a tile has a list of nodes. The paper has one node, which here would soon be the root.
 
 #include "methods/bvh/beam_step.glsl"
 
@@ -20,7 +20,7 @@ void walk(Tile_beam beam, ivec2 tile) {
 #endif
     int node = node_count > 0 ? root : -1;
     int end = -1;
-    bool begins = false;   // the next node is a subtree's, which ends where its escape index says
+    bool begins = false;   // the next node is the root of a subtree, which ends at the root's escape index
     int above = 0;
 #ifdef UPPER
     node = -1;

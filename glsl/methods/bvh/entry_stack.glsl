@@ -1,4 +1,5 @@
-// The links of a packet's entry in a walk with a stack: what lies on the stack, link_1 at the bottom.
+// The links of a packet's entry in a walk with a stack. They are the stack at the start of the walk, link_1
+// at the bottom.
 
 #include "drivers/packet_entry.glsl"
 

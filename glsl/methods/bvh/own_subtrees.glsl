@@ -1,5 +1,5 @@
-// A threaded BVH whose order is stored in full: no subtree is shared. The counterpart of
-// shared_subtrees.glsl; a compiler removes the unused `after`.
+// A threaded BVH that stores each octant copy in full and shares no subtree. The counterpart of
+// shared_subtrees.glsl. A compiler removes the unused `after`.
 
 int no_way_out;
 

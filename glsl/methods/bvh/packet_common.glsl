@@ -1,8 +1,9 @@
-// What the packet walks through a BVH share: the turns of the rays, and the triangles of a leaf. The walks
-// stand in bvh_packet.glsl (with a stack) and bvh_packet_threads.glsl (along escape indices).
+// The shared part of all packet walks through a BVH: the turns of the rays, and the tests of a leaf's
+// triangles. The walks are in bvh_packet.glsl (with a stack) and bvh_packet_threads.glsl (along escape
+// indices).
 //
 // Options choose the files behind <triangle_tests> (triangle by ray, or by shared axes), <box_tests> (box
-// by ray, or by interval) and <culling>. A walk defines start_walk, walk_on and step_packet.
+// by ray, or by interval) and <culling>. A walk defines `start_walk`, `walk_on` and `step_packet`.
 
 #define PRESENT(r) (rays[r].t_min < NEVER)
 
@@ -57,7 +58,7 @@ void begin_turn() {
 
 // Leaves -----------------------------------------------------------------------------------------
 
-// Settle a ray that needs any hit and has one.
+// Settle a ray that needs any hit and has a hit.
 void leave_ray(int r) {
     rays[r].t_min = search_over(hits[r]) ? NEVER : rays[r].t_min;
     any_left = any_left || rays[r].t_min < NEVER;

@@ -1,6 +1,6 @@
-// A packet's step under the schedule `step` in a walk with a stack: the stack lies in the tiles of an atlas
-// (drivers/push.frag), and PUSH and POP are phases of their own. drivers/packet_visit.frag says what each
-// function does.
+// A packet's step under the schedule `step` in a walk with a stack. The stack lies in the tiles of an atlas
+// (drivers/push.frag), and PUSH and POP are phases of their own. The header of drivers/packet_visit.frag
+// describes each function.
 
 #include "core/tiles.glsl"
 

@@ -1,5 +1,5 @@
-// A packet's step under the schedule `step` in a walk along escape indices. drivers/packet_visit.frag says
-// what each function does.
+// A packet's step under the schedule `step` in a walk along escape indices. The header of
+// drivers/packet_visit.frag describes each function.
 
 void clear_walk() {
 }

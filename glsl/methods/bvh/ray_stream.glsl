@@ -1,17 +1,19 @@
 // Ray streams: I. Wald, C. Gribble, S. Boulos, A. Kensler, "SIMD Ray Stream Tracing - SIMD Ray Traversal
-// with Generalized Ray Packets and On-the-fly Re-Ordering", Utah UUSCI-2007-012 (survey, section 4.2).
-// Rays do not wait for one another in packets: a stream of rays is filtered by each node, and what is
-// left of it stands side by side again.
+// with Generalized Ray Packets and On-the-fly Re-Ordering", Utah UUSCI-2007-012 (survey, section 4.2). Rays
+// do not wait for one another, as the rays of a packet do. Each node filters a stream of rays, and the rays
+// that pass the filter are compacted.
 //
-// Departures: there the stream of one node is filtered at a time, by SIMD units of a CPU, and a stack
-// holds streams. Here an element is a ray with the node that it is at, so that one pass filters the
-// streams of all nodes, and it knows where the ray enters that node: a hit nearer than that drops it.
-// A ray goes to its nearer child first; there all rays of a stream take the same one.
+// Departures: in the paper the SIMD units of a CPU filter the stream of one node at a time, and a stack
+// holds streams. Here a stream element is a ray with its current node, so that one pass filters the streams
+// of all nodes. The element also holds the t at which the ray enters the node, so that a nearer hit drops
+// the element. A ray goes to its nearer child first. In the paper all rays of a stream go to the same child
+// first.
 
 #include "core/quantised.glsl"
 #include "methods/bvh/bvh_pairs.glsl"
 
-// The children that a ray is in, nearer first, or NOTHING; and where it enters them.
+// The children whose boxes the ray meets, the nearer child first, and the t at which the ray enters each
+// box. NOTHING stands for a child that the ray misses.
 Visited visit(Ray ray, float t_hit, int node) {
     vec2 left = box_interval(ray, bvh_pair_left_lo(node), bvh_pair_left_hi(node));
     vec2 right = box_interval(ray, bvh_pair_right_lo(node), bvh_pair_right_hi(node));

@@ -1,7 +1,7 @@
 #version 330 core
-// The rays of a call by streams. START: before the stream begins. TALLIED: after the stream has ended, with
-// the counted work of each ray, which says whether the cap on steps stopped the ray. Without either define:
-// after the stream has ended, without counts.
+// State, hit and counters of the rays in a call by streams. START: before the stream begins. TALLIED: after
+// the stream has ended, with the counted work of each ray, which tells whether the step cap stopped the
+// ray. Without either define: after the stream has ended, without counts.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

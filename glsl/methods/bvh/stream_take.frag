@@ -1,12 +1,12 @@
 #version 330 core
-// What a filtered stream leaves, side by side and in its order: those elements whose flag FLAG is set.
+// Compacts a filtered stream: keeps the elements whose flag FLAG is set, in their order.
 
 #include <records>
 #include "core/stream.glsl"
 #include "algorithms/search.glsl"
 
 uniform int base;        // the first element that is drawn
-uniform int elements;    // before the reduction
+uniform int elements;    // number of elements before the reduction
 
 void main() {
     Visited from = visited_load(table_texel(find_flagged(element() - base, 0, elements)));

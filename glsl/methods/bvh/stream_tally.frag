@@ -1,5 +1,5 @@
 #version 330 core
-// What an element of a stream did.
+// The work of one element of a stream.
 
 #include <records>
 

@@ -1,5 +1,5 @@
 #version 330 core
-// Sends what an element did to its ray, where blending adds it up.
+// Sends the work of an element to the element's ray, where blending adds the work up.
 
 #include <sources>
 #include "core/fetch.glsl"

@@ -1,6 +1,7 @@
 #version 330 core
-// The filter of a ray stream: each ray against the boxes of its node's children. Flags say what becomes
-// of it: it goes on to an inner node; a farther child waits; it is at a leaf; it has visited a node.
+// The filter of a ray stream: each ray tests the boxes of its node's children. Four flags give the result:
+// the ray goes on to an inner node, a farther child waits, the ray is at a leaf, the ray has visited a
+// node.
 
 #include "core/precision.glsl"
 #include "core/stream.glsl"
@@ -13,7 +14,7 @@
 #include "core/box.glsl"
 #include "methods/bvh/ray_stream.glsl"
 
-uniform int base;      // the first element of those to take
+uniform int base;      // the first element of this pass
 uniform int step_cap;
 
 bool within_cap(ivec2 pixel) {

@@ -1,5 +1,5 @@
-// A ray walks along escape indices through the subtrees that its tile's list names
-// (stages/entry_points.frag). A subtree ends where the escape index of its first node leads.
+// A ray walks along escape indices through the subtrees in its tile's list (stages/entry_points.frag). A
+// subtree ends at the node that the escape index of the subtree's root names.
 
 #include "stages/entry_list.glsl"
 

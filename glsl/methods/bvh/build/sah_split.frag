@@ -40,7 +40,7 @@ void main() {
             }
         }
     }
-    // Halve nodes from the level on at which halving just stays within the maximum depth.
+    // Halve the node if any other split could exceed the maximum depth.
     int halvings = 0;
     while ((1 << halvings) < count) {
         ++halvings;
