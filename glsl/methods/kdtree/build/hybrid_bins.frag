@@ -1,6 +1,6 @@
 #version 330 core
-// How many pieces of a chunk lie left and right of four planes along each axis: a gather, where the CPU
-// fills histograms, as points that blend into so few bins would wait for one another.
+// The number of a chunk's pieces left and right of four planes along each axis, by a gather. The CPU fills
+// histograms. Points that blend into so few bins would wait for one another.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// Bounds of a large node's pieces, from those of its chunks.
+// The bounds of a large node's pieces, from the bounds of the node's chunks.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// Whether a large node of the lower levels is split, and by the cheapest of all planes.
+// Splits a large node of the lower levels by the cheapest of all planes, or makes it a leaf.
 
 #include <records>
 #include "core/stream.glsl"

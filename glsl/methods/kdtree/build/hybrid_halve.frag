@@ -1,19 +1,19 @@
 #version 330 core
-// How a node of the upper levels of a hybrid kd-tree is split: it is a prefix of Morton codes, and the
-// lattice's plane halves it along x, y and z in turn (C. Lauterbach et al. 2009, carried over to the
-// kd-tree as the survey's section 5 proposes). No cost is asked for. Where nothing is there is a leaf.
+// The split of a node in the upper levels of a hybrid kd-tree. The node is a prefix of Morton codes, and a
+// plane of the lattice halves the node along x, y and z in turn (C. Lauterbach et al. 2009; the survey's
+// section 5 proposes this for the kd-tree). Costs play no role. A node without pieces becomes a leaf.
 
 #include <records>
 #include "core/stream.glsl"
 #include "methods/kdtree/build/zhou.glsl"
 
-uniform int level;      // how deep the node lies
-uniform int bits;       // of an axis in a code
+uniform int level;      // depth of the node
+uniform int bits;       // bits per axis in a code
 
 void main() {
     int i = element();
     Cell cell = cell_load(table_texel(i));
-    int coordinate = 0;     // of the node along the axis of its depth, x first in the code
+    int coordinate = 0;     // the node's coordinate along the split axis; x comes first in a code
     for (int bit = level % 3; bit < level; bit += 3) {
         coordinate = coordinate << 1 | cell.futile >> (level - 1 - bit) & 1;
     }

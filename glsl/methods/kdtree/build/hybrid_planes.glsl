@@ -1,5 +1,5 @@
-// The planes that binned SAH weighs: ends of BINS equal bins between the outermost sides of a node's
-// pieces, as gpgpu_rt/methods/kdtree/sah.py has them, four at a time along each axis; GROUPS times four.
+// The candidate planes of binned SAH, four at a time along each axis, in GROUPS groups. They are the ends
+// of BINS equal bins between the outermost sides of a node's pieces, as in gpgpu_rt/methods/kdtree/sah.py.
 
 vec4 group_planes(Box box, int axis, int group) {
     float lo = box.lo[axis], hi = box.hi[axis];

@@ -1,10 +1,11 @@
-// What the programs of Zhou's kd-tree build share: K. Zhou, Q. Hou, R. Wang, B. Guo, "Real-Time
-// KD-Tree Construction on Graphics Hardware", SIGGRAPH Asia 2008 (survey, section 5). They
-// compute what gpgpu_rt/methods/kdtree/zhou.py computes, operation by operation, and its header says where
-// both depart from the paper. Counts, ranks and masks are held in floats: integers below 2^24, and
-// 64 bits as four channels of 16.
+// Shared code of the programs of Zhou's kd-tree build: K. Zhou, Q. Hou, R. Wang, B. Guo, "Real-Time KD-Tree
+// Construction on Graphics Hardware", SIGGRAPH Asia 2008 (survey, section 5). The programs compute the same
+// operations as gpgpu_rt/methods/kdtree/zhou.py, whose header lists the departures from the paper. A piece
+// is the part of a triangle in a node. Floats hold counts and ranks, as integers below 2^24, and masks of
+// 64 bits, as four channels of 16 bits.
 
-// The first of [lo, hi) behind whose end more than `rank` are counted, in prefix sums that LOAD reads.
+// The first element of [lo, hi) up to whose end more than `rank` items are counted. LOAD reads the prefix
+// sums.
 #define FIND_OWNER(NAME, LOAD) int NAME(int rank, int channel, int lo, int hi) { \
     while (lo < hi) { \
         int middle = (lo + hi) >> 1; \
@@ -19,7 +20,7 @@
 
 #define INFINITY uintBitsToFloat(0x7f800000u)
 
-// Masks of 64 bits: in textures four numbers of 16 bits, at work two of 32.
+// Masks of 64 bits: textures hold four numbers of 16 bits, programs compute with two words of 32 bits.
 
 uvec2 mask_bits(vec4 mask) {
     uvec4 m = uvec4(mask);
@@ -38,7 +39,8 @@ int population(uvec2 n) {
     return int(n.x + n.y);
 }
 
-// Takes the lowest bit out of a mask that has one; its place, from its exponent as a float.
+// Remove the lowest set bit from a mask that is not 0. Return the bit's position, from the exponent of the
+// bit as a float.
 int take_bit(inout uvec2 mask) {
     bool low = mask.x != 0u;
     uint word = low ? mask.x : mask.y;

@@ -1,5 +1,5 @@
 #version 330 core
-// Puts one list of pieces behind others.
+// Appends a list of pieces to earlier lists.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,6 +1,6 @@
 #version 330 core
-// The children of a level: 2 k and 2 k + 1 are the left and the right one of its k-th inner node.
-// With PREFIXES what a node carries is the prefix of codes that it stands for.
+// The children of a level. Cells 2 k and 2 k + 1 are the left and the right child of the level's k-th inner
+// node. With PREFIXES the field `futile` holds the prefix of codes that the node covers.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,7 +1,7 @@
 #version 330 core
-// Bounds of a chunk of a large node's pieces, and how many of them lie left and right of the node's
-// middle along each axis. Zhou et al. reduce chunks of a fixed size first and then those of a node,
-// as nodes of any size then keep all processors at work.
+// The bounds of a chunk of a large node's pieces, and the number of its pieces left and right of the node's
+// middle along each axis. Zhou et al. first reduce chunks of a fixed size and then the chunks of each node,
+// because nodes of any size then keep all processors busy.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// References of each node of the finished tree.
+// The number of references of each node of the finished tree.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,7 +1,8 @@
 #version 330 core
-// How a large node is split: empty space is cut off where there is more than a share of its extent,
-// else it is halved along its longest axis, or along another where that one tells no piece from
-// another. Axis 3 is a node that stays whole, for now or for good.
+// The split of a large node. If empty space on one side is more than a share of the node's extent, the
+// split cuts this space off. Otherwise the split halves the node along its longest axis, or along another
+// axis if the longest axis separates no pieces. Axis 3 marks a node that is not split on this level or on
+// any later level.
 
 #include <records>
 #include "core/stream.glsl"
@@ -49,7 +50,7 @@ void main() {
         return;
     }
     PRECISE vec3 middle = cell.lo + 0.5 * extent;
-    float none = 2.0 * float(cell.count);   // on both sides, all of them
+    float none = 2.0 * float(cell.count);   // every piece on both sides
     vec3 both = whole.left + whole.right;
     int longest = 0, least = 0;
     for (int a = 0; a < 3; ++a) {

@@ -1,5 +1,5 @@
 #version 330 core
-// A node of the finished tree as kd methods read it: a leaf names its first reference.
+// A node of the finished tree in the format that kd methods read. A leaf names its first reference.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// The children of small nodes: their masks and their boxes.
+// The children of small nodes: the masks and the boxes of the children.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,6 +1,6 @@
 #version 330 core
-// Which pieces of a small root lie left and right of the two planes that a piece offers along an
-// axis: made once, for all nodes below the root.
+// The masks of the pieces of a small root that lie left and right of two planes, the two faces of one piece
+// along an axis. The masks are computed once, for all nodes below the root.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// A node of the finished tree, and of a leaf which pieces it holds.
+// A node of the finished tree. A leaf also gets its pieces, as a mask or as a run of pieces.
 
 #include <records>
 #include "core/fetch.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// Sends each node to its place; a small root is sent from the list of small nodes.
+// Sends each node to its place in the finished tree. The list of small nodes sends small roots.
 
 #include <sources>
 #include "core/fetch.glsl"

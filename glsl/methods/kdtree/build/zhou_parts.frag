@@ -1,13 +1,14 @@
 #version 330 core
-// The pieces of a level's children, those of large ones or (CHANNEL 1) those of small ones: each
-// finds its node, then by binary search the piece of the parent that it is a part of.
+// The pieces of a level's children: the pieces of large children, or with CHANNEL 1 the pieces of small
+// children. Each piece finds its node, and then finds the parent's piece that it is a part of by a binary
+// search.
 
 #include <records>
 #include "core/stream.glsl"
 #include "methods/kdtree/build/zhou_half.glsl"
 
 uniform int cells;
-uniform int first_root;     // small nodes of all levels before
+uniform int first_root;     // number of small roots in all earlier levels
 
 FIND_OWNER(cell_owner, next_starts_load)
 FIND_OWNER(find_part, sums_load)

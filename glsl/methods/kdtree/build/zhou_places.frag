@@ -1,12 +1,12 @@
 #version 330 core
-// Where the children of a level stand in depth-first order, siblings side by side: `at`; and where
-// the pair of their own children goes: `pair`.
+// The places of a level's children in depth-first order, with siblings side by side: `at` is the place of
+// the child, `pair` is the place of the child's own two children.
 
 #include <records>
 #include "core/stream.glsl"
 #include "methods/kdtree/build/zhou.glsl"
 
-uniform int nodes;  // of the level above
+uniform int nodes;  // number of nodes in the level above
 
 FIND_OWNER(inner_owner, ranks_load)
 

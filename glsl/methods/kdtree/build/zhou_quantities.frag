@@ -1,6 +1,6 @@
 #version 330 core
-// What a level's nodes take up: pieces of large nodes, pieces of small ones, small nodes that are
-// not empty, chunks of large nodes.
+// The counts that each node of a level contributes: pieces of large nodes, pieces of small nodes, small
+// nodes that are not empty, chunks of large nodes.
 
 #include <records>
 #include "core/stream.glsl"

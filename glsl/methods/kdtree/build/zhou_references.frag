@@ -1,6 +1,6 @@
 #version 330 core
-// A reference of the finished tree: the leaf that it belongs to, and of that leaf's pieces the one
-// of its rank. A leaf without a mask has its pieces side by side.
+// A reference of the finished tree: finds the leaf of the reference and then the leaf's piece with the rank
+// of the reference. The pieces of a leaf without a mask are adjacent.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// The places of a level's small roots, in the list of small nodes.
+// Copies the places of a level's small roots to the list of small nodes.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// A level's small nodes, in a list for all levels.
+// Appends a level's small nodes to the list of the small roots of all levels.
 
 #include <records>
 #include "core/stream.glsl"
@@ -8,7 +8,7 @@
 uniform int cells;
 uniform int first_root;
 uniform int first_piece;
-uniform int levels;     // that there may be below one
+uniform int levels;     // the most levels below a small root
 
 FIND_OWNER(root_owner, starts_load)
 
@@ -16,7 +16,7 @@ void main() {
     int owner = root_owner(element() - first_root, 2, 0, cells);
     Cell cell = cell_load(table_texel(owner));
     int base = first_piece + int(starts_load(table_texel(owner)).value.y);
-    // The lowest bits, as many as pieces. A shift by 32 would be undefined.
+    // Set the lowest bits, one bit for each piece. A shift by 32 would be undefined.
     ivec2 bits = clamp(cell.count - ivec2(0, 32), 0, 32);
     uvec2 mask = uvec2(bits.x > 0 ? ~0u >> (32 - bits.x) : 0u, bits.y > 0 ? ~0u >> (32 - bits.y) : 0u);
     node_store(Node(cell.lo, base, cell.hi, levels, mask_floats(mask)));

@@ -1,5 +1,5 @@
 #version 330 core
-// Whether a piece has a part left and right of its node's plane.
+// Flags whether a piece has a part left and a part right of its node's plane.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,6 +1,6 @@
 #version 330 core
-// Nodes in each node's subtree, from the leaves up: 1, and what the children's are. A small root has
-// its size from the list of small nodes.
+// The number of nodes in each node's subtree, from the leaves up: 1 plus the sizes of the children. The
+// size of a small root comes from the list of small nodes.
 
 #include <records>
 #include "core/stream.glsl"

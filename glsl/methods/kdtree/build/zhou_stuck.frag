@@ -1,5 +1,5 @@
 #version 330 core
-// The pieces of large nodes that stay leaves.
+// The pieces of the large nodes that remain leaves.
 
 #include <records>
 #include "core/stream.glsl"
