@@ -1,11 +1,11 @@
 // Entry points of a kd-tree, after Reshetov, Soupikov, Hurley, "Multi-Level Ray Tracing Algorithm",
-// SIGGRAPH 2005 (see stages/entry_points.frag). The beam goes down front to back and leaves as entries
-// the leaves with triangles that it meets, and the nodes that about half of its rays miss. Leaves
-// without triangles are left out, which is what the paper's trees are built for.
+// SIGGRAPH 2005 (see stages/entry_points.frag). The beam descends front to back. Two kinds of nodes become
+// entries: the leaves with triangles that the beam meets, and the nodes that about half of its rays miss.
+// Leaves without triangles are skipped; the paper builds its trees for this.
 //
-// Departure: a list, in the order of the way, in the place of the paper's one node: what lies between
-// its subtrees no ray visits. Every node on the stack has a place in the list kept for it, so none
-// overflows.
+// Departure: a tile has a list of nodes in the order of the walk. The paper has one node. No ray visits the
+// space between the subtrees of the list. Each node on the stack reserves a place in the list, so the list
+// never overflows.
 
 #include "core/axis.glsl"
 
@@ -13,7 +13,7 @@ int stack[ENTRIES];
 int stacked = 0;
 
 void push(int node) {
-    for (int i = 0; i < ENTRIES; ++i) {   // see emit
+    for (int i = 0; i < ENTRIES; ++i) {   // see `emit` in stages/entry_points.frag
         stack[i] = i == stacked ? node : stack[i];
     }
     ++stacked;
@@ -24,12 +24,12 @@ void walk(Tile_beam beam, ivec2 tile) {
     if (scene.outer.x > scene.outer.y) {
         return;
     }
-    if (is_mixed(beam.signs)) {   // no order is all rays'
+    if (is_mixed(beam.signs)) {   // no single order suits all rays
         emit(WHOLE_TREE);
         return;
     }
 #ifdef UPPER
-    for (int i = ENTRIES - 1; i >= 0; --i) {   // the first one on top
+    for (int i = ENTRIES - 1; i >= 0; --i) {   // push the first entry last, so that it is on top
         int code = entry_code(tile / FAN, i);
         if (code != LIST_END) {
             push(entry_node(code, 0));

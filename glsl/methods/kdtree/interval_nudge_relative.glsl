@@ -1,5 +1,5 @@
-// `interval=nudge-relative`, there to be measured: a ray continues a few ulp behind its leaf. A ray still
-// hangs where the t of the plane is off by more.
+// `interval=nudge-relative`, for measurements only: a ray continues a few ulp behind its leaf. If the t of
+// the plane errs by more, the ray still never ends.
 
 bool takes_far_child(float t_split, float t_min) {
     return t_split <= t_min;

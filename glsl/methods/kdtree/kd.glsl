@@ -1,14 +1,14 @@
-// Rays against a kd-tree's planes. One expression serves splits and boxes, so that the t of a plane
-// is the same wherever it comes from.
+// The t of rays at the planes of a kd-tree. One expression serves splits and boxes, so a plane has the same
+// t wherever the t is computed.
 
 #include "core/axis.glsl"
 
-// Where the ray crosses a plane across `axis`.
+// The t at which the ray crosses a plane perpendicular to `axis`.
 float plane_t(Ray ray, int axis, float plane) {
     return R(R(plane - along(axis, ray.origin)) * along(axis, ray.inv_dir));
 }
 
-// Where it crosses one of each axis.
+// The t at which the ray crosses a plane of each axis.
 vec3 planes_t(Ray ray, vec3 planes) {
     return R(R(planes - ray.origin) * ray.inv_dir);
 }
@@ -17,7 +17,7 @@ bvec3 goes_down(Ray ray) {
     return lessThan(ray.inv_dir, vec3(0.0));
 }
 
-// Where it enters a box.
+// The t at which the ray enters a box.
 float box_entry(Ray ray, vec3 lo, vec3 hi) {
     return max_component(planes_t(ray, mix(lo, hi, goes_down(ray))));
 }

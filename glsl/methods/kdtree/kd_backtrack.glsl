@@ -1,10 +1,11 @@
-// kd-backtrack: Foley and Sugerman 2005, section 4 (survey, section 3.4, Figure 11 right). A ray
-// that leaves a leaf without a hit climbs, one parent a step, to the first ancestor whose box the
-// rest of its interval still crosses, and descends from there.
+// kd-backtrack: Foley and Sugerman 2005, section 4 (survey, section 3.4, Figure 11 right). A ray that
+// leaves a leaf without a hit climbs, one parent a step, to the first ancestor whose box the rest of the
+// ray's interval still crosses. The ray descends from this ancestor.
 //
-// A box ends at planes of the tree, and its exit is computed by the expression that gave the leaf
-// its end: the two compare as equal, so the climb stops at the ancestor whose far child is next.
-// The interval is clipped to that ancestor's box, else its last leaf would claim what lies beyond.
+// Boxes end at planes of the tree, and one expression computes the exit from a box and the end of a leaf.
+// The two values compare as equal, so the climb stops at the ancestor whose far child is next. The interval
+// is clipped to the ancestor's box. Otherwise the last leaf in this box would claim the space beyond the
+// box.
 
 #include "methods/kdtree/kd_common.glsl"
 
@@ -35,6 +36,6 @@ void climb(Ray ray, inout State state, inout Hit hit) {
         state.t_max = min(t_leave, state.t_exit);
         state.phase = DOWN;
     } else if (state.node == 0) {
-        state.phase = DONE;   // bounds stored in few bits may end before the scene does
+        state.phase = DONE;   // bounds stored in few bits may end before the scene's box
     }
 }

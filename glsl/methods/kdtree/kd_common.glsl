@@ -1,13 +1,17 @@
-// What all kd-tree traversals of single rays share: a ray descends to the leaf at its t_min, tests the
-// leaf's triangles one by one, and leaves the leaf. Foley and Sugerman, "KD-Tree Acceleration Structures for
-// a GPU Raytracer", Graphics Hardware 2005 (survey, section 3.4, Figures 10 to 12).
+// The shared part of all kd-tree traversals of single rays. A ray descends to the leaf at its t_min, tests
+// the leaf's triangles one by one, and leaves the leaf. Foley and Sugerman, "KD-Tree Acceleration
+// Structures for a GPU Raytracer", Graphics Hardware 2005 (survey, section 3.4, Figures 10 to 12).
 //
-// A method's own file defines four functions: what the method does at the start, at a node that sends the
-// ray to one child only, with the far child of a node that needs both, and behind a leaf. Options choose the
-// files behind <entries> (where a search begins) and <interval> (where a ray continues behind a leaf).
+// A method's own file defines four functions:
+//   `start_search` is called when a search begins.
+//   `take_only_child` is called at a node that sends the ray to one child only.
+//   `pass_far_child` is called at a node that sends the ray to both children.
+//   `leave_leaf` is called behind a leaf.
+// Options choose the files behind <entries> (where a search begins) and <interval> (where a ray continues
+// behind a leaf).
 //
-// Departure: the survey's Figure 10 also takes the near child where t_split < 0, which is wrong for a ray
-// that starts beyond the plane.
+// Departure: the survey's Figure 10 also enters the near child if t_split < 0. This is wrong for a ray that
+// starts beyond the plane.
 
 #include "methods/kdtree/kd.glsl"
 
@@ -32,13 +36,13 @@ void init(Ray ray, out State state) {
     start_search(state);
 }
 
-// A hit before the leaf's end settles the ray, as does the end of the ray's interval. (Without a hit,
-// hit.t is the ray's own end.)
+// A hit before the leaf's end settles the ray. The end of the ray's interval settles the ray too. (Without
+// a hit, hit.t is the ray's own end.)
 bool is_settled(State state, Hit hit) {
     return hit.t < state.t_max || state.t_max >= state.t_exit;
 }
 
-// Search the rest of the interval, downward from a node.
+// Search the rest of the interval, from `node` downwards.
 void search_rest(int node, inout State state) {
     state.t_min = resumed(state.t_max);
     state.t_max = state.t_exit;
@@ -77,7 +81,7 @@ void down(Ray ray, inout State state, inout Hit hit) {
     }
 }
 
-// Test one triangle of the leaf's list. A hit beyond the leaf's end is kept but ends nothing.
+// Test one triangle of the leaf's list. A hit beyond the leaf's end is kept, but the search continues.
 void intersect(Ray ray, inout State state, inout Hit hit) {
     test_triangle(ray, reference_triangle(state.cursor), hit);
     ++state.cursor;

@@ -1,5 +1,4 @@
-// A ray searches the subtrees that its tile's entry list names (stages/entry_points.frag), one after
-// another.
+// A ray searches the subtrees in its tile's entry list (stages/entry_points.frag), one after another.
 
 #include "stages/entry_list.glsl"
 
@@ -14,13 +13,15 @@ int root_of(State state) {
     return state.root;
 }
 
-// End a search that is settled. The end of a subtree is not yet the end of the ray.
+// End the search of a subtree. A hit before the subtree's end also ends the ray; else the next subtree
+// follows.
 void settle(inout State state, Hit hit) {
     state.phase = hit.t < state.t_max ? DONE : ENTER;
 }
 
-// Go on to the next subtree of the list that the ray passes through, with the ray's interval there. The
-// interval ends at planes whose t are computed as the t of splits are, so adjacent subtrees share their ends.
+// Go on to the next subtree of the list that the ray passes through, with the ray's interval in this
+// subtree. The t of its ends come from the same expression as the t of splits, so adjacent subtrees share
+// their ends.
 void enter(Ray ray, inout State state, inout Hit hit) {
     int code = entry_code(ivec2(gl_FragCoord.xy) / ENTRY_TILE, state.entry);
     ++state.entry;

@@ -1,10 +1,10 @@
-// kd-packet: Horn, Sugerman, Houston, Hanrahan, "Interactive k-D Tree GPU Raytracing", I3D 2007
-// (survey, section 3.4, Figures 13 and 14). The rays of a packet share the node and its fetch; each ray
-// keeps its own interval. The packet enters a child if any ray needs the child, and keeps the far child
-// where any ray needs both. PUSH_DOWN is as in kd_push_down.glsl.
+// kd-packet: Horn, Sugerman, Houston, Hanrahan, "Interactive k-D Tree GPU Raytracing", I3D 2007 (survey,
+// section 3.4, Figures 13 and 14). The rays of a packet share the node and its fetch. Each ray keeps its
+// own interval. The packet enters a child if any ray needs the child. If the packet enters both children,
+// it pushes the far child. PUSH_DOWN works as in kd_push_down.glsl.
 //
 // Rays of another turn (packet_turns.glsl) wait, masked by an empty interval. Options choose the files
-// behind <triangle_tests> (triangle by ray, or by shared axes), <culling>, and <short_stack>.
+// behind <triangle_tests> (triangle by ray, or by shared axes), <culling> and <short_stack>.
 
 #define PRESENT(r) (t_min[r] < t_exit[r])
 
@@ -74,7 +74,7 @@ int axis;
 bool near_is_empty;
 bool far_is_empty;
 
-// A ray passes through an empty leaf at once.
+// Split the interval of a ray at the plane. A ray passes through an empty leaf without a visit.
 void split_ray(int r) {
     t_split[r] = plane_t(rays[r], axis, plane);
     bool awake = t_min[r] < t_max[r];
@@ -86,7 +86,7 @@ void split_ray(int r) {
     any_far = any_far || (far && !far_is_empty);
 }
 
-// Cut the interval to the near child. The interval of a ray that needs the far child alone becomes empty.
+// Cut the interval to the near child. If a ray needs only the far child, its interval becomes empty.
 void cut_ray(int r) {
     t_max[r] = smaller(t_split[r], t_max[r]);
 }
@@ -117,7 +117,7 @@ bool enter(int left, int empty) {
 
 // Leaves -----------------------------------------------------------------------------------------
 
-// A hit before the leaf's end settles a ray, as does the end of the ray's interval.
+// A hit before the leaf's end settles a ray. The end of the ray's interval settles the ray too.
 void leave_ray(int r) {
     bool awake = t_min[r] < t_max[r];
     t_min[r] = awake ? (hits[r].t < t_max[r] ? NEVER : t_max[r]) : t_min[r];
@@ -132,8 +132,8 @@ void restart_ray(int r) {
     t_max[r] = t_exit[r];
 }
 
-// Descend to a leaf, test its triangles, and go on to the next node. False when the rays of the turn are
-// through, or the steps ran out.
+// Descend to a leaf, test its triangles, and go on to the next node. False when the rays of the turn have
+// finished, or the steps ran out.
 bool step_packet() {
     axis = kd_node_axis(node);
     int left = kd_node_left(node);

@@ -1,9 +1,9 @@
-// kd-push-down: Horn, Sugerman, Houston, Hanrahan, "Interactive k-D Tree GPU Raytracing", I3D 2007
-// (survey, section 3.4, Figure 13). As long as a descent needs one child only, the whole rest of
-// the interval lies in it: a restart begins at the last such node, not at the root.
+// kd-push-down: Horn, Sugerman, Houston, Hanrahan, "Interactive k-D Tree GPU Raytracing", I3D 2007 (survey,
+// section 3.4, Figure 13). As long as a descent needs one child only, this child contains the whole rest of
+// the interval. A restart begins at the last such child, not at the root.
 //
-// Departure: each restart looks for such a node again, and not the first descent alone; the rest
-// of the interval only shrinks, so what held it still holds it.
+// Departure: the first descent and also each restart look for such a child. The rest of the interval only
+// shrinks, so a node that contained the rest still contains it.
 
 #include "methods/kdtree/kd_common.glsl"
 

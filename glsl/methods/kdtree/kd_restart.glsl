@@ -1,5 +1,5 @@
-// kd-restart: Foley and Sugerman 2005, section 4 (survey, section 3.4, Figure 11 left). A ray that
-// leaves a leaf without a hit takes the rest of its interval and starts over at the root.
+// kd-restart: Foley and Sugerman 2005, section 4 (survey, section 3.4, Figure 11 left). A ray that leaves a
+// leaf without a hit restarts at the root with the rest of its interval.
 
 #include "methods/kdtree/kd_common.glsl"
 

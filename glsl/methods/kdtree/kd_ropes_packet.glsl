@@ -1,14 +1,15 @@
-// kd-ropes-packet: Popov, Günther, Seidel, Slusallek, "Stackless KD-Tree Traversal for High
-// Performance GPU Ray Tracing", Eurographics 2007 (survey, section 3.4, Figure 16). The rays of a
-// packet share the node that is fetched. Each ray has a node and a t of its own, and rays at another node
-// wait. Ropes are not pushed down: a leaf's rope names the root of the sibling subtree, where rays that left
-// by different leaves meet again.
+// kd-ropes-packet: Popov, Günther, Seidel, Slusallek, "Stackless KD-Tree Traversal for High Performance GPU
+// Ray Tracing", Eurographics 2007 (survey, section 3.4, Figure 16). The rays of a packet share the fetched
+// node. Each ray has its own node and its own t, and rays at other nodes wait. Ropes are not pushed down. A
+// leaf's rope therefore names the root of the sibling subtree, where rays that left through different
+// leaves meet again.
 //
-// The next node is the node of the ray that is furthest behind. Rays ahead of it wait, so a leaf that
-// several rays meet is fetched and tested for all of them at once.
+// The packet goes on to the node of the ray that is furthest behind. Rays ahead of this ray wait, so a leaf
+// that several rays meet is fetched and tested for all of them at once.
 //
-// Departure: rays of another turn (packet_turns.glsl) wait, so the rays of a turn leave a box by the same
-// three planes. An option chooses the file behind <triangle_tests> (triangle by ray, or by shared axes).
+// Departure: rays of another turn (packet_turns.glsl) wait, so the rays of a turn leave a box through the
+// same three planes. An option chooses the file behind <triangle_tests> (triangle by ray, or by shared
+// axes).
 
 #define PRESENT(r) (ray_node[r] == node)
 
@@ -102,8 +103,8 @@ void follow_rope(int r) {
     t_min[r] = here ? max(t_min[r], t_leave) : t_min[r];
 }
 
-// Descend to a leaf, test its triangles, and follow the ropes of the rays that are there. False when the rays
-// of the turn are through, or the steps ran out.
+// Descend to a leaf, test its triangles, and follow the ropes of the rays in the leaf. False when the rays
+// of the turn have finished, or the steps ran out.
 bool step_packet() {
     axis = kd_node_axis(node);
     left = kd_node_left(node);

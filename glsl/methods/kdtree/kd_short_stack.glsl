@@ -1,10 +1,10 @@
-// kd-short-stack: Horn, Sugerman, Houston, Hanrahan, "Interactive k-D Tree GPU Raytracing", I3D
-// 2007 (survey, section 3.4, Figure 13). A stack of up to four far children: a push onto a full
-// one forgets the lowest, and a ray that finds it empty restarts, with PUSH_DOWN as kd-push-down
-// does (which see), else at the root.
+// kd-short-stack: Horn, Sugerman, Houston, Hanrahan, "Interactive k-D Tree GPU Raytracing", I3D 2007
+// (survey, section 3.4, Figure 13). A stack holds up to four far children. A push onto a full stack drops
+// the lowest entry. A ray whose stack is empty restarts: with PUSH_DOWN as in kd_push_down.glsl, else at
+// the root.
 //
-// Departure: the entries shift through a vector's components, in registers or in a texel of the
-// state; the paper's stack is an array with a base that turns.
+// Departure: the entries shift through the components of a vector, in registers or in a texel of the state.
+// The paper's stack is an array with a rotating base.
 
 #include "methods/kdtree/kd_common.glsl"
 
@@ -29,7 +29,7 @@ void pass_far_child(int far, float t_max, inout State state) {
     state.stacked = min(state.stacked + 1, STACK_SIZE);
 }
 
-// A descent from a popped node pushes nothing down: that node does not hold the whole interval.
+// After a pop, `pushing` stays 0, because the popped node does not contain the whole rest of the interval.
 void leave_leaf(inout State state, Hit hit) {
     if (is_settled(state, hit)) {
         settle(state, hit);

@@ -1,10 +1,10 @@
-// kd-texture-stack: Ernst, Vogelgsang, Greiner, "Stack Implementation on Programmable Graphics
-// Hardware", VMV 2004 (survey, section 3.4). Each ray has a texel in every tile of an atlas, one
-// tile a stack level. A fragment cannot choose where it writes, so a push draws all tiles and
-// keeps the one that the ray's pointer names (drivers/push.frag); a pop is a dependent read.
+// kd-texture-stack: Ernst, Vogelgsang, Greiner, "Stack Implementation on Programmable Graphics Hardware",
+// VMV 2004 (survey, section 3.4). Each ray has a texel in every tile of an atlas, one tile for each stack
+// level. A fragment cannot choose where it writes. A push therefore draws all tiles and keeps the tile that
+// the ray's stack pointer names (drivers/push.frag). A pop is a dependent read.
 //
-// PUSH and POP are phases of their own: a ray that has a far child to keep waits until the atlas
-// was drawn, and one that has no level left stops and is flagged.
+// PUSH and POP are phases of their own. A ray that pushes a far child waits until the atlas is drawn. A ray
+// whose stack is full stops and is flagged.
 
 #include "core/tiles.glsl"
 #include "methods/kdtree/kd_common.glsl"
@@ -28,7 +28,7 @@ void leave_leaf(inout State state, Hit hit) {
     state.phase = is_settled(state, hit) ? DONE : POP;
 }
 
-// What the atlas has taken up by now counts.
+// The atlas has been drawn and holds the entry: count the entry.
 void push(Ray ray, inout State state, inout Hit hit) {
     ++state.stacked;
     state.phase = state.stacked > STACK_SIZE ? OVERFLOWN : DOWN;

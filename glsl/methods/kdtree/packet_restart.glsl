@@ -1,4 +1,4 @@
-// A kd packet without a stack (`stack_size=0`): it restarts whenever it has left a leaf.
+// A kd packet without a stack (`stack_size=0`). The packet restarts after each leaf.
 
 void clear_stack() {
 }

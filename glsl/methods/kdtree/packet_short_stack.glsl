@@ -1,5 +1,5 @@
-// The short stack of a kd packet: far children in a few entries. A push onto a full stack drops the lowest
-// entry. Each ray keeps the end of its own interval in each entry.
+// The short stack of a kd packet: a few entries for far children. A push onto a full stack drops the lowest
+// entry. In each entry, each ray keeps the end of its own interval.
 
 int stacked;
 int stack_node[STACK_SIZE];

@@ -1,5 +1,5 @@
-// The three faces of a leaf that rays leave it by, of those that go down the axes in `down` and up the
-// others, and the ropes behind them.
+// The three faces through which rays leave a leaf, and the ropes behind these faces. The rays go down along
+// the axes in `down`, and up along all other axes.
 
 #include "methods/kdtree/kd.glsl"
 
@@ -13,7 +13,7 @@ ivec3 ropes_ahead(int leaf, bvec3 down) {
                  down.z ? kd_leaf_rope_lo_z(leaf) : kd_leaf_rope_hi_z(leaf));
 }
 
-// The rope of the face that a ray meets first, from where it crosses each.
+// The rope of the face that a ray meets first. `exits` holds the t at each face.
 int rope_taken(vec3 exits, float t_leave, ivec3 ropes) {
     return exits.x == t_leave ? ropes.x : exits.y == t_leave ? ropes.y : ropes.z;
 }
