@@ -109,7 +109,7 @@ class Part:
     def file(self, options: Mapping[str, Any]) -> str:
         """The file for these options; without the option, the plain one."""
         value = options.get(self.option)
-        return self.files.get(value, self.files.get(bool(value), self.plain))
+        return self.files.get(value, self.files.get(True, self.plain) if value else self.plain)
 
 
 # How the rays of a packet test a triangle, and which triangles of a leaf they skip.

@@ -12,6 +12,7 @@ from gpgpu_rt.gl.full_screen import FullScreenPass
 from gpgpu_rt.gl.shader import ROOT, compile_program, resolve
 from gpgpu_rt.gl.textures import make_texture, read_texture
 from gpgpu_rt.methods import find_method
+from gpgpu_rt.options import TRACER_OPTIONS
 
 FILES = [p for p in sorted(ROOT.rglob("*")) if p.suffix in (".glsl", ".frag", ".vert")]
 BANNED = {
@@ -38,6 +39,30 @@ def test_only_what_the_platform_has(path) -> None:
 def test_headers_name_their_paper(method: str) -> None:
     header = (ROOT / find_method(method).glsl).read_text().split("\n\n")[0]
     assert header.startswith("//") and re.search(r"\b(19|20)\d\d\b", header)
+
+
+@pytest.mark.parametrize("row", [row for row in rt.methods() if row.parts], ids=lambda r: r.name)
+def test_options_choose_files_that_are_there(row) -> None:
+    known = {option.name for option in (*row.options, *TRACER_OPTIONS)}
+    for part in row.parts:
+        assert all((ROOT / file).is_file() for file in (part.plain, *part.files.values()))
+        assert part.file({}) == part.plain
+        if part.option in known:
+            assert all(part.file({part.option: value}) == file
+                       for value, file in part.files.items())
+
+
+@pytest.mark.parametrize("path", [p for p in FILES if {"methods", "drivers"} & set(p.parts)],
+                         ids=lambda p: p.name)
+def test_programs_have_few_conditional_lines_and_nest_none(path) -> None:
+    count = depth = 0
+    for line in path.read_text().splitlines():
+        word = re.match(r"\s*#\s*(if|ifdef|ifndef|elif|else|endif)\b", line)
+        if word:
+            count += word[1] != "endif"
+            depth += word[1].startswith("if") - (word[1] == "endif")
+        assert depth <= 1, f"{path.name}: {line.strip()} is nested"
+    assert count <= 8
 
 
 def write(folder, **files: str) -> str:
