@@ -8,11 +8,8 @@ and from the bound textures. There are two draws:
 """
 from __future__ import annotations
 
-import importlib.resources
 import re
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -20,7 +17,7 @@ from typing import Any
 import moderngl
 
 import gpgpu_rt as rt
-from gpgpu_rt.gl.pass_log import PassLog
+from gpgpu_rt.inspect.observe import ObservedPass
 
 from ..diagrams.plan import INK, PALE, SPLITS, TRIANGLE, VISITED
 from ..diagrams.small_world import MAX_DEPTH, world
@@ -33,12 +30,11 @@ SHOWN = (("kd-restart", "drivers/traverse.frag", {"max_depth": MAX_DEPTH, "sched
           {"resolution": (4, 4, 1), "batch": 128, "queue": 4}))
 STAGES = ("vertex buffer", "vertex program", "rasteriser", "fragment program", "frame buffer")
 HEADS = ("method", *STAGES, "textures")
-FULL_SCREEN = "drivers/full_screen.vert"
 _SAMPLER = re.compile(r"uniform\s+[iu]?sampler2D\s+(\w+)")
 
 
 @dataclass(frozen=True)
-class LoggedDraw:
+class PipelineDraw:
     """A draw, as it went through the pipeline.
 
     Attributes
@@ -65,35 +61,17 @@ class LoggedDraw:
     targets: tuple[tuple[int, int, int, str], ...]
 
 
-@dataclass
-class Recorder(PassLog):
-    """A pass log that keeps each draw separately, with its primitives."""
-
-    method: str = ""
-    found: list[LoggedDraw] = field(default_factory=list)
-
-    @contextmanager
-    def drawing(self, name: str, program: moderngl.Program, texts: tuple[str, str],
-                target: moderngl.Framebuffer,
-                textures: Mapping[str, moderngl.Texture]) -> Iterator[None]:
-        query = target.ctx.query(samples=not self._in_query, primitives=True)
-        with query:
-            yield
-        members = {key: program[key] for key in program}
-        attributes = {key: member.dimension * member.array_length
-                      for key, member in members.items()
-                      if isinstance(member, moderngl.Attribute) and not key.startswith("gl_")}
-        own = name.replace(".frag", ".vert")
-        self.found.append(LoggedDraw(
-            self.method, own if _exists(own) else FULL_SCREEN, name, attributes,
-            query.primitives, 0 if self._in_query else query.samples,
-            {key: _shape(texture) for key, texture in textures.items()},
-            tuple(key for key in textures if key not in set(_SAMPLER.findall(texts[0]))),
-            tuple(map(_shape, target.color_attachments))))
-
-
-def _exists(name: str) -> bool:
-    return (importlib.resources.files("gpgpu_rt.glsl") / name).is_file()
+def stages_of(method: str, one: ObservedPass) -> PipelineDraw:
+    """The stages of the pipeline for a pass."""
+    members = {key: one.program[key] for key in one.program}
+    attributes = {key: member.dimension * member.array_length for key, member in members.items()
+                  if isinstance(member, moderngl.Attribute) and not key.startswith("gl_")}
+    assert one.primitives is not None and one.fragments is not None
+    return PipelineDraw(
+        method, one.vertex, one.name, attributes, one.primitives, one.fragments,
+        {key: _shape(texture) for key, texture in one.inputs.items()},
+        tuple(key for key in one.inputs if key not in set(_SAMPLER.findall(one.texts[0]))),
+        tuple(map(_shape, one.outputs)))
 
 
 def _shape(texture: moderngl.Texture) -> tuple[int, int, int, str]:
@@ -101,22 +79,19 @@ def _shape(texture: moderngl.Texture) -> tuple[int, int, int, str]:
 
 
 @lru_cache(maxsize=1)
-def shown() -> tuple[LoggedDraw, ...]:
+def shown() -> tuple[PipelineDraw, ...]:
     """The largest draw of each program in SHOWN, with Figure 3's rays."""
     found = []
     for method, fragment, options in SHOWN:
-        with rt.Tracer(world().scene, method, **options) as tracer:
-            log = tracer.gpu.log = Recorder(method=method)
-            try:
-                tracer.trace(*rays(), shape=(SIDE, SIDE))
-            finally:
-                tracer.gpu.log = None
-        found.append(max((one for one in log.found if one.fragment == fragment),
-                         key=lambda one: one.primitives))
+        with (rt.Tracer(world().scene, method, **options) as tracer,
+              tracer.observe(fragments=True) as passes):
+            tracer.trace(*rays(), shape=(SIDE, SIDE))
+            drawn = [stages_of(method, one) for one in passes if one.name == fragment]
+        found.append(max(drawn, key=lambda one: one.primitives))
     return tuple(found)
 
 
-def words(one: LoggedDraw) -> dict[str, str]:
+def words(one: PipelineDraw) -> dict[str, str]:
     """Stage -> the text that describes it for this draw."""
     inputs = ", ".join(f"{name} ({count})" for name, count in one.attributes.items())
     width, height = one.targets[0][:2]
@@ -163,7 +138,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
                "streams, read at the fragment's own place.")
 
 
-def draw_pipeline(axis: Any, one: LoggedDraw) -> None:
+def draw_pipeline(axis: Any, one: PipelineDraw) -> None:
     axis.set(xlim=(0, 110), ylim=(0, 42))
     axis.axis("off")
     heading(axis, 55, 40, f"{one.method}: {one.vertex}, {one.fragment}")
