@@ -1,4 +1,4 @@
-"""Assembly: the driver of a method under a schedule, with the stages before it."""
+"""Assembly: makes the driver of a method under a schedule, with the stages before the driver."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -15,9 +15,10 @@ from .stages.sorted_rays import SortedRays
 
 
 def make_driver(setup: Setup) -> Driver:
-    """The driver that the method's row names for the schedule, else `schedules.Traversal`.
+    """Return the driver that the method's row names for the schedule, else `schedules.Traversal`.
 
-    Entry points and sorted rays, where options ask for them, are drivers around that driver.
+    If options ask for entry points or sorted rays, the drivers of these stages wrap the method's
+    driver.
     """
     check_own_arrays(setup.gpu, setup.method, setup.options)
     named = setup.method.drivers.get(str(setup.options["schedule"]), Traversal)
@@ -28,12 +29,12 @@ def make_driver(setup: Setup) -> Driver:
 
 
 def driver_class(named: str | Callable[[Setup], Driver]) -> Callable[[Setup], Driver]:
-    """The class that a row names: the class itself, or ``module.Class`` in ``traversal/``.
+    """Return the class that a row names: the class itself, or ``module.Class`` in ``traversal/``.
 
     Raises
     ------
     MethodError
-        where ``traversal/`` has no such class
+        if ``traversal/`` does not have the named class
     """
     if not isinstance(named, str):
         return named

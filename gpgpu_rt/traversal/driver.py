@@ -1,4 +1,4 @@
-"""Drivers: what runs a method's programs over the rays; a row names its own by schedule."""
+"""Drivers: a driver runs a method's programs over the rays. A row names a driver per schedule."""
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping
@@ -29,17 +29,17 @@ DRAWN = 0.5     # depth of passes over rays; masked rays have depth 0
 
 @dataclass(frozen=True)
 class Setup:
-    """What a driver is made of.
+    """The parts from which a driver is made.
 
     Attributes
     ----------
-    samplers : sampler name -> texture, the method's tables
-    accelerator : uniforms and defines that the method's GLSL asks for
-    options : the tracer's and the method's, resolved
+    samplers : sampler name -> texture of the method's tables
+    accelerator : uniforms and defines that the method's GLSL needs
+    options : the options of the tracer and of the method, resolved
     step_cap : steps after which a ray is stopped and flagged
-    find_method : name -> row of the method table, for a driver that leaves another method rays
+    find_method : name -> row of the method table, for a driver that hands rays to another method
     prepare_other : (method, options) -> samplers and accelerator of another method over the same
-        triangles, for a driver that leaves it rays
+        triangles, for a driver that hands rays to that method
     """
 
     gpu: Gpu
@@ -53,35 +53,35 @@ class Setup:
 
 
 class Driver(Protocol):
-    """Runs a method; made of a ``Setup``."""
+    """Runs a method. A driver is made from a ``Setup``."""
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target | PacketHits, int]:
-        """Trace every ray; where the hits are, and how many rays were stopped unfinished."""
+        """Trace every ray. Return the hits and the number of rays that were stopped early."""
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Read these tables from now on: the same records and defines, triangles that moved."""
+        """Use these tables from now on. Triangles moved; records and defines are unchanged."""
 
     def bytes(self) -> int:
-        """Bytes of the driver's own textures."""
+        """Return the bytes of the driver's own textures."""
 
     def release(self) -> None:
         """Free programs and textures."""
 
 
 class DriverBase:
-    """Programs and targets of a driver: made when first asked for, counted and freed together.
+    """Programs and targets of a driver: made at first use, counted and freed together.
 
     Parameters
     ----------
-    options : the tracer's and the method's, resolved
+    options : the options of the tracer and of the method, resolved
 
     Attributes
     ----------
     programs : key -> pass
     kept : name -> target or other part that the driver owns
-    keeps_states : whether each ray's state lies in a target of the method's record ``state`` from
-        pass to pass, so that it can be observed
+    keeps_states : whether a target of the method's record ``state`` holds each ray's state
+        between passes, so that states can be observed
     """
 
     keeps_states = False
@@ -94,11 +94,11 @@ class DriverBase:
         self.kept: dict[str, Any] = {}
 
     def uniforms(self) -> Mapping[str, Any]:
-        """Uniforms that each program gets when it is made."""
+        """Return the uniforms that each new program gets."""
         return {}
 
     def program(self, key: Hashable, make: Callable[[], AnyPass]) -> AnyPass:
-        """The program of a key, compiled by ``make`` when it is first asked for."""
+        """Return the program of a key. ``make`` compiles the program at the first request."""
         found: Any = self.programs.get(key)
         if found is None:
             found = self.programs[key] = make()
@@ -107,7 +107,7 @@ class DriverBase:
 
     def keep(self, name: str, make: Callable[[], Part],
              fits: Callable[[Part], bool] = lambda part: True) -> Part:
-        """The part of a name; one that does not fit is released, and ``make`` makes another."""
+        """Return the part of a name. If the part does not fit, release and remake the part."""
         part = self.kept.get(name)
         if part is None or not fits(part):
             self.drop(name)
@@ -120,20 +120,20 @@ class DriverBase:
 
     def draw(self, program: FullScreenPass, target: Drawable, samplers: Samplers,
              statistics: Statistics, kernel: str | None = None, **more: Any) -> None:
-        """Draw one full-screen pass and count it; ``more`` as for ``FullScreenPass.draw``."""
+        """Draw and count a full-screen pass; ``more`` goes to ``FullScreenPass.draw``."""
         program.draw(target, samplers, **more)
         self.count_pass(statistics, kernel)
 
     @staticmethod
     def count_pass(statistics: Statistics, kernel: str | None = None) -> None:
-        """Count one pass of one draw, also under a kernel's name where it has one."""
+        """Count a pass of a single draw call, also under the name of its kernel if given."""
         statistics.passes += 1
         statistics.draw_calls += 1
         if kernel is not None:
             statistics.kernel_passes[kernel] = statistics.kernel_passes.get(kernel, 0) + 1
 
     def bytes(self) -> int:
-        """Bytes of the textures that the driver owns."""
+        """Return the bytes of the textures that the driver owns."""
         return bytes_of(self.kept)
 
     def release(self) -> None:
@@ -143,11 +143,11 @@ class DriverBase:
 
 
 class MethodDriver(DriverBase):
-    """The base of drivers that are made of a ``Setup``: they follow triangles that move.
+    """The base of drivers that are made from a ``Setup`` and follow triangles that move.
 
     Parameters
     ----------
-    driver : for a stage, the driver that it runs on changed rays and owns
+    driver : for a stage, the driver that the stage owns and runs on the changed rays
     """
 
     def __init__(self, setup: Setup, driver: Driver | None = None) -> None:
@@ -159,17 +159,17 @@ class MethodDriver(DriverBase):
             self.driver = self.kept["driver"] = driver
 
     def uniforms(self) -> Mapping[str, Any]:
-        """Uniforms of the accelerator, and the step cap."""
+        """Return the uniforms of the accelerator, and the step cap."""
         return {**self.accelerator.uniforms, "step_cap": self.step_cap}
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Read these tables from now on: the same records and defines, triangles that moved."""
+        """Use these tables from now on. Triangles moved; records and defines are unchanged."""
         self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
         for program in self.programs.values():
             program.set(**self.uniforms())
 
     def state_program(self, file: str, state: Record) -> FullScreenPass:
-        """A program of ``glsl/drivers/`` that reads a state and nothing else."""
+        """Return a program of ``glsl/drivers/`` that reads only a state."""
         record = self.precision.layout(state)
         return self.program((file, record), lambda: FullScreenPass(
             self.gpu, f"drivers/{file}.frag", {}, {"streams": record.stream_glsl(writes=False)}))

@@ -1,4 +1,4 @@
-"""Tiles: which parts of the ray textures still hold rays that a pass has work for."""
+"""Tiles: the parts of the ray textures that still hold rays to work on."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -10,15 +10,15 @@ from ..gl.context import Gpu
 from ..gl.full_screen import MOST_RECTANGLES, FullScreenPass, Rectangles
 from ..gl.textures import make_texture, read_texture, release
 
-TILE = 16   # rays a side
+TILE = 16   # width and height of a tile in rays
 
 
 class Tiles:
-    """Counts by tile the rays that wait for each kernel, to draw only where there are any.
+    """Counts the rays that wait for each kernel in each tile, so passes skip tiles without any.
 
-    Period hardware left out masked tiles by hierarchical depth. A renderer without one tests every
-    fragment of every pass, which late in a traversal is all it does; the host's list of tiles
-    takes the place of that unit, and hits are the same without it.
+    Period hardware skipped masked tiles by hierarchical depth. A renderer without hierarchical
+    depth tests every fragment of every pass; late in a traversal these tests are its only work.
+    The host's list of tiles replaces the hierarchical depth unit. Hits do not depend on the list.
     """
 
     def __init__(self, gpu: Gpu, size: tuple[int, int], streams: str) -> None:
@@ -34,12 +34,12 @@ class Tiles:
         self.everywhere()
 
     def everywhere(self) -> None:
-        """Every tile, before anything was counted."""
+        """Choose every tile, before any count."""
         self._counts[:] = 1
         self.choose(None)
 
     def count(self, samplers: Mapping[str, moderngl.Texture]) -> None:
-        """Count anew in the tiles chosen last; all others hold no live ray."""
+        """Count again in the tiles chosen last. All other tiles hold no live ray."""
         context = self._gpu.context
         context.enable_only(moderngl.NOTHING)
         self._target.clear()
@@ -49,9 +49,9 @@ class Tiles:
         context.enable_only(moderngl.DEPTH_TEST)
 
     def choose(self, kernel: int | None) -> None:
-        """Draw where rays wait for a kernel, or, None, for any."""
+        """Choose the tiles with rays that wait for a kernel; None means any kernel."""
         counts = self._counts.sum(2) if kernel is None else self._counts[:, :, kernel - 1]
-        # Whole tiles, also past the last ray: what is outside the target is clipped, and a cut
+        # Write whole tiles, also past the last ray. The target clips the parts outside, and a cut
         # tile would miss the centre of its own texel in the counts.
         self.rectangles.write(rectangles_of(counts > 0))
 
@@ -60,10 +60,11 @@ class Tiles:
 
 
 def rectangles_of(wanted: np.ndarray) -> np.ndarray:
-    """(n, 4) corners, in texels, of rectangles that cover the tiles of a (rows, columns) mask.
+    """Return corners, (n, 4) in texels, of rectangles that cover the tiles of a mask.
 
-    Runs of tiles side by side become one; where they are more than `Rectangles` hold, all is
-    covered."""
+    ``wanted`` is a (rows, columns) bool array. Each run of tiles in a row becomes a rectangle. If
+    there are more runs than `Rectangles` can hold, a single rectangle covers the whole mask.
+    """
     edges = np.diff(np.pad(wanted, ((0, 0), (1, 1))).astype(np.int8), axis=1)
     row, first = np.nonzero(edges == 1)
     _, end = np.nonzero(edges == -1)

@@ -1,4 +1,4 @@
-"""A row of the method table: everything the rest of the package knows about a method."""
+"""Rows of the method table: a row holds everything that other packages know about a method."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
@@ -46,18 +46,18 @@ def stack_defines(levels: int) -> dict[str, object]:
 
 
 class Finisher(Protocol):
-    """Passes that complete tables on the GPU."""
+    """Runs passes that complete tables on the GPU."""
 
     def run(self, gpu: Gpu, samplers: Mapping[str, moderngl.Texture]) -> None:
-        """Complete the tables, given by sampler name; again whenever one was written anew."""
+        """Complete the tables, given by sampler name. Each write to a table needs another run."""
 
     def release(self) -> None:
-        """Free what the passes hold."""
+        """Free the programs and textures of the passes."""
 
 
 @dataclass
 class Accelerator:
-    """What a method's programs read.
+    """The tables, uniforms and defines that a method's programs read.
 
     Attributes
     ----------
@@ -89,9 +89,10 @@ class Accelerator:
 
 @dataclass(frozen=True)
 class Part:
-    """The choice of the file that stands for ``#include <name>`` in a method's GLSL.
+    """The choice of the file that replaces ``#include <name>`` in a method's GLSL.
 
-    A traversal file calls functions that it leaves open; each file of the choice defines them.
+    A traversal file calls functions without defining them; each file of the choice defines these
+    functions.
 
     Attributes
     ----------
@@ -107,12 +108,12 @@ class Part:
     files: Mapping[Any, str]
 
     def file(self, options: Mapping[str, Any]) -> str:
-        """The file for these options; without the option, the plain one."""
+        """Return the file for these options. Without the option, return the plain file."""
         value = options.get(self.option)
         return self.files.get(value, self.files.get(True, self.plain) if value else self.plain)
 
 
-# How the rays of a packet test a triangle, and which triangles of a leaf they skip.
+# The files that test a triangle against the rays of a packet, and that skip triangles of a leaf.
 TRIANGLE_TESTS = Part("triangle_tests", "intersection", "drivers/triangle_by_ray.glsl",
                       {"woop-watertight": "drivers/triangle_by_axes.glsl"})
 CULLING = Part("culling", "vertex_culling", "drivers/cull_nothing.glsl",
@@ -121,7 +122,7 @@ CULLING = Part("culling", "vertex_culling", "drivers/cull_nothing.glsl",
 
 @dataclass(frozen=True)
 class Stepwise:
-    """What a packet method needs under the schedule ``step``.
+    """The parts that a packet method needs under the schedule ``step``.
 
     Attributes
     ----------
@@ -199,29 +200,34 @@ class Method:
     fixed_defines: Mapping[str, object] = field(default_factory=dict)
 
     def tables_for(self, options: Mapping[str, Any]) -> Tables:
-        """The records its programs read under these options."""
+        """Return the records that the method's programs read under these options."""
         return self.choose_tables(options) if self.choose_tables else self.tables
 
     def formed(self, options: Mapping[str, Any]) -> Method:
-        """The row that stands for these options; one left out is at its default."""
+        """Return the row for these options. A missing option has its default."""
         if self.form is None:
             return self
         return self.form(self, {**{o.name: o.default for o in self.options}, **options})
 
     def schedules_for(self, options: Mapping[str, Any]) -> tuple[str, ...]:
-        """What it runs under with these options; one left out is at its default."""
+        """Return the schedules that support these options. A missing option has its default."""
         return tuple(schedule for schedule in self.formed(options).schedules
                      if all(o.runs_under(options.get(o.name, o.default), schedule)
                             for o in TRACER_OPTIONS + self.options))
 
     def defines(self, options: Mapping[str, Any]) -> dict[str, object]:
-        """GLSL defines that follow from the method and its options."""
+        """Return the GLSL defines that follow from the method and its options."""
         chosen = dict(o.glsl_define(options[o.name]) for o in self.options if o.define)
         return {**self.fixed_defines, **chosen}
 
     def resolved(self, given: Mapping[str, Any]) -> dict[str, Any]:
-        """Every option of a tracer by this method, with the value ``given`` or its default;
-        OptionError for other options, and for values that there are not."""
+        """Return every option of a tracer by this method, with the ``given`` or default value.
+
+        Raises
+        ------
+        OptionError
+            for an unknown option or an invalid value
+        """
         options = resolve_options(given, TRACER_OPTIONS + self.options, f"method {self.name}")
         for part in ("storage", "arithmetic"):
             options[part] = options[part] or options["precision"] or "fp32"
@@ -233,7 +239,7 @@ class Method:
         return options
 
     def takes(self, given: Mapping[str, Any]) -> bool:
-        """Whether ``resolved`` would take the options ``given``."""
+        """Return whether ``resolved`` accepts the options ``given``."""
         try:
             self.resolved(given)
         except OptionError:
@@ -241,8 +247,13 @@ class Method:
         return True
 
     def check_schedule(self, options: dict[str, Any], asked: bool) -> None:
-        """Put its own best schedule into ``options`` where none was ``asked``; refuse, by
-        OptionError, one it has not."""
+        """Put the method's best schedule into ``options`` if the caller ``asked`` for no schedule.
+
+        Raises
+        ------
+        OptionError
+            if the method does not support the schedule with these options
+        """
         schedules = self.schedules_for(options)
         if not asked and options["schedule"] not in schedules:
             options["schedule"] = schedules[-1]
@@ -258,8 +269,10 @@ class Method:
                               "between them; leave steps_per_pass at 1")
 
     def in_passes(self, options: Mapping[str, Any], single: bool = False) -> dict[str, Any]:
-        """The options with a schedule that has passes to look at, where there is one; ``single``:
-        one step a pass."""
+        """Return the options with a schedule whose passes can be observed, if the method has one.
+
+        With ``single``, a pass runs one step.
+        """
         schedules = self.schedules_for(options)
         asked = options.get("schedule", "loop")
         fit = [s for s in (asked, "step", "kernels") if s in schedules and s != "loop"]
@@ -269,7 +282,7 @@ class Method:
         return found
 
     def to_dict(self) -> dict[str, Any]:
-        """The row as plain data, for tables and JSON."""
+        """Return the row as plain data, for tables and JSON."""
         return {"name": self.name, "summary": self.summary, "citation": self.citation,
                 "kernels": list(self.kernels), "schedules": list(self.schedules),
                 "options": {o.name: o.default for o in self.options}, "stack": self.stack,
@@ -278,20 +291,23 @@ class Method:
 
 def nothing_kept(prepare: Callable[[np.ndarray, Mapping[str, Any]], Accelerator]
                  ) -> Callable[[Accelerator, np.ndarray, Mapping[str, Any]], Accelerator]:
-    """The ``refit`` of a method without a structure over triangles: nothing is built anew."""
+    """Return the ``refit`` of a method without a structure: ``prepare`` builds nothing."""
     return lambda accelerator, triangles, options: prepare(triangles, options)
 
 
 def check_culling(options: Mapping[str, Any]) -> None:
-    """Refuse vertex culling for a triangle test whose rounding it does not bound."""
+    """Raise OptionError for vertex culling with a triangle test whose rounding has no bound."""
     if options.get("vertex_culling") and options["intersection"] != "woop-watertight":
         raise OptionError("vertex_culling bounds what the watertight test computes; take "
                           "intersection woop-watertight with it")
 
 
 def with_entries(more: str) -> Callable[[Method, Mapping[str, Any]], Method]:
-    """How a row changes for rays that go through a list of subtrees: a kernel takes up the next
-    one, and ``more`` is what its state then holds besides."""
+    """Return the ``form`` of a row whose rays visit a list of subtrees.
+
+    The kernel ``enter`` starts the next subtree, and ``more`` names the additional fields of the
+    state.
+    """
     def formed(row: Method, options: Mapping[str, Any]) -> Method:
         if not options["entry_points"]:
             return row

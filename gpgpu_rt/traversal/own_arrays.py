@@ -1,4 +1,4 @@
-"""Whether the renderer keeps arrays that each fragment writes by an index of its own."""
+"""Checks that the renderer keeps the arrays that each fragment writes by its own index."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -17,7 +17,7 @@ MIXED_UP = "which this renderer mixes up"
 
 
 def check_own_arrays(gpu: Gpu, method: Method, options: Mapping[str, Any]) -> None:
-    """Raise LimitError where the method's stack would not be kept: its hits would be wrong."""
+    """Raise LimitError if the renderer loses the method's stack, because hits would be wrong."""
     if method.own_array is None or not method.own_array(options):
         return
     if gpu.keeps_own_arrays is None:
@@ -29,7 +29,7 @@ def check_own_arrays(gpu: Gpu, method: Method, options: Mapping[str, Any]) -> No
 
 
 def _kept(gpu: Gpu) -> bool:
-    """Each fragment of a small square writes TURNS numbers that only it would write there."""
+    """Return whether each fragment of a small square keeps TURNS numbers of its own."""
     with gpu:
         texture = make_texture(gpu, (SIDE, SIDE), TURNS, "what arrays kept")
         target = gpu.context.framebuffer([texture])

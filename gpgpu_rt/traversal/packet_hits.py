@@ -1,4 +1,4 @@
-"""What packets draw into, and their hits as whoever asks next wants them."""
+"""The render targets of packets, and the reading of hits from these targets."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -20,10 +20,11 @@ class PacketTargets:
     ----------
     size : (width, height) rays
     packet : (width, height) rays a packet
-    targets : render targets that hold hits: one a ray, or one for four
-    rows_alone : whether it is one for four
-    fours : whether a target holds one number of four hits, and not four of one
-    statistics : whether packets' counters are drawn, in a pass apart
+    targets : number of render targets that hold hits
+    rows_alone : whether a texel holds only the triangle rows of four rays' hits, as integers
+    fours : whether a texel holds the same number, such as t, of four rays' hits. Otherwise a texel
+        holds the four numbers of a ray's hit
+    statistics : whether a separate pass draws the packets' counters
     """
 
     def __init__(self, gpu: Gpu, size: tuple[int, int], packet: tuple[int, int], targets: int,
@@ -34,7 +35,7 @@ class PacketTargets:
         self.hits = [make_texture(gpu, self.size, 4, what, dtype="u4" if rows_alone else "f4")
                      for _ in range(targets)]
         self.counters = [make_texture(gpu, self.size, 4, what)] if statistics else []
-        # Those that hold triangles: what else there is of a miss, or of any hit, nobody reads.
+        # The targets that hold triangles. Misses and any-hit queries need only these.
         self.triangles = self.hits[3::4] if fours else self.hits
         self._targets = {
             name: Target(gpu, (), self.size, borrowed={f"packet_{name}": textures})
@@ -42,7 +43,7 @@ class PacketTargets:
                                    ("counters", self.counters)) if textures}
 
     def target(self, counters: bool, alone: bool) -> Target:
-        """What a program draws into: hits, or triangles ``alone``; or counters."""
+        """Return the target of hits, or of triangles ``alone``, or of ``counters``."""
         return self._targets["counters" if counters else "triangles" if alone else "hits"]
 
     def samplers(self, alone: bool) -> dict[str, moderngl.Texture]:
@@ -52,10 +53,13 @@ class PacketTargets:
                 **{"packet_counters": texture for texture in self.counters}}
 
     def read_hits(self, alone: bool) -> np.ndarray:
-        """(rays, 4) float32, the texels of HIT row by row, or (rays, 1) of the triangles where
-        these are ``alone`` in targets of four hits; only where targets hold no rows."""
+        """Return the texels of HIT, (rays, 4) float32, row by row.
+
+        With ``fours`` and triangles ``alone``, return the triangles, (rays, 1). The targets must
+        not hold rows (``rows_alone``).
+        """
         (width, height), across = self.packet, self.rays[0]
-        # Channel by channel, as they will be asked for.
+        # Store the image channel by channel, because callers read single channels.
         each = 1 if alone and self.fours else 4
         planes = np.empty((each, self.size[1], height, self.size[0], width), np.float32)
         # Four rays share a texel. Move those that are neighbours in a row as a single number.
@@ -74,7 +78,7 @@ class PacketTargets:
         return image[:, :self.rays[1], :across].reshape(each, -1).T
 
     def bytes(self) -> int:
-        """Bytes of hits and counters."""
+        """Return the bytes of hits and counters."""
         return texture_bytes((*self.hits, *self.counters))
 
     def release(self) -> None:
@@ -82,8 +86,11 @@ class PacketTargets:
 
 
 class PacketHits:
-    """Hits that still stand in packets' targets: read from there, and handed back to rays by a
-    pass only when another pass wants them. Of any hit triangles ``alone``."""
+    """Hits that are still in the packets' targets.
+
+    The host reads the hits from these targets. A pass copies the hits to the rays' own textures
+    only if another pass samples them. Any-hit queries have triangles ``alone``.
+    """
 
     def __init__(self, targets: PacketTargets, alone: bool,
                  hand_back: Callable[[], Target]) -> None:
@@ -93,7 +100,7 @@ class PacketHits:
         return self._hand_back().samplers()
 
     def fields(self, name: str, by_ray: ByRay = whole) -> dict[str, np.ndarray]:
-        """Fields of a record, as of a ``Target``; of any hit, HIT has no field but triangle."""
+        """Return fields as ``Target.fields``. For any-hit queries, HIT has only ``triangle``."""
         if name != HIT.name:
             return self._hand_back().fields(name, by_ray)
         found = by_ray(self._targets.read_hits(self._alone))

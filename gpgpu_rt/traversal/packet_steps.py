@@ -1,4 +1,4 @@
-"""Packets step by step: one texel a packet holds its state, and its stack lies in an atlas."""
+"""Packets step by step: a texel holds a packet's state, and an atlas holds its stack."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -17,15 +17,15 @@ from .packets import packet_defines, packet_of
 from .schedules import kernel_defines, method_texts
 from .stack_atlas import StackAtlas
 
-QUERY_INTERVAL = 16   # steps between two counts of the packets that are over
+QUERY_INTERVAL = 16   # steps between two counts of the finished packets
 
 
 class PacketSteps(MethodDriver):
     """A packet method under the schedule ``step``; see ``Traversal``.
 
-    A step is a pass over the rays, in which those whose packet stands at a triangle test it, and a
-    pass over the packets, each of which then visits a node or moves on to another triangle. What
-    it has for its stack is drawn into the atlas between steps.
+    A step is two passes. In the pass over the rays, each ray whose packet is at a triangle tests
+    this triangle. In the pass over the packets, each packet visits a node or advances to the next
+    triangle. Between steps, a draw pushes the packets' stack entries into the atlas.
     """
 
     keeps_states = True
@@ -40,7 +40,7 @@ class PacketSteps(MethodDriver):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
-        """Trace every ray; where the hits are, and how many rays the step cap stopped."""
+        """Trace every ray. Return the hits and the number of rays that the step cap stopped."""
         self.gpu.context.enable_only(moderngl.NOTHING)
         room = self._states_for(buffers.size)
         now, then = 0, 1
@@ -63,7 +63,7 @@ class PacketSteps(MethodDriver):
     def _visit(self, rays: RayTextures, room: PacketStates, source: Target | None,
                hits: Target | None, target: Target, any_hit: bool,
                statistics: Statistics) -> None:
-        """A step of every packet."""
+        """Draw the pass over the packets."""
         program = self._program("packet_visit", rays.record, any_hit, source is None)
         textures = {**self.samplers, **rays.samplers(), **(hits.samplers() if hits else {}),
                     **(source.samplers() if source else {})}
@@ -79,7 +79,7 @@ class PacketSteps(MethodDriver):
 
     def _intersect(self, rays: RayTextures, packets: Target, source: Target | None,
                    target: Target, any_hit: bool, statistics: Statistics) -> None:
-        """What every ray does in a step."""
+        """Draw the pass over the rays."""
         program = self._program("packet_intersect", rays.record, any_hit, source is None)
         program.set(**rays.uniforms())
         self.draw(program, target, {
@@ -136,7 +136,7 @@ class PacketStates(PingPong):
                                     owner.precision, owner.phases)
 
     def bytes(self) -> int:
-        """Bytes of states and stacks."""
+        """Return the bytes of states and stacks."""
         return super().bytes() + (self.atlas.bytes() if self.atlas is not None else 0)
 
     def release(self) -> None:

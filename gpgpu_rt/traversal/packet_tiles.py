@@ -1,4 +1,4 @@
-"""Packets where there is something to trace: tiles without are not drawn."""
+"""Tiles of packets: tiles in which no packet has anything to trace are not drawn."""
 from __future__ import annotations
 
 import math
@@ -16,14 +16,14 @@ from ..rays.tile_bounds import SIDE
 from .driver import Samplers
 from .records import PACKET_ENTRY
 
-SQUARE = 8     # packets a side, at least, that are drawn or left out together
+SQUARE = 8     # smallest side, in packets, of a square that is drawn or skipped as a whole
 
 
 class Squares(NamedTuple):
-    """Packets by the square, which are drawn or left out together.
+    """Squares of packets. The packets of a square are drawn or skipped together.
 
-    some : (down, across) bool, where there is something to trace
-    side : packets a side of a square
+    some : (down, across) bool, whether a square has packets to trace
+    side : side of a square in packets
     """
 
     some: np.ndarray
@@ -41,17 +41,17 @@ class TilePass(PrimitivePass):
     def __init__(self, gpu: Gpu, fragment: str, defines: dict[str, object],
                  virtual: dict[str, str]) -> None:
         super().__init__(gpu, fragment, "drivers/packet_tiles.vert", defines, virtual)
-        self._squares = Squares(np.zeros((0, 0), bool), 1)      # those that it is drawn on
+        self._squares = Squares(np.zeros((0, 0), bool), 1)      # the squares of the last draw
         self._places: moderngl.Buffer | None = None
 
     def covered(self, size: tuple[int, int]) -> np.ndarray:
-        """As of a ``FragmentPass``: always known."""
+        """Return the packets that the last draw covered, (k, 2) positions; never None."""
         drawn, side = self._squares
         packets = drawn.repeat(side, 0).repeat(side, 1)
         return np.argwhere(packets[:size[1], :size[0]])[:, ::-1]
 
     def draw_on(self, squares: Squares, target: Target, samplers: Samplers) -> None:
-        """Draw the packets of those squares that have something."""
+        """Draw the packets of the squares with packets to trace."""
         down, across = squares.some.shape
         places = np.argwhere(squares.some)[:, ::-1].astype(np.int32, order="C")
         if self._places is None or self._places.size < 8 * squares.some.size:
@@ -64,7 +64,8 @@ class TilePass(PrimitivePass):
         self._squares = squares
         self.set(squares=(across, down), side=squares.side)
         self.gpu.context.enable_only(moderngl.PROGRAM_POINT_SIZE)
-        # Whole squares, also past the last ray: a point is dropped whose middle is outside.
+        # The viewport holds whole squares, also past the last ray, because the renderer drops a
+        # point whose centre is outside the viewport.
         target.framebuffer.viewport = (0, 0, across * squares.side, down * squares.side)
         try:
             self.draw(target, samplers, moderngl.POINTS, len(places))
@@ -79,12 +80,12 @@ class TilePass(PrimitivePass):
 
 
 class PacketTiles:
-    """What packets are drawn on, and what is left out: by tiles of their rays.
+    """Decides which packets are drawn, by tiles of rays.
 
     Parameters
     ----------
-    packet : (width, height) rays a packet, powers of two
-    entry_tile : rays a side of the tiles whose beams go first, None where none do
+    packet : (width, height) of a packet in rays, powers of two
+    entry_tile : side in rays of the tiles whose beams are traced first; None without beams
     """
 
     def __init__(self, gpu: Gpu, packet: tuple[int, int], entry_tile: int | None) -> None:
@@ -92,17 +93,20 @@ class PacketTiles:
         self._largest = gpu.context.info["GL_POINT_SIZE_RANGE"][1]
 
     def squares(self, rays: RayTextures, samplers: Samplers) -> Squares | None:
-        """Where there is something to trace: rays whose beam meets something, or, without beams,
-        any live ones. None where that is everywhere, or not known: to draw the whole takes less
-        than points do."""
+        """Return the squares that hold packets to trace, or None to draw all packets.
+
+        With beams, a tile has rays to trace if its beam meets a leaf; without beams, if a ray is
+        live. The result is None if every square has rays to trace or if this is not known: a
+        full-screen draw is then faster than points.
+        """
         if rays.tiles is None or self.gpu.whole:
             return None
-        if self.entry_tile and rays.bounded:    # all that is drawn waits for these beams as it is
+        if self.entry_tile and rays.bounded:    # all draws wait for these beams anyway
             side, some = self.entry_tile, read_field(PACKET_ENTRY, "met", samplers) != 0
         else:
             side = max(SIDE, SQUARE * max(self.packet))
             some = rays.tiles.of_side(side).live
-        # A square may cover several small tiles: points take time too.
+        # A square may cover several small tiles, because each point has a cost of its own.
         least = max(side, SQUARE * max(self.packet))
         square = math.gcd(*(least // packet for packet in self.packet))
         if square > self._largest or some.all():

@@ -1,4 +1,4 @@
-"""Packets: several rays a fragment, their whole way in one pass (Horn et al. 2007)."""
+"""Packets: a fragment traces several rays, in a single pass (Horn et al. 2007)."""
 from __future__ import annotations
 
 import math
@@ -22,10 +22,10 @@ from .packet_hits import PacketHits, PacketTargets
 from .packet_tiles import PacketTiles, TilePass
 from .schedules import Traversal, method_defines, method_texts
 
-# Steps a packet may take in its pass. Every step is an iteration of one loop, and no more than two
-# further iterations come with it: this stays below the 65,535 at which llvmpipe ends all loops.
+# Largest number of steps of a packet in its pass. A step costs at most three loop iterations, so a
+# packet stays below the 65,535 iterations after which llvmpipe ends any loop.
 PACKET_STEPS = 20_000
-LIVE = 1   # the phase of a ray that its packet left behind
+LIVE = 1   # phase of a ray whose packet reached the step limit
 
 
 class PacketTraversal(MethodDriver):
@@ -35,20 +35,21 @@ class PacketTraversal(MethodDriver):
         super().__init__(setup)
         self.packet = packet_of(self.options)
         self.rays = self.packet[0] * self.packet[1]
-        # A target a ray, or a number of four rays; where there are too few, one for four rows.
+        # A target holds a ray's hit, or the same number of four rays' hits. If the renderer has
+        # too few targets, a target holds the triangle rows of four rays.
         self.rows_alone = self.rays > self.gpu.max_draw_buffers
         self.targets = self.rays // 4 if self.rows_alone else self.rays
         self.fours = self.rays % 4 == 0 and not self.rows_alone
         self._tiles = PacketTiles(self.gpu, self.packet, self.options.get("entry_points"))
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Read these tables from now on: the same records and defines, triangles that moved."""
+        """Use these tables from now on. Triangles moved; records and defines are unchanged."""
         super().follow(samplers, accelerator, step_cap)
-        self.drop("single")     # made again over the triangles as they are now
+        self.drop("single")     # remade for the moved triangles at the next use
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target | PacketHits, int]:
-        """Trace every ray; where the hits are, and how many rays the step cap stopped."""
+        """Trace every ray. Return the hits and the number of rays that the step cap stopped."""
         room = self._targets_for(buffers.size)
         self.gpu.context.enable_only(moderngl.NOTHING)
 
@@ -58,7 +59,7 @@ class PacketTraversal(MethodDriver):
         query = self.gpu.query()
         drawn = self._draw_packets("packet", rays, room, statistics, any_hit, query)
         statistics.queries += 1
-        left_behind = query.samples < drawn     # packets that do so are discarded
+        left_behind = query.samples < drawn     # unfinished packets are discarded
         if left_behind:
             self._draw_packets("packet_unsettled", rays, room, statistics, any_hit)
         if self.statistics_on:
@@ -75,9 +76,11 @@ class PacketTraversal(MethodDriver):
 
     def _draw_packets(self, name: str, rays: RayTextures, room: PacketTargets,
                       statistics: Statistics, any_hit: bool, query: Any = nullcontext()) -> int:
-        """Trace packets by a program, within an occlusion query, those where there is something to
-        trace; how many."""
-        # What is left out is written as floats, and not as rows.
+        """Trace the packets that have rays to trace, within an occlusion query.
+
+        Return the number of these packets.
+        """
+        # The pass over skipped packets writes floats, so targets of rows cannot skip packets.
         samplers = {**self.samplers, **rays.samplers()}
         squares = None if self.rows_alone else self._tiles.squares(rays, samplers)
         counted = name == "packet_counters"
@@ -102,7 +105,7 @@ class PacketTraversal(MethodDriver):
 
     def _hand_back(self, rays: RayTextures, buffers: StateBuffers, room: PacketTargets,
                    statistics: Statistics, any_hit: bool) -> Target:
-        """Write packets' hits where single rays have theirs."""
+        """Copy the packets' hits into the rays' own textures."""
         now, program = buffers.side(0), self._program("packet_hits", any_hit, rays.in_textures)
         capped = self.step_cap <= PACKET_STEPS
         program.set(unsettled_phase=UNFINISHED if capped else LIVE)
@@ -113,7 +116,7 @@ class PacketTraversal(MethodDriver):
 
     def _trace_singly(self, rays: RayTextures, now: Target, statistics: Statistics,
                       any_hit: bool) -> None:
-        """Trace what packets left behind one ray a fragment, and write it into ``now``."""
+        """Trace the rays of unfinished packets one by one, and write their hits into ``now``."""
         single = self._single_traversal()
         single_rays, single_buffers = self.keep("single rays", lambda: (
             rays.like(rays.size),
@@ -126,7 +129,7 @@ class PacketTraversal(MethodDriver):
         single_samplers = {**single_rays.samplers(), **found.samplers()}
         counted = len(now.streams.get(COUNTERS.name, ()))
         channels = [(True,) * 4] * (len(now.textures) - counted)
-        now.framebuffer.color_mask = (*channels, *[(False,) * 4] * counted)   # a packet's stay
+        now.framebuffer.color_mask = (*channels, *[(False,) * 4] * counted)   # keep the packet's
         self._program("brought_back", any_hit, rays.in_textures).draw(
             now, {f"single_{name}": texture for name, texture in single_samplers.items()})
         now.framebuffer.color_mask = ((True,) * 4,) * len(now.textures)
@@ -138,7 +141,7 @@ class PacketTraversal(MethodDriver):
             known = (*TRACER_OPTIONS, *row.options)
             shared = {option.name: self.options[option.name] for option in known
                       if option.name in self.options and option.accepts(self.options[option.name])}
-            # They begin at the root: entry points are of a driver around this one.
+            # Single rays begin at the root: only the driver around this driver has entry points.
             shared.pop("entry_points", None)
             options = resolve_options({**shared, "schedule": "loop", "statistics": False}, known,
                                       f"method {row.name}")
@@ -151,55 +154,55 @@ class PacketTraversal(MethodDriver):
     # Programs and textures ------------------------------------------------------------------
 
     def _program(self, name: str, any_hit: bool, rays: Record) -> FullScreenPass:
-        """``rays`` as the program reads them."""
+        """Return the full-screen program of a name; the program reads ``rays``."""
         return self.program((name, any_hit, rays), lambda: FullScreenPass(
             self.gpu, *self._texts(name, any_hit, rays)))
 
     def _tile_pass(self, name: str, any_hit: bool, rays: Record) -> TilePass:
-        """A program that is drawn on tiles."""
+        """Return the program of a name that is drawn on tiles."""
         return self.program(("tiles", name, any_hit, rays), lambda: TilePass(
             self.gpu, *self._texts(name, any_hit, rays)))
 
     def _texts(self, name: str, any_hit: bool,
                rays: Record) -> tuple[str, dict[str, object], dict[str, str]]:
-        """The file of a fragment program, defines and what it includes."""
+        """Return a fragment program's file, its defines, and the texts that it includes."""
         file = name.replace("_counters", "").replace("_unsettled", "")
         alone = any_hit or name == "packet_none"
         defines = {**self._defines(any_hit, alone), "SETTLED_ALONE": name == "packet"}
-        if name in ("packet", "packet_unsettled", "packet_none"):   # counters are drawn apart
+        if name in ("packet", "packet_unsettled", "packet_none"):   # another pass counts
             defines["STATISTICS"] = False
         return f"drivers/{file}.frag", defines, {**self._virtual(name, rays),
                                                  "targets": self._targets_text(alone)}
 
     def _defines(self, any_hit: bool, alone: bool) -> dict[str, object]:
-        """``alone``: of the targets that hold triangles."""
+        """Return the defines for the hits' targets, or for targets of triangles ``alone``."""
         targets = self.targets // 4 if alone and self.fours else self.targets
         return {**packet_defines(self.method, self.accelerator, self.options, any_hit),
                 "PACKET_TARGETS": targets,
                 "EACH_TARGET(f)": " ".join(f"f({k})" for k in range(targets))}
 
     def _targets_text(self, alone: bool) -> str:
-        """The file that says how hits lie in render targets; ``alone``: triangles alone."""
+        """Return the file that lays out hits, or triangles ``alone``, in render targets."""
         layout = ("rows" if self.rows_alone else "hits" if not self.fours else
                   "triangles" if alone else "numbers")
         return f"file:drivers/targets_{layout}.glsl"
 
     def _virtual(self, name: str, rays: Record) -> dict[str, str]:
-        """What a pass includes: the streams that it reads and writes, tables and method."""
+        """Return the texts that a pass includes: its streams, the tables and the method."""
         layout = self.precision.layout
         written = [layout(self.method.state), layout(HIT)]
         written += [COUNTERS] if self.statistics_on else []
         reads: list[Record] = [rays]
         writes: list[Record] = []
         if name in ("packet", "packet_unsettled", "packet_counters"):
-            reads += [r for r in written if r.name != "state"]   # their structs alone are of use
+            reads += [r for r in written if r.name != "state"]   # only for the structs
         elif name == "packet_hits":
             writes = written
         elif name == "left_behind":
             reads += written[:1]
             writes = [replace(rays, name="single_rays")]
         elif name in ("packet_none", "packet_counters_none"):
-            reads += [layout(HIT)]      # its struct alone is of use
+            reads += [layout(HIT)]      # only for the struct
         else:
             single = layout(self._single_traversal().method.state)
             reads = [replace(rays, name="single_rays"),
@@ -215,13 +218,13 @@ class PacketTraversal(MethodDriver):
 
 
 def packet_of(options: Mapping[str, Any]) -> tuple[int, int]:
-    """Rays across and down of a packet: one where the method has no such option."""
+    """Return a packet's width and height in rays; (1, 1) without the option ``packet``."""
     return options.get("packet", (1, 1))
 
 
 def packet_defines(method: Method, accelerator: Accelerator, options: Mapping[str, Any],
                    any_hit: bool) -> dict[str, object]:
-    """Defines of every program that works on packets."""
+    """Return the defines of every program that works on packets."""
     width, height = packet_of(options)
     return {**method_defines(method, accelerator, options, any_hit),
             "PACKET_WIDTH": width, "PACKET_HEIGHT": height,

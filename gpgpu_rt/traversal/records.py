@@ -4,17 +4,17 @@ from __future__ import annotations
 from ..gl.record import EXACT_INTEGER, Record
 
 STACK_ENTRY = Record("stack_entry", "t_max node:int")
-"""A level of a ray's stack in an atlas: a node to visit, and where the interval in it ends."""
+"""A level of a ray's stack in an atlas: a node to visit, and the end of the interval."""
 
 NEAREST = Record("nearest", "t")
-"""The least t of the triangles drawn over a ray."""
+"""The smallest t of the triangles drawn over a ray."""
 
 FOUND = Record("found", "triangle:int")
-"""The lowest index of the triangles drawn over a ray at its least t."""
+"""The lowest index of the triangles drawn over a ray at its smallest t."""
 
-ENTRIES = 28      # of a tile, at most
+ENTRIES = 28      # most entries of a tile's list
 
-ENTRY_TILE = 4    # rays a side of the tiles that rays have their lists from
+ENTRY_TILE = 4    # side in rays of the tiles with the lists that rays read
 
 ENTRY_LIST = Record("entry_list", "codes:ivec4")
 """Four entries of a tile's list."""
@@ -23,33 +23,37 @@ PACKET_ENTRY = Record(
     "packet_entry", "start:int link_1:int link_2:int link_3:int | inv_lo:vec3 link_4:int "
                     "| inv_hi:vec3 t_min | lo_origin:vec3 visited:int | hi_origin:vec3 met:int",
     constants=(("NO_LINK", EXACT_INTEGER),))
-"""Where packets of a tile enter the tree if their rays lie within the beam of these outermost
-values (drivers/packet_entry.glsl), NO_LINK for nowhere; how many nodes the beam visited, and 0
-where it holds all rays of the tile and meets nothing."""
+"""The node where packets of a tile enter the tree, or NO_LINK without an entry, and four links.
+
+The entry is valid for packets whose rays lie within the beam, which the outermost values bound
+(drivers/packet_entry.glsl). ``visited`` counts the nodes that the beam visited. ``met`` is 0 if
+the beam holds all rays of the tile and meets nothing."""
 
 QUADS = Record("quads", "drawn:int tested:int")
-"""Quads of triangles that were drawn over a ray, and triangles tested in them."""
+"""The number of quads drawn over a ray, and the number of triangles tested in these quads."""
 
 TESTED = Record("tested", "t triangle:int x:int y:int")
-"""A ray's test of a triangle: t and the triangle, or infinity and -1; the ray's texel."""
+"""A ray's test of a triangle: t and the triangle, or infinity and -1; then the ray's texel."""
 
 LEAST = Record("least", "t spare:vec2 tests:int")
-"""By blending, the least t of a ray's tests and how many they were."""
+"""Blending results: the smallest t of a ray's tests, and the number of tests."""
 
 LOWEST = Record("lowest", "triangle:int")
-"""By blending, the lowest triangle of those at the least t."""
+"""Blending result: the lowest index of the triangles at the smallest t."""
 
 STATE = Record("state", "phase:int steps:int")
-"""What stands of a ray from pass to pass: the kernel that it waits for, by its number in the row
-of the method, 0 where it is over, below 0 where it was stopped; and its kernel runs. All of it
-where a method holds the rest in a single pass, or in other streams."""
+"""A ray's state between passes: its phase, and the number of its kernel runs.
+
+The phase is the number of the kernel that the ray waits for, in the order of the method's row; 0
+for a finished ray, and below 0 for a stopped ray. A method that runs in a single pass, or that
+keeps other data in other streams, needs no more."""
 
 LIST_STATE = Record("state", "cursor:int phase:int steps:int")
-"""A STATE, and where a ray is in a list of triangles."""
+"""A STATE, and the ray's position in a list of triangles."""
 
 TREE_STATE = Record("state", "node:int cursor:int phase:int steps:int")
-"""A STATE, the node that comes next, and where a ray is in a leaf's triangles."""
+"""A STATE, the next node, and the ray's position in a leaf's triangles."""
 
 KD_ENTERING, BVH_ENTERING = "entry:int root:int", "entry:int end:int"
-"""Texels of rays that go through a list of subtrees: where they are in it; the node that the
-present one begins at, or that comes behind it."""
+"""Additional fields of rays that visit a list of subtrees: the position in the list, and the root
+of the present subtree or the node after its end."""

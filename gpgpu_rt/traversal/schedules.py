@@ -31,33 +31,34 @@ from .method import Accelerator, Method
 from .records import ENTRIES, ENTRY_LIST, ENTRY_TILE, PACKET_ENTRY
 from .stack_atlas import StackAtlas
 
-# llvmpipe ends a shader's loops silently after 65,535 iterations. A ray stopped so is noticed (its
-# phase says that it is not done) and goes on in the next pass; staying below keeps it rare.
+# llvmpipe ends a shader's loops silently after 65,535 iterations. The phase of a ray whose loop
+# ended early is not DONE, so the ray continues in the next pass. A limit below 65,535 makes these
+# early ends rare.
 LOOP_STEPS = 60_000
 
-FEWER = 0.7     # tiles are counted anew when this share of the live rays is left
+FEWER = 0.7     # count the tiles again when fewer than this share of the counted rays is live
 MASKED = 0.0    # depth of a masked ray
 
 
 def kernel_depth(kernel: int) -> float:
-    """The depth that marks rays waiting for a kernel (0: those that are over)."""
+    """Return the depth that marks rays that wait for a kernel; kernel 0 means finished rays."""
     return (1 + kernel) / 16
 
 
 def mark_stopped(status: np.ndarray, phases: np.ndarray) -> None:
-    """Write into (n,) status, as of ``Hits``, which rays' phases say that they were stopped."""
+    """Mark rays with a phase of stopped rays in ``status``, (n,), as ``Hits`` defines it."""
     status[phases == UNFINISHED] = hits.UNFINISHED
     status[phases == OVERFLOWN] = hits.STACK_OVERFLOW
 
 
 class ProgramKey(NamedTuple):
-    """What tells a method's traversal programs apart."""
+    """The key that distinguishes a method's traversal programs."""
 
     rays: Record
     any_hit: bool
     steps: int
     start: bool
-    kernel: int   # the only one it runs, or 0
+    kernel: int   # the only kernel of the program, or 0 for all kernels
 
 
 class Traversal(MethodDriver):
@@ -73,7 +74,7 @@ class Traversal(MethodDriver):
         Returns
         -------
         (Target, int)
-            the buffer with the final states, and how many rays the step cap stopped.
+            the buffer with the final states, and the number of rays that the step cap stopped.
         """
         schedule = {"kernels": self._run_kernels, "step": self._run_step, "loop": self._run_loop}
         context = self.gpu.context
@@ -131,8 +132,9 @@ class Traversal(MethodDriver):
     def _run_kernels(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
                      any_hit: bool) -> tuple[Target, int]:
         context = self.gpu.context
-        # An even number of passes ends in the buffer it began in, which therefore always holds
-        # every ray's present state; the other one need only hold the rays being worked on.
+        # After an even number of passes, the result is in the buffer of the start. This buffer
+        # therefore always holds every ray's present state; the other buffer only needs the states
+        # of the rays in work.
         interval = self.options["mask_interval"] or 16
         now, scratch = buffers.side(0), buffers.side(1)
         tiles = self._tiles_for(buffers)
@@ -156,7 +158,7 @@ class Traversal(MethodDriver):
                     self._draw(program, rays, source, target, statistics, kernel_depth(kernel),
                                tiles, name)
 
-    # What schedules are made of -------------------------------------------------------------
+    # Parts of the schedules -----------------------------------------------------------------
 
     def _draw(self, program: FullScreenPass, rays: RayTextures,
               source: Target | None, target: Target, statistics: Statistics,
@@ -171,14 +173,14 @@ class Traversal(MethodDriver):
                   rectangles=tiles and tiles.rectangles)
 
     def _push(self, now: Target, tiles: Tiles, statistics: Statistics) -> None:
-        """Take up in the atlas, where the method has one, what rays in phase PUSH leave there."""
+        """Push the entries of rays in phase PUSH into the atlas, if the method has an atlas."""
         if self._atlas is not None:
             self._atlas.push(now.samplers(), tiles.rectangles)
             statistics.draw_calls += 1
 
     def _classify(self, now: Target, buffers: StateBuffers, tiles: Tiles,
                   statistics: Statistics) -> dict[int, int]:
-        """Rays that wait for each kernel; the depth buffer then says which is which."""
+        """Return the number of rays that wait for each kernel, and mark each ray by its depth."""
         tiles.choose(None)
         tiles.count(now.samplers())
         self._clear_depth(buffers)
@@ -196,10 +198,10 @@ class Traversal(MethodDriver):
 
     def _live(self, now: Target, buffers: StateBuffers,
               statistics: Statistics) -> tuple[int, int]:
-        """Rays still to trace, and rays that the step cap stopped."""
+        """Return the numbers of unfinished rays and of rays that the step cap stopped."""
         rays = buffers.size[0] * buffers.size[1]
         done = self.count_phase(DONE, now, buffers, statistics)
-        if done == rays:   # as good as always: one query tells all
+        if done == rays:   # the usual case, which needs a single query
             return 0, 0
         stopped = self.count_stopped(now, buffers, statistics)
         return rays - done - stopped, stopped
@@ -255,7 +257,7 @@ class Traversal(MethodDriver):
 
 def method_defines(method: Method, accelerator: Accelerator, options: Mapping[str, Any],
                    any_hit: bool) -> dict[str, object]:
-    """Defines that every program of a method is compiled with."""
+    """Return the defines of every program of a method."""
     return {**method.defines(options), **accelerator.defines, **Precision.of(options).defines(),
             "ANY_HIT": any_hit, "STATISTICS": bool(options["statistics"]),
             "TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2,
@@ -263,10 +265,10 @@ def method_defines(method: Method, accelerator: Accelerator, options: Mapping[st
 
 
 def method_texts(method: Method, options: Mapping[str, Any]) -> dict[str, str]:
-    """The texts that programs of a method include, by name.
+    """Return the texts that programs of a method include, by name.
 
-    They are the method's own file, the files that its options choose, and the accessors of its
-    tables.
+    The texts are the method's own file, the files that options choose, and the accessors of the
+    method's tables.
     """
     layout = Precision.of(options).layout
     tables = [layout(r).table_glsl() for r in method.tables_for(options)]
@@ -281,8 +283,11 @@ def method_texts(method: Method, options: Mapping[str, Any]) -> dict[str, str]:
 
 
 def kernel_defines(kernels: tuple[str, ...]) -> dict[str, object]:
-    """Defines that number a method's kernels: ``DOWN 1`` is the phase of the kernel ``down``, and
-    ``EACH_KERNEL(F)`` stands for ``F(1, down) F(2, intersect)`` and so on."""
+    """Return the defines that number a method's kernels.
+
+    ``DOWN 1`` is the phase of the kernel ``down``, and ``EACH_KERNEL(F)`` expands to
+    ``F(1, down) F(2, intersect)`` and so on.
+    """
     numbered = list(enumerate(kernels, 1))
     return {**{kernel.upper(): number for number, kernel in numbered},
             "EACH_KERNEL(F)": " ".join(f"F({number}, {kernel})" for number, kernel in numbered)}

@@ -1,4 +1,4 @@
-"""A stack a ray in the tiles of an atlas texture (Ernst, Vogelgsang and Greiner 2004)."""
+"""Stacks of rays in an atlas texture (Ernst, Vogelgsang and Greiner 2004)."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -15,21 +15,21 @@ from ..gl.textures import release
 
 
 class StackAtlas:
-    """One tile a stack level, each as large as the state textures.
+    """A texture with a tile per stack level. Each tile is as large as the state textures.
 
     Parameters
     ----------
-    entry : what a level of a ray's stack holds
-    state : the method's state as its textures hold it
-    levels : tiles
-    size : (width, height) rays, or packets
-    defines : the method's, phases among them
+    entry : record of a level of a stack
+    state : record of the method's state, as its textures store it
+    levels : number of stack levels, and of tiles
+    size : (width, height) in rays or packets
+    defines : the method's defines, including its phases
     """
 
     def __init__(self, gpu: Gpu, entry: Record, state: Record, levels: int, size: tuple[int, int],
                  precision: Precision, defines: Mapping[str, object]) -> None:
         self.gpu, self.size = gpu, size
-        # As many tiles side by side as the renderer's largest texture holds.
+        # A row holds as many tiles as the renderer's largest texture allows.
         a_row = max(1, min(levels, gpu.max_texture_size // size[0]))
         atlas = (size[0] * a_row, size[1] * -(-levels // a_row))
         gpu.check_size(*atlas, f"a stack of {levels} levels for {size[0] * size[1]} rays")
@@ -44,21 +44,21 @@ class StackAtlas:
         level = np.arange(levels)
         self._corners = np.stack([level % a_row, level // a_row], 1) * size
         self._where = Rectangles(gpu)
-        self._live: np.ndarray | None = None    # the corners that ``_where`` was made of
+        self._live: np.ndarray | None = None    # the corners from which ``_where`` was made
 
     def push(self, state: Mapping[str, moderngl.Texture], live: Rectangles | None = None) -> None:
-        """Take up the entries of all rays in phase PUSH.
+        """Push the entries of all rays in phase PUSH.
 
         Parameters
         ----------
-        live : where in the state textures such rays can be; None is everywhere
+        live : the parts of the state textures that can hold rays in phase PUSH; None for all
         """
         self.gpu.context.enable_only(moderngl.NOTHING)
         self._program.draw(self.target, state, rectangles=self._on_every_level(live))
         self.gpu.context.enable_only(moderngl.DEPTH_TEST)
 
     def _on_every_level(self, live: Rectangles | None) -> Rectangles | None:
-        """The same rectangles in each tile; everywhere, where they are too many."""
+        """Return the rectangles repeated in each tile; None, for everywhere, if too many."""
         if live is None or live.count * len(self._corners) > MOST_RECTANGLES:
             return None
         if live.corners is not self._live:
@@ -68,11 +68,11 @@ class StackAtlas:
         return self._where
 
     def samplers(self) -> dict[str, moderngl.Texture]:
-        """Sampler name -> texture of the stack's levels."""
+        """Return sampler name -> texture of the stack's levels."""
         return self.target.samplers()
 
     def bytes(self) -> int:
-        """Bytes of all levels."""
+        """Return the bytes of all levels."""
         return self.target.bytes()
 
     def release(self) -> None:

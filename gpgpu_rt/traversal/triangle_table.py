@@ -1,4 +1,4 @@
-"""The triangle table, which every method's programs read, and the uniforms of the scene's box."""
+"""The triangle table, which all methods' programs read, and the uniforms of the scene's box."""
 from __future__ import annotations
 
 import numpy as np
@@ -7,7 +7,7 @@ from ..gl.lazy_field import Column
 from ..gl.record import Record
 
 TRIANGLE = Record("triangle", "v0:vec3 index:int | v1:vec3 last:int | v2:vec3")
-"""A triangle; ``index`` its row in the scene, ``last`` 1 where a leaf's run of triangles ends."""
+"""A triangle. ``index`` is its row in the scene; ``last`` is 1 for the last triangle of a leaf."""
 
 REFERENCE = Record("reference", "triangle:int")
 """An entry of a leaf's or a cell's list: the row of a triangle, or -1, the sentinel."""
@@ -16,7 +16,7 @@ REFERENCE = Record("reference", "triangle:int")
 def triangle_table(triangles: np.ndarray, order: np.ndarray | None = None,
                    last: np.ndarray | None = None
                    ) -> dict[str, dict[str, np.ndarray | Column]]:
-    """The TRIANGLE table of (n, 3, 3) float32 triangles, in ``order`` where it is given."""
+    """Return the TRIANGLE table of (n, 3, 3) float32 triangles, in ``order`` if given."""
     index = np.arange(len(triangles)) if order is None else order
     corners = np.ascontiguousarray(triangles).reshape(-1, 3)
 
@@ -29,6 +29,6 @@ def triangle_table(triangles: np.ndarray, order: np.ndarray | None = None,
 
 
 def box_uniforms(triangles: np.ndarray) -> dict[str, tuple[float, ...]]:
-    """The corners of the box around (n, 3, 3) triangles; a point where there are none."""
+    """Return the corners of the box around (n, 3, 3) triangles; the origin for no triangles."""
     corners = triangles.reshape(-1, 3) if len(triangles) else np.zeros((1, 3), np.float32)
     return {"scene_lo": tuple(corners.min(0).tolist()), "scene_hi": tuple(corners.max(0).tolist())}

@@ -66,7 +66,7 @@ class RayCones:
                     if k and (level.length <= nodes or k == len(self.levels) - 1))
 
     def bytes(self) -> int:
-        """Bytes of all levels."""
+        """Return the bytes of all levels."""
         return sum(level.bytes() for level in self.levels)
 
     def release(self) -> None:

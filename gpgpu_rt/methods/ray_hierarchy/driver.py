@@ -65,7 +65,7 @@ class RayHierarchy(MethodDriver):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
-        """Trace every ray; where the hits are, and how many rays the step cap stopped."""
+        """Trace every ray. Return the hits and the number of rays that the step cap stopped."""
         self.gpu.context.enable_only(moderngl.NOTHING)
         self.gpu.context.blend_func = moderngl.ONE, moderngl.ONE
         drawn = self.room.draws

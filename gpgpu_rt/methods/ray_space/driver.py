@@ -34,7 +34,7 @@ class RayClasses(Traversal):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
-        """Trace every ray; where the hits are, and how many rays the step cap stopped."""
+        """Trace every ray. Return the hits and the number of rays that the step cap stopped."""
         boxes: RayBoxes = self.accelerator.structure
         cells = self._box_of_each(rays, statistics)
         if boxes.ask(cells) or not self._own[RAY_BOX]:    # others may have made lists before

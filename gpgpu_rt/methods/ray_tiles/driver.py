@@ -44,7 +44,7 @@ class RayTiles(MethodDriver):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
-        """Trace every ray; where the hits are, and how many rays the step cap stopped."""
+        """Trace every ray. Return the hits and the number of rays that the step cap stopped."""
         context, room = self.gpu.context, self._targets_for(buffers.size)
         context.enable_only(moderngl.NOTHING)
         room.targets["nearest"].clear(np.inf)
@@ -176,12 +176,12 @@ class TileTargets:
             self.targets[name].framebuffer.viewport = (0, 0, *(owner.tile * n for n in self.tiles))
 
     def samplers(self) -> Samplers:
-        """Sampler name -> texture of all targets."""
+        """Return sampler name -> texture of all targets."""
         return {sampler: texture for target in self.targets.values()
                 for sampler, texture in target.samplers().items()}
 
     def bytes(self) -> int:
-        """Bytes of all targets."""
+        """Return the bytes of all targets."""
         return sum(target.bytes() for target in self.targets.values())
 
     def release(self) -> None:

@@ -1,7 +1,8 @@
-"""Entry points: a pass at low resolution finds for each tile of rays where they enter the tree.
+"""Entry points: a pass at low resolution finds the nodes where each tile's rays enter the tree.
 
-Reshetov et al. 2005. The beams around the rays of tiles, smaller tiles first; then lists of
-entries for larger tiles, from these for smaller ones; then any driver, whose rays begin there.
+Reshetov et al. 2005. The first passes bound the rays of tiles by beams, small tiles first. The
+next passes find lists of entries, large tiles first; small tiles refine the large tiles' lists.
+Then any driver traces the rays, which begin at the entries of their tiles.
 """
 from __future__ import annotations
 
@@ -23,11 +24,11 @@ from ..records import ENTRIES, ENTRY_LIST, ENTRY_TILE
 from ..schedules import method_defines, method_texts
 from .records import ENTRY_POINTS, TILE_BEAM
 
-FAN = 4   # small tiles a side of a large one
+FAN = 4   # side of a large tile in small tiles
 
 
 class EntryPoints(MethodDriver):
-    """Runs another driver on rays that begin where their tiles enter the tree."""
+    """Runs another driver on rays that begin at the entries of their tiles."""
 
     def __init__(self, setup: Setup, driver: Driver) -> None:
         super().__init__(setup, driver)
@@ -35,12 +36,12 @@ class EntryPoints(MethodDriver):
         self._levels: list[EntryTiles] = []
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Read these tables from now on."""
+        """Use these tables from now on."""
         super().follow(samplers, accelerator, step_cap)
         self._hand_on()
 
     def _hand_on(self) -> None:
-        """Tell the driver of the tables and of the list its rays read."""
+        """Give the driver the tables, and the entry lists that its rays read."""
         if self._levels:
             smallest = self._levels[0]
             self.driver.follow(
@@ -51,7 +52,7 @@ class EntryPoints(MethodDriver):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target | PacketHits, int]:
-        """Trace every ray; where the hits are, and how many rays the step cap stopped."""
+        """Trace every ray. Return the hits and the number of rays that the step cap stopped."""
         began = time.perf_counter()
         self.gpu.context.enable_only(moderngl.NOTHING)
         self._levels_for(rays.size)
@@ -72,7 +73,7 @@ class EntryPoints(MethodDriver):
         return self.driver.run(rays, buffers, statistics, any_hit)
 
     def _count(self, rays: RayTextures, statistics: Statistics) -> None:
-        """What the beams visited, a ray."""
+        """Count the nodes that beams visited, per ray, and the entries per tile."""
         levels = [level.entries.fields() for level in self._levels]
         visited = sum(float(level["visited"].sum()) for level in levels)
         statistics.add(entry_nodes_visited=visited / math.prod(rays.size))
@@ -82,7 +83,7 @@ class EntryPoints(MethodDriver):
 
     def _draw(self, name: str, target: Target, other: RayTextures | EntryTiles | None,
               samplers: Samplers, statistics: Statistics, **uniforms: object) -> None:
-        """A pass; ``other``: the rays that it reads, or the level whose lists it refines."""
+        """Draw a pass that reads the rays ``other``, or refines lists of the level ``other``."""
         program = self._program(name, other)
         if isinstance(other, RayTextures):
             uniforms |= {"ray_texture_size": other.size, **other.uniforms()}
@@ -107,7 +108,7 @@ class EntryPoints(MethodDriver):
                        "STATISTICS": False, "TILE": ENTRY_TILE, "FAN": FAN,
                        "UPPER": isinstance(other, EntryTiles),
                        "EACH_LIST(f)": ", ".join(f"f({k})" for k in range(ENTRIES // 4))}
-            if name == "beam_rays":   # its beams are the same for every order of nodes
+            if name == "beam_rays":   # beams do not depend on the order of nodes
                 defines["OCTANTS"] = False
             virtual = {**method_texts(setup.method, setup.options),
                        "streams": "\n".join([*texts, writes.stream_glsl(True)]),
@@ -127,7 +128,7 @@ class EntryPoints(MethodDriver):
 
 
 class EntryTiles:
-    """Tiles of one size: their beams, entries as they are written and lists as they are read."""
+    """Tiles of the same size: beams, the written entries, and the lists that rays read."""
 
     def __init__(self, owner: EntryPoints, size: tuple[int, int]) -> None:
         self.size = size
@@ -136,7 +137,7 @@ class EntryTiles:
         self.lists = Target(owner.gpu, ENTRY_LIST, (size[0] * (ENTRIES // 4), size[1]))
 
     def bytes(self) -> int:
-        """Bytes of the three."""
+        """Return the bytes of beams, entries and lists."""
         return sum(image.bytes() for image in (self.beams, self.entries, self.lists))
 
     def release(self) -> None:

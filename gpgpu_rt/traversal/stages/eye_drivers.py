@@ -1,4 +1,4 @@
-"""Eye drivers: what the rasteriser does for eye rays before a method traces them, if anything."""
+"""Eye drivers: the drivers by which the rasteriser bounds or replaces the tracing of eye rays."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -16,8 +16,10 @@ from .rasterised_bounds import RasterisedBounds, check_bounds
 
 
 class EyeDrivers:
-    """Drivers over a method's own, each made when a picture first asks for it: first hits from the
-    rasteriser, and bounds for the rays that are traced."""
+    """The drivers around a method's own driver: rasterised first hits, and rasterised bounds.
+
+    Each driver is made when a picture first needs it.
+    """
 
     def __init__(self, gpu: Gpu, method: Method, options: Mapping[str, Any]) -> None:
         check_bounds(options)
@@ -27,18 +29,18 @@ class EyeDrivers:
         self._lost = False
 
     def over(self, driver: Driver, first_hits: str, triangles: np.ndarray) -> Driver:
-        """What traces a picture's rays.
+        """Return the driver that traces a picture's rays.
 
         Parameters
         ----------
-        driver : the method's own
-        first_hits : one of ``first_hits.FIRST_HITS``
+        driver : the method's own driver
+        first_hits : a value of ``first_hits.FIRST_HITS``
         triangles : (n, 3, 3) float32, as the method's tables hold them, in the order of hits
 
         Raises
         ------
         OptionError
-            an unknown ``first_hits``, or the rasteriser is asked for and has no triangles
+            for an unknown ``first_hits``, or if the rasteriser is needed but has no triangles
         """
         rasterises = check_first_hits(first_hits, self.options)
         if self._lost and (rasterises or self.options["rasterised_bounds"]):
@@ -58,7 +60,7 @@ class EyeDrivers:
         return self._first_hits
 
     def take(self, triangles: np.ndarray, driver: Driver) -> None:
-        """Follow triangles that moved, and the method's driver over them."""
+        """Use triangles that moved, and the method's driver for these triangles."""
         self._lost = False
         for helper in (self._bounds, self._first_hits):
             if helper is not None:
@@ -66,11 +68,11 @@ class EyeDrivers:
                 driver = helper
 
     def lose_triangles(self) -> None:
-        """Triangles have moved, and where to is not known here until ``take`` is told."""
+        """Note that triangles moved to unknown positions. ``take`` gives the new positions."""
         self._lost = True
 
     def bytes(self) -> int:
-        """Bytes of their textures."""
+        """Return the bytes of the drivers' textures."""
         return bytes_of(self._bounds, self._first_hits)
 
     def release(self) -> None:

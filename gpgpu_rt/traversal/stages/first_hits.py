@@ -1,22 +1,23 @@
-"""First hits: those of eye rays, from the rasteriser, equal to traced ones to the bit.
+"""First hits: the rasteriser finds the hits of eye rays, equal to traced hits to the bit.
 
-The survey (section 5) calls tracing eye rays equivalent to rasterisation. It nearly is:
-rasterisers snap corners to a grid and interpolate depth, so that some pixels show a triangle
-which their ray misses, or lack one that it hits. Passes, in this order:
+The survey (section 5) calls tracing eye rays equivalent to rasterisation. This is nearly true:
+rasterisers snap corners to a grid and interpolate depth. Some pixels therefore show a triangle
+that their ray misses, or do not show a triangle that their ray hits. The passes, in this order:
 
-1. ``first_sieve``: triangles that no ray of the image can hit are left out;
-2. ``first_drawn``: the others are rasterised, their rows kept by the depth test: candidates;
-3. ``first_verified``: each ray tests its candidate by the triangle test of all methods;
-4. ``first_blocks``, ``first_rivals``: each triangle looks, in the pixels around it that show
-   another one, whether it comes before; those that cover many pixels, in parts of the image. It
-   reaches only pixels whose rays can hit it at all, and at depths that are not behind what is
-   shown for certain; the test of all methods judges the rest. ``first_doubt`` then says which
-   pixels those are;
-5. rays whose candidate failed, or which a triangle came before, are in doubt. They are gathered,
-   traced by the tracer's method, and their hits put in place.
+1. ``first_sieve`` removes triangles that no ray of the image can hit.
+2. ``first_drawn`` rasterises the other triangles. The depth test keeps a triangle per pixel: the
+   pixel's candidate.
+3. ``first_verified``: each ray tests its candidate by the triangle test of all methods.
+4. ``first_blocks`` and ``first_rivals``: each triangle looks in the pixels around it that show
+   another triangle, and tests whether it comes before the shown triangle. A triangle that covers
+   many pixels does this in parts of the image. A triangle only examines pixels whose rays can hit
+   it at all, at depths that are not certainly behind the shown triangle. The test of all methods
+   decides in these pixels. ``first_doubt`` then marks the pixels.
+5. A ray is in doubt if its candidate failed or if a triangle comes before its candidate. The rays
+   in doubt are gathered, the tracer's method traces them, and their hits are scattered back.
 
-So the rasteriser is only believed where it is checked, and nothing depends on how it rounds. What
-a triangle may be hit by is bounded in ``glsl/stages/cover.glsl``.
+The rasteriser's results are used only after a check, so hits do not depend on its rounding.
+``glsl/stages/cover.glsl`` bounds the rays that can hit a triangle.
 """
 from __future__ import annotations
 
@@ -47,18 +48,27 @@ from .first_image import BLOCK, PART_SIDE, FirstImage, cut
 from .records import PART, SHOWN, SHOWN_BLOCK, SHOWN_FOUR, VERDICT
 
 FIRST_HITS = ("traced", "rasterised", "verified")
-NEAREST = 1e-3       # of the farthest corner: no bound in pixels for what comes nearer
-MOST_PIXELS = 24     # a side around a triangle that is not cut up
-MOST_IN_DOUBT = 0.5  # of the rays: with more, all are traced
-TRACED_ROW = 64      # rays in doubt stand in rows of this length, so that packets find neighbours
+# Triangles nearer than this share of the farthest corner's distance have no bound in pixels.
+NEAREST = 1e-3
+MOST_PIXELS = 24     # largest side, in pixels, around a triangle that is not cut into parts
+MOST_IN_DOUBT = 0.5  # if a larger share of the rays is in doubt, all rays are traced
+TRACED_ROW = 64      # length of a row of rays in doubt; rows keep neighbours together for packets
 BEFORE, MANY = 1, 2   # as in stages/verdict.glsl
-SCALES = 1e-6, 1e10   # of scenes and views: else products of the test, or of bounds, leave floats
+# Scenes and views need scales in this range. Otherwise products of the test or of the bounds leave
+# the range of floats.
+SCALES = 1e-6, 1e10
 
 
 def check_first_hits(first_hits: str, options: Mapping[str, Any]) -> bool:
-    """Whether the rasteriser is asked for; OptionError where no bound is known for it.
+    """Return whether the rasteriser is needed.
 
-    "rasterised" hits are proved; of "verified" ones each is a hit, but not proved to be the first.
+    A "rasterised" hit is proved to be the first hit. A "verified" hit is a hit, but is not proved
+    to be the first hit.
+
+    Raises
+    ------
+    OptionError
+        for an unknown ``first_hits``, or for options under which no proof is known
     """
     if first_hits not in FIRST_HITS:
         raise OptionError(f"option first_hits={first_hits!r} is none of {', '.join(FIRST_HITS)}")
@@ -73,8 +83,10 @@ def check_first_hits(first_hits: str, options: Mapping[str, Any]) -> bool:
 
 
 class FirstHits(DriverBase):
-    """A driver that rasterises rays through the pixels of a camera, and leaves all others, and
-    what it cannot prove, to another one."""
+    """A driver that rasterises the rays through the pixels of a camera.
+
+    Another driver traces all other rays, and the rays whose hits cannot be proved.
+    """
 
     def __init__(self, gpu: Gpu, method: Method, options: Mapping[str, Any]) -> None:
         super().__init__(gpu, method, options)
@@ -82,10 +94,10 @@ class FirstHits(DriverBase):
                       word_define("INTERSECTION", options["intersection"]): True}
         self._tables: dict[str, moderngl.Texture] = {}
         self._span = self.kept["span"] = Rectangles(gpu, 3)
-        self.proved = True     # or each hit verified, and no more
+        self.proved = True     # False: hits are only verified
 
     def take(self, triangles: np.ndarray, driver: Driver) -> None:
-        """Rasterise these triangles from now on, and trace by this driver.
+        """Use these triangles and this driver from now on.
 
         Parameters
         ----------
@@ -107,7 +119,7 @@ class FirstHits(DriverBase):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target | PacketHits, int]:
-        """Hits of the rays, and how many of those that were traced were stopped."""
+        """Return the hits of the rays, and the number of traced rays that were stopped."""
         if any_hit or rays.seen_from is None:
             return self.driver.run(rays, buffers, statistics, any_hit)
         view = self._view(rays.seen_from, rays.size)
@@ -138,7 +150,7 @@ class FirstHits(DriverBase):
         return final, self._trace(doubt, rays, final, statistics)
 
     def _view(self, camera: Camera, size: tuple[int, int]) -> dict[str, object] | None:
-        """Uniforms of a camera, or None among numbers whose squares floats do not hold."""
+        """Return the uniforms of a camera, or None if squares of its numbers leave the floats."""
         lo, hi = (np.asarray(corner, np.float64) for corner in self.bounds)
         eye = np.asarray(np.float32(camera.eye), np.float64)
         farthest = 1.01 * float(np.linalg.norm(np.maximum(np.abs(lo - eye), np.abs(hi - eye))))
@@ -166,7 +178,7 @@ class FirstHits(DriverBase):
     # The passes -----------------------------------------------------------------------------
 
     def _sieve(self, view: dict[str, object]) -> np.ndarray:
-        """Rows of the triangles that a ray may hit."""
+        """Return the rows of the triangles that a ray may hit."""
         self.gpu.context.enable_only(moderngl.NOTHING)
         program = self._full_screen("first_sieve")
         program.set(**view, last_element=self.count - 1)
@@ -199,8 +211,10 @@ class FirstHits(DriverBase):
 
     def _rivals(self, image: FirstImage, rays: RayTextures, final: Target, drawn: np.ndarray,
                 view: dict[str, object]) -> list[np.ndarray]:
-        """Triangles that come before what is shown: (k, 3) PART each, the whole image and parts
-        of it."""
+        """Return the triangles that come before a shown triangle.
+
+        The result is two (k, 3) PART arrays: for the whole image, and for parts of the image.
+        """
         side = max(rays.size)
         whole = np.pad(drawn[:, None], ((0, 0), (0, 2)))
         verdict = self._judge(image, rays, final, whole, side, MOST_PIXELS, view)
@@ -213,7 +227,7 @@ class FirstHits(DriverBase):
 
     def _judge(self, image: FirstImage, rays: RayTextures, final: Target, parts: np.ndarray,
                side: int, most_pixels: int, view: dict[str, object]) -> dict[str, np.ndarray]:
-        """VERDICT of (k, 3) PART, ``side`` pixels large."""
+        """Return the VERDICT fields of (k, 3) PART; a part has ``side`` x ``side`` pixels."""
         count = len(parts)
         room = self._part_streams(count)
         program = self._full_screen(
@@ -235,14 +249,14 @@ class FirstHits(DriverBase):
 
     def _mark(self, image: FirstImage, rays: RayTextures, final: Target, rivals: np.ndarray,
               side: int, view: dict[str, object]) -> None:
-        """Mark the rays that rivals come before as in doubt."""
+        """Mark rays as in doubt where a rival comes before the candidate."""
         self._row_pass("first_doubt", "part", 6, (rays.record, HIT)).draw(
             image.doubted, {**self._tables, **rays.samplers(), **final.samplers()}, rivals,
             {**view, **rays.uniforms(), "part_side": side})
 
     def _trace(self, doubt: np.ndarray, rays: RayTextures, final: Target,
                statistics: Statistics) -> int:
-        """Trace the rays in doubt; how many were stopped."""
+        """Trace the rays in doubt. Return the number of stopped rays."""
         if self.statistics_on:
             self._clear_counts(final)
         if not len(doubt):
@@ -266,7 +280,7 @@ class FirstHits(DriverBase):
         return stopped
 
     def _clear_counts(self, final: Target) -> None:
-        """Rays that were not traced took no steps and are done."""
+        """Write zero steps and the phase DONE for all rays."""
         for name, record in final.records.items():
             if name != HIT.name:
                 nothing = {field.name: np.zeros((final.length, field.width), np.float32)
@@ -302,15 +316,17 @@ class FirstHits(DriverBase):
                          lambda image: image.final is final)
 
     def _part_streams(self, count: int) -> tuple[Stream, Stream]:
-        """Streams for a list of parts, and for what becomes of them."""
+        """Return streams for a list of parts and for their verdicts."""
         length = max(self.count, 2 * count)
         return self.keep("parts", lambda: (Stream(self.gpu, PART, length),
                                            Stream(self.gpu, VERDICT, length)),
                          lambda part: part[0].length >= count)
 
     def _textures_in_doubt(self, count: int) -> tuple[RayTextures, StateBuffers, moderngl.Texture]:
-        """Textures for ``count`` rays in doubt: twice as many as were ever needed, so that they
-        last."""
+        """Return textures for ``count`` rays in doubt.
+
+        New textures hold twice ``count`` rays, so they are seldom remade.
+        """
         size = (TRACED_ROW, 2 * -(-count // TRACED_ROW))
         return self.keep("in doubt", lambda: (
             RayTextures(self.gpu, size, self.precision),

@@ -1,4 +1,4 @@
-"""What rasterising first hits draws into, as large as the image."""
+"""The render targets of rasterised first hits, as large as the image."""
 from __future__ import annotations
 
 import moderngl
@@ -11,8 +11,9 @@ from ...rays.records import HIT
 from ...rays.textures import StateBuffers
 from .records import SHOWN, SHOWN_BLOCK, SHOWN_FOUR
 
-BLOCK = 8    # pixels a side of a square that is hidden, or is a triangle's own, as a whole
-PART_SIDE = 32    # of the parts of the image in which large triangles look for themselves
+# Side in pixels of a square. A triangle skips a whole square that hides it or shows only it.
+BLOCK = 8
+PART_SIDE = 32    # side in pixels of the parts of the image that large triangles examine
 
 
 class FirstImage:
@@ -21,10 +22,11 @@ class FirstImage:
     Attributes
     ----------
     drawn : candidates by the depth test
-    shown, fours, blocks : what pixels show, four in a row, and squares of BLOCK a side
-    verified : the hits, and which rays are in doubt
-    proved : the same, and what pixels show
-    doubted : which rays are in doubt
+    shown, fours, blocks : depth and triangle of each pixel, of four pixels in a row, and of
+        squares with BLOCK pixels a side
+    verified : the hits, and the flags of rays in doubt
+    proved : the hits, the flags of rays in doubt, and each pixel's depth and triangle
+    doubted : the flags of rays in doubt
     """
 
     def __init__(self, gpu: Gpu, buffers: StateBuffers, final: Target) -> None:
@@ -37,18 +39,18 @@ class FirstImage:
         self.fours = Target(gpu, SHOWN_FOUR, (-(-width // 4), height))
         self.blocks = Target(gpu, SHOWN_BLOCK, (-(-width // BLOCK), -(-height // BLOCK)))
         hits, doubt = {HIT.name: final.streams[HIT.name]}, {"doubt": [self.doubt]}
-        # The state's own depth buffer: schedules clear it before they mask rays by it.
+        # Share the states' depth buffer: schedules clear the buffer before they mask rays.
         self.drawn = gpu.context.framebuffer([self.candidates], buffers.depth)
         self.verified = Target(gpu, (), size, borrowed={**hits, **doubt})
         self.proved = Target(gpu, (), size, borrowed={**hits, **self.shown.streams, **doubt})
         self.doubted = Target(gpu, (), size, borrowed=doubt)
 
     def samplers(self) -> dict[str, moderngl.Texture]:
-        """Sampler name -> texture of what pixels, fours and blocks show."""
+        """Return sampler name -> texture of pixels, fours and blocks."""
         return {**self.shown.samplers(), **self.fours.samplers(), **self.blocks.samplers()}
 
     def bytes(self) -> int:
-        """Bytes of the textures, without the hits."""
+        """Return the bytes of the textures, without the hits."""
         return (texture_bytes([self.candidates, self._depths]) + self.fours.bytes()
                 + self.blocks.bytes() + self.doubt.width * self.doubt.height)
 
@@ -58,7 +60,7 @@ class FirstImage:
 
 
 def cut(rows: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-    """(k, 3) PART: each of the rows in every part of the image from its first to its last."""
+    """Return (k, 3) PART: each row, in every part of the image from its first to its last."""
     across = last % 1024 - first % 1024 + 1
     owner = np.repeat(np.arange(len(rows)), across * (last // 1024 - first // 1024 + 1))
     within = np.arange(len(owner)) - np.searchsorted(owner, owner)

@@ -1,7 +1,8 @@
-"""Entry points of packets: a pass at low resolution finds where the packets of a tile begin.
+"""Entry points of packets: a pass at low resolution finds the first node of a tile's packets.
 
-After Reshetov et al. 2005: a beam around each tile's rays, or some of them where their bounds are
-not known, whose entry every packet takes that lies within; see stages/packet_entries.frag.
+After Reshetov et al. 2005. A beam bounds the rays of a tile, or only sample rays if the bounds of
+the tile are not known. Each packet within the beam begins at the beam's entry; see
+stages/packet_entries.frag.
 """
 from __future__ import annotations
 
@@ -24,14 +25,14 @@ from .records import TILE_BEAM, TILE_BOUNDS
 
 
 class PacketEntries(MethodDriver):
-    """Runs another driver on packets that begin where their tiles enter the tree."""
+    """Runs another driver on packets that begin at the entries of their tiles."""
 
     def __init__(self, setup: Setup, driver: Driver) -> None:
         super().__init__(setup, driver)
         self.tile: int = setup.options["entry_points"]
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Read these tables from now on."""
+        """Use these tables from now on."""
         super().follow(samplers, accelerator, step_cap)
         self._hand_on()
 
@@ -42,7 +43,7 @@ class PacketEntries(MethodDriver):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target | PacketHits, int]:
-        """Trace every ray; where the hits are, and how many rays the step cap stopped."""
+        """Trace every ray. Return the hits and the number of rays that the step cap stopped."""
         began = time.perf_counter()
         self.gpu.context.enable_only(moderngl.NOTHING)
         entries = self._entries_for(rays.size)
@@ -55,7 +56,7 @@ class PacketEntries(MethodDriver):
         statistics.draw_calls += 1
         if self.statistics_on:
             visited = float(entries.fields()["visited"].sum())
-            # A packet's share, as counters are a packet's.
+            # Count per packet, because all counters are per packet.
             packet = math.prod(self.options["packet"])
             statistics.add(entry_nodes_visited=visited * packet / math.prod(rays.size),
                            entry_seconds=time.perf_counter() - began)
@@ -67,7 +68,7 @@ class PacketEntries(MethodDriver):
             streams += [TILE_BOUNDS] if bounded else []
             defines = {**method_defines(setup.method, self.accelerator, setup.options, False),
                        "STATISTICS": False, "TILE": self.tile, "BOUNDED": bounded,
-                       "OCTANTS": False}     # a beam is the same for every order of nodes
+                       "OCTANTS": False}     # beams do not depend on the order of nodes
             texts = method_texts(setup.method, {**setup.options, "entry_points": None})
             virtual = {**texts, "streams": streams_glsl(streams, [PACKET_ENTRY]),
                        "walk": f"file:{setup.method.entry_walk}"}
@@ -84,7 +85,7 @@ class PacketEntries(MethodDriver):
         return entries
 
     def _tile_bounds(self, rays: RayTextures) -> Target:
-        """The bounds of the directions of each tile's rays, uploaded."""
+        """Upload the bounds of the directions of each tile's rays."""
         assert rays.tiles is not None
         tiles = rays.tiles.of_side(self.tile)
         bounds = self.keep("bounds", lambda: Target(self.gpu, TILE_BOUNDS, tiles.size),

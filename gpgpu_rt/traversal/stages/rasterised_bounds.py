@@ -1,7 +1,7 @@
-"""Rasterised bounds: a coarse rasterisation tells each eye ray where its hit can lie.
+"""Rasterised bounds: a coarse rasterisation bounds the interval of each eye ray's hit.
 
-The survey's section 5 proposes it. Triangles are drawn over tiles of the image; of each tile MIN
-blending keeps the depths between which its rays hit something; rays then search there alone.
+The survey's section 5 proposes this. Triangles are drawn over tiles of the image. MIN blending
+keeps the depths between which each tile's rays can hit something. The rays then search only there.
 """
 from __future__ import annotations
 
@@ -33,8 +33,10 @@ NOTHING = 3.0e38    # FAR_AWAY of stages/eye_triangle.glsl
 
 
 def check_bounds(options: Mapping[str, Any]) -> None:
-    """Raise OptionError where bounds are asked for, but t is no mean of the corners' depths to
-    float32's last bits."""
+    """Raise OptionError for bounds with options under which t may lie outside the bounds.
+
+    The proof needs t to be a mean of the corners' depths, up to float32's last bits.
+    """
     if options["rasterised_bounds"] and (
             options["intersection"] != "woop-watertight"
             or {options["storage"], options["arithmetic"]} != {"fp32"}):
@@ -43,16 +45,18 @@ def check_bounds(options: Mapping[str, Any]) -> None:
 
 
 class RasterisedBounds(DriverBase):
-    """A driver that gives rays through the pixels of a camera their bounds, and leaves these and
-    all others to another driver. The option ``rasterised_bounds`` says how many pixels a side of a
-    tile of the coarse image has."""
+    """A driver that bounds the rays through the pixels of a camera.
+
+    Another driver traces these rays and all others. The option ``rasterised_bounds`` is the side
+    in pixels of a tile of the coarse image.
+    """
 
     def __init__(self, gpu: Gpu, method: Method, options: Mapping[str, Any]) -> None:
         super().__init__(gpu, method, options)
         self.tile = options["rasterised_bounds"]
 
     def take(self, triangles: np.ndarray, driver: Driver) -> None:
-        """Bound rays by (n, 3, 3) triangles from now on, and trace by this driver."""
+        """Bound rays by these (n, 3, 3) triangles and trace by this driver from now on."""
         self.driver, self.count = driver, len(triangles)
         self.kept["tables"] = table_textures(
             self.gpu, TRIANGLE, triangle_table(triangles)[TRIANGLE.name],
@@ -66,7 +70,7 @@ class RasterisedBounds(DriverBase):
         return self.driver.run(rays, buffers, statistics, any_hit)
 
     def _bounded(self, rays: RayTextures, camera: Camera, statistics: Statistics) -> RayTextures:
-        """The rays of a camera's image, each with the ends that the bounds of its tile give it."""
+        """Return the rays of a camera's image, with intervals cut to the bounds of their tiles."""
         bounded, depths = self._targets_for(rays.size)
         self._rasterise(depths, rays.size, camera)
 
@@ -105,7 +109,7 @@ class RasterisedBounds(DriverBase):
             context.blend_equation = moderngl.FUNC_ADD
 
     def _targets_for(self, size: tuple[int, int]) -> tuple[RayTextures, Target]:
-        """Bounded rays of an image of this size, and the bounds of its tiles."""
+        """Return textures for the bounded rays of an image, and for the bounds of its tiles."""
         tiles = (-(-size[0] // self.tile), -(-size[1] // self.tile))
         return self.keep("targets", lambda: (RayTextures(self.gpu, size, self.precision),
                                              Target(self.gpu, DEPTH_BOUNDS, tiles)),

@@ -26,20 +26,21 @@ from ...statistics import Statistics
 from ..driver import MethodDriver, Samplers
 from ..method import Accelerator
 
-KEY = {"LEVELS": 8, "FREE_LEVELS": 2}   # bits an axis; those after which the ray's end comes in
+# Bits per axis of a key, and number of the origin's bits before the first bit of the ray's end.
+KEY = {"LEVELS": 8, "FREE_LEVELS": 2}
 
 
 class SortedRays(MethodDriver):
     """Runs another driver on rays in the order of their keys."""
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Read these tables from now on."""
+        """Use these tables from now on."""
         super().follow(samplers, accelerator, step_cap)
         self.driver.follow(samplers, accelerator, step_cap)
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
-        """Trace every ray; where the hits are, and how many rays the step cap stopped."""
+        """Trace every ray. Return the hits and the number of rays that the step cap stopped."""
         began = time.perf_counter()
         with StreamRoom(self.gpu) as room:
             keys = self._sorted_keys(room, rays)
@@ -57,7 +58,7 @@ class SortedRays(MethodDriver):
         return final, stopped
 
     def order(self, rays: RayTextures) -> np.ndarray:
-        """(n,) int32, which rays stand in the first square, in the second and so on: 64 each."""
+        """Return the order of the rays, (n,) int32: 64 for each square, square by square."""
         with self.gpu, StreamRoom(self.gpu) as room:
             return self._sorted_keys(room, rays).read()["index"]
 
@@ -76,7 +77,7 @@ class SortedRays(MethodDriver):
 
     def _draw(self, name: str, target: Stream, rays: RayTextures, defines: dict[str, object],
               reads: list[Stream] | None = None) -> None:
-        """A pass over a stream of as many elements as there are rays."""
+        """Draw a pass over a stream with an element per ray."""
         reads = reads or []
         program = self._compiled(name, rays.record, [read.record for read in reads],
                                  target.record, defines)
@@ -118,7 +119,7 @@ class SortedRays(MethodDriver):
             {"streams": "\n".join([*texts, writes.stream_glsl(True)])}))
 
     def _sorted_rays(self, rays: RayTextures) -> tuple[RayTextures, StateBuffers]:
-        """Textures for the rays in their order, and for their states."""
+        """Return textures for the sorted rays, and for their states."""
         across, down = squares(rays.size[0] * rays.size[1])
         size = (SQUARE * across, SQUARE * down)
         found, buffers = self.keep("sorted", lambda: (rays.like(size), StateBuffers(
