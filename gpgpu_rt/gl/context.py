@@ -1,4 +1,4 @@
-"""The one place that makes an OpenGL context: EGL, OSMesa or a window that is there already."""
+"""Gpu: an OpenGL context by EGL, by OSMesa or of an existing window. Only this file makes one."""
 from __future__ import annotations
 
 import ctypes
@@ -26,9 +26,9 @@ HINT = ("install the Mesa libraries (Debian, Ubuntu: apt-get install libegl1 lib
 
 
 class OsMesaLoader:
-    """An off-screen Mesa context in the shape moderngl wants its loaders to have.
+    """An off-screen Mesa context with the interface of moderngl's loaders.
 
-    The 1 x 1 buffer only exists because OSMesa demands one: all drawing goes to framebuffers.
+    OSMesa requires the 1 x 1 buffer. All draws go to framebuffers.
     """
 
     PROFILE, CORE, MAJOR, MINOR, FORMAT, RGBA, DEPTH_BITS = (
@@ -63,7 +63,7 @@ class OsMesaLoader:
         raise ContextError(f"no libOSMesa found; {HINT}")
 
     def load_opengl_function(self, name: str) -> int:
-        """Address of a GL function, 0 where there is none."""
+        """Return the address of a GL function; 0 for an unknown function."""
         return self.library.OSMesaGetProcAddress(name.encode()) or 0
 
     load = load_opengl_function
@@ -84,13 +84,16 @@ class OsMesaLoader:
 
 
 def is_software(renderer: str) -> bool:
-    """Whether it is one that runs on the processor, not on a graphics card."""
+    """Return whether a renderer runs on the processor, not on a graphics card."""
     return any(word in renderer.lower() for word in SOFTWARE)
 
 
 def threads_of(renderer: str) -> int | None:
-    """The threads that such a renderer draws by in this process, asked once it has a context;
-    None for one on a graphics card, or where the system does not tell."""
+    """Return the number of threads by which a software renderer draws in this process.
+
+    Call this after the renderer's context was made. Return None for a graphics card, or if the
+    system does not list threads.
+    """
     if not is_software(renderer):
         return None
     if "llvmpipe" not in renderer.lower():
@@ -99,17 +102,17 @@ def threads_of(renderer: str) -> int | None:
     if not tasks.is_dir():
         return None
     for task in tasks.iterdir():
-        with suppress(OSError):     # one that has just ended
+        with suppress(OSError):     # the thread has just ended
             found.add((task / "comm").read_text().strip())
-    # LP_NUM_THREADS=0 makes none, and whoever asks then draws.
+    # With LP_NUM_THREADS=0 there are no llvmpipe threads, and the calling thread draws.
     return max(1, sum(bool(re.fullmatch(r"llvmpipe-\d+", name)) for name in found))
 
 
 class Gpu:
-    """A moderngl context and what this package must know of it.
+    """A moderngl context, its limits, its programs and its observers.
 
-    Entering it makes the context current in this thread and keeps other threads out until it is
-    left: threads that trace take turns.
+    ``with gpu:`` makes the context current in this thread and locks out other threads until the
+    end of the block, so only one thread traces at a time.
 
     Parameters
     ----------
@@ -122,19 +125,20 @@ class Gpu:
             raise ContextError(f"OpenGL 3.3 is needed, {context.info['GL_RENDERER']} offers "
                                f"{context.version_code / 100:.1f}; update the driver")
         self.context = context
-        context.extra = self    # there, so that who has a texture alone finds it
+        context.extra = self    # so that a texture leads to its Gpu
         self.backend = backend
         self.renderer: str = context.info["GL_RENDERER"]
         self.version: str = context.info["GL_VERSION"]
         self.max_texture_size: int = context.info["GL_MAX_TEXTURE_SIZE"]
         self.max_draw_buffers: int = context.info["GL_MAX_DRAW_BUFFERS"]
-        # softpipe's gl_VertexID begins anew every 4096; 4092 are whole lines and triangles.
+        # softpipe's gl_VertexID restarts every 4096 vertices. 4092 vertices are whole lines and
+        # triangles.
         self.most_vertices = 4092 if self.renderer.startswith("softpipe") else None
         self.programs: dict[Any, moderngl.Program] = {}   # filled by gl/shader.py
         self.compilations: list[Any] | None = None    # gl/shader.py: compilations
         self.observers = Observers()
-        self.whole = False    # whether passes leave nothing out that they know to be empty
-        self.keeps_own_arrays: bool | None = None   # traversal/own_arrays.py finds out
+        self.whole = False    # whether passes also draw texels that they know to be empty
+        self.keeps_own_arrays: bool | None = None   # set by traversal/own_arrays.py
         self._rest: moderngl.Framebuffer | None = None
         self._entered = 0
         self._turn = threading.RLock()
@@ -150,7 +154,7 @@ class Gpu:
         return self
 
     def __exit__(self, *exception: Any) -> None:
-        """The context stays current for who entered it further out."""
+        """Leave the context. It stays current inside an outer ``with`` block."""
         self._entered -= 1
         if not self._entered:
             self.context.__exit__(*exception)
@@ -158,8 +162,10 @@ class Gpu:
 
     @contextmanager
     def observed(self, observer: Observer, whole: bool = False) -> Iterator[None]:
-        """Within, tell an observer of every pass; ``whole``: draw passes on the whole of their
-        targets, also where they know texels to be empty."""
+        """Call an observer for every pass within the block.
+
+        With ``whole``, passes cover their whole targets, also texels that they know to be empty.
+        """
         before, self.whole = self.whole, whole or self.whole
         self.observers.all.append(observer)
         try:
@@ -169,35 +175,36 @@ class Gpu:
             self.observers.all = [one for one in self.observers.all if one is not observer]
 
     def note_moved(self, up: int = 0, down: int = 0) -> None:
-        """Tell observers of bytes that went to the card or came back."""
+        """Report bytes uploaded to the card or read back to the observers."""
         self.observers.moved(up, down)
 
     def text_of(self, program: moderngl.Program) -> tuple[str, str]:
-        """The (vertex, fragment) text that a program was compiled from."""
+        """Return the (vertex, fragment) texts of a program."""
         return next(texts for texts, one in self.programs.items() if one is program)
 
     def query(self) -> Any:
-        """An occlusion query of the host's: ``with`` it, then ``samples``."""
+        """Return a new occlusion query: draw in a ``with`` block, then read ``samples``."""
         query = self.context.query(samples=True)
         return HostQuery(self.observers, query) if self.observers else query
 
     def check_size(self, width: int, height: int, what: str) -> None:
-        """Raise LimitError before GL is asked for a texture it cannot hold (it fails silently)."""
+        """Raise LimitError for a texture that GL cannot hold, because GL would fail silently."""
         limit = self.max_texture_size
         if width > limit or height > limit:
             raise LimitError(f"{what} needs a {width} x {height} texture, {self.renderer} holds "
                              f"{limit} x {limit}; trace fewer rays at a time or a smaller scene")
 
     def check_error(self, what: str) -> None:
-        """Raise LimitError when GL recorded an error: out of memory does not raise by itself."""
+        """Raise LimitError if GL recorded an error. moderngl does not raise for lack of memory."""
         error = self.context.error
         if error != "GL_NO_ERROR":
             raise LimitError(f"OpenGL says {error} after {what} on {self.renderer}")
 
     def release(self, framebuffer: moderngl.Framebuffer) -> None:
-        """Release a framebuffer, another one bound first.
+        """Bind another framebuffer, then release this framebuffer.
 
-        moderngl would go on believing the released one bound, and bind it again: a GL error.
+        Otherwise moderngl would still regard the released framebuffer as bound and bind it again,
+        which is a GL error.
         """
         if self._rest is None:
             self._rest = self.context.simple_framebuffer((1, 1))
@@ -205,11 +212,11 @@ class Gpu:
         framebuffer.release()
 
     def finish(self) -> None:
-        """Wait until everything issued so far has run."""
+        """Wait until all issued draws have run."""
         self.context.finish()
 
     def info(self) -> dict[str, Any]:
-        """What `gpgpu-rt info` prints and every measurement records."""
+        """Return the facts that `gpgpu-rt info` prints and every measurement records."""
         return {"backend": self.backend, "renderer": self.renderer, "version": self.version,
                 "max_texture_size": self.max_texture_size,
                 "max_draw_buffers": self.max_draw_buffers}
@@ -237,30 +244,31 @@ _making = threading.Lock()
 
 
 def _shared(backend: str) -> Gpu:
-    with _making:    # two threads would each make one
+    with _making:    # otherwise two threads could each make a context
         return _made(backend)
 
 
 @functools.lru_cache(maxsize=None)
 def _made(backend: str) -> Gpu:
     gpu = {"egl": _create_egl, "osmesa": _create_osmesa}[backend]()
-    # Making it made it current here, where no other thread could have it.
+    # A new context is current in this thread. Leave it, so that other threads can use it.
     gpu.context.__exit__(None, None, None)
     return gpu
 
 
 def open_gpu(context: str | moderngl.Context | Gpu | None = None) -> Gpu:
-    """The context to draw with: one a process and backend, made at the first call.
+    """Return the context to draw with. The first call for a backend makes the process's context.
 
     Parameters
     ----------
-    context : "auto", "egl", "osmesa", a moderngl.Context (a window's, say), a Gpu, or None
-        None takes the environment variable ``GPGPU_RT_CONTEXT``, else "auto": EGL, then OSMesa.
+    context : "auto", "egl", "osmesa", a moderngl.Context (such as a window's), a Gpu, or None.
+        None reads the environment variable ``GPGPU_RT_CONTEXT``; if it is unset, None means
+        "auto": EGL, then OSMesa.
 
     Raises
     ------
     ContextError
-        where no context can be had; the message says what to install.
+        if no context can be made; the message says what to install.
     """
     if isinstance(context, Gpu):
         return context
@@ -281,13 +289,13 @@ def open_gpu(context: str | moderngl.Context | Gpu | None = None) -> Gpu:
             return _shared(backend)
         except ContextError as failure:
             if backend == "egl" and "GPGPU_RT_EGL_DEVICE" in os.environ:
-                raise      # who names a device means no other
+                raise      # a user who names a device wants no other device
             failures.append(f"{backend}: {failure}".split(";")[0])
     raise ContextError(f"no OpenGL context ({'; '.join(failures)}); {HINT}")
 
 
 def probe() -> Iterator[tuple[str, Gpu | ContextError]]:
-    """Each backend with its Gpu, or with the error that says why it is not there."""
+    """Yield each backend with its Gpu, or with the error that prevents it."""
     for backend in BACKENDS:
         try:
             yield backend, _shared(backend)

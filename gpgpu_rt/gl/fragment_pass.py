@@ -1,4 +1,4 @@
-"""A pass: a fragment program, run wherever geometry that is drawn makes fragments for it."""
+"""FragmentPass: a linked program that draws geometry, with its uniforms and textures."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -11,12 +11,12 @@ from .context import Gpu
 from .shader import compile_program
 from .target import Drawable, framebuffer_of
 
-LISTS = (moderngl.POINTS, moderngl.LINES, moderngl.TRIANGLES)   # of primitives by themselves
+LISTS = (moderngl.POINTS, moderngl.LINES, moderngl.TRIANGLES)   # separate primitives
 GL_SAMPLERS = (0x8B5E, 0x8DD2)   # sampler2D, usampler2D
 
 
 class FragmentPass:
-    """A linked program and what it reads; full-screen passes and others bring the geometry.
+    """A linked program, its uniforms and its samplers. Subclasses supply the geometry.
 
     Parameters
     ----------
@@ -28,10 +28,10 @@ class FragmentPass:
     name : the fragment program's file
     vertex : the vertex program's file
     texts : the (vertex, fragment) text that was compiled
-    label : what a log calls it; empty where that is its name
-    kernel : the method's kernel that it runs, as ``ObservedPass`` has it; empty where it runs none
-    samplers : names of the textures that the program reads once it is compiled
-    uniforms : those that were set, by name
+    label : the pass's name in logs; empty for ``name``
+    kernel : the method's kernel, as in ``ObservedPass``; empty for a program without a kernel
+    samplers : names of the textures that the compiled program reads
+    uniforms : the values set so far, by name
     """
 
     def __init__(self, gpu: Gpu, fragment: str, defines: Mapping[str, object] | None = None,
@@ -42,33 +42,35 @@ class FragmentPass:
         self.program = compile_program(gpu, fragment, defines, virtual, vertex)
         self.texts = gpu.text_of(self.program)
         self.uniforms: dict[str, object] = {}
-        self._mark = object()       # that it leaves on the program, which must not hold the pass
+        self._mark = object()   # left on the program, which must not refer to the pass
         self.samplers = tuple(name for name in self.program if getattr(
             self.program[name], "gl_type", None) in GL_SAMPLERS)
         for unit, name in enumerate(self.samplers):
             self.program[name].value = unit
 
     def set(self, **uniforms: object) -> None:
-        """Set uniforms by name; one that this variant compiled away is passed over."""
+        """Set uniforms by name. Ignore uniforms that the compiler removed from this variant."""
         self.uniforms.update({name: value for name, value in uniforms.items()
                               if name in self.program})
-        self.program.extra = None   # what it was last drawn with no longer holds
+        self.program.extra = None   # the program's values are out of date
 
     def covered(self, size: tuple[int, int]) -> np.ndarray | None:
-        """(n, 2) int, x and y: the texels of a target of (width, height) that the last draw
-        covers, before the depth test; None where the pass does not know."""
+        """Return the texels that the last draw covered before the depth test, (n, 2) int, x and y.
+
+        ``size`` is the (width, height) of the target. None if the pass does not know.
+        """
         return None
 
     def issue(self, geometry: moderngl.VertexArray, target: Drawable,
               textures: Mapping[str, moderngl.Texture], mode: int, vertices: int = -1,
               instances: int = 1) -> None:
-        """Draw geometry into ``target``: textures bound, uniforms set, observers told.
+        """Bind textures, set uniforms, draw geometry into ``target`` and call the observers.
 
         Parameters
         ----------
-        textures : sampler name -> texture; more than the program samples may be given
+        textures : sampler name -> texture. Textures that the program does not sample are ignored
         mode : moderngl.POINTS, TRIANGLES, ...
-        vertices : how many of each instance; -1 is all that the geometry has
+        vertices : number of vertices of each instance; -1 for all vertices of the geometry
         """
         self._take_program()
         framebuffer = framebuffer_of(target)
@@ -76,7 +78,7 @@ class FragmentPass:
         for unit, name in enumerate(self.samplers):
             if name not in textures:
                 raise Error(f"{self.name} samples {name}, which it was not given")
-            if textures[name].glo in attached:   # GL would not say so: results are undefined
+            if textures[name].glo in attached:   # undefined in GL, without an error
                 raise Error(f"{self.name} samples {name} while drawing into it")
             textures[name].use(unit)
         framebuffer.use()
@@ -88,7 +90,7 @@ class FragmentPass:
                                 lambda: self._render(geometry, mode, vertices, instances))
 
     def _take_program(self) -> None:
-        """Give the program this pass's uniforms: passes of the same text share one program."""
+        """Set this pass's uniforms. Passes with the same texts share a program."""
         if self.program.extra is not self._mark:
             for name, value in self.uniforms.items():
                 self.program[name].value = value
@@ -96,8 +98,10 @@ class FragmentPass:
 
     def _render(self, geometry: moderngl.VertexArray, mode: int, vertices: int,
                 instances: int) -> int:
-        """Draw; lists of more vertices than the renderer numbers come a part at a time. How many
-        draw calls that took."""
+        """Draw, and return the number of draw calls.
+
+        A list with more vertices than the renderer can number is drawn in parts.
+        """
         count = geometry.vertices if vertices < 0 else vertices
         most = self.gpu.most_vertices
         if most is None or instances != 1 or mode not in LISTS:

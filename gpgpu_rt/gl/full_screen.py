@@ -1,4 +1,4 @@
-"""A pass: one program run on every texel of a target, or on those of chosen rectangles."""
+"""Full-screen passes: a program runs on every texel of a target, or on chosen rectangles."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -16,11 +16,11 @@ MOST_RECTANGLES = 1 << 14
 
 
 class Rectangles:
-    """Rectangles of a target, kept in a vertex buffer: what a pass is drawn on.
+    """Rectangles of a target in a vertex buffer. A pass draws on these rectangles.
 
     Parameters
     ----------
-    capacity : rectangles it holds at most
+    capacity : largest number of rectangles
     """
 
     def __init__(self, gpu: Gpu, capacity: int = MOST_RECTANGLES) -> None:
@@ -29,7 +29,7 @@ class Rectangles:
         self.corners = np.zeros((0, 4), np.float32)
 
     def write(self, corners: np.ndarray) -> None:
-        """Take (n, 4) corners: x0, y0, x1, y1 in texels."""
+        """Replace the rectangles by (n, 4) corners: x0, y0, x1, y1 in texels."""
         self.corners, self.count = np.ascontiguousarray(corners, np.float32), len(corners)
         if self.count:
             self.buffer.write(self.corners)
@@ -40,7 +40,7 @@ class Rectangles:
 
 
 class FullScreenPass(FragmentPass):
-    """A fragment program, run on the texels of rectangles."""
+    """A fragment program that runs on the texels of rectangles."""
 
     def __init__(self, gpu: Gpu, fragment: str, defines: Mapping[str, object] | None = None,
                  virtual: Mapping[str, str] | None = None) -> None:
@@ -51,7 +51,7 @@ class FullScreenPass(FragmentPass):
         self._area = self._whole, 1     # of the last draw
 
     def covered(self, size: tuple[int, int]) -> np.ndarray:
-        """As of a ``FragmentPass``: always known."""
+        """Return the texels of the last draw, as ``FragmentPass.covered``; never None."""
         rectangles, unit = self._area
         width, height = size
         edges = np.zeros((height + 1, width + 1), np.int64)
@@ -64,14 +64,14 @@ class FullScreenPass(FragmentPass):
     def draw(self, target: Drawable, textures: Mapping[str, moderngl.Texture],
              depth: float = 0.0, rectangles: Rectangles | None = None,
              unit: int = 1) -> None:
-        """Run on the texels of ``target`` that the depth test lets through.
+        """Run on the texels of ``target`` that pass the depth test.
 
         Parameters
         ----------
-        textures : sampler name -> texture; more than the program samples may be given
-        depth : window depth in [0, 1] to write and test with
+        textures : sampler name -> texture. Textures that the program does not sample are ignored
+        depth : window depth in [0, 1], written and tested
         rectangles : where to draw; None is everywhere
-        unit : what ``rectangles`` counts, in texels of the target: 1 / unit texels each
+        unit : units of the rectangles' corners in a texel of the target
         """
         size = target.size
         if rectangles is None:
@@ -86,7 +86,7 @@ class FullScreenPass(FragmentPass):
         if geometry is None:
             geometry = self._geometry[rectangles] = self.gpu.context.vertex_array(
                 self.program, [(rectangles.buffer, "4f/i", "rectangle")])
-        if rectangles is self._whole:   # one triangle, twice as large as the target
+        if rectangles is self._whole:   # draw a triangle that is twice as large as the target
             self.issue(geometry, target, textures, moderngl.TRIANGLES, 3)
         else:
             self.issue(geometry, target, textures, moderngl.TRIANGLE_STRIP, 4, rectangles.count)
@@ -94,7 +94,7 @@ class FullScreenPass(FragmentPass):
     def count(self, target: Drawable, textures: Mapping[str, moderngl.Texture],
               statistics: Statistics, depth: float = 0.0,
               rectangles: Rectangles | None = None) -> int:
-        """Draw, and ask by an occlusion query how many texels were let through."""
+        """Draw, and return the number of texels that an occlusion query counted."""
         query = self.gpu.query()
         with query:
             self.draw(target, textures, depth, rectangles)

@@ -1,4 +1,4 @@
-"""Column: a field of a table that is made a slice at a time: no table is ever copied whole."""
+"""Column: a field of a table that is made slice by slice, so no table is ever copied whole."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -10,9 +10,9 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Column:
-    """Stands for an array of ``count`` rows.
+    """A replacement for an array of ``count`` rows.
 
-    make : from a slice of the rows, the rows
+    make : (slice) -> the rows of the slice
     """
 
     count: int

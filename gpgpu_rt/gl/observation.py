@@ -59,42 +59,42 @@ class ObservedPass:
 
     @property
     def fragments(self) -> int | None:
-        """Fragments that passed the depth test and were not discarded; None if nobody asked."""
+        """Fragments that passed the depth test and were not discarded; None without counting."""
         return None if self._count is None else self._count.fragments
 
     @property
     def primitives(self) -> int | None:
-        """Triangles or points that reached the rasteriser; None if nobody asked."""
+        """Triangles or points that reached the rasteriser; None without counting."""
         return None if self._count is None else self._count.primitives
 
 
 class Observer:
-    """Is told of passes; a subclass overrides what it wants to know.
+    """Receives passes. A subclass overrides the methods that it needs.
 
     Attributes
     ----------
-    counts : whether fragments and primitives are to be counted, by queries around each draw
+    counts : whether queries around each draw count fragments and primitives
     """
 
     counts = False
 
     def passed(self, one: ObservedPass) -> None:
-        """A pass was drawn; its textures still hold what it read and wrote."""
+        """Receive a drawn pass, whose textures still hold its inputs and outputs."""
 
     def moved(self, up: int, down: int) -> None:
-        """Bytes went to the card or came back."""
+        """Receive the bytes of an upload or a readback."""
 
     def queried(self) -> None:
-        """The host made an occlusion query of its own."""
+        """Note that the host made an occlusion query."""
 
 
 class Observers:
-    """The observers of one context; false where a draw is to be told to nobody."""
+    """The observers of a context. The object is false while no observer receives draws."""
 
     def __init__(self) -> None:
         self.all: list[Observer] = []
         self._telling = False
-        self._waiting: list[ObservedPass] | None = None    # passes within a query of the host
+        self._waiting: list[ObservedPass] | None = None    # passes inside a query of the host
         self._free: dict[bool, list[moderngl.Query]] = {True: [], False: []}
 
     def __bool__(self) -> bool:
@@ -102,10 +102,10 @@ class Observers:
 
     def draw(self, one: FragmentPass, target: Drawable, framebuffer: moderngl.Framebuffer,
              inputs: Mapping[str, moderngl.Texture], render: Callable[[], int]) -> None:
-        """Draw, counted where an observer asks for it, and tell the observers."""
+        """Draw, count if an observer counts, and pass the draw to the observers."""
         count = None
         if any(observer.counts for observer in self.all):
-            within = self._waiting is not None      # two occlusion queries cannot run at a time
+            within = self._waiting is not None      # GL runs only one occlusion query at a time
             free = self._free[within]
             query = free.pop() if free else framebuffer.ctx.query(samples=not within,
                                                                   primitives=True)
@@ -132,18 +132,18 @@ class Observers:
             self._telling = False
 
     def moved(self, up: int, down: int) -> None:
-        """Tell of bytes that went to the card or came back."""
+        """Pass the bytes of an upload or a readback to the observers."""
         for observer in self.all if self else ():
             observer.moved(up, down)
 
     def begin_query(self) -> None:
-        """The host's own occlusion query begins: passes within wait for its end."""
+        """Begin an occlusion query of the host. Passes inside wait for its end."""
         self._waiting = []
         for observer in self.all:
             observer.queried()
 
     def end_query(self, query: moderngl.Query) -> None:
-        """The host's query has ended; the last pass within has its count."""
+        """End an occlusion query of the host. The last pass inside gets its count."""
         waiting, self._waiting = self._waiting or [], None
         for at, one in enumerate(waiting):
             if one._count is not None and at == len(waiting) - 1:
@@ -152,7 +152,7 @@ class Observers:
 
 
 class HostQuery:
-    """An occlusion query of the host while observers look on: its count is its draw's too."""
+    """An occlusion query of the host during observation, which also counts for its draw."""
 
     def __init__(self, observers: Observers, query: moderngl.Query) -> None:
         self._observers, self._query = observers, query
@@ -168,16 +168,16 @@ class HostQuery:
 
     @property
     def samples(self) -> int:
-        """Fragments that passed."""
+        """The number of fragments that passed the depth test."""
         return int(self._query.samples)
 
 
 class _Count:
-    """What a query counted, read when first asked for; the query is then free for another draw."""
+    """The result of a query, read at the first request, which frees the query for reuse."""
 
     def __init__(self, query: moderngl.Query, within: bool, free: list[moderngl.Query]) -> None:
         self._query: moderngl.Query | None = query
-        self._within, self._free = within, free     # within a query of the host, which counts
+        self._within, self._free = within, free     # inside a query of the host, which counts
         self.of_host: moderngl.Query | None = None
         self._found = 0, 0
 
@@ -199,7 +199,7 @@ class _Count:
 
 
 class Passes(list[ObservedPass], Observer):
-    """The passes that were observed so far, in their order."""
+    """The passes observed so far, in their order."""
 
     def __init__(self, look: Look | None = None, fragments: bool = False) -> None:
         super().__init__()
@@ -213,7 +213,7 @@ class Passes(list[ObservedPass], Observer):
 
 @contextmanager
 def observe(gpu: Gpu, look: Look | None = None, fragments: bool = False) -> Iterator[Passes]:
-    """Observe every pass that is drawn within; see ``Tracer.observe``."""
+    """Observe every pass that is drawn within the block; see ``Tracer.observe``."""
     passes = Passes(look, fragments)
     with gpu, gpu.observed(passes):
         try:

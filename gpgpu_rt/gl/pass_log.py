@@ -1,8 +1,8 @@
-"""The log of a call's passes: what was drawn, how many fragments ran, what was read and written.
+"""The log of a call's passes: draws, fragments, and bytes read and written.
 
-``Tracer`` keeps one with ``statistics=True``. Fragments are counted by an occlusion query around
-each draw, so early depth and the rectangles drawn count as they work; of a program that discards,
-those it keeps. Without a log nothing is counted and nothing costs.
+``Tracer`` keeps a log with ``statistics=True``. An occlusion query around each draw counts the
+fragments that pass the depth test and are not discarded. Without a log there are no queries and no
+costs.
 """
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from ..statistics import Statistics
 from .context import Gpu
 from .observation import ObservedPass, Observer
 
-AT_ONCE = 64    # queries that wait to be read
+AT_ONCE = 64    # largest number of queries that wait for their readback
 
 
 @dataclass
 class PassWork:
-    """All draws of one program under one name.
+    """The total work of all draws of a program under the same name.
 
     Attributes
     ----------
-    name : the kernel it runs, or the program
-    texts : what it was compiled from, (vertex, fragment)
-    draws, fragments : how many
-    streams_read : bytes of streams that fragments read: each texel once
-    tables : the tables it samples; how often is the program's to say (see ``gpgpu_rt.hardware``)
-    texel_bytes : sampler -> bytes of a texel of what it reads
+    name : the kernel of the program, or the program's file
+    texts : the (vertex, fragment) texts of the program
+    draws, fragments : number of draws and of fragments
+    streams_read : bytes of streams that fragments read, if each fragment reads each texel once
+    tables : the sampled tables. ``gpgpu_rt.hardware`` counts the samples
+    texel_bytes : sampler -> bytes of a texel of the sampled texture
     written : bytes written to render targets
     """
 
@@ -47,7 +47,7 @@ class PassWork:
 
 @dataclass
 class PassLog(Observer):
-    """The passes of a call by name and texts, and what went between host and card."""
+    """The passes of a call by name and texts, and the bytes between host and card."""
 
     passes: dict[tuple[str, tuple[str, str]], PassWork] = field(default_factory=dict)
     queries: int = 0
@@ -72,7 +72,7 @@ class PassLog(Observer):
             self._read()
 
     def moved(self, up: int, down: int) -> None:
-        """Add bytes that went to the card or came back."""
+        """Add bytes uploaded to the card and read back."""
         self.uploaded += up
         self.read_back += down
 
@@ -89,7 +89,7 @@ class PassLog(Observer):
         self._waiting = []
 
     def to_list(self) -> list[dict[str, Any]]:
-        """Every program's work as plain data, in the order of their first draws."""
+        """Return every program's work as plain data, in the order of first draws."""
         self._read()
         return [{key: value for key, value in asdict(one).items() if key != "texts"}
                 for one in self.passes.values()]
@@ -97,7 +97,7 @@ class PassLog(Observer):
 
 @contextmanager
 def logged(gpu: Gpu, statistics: Statistics) -> Iterator[PassLog]:
-    """Within, passes are logged; the statistics then hold what they were."""
+    """Log the passes within the block, then put the log into the statistics."""
     with gpu.observed(log := PassLog()):
         yield log
     statistics.pass_log = log.to_list()

@@ -1,14 +1,14 @@
-"""Number formats of period hardware: what textures hold, and how kernels round.
+"""Number formats of period hardware: the formats of textures, and the rounding of kernels.
 
-``storage`` is what the geometric channels of ray, state, hit and node textures hold;
-``arithmetic`` is what each result of a kernel is rounded to. Indices stay exact whatever these
-are. The same rounding stands in ``glsl/core/precision.glsl``; a test holds the two to the same
+``storage`` is the format of the geometric channels of ray, state, hit and node textures.
+``arithmetic`` is the format to which each result of a kernel is rounded. Indices stay exact in all
+formats. ``glsl/core/precision.glsl`` rounds in the same way; a test checks that both give the same
 bits.
 
-fp16 is s10e5 with denormals, as OpenEXR and NV30 have it. fp24 is ATI's s16e7 of R300 to R500,
-without denormals, emulated in float32. No source says for certain how those units rounded: hence
-the option ``rounding``. A finite value past the largest becomes the largest, so that infinity
-keeps its one meaning, "no end".
+fp16 is s10e5 with denormals, as in OpenEXR and NV30. fp24 is ATI's s16e7 of R300 to R500, without
+denormals, emulated in float32. No source states with certainty how these units rounded; therefore
+the option ``rounding`` exists. A finite value above the largest number becomes the largest number,
+so infinity only means "no end".
 """
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Format:
     ----------
     mantissa_bits : explicit bits of the mantissa
     smallest : the smallest normal number
-    quantum : what numbers below ``smallest`` are multiples of; the same where there are none
+    quantum : numbers below ``smallest`` are multiples of it; ``smallest`` without denormals
     largest : the largest finite number
     """
 
@@ -43,12 +43,15 @@ class Format:
 
     @property
     def unit(self) -> float:
-        """Unit roundoff to nearest."""
+        """The unit roundoff of rounding to nearest."""
         return 2.0 ** -(self.mantissa_bits + 1)
 
     def round(self, values: np.ndarray, rounding: str = "nearest") -> np.ndarray:
-        """Float32 values rounded to this format, as float32: to nearest (ties to even), towards
-        zero (``chop``), or towards plus infinity (``up``)."""
+        """Return float32 values rounded to this format, as float32.
+
+        ``rounding`` is to the nearest number with ties to even (``nearest``), towards zero
+        (``chop``), or towards plus infinity (``up``).
+        """
         x = np.ascontiguousarray(values, np.float32)
         dropped = np.uint32(23 - self.mantissa_bits)
         if not dropped:
@@ -98,16 +101,16 @@ class Precision:
     def layout(self, record: PackedRecord) -> PackedRecord: ...
 
     def layout(self, record: Record | PackedRecord) -> Record | PackedRecord:
-        """The record as its textures hold it."""
+        """Return the record in the layout of its textures."""
         return record if isinstance(record, PackedRecord) else record.stored(self.storage)
 
     def stored(self, values: np.ndarray) -> np.ndarray:
-        """Geometric values as textures hold them, in float32."""
+        """Return geometric values rounded to the format of textures, in float32."""
         return FORMATS[self.storage].round(values, self.rounding)
 
     def stored_fields(self, record: Record | PackedRecord,
                       arrays: Mapping[str, np.ndarray]) -> Mapping[str, np.ndarray]:
-        """A table's fields with the geometric ones rounded; integers stay."""
+        """Return a table's fields: geometric fields rounded, integer fields unchanged."""
         if isinstance(record, PackedRecord):
             return arrays
         integer = {field.name for field in record.fields if field.is_integer}
@@ -115,14 +118,14 @@ class Precision:
                 for name, values in arrays.items()}
 
     def defines(self) -> dict[str, object]:
-        """What ``core/precision.glsl`` reads."""
+        """Return the defines for ``core/precision.glsl``."""
         return {**_format_defines("STORAGE", self.storage),
                 **_format_defines("ARITHMETIC", self.arithmetic),
                 "ROUNDING_" + self.rounding.upper(): True}
 
 
 def _format_defines(prefix: str, name: str) -> dict[str, object]:
-    """Nothing for fp32: its programs hold no trace of rounding."""
+    """Return the defines of a format; none for fp32, whose programs do not round."""
     if name == "fp32":
         return {}
     chosen = FORMATS[name]

@@ -1,4 +1,4 @@
-"""A pass over primitives: points that scatter, quads over what they bound, a mesh's triangles."""
+"""PrimitivePass: draws points that scatter, quads that bound shapes, or a mesh's triangles."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -12,8 +12,8 @@ from .textures import release
 
 
 class PrimitivePass(FragmentPass):
-    """Draws primitives whose vertices come from a buffer or, without one, are made by the vertex
-    program from their numbers alone.
+    """Draws primitives. Their vertices come from a buffer, or the vertex program makes each vertex
+    from its number.
 
     Parameters
     ----------
@@ -32,8 +32,8 @@ class PrimitivePass(FragmentPass):
 
         Parameters
         ----------
-        layout : in moderngl's words, "3f 1i" a vertex or "4f/i" an instance
-        attributes : one a word; what the program does not read is passed over
+        layout : in moderngl's notation: "3f 1i" for a vertex or "4f/i" for an instance
+        attributes : an attribute per word of the layout. Unused attributes are ignored
         """
         if self._buffer is not buffer:
             release(self._geometry)
@@ -42,7 +42,7 @@ class PrimitivePass(FragmentPass):
 
     def draw(self, target: Drawable, textures: Mapping[str, moderngl.Texture],
              mode: int, vertices: int = -1, instances: int = 1) -> None:
-        """Draw them; ``issue`` says what the parameters are."""
+        """Draw the primitives. ``issue`` explains the parameters."""
         if self._geometry is None:
             self._geometry = self.gpu.context.vertex_array(self.program, [])
         self.issue(self._geometry, target, textures, mode, vertices, instances)

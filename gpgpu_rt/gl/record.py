@@ -1,11 +1,12 @@
-"""Records: what a declaration of fields means, packed by numpy and read by GLSL.
+"""Records: declarations of fields in texels, which numpy packs and GLSL reads.
 
-A declaration reads like the texels: ``"v0:vec3 index:int | v1:vec3 last:int | v2:vec3"``.
+A declaration lists fields texel by texel: ``"v0:vec3 index:int | v1:vec3 last:int | v2:vec3"``.
 Types are float (the default), vec2, vec3, vec4, int, ivec3 and ivec4. Integers are stored as float
-values, exact up to 2^24 either side of zero, and packing raises where one is past that.
+values, which are exact from -2^24 to 2^24. Packing raises an error outside this range.
 
-Fields that are no integers are geometric: they follow the option ``storage``. Under fp16 they move
-to texels of their own, in half float textures, and integers keep their float32 ones.
+All fields other than integers are geometric: their format follows the option ``storage``. Under
+fp16, geometric fields have their own texels in half float textures, and integers stay in float32
+textures.
 """
 from __future__ import annotations
 
@@ -17,15 +18,16 @@ import numpy as np
 
 from ..errors import LimitError
 
-TABLE_WIDTH_LOG2 = 12     # tables are 4096 texels wide: shifts and masks, no division
-EXACT_INTEGER = 1 << 24   # float32 holds every integer up to here
+# Tables are 4096 texels wide, so addresses need shifts and masks, not divisions.
+TABLE_WIDTH_LOG2 = 12
+EXACT_INTEGER = 1 << 24   # float32 holds every integer up to this number
 FIELD_TYPES = {"float": 1, "int": 1, "vec2": 2, "vec3": 3, "vec4": 4, "ivec3": 3,
-               "ivec4": 4}    # and how many channels each takes
+               "ivec4": 4}    # type -> number of channels
 
 
 @dataclass(frozen=True)
 class Field:
-    """A field of a record: its GLSL type and where it stands."""
+    """A field of a record: its GLSL type, its texel and its first channel."""
 
     name: str
     type: str
@@ -45,28 +47,28 @@ class Field:
         return self.type in ("int", "ivec3", "ivec4")
 
     def of(self, texels: np.ndarray) -> np.ndarray:
-        """(...) or (..., k) of (..., 4), texels that it stands in."""
+        """Return the field's values, (...) or (..., k), from its texels, (..., 4)."""
         values = texels[..., self.channel:self.channel + self.width]
         values = values[..., 0] if self.width == 1 else values
         return values.astype(np.int32) if self.is_integer else values
 
     def decode(self, texel: str) -> str:
-        """GLSL that reads the field from a texel."""
+        """Return GLSL that reads the field from a texel."""
         value = f"{texel}.{self.swizzle}"
         return f"{self.type}({value})" if self.is_integer else value
 
     def encode(self, value: str) -> str:
-        """GLSL that turns the field's value into what its channels hold."""
+        """Return GLSL that converts the field's value to the value of its channels."""
         floats = {"int": "float", "ivec3": "vec3", "ivec4": "vec4"}
         return f"{floats[self.type]}({value})" if self.is_integer else value
 
 
 @dataclass(frozen=True)
 class Plane:
-    """Texels of a record that lie in textures of one type.
+    """The texels of a record that share a texture type.
 
-    ``suffix`` tells a table's textures apart; ``components`` is 1, 2 or 4 (three-channel targets
-    are not portable); ``dtype`` is f4 or f2.
+    ``suffix`` distinguishes the textures of a table. ``components`` is 1, 2 or 4, because
+    three-channel targets are not portable. ``dtype`` is f4, f2 or u4.
     """
 
     suffix: str
@@ -78,15 +80,20 @@ class Plane:
 
 @dataclass(frozen=True)
 class Record:
-    """A record named ``name`` (GLSL prefix) whose texels are declared in ``layout``.
+    """A record. Its texels hold fields, which numpy packs and GLSL reads.
 
-    ``half_texels`` of them, the first ones, lie in half float textures; ``storage`` is the format
-    that geometric fields are rounded to. Both come from ``stored``. ``uniform_texels`` of a stream
-    are the same for all its records: a program reads them from uniforms, not from textures.
-    GLSL may ask: RAYS_TEXEL_0_UNIFORM is then defined.
-    ``define`` is a GLSL define that comes with a stream's accessors, for a program that does
-    something else with fields which only some records of that name have. ``constants`` are names
-    and integers that its fields may hold in the place of others, known to GLSL by those names.
+    Attributes
+    ----------
+    name : Name of the record, and prefix of its accessors in GLSL.
+    layout : Declaration of the fields.
+    storage : Format of the geometric fields. Set by ``stored``.
+    half_texels : Number of the first texels that are in half float textures. Set by ``stored``.
+    uniform_texels : Texels of a stream that are the same for all its records. A program reads
+        these texels from uniforms. GLSL finds, for example, RAYS_TEXEL_0_UNIFORM defined.
+    define : GLSL define that accompanies a stream's accessors. A program uses it to distinguish
+        records of the same name with different fields.
+    constants : Names and values of integers with a special meaning in fields. GLSL knows them by
+        these names.
     """
 
     name: str
@@ -99,7 +106,7 @@ class Record:
 
     @lru_cache(maxsize=None)
     def stored(self, storage: str) -> Record:
-        """This record under the option ``storage``; under fp16 regrouped, geometric first."""
+        """Return this record for ``storage``. Under fp16, geometric fields come first."""
         if storage != "fp16":
             return replace(self, storage=storage)
         groups = [_cut_into_texels(f for f in self.fields if f.is_integer is integer)
@@ -108,7 +115,7 @@ class Record:
                        half_texels=len(groups[0]))
 
     def extended(self, more: str) -> Record:
-        """This record with more texels behind its own."""
+        """Return this record with more texels after its own texels."""
         return replace(self, layout=f"{self.layout} | {more}")
 
     @cached_property
@@ -127,12 +134,12 @@ class Record:
 
     @property
     def texels(self) -> int:
-        """Texels a record takes."""
+        """Number of texels of a record."""
         return self.layout.count("|") + 1
 
     @cached_property
     def planes(self) -> tuple[Plane, ...]:
-        """The types of texture that the record's texels lie in."""
+        """The planes of the record: its texels grouped by texture type."""
         half = self.half_texels
         parts = (("_half", 0, half, "f2"), ("", half, self.texels - half, "f4"))
         planes = []
@@ -147,7 +154,7 @@ class Record:
         return next(p for p in self.planes if p.first <= texel < p.first + p.texels)
 
     def pack(self, **arrays: np.ndarray) -> np.ndarray:
-        """Records from one array a field: (n, texels, 4) float32.
+        """Return the texels of records, (n, texels, 4) float32, from an array per field.
 
         Parameters
         ----------
@@ -164,17 +171,17 @@ class Record:
 
     def pack_into(self, planes: Sequence[np.ndarray | None] | np.ndarray,
                   **arrays: np.ndarray) -> None:
-        """Write records from one array a field.
+        """Write the texels of records, from an array per field.
 
         Parameters
         ----------
-        planes : (n, 4) float32 each, whatever its strides, one a texel; None is left out
-        arrays : (n,) or (n, width) each, by field name; a field left out is zero
+        planes : an array per texel, (n, 4) float32 with any strides. None skips the texel
+        arrays : (n,) or (n, width) each, by field name. A missing field is zero
 
         Raises
         ------
         LimitError
-            where an int field is past 2^24, or there are more records than floats can index.
+            for an integer above 2^24, or for more records than floats can index.
         """
         unknown = set(arrays) - {f.name for f in self.fields}
         if unknown:
@@ -198,20 +205,22 @@ class Record:
                 planes[field.texel][:, field.channel + k] = values[:, k]
 
     def unpack(self, texels: np.ndarray) -> dict[str, np.ndarray]:
-        """The inverse of ``pack``: (..., texels, 4) -> arrays (...) or (..., width) by field name;
-        those of float fields are views."""
+        """Return arrays by field name from texels, (..., texels, 4): the inverse of ``pack``.
+
+        Arrays are (...) or (..., width). Arrays of float fields are views.
+        """
         return self.unpack_planes(np.moveaxis(texels, -2, 0))
 
     def field(self, name: str) -> Field:
-        """The field of a name."""
+        """Return the field with a name."""
         return next(field for field in self.fields if field.name == name)
 
     def unpack_planes(self, planes: Sequence[np.ndarray] | np.ndarray) -> dict[str, np.ndarray]:
-        """``unpack`` of (..., 4) each, one a texel."""
+        """Return arrays by field name, as ``unpack``, from an array (..., 4) per texel."""
         return {f.name: f.of(planes[f.texel]) for f in self.fields}
 
     def table_glsl(self) -> str:
-        """Accessors of a table record: ``kd_node_split(i)`` and one a field."""
+        """Return GLSL accessors of a table record, a function per field: ``kd_node_split(i)``."""
         lines = [_table_glsl("sampler2D", self.name + plane.suffix) for plane in self.planes]
         for f in self.fields:
             plane = self.plane_of(f.texel)
@@ -221,15 +230,16 @@ class Record:
         return "\n".join(lines)
 
     def stream_glsl(self, writes: bool, first_target: int = 0) -> str:
-        """Struct and load of a stream record; with ``writes``, rounding to its storage and store.
+        """Return the GLSL struct and load function of a stream record.
 
-        ``first_target`` is the render target of the record's first texel.
+        With ``writes``, add the store function, which rounds to ``storage``. ``first_target`` is
+        the render target of the record's first texel.
         """
         name, struct = self.name, self.name.capitalize()
         lines = ['#include "core/texel.glsl"']
         lines += [f"#define {self.define}"] if self.define else []
         lines += [f"#define {name.upper()}_TEXEL_{k}_UNIFORM" for k in self.uniform_texels]
-        for constant, value in self.constants:     # of two such records one declares it
+        for constant, value in self.constants:     # records may share a constant
             lines += [f"#ifndef {constant}", f"#define {constant} {value}", "#endif"]
         by_texel = [[f for f in self.fields if f.texel == k] for k in range(self.texels)]
         declared = [" ".join(f"{f.type} {f.name};" for f in fields)
@@ -256,7 +266,7 @@ class Record:
 
     def _store_glsl(self, struct: str, by_texel: Sequence[Sequence[Field]],
                     first_target: int) -> list[str]:
-        """Rounding to the record's storage, and the store into render targets."""
+        """Return GLSL that rounds to the record's storage and stores into render targets."""
         name = self.name
         rounded = [] if self.storage == "fp32" else [f for f in self.fields if not f.is_integer]
         lines = [f"{struct} {name}_stored({struct} record) {{",
@@ -275,10 +285,10 @@ class Record:
 
 @dataclass(frozen=True)
 class PackedRecord:
-    """A table record of bit fields in integer texels, four channels each.
+    """A table record of bit fields in integer texels with four channels each.
 
-    ``"lo:16 hi:16 | link:32"`` reads from the lowest bit of each channel up. GLSL reads
-    ``name_lo(i)``, a uint.
+    ``"lo:16 hi:16 | link:32"`` lists the fields of each channel from the lowest bit up. In GLSL,
+    ``name_lo(i)`` returns a uint.
     """
 
     name: str
@@ -305,12 +315,17 @@ class PackedRecord:
 
     @property
     def texels(self) -> int:
-        """Texels a record takes."""
+        """Number of texels of a record."""
         return (self.layout.count("|") + 4) // 4
 
     def pack(self, **arrays: np.ndarray) -> np.ndarray:
-        """(n, texels, channels of one) uint32 from one (n,) array a field; LimitError where one
-        does not fit."""
+        """Return texels, (n, texels, channels) uint32, from an (n,) array per field.
+
+        Raises
+        ------
+        LimitError
+            for a value that does not fit its bits
+        """
         packed = np.zeros((len(next(iter(arrays.values()))), self.channels), np.uint32)
         for name, channel, shift, bits in self.fields:
             values = np.asarray(arrays[name]).astype(np.int64)
@@ -322,11 +337,11 @@ class PackedRecord:
 
     @property
     def planes(self) -> tuple[Plane, ...]:
-        """As of a Record: one texture of integers."""
+        """The planes, as of a Record: a single texture of integers."""
         return (Plane("", 0, self.texels, self.channels // self.texels, "u4"),)
 
     def table_glsl(self) -> str:
-        """Accessors: ``quantised_node_lo_x(i)`` and one a field."""
+        """Return GLSL accessors, a function per field: ``quantised_node_lo_x(i)``."""
         lines = [_table_glsl("usampler2D", self.name)]
         for name, channel, shift, bits in self.fields:
             place = f"i * {self.texels} + {channel // 4}" if self.texels > 1 else "i"
@@ -337,20 +352,20 @@ class PackedRecord:
 
 
 def _table_glsl(sampler: str, name: str) -> str:
-    """What TABLE_FETCH(name, i) reads: the texture, and the distance of its rows."""
+    """Return GLSL for TABLE_FETCH(name, i): the texture, and the distance of its rows."""
     return (f"uniform {sampler} {name}_table;\n"
             f"float {name}_table_row = 1.0 / float(textureSize({name}_table, 0).y);")
 
 
 def check_count(name: str, count: int) -> None:
-    """Raise LimitError for more records than a state in float texels can point at."""
+    """Raise LimitError for more records than a float texel can index."""
     if count > EXACT_INTEGER:
         raise LimitError(f"{count} {name} records are past 2^24, the last index a float texel "
                          "holds exactly; take a smaller scene or a coarser build")
 
 
 def _cut_into_texels(fields: Iterable[Field]) -> list[str]:
-    """Fields in order, as many a texel as fit: the parts of a layout."""
+    """Return the layouts of texels: each texel has as many fields, in order, as fit."""
     texels: list[str] = []
     used = 4
     for field in fields:
@@ -365,8 +380,10 @@ def _cut_into_texels(fields: Iterable[Field]) -> list[str]:
 
 
 def streams_glsl(reads: Iterable[Record], writes: Iterable[Record]) -> str:
-    """What ``#include <streams>`` stands for in a pass: streams that it reads, and those that it
-    writes, on the render targets in their order."""
+    """Return the text of ``#include <streams>``: the accessors of a pass's streams.
+
+    The written streams use the render targets in their order.
+    """
     texts, target = [record.stream_glsl(writes=False) for record in reads], 0
     for record in writes:
         texts.append(record.stream_glsl(True, target))

@@ -1,4 +1,4 @@
-"""A pass whose vertex program makes its geometry, a few vertices for each number it is given."""
+"""RowPass: the vertex program makes the geometry, a few vertices for each given integer."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -13,13 +13,13 @@ from .textures import release
 
 
 class RowPass(FragmentPass):
-    """Draws ``vertices`` vertices for each of a list of integers, the attribute of the program.
+    """Draws ``vertices`` vertices for each integer of a list.
 
     Parameters
     ----------
     vertex, fragment : files under ``glsl/``
-    attribute : what the vertex program calls the integer
-    vertices : vertices an integer; primitives are triangles, or points where it is 1
+    attribute : the vertex program's name of the integer
+    vertices : vertices per integer. 1 draws points, other numbers draw triangles
     """
 
     def __init__(self, gpu: Gpu, vertex: str, fragment: str, attribute: str, vertices: int,
@@ -31,7 +31,7 @@ class RowPass(FragmentPass):
 
     def draw(self, target: Drawable, textures: Mapping[str, moderngl.Texture],
              rows: np.ndarray, uniforms: Mapping[str, object]) -> None:
-        """Draw (n,) or (n, k) int ``rows``; more may be given than the program reads."""
+        """Draw (n,) or (n, k) int ``rows``. Uniforms that the program lacks are ignored."""
         if not len(rows):
             return
         data = np.repeat(rows.astype(np.int32), self.vertices, axis=0)

@@ -1,11 +1,11 @@
-"""The one place that compiles: resolves includes and defines, and words compile errors.
+"""Compilation of programs: resolves includes and defines, and formats compile errors.
 
-A program is an entry file, ``.frag`` or ``.vert``, that begins with ``#version`` and includes
-what it needs: ``#include "core/hit.glsl"`` names a file under ``glsl/``, ``#include <records>`` a
-text that Python generated (the accessors of the records in use). Each file is included once.
+A program is an entry file, ``.frag`` or ``.vert``. It begins with ``#version`` and includes other
+texts. ``#include "core/hit.glsl"`` names a file under ``glsl/``. ``#include <records>`` names a
+text that Python generated, such as the accessors of records. Each file is included once.
 
-Lines are traced back to their files by a table of ours and not by ``#line``: Mesa reports an
-undeclared name in file 0 whatever ``#line`` said.
+A table maps lines to their files. ``#line`` would not suffice: Mesa reports an undeclared name in
+file 0 despite ``#line``.
 """
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ from .context import Gpu
 
 ROOT = Path(str(importlib.resources.files("gpgpu_rt.glsl")))
 
-DEFINES = "<defines>"    # where lines come from that are written below ``#version``
-MOST_PROGRAMS = 512      # kept for who asks for them again: on a software renderer, a MiB each
+DEFINES = "<defines>"    # file name of the lines that are inserted below ``#version``
+MOST_PROGRAMS = 512      # kept for further requests; on a software renderer, a program takes 1 MiB
 
 _INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"(?P<file>[^"]+)"|<(?P<virtual>\w+)>)\s*$')
 _VERSION = re.compile(r"^\s*#\s*version\b")
 # "0:12(5): error" (Mesa), "0(12) : error" (NVIDIA), "ERROR: 0:12:" (others)
 _LOCATION = re.compile(r"(?P<a>\d+):(?P<b>\d+)(?:\(\d+\))?:|(?P<c>\d+)\((?P<d>\d+)\)\s*:")
 
-# Contraction to FMA breaks the watertight test; `precise` forbids it where a driver offers it.
+# Contraction to FMA breaks the watertight test. `precise` forbids it, if the driver supports that.
 _PREAMBLE = """#extension GL_ARB_gpu_shader5 : enable
 #ifdef GL_ARB_gpu_shader5
 #define PRECISE precise
@@ -45,22 +45,23 @@ _PREAMBLE = """#extension GL_ARB_gpu_shader5 : enable
 
 @dataclass
 class Source:
-    """A resolved program text, and where its lines came from.
+    """A resolved program text, and the origin of its lines.
 
     Attributes
     ----------
-    runs : (lines before it, file, its first line there, lines) of lines that stand together
+    runs : consecutive lines of a file, as (number of lines before the run, file, first line of the
+        run in the file, number of lines)
     """
 
     text: str
     runs: list[tuple[int, str, int, int]] = field(default_factory=list)
 
     def files(self) -> list[str]:
-        """The file of each line; ``<name>`` for a generated text."""
+        """Return the file of each line; ``<name>`` for a generated text."""
         return [name for _, name, _, count in self.runs for _ in range(count)]
 
     def origin(self, line: int) -> tuple[str, int] | None:
-        """File and line that a line of the text, counted from 1, came from."""
+        """Return the file and the line in it of a line of the text, counted from 1."""
         for before, name, first, count in self.runs:
             if before < line <= before + count:
                 return name, first + line - before - 1
@@ -87,7 +88,7 @@ class _LineBlock(NamedTuple):
     version: bool
 
 
-@functools.lru_cache(maxsize=1024)     # the same texts make up hundreds of programs
+@functools.lru_cache(maxsize=1024)     # hundreds of programs share texts
 def _line_blocks(text: str) -> tuple[_LineBlock, ...]:
     found, first = [], 1
     lines = text.splitlines()
@@ -104,19 +105,19 @@ def _line_blocks(text: str) -> tuple[_LineBlock, ...]:
 
 def resolve(entry: str, defines: Mapping[str, object] | None = None,
             virtual: Mapping[str, str] | None = None) -> Source:
-    """The text of ``entry`` with every include in place.
+    """Return the text of ``entry`` with every include replaced by its text.
 
     Parameters
     ----------
     entry : path of the entry file, relative to ``glsl/`` or absolute
-    defines : name -> value; True defines without a value, None and False leave out
-    virtual : name -> generated text for ``#include <name>``; a value that begins with
-        ``file:`` stands for that file, relative to ``glsl/`` or absolute
+    defines : name -> value. True defines the name without a value; None and False define nothing
+    virtual : name -> generated text for ``#include <name>``. A value that begins with ``file:``
+        names a file, relative to ``glsl/`` or absolute
 
     Raises
     ------
     ShaderError
-        for a file that is missing, an unknown virtual include or a cycle.
+        for a missing file, an unknown virtual include or a cycle.
     """
     virtual = virtual or {}
     source = Source("")
@@ -171,12 +172,12 @@ def _define_lines(defines: Mapping[str, object]) -> list[str]:
 def compile_program(gpu: Gpu, fragment: str, defines: Mapping[str, object] | None = None,
                     virtual: Mapping[str, str] | None = None,
                     vertex: str = "drivers/full_screen.vert") -> moderngl.Program:
-    """A linked program, the same object again for the same text.
+    """Return a linked program. The same texts give the same object.
 
     Raises
     ------
     ShaderError
-        that names file, line and the defines in force.
+        for a compile error; the message names the file, the line and the defines.
     """
     vertex_source = resolve(vertex, {}, virtual)
     source = resolve(fragment, defines, virtual)
@@ -192,14 +193,16 @@ def compile_program(gpu: Gpu, fragment: str, defines: Mapping[str, object] | Non
                                           fragment_shader=source.text)
         except moderngl.Error as failure:
             raise ShaderError(_word_log(str(failure), source, defines or {})) from failure
-    gpu.programs[key] = program    # the last one that was asked for
+    gpu.programs[key] = program    # now the most recently requested program
     return program
 
 
 @contextmanager
 def compilations(gpu: Gpu) -> Iterator[list[Compilation]]:
-    """Within, every call of ``compile_program`` adds to the list, whether the program is compiled
-    then or was kept from an earlier call."""
+    """List every call of ``compile_program`` within the block.
+
+    The list includes calls whose program was kept from an earlier call.
+    """
     before, gpu.compilations = gpu.compilations, []
     try:
         yield gpu.compilations
@@ -208,11 +211,11 @@ def compilations(gpu: Gpu) -> Iterator[list[Compilation]]:
 
 
 def _let_go(gpu: Gpu) -> None:
-    """Make room for a program: those asked for longest ago go, if nobody has them."""
+    """Release the least recently requested programs that nobody uses, if there are too many."""
     for key in list(gpu.programs):
         if len(gpu.programs) < MOST_PROGRAMS:
             return
-        if sys.getrefcount(gpu.programs[key]) == 2:    # the table's, and that of the question
+        if sys.getrefcount(gpu.programs[key]) == 2:    # references: table and argument
             gpu.programs.pop(key).release()
 
 

@@ -1,4 +1,4 @@
-"""Target: records in textures of one size, and the framebuffer that draws into them."""
+"""Target: records in textures of the same size, and the framebuffer that draws into them."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
@@ -13,32 +13,34 @@ from .textures import (
     read_texture, release, stream_samplers, stream_textures, texture_bytes, write_texture
 )
 
-ByRay = Callable[[np.ndarray], np.ndarray]    # texels (k, 4) -> (n, 4), one row a ray
+ByRay = Callable[[np.ndarray], np.ndarray]    # texels (k, 4) -> (n, 4), a row per ray
 
 
 def whole(texels: np.ndarray) -> np.ndarray:
-    """Texels as they lie."""
+    """Return the texels unchanged."""
     return texels
 
 
 class Target:
-    """One or several records a texel: what passes draw into and later passes read.
+    """Render targets that hold a record, or several records, at each position.
+
+    Passes draw into a Target, and later passes read its textures.
 
     Parameters
     ----------
-    records : a Record or several, in the order of the render targets
-    size : (width, height) texels
-    depth : a depth buffer of that size. Draws test against it and do not write it
-    borrowed : name -> textures that another object owns and releases, instead of new ones for the
-        record of that name. A name without a record is attached behind the records
+    records : a Record, or several Records in the order of the render targets
+    size : (width, height) in texels
+    depth : a depth buffer of the same size. Draws test against it and do not write it
+    borrowed : name -> textures that another object owns and releases. They replace new textures
+        for the record of that name. A name without a record is attached after the records
 
     Attributes
     ----------
     records : name -> Record
-    streams : name -> textures, one a texel of the record
-    textures : all of them, in the order of the render targets
+    streams : name -> textures, a texture per texel of the record
+    textures : all textures, in the order of the render targets
     framebuffer : draws into all textures at once
-    length : texels
+    length : number of texels
     """
 
     def __init__(self, gpu: Gpu, records: Record | Sequence[Record], size: tuple[int, int],
@@ -57,16 +59,16 @@ class Target:
 
     @property
     def record(self) -> Record:
-        """The first record, which is the only one of most targets."""
+        """The first record. Most targets have only this record."""
         return next(iter(self.records.values()))
 
     def part(self, record: Record) -> Target:
-        """A target over the textures of one record alone, which stay this target's own."""
+        """Return a target over the textures of a single record. This target keeps owning them."""
         return Target(self.gpu, record, self.size,
                       borrowed={record.name: self.streams[record.name]})
 
     def samplers(self, as_name: str | None = None) -> dict[str, moderngl.Texture]:
-        """Sampler name -> texture; ``as_name`` renames the record of a target that has one."""
+        """Return sampler name -> texture. ``as_name`` renames the record of a single record."""
         return {sampler: texture for name, textures in self.streams.items()
                 for sampler, texture in stream_samplers(as_name or name, textures).items()}
 
@@ -75,12 +77,12 @@ class Target:
 
         Parameters
         ----------
-        name : the record; None for the first one
-        by_ray : puts the texels in another order, or into fewer rows
+        name : the record; None for the first record
+        by_ray : changes the order or the number of the texels
 
         Returns
         -------
-        Field name -> (n,) or (n, width), one entry a texel, row by row.
+        Field name -> (n,) or (n, width), an entry per texel, row by row.
         """
         record = self.records[name] if name else self.record
         return read_record(record, stream_samplers(record.name, self.streams[record.name]), by_ray)
@@ -98,11 +100,11 @@ class Target:
         self.framebuffer.clear(*colour, **more)
 
     def bytes(self) -> int:
-        """Bytes of the textures, without borrowed ones."""
+        """Return the bytes of the textures, without borrowed textures."""
         return sum(map(texture_bytes, self._own.values()))
 
     def release(self) -> None:
-        """Free the framebuffer and the textures, without borrowed ones."""
+        """Free the framebuffer and the textures, without borrowed textures."""
         release(self.framebuffer, self._own)
 
 
@@ -114,9 +116,9 @@ def read_record(record: Record, samplers: Mapping[str, moderngl.Texture],
     return record.unpack(texels[0][:, None] if len(texels) == 1 else np.stack(texels, axis=1))
 
 
-Drawable = Target | moderngl.Framebuffer    # what passes draw into
+Drawable = Target | moderngl.Framebuffer    # a target of draws
 
 
 def framebuffer_of(target: Drawable) -> moderngl.Framebuffer:
-    """The framebuffer of what passes draw into."""
+    """Return the framebuffer of a Target or of a framebuffer itself."""
     return target.framebuffer if isinstance(target, Target) else target

@@ -1,4 +1,4 @@
-"""Textures: tables that hold a scene, and targets that passes write."""
+"""Textures: tables of a scene, render targets, uploads and readbacks."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
@@ -14,24 +14,24 @@ from .precision import Precision
 from .record import TABLE_WIDTH_LOG2, PackedRecord, Plane, Record, check_count
 
 TABLE_WIDTH = 1 << TABLE_WIDTH_LOG2
-RECORDS_AT_ONCE = 32 * TABLE_WIDTH   # whole rows, whatever texels a record has
+RECORDS_AT_ONCE = 32 * TABLE_WIDTH   # whole rows for any number of texels in a record
 
 
 def make_texture(gpu: Gpu, size: tuple[int, int], components: int, what: str,
                  data: np.ndarray | None = None, dtype: str = "f4") -> moderngl.Texture:
-    """A texture read texel by texel, its size checked before GL is asked.
+    """Return a texture that programs read without filtering; check its size first.
 
     Parameters
     ----------
     size : (width, height)
     data : (height, width, components), or None for a texture to draw into
-    what : names the texture in an error
+    what : name of the texture in an error message
     dtype : f4, f2 for half floats, or u4 for integers
 
     Raises
     ------
     LimitError
-        where it is larger than the renderer holds, or memory runs out.
+        if the texture exceeds the renderer's limit, or for lack of memory.
     """
     gpu.check_size(*size, what)
     try:
@@ -49,29 +49,29 @@ def table_textures(gpu: Gpu, record: Record | PackedRecord,
                    arrays: Mapping[str, np.ndarray | Column], precision: Precision | None = None,
                    into: Mapping[str, moderngl.Texture] | None = None
                    ) -> dict[str, moderngl.Texture]:
-    """A table of records, packed as its record declares, in rows of TABLE_WIDTH texels.
+    """Return the textures of a table of records, in rows of TABLE_WIDTH texels.
 
     Parameters
     ----------
-    arrays : by field name
-    precision : what geometric fields are rounded to; None where they are already
-    into : an older version of this table: its textures are written into where they fit, and
-        released where they do not
+    arrays : field name -> array
+    precision : the format of geometric fields; None if they are rounded already
+    into : an older version of this table. Its textures are reused if their size fits, and released
+        otherwise
 
     Returns
     -------
-    sampler name -> texture, one a plane
+    sampler name -> texture, a texture per plane of the record
 
     Raises
     ------
     LimitError
-        past 2^24 records or past the renderer's texture size.
+        for more than 2^24 records, or if a texture exceeds the renderer's limit.
     """
     count = check_table(gpu, record, arrays)
     textures = {f"{record.name}{plane.suffix}_table": _room(gpu, record.name, count, plane,
                                                             into or {})
                 for plane in record.planes}
-    # A slice at a time: a table is several times as large as what it is made from.
+    # Pack slice by slice, because a table is several times as large as its source.
     for start in range(0, max(count, 1), RECORDS_AT_ONCE):
         part = {name: values[start:start + RECORDS_AT_ONCE] for name, values in arrays.items()}
         packed = record.pack(**(precision.stored_fields(record, part) if precision else part))
@@ -84,7 +84,7 @@ def table_textures(gpu: Gpu, record: Record | PackedRecord,
 
 def check_table(gpu: Gpu, record: Record | PackedRecord,
                 arrays: Mapping[str, np.ndarray | Column]) -> int:
-    """How many records a table's arrays hold. LimitError as of `table_textures`."""
+    """Return the number of records of a table. Raise LimitError as `table_textures`."""
     count = len(next(iter(arrays.values())))
     check_count(record.name, count)
     for plane in record.planes:
@@ -99,7 +99,7 @@ def _rows(count: int, plane: Plane) -> int:
 
 def _room(gpu: Gpu, name: str, count: int, plane: Plane,
           old: Mapping[str, moderngl.Texture]) -> moderngl.Texture:
-    """A texture for ``count`` records; the old one if it has the size."""
+    """Return a texture for ``count`` records: the old texture if its size fits."""
     rows = _rows(count, plane)
     texture = old.get(f"{name}{plane.suffix}_table")
     if texture is not None:
@@ -107,13 +107,13 @@ def _room(gpu: Gpu, name: str, count: int, plane: Plane,
             return texture
         texture.release()
     texture = make_texture(gpu, (TABLE_WIDTH, rows), plane.components, name, dtype=plane.dtype)
-    # Nobody samples outside; llvmpipe then spends less on a place than where it might be repeated.
+    # Programs sample only inside the texture. Without repetition llvmpipe samples faster.
     texture.repeat_x = texture.repeat_y = False
     return texture
 
 
 def _write_rows(texture: moderngl.Texture, row: int, texels: np.ndarray, dtype: str) -> None:
-    """(n, components) texels from a row on; the last one is filled up with zeros."""
+    """Write (n, components) texels from ``row`` on. Zeros fill the last row."""
     rows = max(1, -(-len(texels) // TABLE_WIDTH))
     padded = np.zeros((rows * TABLE_WIDTH, texels.shape[1]), "<" + dtype)
     padded[:len(texels)] = texels
@@ -121,14 +121,14 @@ def _write_rows(texture: moderngl.Texture, row: int, texels: np.ndarray, dtype: 
 
 
 def stream_textures(gpu: Gpu, record: Record, size: tuple[int, int]) -> list[moderngl.Texture]:
-    """The textures of a stream record: one a texel, ``size`` = (width, height) rays."""
+    """Return the textures of a stream record, one per texel; ``size`` is (width, height)."""
     return [make_texture(gpu, size, 4, f"a {record.name} texture of {size[0] * size[1]:,} rays",
                          dtype=record.plane_of(texel).dtype)
             for texel in range(record.texels)]
 
 
 def read_texture(texture: moderngl.Texture) -> np.ndarray:
-    """A float texture as (height, width, components) float32."""
+    """Read back a float texture as (height, width, components) float32."""
     values = np.empty((texture.height, texture.width, texture.components), "<" + texture.dtype)
     texture.read_into(values)
     note_moved(texture, down=values.nbytes)
@@ -137,34 +137,34 @@ def read_texture(texture: moderngl.Texture) -> np.ndarray:
 
 def write_texture(texture: moderngl.Texture, values: np.ndarray,
                   viewport: tuple[int, int, int, int] | None = None) -> None:
-    """Texels from the host, into all of a texture or (x, y, width, height) of it."""
+    """Upload texels into a whole texture, or into (x, y, width, height) of the texture."""
     texture.write(values, viewport)
     note_moved(texture, up=values.nbytes)
 
 
 def vector_texture(gpu: Gpu, vectors: np.ndarray, what: str) -> moderngl.Texture:
-    """A texture of (h, w, 3) vectors, w being 0."""
+    """Return a texture of (h, w, 3) vectors; the fourth channel is 0."""
     texture = make_texture(gpu, vectors.shape[1::-1], 4, what)
     write_texture(texture, np.pad(np.asarray(vectors, np.float32), ((0, 0), (0, 0), (0, 1))))
     return texture
 
 
 def note_moved(texture: moderngl.Texture, up: int = 0, down: int = 0) -> None:
-    """Write bytes that went up or came down into the log of passes, where there is one."""
+    """Report the bytes of an upload or a readback to the context's observers."""
     texture.ctx.extra.note_moved(up, down)
 
 
 def texture_bytes(textures: Iterable[moderngl.Texture]) -> int:
-    """Bytes that textures take."""
+    """Return the bytes of textures."""
     return sum(t.width * t.height * t.components * int(t.dtype[1]) for t in textures)
 
 
 def bytes_of(*parts: Any) -> int:
-    """Bytes of textures, and of all that has a ``bytes`` of its own; of other parts 0.
+    """Return the bytes of textures and of objects with a method ``bytes``.
 
     Parameters
     ----------
-    parts : these, None, or lists, tuples and dicts of them
+    parts : textures, objects, None, or lists, tuples and dicts of these. Other parts count 0
     """
     total = 0
     for part in parts:
@@ -180,11 +180,11 @@ def bytes_of(*parts: Any) -> int:
 
 
 def release(*parts: Any) -> None:
-    """Free GL objects, and what has a ``release`` of its own.
+    """Free GL objects, and other objects with a method ``release``.
 
     Parameters
     ----------
-    parts : these, None, or iterables and dicts of them
+    parts : objects to free, None, or iterables and dicts of objects
     """
     for part in parts:
         if isinstance(part, moderngl.Framebuffer):
@@ -196,5 +196,5 @@ def release(*parts: Any) -> None:
 
 
 def stream_samplers(name: str, textures: list[moderngl.Texture]) -> dict[str, moderngl.Texture]:
-    """Sampler name -> texture of a stream record read under ``name``."""
+    """Return sampler name -> texture of a stream record that GLSL reads as ``name``."""
     return {f"{name}_texel_{k}": texture for k, texture in enumerate(textures)}

@@ -1,9 +1,8 @@
-"""Stream reduction by blocks, with lines that take each block's elements to their place.
+"""Stream reduction by blocks: lines move each block's elements to their final positions.
 
 D. Roger, U. Assarsson, N. Holzschuch, "Efficient Stream Reduction on the GPU", 2007 (survey,
-3.6.2). A block has a constant number of elements s: each of those kept finds its source in log s
-steps, where in the whole stream of n (`compact`) it takes log n, and only the blocks' totals are
-scanned.
+3.6.2). A block has a constant number s of elements. Each kept element finds its source in log s
+steps; `compact` takes log n steps for a stream of n elements. Only the blocks' totals are scanned.
 """
 from __future__ import annotations
 
@@ -21,7 +20,7 @@ BLOCK = 16      # texels of a block, with four elements each
 
 
 def reduce_by_blocks(room: StreamRoom, stream: Stream, flags: Stream) -> Stream:
-    """The elements of ``stream`` whose flag is 1, in their order; as `compact`.
+    """Return the elements of ``stream`` whose flag is 1, in their order, as `compact`.
 
     Parameters
     ----------
@@ -38,12 +37,12 @@ def reduce_by_blocks(room: StreamRoom, stream: Stream, flags: Stream) -> Stream:
 
 def reduce_children(room: StreamRoom, children: Stream, count: int, pair: Record,
                     into: Stream | None = None) -> tuple[Stream, int]:
-    """The pairs that the first ``count`` elements of ``children`` hold, and how many they are.
+    """Return the pairs in the first ``count`` elements of ``children``, and their number.
 
     Parameters
     ----------
-    pair : the record of a pair, of which an element of ``children`` holds four
-    into : a stream of pairs, which they are drawn into if it is long enough
+    pair : the record of a pair; an element of ``children`` holds four pairs
+    into : a stream for the pairs, which is used if it is long enough and dropped otherwise
     """
     defines = {"CHILDREN": True}
     ranks, starts, kept = _ranks(room, children, count, defines)
@@ -57,8 +56,10 @@ def reduce_children(room: StreamRoom, children: Stream, count: int, pair: Record
 
 def _ranks(room: StreamRoom, source: Stream, texels: int, defines: Mapping[str, object],
            **uniforms: object) -> tuple[Stream, Stream, int]:
-    """Return each element's rank in its block, four in a texel; the starts of the blocks; and the
-    number of all elements that are kept."""
+    """Return the ranks of elements in their blocks, the blocks' starts, and the number kept.
+
+    A texel of the ranks has four elements.
+    """
     flags = room.stream(VALUES, texels).called("flags")
     room.draw("algorithms/block_flags", flags, [source], count=texels, defines=defines, **uniforms)
     ranks = room.stream(VALUES, texels).called("ranks")
@@ -74,7 +75,7 @@ def _ranks(room: StreamRoom, source: Stream, texels: int, defines: Mapping[str, 
 
 def _segments(room: StreamRoom, target: Stream, source: Stream, ranks: Stream, starts: Stream,
               defines: Mapping[str, object]) -> None:
-    """Draw each block's line, two where it crosses the end of a row; drop ranks and starts."""
+    """Draw each block's line, or two lines across the end of a row; drop ranks and starts."""
     target.framebuffer.viewport = (0, 0, 2 * TABLE_WIDTH, rows_of(target.length))
     room.scatter("algorithms/segments", target, [source, ranks, starts], 4 * (starts.length - 1),
                  mode=moderngl.LINES, defines={"BLOCK": BLOCK, **defines}, texels=ranks.length)

@@ -1,4 +1,4 @@
-"""Stream reduction: the elements that are kept, in their order, side by side."""
+"""Stream reduction: moves the kept elements together, in their order."""
 from __future__ import annotations
 
 from .records import SOURCE
@@ -7,13 +7,13 @@ from .streams import Stream, StreamRoom
 
 
 def compact(room: StreamRoom, stream: Stream, flags: Stream) -> Stream:
-    """The elements of ``stream`` whose flag is 1 (D. Horn, GPU Gems 2, 2005).
+    """Return the elements of ``stream`` whose flag is 1 (D. Horn, GPU Gems 2, 2005).
+
+    The host reads back a single number: the number of kept elements, which are then drawn.
 
     Parameters
     ----------
     flags : VALUES, as many as elements, 0 or 1 in the first channel
-
-    One number is read back: how many elements are kept, which is how many are drawn.
     """
     sums = scan(room, flags)
     sources = kept_sources(room, sums)
@@ -23,7 +23,7 @@ def compact(room: StreamRoom, stream: Stream, flags: Stream) -> Stream:
 
 
 def kept_sources(room: StreamRoom, sums: Stream) -> Stream:
-    """SOURCE: for every kept element where it stands, from the scan of the flags."""
+    """Return the index of every kept element (SOURCE), from the scan of the flags."""
     kept = int(sums.read_one(sums.length - 1)["value"][0])
     sources = room.stream(SOURCE, kept)
     room.draw("algorithms/source", sources,
@@ -32,7 +32,7 @@ def kept_sources(room: StreamRoom, sums: Stream) -> Stream:
 
 
 def gather(room: StreamRoom, stream: Stream, sources: Stream) -> Stream:
-    """Element ``sources[i]`` of the stream for each i."""
+    """Return a stream with element ``sources[i]`` of ``stream`` for each i."""
     record = stream.record
     gathered = room.stream(record, sources.length)
     room.draw("algorithms/gather", gathered, [stream, sources], count=sources.length,

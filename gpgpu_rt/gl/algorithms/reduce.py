@@ -4,18 +4,18 @@ from __future__ import annotations
 from .records import VALUES
 from .streams import Stream, StreamRoom
 
-FAN = 8     # elements that become one in a pass
+FAN = 8     # number of elements that a pass combines
 OPERATIONS = {"sum": "SUM", "min": "min", "max": "max"}
 
 
 def reduce_stream(room: StreamRoom, values: Stream, operation: str) -> Stream:
-    """One element: all of ``values``, channel by channel, under "sum", "min" or "max".
+    """Return a stream of one element: the "sum", "min" or "max" of ``values`` by channel.
+
+    Sums are exact if they and all partial sums are integers up to 2^24.
 
     Parameters
     ----------
-    values : of the record VALUES, one element at least
-
-    Sums are exact while they and all parts of them are integers up to 2^24.
+    values : of the record VALUES, at least one element
     """
     while values.length > 1:
         values = reduce_once(room, values, operation)
@@ -23,7 +23,7 @@ def reduce_stream(room: StreamRoom, values: Stream, operation: str) -> Stream:
 
 
 def reduce_once(room: StreamRoom, values: Stream, operation: str = "sum") -> Stream:
-    """One element for every FAN of ``values``."""
+    """Return a stream with an element for every FAN elements of ``values``."""
     reduced = room.stream(VALUES, -(-values.length // FAN))
     room.draw("algorithms/reduce", reduced.called("reduced"), [values.called("values")],
               count=reduced.length, defines={"FAN": FAN, "COMBINE": OPERATIONS[operation]},

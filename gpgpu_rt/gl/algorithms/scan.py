@@ -1,4 +1,4 @@
-"""Scan: the sums of all elements before each, which stream reduction and partition begin with."""
+"""Scan: prefix sums, the first step of stream reduction and partition."""
 from __future__ import annotations
 
 from .records import VALUES
@@ -7,15 +7,15 @@ from .streams import Stream, StreamRoom
 
 
 def scan(room: StreamRoom, values: Stream) -> Stream:
-    """Exclusive prefix sums: n + 1 elements called "sums", the last of them the total.
+    """Return the exclusive prefix sums: n + 1 elements called "sums". The last is the total.
+
+    On the way up, each level holds the sums of blocks of the level below. On the way down, each
+    level adds the sum before a block, from the level above (G. Blelloch, "Prefix Sums and Their
+    Applications", 1990). Sums are exact if they are integers up to 2^24.
 
     Parameters
     ----------
-    values : n elements of the record VALUES; four channels are summed apart
-
-    Exact while sums are integers up to 2^24: blocks are added up level by level on the way up, and
-    on the way down each level takes what stands before its block from the level above (G.
-    Blelloch, "Prefix Sums and Their Applications", 1990).
+    values : n elements of the record VALUES; the four channels are summed separately
     """
     levels = [values]
     while levels[-1].length >= FAN:

@@ -6,11 +6,12 @@ from .streams import Stream, StreamRoom
 
 
 def sort(room: StreamRoom, keys: Stream) -> Stream:
-    """The keys, SORT_KEY, by hi, lo and index; any number of them.
+    """Return the keys (SORT_KEY) in the order of hi, lo and index, for any number of keys.
 
-    Equal keys come in the order of their index, so where indices ascend the sort is stable. For n
-    keys it takes k (k + 1) / 2 steps, k = ceil(log2 n), two a pass. Both ``keys`` and another
-    stream are drawn into; the one that is returned holds the result and the other one is dropped.
+    Equal keys are in the order of their index, so the sort is stable if indices ascend. For n
+    keys, k = ceil(log2 n), the sort takes k (k + 1) / 2 steps, two steps per pass. Passes draw
+    alternately into ``keys`` and into another stream. The stream with the result is returned, and
+    the other stream is dropped.
     """
     now, spare = keys, room.stream(SORT_KEY, keys.length)
     steps = flips(keys.length)
@@ -22,7 +23,7 @@ def sort(room: StreamRoom, keys: Stream) -> Stream:
 
 
 def flips(length: int) -> list[int]:
-    """The bits in which the number of each element's partner differs, step by step."""
+    """Return, for each step, the bits in which an element's index and its partner's differ."""
     merged, result = 1, []
     while merged < length:
         result.append(2 * merged - 1)          # mirror a block of two sorted halves

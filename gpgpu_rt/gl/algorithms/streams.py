@@ -1,9 +1,9 @@
-"""Streams: lists of records in textures, and the passes that read some and draw one.
+"""Streams: lists of records in textures, and the passes that read streams and draw a stream.
 
-A stream is what stream programming of 2002-2007 calls so: element i of n lies at texel i, in rows
-of TABLE_WIDTH texels, and a pass runs a fragment program once an element. ``table_texel(i)`` is
-where any other element is gathered from. For a scatter, points are drawn instead, one or several
-an element, whose vertex stage reads the element and chooses the texel they cover.
+The term is from the stream programming of 2002-2007. Element i of n is at texel i, in rows of
+TABLE_WIDTH texels, and a pass runs a fragment program once per element. A program gathers any
+other element at ``table_texel(i)``. A scatter draws points instead, one or several per element:
+the vertex stage reads the element and chooses the texel of each point.
 """
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from ..textures import TABLE_WIDTH, bytes_of, note_moved, release
 
 
 class Stream(Target):
-    """n records in textures of their own, to be read, or drawn into.
+    """A target of n records, the elements of the stream.
 
     Parameters
     ----------
-    record : what an element holds; its name is the stream's in GLSL
-    length : elements
-    arrays : by field name, (n,) or (n, width): the elements, where they are known already
+    record : the record of an element; its name is the stream's name in GLSL
+    length : number of elements
+    arrays : initial elements by field name, (n,) or (n, width), if given
     """
 
     def __init__(self, gpu: Gpu, record: Record, length: int,
@@ -46,19 +46,19 @@ class Stream(Target):
         self.length = length
 
     def called(self, name: str) -> Stream:
-        """The same elements under another name in GLSL."""
+        """Return the same elements under another name in GLSL."""
         other = copy.copy(self)
         other.records = {name: dataclasses.replace(self.record, name=name)}
         other.streams = {name: self.textures}
         return other
 
     def read(self, count: int | None = None) -> dict[str, np.ndarray]:
-        """The first ``count`` elements (all) by field name."""
+        """Read back the first ``count`` elements (default: all) by field name."""
         count = self.length if count is None else count
         return self.fields(by_ray=lambda texels: texels[:count])
 
     def read_one(self, i: int) -> dict[str, np.ndarray]:
-        """Element i alone."""
+        """Read back element i."""
         corner = (i % TABLE_WIDTH, i // TABLE_WIDTH, 1, 1)
         note_moved(self.textures[0], down=16 * len(self.textures))
         read = self.framebuffer.read
@@ -69,11 +69,11 @@ class Stream(Target):
 
 
 class StreamRoom:
-    """Streams and programs of one task; leaving the room releases them all.
+    """The streams and programs of a task. The end of the ``with`` block releases them all.
 
     Parameters
     ----------
-    folder : under ``glsl/``, where the task's programs lie whose names say no folder
+    folder : the folder under ``glsl/`` of programs whose names have no folder
     """
 
     def __init__(self, gpu: Gpu, folder: str = "algorithms") -> None:
@@ -95,13 +95,13 @@ class StreamRoom:
         self.release()
 
     def stream(self, record: Record, length: int, **arrays: np.ndarray) -> Stream:
-        """A stream of ``length`` records, with their fields where they are known already."""
+        """Return a new stream of ``length`` records, with initial fields if given."""
         stream = Stream(self.gpu, record, length, arrays)
         self._streams.append(stream)
         return stream
 
     def drop(self, *streams: Stream) -> None:
-        """Release some streams before the others, for their memory."""
+        """Release these streams now, to free their memory."""
         for stream in streams:
             self._streams = [
                 other for other in self._streams if other.textures is not stream.textures]
@@ -114,7 +114,7 @@ class StreamRoom:
 
         Parameters
         ----------
-        reads : the streams it gathers from; of two called alike the first is read
+        reads : the streams that the program gathers from. The first stream of a name is read
         """
         count = target.length - first if count is None else count
         if count <= 0:
@@ -137,7 +137,7 @@ class StreamRoom:
                 **uniforms: object) -> None:
         """Draw points, or lines, into the texels that the program's vertex stage chooses.
 
-        Where several points meet in a texel the blending in force decides.
+        If several points fall into a texel, the current blending decides the result.
         """
         if vertices <= 0:
             return
@@ -158,7 +158,7 @@ class StreamRoom:
         return program if "/" in program else f"{self.folder}/{program}"
 
     def bytes(self) -> int:
-        """Bytes of the streams."""
+        """Return the bytes of the streams."""
         return bytes_of(self._streams)
 
     def release(self) -> None:
@@ -167,12 +167,12 @@ class StreamRoom:
 
 
 def rows_of(length: int) -> int:
-    """Rows of texels that a stream takes, one at least."""
+    """Return the number of rows of a stream's textures, at least 1."""
     return max(1, -(-length // TABLE_WIDTH))
 
 
 def span(first: int, count: int) -> np.ndarray:
-    """The texels of elements first ... first + count - 1 as at most three rectangles, (k, 4)."""
+    """Return rectangles, at most three, (k, 4), over elements first ... first + count - 1."""
     (top, left), (bottom, right) = (divmod(i, TABLE_WIDTH) for i in (first, first + count))
     if top == bottom:
         parts = [(left, top, right, top + 1)]
@@ -185,7 +185,7 @@ def span(first: int, count: int) -> np.ndarray:
 
 def _sources(reads: Iterable[Target],
              written: Record | None = None) -> tuple[str, dict[str, moderngl.Texture]]:
-    """The records' GLSL, and the samplers of those that are read."""
+    """Return the GLSL of all records, and the samplers of the records that are read."""
     glsl = {} if written is None else {written.name: written.stream_glsl(True)}
     samplers: dict[str, moderngl.Texture] = {}
     for stream in reads:
