@@ -1,4 +1,4 @@
-"""Conditionals of GLSL: evaluates ``#if`` and its kin as a compiler's preprocessor does."""
+"""Conditionals of GLSL: evaluates ``#if`` and related directives as a preprocessor does."""
 from __future__ import annotations
 
 import operator
@@ -11,9 +11,9 @@ from ..errors import ShaderError
 _DIRECTIVE = re.compile(r"\s*#\s*(?P<word>\w+)(?P<rest>.*)")
 _DEFINE = re.compile(r"\s*(?P<name>\w+)(?P<parameters>\([^)]*\))?(?P<value>.*)")
 _TOKEN = re.compile(r"\s*(?:(\w+)|(&&|\|\||[=!<>]=|[-+*/%<>!()]))")
-_MOST_EXPANSIONS = 100      # of one condition's macros; a macro that names itself would not end
+_MOST_EXPANSIONS = 100      # macro expansions in a condition; a macro that names itself never ends
 
-# Operator -> how tightly the operator binds, and what it computes.
+# Operator -> its precedence and its function.
 _OPERATORS: Mapping[str, tuple[int, Callable[[int, int], int]]] = {
     "||": (1, lambda a, b: a or b), "&&": (2, lambda a, b: a and b),
     "==": (3, operator.eq), "!=": (3, operator.ne),
@@ -24,7 +24,7 @@ _OPERATORS: Mapping[str, tuple[int, Callable[[int, int], int]]] = {
 
 @dataclass
 class _Group:
-    """An ``#if`` whose ``#endif`` has not come yet.
+    """An ``#if`` before its ``#endif``.
 
     Attributes
     ----------
@@ -39,19 +39,19 @@ class _Group:
 
 
 def lines_in_force(lines: Sequence[str], defined: Collection[str] = ()) -> list[int]:
-    """Return the indices of the lines that a compiler sees, conditionals themselves left out.
+    """Return the indices of the lines that a compiler sees, without the conditionals themselves.
 
-    A comment directly above a conditional of which no branch is compiled is left out as well.
+    If no branch of a conditional is compiled, the comment directly above it is omitted too.
 
     Parameters
     ----------
-    lines : a program's text, includes in place
+    lines : a program's text with resolved includes
     defined : names that the compiler defines, such as ``GL_ARB_gpu_shader5``
 
     Raises
     ------
     ShaderError
-        for a condition that is no expression, and for conditionals that do not match
+        for a condition that is not an expression, or for unmatched conditionals
     """
     macros = dict.fromkeys(defined, "1")
     kept: list[int] = []
@@ -93,7 +93,7 @@ def lines_in_force(lines: Sequence[str], defined: Collection[str] = ()) -> list[
 
 
 def switches(lines: Sequence[str]) -> set[str]:
-    """Return the names that conditionals ask for."""
+    """Return the names that conditionals test."""
     found = [_DIRECTIVE.match(line) for line in lines]
     return {name for one in found if one and one["word"] in ("if", "elif", "ifdef", "ifndef")
             for name in re.findall(r"[A-Za-z_]\w*", one["rest"].partition("//")[0])} - {"defined"}
@@ -115,7 +115,7 @@ def _holds(word: str, rest: str, macros: Mapping[str, str]) -> bool:
 
 
 class _Expression:
-    """A condition of ``#if``, read from the left; a name that is no macro counts as 0."""
+    """A condition of ``#if``, evaluated from the left. A name that is not a macro is 0."""
 
     def __init__(self, text: str, macros: Mapping[str, str]) -> None:
         self._text, self._macros = text.strip(), macros
@@ -148,7 +148,7 @@ class _Expression:
         return self._tokens.pop(0)
 
     def _operation(self, least: int) -> int:
-        """An operand, and the operators behind it that bind at least so tightly."""
+        """Evaluate an operand and the following operators with at least this precedence."""
         left = self._operand()
         while self._tokens and _OPERATORS.get(self._tokens[0], (0,))[0] >= least:
             level, compute = _OPERATORS[self._tokens.pop(0)]

@@ -1,4 +1,4 @@
-"""Declarations of a GLSL program: its text cut into them, and those that ``main`` reaches."""
+"""Declarations of a GLSL program: splits a text, and marks the parts that ``main`` uses."""
 from __future__ import annotations
 
 import re
@@ -16,7 +16,7 @@ _BRACKETS = re.compile(r"\([^()]*\)|\[[^][]*\]|\{[^{}]*\}")
 
 @dataclass
 class Declaration:
-    """A declaration with the comment above it; or, without code, a comment that stands alone.
+    """A declaration with the comment above it. Without code, a separate comment.
 
     Attributes
     ----------
@@ -41,12 +41,12 @@ class Declaration:
 
 
 def used_declarations(lines: Sequence[str], files: Sequence[str]) -> list[Declaration]:
-    """Return what ``main`` reaches, and the comments that belong to it.
+    """Return the declarations that ``main`` reaches, and their comments.
 
-    Names decide: a declaration whose name occurs in a declaration that is reached is reached too.
-    So a declaration too many may stay, but none that the program needs goes. A comment that stands
-    alone stays if anything below it is used, up to the next such comment; a file's first comment,
-    if anything of the file is used.
+    A declaration is reached if its name occurs in a reached declaration. This may keep unneeded
+    declarations, but never removes a declaration that the program needs. A separate comment is
+    kept if a declaration between it and the next separate comment is used. A file's first comment
+    is kept if any declaration of the file is used.
 
     Parameters
     ----------
@@ -88,8 +88,10 @@ def _is_complete(code: str) -> bool:
 
 
 def _declared(code: str) -> set[str]:
-    """The names that a declaration declares; none for what a program keeps in any case: main,
-    inputs, outputs, directives and calls of macros."""
+    """Return the names that a declaration declares.
+
+    Main, inputs, outputs, directives and macro calls give no names, so they are always kept.
+    """
     if found := _DEFINE.match(code):
         return {found[1]}
     head = _LAYOUT.sub("", code)
@@ -104,7 +106,7 @@ def _declared(code: str) -> set[str]:
         return {found[1], *inside} if found[1] != "main" else set()
     if _MACRO_CALL.match(head):
         return set()
-    while (flat := _BRACKETS.sub("", head)) != head:    # takes commas between arguments along
+    while (flat := _BRACKETS.sub("", head)) != head:    # also removes commas between arguments
         head = flat
     declarators = [part.partition("=")[0] for part in head.partition(";")[0].split(",")]
     return {found[-1] for part in declarators if (found := _WORD.findall(part))}
@@ -119,7 +121,7 @@ def _mark_reached(declarations: Sequence[Declaration]) -> None:
             one.is_used = True
             words.update(_WORD.findall(one.bare))
             pastes.update(_PASTE.findall(one.bare))
-        # A parameter of a macro that pastes may be any word of the program.
+        # The parameter of a pasting macro may be any word of the program.
         made = {text for a, b in pastes for word in words for text in (word + b, a + word)}
         fresh = [one for one in declarations if not one.is_used and one.names & (words | made)]
 

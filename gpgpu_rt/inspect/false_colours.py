@@ -1,4 +1,4 @@
-"""False colours: numbers, states and names as pixels, with legends; Pillow alone."""
+"""False colours: numbers, states and names as pixels, with legends. Needs only Pillow."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -6,22 +6,22 @@ from collections.abc import Sequence
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-# From dark blue to light yellow: grey levels that grow evenly, so that it reads without colours.
+# A ramp from dark blue to light yellow. Grey levels grow evenly, so greyscale prints are readable.
 _RAMP = np.array([[8, 10, 38], [58, 22, 100], [128, 34, 108], [194, 58, 84], [238, 104, 48],
                   [252, 168, 38], [252, 242, 160]], np.float64)
-# What rays do: apart in hue and in lightness, also to eyes that tell red from green badly.
+# Colours of ray phases. They differ in hue and in lightness, also for red-green colour blindness.
 _CATEGORIES = np.array([[230, 159, 0], [86, 180, 233], [0, 158, 115], [240, 228, 66],
                         [204, 121, 167], [0, 114, 178]], np.uint8)
-OVER = (38, 38, 44)         # a ray that is done
-STOPPED = (255, 30, 30)     # one that was stopped by the step cap
-FULL = (255, 0, 200)        # one whose stack was full
-NOTHING = (176, 176, 184)   # no number to show
+OVER = (38, 38, 44)         # a finished ray
+STOPPED = (255, 30, 30)     # a ray that the step cap stopped
+FULL = (255, 0, 200)        # a ray with a full stack
+NOTHING = (176, 176, 184)   # no value
 PAPER, INK = (250, 250, 248), (24, 24, 28)
-MARGIN, LINE, TEXT = 8, 16, 12     # pixels: around things, of a line, of its letters
+MARGIN, LINE, TEXT = 8, 16, 12     # in pixels: margin, height of a text line, font size
 
 
 def ramp(values: np.ndarray) -> np.ndarray:
-    """Colours, (..., 3) uint8, of numbers in [0, 1]."""
+    """Return colours, (..., 3) uint8, of numbers in [0, 1]."""
     at = np.clip(np.nan_to_num(values), 0, 1) * (len(_RAMP) - 1)
     low = np.minimum(at.astype(int), len(_RAMP) - 2)
     part = (at - low)[..., None]
@@ -46,15 +46,17 @@ def palette(pictures: Sequence[np.ndarray]) -> Image.Image:
 
 
 def category(number: int) -> tuple[int, int, int]:
-    """The colour of a phase: those from 1 on wait for a kernel, below 0 are stopped."""
+    """Return the colour of a phase: 0 is done, above 0 waits for a kernel, below 0 is stopped."""
     if number <= 0:
         return {0: OVER, -1: STOPPED}.get(number, FULL)
     return tuple(int(c) for c in _CATEGORIES[(number - 1) % len(_CATEGORIES)])
 
 
 def scrambled(numbers: np.ndarray) -> np.ndarray:
-    """Colours, (n, 3) uint8, of (n,) integers or (n, 3) of them: the same for the same number,
-    unlike for neighbouring ones."""
+    """Return colours, (n, 3) uint8, of integers, (n,), or of vectors of integers, (n, 3).
+
+    Equal numbers have equal colours. Neighbouring numbers have different colours.
+    """
     numbers = np.atleast_2d(np.asarray(numbers, np.int64).T).astype(np.uint32)
     mixed = np.zeros(numbers.shape[1], np.uint32)
     for part, factor in zip(numbers, (2654435761, 2246822519, 3266489917)):
@@ -65,7 +67,7 @@ def scrambled(numbers: np.ndarray) -> np.ndarray:
 
 
 def enlarged(pixels: np.ndarray, least: int = 256) -> Image.Image:
-    """(h, w, 3) pixels as an image, each a square of whole pixels, ``least`` wide or more."""
+    """Return (h, w, 3) pixels as an image at least ``least`` wide, by a whole factor."""
     height, width = pixels.shape[:2]
     factor = max(1, -(-least // width))
     return Image.fromarray(pixels).resize((width * factor, height * factor),
@@ -74,7 +76,7 @@ def enlarged(pixels: np.ndarray, least: int = 256) -> Image.Image:
 
 def sheet(panels: Sequence[tuple[str, Image.Image]], head: Sequence[str],
           legend: Image.Image) -> Image.Image:
-    """Lines of text, pictures of one size side by side under their titles, and a legend."""
+    """Return a page: text lines, pictures of the same size with titles, and a legend."""
     width, height = panels[0][1].size
     top = MARGIN + LINE * len(head)
     wide = max(len(panels) * (width + MARGIN) + MARGIN, legend.width + 2 * MARGIN,
@@ -93,8 +95,10 @@ def sheet(panels: Sequence[tuple[str, Image.Image]], head: Sequence[str],
 
 def colour_bar(highest: float, unit: str, width: int, lowest: float = 0.0,
                beyond: bool = False) -> Image.Image:
-    """The ramp with numbers under it, from ``lowest`` to ``highest``, and ``beyond`` for which the
-    last colour stands too."""
+    """Return the colour ramp with numbers below it, from ``lowest`` to ``highest``.
+
+    With ``beyond``, the label says that the last colour includes larger numbers.
+    """
     image = Image.new("RGB", (width, 3 * LINE), PAPER)
     bar = np.broadcast_to(ramp(np.linspace(0, 1, width)), (LINE, width, 3))
     image.paste(Image.fromarray(np.ascontiguousarray(bar)), (0, 0))
@@ -112,7 +116,7 @@ def colour_bar(highest: float, unit: str, width: int, lowest: float = 0.0,
 
 
 def swatches(entries: Sequence[tuple[str, tuple[int, int, int]]], width: int) -> Image.Image:
-    """Names beside their colours, as many a line as fit."""
+    """Return a legend of colours with names; a line has as many entries as fit."""
     places, left, row = [], 0, 0
     for name, _ in entries:
         wide = LINE + 4 + text_width(name) + 2 * MARGIN
@@ -129,7 +133,7 @@ def swatches(entries: Sequence[tuple[str, tuple[int, int, int]]], width: int) ->
 
 
 def stacked(images: Sequence[Image.Image]) -> Image.Image:
-    """Images one under the other."""
+    """Return an image with the images below each other."""
     page = Image.new("RGB", (max(i.width for i in images), sum(i.height for i in images)), PAPER)
     top = 0
     for image in images:
@@ -139,10 +143,10 @@ def stacked(images: Sequence[Image.Image]) -> Image.Image:
 
 
 def text_width(text: str) -> int:
-    """Pixels that a line takes."""
+    """Return the width of a text line in pixels."""
     return int(np.ceil(ImageFont.load_default(TEXT).getlength(text)))
 
 
 def write(pen: ImageDraw.ImageDraw, at: tuple[int, int], text: str) -> None:
-    """A line of text from its upper left corner."""
+    """Draw a line of text; ``at`` is its upper left corner."""
     pen.text(at, text, fill=INK, font=ImageFont.load_default(TEXT))

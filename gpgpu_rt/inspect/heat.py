@@ -1,4 +1,4 @@
-"""Heat maps: what each pixel's ray cost, of several methods on one common scale."""
+"""Heat maps: the cost of each pixel's ray, for several methods on a common scale."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ from ..tracer import Tracer
 from . import false_colours as colours
 from .time_travel import Pass, travel
 
-# What can be counted, and how that is called over a picture.
+# The counts, and their titles in a picture.
 KINDS = {"steps": "kernel runs a ray", "nodes": "nodes visited a ray",
          "leaves": "leaves visited a ray", "triangles": "triangles tested a ray",
          "passes": "passes until the ray was over"}
@@ -23,33 +23,38 @@ _COUNTERS = {"steps": "steps", "nodes": "nodes_visited", "leaves": "leaves_visit
 
 @dataclass
 class Heat:
-    """What the eye rays of a picture cost by one method.
+    """The costs of a picture's eye rays by a method.
 
     Attributes
     ----------
-    title : the method, and the schedule where it matters
-    values : (height, width) int, one a ray
+    title : the method, and for passes also the schedule
+    values : (height, width) int, the cost of each ray
     """
 
     title: str
     values: np.ndarray
 
     def summary(self) -> dict[str, float]:
-        """Mean, median, 99 % quantile and maximum."""
+        """Return mean, median, 99 % quantile and maximum."""
         return {"mean": float(self.values.mean()), "median": float(np.median(self.values)),
                 "quantile_99": float(np.quantile(self.values, 0.99)),
                 "max": float(self.values.max())}
 
 
 def heat(tracer: Tracer, what: str, size: tuple[int, int], camera: Camera | None = None) -> Heat:
-    """Measure the eye rays of a picture.
+    """Measure the costs of a picture's eye rays.
 
     Parameters
     ----------
-    tracer : with statistics, but for "passes"; for "passes" under ``step`` or ``kernels``
-    what : of KINDS
+    tracer : "passes" needs the schedule ``step`` or ``kernels``; other counts need statistics=True
+    what : a key of KINDS
     size : (width, height) pixels
-    camera : by default the scene's own
+    camera : by default the scene's own camera
+
+    Raises
+    ------
+    OptionError
+        for an unknown ``what``
     """
     if not isinstance(what, str) or what not in KINDS:
         raise OptionError(f"cannot count {what!r}{nearest_names(what, KINDS)}")
@@ -67,12 +72,12 @@ def heat(tracer: Tracer, what: str, size: tuple[int, int], camera: Camera | None
 
 
 def scale_of(maps: Sequence[Heat]) -> float:
-    """Where one scale for all maps ends: at what 99 % of the rays of each keep below."""
+    """Return the end of a common scale: at least the 99 % quantile of each map."""
     return max(1.0, *(one.summary()["quantile_99"] for one in maps))
 
 
 def scale_bar(maps: Sequence[Heat], what: str, top: float, width: int) -> Image.Image:
-    """The one scale of maps, which ends at ``top``; it says where some rays lie beyond."""
+    """Return the maps' common scale, which ends at ``top`` and notes if rays exceed it."""
     return colours.colour_bar(
         top, KINDS[what] + (", one scale for all" if len(maps) > 1 else ""), width,
         beyond=any(one.values.max() > top for one in maps))
@@ -80,11 +85,11 @@ def scale_bar(maps: Sequence[Heat], what: str, top: float, width: int) -> Image.
 
 def draw_heat(maps: Sequence[Heat], what: str, scene: str,
               highest: float | None = None) -> Image.Image:
-    """Maps side by side and the scale that holds for all of them.
+    """Return an image of the maps side by side with their common scale.
 
     Parameters
     ----------
-    highest : where the scale ends; by default at what 99 % of the rays of each map keep below
+    highest : end of the scale; by default the largest 99 % quantile of the maps
     """
     top = highest or scale_of(maps)
     panels = []

@@ -1,4 +1,4 @@
-"""Observe: each pass of a tracer, and those that draw the states of its rays."""
+"""Observe: each pass of a tracer, or the passes that draw the states of its rays."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ __all__ = ["Look", "ObservedPass", "Observer", "Passes", "observe", "observe_sta
 
 
 class _StateObserver(Observer):
-    """Calls ``look`` after passes into a target that holds states."""
+    """Calls ``look`` after each pass into a target that holds states."""
 
     def __init__(self, state: str, look: Look) -> None:
         self.state, self.look = state, look
@@ -25,17 +25,18 @@ class _StateObserver(Observer):
 
 @contextmanager
 def observe_states(tracer: Tracer, look: Look) -> Iterator[None]:
-    """Within, call ``look`` after each pass over the states of the tracer's rays or packets.
+    """Within the block, call ``look`` after each pass over the tracer's rays or packets.
 
     Parameters
     ----------
-    look : gets an ObservedPass, whose ``target`` is a Target. Its records are the method's state
-        and, but for packets' states, HIT; its ``kernel`` is "init" where it sets states up
+    look : receives an ObservedPass, whose ``target`` is a Target. The target's records are the
+        method's state and HIT; a target of packets' states has no HIT. The ``kernel`` "init" sets
+        up states
 
     Raises
     ------
     OptionError
-        for a driver that keeps no states in textures from pass to pass
+        for a driver that does not keep states in textures between passes
     """
     if tracer.options["presort"]:
         raise OptionError("option presort puts rays into other texels than their own; leave it "

@@ -1,4 +1,4 @@
-"""Pictures of every pass: what each ray waits for, where it is, and what it has hit so far."""
+"""Pictures of every pass: each ray's phase, its position in the structure, and its hit so far."""
 from __future__ import annotations
 
 import json
@@ -21,9 +21,9 @@ from ..tracer import Tracer
 from . import false_colours as colours
 from .time_travel import Pass, decode, phase_names, travel
 
-PLACES = ("node", "cell", "cursor", "first")    # the field that says where a ray is
-MOST_PICTURES = 200     # about, unless more are asked for
-MOST_FRAMES = 150       # of the GIF; the first and the last pass are always among them
+PLACES = ("node", "cell", "cursor", "first")    # fields with a ray's position in the structure
+MOST_PICTURES = 200     # default for the approximate number of pictures
+MOST_FRAMES = 150       # of the GIF, including the first and the last pass
 FRAME_MS, LAST_MS = 80, 1500
 
 
@@ -32,26 +32,33 @@ def write_passes(tracer: Tracer, folder: Path, size: tuple[int, int], every: int
                  most: int = MOST_PICTURES,
                  progress: Callable[[int, int], object] = lambda done, of: None
                  ) -> dict[str, Any]:
-    """Trace a picture's eye rays and write what stands in the textures after each pass.
+    """Trace a picture's eye rays and write a picture of all states after each pass.
 
-    ``pass_0000.png`` and on, ``passes.gif`` of up to MOST_FRAMES of them, and ``passes.json``;
-    with ``states`` also ``pass_0000.npz``: the fields of each ray's state and hit. What the
-    ``passes.json`` of an earlier run lists there is removed. All take their places when the last
-    one is done: interrupted, it leaves the folder as it was.
+    The files are ``pass_0000.png`` and so on, ``passes.gif`` with up to MOST_FRAMES frames, and
+    ``passes.json``. With ``states``, ``pass_0000.npz`` and so on hold the fields of each ray's
+    state and hit. Files that the ``passes.json`` of an earlier run lists are removed. All files
+    are moved into the folder at the end, so an interrupted run leaves the folder unchanged.
 
     Parameters
     ----------
-    folder : made where it is missing
+    folder : made if it does not exist
     size : (width, height) pixels
-    every : pictures of each so many passes; those of the first and the last are always written
-    states : write them too
-    camera : by default the scene's own
-    most : pictures, about, where ``every`` is None
-    progress : is told passes done, and of how many
+    every : interval of passes between pictures. The first and the last pass are always drawn
+    states : whether to write states too
+    camera : by default the scene's own camera
+    most : approximate number of pictures if ``every`` is None
+    progress : called with the number of finished passes and the expected total
 
     Returns
     -------
-    What the JSON holds.
+    The content of the JSON file.
+
+    Raises
+    ------
+    OptionError
+        for a tracer whose states cannot be observed; see `travel`
+    Error
+        if the folder cannot be written
     """
     with _room(folder), tempfile.TemporaryDirectory(prefix=WRITING, dir=folder) as made:
         found = _write(tracer, Path(made), size, every, states, camera, most, progress)
@@ -69,7 +76,7 @@ def _write(tracer: Tracer, folder: Path, size: tuple[int, int], every: int | Non
            camera: Camera | None, most: int,
            progress: Callable[[int, int], object]) -> dict[str, Any]:
     origins, directions = (camera or tracer.scene.camera).rays(size)
-    first = tracer.trace(origins, directions)    # also compiles: the JSON's seconds are of tracing
+    first = tracer.trace(origins, directions)    # compiles the programs, and counts passes
     expected = tracer.statistics.passes
     step = every or -(-expected // most)
     painter = _Painter(tracer, RayBatch(origins, directions, bounds=tracer.scene.bounds), first)
@@ -107,7 +114,7 @@ def _write(tracer: Tracer, folder: Path, size: tuple[int, int], every: int | Non
 
 
 def _listed(folder: Path) -> set[str]:
-    """The pictures and states that the JSON of an earlier run lists."""
+    """Return the files of pictures and states that the JSON of an earlier run lists."""
     try:
         passes = read_json(folder / "passes.json")["passes"]
         names = {one[key] for one in passes for key in ("picture", "states") if key in one}
@@ -118,7 +125,7 @@ def _listed(folder: Path) -> set[str]:
 
 @contextmanager
 def _room(folder: Path) -> Iterator[None]:
-    """A folder to write into, made where it is missing; gone again if nothing came of it."""
+    """Make the folder if it does not exist. Remove a new folder that stays empty on an error."""
     is_new = not folder.exists()
     try:
         folder.mkdir(exist_ok=True)
@@ -138,7 +145,7 @@ def _room(folder: Path) -> Iterator[None]:
 
 def _write_gif(folder: Path, pictures: list[str]) -> None:
     chosen = np.unique(np.linspace(0, len(pictures) - 1, min(len(pictures), MOST_FRAMES)).round())
-    # Few rays are left late: most colours are among the first passes.
+    # Few rays are live in late passes, so the first passes have most of the colours.
     palette = colours.palette([np.asarray(_rgb(folder / pictures[len(pictures) * k // 8]))
                                for k in (0, 1, 2, 4)])
     frames = [_rgb(folder / pictures[k]).quantize(palette=palette, dither=Image.Dither.NONE)
@@ -153,7 +160,7 @@ def _rgb(path: Path) -> Image.Image:
 
 
 def phase_pixels(phases: np.ndarray, names: Mapping[int, str]) -> np.ndarray:
-    """(n, 3) uint8: the colour of what each of n rays waits for."""
+    """Return the colour of each ray's phase, (n, 3) uint8."""
     shown = np.zeros((len(phases), 3), np.uint8)
     for phase in names:
         shown[phases == phase] = colours.category(phase)
@@ -161,14 +168,14 @@ def phase_pixels(phases: np.ndarray, names: Mapping[int, str]) -> np.ndarray:
 
 
 def distance_pixels(hits: Hits, lo: float, hi: float) -> np.ndarray:
-    """(n, 3) uint8: t between ``lo`` and ``hi``, and grey where there is no hit."""
+    """Return colours, (n, 3) uint8, of each ray's t between ``lo`` and ``hi``; grey is a miss."""
     shown = np.full((len(hits), 3), colours.NOTHING, np.uint8)
     shown[hits.hit] = colours.ramp((hits.t[hits.hit] - lo) / max(hi - lo, 1e-30))
     return shown
 
 
 class _Painter:
-    """Three panels a pass: phase, place and t, each pixel a ray."""
+    """Draws three panels per pass: phase, position and t. Each pixel is a ray."""
 
     def __init__(self, tracer: Tracer, batch: RayBatch, hits: Hits) -> None:
         self.tracer, self.batch, self.size = tracer, batch, batch.size

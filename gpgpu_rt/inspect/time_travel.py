@@ -1,8 +1,8 @@
-"""Time travel: the state of every ray after every pass, since every step is a pass.
+"""Time travel: the state of every ray after every pass.
 
-A pass draws into one of two buffers, and under ``kernels`` only the rays that wait for its kernel:
-what the other texels of its target hold is older. A ray's present state is the one with more
-steps; steps only grow, so pass by pass the two are put together here.
+A pass draws into one of two buffers. Under ``kernels``, a pass only draws the rays that wait for
+its kernel, so the other texels of its target hold older states. The number of steps only grows, so
+the state with more steps is a ray's present state. After each pass, the two states are merged.
 """
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from ..traversal.packet_steps import PacketSteps
 from .observe import observe_states
 
 Fields = dict[str, np.ndarray]
-INTERSECT = 2    # the phase of packets at a leaf, whose rays are tested by a pass of their own
+INTERSECT = 2    # the phase of packets at a leaf; a separate pass tests their rays
 ENDS = {DONE: "done", UNFINISHED: "stopped by the step cap", OVERFLOWN: "stack full"}
 
 
@@ -34,13 +34,13 @@ class Pass:
 
     Attributes
     ----------
-    number : 0 for the one that sets states up
-    kernel : which ran: "init"; a kernel's name; "all" where each ray runs its own; "visit" or
-        "intersect" of packets
-    served : rays that each kernel was run on, by its name
-    live : rays that are not over
-    state, hit : fields of the method's state (of a ray's packet, where packets carry it) and of
-        HIT, one entry a ray
+    number : index of the pass; pass 0 sets up states
+    kernel : "init", a kernel's name, or "all" if each ray runs the kernel of its own state. For
+        packets, "visit" or "intersect"
+    served : kernel's name -> number of rays for which the kernel ran
+    live : number of unfinished rays
+    state, hit : fields of the method's state and of HIT, an entry per ray. For packets, the state
+        is that of the ray's packet
     """
 
     number: int
@@ -51,25 +51,30 @@ class Pass:
     hit: Fields
 
     def to_dict(self) -> dict[str, Any]:
-        """What it did, without the states."""
+        """Return number, kernel and counts as plain data, without the states."""
         return {"pass": self.number, "kernel": self.kernel, "served": self.served,
                 "live": self.live}
 
 
 def travel(tracer: Tracer, origins: np.ndarray, directions: np.ndarray,
            look: Callable[[Pass], None], **more: Any) -> Hits:
-    """Trace rays and look at all of them after each pass.
+    """Trace rays and call ``look`` with the states of all rays after each pass.
 
     Parameters
     ----------
-    tracer : under ``step`` or ``kernels``; under ``loop`` one pass is the whole traversal, and
-        OptionError says so
+    tracer : a tracer under the schedule ``step`` or ``kernels``
     origins, directions, more : as for ``Tracer.trace``
-    look : gets a Pass; its arrays are the caller's to keep
+    look : receives a Pass, whose arrays the caller may keep
 
     Returns
     -------
     The hits, as ``Tracer.trace`` returns them.
+
+    Raises
+    ------
+    OptionError
+        under the schedule ``loop``, whose single pass is the whole traversal, or for a tracer
+        whose states cannot be observed
     """
     batch = RayBatch(origins, directions, bounds=tracer.scene.bounds, **more)
     with tracer.sessions.turn(batch) as session:    # the session that `trace` will use
@@ -85,12 +90,12 @@ def travel(tracer: Tracer, origins: np.ndarray, directions: np.ndarray,
 
 
 def decode(batch: RayBatch, one: Pass) -> Hits:
-    """What the rays have hit by then, in the caller's units."""
+    """Return the hits of the rays after a pass, in the caller's units."""
     return batch.hits(one.hit)
 
 
 def phase_names(tracer: Tracer) -> dict[int, str]:
-    """What each value of the state's ``phase`` says."""
+    """Return the meaning of each value of the state's ``phase``."""
     return {**ENDS, **dict(enumerate(_kernels(tracer), 1))}
 
 
@@ -103,7 +108,7 @@ def _kernels(tracer: Tracer) -> tuple[str, ...]:
 
 
 class _StateRecorder:
-    """Puts the states together, pass by pass."""
+    """Merges the states, pass by pass."""
 
     def __init__(self, tracer: Tracer, batch: RayBatch, look: Callable[[Pass], None]) -> None:
         self.names, self.look, self.count = phase_names(tracer), look, batch.count
@@ -114,14 +119,14 @@ class _StateRecorder:
         self.number = 0
 
     def take(self, one: ObservedPass) -> None:
-        """Add what a pass has changed."""
+        """Merge the states that a pass has drawn."""
         kernel, target = one.kernel, one.target
         assert isinstance(target, Target)
         if HIT.name not in target.records:
             self._take_packets(kernel, target)
             return
         hit = self._rays(target.fields(HIT.name))
-        if self.packets:    # whose states stay as their last visit left them
+        if self.packets:    # this pass does not change the packets' states
             waiting = int((self.state["phase"] == INTERSECT).sum())
             self.hit = hit
             self._show(kernel, {"intersect": waiting} if waiting and kernel != "init" else {})
@@ -135,7 +140,7 @@ class _StateRecorder:
         self._show(kernel, served)
 
     def _take_packets(self, kernel: str, target: Target) -> None:
-        """Packets' states, one texel each, given to their rays."""
+        """Copy each packet's state to its rays."""
         (width, height), across = self.size, target.size[0]
         packet = -(-width // across), -(-height // target.size[1])
         x, y = np.arange(width) // packet[0], np.arange(height) // packet[1]
@@ -144,12 +149,12 @@ class _StateRecorder:
                  for name, values in target.fields(self.state_name).items()}
         served = {}
         if kernel != "init":
-            # Pushing and popping are no steps of a packet, but change what it waits for.
+            # A push or pop changes a packet's phase without counting as a step.
             before = self.state["phase"]
             on = (state["phase"] != before) & (before > INTERSECT)
             served = self._served(on | (state["steps"] > self.state["steps"]))
         self.state = state
-        if kernel != "init":    # its rays follow
+        if kernel != "init":    # after "init" the pass over the rays calls `_show`
             self._show(kernel, served)
 
     def _rays(self, fields: Fields) -> Fields:

@@ -1,4 +1,4 @@
-"""Traced programs: every program that a trace compiles, by name, with its text."""
+"""Traced programs: every program that a trace compiles, with its name and its text."""
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
@@ -14,8 +14,8 @@ from ..scene.scene import Scene
 from ..tracer import Tracer
 from .program_text import files_of, heading, program_text, titled
 
-SCENE = "cornell"       # whose tree's depth and tables the programs are compiled for
-SIDE = 8                # pixels; programs do not depend on the number of rays
+SCENE = "cornell"       # default scene; programs depend on its tree's depth and tables
+SIDE = 8                # picture's side in pixels; programs do not depend on the number of rays
 _TRIANGLE_TEST = "glsl/core/triangle.glsl"
 
 
@@ -25,10 +25,10 @@ class TracedProgram:
 
     Attributes
     ----------
-    name : the kernel that the program runs alone, else its file's name
+    name : the kernel of a program with a single kernel, else the name of the program's file
     file : the program's entry file, as ``glsl/...`` or absolute
     text : GLSL that compiles by itself, see `program_text`
-    traverses : whether the program is a part of the traversal, not one of its auxiliary programs
+    traverses : whether the program runs traversal steps; False for auxiliary programs
     """
 
     name: str
@@ -42,7 +42,7 @@ class TracedProgram:
         return files_of(self.text)
 
     def to_dict(self) -> dict[str, Any]:
-        """The program as plain data."""
+        """Return the program as plain data."""
         return {"name": self.name, "file": self.file, "lines": len(self.text.splitlines()),
                 "traverses": self.traverses, "files": self.files, "text": self.text}
 
@@ -56,13 +56,13 @@ def traced_programs(method: str, options: Mapping[str, Any] | None = None,
     Parameters
     ----------
     method : a name of the method table
-    options : the tracer's and the method's, as for `Tracer`
-    scene : whose accelerator decides sizes such as that of a stack
+    options : the options of the tracer and of the method, as for `Tracer`
+    scene : the scene. Its accelerator determines sizes, such as the size of a stack
 
     Raises
     ------
     Error
-        as making a `Tracer` and tracing with it
+        as `Tracer` and its ``trace``
     """
     options = dict(options or {})
     gpu = open_gpu(options.get("context"))
@@ -91,8 +91,7 @@ def traced_programs(method: str, options: Mapping[str, Any] | None = None,
 
 
 def method_files(method: str) -> dict[str, tuple[str, ...]]:
-    """Return the GLSL files that the programs of a method are made of, each with the schedules
-    under which a program uses the file.
+    """Return the GLSL files of a method's programs: file -> schedules whose programs use the file.
 
     Raises
     ------
@@ -108,7 +107,7 @@ def method_files(method: str) -> dict[str, tuple[str, ...]]:
 
 
 def find_program(programs: Collection[TracedProgram], name: str) -> TracedProgram:
-    """Return the program of a name; OptionError suggests the nearest names."""
+    """Return the program of a name. Raise OptionError with the nearest names for no match."""
     for one in programs:
         if one.name == name:
             return one
@@ -121,7 +120,7 @@ def _switches(one: Compilation) -> str:
 
 
 def _only_starts(one: Compilation) -> bool:
-    """Whether a program sets rays up and leaves the traversal to another of the same file."""
+    """Return whether a program only sets up rays; another program of its file traverses."""
     return bool(one.defines.get("START")) and not one.defines.get("MANY_STEPS")
 
 
@@ -133,7 +132,7 @@ def _name(one: Compilation) -> str:
 
 
 def _distinct(names: Iterable[str]) -> Iterator[str]:
-    """The names, with a number behind a name that came before."""
+    """Yield the names. A repeated name gets a number."""
     times: dict[str, int] = {}
     for name in names:
         times[name] = times.get(name, 0) + 1
