@@ -1,10 +1,10 @@
-"""All hits: everything that rays pass through, nearest first, found by tracing them on.
+"""All hits: every triangle that a ray passes through, nearest first, found by repeated tracing.
 
-Hits are in the order of (t, triangle). After one at (t, triangle) a ray goes on with that t as its
-t_min and takes, of the triangles at just that t, those of a higher index only: ``accept`` in
-``glsl/core/triangle.glsl`` decides it, and every method calls that. So nothing is stepped over,
-no offset is guessed, and triangles that coincide are all found. The t at which a ray goes on never
-leaves the programs' own units, where it is exact.
+Hits are in the order of (t, triangle). After a hit at (t, triangle), the ray continues with this t
+as its t_min. Of the triangles at exactly this t, it accepts only triangles with a higher index.
+``accept`` in ``glsl/core/triangle.glsl`` decides this for every method. Therefore no hit is
+skipped, no offset is needed, and coincident triangles are all found. The t at which a ray
+continues stays in the programs' own units, where it is exact.
 """
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ class AllHits:
 
     Attributes
     ----------
-    ray : (m,) int64, which ray each hit is of; ascending
+    ray : (m,) int64, index of each hit's ray, ascending
     t : (m,) float32, in units of the ray's |direction|
     u, v : (m,) float32, barycentric: p = (1 - u - v) v0 + u v1 + v v2
     triangle : (m,) int32, row of the scene's faces as given
-    status : (n,) uint8, as of ``Hits``: of a ray that is not 0 there may be more hits
-    shape : of the rays, as of ``Hits``
+    status : (n,) uint8, as in ``Hits``. A ray with a status other than 0 may have more hits
+    shape : shape of the rays, as in ``Hits``
     """
 
     ray: np.ndarray
@@ -51,11 +51,11 @@ class AllHits:
 
     @property
     def count(self) -> np.ndarray:
-        """(n,) int64, how many hits each ray has."""
+        """The number of hits of each ray, (n,) int64."""
         return np.bincount(self.ray, minlength=len(self.status))
 
     def image(self, name: str) -> np.ndarray:
-        """``count`` or ``status`` in the shape that the rays had.
+        """Return ``count`` or ``status`` in the shape of the rays.
 
         Raises
         ------
@@ -67,36 +67,44 @@ class AllHits:
         return getattr(self, name).reshape(self.shape)
 
 
-# (height, width, 3, 4) texels of RAY_AFTER_HIT -> fields of HIT and status, one entry a texel.
+# (height, width, 3, 4) texels of RAY_AFTER_HIT -> fields of HIT and status, an entry per texel.
 Round = Callable[[np.ndarray], tuple[dict[str, np.ndarray], np.ndarray]]
 
 
 def collect(batch: RayBatch, trace: Round, max_hits: int | None = None) -> AllHits:
-    """Trace rays on until none hits anything more.
+    """Trace rays repeatedly until no ray has a further hit.
 
     Parameters
     ----------
     batch : the rays
-    trace : finds the nearest hit of rays that go on behind another
-    max_hits : of a ray, or None for all of them
+    trace : finds the nearest hits of rays that continue after a hit
+    max_hits : largest number of hits of a ray; None for all hits
+
+    Raises
+    ------
+    OptionError
+        for a negative ``max_hits``
+    Error
+        if a renderer computes different t for the same ray and triangle
     """
     if max_hits is not None and max_hits < 0:
         raise OptionError(f"max_hits is {max_hits}; give 0 or more, or None for all")
     fields = {**batch.given_fields(), "after": np.full(batch.count, -1)}
     status = batch.status()
-    # All in the first round, so that packets find their tiles; those put in order lack empty ones.
+    # Trace all rays in the first round, so that packets match their tiles. Sorted rays have no
+    # empty rays.
     rays = np.arange(batch.count) if batch.order is None else batch.order.rays
     found: list[dict[str, np.ndarray]] = []
     height, width = batch.size[::-1]
     while len(rays) and (max_hits is None or len(found) < max_hits):
-        if 2 * len(rays) <= height * width:     # textures are kept until they are half empty
+        if 2 * len(rays) <= height * width:     # shrink textures once they are half empty
             height, width = -(-len(rays) // ROW), min(len(rays), ROW)
         image = np.repeat(NO_RAY[None], height * width, axis=0)
         RAY_AFTER_HIT.pack_into(image[:len(rays)].swapaxes(0, 1),
                                 **{name: fields[name][rays] for name in fields})
         hits, ended = trace(image.reshape(height, width, *NO_RAY.shape))
         ended = ended[:len(rays)]
-        # A ray that was stopped may have a nearer hit than the one it had found by then.
+        # Drop the hit of a stopped ray, because the ray may have a nearer hit.
         status[rays[ended != TRACED]] = ended[ended != TRACED]
         some = np.flatnonzero((hits["triangle"][:len(rays)] != NO_TRIANGLE) & (ended == TRACED))
         rays = rays[some]
@@ -111,7 +119,7 @@ def collect(batch: RayBatch, trace: Round, max_hits: int | None = None) -> AllHi
 
 
 def check_exact(method: Method, options: Mapping[str, Any]) -> None:
-    """Raise OptionError where hits may be lost, or t is not what the test computed."""
+    """Raise OptionError for options that may lose hits or that round t."""
     for option in method.options:
         if options[option.name] in option.relaxed:
             raise OptionError(f"{option.name}={options[option.name]} may lose hits, and all hits "
@@ -122,13 +130,13 @@ def check_exact(method: Method, options: Mapping[str, Any]) -> None:
 
 
 def _ordered(batch: RayBatch, found: list[dict[str, np.ndarray]], status: np.ndarray) -> AllHits:
-    """Rounds one behind the other -> rays one behind the other, in the caller's units."""
+    """Return the hits of all rounds sorted by ray, t and triangle, in the caller's units."""
     kinds = {"ray": np.int64, "t": np.float32, "u": np.float32, "v": np.float32,
              "triangle": np.int32}
     parts = {name: np.concatenate([np.zeros(0, kind), *(one[name] for one in found)]).astype(kind)
              for name, kind in kinds.items()}
     parts["t"] = batch.given_units(parts["t"], parts["ray"])
-    # By t and triangle once more: the caller's units may round two t to one.
+    # Sort by t and triangle again, because the caller's units may round two t to the same t.
     order = np.lexsort((parts["triangle"], parts["t"], parts["ray"]))
     return AllHits(**{name: values[order] for name, values in parts.items()}, status=status,
                    shape=batch.shape)

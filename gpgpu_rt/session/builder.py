@@ -1,4 +1,4 @@
-"""Builder: a scene's triangles as a method's accelerator, built or refitted."""
+"""Builder: builds or refits a method's accelerator over a scene's triangles."""
 from __future__ import annotations
 
 from typing import Any
@@ -13,31 +13,34 @@ from ..scene.scene import Scene
 
 
 class Builder:
-    """Makes accelerators of one scene as it moves.
+    """Makes the accelerators of a scene whose triangles may move.
 
     Parameters
     ----------
-    options : the tracer's, resolved
-    charts : the scene's, which geometry images are made of
+    options : the tracer's options, resolved
+    charts : the scene's charts, from which geometry images are made
     """
 
     def __init__(self, method: Method, options: dict[str, Any], charts: Any) -> None:
         self.precision = Precision.of(options)
         self._method, self._options, self._charts = method, options, charts
-        self._built_cost: float | None = None   # its SAH cost, once a refit asks
+        self._built_cost: float | None = None   # SAH cost of the last build, for refits
 
     def stored(self, scene: Scene) -> np.ndarray:
-        """Its triangles as textures hold them: boxes then enclose what the kernels will read."""
+        """Return the triangles as textures store them, so boxes enclose the stored triangles."""
         return shrink_flat(self.precision.stored(scene.triangles))
 
     def build(self, triangles: np.ndarray) -> Accelerator:
-        """A new accelerator over (n, 3, 3) stored triangles."""
+        """Return a new accelerator over (n, 3, 3) stored triangles."""
         self._built_cost = None
         return self._method.prepare(triangles, {**self._options, "charts": self._charts})
 
     def refit(self, accelerator: Accelerator, triangles: np.ndarray) -> Accelerator | None:
-        """The accelerator around (n, 3, 3) stored triangles, or None where it must be built anew:
-        the method cannot refit, or ``rebuild_ratio`` says that it became too much worse."""
+        """Return the accelerator refitted to (n, 3, 3) stored triangles, or None.
+
+        None means that the accelerator must be rebuilt: the method cannot refit, or the refitted
+        SAH cost exceeds ``rebuild_ratio`` times the cost of the last build.
+        """
         ratio = self._options.get("rebuild_ratio", np.inf)
         if self._method.refit is None or ratio == 0:
             return None

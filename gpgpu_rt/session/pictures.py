@@ -1,4 +1,4 @@
-"""Pictures: what a tracer draws of its scene, and what a picture would cost."""
+"""Pictures: draws pictures of a tracer's scene, and plans their costs."""
 from __future__ import annotations
 
 import time
@@ -25,13 +25,13 @@ from ..scene.region import Region
 from ..statistics import Statistics
 from .session import Session
 
-Progress = Callable[[int, int, float], None]    # samples done, samples of all, noise so far
+Progress = Callable[[int, int, float], None]    # samples done, samples in all, noise so far
 
 
 class Pictures:
     """Draws pictures with the rays of a session; keeps the last integrator for the next picture.
 
-    Methods of `Tracer` with the same names say what their parameters are.
+    Methods of `Tracer` with the same names document the parameters.
     """
 
     def __init__(self, gpu: Gpu, statistics: Statistics) -> None:
@@ -41,7 +41,7 @@ class Pictures:
     def render(self, session: Session, camera: Camera | None, region: Region,
                integrator: str | None, progress: Progress | None, first_hits: str,
                options: Mapping[str, Any]) -> Image.Image:
-        """A picture of the session's scene."""
+        """Return a picture of the session's scene."""
         drawer = self._drawer(session, region, integrator, options)
         drawer.progress = progress
         if first_hits != "traced" and not drawer.region.is_whole:
@@ -59,7 +59,7 @@ class Pictures:
         try:
             pixels = waves.draw(drawer, rays, camera or session.scene.camera)
             self.gpu.check_error("rendering")
-        finally:    # an interrupted picture has a time too
+        finally:    # also time an interrupted picture
             self.statistics.trace_seconds = time.perf_counter() - began
         return Image.fromarray(pixels)
 
@@ -72,13 +72,13 @@ class Pictures:
         return found
 
     def unfinished(self) -> Image.Image | None:
-        """What an interrupted picture by "path" shows so far, or None."""
+        """Return the unfinished picture of an interrupted "path", or None."""
         found = self.integrator.radiance if self.integrator is not None else None
         return None if found is None else Image.fromarray(shown(found.astype(np.float64)))
 
     def eye_hits(self, session: Session, camera: Camera | None, size: tuple[int, int],
                  first_hits: str) -> Hits:
-        """Hits of the eye rays of ``render``, row by row from the top."""
+        """Return the hits of the eye rays of ``render``, row by row from the top."""
         statistics = self.statistics
         statistics.start_call(size[0] * size[1])
         rays, buffers = session.buffers.of(size)
@@ -99,7 +99,7 @@ class Pictures:
 
     def plan(self, session: Session, region: Region, integrator: str | None,
              options: Mapping[str, Any]) -> Plan:
-        """What ``render`` with the same arguments would do and allocate, and why no more."""
+        """Return the passes and textures of ``render`` with the same arguments, with reasons."""
         drawer = self._drawer(session, region, integrator, options)
         rays, buffers = session.buffers.of(drawer.size)
         buffers.side(0)
@@ -111,7 +111,7 @@ class Pictures:
 
     def _drawer(self, session: Session, region: Region, integrator: str | None,
                 options: Mapping[str, Any]) -> Integrator:
-        """The integrator for a picture; the last integrator if it was made for the same needs."""
+        """Return the integrator for a picture; reuse the last integrator for the same needs."""
         kind, last = find_integrator(integrator), self.integrator
         asked = kind.asked(options, session.structure.precision)
         needs = SceneNeeds.of(session.scene, asked)
@@ -126,15 +126,15 @@ class Pictures:
         return self.integrator
 
     def follow(self, session: Session) -> None:
-        """Shade the surfaces that this session's hits lie on from now on."""
+        """Shade the surfaces of this session's hits from now on."""
         if self.integrator is not None:
             self.integrator.take(session.structure.shown)
 
     def bytes(self) -> int:
-        """Bytes of the integrator's textures."""
+        """Return the bytes of the integrator's textures."""
         return sum(self.integrator.bytes().values()) if self.integrator is not None else 0
 
     def release(self) -> None:
-        """Free the integrator; ``radiance`` is gone with it."""
+        """Free the integrator, and ``radiance`` with it."""
         release(self.integrator)
         self.integrator = None

@@ -1,4 +1,4 @@
-"""Ray buffers: the textures of a call's rays and of their states, kept from call to call."""
+"""Ray buffers: the textures of a call's rays and states, which later calls reuse."""
 from __future__ import annotations
 
 from ..gl.context import Gpu
@@ -29,11 +29,11 @@ class RayBuffers:
 
     def of(self, size: tuple[int, int], after_hit: bool = False) -> tuple[
             RayTextures, StateBuffers]:
-        """The textures for rays of ``size`` = (width, height).
+        """Return the textures for rays of ``size`` = (width, height).
 
         Parameters
         ----------
-        after_hit : whether rays go on behind an earlier hit (RAY_AFTER_HIT)
+        after_hit : whether rays continue after an earlier hit (RAY_AFTER_HIT)
         """
         if self.rays is None or (self.rays.size, self.rays.after_hit) != (size, after_hit):
             self.release()
@@ -44,7 +44,7 @@ class RayBuffers:
         return self.rays, self.states
 
     def bytes(self) -> int:
-        """Bytes of the textures."""
+        """Return the bytes of the textures."""
         return ((texture_bytes(self.rays.textures) if self.rays is not None else 0)
                 + (self.states.bytes() if self.states is not None else 0))
 

@@ -1,4 +1,4 @@
-"""Scene tables: a tracer's accelerators as textures, each table written when it is a new one."""
+"""Scene tables: a tracer's accelerators as textures. Only changed tables are written."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -12,11 +12,11 @@ from ..traversal.method import Accelerator, Tables
 
 
 class SceneTables(dict[str, dict[str, moderngl.Texture]]):
-    """Record name -> sampler name -> texture.
+    """A dict: record name -> sampler name -> texture.
 
     Attributes
     ----------
-    written : record name -> the accelerator's arrays that its textures hold
+    written : record name -> the accelerator's arrays in its textures
     """
 
     def __init__(self, gpu: Gpu, precision: Precision) -> None:
@@ -25,8 +25,11 @@ class SceneTables(dict[str, dict[str, moderngl.Texture]]):
         self.written: dict[str, Mapping[str, object]] = {}
 
     def write(self, records: Tables, accelerator: Accelerator) -> None:
-        """Bring an accelerator's tables into textures, those of the last one where they fit; one
-        that is the very same as last time stays. Passes then complete them, if it has any."""
+        """Write an accelerator's tables into textures, then run the accelerator's finisher.
+
+        Textures of the same size are reused. A table with the same arrays object is not written
+        again.
+        """
         for record in records:
             arrays = accelerator.tables[record.name]
             if self.written.get(record.name) is not arrays:
@@ -39,20 +42,20 @@ class SceneTables(dict[str, dict[str, moderngl.Texture]]):
             self.gpu.finish()
 
     def check(self, records: Tables, accelerator: Accelerator) -> None:
-        """Raise LimitError where one of an accelerator's tables is past what textures hold."""
+        """Raise LimitError if a table of an accelerator exceeds the limits of textures."""
         for record in records:
             check_table(self.gpu, self.precision.layout(record), accelerator.tables[record.name])
 
     def samplers(self) -> dict[str, moderngl.Texture]:
-        """Sampler name -> texture, of all tables."""
+        """Return sampler name -> texture of all tables."""
         return {name: texture for table in self.values() for name, texture in table.items()}
 
     def bytes(self) -> dict[str, int]:
-        """Record name -> bytes of its textures."""
+        """Return record name -> bytes of its textures."""
         return {name: texture_bytes(table.values()) for name, table in self.items()}
 
     def keep(self, records: Tables) -> None:
-        """Free every other table."""
+        """Free every table except the tables of these records."""
         for name in self.keys() - {record.name for record in records}:
             del self.written[name]
             release(self.pop(name))

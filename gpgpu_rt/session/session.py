@@ -1,4 +1,4 @@
-"""Session: what is built for one choice of method and options, and how it traces rays."""
+"""Session: a method with its options over a scene, and the tracing of rays by them."""
 from __future__ import annotations
 
 import time
@@ -34,13 +34,13 @@ class Session:
     Parameters
     ----------
     method, options : the row of the method table, and its options, resolved
-    structure : the structure to trace through; None builds it
+    structure : the structure to trace through; None builds a structure
 
     Attributes
     ----------
     structure : scene, accelerator and tables
     driver : runs the method's passes
-    eye_drivers : what the rasteriser does for eye rays before ``driver`` traces them
+    eye_drivers : drivers by which the rasteriser bounds or replaces the tracing of eye rays
     buffers : textures of rays and states
     build_seconds, refit_seconds, rebuilt : as in ``Statistics``
     """
@@ -70,7 +70,7 @@ class Session:
 
     @property
     def scene(self) -> Scene:
-        """The scene, with its triangles where they are now."""
+        """The scene with its present triangles."""
         return self.structure.scene
 
     @property
@@ -89,13 +89,13 @@ class Session:
         return min(self.options["step_cap"] or self.accelerator.step_bound + 1, EXACT_INTEGER - 1)
 
     def costs(self) -> dict[str, Any]:
-        """What ``Statistics`` says of the structure, by name."""
+        """Return the entries of ``Statistics`` about the structure, by name."""
         return {"method": self.method.name, "table_bytes": self.structure.table_bytes,
                 "build_seconds": self.build_seconds, "refit_seconds": self.refit_seconds,
                 "rebuilt": self.rebuilt}
 
     def counting(self) -> Session:
-        """A session over the same structure whose programs count, as with ``statistics=True``."""
+        """Return a session over the same structure with ``statistics=True``."""
         counting = Session(self.gpu, self.method, {**self.options, "statistics": True},
                            self.scene, self.structure)
         counting.build_seconds, counting.refit_seconds = self.build_seconds, self.refit_seconds
@@ -105,7 +105,7 @@ class Session:
     # Tracing --------------------------------------------------------------------------------
 
     def trace(self, batch: RayBatch, any_hit: bool, statistics: Statistics) -> Hits:
-        """Trace rays: nearest hits, or with ``any_hit`` whether there is a hit at all."""
+        """Return the nearest hits of rays, or with ``any_hit`` any hit of each ray."""
         with self.gpu:
             statistics.start_call(batch.count)
             self._sort(batch)
@@ -130,9 +130,9 @@ class Session:
 
     def trace_all(self, batch: RayBatch, max_hits: int | None,
                   statistics: Statistics) -> AllHits:
-        """All hits of rays, round by round; a ray's ``max_hits`` nearest, or None for all."""
+        """Return all hits of rays, or each ray's ``max_hits`` nearest hits."""
         def trace_on(texels: np.ndarray) -> tuple[dict[str, np.ndarray], np.ndarray]:
-            """The next hits of rays, (height, width, 3, 4) of RAY_AFTER_HIT: HIT and status."""
+            """Return the next HIT and status of rays, (height, width, 3, 4) RAY_AFTER_HIT."""
             rays, buffers = self.buffers.of(texels.shape[1::-1], after_hit=True)
             rays.write(texels)
             side, stopped = self.driver.run(rays, buffers, statistics)
@@ -157,7 +157,7 @@ class Session:
 
     def finish(self, hits: Hits, side: Target | PacketHits, statistics: Statistics,
                by_ray: ByRay = whole) -> None:
-        """Add to hits which rays were stopped, and what the rays counted."""
+        """Add the status of stopped rays, and the counters, to the hits."""
         if statistics.stopped:
             mark_stopped(hits.status, side.fields(self.method.state.name, by_ray)["phase"])
         if self.options["statistics"]:
@@ -166,7 +166,7 @@ class Session:
 
     def count(self, side: Target | PacketHits, statistics: Statistics,
               by_ray: ByRay = whole) -> dict[str, np.ndarray]:
-        """Counters of the rays by name; the statistics get their means."""
+        """Return the counters of the rays by name, and put their means into the statistics."""
         counters = {**side.fields(COUNTERS.name, by_ray),
                     "steps": side.fields(self.method.state.name, by_ray)["steps"]}
         statistics.counters = {name: float(values.mean()) if len(values) else 0.0
@@ -174,19 +174,19 @@ class Session:
         return counters
 
     def eye_driver(self, first_hits: str) -> Driver:
-        """The driver of a picture's rays: the method's own, with the rasteriser's part."""
+        """Return the driver of a picture's rays: the method's driver within the eye drivers."""
         return self.eye_drivers.over(self.driver, first_hits, self.structure.hit_triangles)
 
     # Moving ---------------------------------------------------------------------------------
 
     def move(self, scene: Scene) -> None:
-        """Trace this scene from now on: as many triangles, in other places."""
+        """Trace this scene from now on. It has the same number of triangles, which moved."""
         began = time.perf_counter()
         with self.gpu:
             moved = self.structure.move(scene)
             if moved.same_programs:
                 self.follow()
-            else:       # other programs, or a stack of another depth
+            else:       # the programs or the stack's depth changed
                 self.driver.release()
                 self.driver = self._make_driver()
             self.follow_eye(known=True)
@@ -198,11 +198,11 @@ class Session:
             self.refit_seconds = took
 
     def follow(self) -> None:
-        """Let the driver read the structure's tables as they are now."""
+        """Give the driver the structure's present tables."""
         self.driver.follow(self.tables.samplers(), self.accelerator, self.step_cap)
 
     def follow_eye(self, known: bool) -> None:
-        """Let the rasteriser follow moved triangles; ``known``: the host knows where they are."""
+        """Give the rasteriser moved triangles, if the host knows their positions (``known``)."""
         if known:
             self.eye_drivers.take(self.structure.hit_triangles, self.driver)
         else:
@@ -211,12 +211,12 @@ class Session:
     # Lifetime -------------------------------------------------------------------------------
 
     def bytes(self) -> int:
-        """Bytes of all textures."""
+        """Return the bytes of all textures."""
         return (sum(self.structure.table_bytes.values()) + self.buffers.bytes()
                 + self.driver.bytes() + self.eye_drivers.bytes())
 
     def release(self) -> None:
-        """Free textures and programs; a structure that was given stays."""
+        """Free textures and programs, but not a structure that the caller gave."""
         release(self.buffers, self.eye_drivers, self.driver)
         if not self._borrowed:
             self.structure.release()

@@ -1,4 +1,4 @@
-"""Sessions: the sessions of a tracer, which one thread at a time uses."""
+"""Sessions: the sessions of a tracer, used by a single thread at a time."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -26,18 +26,19 @@ COHERENT_SHARE = 0.7
 
 
 class Sessions:
-    """One session, or a session for coherent and another for incoherent rays. The second session
-    is built when rays of its kind first come.
+    """A single session, or a session for coherent rays and a session for incoherent rays.
+
+    The session for incoherent rays is built at the first call with incoherent rays.
 
     Parameters
     ----------
-    choices : method and options for either kind of rays
+    choices : method and options for each kind of rays
     rows : kind of rays -> method and options, as ``choices.resolved()`` gives them
 
     Attributes
     ----------
-    chosen : the kind of rays that the present session is for
-    statistics : of the last call
+    chosen : the kind of rays of the present session
+    statistics : the statistics of the last call
     pass_log : the passes of the last call, with the option ``statistics``
     pictures : draws with the rays of a session
     """
@@ -72,7 +73,7 @@ class Sessions:
 
     @contextmanager
     def _alone(self) -> Iterator[None]:
-        """Within, no other thread uses the sessions. Error after ``release``."""
+        """Lock out other threads within the block. Raise Error after ``release``."""
         with self.gpu:
             if self._released:
                 raise Error("this tracer was released, as its `with` block does at its end; "
@@ -81,7 +82,7 @@ class Sessions:
 
     @contextmanager
     def turn(self, rays: str | RayBatch) -> Iterator[Session]:
-        """Within, this thread alone uses the sessions, and the session for such rays is present.
+        """Within the block, only this thread uses the sessions. Yield the session for the rays.
 
         Parameters
         ----------
@@ -96,7 +97,7 @@ class Sessions:
 
     @contextmanager
     def call(self, rays: str | RayBatch) -> Iterator[Session]:
-        """A turn whose passes are logged, where statistics are asked for."""
+        """As ``turn``, and log the passes with the option ``statistics``."""
         with self.turn(rays) as chosen:
             if chosen.options["statistics"]:
                 with logged(self.gpu, self.statistics) as self.pass_log:
@@ -108,7 +109,7 @@ class Sessions:
 
     @contextmanager
     def moving(self) -> Iterator[Session]:
-        """Within, this thread alone may move the session's triangles; pictures follow at the end.
+        """Within the block, this thread may move the session's triangles. Then update pictures.
 
         Raises
         ------
@@ -129,7 +130,7 @@ class Sessions:
 
     @contextmanager
     def counting(self) -> Iterator[None]:
-        """Within, the present session is a session that counts; see `Tracer.counting`."""
+        """Use a present session with statistics within the block; see `Tracer.counting`."""
         if self.choices.differ:
             raise OptionError("counting is of one choice, and this tracer has two; give it "
                               "statistics=True, or one method")
@@ -147,7 +148,7 @@ class Sessions:
     # The present session --------------------------------------------------------------------
 
     def _kind_of(self, batch: RayBatch) -> str:
-        """COHERENT or INCOHERENT; the present kind where the rays do not decide it."""
+        """Return COHERENT or INCOHERENT, or the present kind if the rays do not decide."""
         share = None
         if self.choices.differ:
             lo, hi = self.present.structure.bounds
@@ -157,27 +158,29 @@ class Sessions:
         return COHERENT if share >= COHERENT_SHARE else INCOHERENT
 
     def _choose(self, kind: str) -> Session:
-        """Make the session for rays of this kind the present session. Where building or moving
-        it fails, the session before stays the present session."""
+        """Make the session for rays of this kind the present session.
+
+        If building or moving this session fails, the present session does not change.
+        """
         if kind == self.chosen or not self.choices.differ:
             return self.present
         before, session = self.present, self._sessions.get(kind)
         before.buffers.release()
         if session is None:
             session = self._sessions[kind] = Session(self.gpu, *self.rows[kind], before.scene)
-        elif session.scene is not before.scene:     # the scene moved meanwhile
+        elif session.scene is not before.scene:     # the scene moved since the session's last call
             session.move(before.scene)
         self.chosen = kind
         self._note_costs()
         return session
 
     def _note_costs(self) -> None:
-        """Write what the present session's structure costs to the statistics."""
+        """Write the costs of the present session's structure into the statistics."""
         self.statistics.__dict__.update(
             self.present.costs(), choice=self.chosen if self.choices.differ else "")
 
     def release(self) -> None:
-        """Free all sessions and what pictures hold."""
+        """Free all sessions and pictures."""
         with self.gpu:
             if not self._released:
                 self._released = True

@@ -1,4 +1,4 @@
-"""Structure: a scene's triangles, the accelerator over them, and the textures that hold both."""
+"""Structure: a scene's triangles, the accelerator over them, and the textures of both."""
 from __future__ import annotations
 
 import time
@@ -22,13 +22,13 @@ from .scene_tables import SceneTables
 
 
 class Moved(NamedTuple):
-    """What `Structure.move` did.
+    """The result of `Structure.move`.
 
     Attributes
     ----------
-    rebuilt : whether the accelerator was built anew
-    tried_seconds : time that the refit took; where it was rebuilt, the refit that was given up
-    same_programs : whether the programs compiled before read the new tables too
+    rebuilt : whether the accelerator was rebuilt
+    tried_seconds : time of the refit, also of a refit that was discarded for a rebuild
+    same_programs : whether the compiled programs can read the new tables
     """
 
     rebuilt: bool
@@ -37,7 +37,7 @@ class Moved(NamedTuple):
 
 
 class Structure:
-    """The accelerator of one method over one scene, in textures.
+    """The accelerator of a method over a scene, in textures.
 
     Parameters
     ----------
@@ -45,9 +45,9 @@ class Structure:
 
     Attributes
     ----------
-    scene : the scene, with its triangles where they are now
+    scene : the scene with its present triangles
     bounds : ((3,), (3,)) float64, the lower and upper corner of the scene's box
-    triangles : (n, 3, 3) float32, the triangles as the textures hold them
+    triangles : (n, 3, 3) float32, the triangles as the textures store them
     accelerator : built over ``triangles``
     tables : the accelerator's arrays as textures
     table_bytes : record name -> bytes of its textures; the same dict for the structure's lifetime
@@ -81,13 +81,13 @@ class Structure:
         return self.triangles if coarser is None else self.builder.stored(self.shown)
 
     def write(self, records: Tables, accelerator: Accelerator) -> None:
-        """Bring an accelerator's tables of these records into textures."""
+        """Write an accelerator's tables of these records into textures."""
         self.tables.write(records, accelerator)
         self.table_bytes.clear()
         self.table_bytes.update(self.tables.bytes())
 
     def adopt(self, method: Method, options: Mapping[str, Any]) -> tuple[Samplers, Accelerator]:
-        """The tables of another method over the same tree; textures that are missing are made."""
+        """Return the tables of another method over the same tree; make missing textures."""
         missing = [record for record in method.tables_for(options)
                    if record.name not in self.tables]
         accelerator = self.accelerator
@@ -98,13 +98,15 @@ class Structure:
         return self.tables.samplers(), accelerator
 
     def move(self, scene: Scene) -> Moved:
-        """Hold a scene of as many triangles in other places: refit the accelerator, or build it
-        anew where the method cannot refit or the option ``rebuild_ratio`` asks for it.
+        """Replace the scene by a scene with the same number of triangles, which moved.
+
+        Refit the accelerator. Rebuild it if the method cannot refit or the option
+        ``rebuild_ratio`` requires a rebuild.
 
         Raises
         ------
         SceneError, LimitError
-            and the structure is as it was before
+            for a scene that cannot be built; the structure then stays unchanged
         """
         triangles = self.builder.stored(scene)
         own = self.method.tables_for(self.options)
@@ -113,10 +115,10 @@ class Structure:
             refitted = self.builder.refit(self.accelerator, triangles)
             tried = time.perf_counter() - began
             accelerator = self.builder.build(triangles) if refitted is None else refitted
-        self.tables.check(own, accelerator)     # before the present tables are given up
+        self.tables.check(own, accelerator)     # may raise, while the present tables are unchanged
         before, self.accelerator, self.triangles = self.accelerator, accelerator, triangles
         self.scene, self.bounds = scene, scene.bounds
-        self.tables.keep(own)       # tables of an adopted method are made again when it asks
+        self.tables.keep(own)       # `adopt` remakes the tables of an adopted method
         self.write(own, accelerator)
         return Moved(refitted is None, tried, (
             (before.defines, before.stack_levels) == (accelerator.defines,
@@ -130,15 +132,15 @@ class Structure:
         ----------
         accelerator : the accelerator around the moved triangles
         bounds : the corners of the box around the moved triangles
-        read_back : the moved scene and its stored triangles, (n, 3, 3) float32; None where the
-            host does not know them
+        read_back : the moved scene and its stored triangles, (n, 3, 3) float32; None if the host
+            does not know them
         """
         self.accelerator, self.bounds = accelerator, bounds
         if read_back is not None:
             self.scene, self.triangles = read_back
         if any(accelerator.tables[name] is not arrays
                for name, arrays in self.tables.written.items()):
-            # A triangle gained area, or lost it.
+            # A triangle has become degenerate or is no longer degenerate.
             self.write(self.method.tables_for(self.options), accelerator)
 
     def release(self) -> None:
