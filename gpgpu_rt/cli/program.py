@@ -1,4 +1,4 @@
-"""``gpgpu-rt program``: the GLSL text that a method runs; and the files of a method."""
+"""``gpgpu-rt program``: prints the GLSL text that a method runs, or the files of a method."""
 from __future__ import annotations
 
 import argparse
@@ -66,9 +66,9 @@ def _joined(programs: list[TracedProgram]) -> str:
 
 
 def files_of_method(name: str) -> list[tuple[str, str]]:
-    """Return the files of a method, the row's first: (file, what the file is to the method).
+    """Return (file, purpose) for each file of a method, the row's file first.
 
-    Without an OpenGL context only the row's own files are known, not what they include.
+    Without an OpenGL context, the result has only the row's own files, not the included files.
     """
     row, file = find_method(name), file_of(name)
     found = [] if file is None else [(_shown(file), "row")]

@@ -1,4 +1,4 @@
-"""Rays in textures, and the state that passes ping-pong."""
+"""Textures of rays, and ping-pong buffers of their states."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -19,13 +19,13 @@ from .tile_bounds import TileBounds
 
 
 class RayTextures:
-    """The textures of a set of rays, one texel a ray.
+    """The textures of a set of rays, a texel per ray.
 
     Parameters
     ----------
-    size : (width, height)
-    precision : what they hold
-    after_hit : rays that go on behind a hit (RAY_AFTER_HIT), which take a third texture
+    size : (width, height) in rays
+    precision : the number formats of the textures
+    after_hit : whether rays continue after a hit (RAY_AFTER_HIT), which needs a third texture
     """
 
     def __init__(self, gpu: Gpu, size: tuple[int, int], precision: Precision,
@@ -36,57 +36,59 @@ class RayTextures:
         self.target = Target(gpu, self.in_textures, size)
         self.textures = self.target.textures
         self._start: np.ndarray | None = None
-        self._start_written = True      # in the texture too
-        self.seen_from: Camera | None = None    # whose pixels' centres they go through, if so
-        self.tiles: TileBounds | None = None    # of directions only where the start is shared
+        self._start_written = True      # whether the texture holds the start too
+        self.seen_from: Camera | None = None    # the camera, for rays through pixel centres
+        self.tiles: TileBounds | None = None    # bounds of directions; they need a shared start
 
     def share_start(self, start: np.ndarray | None) -> None:
-        """All rays have this origin and t_min, (4,) float32, which is not below 0; None: they may
-        differ. Programs read what is shared from a uniform, which saves a fetch and whatever
-        follows from it alone."""
+        """Set the origin and t_min of all rays, (4,) float32 with t_min >= 0; None if they differ.
+
+        Programs read a shared start from a uniform. This saves a fetch per ray, and work that
+        depends only on the start.
+        """
         self.seen_from = self.tiles = None
         self._start = None if start is None else self.precision.stored(start)
         self._start_written = True
 
     def share_with(self, other: RayTextures) -> None:
-        """Share what another set of rays, of which these are some, shares."""
+        """Use the shared start of another set of rays, which contains these rays."""
         self._start = other._start
 
     def like(self, size: tuple[int, int]) -> RayTextures:
-        """Textures of another size for rays of the same kind."""
+        """Return textures of another size for rays of the same kind."""
         return RayTextures(self.gpu, size, self.precision, self.after_hit)
 
     def fits(self, other: RayTextures, size: tuple[int, int] | None = None) -> bool:
-        """Whether rays of ``other`` can stand here, as many as its own or those of ``size``."""
+        """Return whether these textures fit rays of ``other``, or ``size`` rays of its kind."""
         return self.size == (size or other.size) and self.after_hit == other.after_hit
 
     @property
     def record(self) -> Record:
-        """The rays as traversal programs read them."""
+        """The record of the rays for traversal programs."""
         record = self.in_textures
         return record if self._start is None else replace(record, uniform_texels=(0,))
 
     @property
     def bounded(self) -> bool:
-        """Whether it is known between which directions the rays of each tile go from one point."""
+        """Whether rays share their start and the bounds of each tile's directions are known."""
         return self.tiles is not None and self._start is not None
 
     def uniforms(self) -> dict[str, tuple[float, ...]]:
-        """What programs read from uniforms."""
+        """Return the uniforms of a shared start."""
         return {} if self._start is None else {
             f"{RAY_TEXELS.name}_texel_0": tuple(self._start.tolist())}
 
     def upload(self, batch: RayBatch) -> None:
-        """Take rays; where they share their start, that is left to the uniform."""
+        """Upload rays. A shared start is passed by the uniform and not uploaded."""
         self.share_start(batch.start)
         self._start_written = self._start is None
-        # Stored in fewer bits, an empty ray may be one that ends where it begins.
+        # Bounds count live rays in fp32. In fewer bits, an empty interval may round to a point.
         self.tiles = batch.tiles if self.precision.storage == "fp32" else None
         for texel in range(0 if self._start_written else 1, RAY_TEXELS.texels):
             self._write(texel, batch.texels(texel))
 
     def write(self, texels: np.ndarray) -> None:
-        """Take (height, width, textures, 4) float32 texels."""
+        """Upload (height, width, textures, 4) float32 texels."""
         self.share_start(None)
         for texel in range(len(self.textures)):
             self._write(texel, texels[:, :, texel])
@@ -96,14 +98,14 @@ class RayTextures:
         write_texture(texture, np.ascontiguousarray(stored, "<" + texture.dtype))
 
     def samplers(self) -> dict[str, moderngl.Texture]:
-        """What programs sample that read rays as ``record`` says."""
+        """Return sampler name -> texture for programs that read rays by ``record``."""
         found = self.target.samplers()
         if not self._start_written:
             del found[f"{RAY_TEXELS.name}_texel_0"]
         return found
 
     def complete(self) -> RayTextures:
-        """These, with what is shared in the textures too, for programs that ask for no uniform."""
+        """Write a shared start into its texture, for programs without the uniform; return self."""
         if not self._start_written:
             assert self._start is not None
             self._write(0, np.broadcast_to(self._start, (*self.size[::-1], 4)))
@@ -111,7 +113,7 @@ class RayTextures:
         return self
 
     def bytes(self) -> int:
-        """Bytes of the textures."""
+        """Return the bytes of the textures."""
         return self.target.bytes()
 
     def release(self) -> None:
@@ -120,17 +122,17 @@ class RayTextures:
 
 def read_field(record: Record, name: str,
                samplers: Mapping[str, moderngl.Texture]) -> np.ndarray:
-    """One field of a stream, from the one texture that has it."""
+    """Read back a field of a stream from the texture of its texel."""
     field = record.field(name)
     return field.of(read_texture(samplers[f"{record.name}_texel_{field.texel}"]))
 
 
 class PingPong:
-    """Two targets of the same records that passes draw into by turns, and their depth buffer.
+    """Two targets of the same records that passes draw into alternately, and their depth buffer.
 
     Attributes
     ----------
-    mask : the depth buffer alone, for passes that mask texels or count them
+    mask : a framebuffer with only the depth buffer, for passes that mask or count texels
     """
 
     def __init__(self, gpu: Gpu, records: Sequence[Record], size: tuple[int, int]) -> None:
@@ -140,7 +142,7 @@ class PingPong:
         self._sides: list[Target] = []
 
     def side(self, index: int) -> Target:
-        """Side 0 or 1; the second is made when a schedule first asks for it."""
+        """Return side 0 or 1. Side 1 is made at its first request."""
         while len(self._sides) <= index:
             self._sides.append(Target(self.gpu, self.records, self.size, self.depth))
         return self._sides[index]
@@ -149,7 +151,7 @@ class PingPong:
         return iter(self._sides)
 
     def bytes(self) -> int:
-        """Bytes of the targets that exist."""
+        """Return the bytes of the existing targets."""
         return sum(side.bytes() for side in self._sides)
 
     def release(self) -> None:
@@ -157,7 +159,7 @@ class PingPong:
 
 
 class StateBuffers(PingPong):
-    """State, hit and, with ``statistics``, counters of ``size`` rays by one method."""
+    """State, hit and, with ``statistics``, counters of ``size`` rays of a method."""
 
     def __init__(self, gpu: Gpu, state: Record, size: tuple[int, int], statistics: bool,
                  precision: Precision) -> None:
@@ -168,7 +170,7 @@ class StateBuffers(PingPong):
         self._state, self._smaller = state, dict[tuple[int, int], StateBuffers]()
 
     def keep(self, sizes: Iterable[tuple[int, int]]) -> None:
-        """Have buffers of these sizes at hand too, for fewer rays, and of no others."""
+        """Keep additional buffers of exactly these sizes, for fewer rays."""
         wanted = set(sizes)
         for size in set(self._smaller) - wanted:
             release(self._smaller.pop(size))
@@ -178,11 +180,11 @@ class StateBuffers(PingPong):
             self._smaller[size].side(0)
 
     def of(self, size: tuple[int, int]) -> StateBuffers:
-        """Those for rays of this size: these, or some that are kept."""
+        """Return the buffers for rays of a size: these buffers, or kept buffers."""
         return self if size == self.size else self._smaller[size]
 
     def bytes(self) -> int:
-        """Bytes of the targets of all sizes."""
+        """Return the bytes of the targets of all sizes."""
         return super().bytes() + sum(other.bytes() for other in self._smaller.values())
 
     def release(self) -> None:

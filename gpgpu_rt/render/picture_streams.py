@@ -1,4 +1,4 @@
-"""Picture streams: what an integrator holds of each pixel, and what its passes draw into."""
+"""Picture streams: an integrator's data of each pixel, and the targets of its passes."""
 from __future__ import annotations
 
 from collections.abc import Iterable
@@ -17,20 +17,20 @@ from ..rays.textures import RayTextures
 
 
 def held(record: Record, precision: Precision) -> Record:
-    """A stream as its textures hold it: rays and hits follow the option ``storage``."""
+    """Return a stream's record in its textures. Rays and hits follow the option ``storage``."""
     return precision.layout(record) if record in (RAY_TEXELS, HIT) else record
 
 
 @dataclass(frozen=True)
 class PixelStream:
-    """A stream of an integrator: a record a pixel, or a tile of pixels.
+    """A stream of an integrator: a record per pixel, or per tile of pixels.
 
     Attributes
     ----------
-    name : how plans call it
-    record : what it holds
-    wanted : it exists where one of these defines is set, or always
-    tile : pixels a side that one record stands for
+    name : the stream's name in plans
+    record : the record of a pixel or tile
+    wanted : the stream exists if one of these defines is set; without defines it always exists
+    tile : side in pixels of the tile of a record
     """
 
     name: str
@@ -40,7 +40,7 @@ class PixelStream:
 
 
 class PictureStreams:
-    """The streams of a picture of one size by name; ray streams are ready to be traced."""
+    """The streams of a picture, by name. Ray streams are RayTextures."""
 
     def __init__(self, gpu: Gpu, size: tuple[int, int], precision: Precision,
                  streams: Iterable[PixelStream]) -> None:
@@ -48,7 +48,7 @@ class PictureStreams:
         self.rays: dict[str, RayTextures] = {}
         self._own: dict[str, Target] = {}
         self._several: dict[tuple[str, ...], Target] = {}
-        self.rectangles = Rectangles(gpu)      # of the wave at hand
+        self.rectangles = Rectangles(gpu)      # of the present wave
         for stream in streams:
             if stream.record is RAY_TEXELS:
                 self.rays[stream.name] = RayTextures(gpu, size, precision)
@@ -63,15 +63,15 @@ class PictureStreams:
         return self.rays[name].target if name in self.rays else self._own[name]
 
     def samplers(self, name: str, as_name: str) -> dict[str, moderngl.Texture]:
-        """Sampler name -> texture, of a stream that a program reads as ``as_name``."""
+        """Return sampler name -> texture of a stream that a program reads as ``as_name``."""
         return self._of(name).samplers(as_name)
 
     def textures(self, name: str) -> list[moderngl.Texture]:
-        """The textures of a stream, a texel each."""
+        """Return the textures of a stream, one per texel of its record."""
         return self._of(name).textures
 
     def target(self, *names: str) -> Target:
-        """Streams as one target; names that no stream has are passed over."""
+        """Return a target over several streams. Unknown names are ignored."""
         return self._over({name: self.textures(name) for name in names if name in self})
 
     def _over(self, streams: dict[str, list[moderngl.Texture]]) -> Target:
@@ -82,12 +82,12 @@ class PictureStreams:
         return self._several[key]
 
     def clear_rays(self, name: str) -> None:
-        """Make every ray of a stream an empty one."""
+        """Write empty rays into a stream."""
         for k, texel in enumerate(NO_RAY[:RAY_TEXELS.texels].tolist()):
             self._over({f"{name}, texel {k}": [self.textures(name)[k]]}).clear(*texel)
 
     def bytes(self) -> dict[str, int]:
-        """Bytes by stream."""
+        """Return the bytes of each stream."""
         return {name: self._of(name).bytes() for name in (*self.rays, *self._own)}
 
     def release(self) -> None:

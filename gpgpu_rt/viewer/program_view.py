@@ -10,11 +10,11 @@ if TYPE_CHECKING:
 
 
 class ProgramView:
-    """What `gpgpu-rt program` prints, for the method, options and scene of a viewer.
+    """The text that `gpgpu-rt program` prints, for the method, options and scene of a viewer.
 
     Attributes
     ----------
-    shown : whether the text is asked for
+    shown : whether the viewer shows the text
     title : method, schedule and number of lines
     lines : the text
     """
@@ -24,8 +24,10 @@ class ProgramView:
         self._of: tuple[object, ...] | None = None
 
     def update(self, viewer: Viewer) -> None:
-        """Compile the programs and take their text, where the text is shown and another choice is
-        looked at; call this between frames, for it draws. A mistake is told by the viewer."""
+        """Compile the programs and store their text, if the text is shown and the choice changed.
+
+        Call this between frames, because it draws. The viewer shows errors as messages.
+        """
         selection = viewer.selection
         asked = id(viewer.scene), selection.method, repr(selection.options)
         if not self.shown or asked == self._of:

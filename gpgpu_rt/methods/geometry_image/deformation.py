@@ -1,4 +1,4 @@
-"""Deformation: a geometry image moved by a fragment program, its boxes made anew by passes."""
+"""Deformation: a fragment program moves a geometry image, and passes recompute its boxes."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -25,20 +25,20 @@ BUILT_IN = ("wave", "twist")
 
 
 class Deformation:
-    """Moves what a `geometry-image` tracer traces, on the GPU: nothing is uploaded, links stay.
+    """Moves the surface of a `geometry-image` tracer on the GPU, without uploads.
 
     Parameters
     ----------
-    tracer : of the method geometry-image; positions as they are now are those at rest
+    tracer : a tracer of the method geometry-image. Its present positions are the rest positions
     program : "wave" or "twist", a file, or GLSL that defines ``vec3 deform(vec3 rest, float
-        time)``, world units. Texels at one place stay at one, so seams stay closed
+        time)`` in world units. Texels with equal positions move alike, so seams stay closed
 
     Raises
     ------
     OptionError
-        a tracer of another method
+        for a tracer of another method, or with two choices of methods
     ShaderError
-        a program that cannot be read or does not compile
+        for a program that cannot be read or does not compile
     """
 
     def __init__(self, tracer: Tracer, program: str | Path) -> None:
@@ -72,14 +72,14 @@ class Deformation:
                 raise
 
     def to(self, time: float, read_back: bool = True) -> None:
-        """Move every texel to where it is at a time, and make the boxes there.
+        """Move every texel to its position at a time, and recompute the boxes.
 
         Parameters
         ----------
-        time : what the program takes it for
-        read_back : also fetch the positions, so that `tracer.scene` and the surfaces of pictures
-            are those of now. Without, rays alone meet the moved triangles, and which of them have
-            no area is not asked anew
+        time : the argument ``time`` of the program
+        read_back : whether to read back the positions for `tracer.scene` and the surfaces of
+            pictures. Without a readback only rays meet the moved triangles, and triangles are not
+            tested again for zero area
 
         Raises
         ------
@@ -106,19 +106,19 @@ class Deformation:
 
     def _read_back(self, structure: Structure) -> tuple[
             Accelerator, tuple[np.ndarray, np.ndarray], tuple[Scene, np.ndarray]]:
-        """Accelerator, bounds, and scene with stored triangles, from the positions' texture."""
+        """Read back positions: the accelerator, the bounds, and (scene, stored triangles)."""
         tree = structure.accelerator.structure
         at = read_texture(self._table).reshape(-1, self._table.components)
         triangles = at[:tree.texels, :3][tree.faces]
         scene = replace(structure.scene, triangles=triangles)
         stored = structure.builder.stored(scene)
         accelerator = structure.builder.refit(structure.accelerator, stored)
-        # The passes have written this table already.
+        # Passes have already written this table.
         structure.tables.written[POSITION.name] = accelerator.tables[POSITION.name]
         return accelerator, scene.bounds, (scene, stored)
 
     def release(self) -> None:
-        """Free what the passes hold; the tracer stays where it is."""
+        """Free programs and textures. The tracer keeps its present positions."""
         with self.tracer.gpu:
             release(self._pass, self._target, self._rest)
 
@@ -130,7 +130,7 @@ class Deformation:
 
 
 def _text(program: str | Path) -> str:
-    """What ``#include <deformation>`` stands for."""
+    """Return the text or the file of ``#include <deformation>``."""
     if program in BUILT_IN:
         return f"file:methods/geometry_image/{program}.glsl"
     if isinstance(program, Path) or "(" not in program:

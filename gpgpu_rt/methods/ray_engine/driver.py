@@ -1,4 +1,4 @@
-"""The Ray Engine: the host walks rays and queues them by cell, passes intersect batches."""
+"""The Ray Engine: the host walks rays and queues them by cell, and passes intersect batches."""
 from __future__ import annotations
 
 import time
@@ -19,16 +19,16 @@ from ...traversal.driver import UNFINISHED, MethodDriver
 from .quads import BatchTargets, Runs
 from .ray_trip import RayTrip
 
-MOST_QUADS = 1 << 20       # a draw; a batch with more is drawn in parts
+MOST_QUADS = 1 << 20       # most quads of a draw; a batch with more quads is drawn in parts
 QUAD = np.dtype([("rectangle", "<f4", 4), ("row", "<i4")])
 
 
 class RayEngine(MethodDriver):
-    """Drives a method whose host walks cells; see ``Driver``, and
-    ``glsl/methods/ray_engine/ray_engine.glsl``.
+    """The driver of a method whose rays the host walks through cells.
 
-    A round takes the queues that are long enough, or all where none is, in batches, and walks
-    their rays on. Of a ray only what it has hit so far goes up and comes down with its batch.
+    See ``Driver`` and ``glsl/methods/ray_engine/ray_engine.glsl``. A round intersects the queues
+    that are long enough, or all queues if none is, in batches. Then the host walks the rays of
+    these queues to their next cells. A batch uploads and reads back only the hits so far.
     """
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
@@ -69,7 +69,7 @@ class RayEngine(MethodDriver):
     # A batch --------------------------------------------------------------------------------
 
     def _batch(self, trip: RayTrip, chosen: np.ndarray, statistics: Statistics) -> None:
-        """Intersect rays, (k,) int sorted by cell, with what their cells list."""
+        """Intersect rays, (k,) int sorted by cell, with the triangles of their cells."""
         split, batch = statistics.split, self._batch_for(len(trip.phase), trip.record)
         with clocked(split, "traversal_seconds"):
             runs = Runs.of(trip.walk.key[chosen])
@@ -128,7 +128,7 @@ class RayEngine(MethodDriver):
 
 @contextmanager
 def clocked(split: dict[str, float], name: str) -> Iterator[None]:
-    """Add the seconds that go by within to an entry."""
+    """Add the seconds of the block to an entry."""
     began = time.perf_counter()
     yield
     split[name] += time.perf_counter() - began

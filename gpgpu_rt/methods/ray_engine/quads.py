@@ -1,4 +1,4 @@
-"""Quads: triangles drawn over the rays of a batch, and what is left of them, a hit a ray."""
+"""Quads: triangles are drawn over the rays of a batch, and a pass writes each ray's hit."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -21,15 +21,15 @@ from ...traversal.schedules import method_defines, method_texts
 from ...traversal.triangle_table import TRIANGLE
 
 WIDTH = 256        # rays in a row of a batch
-NO_T = 3.4e38      # beyond every t
+NO_T = 3.4e38      # larger than every t
 
 
 @dataclass(frozen=True)
 class Runs:
-    """Rays that wait in the same cell lie together in a batch.
+    """Runs of rays of a batch that wait in the same cell.
 
-    first, count : (k,) int64, the rays of each run
-    cell : (k,) int64
+    first, count : (k,) int64, the first ray and the number of rays of each run
+    cell : (k,) int64, the cell of each run
     """
 
     first: np.ndarray
@@ -38,13 +38,19 @@ class Runs:
 
     @classmethod
     def of(cls, keys: np.ndarray) -> Runs:
-        """The runs of equal cells in (n,) sorted keys."""
+        """Return the runs of equal cells in (n,) sorted keys."""
         first = np.flatnonzero(np.diff(keys, prepend=-1))
         return cls(first, np.diff(first, append=len(keys)), keys[first])
 
     def rectangles(self) -> tuple[np.ndarray, np.ndarray]:
-        """(m, 4) float32 corners that cover the runs in rows of WIDTH texels, at most three a run:
-        where it begins, whole rows, where it ends; and (m,) which run each is of."""
+        """Return rectangles that cover the runs in rows of WIDTH texels.
+
+        A run needs at most three rectangles: its first row, its whole rows, and its last row.
+
+        Returns
+        -------
+        corners, (m, 4) float32, and the run of each rectangle, (m,)
+        """
         top, left = np.divmod(self.first, WIDTH)
         bottom, right = np.divmod(self.first + self.count - 1, WIDTH)
         one = top == bottom
@@ -58,13 +64,13 @@ class Runs:
 
 
 class BatchTargets:
-    """The textures of a batch and the passes over it, for one method's tables and options.
+    """The textures of a batch, and the passes over it, for a method's tables and options.
 
     Parameters
     ----------
-    rays : most rays a batch holds
-    by_depth : the depth test keeps the nearest hit, and no blending
-    record : what is known of a ray
+    rays : largest number of rays in a batch
+    by_depth : whether the depth test keeps the nearest hit. Otherwise blending does
+    record : the record of a ray
     """
 
     def __init__(self, setup: Setup, rays: int, by_depth: bool, record: Record) -> None:
@@ -73,7 +79,7 @@ class BatchTargets:
         gpu = setup.gpu
         self.size = (WIDTH, max(1, -(-rays // WIDTH)))
         gpu.check_size(*self.size, f"a batch of {rays:,} rays")
-        # What these hold of a ray has been rounded to its storage before it came here.
+        # The fields of rays are already rounded to the format ``storage``.
         self.rays = Target(gpu, record, self.size)
         self.hit_record = replace(HIT, storage=self.precision.storage)
         self.depth = gpu.context.depth_renderbuffer(self.size)
@@ -90,11 +96,11 @@ class BatchTargets:
 
     @property
     def passes(self) -> tuple[str, ...]:
-        """The passes that draw quads, by what they keep, in their order."""
+        """The passes that draw quads, in their order, named after the value that they keep."""
         return ("KEEP_DEPTH",) if self.by_depth else ("KEEP_NEAREST", "KEEP_FIRST")
 
     def upload(self, rays: Mapping[str, np.ndarray]) -> int:
-        """Take the fields of a batch's rays; bytes that went up."""
+        """Upload the fields of a batch's rays. Return the number of bytes."""
         packed = self.record.pack(**rays)
         rows = -(-len(packed) // WIDTH)
         texels = np.repeat(NO_RAY[:self.record.texels, None], rows * WIDTH, axis=1)
@@ -106,15 +112,15 @@ class BatchTargets:
         return int(texels.nbytes)
 
     def samplers(self) -> Samplers:
-        """What the passes may read of the batch."""
+        """Return sampler name -> texture of the batch's rays and intermediate results."""
         return {**self.rays.samplers(), **self.nearest.samplers(), **self.first.samplers()}
 
     def draw_quads(self, keep: str, any_hit: bool, samplers: Samplers, accelerator: Accelerator,
                    quads: moderngl.Buffer, count: int, depth_end: float) -> None:
-        """Draw the instances in a buffer: four floats of a rectangle and a triangle's row each."""
+        """Draw a buffer of quads: four floats of a rectangle and a triangle's row each."""
         context = self.gpu.context
         target = self.targets[keep]
-        target.framebuffer.depth_mask = True     # depth is kept by clearing and by the test alone
+        target.framebuffer.depth_mask = True     # clears and draws write depth
         target.clear(red=NO_T if keep == "KEEP_NEAREST" else NO_TRIANGLE, depth=1.0)
         if keep == "KEEP_DEPTH":
             context.enable_only(moderngl.DEPTH_TEST)
@@ -135,7 +141,7 @@ class BatchTargets:
             context.blend_equation = moderngl.FUNC_ADD
 
     def _keeping(self, keep: str, any_hit: bool) -> PrimitivePass:
-        """The program that draws triangles as quads and keeps one thing of them."""
+        """Return the program that draws triangles as quads for the pass ``keep``."""
         key, setup = (keep, any_hit), self._setup
         if key not in self._quads:
             streams = [self.record.stream_glsl(False), HIT.stream_glsl(False)]
@@ -152,7 +158,7 @@ class BatchTargets:
         return self._quads[key]
 
     def left(self) -> FullScreenPass:
-        """The program that leaves what the batch's rays hit."""
+        """Return the program that writes the hits of the batch's rays."""
         if self._left is None:
             setup = self._setup
             streams = (self.record.stream_glsl(False), FOUND.stream_glsl(False),
@@ -165,13 +171,13 @@ class BatchTargets:
         return self._left
 
     def draw_left(self, samplers: Samplers, accelerator: Accelerator) -> None:
-        """Draw what the batch's rays hit into ``hits``."""
+        """Draw the hits of the batch's rays into ``hits``."""
         program = self.left()
         program.set(**accelerator.uniforms)
         program.draw(self.hits, {**samplers, **self.samplers()}, rectangles=self._rows)
 
     def read(self, count: int) -> tuple[dict[str, np.ndarray], int]:
-        """The hits of the batch's rays by field, and the bytes that came down."""
+        """Read back the hits of the batch's rays by field. Return them and the number of bytes."""
         data = self.hits.framebuffer.read((0, 0, WIDTH, self.rows), 4, dtype="f4")
         note_moved(self.hits.textures[0], down=len(data))
         texels = np.frombuffer(data, np.float32).reshape(-1, 1, 4)

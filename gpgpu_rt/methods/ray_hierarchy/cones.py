@@ -1,4 +1,4 @@
-"""Cones over rays: the levels of a ray hierarchy, each made from the one below like a mipmap."""
+"""Cones over rays: each level of a ray hierarchy is made from the level below, as in a mipmap."""
 from __future__ import annotations
 
 from ...gl.context import Gpu
@@ -13,8 +13,11 @@ from .records import CONE
 
 
 def level_sizes(size: tuple[int, int]) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
-    """(width, height) of every level, rays first; and how many nodes of a level become one of the
-    next, by axis: four, in a square or where there is one row or column along that."""
+    """Return the (width, height) of every level, and the fan between levels.
+
+    The first level is that of the rays. A fan is the number of nodes, by axis, that share a node
+    of the next level: (2, 2), or four along the only row or column of a level.
+    """
     sizes, fans = [size], []
     while len(sizes) == 1 or sizes[-1] != (1, 1):
         width, height = sizes[-1]
@@ -30,8 +33,8 @@ class RayCones:
 
     Attributes
     ----------
-    levels : CONE for every node, the rays' own level first
-    fans : how many nodes of a level become one of the next, by axis
+    levels : CONE of every node; the first level is that of the rays
+    fans : number of nodes, by axis, that share a node of the next level
     """
 
     def __init__(self, gpu: Gpu, size: tuple[int, int], state: Record,
@@ -45,7 +48,7 @@ class RayCones:
                                      precision.defines(), {"streams": CONE.stream_glsl(True)})
 
     def build(self, rays: RayTextures, states: Target, unit: float) -> None:
-        """Make every level, of the rays that are not over."""
+        """Build every level, from the unfinished rays."""
         if rays.record not in self._rays:
             layout = self.precision.layout
             texts = [record.stream_glsl(False) for record in (rays.record, layout(self.state),
@@ -61,7 +64,7 @@ class RayCones:
             self._level.draw(level, below.samplers())
 
     def top(self, nodes: int) -> int:
-        """The lowest level of at most so many nodes, above the rays."""
+        """Return the lowest level above the rays with at most ``nodes`` nodes, else the top."""
         return next(k for k, level in enumerate(self.levels)
                     if k and (level.length <= nodes or k == len(self.levels) - 1))
 

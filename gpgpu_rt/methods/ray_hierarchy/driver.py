@@ -1,4 +1,4 @@
-"""A stream of pairs, triangle and node of a hierarchy over the rays, reduced level by level."""
+"""The driver of `ray-hierarchy`: pairs of a triangle and a node of rays descend by levels."""
 from __future__ import annotations
 
 import math
@@ -22,7 +22,7 @@ from ...traversal.schedules import kernel_defines, method_defines, method_texts
 from .cones import RayCones
 from .records import CHILDREN, PAIR, VISITS
 
-GROWTH = 4      # each batch of triangles has so many times those of the one before
+GROWTH = 4      # ratio of the sizes of successive batches of triangles
 
 
 class RayHierarchy(MethodDriver):
@@ -48,16 +48,16 @@ class RayHierarchy(MethodDriver):
 
     @property
     def unit(self) -> float:
-        """World units in a unit of the passes."""
+        """The passes' unit of length, in world units."""
         return self.accelerator.uniforms["unit"]
 
     @property
     def triangles(self) -> int:
-        """Triangles in the scene."""
+        """The number of triangles in the scene."""
         return self.accelerator.step_bound
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Read these tables from now on: triangles that moved."""
+        """Use these tables from now on. Triangles moved."""
         super().follow(samplers, accelerator, step_cap)
         if self._balls is not None:
             self.room.drop(self._balls)
@@ -84,7 +84,7 @@ class RayHierarchy(MethodDriver):
 
     def _draw(self, program: FullScreenPass, rays: RayTextures, source: Target | None,
               target: Target, statistics: Statistics) -> None:
-        """A pass over the rays' states."""
+        """Draw a pass over the rays' states."""
         textures = {**self.samplers, **rays.samplers(), **(source.samplers() if source else {})}
         for image in self._images + self._visits[:1]:
             textures |= image.samplers()
@@ -94,7 +94,7 @@ class RayHierarchy(MethodDriver):
         self.draw(program, target, textures, statistics)
 
     def _test(self, level: int, first: int, count: int) -> int:
-        """Pairs of a level against their nodes' children; how many pairs of the level below."""
+        """Test pairs against their nodes' children. Return the number of pairs one level below."""
         assert self.cones is not None and self._balls is not None
         pairs, below = self._pairs[level], self.cones.levels[level - 1]
         children = self.stream(CHILDREN, count)
@@ -108,7 +108,7 @@ class RayHierarchy(MethodDriver):
         return kept
 
     def _count(self, level: int, first: int, count: int) -> None:
-        """Each pair is a visit of its node's children by all rays below."""
+        """Count each pair as a visit of the node's children by all rays below the node."""
         visits = self._visits[level - 1]
         self.blend(moderngl.FUNC_ADD)
         self.room.scatter("pair_visits", visits, [self._pairs[level]], count, base=first,
@@ -116,7 +116,7 @@ class RayHierarchy(MethodDriver):
         self.gpu.context.enable_only(moderngl.NOTHING)
 
     def hand_down_visits(self) -> None:
-        """What each node has been visited, those above it included."""
+        """Add the visits of each node to the nodes below it, level by level."""
         assert self.cones is not None
         self.blend(moderngl.FUNC_ADD)
         for level in range(len(self._visits) - 1, 0, -1):
@@ -131,7 +131,7 @@ class RayHierarchy(MethodDriver):
 
     def nearest_of(self, pairs: int, first: int, rays: RayTextures, before: Target,
                    any_hit: bool) -> None:
-        """Test ``pairs`` rays' triangles; of each ray the least t, and its lowest triangle."""
+        """Test ``pairs`` rays and triangles; keep each ray's least t and lowest triangle."""
         nearest, lowest = self._images
         candidates = self.stream(TESTED, pairs)
         program = self.compiled("methods/ray_hierarchy/pair_hits", [
@@ -157,7 +157,7 @@ class RayHierarchy(MethodDriver):
         self.gpu.context.blend_equation = equation
 
     def start_pairs(self, first: int, count: int, level: int) -> None:
-        """``count`` triangles with each node of a level."""
+        """Write the pairs of ``count`` triangles with each node of a level."""
         assert self.cones is not None
         nodes = self.cones.levels[level].size
         pairs = count * nodes[0] * nodes[1]
@@ -170,7 +170,7 @@ class RayHierarchy(MethodDriver):
                        nodes=nodes)
 
     def make_balls(self) -> None:
-        """A ball around every triangle, where they are now."""
+        """Compute a bounding ball of every triangle at its present position."""
         if self._balls is not None or not self.triangles:
             return
         self._balls = self.room.stream(VALUES, self.triangles).called("ball")
@@ -185,7 +185,7 @@ class RayHierarchy(MethodDriver):
     def compiled(self, name: str, records: list[tuple[Record, bool]],
                  more: Mapping[str, str] | None = None, any_hit: bool = False,
                  **defines: object) -> FullScreenPass:
-        """The program ``glsl/<name>.frag``, which reads and (True) writes these records."""
+        """Return the program ``glsl/<name>.frag``. It writes the records that have True."""
         def make() -> FullScreenPass:
             texts, target = list((more or {}).values()), 0
             for record, writes in records:
@@ -200,8 +200,10 @@ class RayHierarchy(MethodDriver):
         return self.program((name, tuple(records), any_hit, tuple(sorted(defines.items()))), make)
 
     def rays_pass(self, rays: RayTextures, any_hit: bool, part: str) -> FullScreenPass:
-        """The pass over all rays at the "start" and the "finish" of a call, or for the "nearest"
-        triangles of a batch."""
+        """Return the pass over all rays for a ``part`` of a call.
+
+        "start" sets up states, "nearest" keeps the nearest triangles, "finish" ends the call.
+        """
         layout = self.precision.layout
         records = [(rays.record, False), (LEAST, False), (LOWEST, False), (VISITS, False),
                    (layout(self.method.state), True), (layout(HIT), True)]
@@ -209,7 +211,7 @@ class RayHierarchy(MethodDriver):
         return self.compiled(f"methods/ray_hierarchy/rays_{part}", records, {}, any_hit)
 
     def stream(self, record: Record, length: int) -> Stream:
-        """A stream that is used again and again, at least so long."""
+        """Return a reusable stream with at least ``length`` elements."""
         found = self._streams.get(record.name)
         if found is None or found.length < length:
             if found is not None:
@@ -233,7 +235,7 @@ class RayHierarchy(MethodDriver):
 
 
 class _Trace:
-    """One run: which batches, and which side of the buffers holds the rays' present states."""
+    """A run over all batches; ``now`` is the buffer with the rays' present states."""
 
     def __init__(self, owner: RayHierarchy, rays: RayTextures, buffers: StateBuffers,
                  statistics: Statistics, any_hit: bool) -> None:
@@ -262,7 +264,7 @@ class _Trace:
         self._update_rays("finish")
 
     def _descend(self, level: int, pairs: int) -> None:
-        """Bring the pairs of a level down to the rays, some at a time."""
+        """Descend with the pairs of a level down to the rays, a part of the pairs at a time."""
         chunk = self.owner.options["stream_size"] * (1 if level else 4)
         for first in range(0, pairs, chunk):
             count = min(chunk, pairs - first)

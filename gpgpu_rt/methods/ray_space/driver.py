@@ -1,5 +1,7 @@
-"""Ray classification: sorts the rays into boxes by a pass, makes the lists that they lack on the
-host, and traces them by the method's programs."""
+"""Ray classification: a pass assigns rays to boxes of ray space, and the host makes missing lists.
+
+The method's programs then trace the rays through the lists of their boxes.
+"""
 from __future__ import annotations
 
 import moderngl
@@ -19,7 +21,7 @@ from .records import CANDIDATE, RAY_BOX, RAY_CLASS
 
 
 class RayClasses(Traversal):
-    """A traversal whose tables grow before it runs."""
+    """A traversal whose tables grow before the rays are traced."""
 
     def __init__(self, setup: Setup) -> None:
         super().__init__(setup)
@@ -27,7 +29,7 @@ class RayClasses(Traversal):
         self._own: dict[Record, Samplers] = {RAY_BOX: {}, CANDIDATE: {}}
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Read these tables from now on: no list is left of the triangles before they moved."""
+        """Use these tables from now on. Triangles moved, so all lists are dropped."""
         self._release_own()
         self._given = samplers
         super().follow(samplers, accelerator, step_cap)
@@ -37,7 +39,7 @@ class RayClasses(Traversal):
         """Trace every ray. Return the hits and the number of rays that the step cap stopped."""
         boxes: RayBoxes = self.accelerator.structure
         cells = self._box_of_each(rays, statistics)
-        if boxes.ask(cells) or not self._own[RAY_BOX]:    # others may have made lists before
+        if boxes.ask(cells) or not self._own[RAY_BOX]:    # another driver may have made the lists
             self._upload(boxes)
         for record, samplers in self._own.items():
             if samplers:
@@ -47,7 +49,7 @@ class RayClasses(Traversal):
         return super().run(rays, buffers, statistics, any_hit)
 
     def _box_of_each(self, rays: RayTextures, statistics: Statistics) -> np.ndarray:
-        """The box of every ray, (rays,) int32; see RAY_CLASS."""
+        """Return the box of every ray, (rays,) int32; see RAY_CLASS."""
         classes = self.keep("classes", lambda: Target(self.gpu, RAY_CLASS, rays.size),
                             lambda classes: classes.size == rays.size)
         program = self.program(("ray_class", rays.record), lambda: FullScreenPass(

@@ -29,12 +29,12 @@ from ...traversal.records import FOUND, NEAREST, QUADS
 from ...traversal.schedules import method_defines, method_texts
 from .records import TILE_CONE, TILE_END, TILE_SPAN
 
-PAIRS_AT_ONCE = 1 << 22     # a draw: no longer than a desktop waits for one
-NONE = float(1 << 24)       # above every triangle
+PAIRS_AT_ONCE = 1 << 22     # most pairs of a draw; a longer draw would block the desktop
+NONE = float(1 << 24)       # larger than the index of every triangle
 
 
 class RayTiles(MethodDriver):
-    """Runs `ray-tiles`; a step is a batch of triangles."""
+    """The driver of `ray-tiles`. A step is a batch of triangles."""
 
     def __init__(self, setup: Setup) -> None:
         super().__init__(setup)
@@ -74,7 +74,7 @@ class RayTiles(MethodDriver):
 
     def _pass(self, name: str, rays: RayTextures, target: Target,
               statistics: Statistics, any_hit: bool, **uniforms: object) -> None:
-        """A pass over the tiles, or for hits over the rays."""
+        """Draw a pass over the tiles, or over the rays for ``tile_hits``."""
         self.gpu.context.enable_only(moderngl.NOTHING)
         program = self._program(name, rays.record, any_hit)
         program.set(ray_texture_size=rays.size, **rays.uniforms(), **uniforms)
@@ -97,7 +97,8 @@ class RayTiles(MethodDriver):
                     counting: bool, statistics: Statistics, any_hit: bool) -> None:
         room = self._targets
         textures = self._textures(rays)
-        if target == "nearest":     # is not read then, and may not be bound
+        # A target must not be sampled. The program does not read NEAREST here: bind another.
+        if target == "nearest":
             textures |= room.targets["found"].samplers(NEAREST.name)
         program = self._pair_program(rays.record, any_hit, counting)
         tiles = room.tiles[0] * room.tiles[1]
@@ -159,7 +160,7 @@ class RayTiles(MethodDriver):
 
 
 class TileTargets:
-    """Textures of the tiles, and those that blending draws into."""
+    """The targets of tiles, and the targets of blending."""
 
     def __init__(self, owner: RayTiles, size: tuple[int, int]) -> None:
         self.size = size
@@ -172,7 +173,8 @@ class TileTargets:
         self.targets = {name: Target(owner.gpu, record, shape)
                         for name, (record, shape) in records.items()}
         for name in records.keys() & {"nearest", "found", "quads"}:
-            # Whole tiles, also past the last ray: a point is dropped whose middle is outside.
+            # The viewport holds whole tiles, also past the last ray, because the renderer drops
+            # a point whose centre is outside the viewport.
             self.targets[name].framebuffer.viewport = (0, 0, *(owner.tile * n for n in self.tiles))
 
     def samplers(self) -> Samplers:
