@@ -1,7 +1,8 @@
 #version 330 core
-// A ball around each triangle, centre and radius in the hierarchy's units: as small as one can be for
-// a triangle with an angle of 90 degrees or more, else around the middle of its circle. Whichever centre
-// rounding leaves, the radius is measured from it and widened.
+// A ball around each triangle: centre and radius, in the hierarchy's units. If an angle has at least 90
+// degrees, the centre is the midpoint of the longest side, which gives the smallest ball. Otherwise the
+// centre is the circumcentre. The radius is measured from the rounded centre and then widened, so rounding
+// of the centre loses nothing.
 
 #include "core/precision.glsl"
 #include "core/stream.glsl"
@@ -17,7 +18,7 @@ void main() {
     vec3 bc = ac - ab;
     float b = dot(ab, ab), c = dot(ac, ac), across = dot(ab, ac);
     float opposite = dot(bc, bc);
-    float area = b * c - across * across;   // squared, four times
+    float area = b * c - across * across;   // four times the squared area
     vec3 centre = 0.5 * ab;                 // of the longest side
     if (opposite >= b && opposite >= c) {
         centre = 0.5 * (ab + ac);

@@ -1,5 +1,5 @@
 #version 330 core
-// The lowest level of a ray hierarchy: a node a ray; none for a ray that is over.
+// The lowest level of a ray hierarchy: one node for each ray, and an empty node for a ray that has ended.
 
 #include "core/precision.glsl"
 #include <streams>

@@ -1,15 +1,15 @@
 #version 330 core
-// A level of the traversal of a ray hierarchy: the triangle of a pair against the node's four children,
-// which go to four targets, empty where no ray of theirs may hit it.
+// A level of the traversal of a ray hierarchy: the triangle of a pair is tested against the node's four
+// children. The results go to four targets. A result is empty if no ray of the child may hit the triangle.
 
 #include "core/precision.glsl"
 #include <records>
 #include "core/stream.glsl"
 #include "methods/ray_hierarchy/ray_hierarchy.glsl"
 
-uniform int base;      // the first pair of those to take
-uniform ivec2 fan;     // children of a node, by axis: four
-uniform ivec2 below;   // nodes of their level
+uniform int base;      // the first pair of this pass
+uniform ivec2 fan;     // children of a node, by axis; four in all
+uniform ivec2 below;   // nodes of the children's level, by axis
 
 ivec3 child(Pair pair, vec4 ball, int k) {
     ivec2 node = fan * ivec2(pair.x, pair.y) + ivec2(k % fan.x, k / fan.x);

@@ -1,6 +1,6 @@
 #version 330 core
-// The ends of the stream: the pair's triangle is tested for the ray, which must find it nearer than the
-// hit that it has.
+// The end of the stream: the pair's ray tests the pair's triangle and accepts a hit that is nearer than its
+// hit so far.
 
 #include "core/precision.glsl"
 #include "core/stream.glsl"

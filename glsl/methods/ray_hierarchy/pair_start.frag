@@ -1,5 +1,5 @@
 #version 330 core
-// Where a stream of pairs begins: some triangles with every node of the topmost level in use.
+// The first pairs of a stream: some triangles, each with every node of the topmost level.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// One more visit of a node.
+// Adds one visit to a node.
 
 #include <records>
 

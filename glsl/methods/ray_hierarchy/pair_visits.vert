@@ -1,11 +1,11 @@
 #version 330 core
-// Sends each pair to its node, where blending counts how many come.
+// Sends each pair to its node, where blending counts the pairs.
 
 #include <sources>
 #include "core/fetch.glsl"
 
 uniform int base;
-uniform ivec2 size;   // nodes of the level
+uniform ivec2 size;   // nodes of the level, by axis
 
 void main() {
     Pair pair = pair_load(table_texel(base + gl_VertexID));

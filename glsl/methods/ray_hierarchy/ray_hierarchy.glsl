@@ -1,32 +1,32 @@
 // A hierarchy over rays: D. Roger, U. Assarsson, N. Holzschuch, "Whitted Ray-Tracing for Dynamic Scenes
-// using a Ray-Space Hierarchy on the GPU", EGSR 2007 (survey, 3.6.2). A node is a sphere that holds its
-// rays' origins and a cone of their directions; no structure over the triangles is needed.
+// using a Ray-Space Hierarchy on the GPU", EGSR 2007 (survey, 3.6.2). A node is a sphere around its rays'
+// origins and a cone around their directions. The triangles need no structure.
 //
-// Departures: a node knows as well how far its rays still go, so that nearer hits, shadow rays' ends and
-// rays that are over cull what lies behind; it is made anew after every batch of triangles. Instead of
-// the cone's angle it holds a chord, the largest distance of a unit direction from the axis: those add
-// up along a way through the tree without cosines, which would round a narrow cone to none.
+// Departures: a node also holds how far its rays still search. So nearer hits, the ends of shadow rays and
+// rays that have ended cull the triangles behind them. The hierarchy is rebuilt after every batch of
+// triangles. Instead of the cone's angle a node holds a chord: the largest distance of a unit direction
+// from the axis. Chords add up on a path through the tree without cosines. A cosine would round the angle
+// of a narrow cone to 0.
 
 #include "methods/ray_hierarchy/cone_units.glsl"
 
-const float ALL_DIRECTIONS = 1.9;    // a chord (of 2) past which a cone counts as the whole sphere
+const float ALL_DIRECTIONS = 1.9;    // a cone with a longer chord (2 at most) counts as all directions
 
 Cone no_cone() {
     return Cone(vec3(0.0), 0.0, vec3(1.0, 0.0, 0.0), 0.0, -1.0);
 }
 
-// The true direction lies within UNIT_ERROR of the one that is stored. A ray that begins behind its
-// origin goes both ways.
+// The exact direction lies within UNIT_ERROR of the stored direction. A ray with t_min < 0 also extends
+// backwards, so its cone holds all directions.
 Cone cone_of_ray(vec3 origin, vec3 direction, float t_min, float t_end) {
     float size = length(direction);
     float reach = max(t_end, abs(min(t_min, 0.0))) * size * unit * WIDENED;
     return Cone(unit * origin, 0.0, direction / size, t_min < 0.0 ? 2.0 : UNIT_ERROR, reach);
 }
 
-// A parent encloses its children's spheres around the middle of their common box, and their directions
-// around the mean axis: |d - axis| <= |d - axis_i| + |axis_i - axis|. What is stored of a centre and an
-// axis is exact by definition; differences and lengths err by less than 8 U, relatively, which WIDENED
-// covers.
+// A parent encloses its children's spheres around the middle of their common box. It encloses their
+// directions around the mean axis: |d - axis| <= |d - axis_i| + |axis_i - axis|. The stored centre and axis
+// are exact by definition. Differences and lengths have relative errors below 8 U, which WIDENED covers.
 Cone cone_over(Cone children[4]) {
     vec3 lo = vec3(3e38), hi = vec3(-3e38), axis = vec3(0.0);
     float reach = -1.0;
@@ -59,15 +59,20 @@ Cone cone_over(Cone children[4]) {
     return parent;
 }
 
-// Whether a ray of the node may hit a triangle in the ball (centre, radius): with q from the sphere's
-// centre to the ball's, w across and h along the axis, the ball must reach the cone widened by both
-// radii, s: the distance from a cone of half-angle a is at least w cos a - h sin a, whatever a is up to
-// 180 degrees, and the rays' ends: |q| <= reach + s, and -h <= s if the cone opens forward.
+// Whether a ray of the node may hit a triangle in the ball (centre, radius). Let q be the vector from the
+// sphere's centre to the ball's centre, h its part along the axis, w its part across the axis, and s the
+// sum of both radii. The ball must satisfy three conditions:
+//   w cos a - h sin a <= s   The ball reaches the cone. For each half-angle a up to 180 degrees, the left side is
+//                            at most the distance from the cone.
+//   |q| <= reach + s         The ball reaches the rays' ends.
+//   -h <= s                  The ball is not behind the sphere. This condition holds only for a cone that
+//                            opens forward.
 //
-// Rounding: q is exact but for U of itself, h and w err by at most UNIT_ERROR |q| for an axis that
-// is off by that, cos a by 2 U and sin a by 16 U of itself below ALL_DIRECTIONS. The triangle test itself
-// errs by some units of the distance from origin to corners, at most |q| + s, as a box's slack covers
-// (slack.glsl). SLACK is more than all of them together. What is NaN is kept.
+// Rounding: q has a relative error of U. The errors of h and w are at most UNIT_ERROR |q|, for an axis with
+// an error of UNIT_ERROR. The error of cos a is 2 U, and sin a has a relative error of 16 U below
+// ALL_DIRECTIONS. The triangle test itself errs by some units of the distance from origin to corners, at
+// most |q| + s, as a box's slack covers (core/slack.glsl). SLACK is more than the sum of these errors. If a
+// value is NaN, the pair is kept.
 const float SLACK = 64.0 * ARITHMETIC_UNIT + 64.0 * U;
 
 bool may_hit(vec4 ball, Cone cone) {

@@ -1,5 +1,5 @@
 #version 330 core
-// The rays after the last batch of triangles: all are done, and get the visits of their node.
+// The rays after the last batch of triangles. All rays are done, and each ray gets the visits of its node.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

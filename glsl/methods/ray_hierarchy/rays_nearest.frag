@@ -1,6 +1,6 @@
 #version 330 core
-// The rays after a batch of triangles: blending left each ray the triangle that is nearest in the batch.
-// The ray tests this triangle once more, for u and v.
+// The rays after a batch of triangles. Blending has left each ray the nearest triangle of the batch. The
+// ray tests this triangle once more, for u and v.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"
@@ -38,7 +38,7 @@ void main() {
     state_store(state_stored(state));
     hit_store(hit_stored(hit));
 #ifdef STATISTICS
-    Counters before = counters_load(pixel);   // the tests of the batch count, and not the test here
+    Counters before = counters_load(pixel);   // the tests of the batch count, but the test here does not
     counters_store(Counters(0, before.leaves_visited + tests, before.triangles_tested + tests));
 #endif
 }

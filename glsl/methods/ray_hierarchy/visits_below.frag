@@ -1,5 +1,5 @@
 #version 330 core
-// What was counted at a node is handed down to its children, where blending adds it.
+// Passes the count of a node down to its children, where blending adds the count.
 
 #include <records>
 

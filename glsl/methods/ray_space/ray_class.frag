@@ -1,5 +1,6 @@
 #version 330 core
-// Writes which five-dimensional box each ray lies in: what the host makes lists for.
+// Writes the number of the five-dimensional box in which each ray lies. The host makes lists for these
+// boxes.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

@@ -1,11 +1,11 @@
-// Which five-dimensional box a ray lies in: Arvo and Kirk, "Fast Ray Tracing by Ray
-// Classification", SIGGRAPH 1987 (survey, Table 1). The direction's largest component chooses a face
-// of the direction cube (of equal ones x, then y: `dominant`), the
-// others the place on it.
+// The five-dimensional box of a ray: Arvo and Kirk, "Fast Ray Tracing by Ray Classification", SIGGRAPH 1987
+// (survey, Table 1). The largest component of the direction chooses a face of the direction cube; among
+// equal components x comes first, then y (`dominant`). The two other components choose the position on the
+// face.
 //
-// A ray from outside the scene's box counts as starting where it enters it, which changes no hit: no
-// triangle lies before. One from so far off that this point would be wrong by more than the lists
-// allow for takes the list of its face, which holds all triangles.
+// A ray from outside the scene's box starts where it enters the box. This changes no hit, because no
+// triangle lies before the box. If the origin is so far away that the entry point errs by more than the
+// lists allow, the ray uses the list of its face, which holds all triangles.
 
 uniform int origin_cells;
 uniform int direction_cells;
@@ -14,13 +14,13 @@ uniform vec3 origin_cell_size;
 uniform vec3 scene_centre;
 uniform float far_origin;
 
-// Which face: twice the axis, and one more against it.
+// The face of a ray: twice the axis, plus 1 if the direction is negative along the axis.
 int face_of(Ray ray) {
     int axis = ray.dominant.x ? 0 : (ray.dominant.y ? 1 : 2);
     return 2 * axis + int(permute(ray, ray.direction).z < 0.0);
 }
 
-// The box, or behind the boxes a face, or -1 where the ray misses the scene.
+// The number of the ray's box. Numbers from box_count on are faces. -1 if the ray misses the scene.
 int box_of(Ray ray) {
     vec2 interval = box_interval(ray, scene_lo, scene_hi);
     float t = max(interval.x, ray.t_min);

@@ -1,14 +1,14 @@
-// Ray classification: Arvo and Kirk, "Fast Ray Tracing by Ray Classification", SIGGRAPH 1987
-// (survey, Table 1). One dependent lookup finds the list of what the rays of a ray's
-// five-dimensional box may hit, sorted along their dominant axis; a candidate a step, until one
-// begins behind the hit.
+// Ray classification: Arvo and Kirk, "Fast Ray Tracing by Ray Classification", SIGGRAPH 1987 (survey, Table
+// 1). One dependent lookup finds the candidate list of the ray's five-dimensional box: the triangles that
+// rays in the box may hit, sorted along the rays' dominant axis. Each step tests one candidate. The search
+// ends when a candidate begins behind the hit.
 //
-// Departure: back faces are kept, as every method here sees both sides. Their cache of the last
-// box is the texture cache's work.
+// Departure: back faces are kept, because every method here hits both sides. The texture cache replaces the
+// paper's cache of the last box.
 
 #include "methods/ray_space/ray_class.glsl"
 
-// Whether the candidate begins behind the end of what is searched, by more than rounding can make.
+// Whether the candidate begins behind the end of the search, by more than rounding can explain.
 bool begins_behind(Ray ray, float near, float t_end) {
     float along = permute(ray, ray.direction).z;
     float ahead = along < 0.0 ? R(near + permute(ray, ray.hi_origin).z)

@@ -1,11 +1,12 @@
-// Visibility field: Mortensen, Khanna, Yu, Slater, "A Visibility Field for Ray Tracing", CGIV 2007
-// (survey, Table 1). Direction and crossing of the scene's middle plane name the beam that a ray
-// runs in; a search by halves finds where in the beam's list it starts, and candidates follow in
-// order until one begins behind the hit. A ray whose crossing lies beyond all tiles meets nothing.
+// Visibility field: Mortensen, Khanna, Yu, Slater, "A Visibility Field for Ray Tracing", CGIV 2007 (survey,
+// Table 1). A ray's direction and its crossing point with the scene's middle plane select the beam that
+// contains the ray. A binary search finds where the ray starts in the beam's list. Candidates follow in
+// order until a candidate begins behind the hit. A ray that crosses the plane beyond all tiles hits
+// nothing.
 //
-// Departure: beams hold whatever any direction of their cell may meet, where theirs sample one.
-// Rays from so far off that their crossing would be wrong by more than that allows for take the
-// list of their axis, which holds all triangles.
+// Departure: a beam holds all triangles that any direction of its cell may meet. A beam of the paper
+// samples one direction. If the origin is so far away that the crossing point errs by more than the beams
+// allow, the ray uses the list of its axis, which holds all triangles.
 
 uniform int directions;
 uniform int tiles;
@@ -18,7 +19,7 @@ bool upward(Ray ray) {
     return permute(ray, ray.direction).z > 0.0;
 }
 
-// The beam, behind the beams an axis, or -1 for a miss.
+// The number of the ray's beam. Numbers from beam_count on are axes. -1 if the ray misses the scene.
 int beam_of(Ray ray) {
     int axis = ray.dominant.x ? 0 : (ray.dominant.y ? 1 : 2);
     vec3 origin = permute(ray, R(ray.origin - scene_centre));
@@ -39,7 +40,8 @@ int beam_of(Ray ray) {
     return (beam * tiles + int(tile.y)) * tiles + int(tile.x);
 }
 
-// Where the ray is at t along its axis, early or late by what rounding may make of it.
+// Bounds on the coordinate of the ray at t along its axis, with rounding included: the earlier and the
+// later bound.
 float earliest(Ray ray, float t) {
     float at = R(t * permute(ray, ray.direction).z);
     return R(permute(ray, upward(ray) ? ray.hi_origin : ray.lo_origin).z + at);
@@ -64,8 +66,9 @@ void init(Ray ray, out State state) {
     }
 }
 
-// Halves [low, high]: up the axis it ends at the first entry with something up to it that ends
-// behind the start, down at the first that begins behind it, and the one before is taken.
+// Halve [low, high]. A ray that goes up the axis starts at the first entry whose `reach` (the farthest end
+// of all entries up to this entry) is not before the ray's start. A ray that goes down starts before the
+// first entry that begins above the start.
 void search(Ray ray, inout State state, inout Hit hit) {
     COUNT(nodes_visited);
     int middle = (state.low + state.high) / 2;
