@@ -1,22 +1,22 @@
-// One test of a box for all rays of a packet, by interval arithmetic: Wald, Boulos, Shirley, "Ray
-// Tracing Deformable Scenes Using Dynamic Bounding Volume Hierarchies", TOG 2007.
+// One test of a box for all rays of a packet, by interval arithmetic: Wald, Boulos, Shirley, "Ray Tracing
+// Deformable Scenes Using Dynamic Bounding Volume Hierarchies", TOG 2007.
 //
 // The rays of a turn agree in the signs of their directions (packet_turns.glsl). Each operation here is an
-// operation of box_interval on the extreme values among the rays. Rounding is monotonic, so a box outside
-// of this interval holds no ray.
+// operation of `box_interval` (core/box.glsl) on the extreme values among the rays. Rounding is monotonic,
+// so if the interval of a box is empty, no ray is in the box.
 //
-// Departure: a turn takes only the waiting rays that begin within REACH of the first one, on every axis.
-// Where a silhouette splits the shadow rays of a packet, bounds around all of them would contain most of
-// the scene, and the packet would walk through most of the tree.
+// Departure: a turn includes only the waiting rays that begin within REACH of the first waiting ray, on
+// every axis. If a silhouette splits the shadow rays of a packet, bounds around all of them would contain
+// most of the scene, and the packet would walk through most of the tree.
 
 #define TESTERS(f) f(0);   // f(r) for each tester r of a box: the packet is a single tester
 
-// As a share of the scene's largest side. Shadow rays at 1024x1024 with reach 0.1, 0.01 and 0.001 take 4.9,
-// 1 and 1.2 times as long in the kitchen, and 1, 1 and 3.0 times on the bunny (software renderer).
+// A share of the scene's largest side. With REACH 0.1, 0.01 and 0.001, shadow rays at 1024x1024 take 4.9, 1
+// and 1.2 times as long in the kitchen, and 1, 1 and 3.0 times as long on the bunny (software renderer).
 const float REACH = 0.01;
 
-vec3 first_origin;   // the box corner that the rays meet first is measured from this point
-vec3 last_origin;    // and the opposite corner from this point
+vec3 first_origin;   // the origin for the box corner that the rays meet first
+vec3 last_origin;    // the origin for the opposite corner
 vec3 inv_lo;
 vec3 inv_hi;
 float t_first;
@@ -28,8 +28,8 @@ vec3 chosen(bvec3 which, vec3 yes, vec3 no) {
     return vec3(which.x ? yes.x : no.x, which.y ? yes.y : no.y, which.z ? yes.z : no.z);
 }
 
-// The corner that the rays meet first, and the opposite corner. The octant copies of a tree, and what
-// their corners are measured from, come in this order already.
+// The corner that the rays meet first, and the opposite corner. In the octant copies of a tree, the corners
+// are already in this order, and so are the origins for the corners.
 #ifdef OCTANTS
 
 vec3 met_first(vec3 lo, vec3 hi) {
@@ -93,7 +93,7 @@ bool begins_near(int r) {
     return max_component(abs(rays[r].origin - beginning)) <= reach;
 }
 
-// Multiplied by the signs, the extreme origins are a maximum and a minimum.
+// After multiplication by the signs, the extreme origins are a maximum and a minimum.
 void bound_origin(int r) {
     Ray ray = rays[r];
     bool here = ray.t_min < NEVER;
@@ -123,7 +123,7 @@ void bound_t_hit(int r) {
     t_last = rays[r].t_min < NEVER ? max(t_last, hits[r].t) : t_last;
 }
 
-// Rays end at their hits: call this after each leaf.
+// Update the end of the interval: rays end at their hits. Call this function after each leaf.
 void bound_hits() {
     t_last = -NEVER;
     EACH(bound_t_hit)
@@ -152,7 +152,8 @@ vec3 ends_by_sign(vec3 a, vec3 positive, vec3 negative) {
                 end_by_sign(a.z, positive.z, negative.z));
 }
 
-// The parts of all rays that lie in a box and are still to be searched, in one interval; empty where x > y.
+// One interval that contains, for each ray, the part that lies in the box and is still to be searched.
+// Empty if x > y.
 vec2 searched(int r, vec3 lo, vec3 hi) {
     vec3 a = R(met_first(lo, hi) - first_origin);
     vec3 b = R(met_last(lo, hi) - last_origin);

@@ -15,7 +15,7 @@ void bound_rays() {
 void bound_hits() {
 }
 
-// The part of ray r that lies in a box and is still to be searched; empty where x > y.
+// The part of ray r that lies in a box and is still to be searched. Empty if x > y.
 vec2 searched(int r, vec3 lo, vec3 hi) {
     vec2 interval = box_interval(rays[r], lo, hi);
     return vec2(larger(interval.x, rays[r].t_min), smaller(interval.y, hits[r].t));

@@ -1,6 +1,6 @@
 #version 330 core
-// Writes what a single-ray method found for the rays that packets left behind, and lets all others
-// be.
+// Writes the results of a single-ray method for the rays that packets left unsettled. All other rays stay
+// unchanged.
 
 #include "core/precision.glsl"
 #include "core/phase.glsl"

@@ -1,7 +1,7 @@
 #version 330 core
-// Lets through the rays in one phase: an occlusion query counts them, and in a pass that writes
-// depth they are marked for the kernel they wait for. Phase UNFINISHED stands for every ray that was
-// stopped, whatever by.
+// Lets through the rays in one phase. An occlusion query counts these rays. In a pass that writes depth,
+// the depth marks these rays for the kernel that they wait for. Phase UNFINISHED stands for every stopped
+// ray, whatever stopped it.
 
 #include "core/phase.glsl"
 #include <streams>

@@ -1,6 +1,6 @@
-// Rays from the eye through places of the image, row 0 at the top. From an eye far outside the scene's
-// sphere rays start nearer, as in rays/far_origins.py; a picture needs no t, and a start that is off by its
-// rounding is off by less than the direction is.
+// Rays from the eye through places of the image, row 0 at the top. If the eye is far outside the scene's
+// sphere, rays start nearer, as in rays/far_origins.py. A picture needs no t. The rounding of the start
+// moves a ray less than the rounding of the direction does.
 
 uniform vec3 eye;
 uniform vec3 right;

@@ -1,10 +1,10 @@
 #version 330 core
-// Covers a target with fragments, one a ray: all of it by one large triangle, or the rectangles
-// that hold rays still alive. The depth is what masks are written with and tested against, so it
-// must come out the same in every program.
+// Covers a target with one fragment for each ray: the whole target by one large triangle, or the rectangles
+// that hold live rays. Masks are written with this depth and tested against it, so every program must
+// compute the same depth.
 
 in vec4 rectangle;     // lower and upper corner, in rays
-uniform vec2 scale;    // clip units a ray
+uniform vec2 scale;    // clip units per ray
 uniform float depth;   // in [-1, 1]
 
 invariant gl_Position;

@@ -1,5 +1,5 @@
 #version 330 core
-// The rays that packets left behind, for a single-ray method to trace; all others have an empty
+// The rays that packets left unsettled, for a single-ray method to trace. All other rays get an empty
 // interval.
 
 #include "core/precision.glsl"

@@ -1,8 +1,8 @@
 #version 330 core
-// Masks rays that are over: their fragments alone survive and write the depth that rejects them
-// early from now on; the occlusion query around this pass counts them. The state read is the one
-// before the last pass: a ray that was over then has its final state in both buffers of the
-// ping-pong. Masked sooner, one buffer would keep a stale state.
+// Masks rays that have ended. Only the fragments of these rays survive. They write the depth that rejects
+// the rays early from now on, and the occlusion query around this pass counts them. The pass reads the
+// state from before the last pass: a ray that had ended then has its final state in both buffers of the
+// ping-pong. An earlier mask would leave a stale state in one buffer.
 
 #include "core/phase.glsl"
 #include <streams>

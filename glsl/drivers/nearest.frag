@@ -1,5 +1,5 @@
 #version 330 core
-// What a candidate brings to its ray.
+// The values of a candidate that blending combines for the candidate's ray.
 
 #include <records>
 #include "core/fetch.glsl"

@@ -1,12 +1,12 @@
 #version 330 core
-// Sends each candidate to its ray: blending keeps the least t there, and counts. With LOWEST only those
-// come that have the least t, and blending keeps the lowest triangle: a depth buffer of 24 bits could
-// not tell them apart. With HITS only that triangle comes.
+// Sends each candidate to its ray, where blending keeps the least t and counts the candidates. With LOWEST
+// only the candidates with the least t are sent, and blending keeps the lowest triangle; a depth buffer of
+// 24 bits could not distinguish these candidates. With HITS only this lowest triangle is sent.
 
 #include <sources>
 #include "core/fetch.glsl"
 
-uniform ivec2 size;   // of the rays' texture
+uniform ivec2 size;   // size of the rays' texture
 
 flat out int number;
 

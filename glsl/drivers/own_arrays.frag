@@ -1,10 +1,10 @@
 #version 330 core
-// Whether each fragment's writes to an array of its own go where its own index says. Mesa's softpipe
-// takes one index for the four fragments of a square (seen with 22.3), and would mix up stacks.
+// Tests whether each fragment writes to its own array at its own index. Mesa's softpipe uses one index for
+// the four fragments of a 2 x 2 block (seen with 22.3), which would mix up stacks.
 
 const int LENGTH = 64;
 
-uniform int turns;   // 4, which the compiler does not know
+uniform int turns;   // always 4, but the compiler does not know the value
 
 out vec4 kept;
 

@@ -1,8 +1,9 @@
-// Where a packet begins its walk: at the entry of its tile (written by stages/packet_entries.frag) if the
-// beam that found the entry contains all rays of the turn, else at the root.
+// Where a packet begins its walk. The packet begins at the entry of its tile (written by
+// stages/packet_entries.frag) if the beam that found the entry contains all rays of the turn. Otherwise the
+// packet begins at the root.
 //
-// An entry has four links, which say how the walk continues. methods/bvh/entry_stack.glsl and
-// methods/bvh/entry_threads.glsl give them their meaning.
+// An entry has four links, which describe how the walk continues. methods/bvh/entry_stack.glsl and
+// methods/bvh/entry_threads.glsl define the meaning of the links.
 
 Packet_entry entry;
 bool within;

@@ -1,6 +1,6 @@
 #version 330 core
 // From packets to rays: writes the state, hit and counters of each ray as a single-ray method writes them.
-// <targets> says how the hits lie in the render targets of the packets.
+// The file <targets> defines the layout of the hits in the packets' render targets.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

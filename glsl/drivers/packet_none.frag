@@ -1,7 +1,8 @@
 #version 330 core
-// The result of packets whose rays meet nothing, or that have no live ray. It is drawn over the tiles that
-// drivers/packet.frag leaves out, and only into the targets that hold triangles: no reader needs more of a
-// miss. To clear whole targets first would write most texels twice. Packets that are not drawn count nothing.
+// The result of packets without a hit or without a live ray. It is drawn over the tiles that
+// drivers/packet.frag omits, and only into the targets that hold triangles, because no reader needs more of
+// a miss. To clear whole targets first would write most texels twice. Packets that are not drawn count
+// nothing.
 
 #include <streams>
 

@@ -2,7 +2,7 @@
 
 uniform ivec2 ray_texture_size;
 uniform int most_steps;
-int step_limit = max(most_steps, 0);   // read once, as bound_step in core/quantised.glsl
+int step_limit = max(most_steps, 0);   // read once, for the reason given in core/quantised.glsl
 
 // EACH(f) calls f(0), f(1), ...: constant indices keep the arrays in registers.
 Ray rays[RAYS];

@@ -1,10 +1,10 @@
-// Every packet begins its walk at the root.
+// Every packet begins its walk at the root. The counterpart of packet_entry.glsl.
 
 int first_node(int root) {
     return root;
 }
 
-// The node that a walk along escape indices goes to.
+// The node at which a walk along escape indices continues. Without an entry there are no jumps.
 int jumped(int to) {
     return to;
 }

@@ -1,11 +1,10 @@
 #version 330 core
-// Points that cover packets, side x side of them each, where there is something to trace: of tiles in
-// which no ray is live, or whose beam meets nothing, there is no point, and packets are not drawn at all.
-// So does tile culling reject before any fragment is made, where a mask by depth (Purcell et al. 2002)
-// has each fragment looked at.
+// Points that cover side x side packets each. A tile without a live ray, or a tile whose beam meets
+// nothing, gets no point, so its packets are not drawn at all. Tile culling thus rejects packets before any
+// fragment is created. A mask by depth (Purcell et al. 2002) tests every fragment.
 
-in ivec2 square;          // across and down
-uniform ivec2 squares;    // how many
+in ivec2 square;          // number of the square, across and down
+uniform ivec2 squares;    // number of squares, across and down
 uniform int side;
 
 void main() {

@@ -1,5 +1,5 @@
-// Turns: a walk has one order of nodes, and rays whose directions differ in a sign need different orders.
-// The rays that agree with the first unsettled ray walk together; all other rays wait for a later turn.
+// Turns. A walk has one order of nodes, and rays whose directions differ in a sign need different orders.
+// The rays that agree with the first unsettled ray walk together. All other rays wait for a later turn.
 
 #include "core/octant.glsl"
 
@@ -10,7 +10,7 @@ int octant[RAYS];             // the turn that a ray belongs to
 int turn;                     // the current turn. Bit a is set where axis a is negative; where the rays
                               // share a dominant axis as well, that axis times 8 is added.
 
-// The octant of a ray's direction. Without an order of nodes or a bound that depends on signs, all rays
+// The octant of a ray's direction. If neither the order of nodes nor a bound depends on signs, all rays
 // have octant 0 and walk together.
 int octant_of(Ray ray) {
 #if defined(OCTANTS) || defined(INTERVAL_TEST)

@@ -1,6 +1,6 @@
 #version 330 core
-// The push of kd-texture-stack: drawn in every tile of the atlas where rays live, kept where the tile
-// is the one that the stack pointer of the tile's ray names.
+// The push of kd-texture-stack. The pass draws every tile of the atlas where rays live. A fragment survives
+// in the tile that the stack pointer of its ray names.
 
 #include "core/precision.glsl"
 #include "core/tiles.glsl"

@@ -1,4 +1,4 @@
-// How hits lie in render targets: target k holds the hit of ray k of the packet.
+// Layout of hits in render targets: target k holds the hit of ray k of the packet.
 
 #define TARGET vec4
 #define TARGET_SAMPLER sampler2D

@@ -1,5 +1,5 @@
-// How hits lie in render targets: a target holds one of the four numbers of a hit, for four rays. A
-// readback of 4x2 rays then has the order in which the numbers are asked for.
+// Layout of hits in render targets: a target holds one of the four numbers of a hit, for four rays. A
+// readback of 4x2 rays then has the order in which callers expect the numbers.
 
 #define TARGET vec4
 #define TARGET_SAMPLER sampler2D

@@ -1,5 +1,5 @@
-// How hits lie in render targets: a target holds the triangles of four rays' hits, and no other numbers.
-// Shadow rays need no more than the triangle.
+// Layout of hits in render targets: a target holds the triangles of four rays' hits, and no other numbers.
+// Shadow rays need only the triangle.
 
 #define TARGET vec4
 #define TARGET_SAMPLER sampler2D

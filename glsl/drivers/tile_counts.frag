@@ -1,6 +1,7 @@
 #version 330 core
-// How many rays of each tile wait for each kernel; the host leaves out tiles without any. Period
-// hardware culled masked tiles by its hierarchical depth buffer; a software renderer has none.
+// The number of rays in each tile that wait for each kernel. The host omits tiles without waiting rays.
+// Period hardware culled masked tiles with its hierarchical depth buffer; a software renderer has no such
+// buffer.
 
 #include <streams>
 

@@ -1,8 +1,8 @@
 // The watertight test of a triangle by the rays of a turn, which agree in their dominant axis.
 //
-// The rays share the corners with the axes permuted. Where all rays of the image have one origin, they
-// also share the corners relative to that origin. Each operation is an operation of test_triangle on the
-// same numbers, so the hits have the same bits. A method defines PRESENT(r): ray r takes part.
+// The rays share the corners with permuted axes. If all rays of the image have one origin, the rays also
+// share the corners relative to that origin. Each operation is an operation of `test_triangle` on the same
+// numbers, so the hits have the same bits. A method defines PRESENT(r): whether ray r belongs to the turn.
 
 int shared_axis(Ray ray) {
     return ray.dominant.x ? 0 : ray.dominant.y ? 8 : 16;
@@ -47,7 +47,7 @@ void test_present(int r) {
         Hit hit = hits[r];
         test_corners(rays[r], corner_seen(r, 0), corner_seen(r, 1), corner_seen(r, 2), tested, hit);
 #ifdef ANY_HIT
-        hit.u = hit.v = 0.0;   // no caller asks where a shadow ray is blocked
+        hit.u = hit.v = 0.0;   // no caller reads where a shadow ray is blocked
 #endif
         hit.t = stored(hit.t);
         rows[r] = hit.triangle != hits[r].triangle ? tested : rows[r];

@@ -1,6 +1,6 @@
 // Each ray of a packet tests a triangle by itself.
 
-// What the dominant axis of a ray adds to its turn: nothing, as the rays share no axes.
+// The number that a ray's dominant axis adds to its turn: 0, because the rays share no axes.
 int shared_axis(Ray ray) {
     return 0;
 }

@@ -1,15 +1,15 @@
-// Vertex culling: Reshetov, "Faster Ray Packets - Triangle Intersection through Vertex Culling", RT
-// 2007. A packet skips a triangle whose corners all lie outside one side of the frustum around the
-// packet's rays; no ray tests the triangle then.
+// Vertex culling: Reshetov, "Faster Ray Packets - Triangle Intersection through Vertex Culling", RT 2007.
+// If all corners of a triangle lie outside one side of the frustum around the packet's rays, the packet
+// skips the triangle, and no ray tests it.
 //
-// The sides are those of the watertight test. That test moves each corner along the ray onto the plane
-// through the ray's origin, and rejects a triangle whose corners there all lie on one side of 0. Here each
-// operation works on intervals that hold the operands of every ray. Rounding is monotonic, so the
-// intervals of the corners hold the corners as each ray computes them. A culled triangle is therefore one
-// that no ray accepts. Culling needs no margin and loses no triangle, in any precision.
+// The frustum's sides are the sides of the watertight test. The watertight test moves each corner along the
+// ray onto the plane through the ray's origin. It rejects a triangle whose moved corners all lie on one
+// side of 0. Here each operation works on intervals that hold the operands of every ray. Rounding is
+// monotonic, so the interval of a corner holds the corner as each ray computes it. No ray therefore accepts
+// a culled triangle. Culling needs no margin and loses no triangle, in any precision.
 //
-// Departures: the frustum belongs to the packet and is not computed anew in each leaf, so rays that
-// diverge before they reach a leaf cull little. Rays with different dominant axes cull nothing.
+// Departures: the frustum belongs to the packet and is not computed anew in each leaf, so rays that diverge
+// before they reach a leaf cull little. Rays with different dominant axes cull nothing.
 
 vec3 cull_origin_lo;    // bounds of the origins and shears, axes permuted as the rays permute them
 vec3 cull_origin_hi;
@@ -45,8 +45,8 @@ void bound_frustum() {
     EACH(bound_for_culling)
 }
 
-// Whether a corner lies outside each side for all rays. Components x and y: below 0 on that axis; z and w:
-// above 0.
+// Whether a corner lies outside each side for all rays. Components x and y: below 0 on this axis.
+// Components z and w: above 0.
 bvec4 sides_outside(vec3 corner) {
     vec3 at = permuted(cull_dominant, corner);
     PRECISE vec3 lo = R(at - cull_origin_hi);
