@@ -19,7 +19,7 @@ void main() {
     float b = dot(ab, ab), c = dot(ac, ac), across = dot(ab, ac);
     float opposite = dot(bc, bc);
     float area = b * c - across * across;   // four times the squared area
-    vec3 centre = 0.5 * ab;                 // of the longest side
+    vec3 centre = 0.5 * ab;                 // the midpoint of the longest side
     if (opposite >= b && opposite >= c) {
         centre = 0.5 * (ab + ac);
     } else if (c >= b) {

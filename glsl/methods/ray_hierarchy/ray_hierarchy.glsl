@@ -2,11 +2,11 @@
 // using a Ray-Space Hierarchy on the GPU", EGSR 2007 (survey, 3.6.2). A node is a sphere around its rays'
 // origins and a cone around their directions. The triangles need no structure.
 //
-// Departures: a node also holds how far its rays still search. So nearer hits, the ends of shadow rays and
-// rays that have ended cull the triangles behind them. The hierarchy is rebuilt after every batch of
-// triangles. Instead of the cone's angle a node holds a chord: the largest distance of a unit direction
-// from the axis. Chords add up on a path through the tree without cosines. A cosine would round the angle
-// of a narrow cone to 0.
+// Departures: a node also holds how far its rays still search. This culls triangles behind nearer hits,
+// triangles behind the ends of shadow rays, and all triangles for rays that have ended. The hierarchy is
+// rebuilt after every batch of triangles. Instead of the cone's angle a node holds a chord: the largest
+// distance of a unit direction from the axis. Chords add up on a path through the tree without cosines. A
+// cosine would round the angle of a narrow cone to 0.
 
 #include "methods/ray_hierarchy/cone_units.glsl"
 
@@ -65,7 +65,7 @@ Cone cone_over(Cone children[4]) {
 //   w cos a - h sin a <= s   The ball reaches the cone. For each half-angle a up to 180 degrees, the left side is
 //                            at most the distance from the cone.
 //   |q| <= reach + s         The ball reaches the rays' ends.
-//   -h <= s                  The ball is not behind the sphere. This condition holds only for a cone that
+//   -h <= s                  The ball is not behind the sphere. This condition applies only to a cone that
 //                            opens forward.
 //
 // Rounding: q has a relative error of U. The errors of h and w are at most UNIT_ERROR |q|, for an axis with

@@ -67,8 +67,8 @@ void init(Ray ray, out State state) {
 }
 
 // Halve [low, high]. A ray that goes up the axis starts at the first entry whose `reach` (the farthest end
-// of all entries up to this entry) is not before the ray's start. A ray that goes down starts before the
-// first entry that begins above the start.
+// of all entries up to this entry) is not before the ray's start. A ray that goes down starts at the entry
+// before the first entry whose `near` is above the ray's start.
 void search(Ray ray, inout State state, inout Hit hit) {
     COUNT(nodes_visited);
     int middle = (state.low + state.high) / 2;

@@ -1,39 +1,41 @@
-// Spheres against cones around rays: the hierarchical ray engine's test. Szecsi, "The Hierarchical
-// Ray Engine", WSCG 2006 (survey, section 3.6, Figure 23).
+// Spheres against cones around rays, the test of the hierarchical ray engine. Szecsi, "The Hierarchical Ray
+// Engine", WSCG 2006 (survey, section 3.6, Figure 23).
 //
-// A cone holds rays o + t d, t >= 0, with |o - apex| <= radius and cos(d, axis) >= cosine. A point p
-// on such a ray has p - (o - apex) in the cone with the apex for its only origin, so a sphere that a
-// ray meets has its centre within radius + sphere of that cone. With v = centre - apex, h its part
-// along the axis and s its part across, the centre's distance to the cone's side is
-// s cosine - h sine, negative inside; to the apex, where it lies behind it, |v|. The paper's
-// |P - H| <= h tan + r / cos is this times cosine, which has no pole at a right angle.
+// A cone holds rays o + t d, t >= 0, with |o - apex| <= radius and cos(d, axis) >= cosine. For a point p on
+// such a ray, p - (o - apex) lies in the cone of the rays that begin at the apex. So if a ray meets a
+// sphere, the sphere's centre lies within radius + sphere of this narrower cone. Let v = centre - apex, h
+// its part along the axis and s its part across the axis. The distance from the centre to the cone's side
+// is s cosine - h sine, negative inside the cone. For a centre behind the apex, the distance to the cone is
+// |v|. The paper's test is |P - H| <= h tan + r / cos. Multiplied by cosine, it becomes the test here,
+// which has no pole at a right angle.
 //
-// Departures: a cone without cosine > 0 keeps everything; `reach` rejects what lies beyond all that
-// the rays still search; with `lines` the rays also go backwards (t_min < 0), which takes |h|.
+// Departures: a cone without cosine > 0 keeps every triangle. The value `reach` rejects spheres beyond the
+// ends of all rays. With `lines` the rays also extend backwards (t_min < 0), and the test uses |h|.
 //
-// Rounding, in units u = 2^-24, with all lengths divided by the largest component m, so that |v| <=
-// sqrt(3) and nothing overflows: v is within 4u of the vector that it stands for, the axis within 4u
-// of unit length, so that h and s (from a cross product: no cancellation of squares) are within 16u.
-// The sine is within 4u of that of the cosine, as 1 - cosine is exact near 1. Their products and the
-// difference: less than 48u. The radii's own rounding is a share of them, below 8u. MARGIN is twice
-// that and more. The cosine was lowered before, by what it and the directions are off
+// Rounding, in units u = 2^-24. All lengths are divided by the largest component m of v, so |v| <= sqrt(3)
+// and nothing overflows. The error of v is at most 4u, and the axis is within 4u of unit length, so h and s
+// are within 16u (s comes from a cross product, which does not cancel squares). The sine is within 4u of
+// the sine that belongs to the cosine, because 1 - cosine is exact near 1. The products and the difference
+// err by less than 48u. The radii have relative errors below 8u. MARGIN is more than twice the sum. The
+// pass that made the cone has already lowered the cosine by the errors of the cosine and of the directions
 // (methods/ray_tiles/tile_cones.frag).
 
 const float MARGIN = 128.0 * 5.9604645e-8;
-const float TINY = 1e-30;   // lengths below: squares of parts of them vanish
+const float TINY = 1e-30;   // below this length, squares of components underflow
 
 float largest(vec3 v) {
     return max(max(abs(v.x), abs(v.y)), abs(v.z));
 }
 
-// A bound on the length from above, for vectors whose squares would vanish or overflow too.
+// An upper bound on the length of a vector, also if the squares of its components would underflow or
+// overflow.
 float length_above(vec3 v) {
     float m = largest(v);
     return m < TINY ? 2.0 * m : m * (length(v / m) * (1.0 + 1e-6));
 }
 
-// Whether no ray of the cone meets the sphere around a triangle; `bounded`: within its reach. What is
-// not a number is met.
+// Whether no ray of the cone meets the sphere around a triangle. With `bounded`, the rays end at `reach`.
+// If a value is NaN, the sphere counts as met.
 bool cone_misses(vec3 apex, float radius, vec3 axis, float cosine, float reach, bool bounded,
                  bool lines, vec3 a, vec3 b, vec3 c) {
     if (reach < 0.0) {

@@ -1,7 +1,7 @@
 #version 330 core
-// A tile's rays, second pass: the cone that holds them, see methods/ray_tiles/cone.glsl. Its radius takes in the
-// slack that every method's boxes have for the rounding of the triangle test (core/slack.glsl),
-// here a sphere around the slack's box.
+// The cone around a tile's rays (methods/ray_tiles/cone.glsl), the second of two passes. The radius
+// includes the slack that the boxes of every method have for the rounding of the triangle test
+// (core/slack.glsl), as a sphere around the slack's box.
 
 #include "core/precision.glsl"
 #include <streams>

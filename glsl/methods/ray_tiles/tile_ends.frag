@@ -1,7 +1,7 @@
 #version 330 core
-// How far a tile's rays still search: to the nearest hit of each, as it stands after a batch of
-// triangles. Under ANY_HIT a ray that was hit searches no more.
-// A t that was stored in fewer bits, or computed in them, may be too short by what they drop.
+// How far a tile's rays still search: to the farthest end of all rays. A ray ends at its nearest hit after
+// the batches of triangles so far. Under ANY_HIT a ray with a hit searches no more. If t is stored or
+// computed in a narrow format, the dropped bits may make t too short.
 
 #include "core/precision.glsl"
 #include <streams>
@@ -10,7 +10,7 @@
 
 #if defined(STORAGE_FORMAT) && defined(ARITHMETIC_FORMAT)
 const float LONGER = 1.0 + 4.0 * max(STORAGE_UNIT, ARITHMETIC_UNIT);
-const float FURTHER = 2.5e-7;    // of numbers so small that fp16 has no more bits for them
+const float FURTHER = 2.5e-7;    // for numbers too small for the full precision of fp16
 #elif defined(STORAGE_FORMAT)
 const float LONGER = 1.0 + 4.0 * STORAGE_UNIT;
 const float FURTHER = 2.5e-7;

@@ -1,5 +1,6 @@
 #version 330 core
-// What each ray hit, from the triangle that was found for it: u and v besides t, and the ray's state.
+// The hit and the state of each ray. The ray tests the triangle that was found for it once more, for u and
+// v.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"
@@ -12,8 +13,8 @@
 #include "core/triangle.glsl"
 #include "core/phase.glsl"
 
-uniform int steps;         // batches of triangles that were drawn
-uniform bool cut_short;    // by the step cap: there are more
+uniform int steps;         // number of batches of triangles that were drawn
+uniform bool cut_short;    // the step cap stopped the search before the last batch
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);

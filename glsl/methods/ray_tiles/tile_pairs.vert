@@ -1,13 +1,13 @@
 #version 330 core
-// A pair of a triangle and a tile of rays: the tile's square, or where no ray of the tile can meet the
-// triangle, something outside. So the vertex stage rejects a pair, and the fragment stage sees only
-// what passes. Triangles stream through in their order, each once a tile.
+// Draws a pair of a triangle and a tile of rays as the tile's square. If no ray of the tile can meet the
+// triangle, the square moves outside the image. So the vertex stage rejects the pair, and the fragment
+// stage sees only the pairs that pass. Triangles stream through in their order, each once for each tile.
 //
-// With `equal` nothing is rejected for being out of reach: a t that lost its bits among numbers too
-// small for floats may be shorter than the way to its triangle, which has to be found again.
+// With `equal` no triangle is rejected for being out of reach. If t is too small for all its bits, t may be
+// shorter than the distance to its triangle, but the second draw has to find this triangle again.
 //
-// Departure: with POINTS the square is a point as large as the tile, which runs this program once a
-// pair where a quad runs it four times.
+// Departure: with POINTS the square is a point as large as the tile. A point runs this program once for
+// each pair; a quad runs it four times.
 
 #include <constants>
 #include "core/fetch.glsl"
@@ -17,7 +17,7 @@
 
 uniform int first_triangle;
 uniform bool equal;       // as in the fragment program
-uniform ivec2 tiles;      // across and down
+uniform ivec2 tiles;      // number of tiles across and down
 
 flat out int triangle;
 

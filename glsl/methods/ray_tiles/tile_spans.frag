@@ -1,7 +1,7 @@
 #version 330 core
-// A tile's rays, first of two passes: the middle of their origins and of their directions, which the
-// cone (methods/ray_tiles/tile_cones.frag) is laid around. Any middle would do: the second pass measures from
-// it. Origins that differ by more than floats reach have a middle yet.
+// The middle of a tile's origins and of its directions, the first of two passes. The second pass puts a
+// cone around this middle (methods/ray_tiles/tile_cones.frag). Any middle is correct, because the second
+// pass measures from it. The middle of the origins exists even if their difference overflows.
 
 #include "core/precision.glsl"
 #include <streams>
@@ -21,7 +21,7 @@ void main() {
             ++live;
         }
     }
-    // Directions that cancel out have no middle: the cone is then everything, around any axis.
+    // Directions that cancel out have no middle. Their cone then holds all directions, around any axis.
     axis = length(axis) > 0.001 * float(live) && live > 0 ? normalize(axis) : vec3(0.0, 0.0, 1.0);
     tile_span_store(Tile_span(live > 0 ? 0.5 * lo + 0.5 * hi : vec3(0.0), live, axis));
 }
