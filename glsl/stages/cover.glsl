@@ -1,49 +1,50 @@
-// Which pixels' eye rays can hit a triangle, at most, and how near: what the rasteriser's first hits are
-// held against. Nothing here is exact and nothing needs to be; all of it errs to the same side, by
-// sixteen times the first terms of its errors.
+// Bounds on the pixels whose eye rays can hit a triangle, and on how near the hits can be. The rasteriser's
+// first hits are checked against these bounds. No value here is exact or needs to be. All values err to the
+// same side, by sixteen times the first-order terms of their errors.
 //
-// A triangle that test_triangle accepts for the ray through a pixel's centre lies, projected, at
-// most `margin` pixels from that centre, if all its corners are at least `nearest` deep:
-//   eta     how far a projected corner may be off, or seem to be for the test: roundings of the
-//           corner's place relative to the eye, of the ray's direction, of the shear;
-//   beyond  how far a rounded edge function lets a ray pass an edge that is short beside the others:
-//           it errs by 2^-22 of the square of the longest, over the edge's length; the test's box ends
-//           that after a few lengths of the edge.
-// Of others (`cut`) corners behind the eye have no place in the image. Their edges are planes through
-// the eye, and what rounds is the test's product of the distances of two corners.
+// Let all corners of a triangle be at least `nearest` deep. If `test_triangle` accepts the triangle for the
+// ray through a pixel's centre, the projected triangle is at most `margin` pixels from this centre. Two
+// errors make the margin:
+//   `eta` bounds the error of a projected corner, or the error that the test sees. It covers the rounding of the
+//   corner's position relative to the eye, of the ray's direction, and of the shear.
+//   `beyond` bounds how far a rounded edge function lets a ray pass an edge that is shorter than the other edges.
+//   The function errs by 2^-22 of the square of the longest edge, divided by the length of the short edge.
+//   The box of the test limits this distance to a few lengths of the short edge.
+// All other triangles are `cut`: corners behind the eye have no place in the image. The edges of a cut
+// triangle are planes through the eye, and the test's product of the distances of two corners is rounded.
 //
-// The t of a hit is a mean of its corners' depths, with weights that are off by as much as the edge
-// functions are. So it cannot be less than that of `depth`, nor less than the plane's, 1 / (slope .
-// ray), by more than `misjudged`; the plane's is off by as much as its normal.
+// The t of a hit is a mean of its corners' depths. The weights of the mean have the same errors as the edge
+// functions. So t is never less than the t of `depth`. It is less than the t of the triangle's plane, 1 /
+// (slope . ray), by at most `misjudged`. The plane's t has the same error as the plane's normal.
 
 uniform vec3 eye;
-uniform vec3 right;      // scaled as Camera.basis scales them
+uniform vec3 right;      // `right` and `up` are scaled as in Camera.basis
 uniform vec3 up;
 uniform vec3 forward;
 uniform vec2 size;
 uniform float nearest;   // depth, along forward
-uniform float farthest;  // no corner is as deep
+uniform float farthest;  // a depth beyond all corners
 
 const float ERROR = 9.5367e-7;     // 2^-20: sixteen roundings
-const float BEHIND_ALL = -1e30;    // a depth that says nothing
+const float BEHIND_ALL = -1e30;    // a depth that excludes nothing
 
 struct Cover {
-    bool outside;     // no ray of the image hits it
-    bool cut;         // not all of its corners are in front of the eye
-    vec3 place_0;     // its corners seen from the eye: x and y over z lie in [-1, 1] in the image
+    bool outside;     // no ray of the image hits the triangle
+    bool cut;         // a corner is less deep than `nearest`
+    vec3 place_0;     // the corners seen from the eye: x / z and y / z lie in [-1, 1] in the image
     vec3 place_1;
     vec3 place_2;
-    vec2 a;           // in pixels
+    vec2 a;           // the projected corners, pixels
     vec2 b;
     vec2 c;
-    float eta;        // pixels, as beyond and margin
-    vec3 beyond;      // the edges from a, b and c
+    float eta;        // pixels, like `beyond` and `margin`
+    vec3 beyond;      // for the edges that begin at a, b and c
     float margin;
-    float depth;      // along forward, as misjudged
+    float depth;      // along forward, like `misjudged`
     float misjudged;
-    vec3 slope;       // of 1 / depth over (x, y, 1); and how far that is off
+    vec3 slope;       // 1 / depth = slope . (x, y, 1), with an error of at most slope_off
     float slope_off;
-    float reach;      // world units: its farthest corner from the eye
+    float reach;      // the distance of the farthest corner from the eye, world units
 };
 
 vec3 seen_from_eye(vec3 corner) {
@@ -57,7 +58,7 @@ vec4 clip_place(vec3 corner) {
     return vec4(p.xy, ((farthest + nearest) * p.z - 2.0 * farthest * nearest) / range, p.z);
 }
 
-// How long the ray through a pixel's centre is, times its depth.
+// The length of the ray through a pixel's centre, per unit of depth.
 float slant(vec2 centre) {
     vec2 at = 2.0 * centre / size - 1.0;
     return sqrt(1.0 + at.x * at.x * dot(right, right) + at.y * at.y * dot(up, up));
@@ -121,7 +122,8 @@ Cover cover_of(vec3 v0, vec3 v1, vec3 v2) {
     cover.slope_off = (8.0 * ERROR * length(from) * length(to) * angle * across
                        + cover.margin / focal * length(normal)) / abs(height);
     if (cover.cut) {
-        // Weights err by that product over twice the area seen, 1 / depth = area seen / height.
+        // The weights err by the product of the corners' distances, divided by twice the area seen from the
+        // eye. Also, 1 / depth = area seen from the eye / height.
         float relative = 8.0 * ERROR * cover.reach * cover.reach * across * extent / abs(height);
         cover.misjudged = 4.0 * ERROR * cover.reach;
         cover.depth = BEHIND_ALL;
@@ -129,14 +131,15 @@ Cover cover_of(vec3 v0, vec3 v1, vec3 v2) {
         cover.slope /= 1.0 - relative;
         cover.slope_off = relative < 0.5 ? cover.slope_off / (1.0 - relative) : 1e30;
     }
-    if (!(cover.slope_off < 1e30)) {     // seen edge on, or next to that
+    if (!(cover.slope_off < 1e30)) {     // the triangle is seen edge-on, or nearly so
         cover.slope = vec3(0.0);
         cover.slope_off = 1e30;
     }
     return cover;
 }
 
-// The least depth that it can be hit at in a square of pixels: its centre and half its diagonal.
+// The least depth at which a ray can hit the triangle, for a square of pixels with this centre. `around` is
+// half the square's diagonal.
 float least_depth(Cover cover, vec2 centre, float around) {
     vec2 at = 2.0 * centre / size - 1.0;
     float inverse = dot(cover.slope, vec3(at, 1.0)) + cover.slope_off
@@ -144,7 +147,7 @@ float least_depth(Cover cover, vec2 centre, float around) {
     return max(cover.depth, inverse > 0.0 ? 1.0 / inverse - cover.misjudged : cover.depth);
 }
 
-// The pixels, x0 y0 x1 y1 with both ends, whose centres lie in the box around it.
+// The pixels whose centres lie in the box around the triangle: x0, y0, x1, y1, both ends included.
 ivec4 covered_pixels(Cover cover) {
     if (cover.cut) {
         return ivec4(0, 0, ivec2(size) - 1);

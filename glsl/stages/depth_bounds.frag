@@ -1,9 +1,9 @@
 #version 330 core
-// Rasterised bounds (survey, section 5: "if we know the bound of intersection points using
-// rasterization, we can use this bound to reduce the number of ray traversal steps"). The survey
-// gives no method; this is ours: triangles are drawn over a coarse image, and MIN blending keeps
-// for each of its tiles the least depth of any triangle, the greatest one negated, and the least
-// one behind which no ray of the tile comes, as a single triangle closes the tile there.
+// Rasterised bounds (survey, section 5: "if we know the bound of intersection points using rasterization,
+// we can use this bound to reduce the number of ray traversal steps"). The survey gives no method, so this
+// method is the project's own. Triangles are drawn over a coarse image. MIN blending keeps three depths for
+// each tile: the least depth of any triangle, the greatest depth (negated), and the closing depth. Behind
+// the closing depth no ray of the tile passes, because a single triangle closes the tile there.
 
 #include <streams>
 #include "stages/eye_triangle.glsl"
@@ -14,8 +14,8 @@ flat in vec3 corner_a;
 flat in vec3 corner_b;
 flat in vec3 corner_c;
 
-// The sheet of rays through one edge and the eye: its least and greatest height over the tile,
-// and how far that may be off.
+// The plane through one edge and the eye: the least and the greatest height of the tile's four corner
+// directions over the plane, and the error bound of these heights.
 vec3 edge_heights(vec3 a, vec3 b, float sign, float size, vec3 d[4], float longest) {
     vec3 edge = b - a;
     vec3 normal = sign * cross(a, edge);
@@ -25,7 +25,7 @@ vec3 edge_heights(vec3 a, vec3 b, float sign, float size, vec3 d[4], float longe
                 MARGIN * size * length(edge) * longest);
 }
 
-// Whether all three corners lie outside of the side of the tile's pyramid between two directions.
+// Whether all three corners lie outside one side of the tile's pyramid: the side between two directions.
 bool beyond(vec3 d, vec3 e, float size) {
     vec3 side = cross(d, e);
     vec3 inside = vec3(dot(side, corner_a), dot(side, corner_b), dot(side, corner_c));
@@ -45,15 +45,16 @@ void main() {
     vec3 ab = corner_b - corner_a;
     vec3 ac = corner_c - corner_a;
     vec3 normal = cross(ab, ac);
-    float turn = MARGIN * size * (length(ab) + length(ac));   // of the normal
-    float height = dot(normal, corner_a);                     // of the eye over the plane
+    float turn = MARGIN * size * (length(ab) + length(ac));   // the error of the normal
+    float height = dot(normal, corner_a);                     // height of the eye over the plane
     bool closes = false;
-    // Directions in the order that turns about the view as `right` turns to `-up`: see eye_direction.
+    // The directions are in the order of a rotation from `right` to `-up` about the view: see
+    // eye_direction.
     if (beyond(d[0], d[1], size) || beyond(d[1], d[3], size) || beyond(d[3], d[2], size)
             || beyond(d[2], d[0], size)) {
         discard;
     }
-    if (abs(height) > turn * size) {   // else seen edge-on
+    if (abs(height) > turn * size) {   // otherwise the triangle is seen edge-on
         float sign = height < 0.0 ? -1.0 : 1.0;
         vec3 one = edge_heights(corner_a, corner_b, sign, size, d, longest);
         vec3 two = edge_heights(corner_b, corner_c, sign, size, d, longest);

@@ -1,7 +1,7 @@
 #version 330 core
-// A triangle as a rectangle over the tiles of an image that it may be seen through: around its
-// vertices' places, or all of the image where one of them lies beside the eye or behind it. A
-// triangle wholly behind the eye is drawn nowhere.
+// Draws a triangle as a rectangle over the tiles of an image through which the triangle may be seen. The
+// rectangle surrounds the projected vertices. If a vertex lies beside the eye or behind it, the rectangle
+// covers the whole image. A triangle wholly behind the eye is not drawn.
 
 #include <table_width>
 #include "core/fetch.glsl"
@@ -9,13 +9,13 @@
 #include "stages/eye_triangle.glsl"
 
 uniform vec2 tiles;
-uniform float tile;     // pixels a side
+uniform float tile;     // pixels per side
 
 flat out vec3 corner_a;
 flat out vec3 corner_b;
 flat out vec3 corner_c;
 
-// In pixels; the vertex lies before the eye.
+// Project a vertex in front of the eye. The result is in pixels.
 vec2 projected(vec3 corner) {
     float z = dot(corner, forward);
     vec2 at = vec2(dot(corner, right) / dot(right, right), -dot(corner, up) / dot(up, up)) / z;
@@ -35,8 +35,8 @@ void main() {
         vec2 a = projected(corner_a);
         vec2 b = projected(corner_b);
         vec2 c = projected(corner_c);
-        // A shift of the vertex by MARGIN of `size`, which is at most 100 z: across the
-        // view and, at the slopes of the image's edges, along it.
+        // Allow for a shift of the vertex by MARGIN times `size`, where `size` is at most 100 z. The shift
+        // may go across the view and, at the slopes of the image's edges, along the view.
         vec2 slope = vec2(length(right), length(up));
         vec2 wider = 0.5 * image * MARGIN * size / least(z) * (1.0 / slope + 1.0) * 2.0 + 0.01;
         lo = clamp(floor((min(min(a, b), c) - wider) / tile), vec2(0.0), tiles);

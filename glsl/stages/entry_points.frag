@@ -1,12 +1,12 @@
 #version 330 core
-// Entry points: Reshetov, Soupikov, Hurley, "Multi-Level Ray Tracing Algorithm", SIGGRAPH 2005
-// (survey, section 4.3). One fragment a tile of rays sends the tile's beam through the tree and
-// leaves where its rays have to begin. With UPPER it goes through what the list of the larger tile
-// around it names, else through the whole tree.
+// Entry points: Reshetov, Soupikov, Hurley, "Multi-Level Ray Tracing Algorithm", SIGGRAPH 2005 (survey,
+// section 4.3). One fragment for each tile of rays sends the tile's beam through the tree and writes where
+// the tile's rays have to begin. With UPPER the beam walks through the subtrees in the list of the larger
+// tile around its tile. Without UPPER the beam walks through the whole tree.
 //
-// Departure: the paper ends at one node, the deepest that holds every leaf its beam meets. In
-// a bounding volume hierarchy, and for tiles that look along many subtrees, that node is soon the
-// root; here a tile has a list of such nodes, each as deep as all its rays go.
+// Departure: the paper ends at one node, the deepest node that holds every leaf that its beam meets. In a
+// bounding volume hierarchy, and for tiles that look along many subtrees, this node is soon the root. Here
+// a tile has a list of nodes, each as deep as all rays of the tile descend.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"
@@ -16,13 +16,14 @@
 #include "stages/tile_beam.glsl"
 #include "stages/entry_list.glsl"
 
-const int MOST_VISITS = 2000;   // a beam that goes on for so long leaves the rest to its rays
+const int MOST_VISITS = 2000;   // after so many visits the beam leaves the rest of the walk to its rays
 
 int found[ENTRIES];
 int entries = 0;
 int visited = 0;
 
-// Places are compared and not computed: softpipe writes neighbours' values of an array to one place.
+// Compare each index instead of writing to a computed index, because softpipe uses one index for
+// neighbouring fragments.
 void emit(int code) {
     for (int i = 0; i < ENTRIES; ++i) {
         found[i] = i == entries ? code : found[i];
@@ -30,7 +31,7 @@ void emit(int code) {
     ++entries;
 }
 
-// Fills the list for a beam whose rays agree in their octant, or do not matter in it.
+// Fill the tile's list. The file <walk> defines this function. Rays of one octant share an order of nodes.
 void walk(Tile_beam beam, ivec2 tile);
 
 #include <walk>

@@ -1,16 +1,16 @@
-// A triangle as an eye sees it, conservatively: which tiles of an image it may be hit through, and
-// how deep there. Depth is measured along `forward`; the ray through a pixel is
-// D = forward + x right - y up, x and y in [-1, 1], so a point at depth z on it is eye + z D.
-// Edges are tested as Olano and Greer do ("Triangle Scan Conversion using 2D Homogeneous
-// Coordinates", Graphics Hardware 1997): no vertex is divided by its depth, so none need lie before
-// the eye.
+// Conservative bounds of a triangle as an eye sees it: the tiles of an image through which rays may hit the
+// triangle, and the depths of the hits. Depth is measured along `forward`. The ray through a pixel is D =
+// forward + x right - y up, with x and y in [-1, 1], so a point at depth z on the ray is eye + z D. Edges
+// are tested as in Olano and Greer ("Triangle Scan Conversion using 2D Homogeneous Coordinates", Graphics
+// Hardware 1997). No vertex is divided by its depth, so vertices may lie behind the eye.
 //
-// Rounding. Let W be the length of the farthest vertex seen from the eye and u = 2^-24. The
-// watertight test hits what a ray would hit exactly if vertices lay within a few u W of their
-// places: each is rounded as it is moved to the eye and sheared (below 8 u W), the two products of an
-// edge function as if the vertex were off by u of the edge, which is at most 2 W. Its t is a mean of
-// vertices' depths whose weights have one sign. The products here err by as much. MARGIN is 100 u:
-// all lengths are taken that much of W wider, and the normal as the vertices' shift turns it.
+// Rounding. Let W be the distance of the farthest vertex from the eye and u = 2^-24. The watertight test
+// behaves like an exact test of a triangle whose vertices lie within a few u W of their places. Moving a
+// vertex to the eye and shearing it rounds by less than 8 u W. The two products of an edge function round
+// as if the vertex were moved by u times the edge, which is at most 2 W long. The test's t is a mean of the
+// vertices' depths, with weights of one sign. The products here have errors of the same size. MARGIN is 100
+// u: all lengths are widened by MARGIN times W, and the normal is widened by its rotation under this shift
+// of the vertices.
 
 const float MARGIN = 6e-6;
 const float FAR_AWAY = 3.0e38;

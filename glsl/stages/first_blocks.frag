@@ -1,5 +1,5 @@
 #version 330 core
-// Squares of pixels: the greatest depth shown there, and the lowest and highest triangle.
+// For each square of pixels: the greatest depth shown there, and the lowest and the highest triangle index.
 
 #include "core/precision.glsl"
 #include <streams>

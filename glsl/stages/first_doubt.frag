@@ -1,6 +1,6 @@
 #version 330 core
-// An eye ray against a triangle that comes before its hit in some pixel nearby: if it does in this
-// one, the ray is in doubt.
+// An eye ray tests a triangle that comes before the hit of a nearby pixel. If the triangle also comes
+// before the ray's own hit, the ray is in doubt.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

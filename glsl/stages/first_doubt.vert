@@ -1,12 +1,12 @@
 #version 330 core
-// The pixels of a part of the image that a triangle may be hit through.
+// Covers the pixels, in a part of the image, through which a triangle may be hit.
 
 #include <constants>
 #include "core/fetch.glsl"
 #include <tables>
 #include "stages/cover.glsl"
 
-in ivec3 part;             // row, and the part's first pixel
+in ivec3 part;             // row of the triangle, and the part's first pixel
 
 uniform int part_side;
 

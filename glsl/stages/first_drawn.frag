@@ -1,5 +1,5 @@
 #version 330 core
-// The row of the triangle that the depth test leaves nearest: a candidate, no more.
+// The row of the triangle that the depth test finds nearest. The triangle is only a candidate for the hit.
 
 flat in float drawn;
 

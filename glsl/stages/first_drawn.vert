@@ -1,5 +1,6 @@
 #version 330 core
-// A corner of a triangle as the rasteriser sees it: eye rays are rasterisation (survey, section 5).
+// Projects a corner of a triangle for the rasteriser, because eye rays are rasterisation (survey, section
+// 5).
 
 #include <constants>
 #include "core/fetch.glsl"

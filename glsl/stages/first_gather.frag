@@ -1,10 +1,10 @@
 #version 330 core
-// The eye rays in doubt, side by side, to be traced; texels past the last take an empty ray.
+// Gathers the eye rays in doubt, so that they can be traced. Texels past the last ray get an empty ray.
 
 #include "core/precision.glsl"
 #include <streams>
 
-uniform sampler2D places;      // of the rays, counted row by row; -1 for none
+uniform sampler2D places;      // positions of the rays, counted row by row; -1 for no ray
 uniform int image_width;
 
 void main() {

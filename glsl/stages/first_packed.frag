@@ -1,5 +1,6 @@
 #version 330 core
-// What four pixels of a row show, in one texel: reading is what looking for rivals costs.
+// Packs the triangles and depths of four pixels of a row into one texel, because reads dominate the cost of
+// the search for rivals.
 
 #include "core/precision.glsl"
 #include <streams>

@@ -1,8 +1,11 @@
 #version 330 core
-// Whether a triangle, in a part of the image, may be hit before what is shown there. Loops inside each
-// other, from the inside: squares of pixels where this triangle is neither hidden nor the only one
-// shown; rows of pixels in them that its edges enclose; pixels of these where it is neither; and the
-// test of their rays. What the rasteriser got right thus passes no ray to the test.
+// Whether rays may hit a triangle, in a part of the image, before the triangle that is shown there. Nested
+// loops visit, from the outermost to the innermost:
+//   1. Squares of pixels where this triangle is neither hidden nor the only triangle shown.
+//   2. Rows of pixels in these squares that the triangle's edges enclose.
+//   3. Pixels of these rows where the triangle is neither hidden nor shown.
+//   4. Tests of the rays of these pixels.
+// So where the rasteriser is right, no ray is tested.
 
 #include "core/precision.glsl"
 #include <streams>
@@ -16,14 +19,14 @@
 #include "stages/cover.glsl"
 #include "stages/verdict.glsl"
 
-uniform int most_pixels;   // a side to look through; where there are more, it is to be cut up
-uniform int part_side;     // pixels a side of a part
+uniform int most_pixels;   // longest side of an area to search; a longer area is to be cut into parts
+uniform int part_side;     // pixels per side of a part
 
 const float HALF_DIAGONAL = 0.5 * sqrt(2.0) * float(BLOCK);
 const float FAR_OFF = 1e6;
 
-// Edges as functions of a place, in pixels from an origin: x * place.x + y * place.y + constant is not
-// below zero where the triangle may be.
+// Edges as functions of a place, in pixels from an origin. The triangle can only be where x * place.x + y *
+// place.y + constant is at least 0.
 struct Edges {
     vec3 x;
     vec3 y;
@@ -36,14 +39,14 @@ vec3 edge(vec2 from, vec2 to, vec2 origin) {
     return vec3(-way.y, way.x, way.y * start.x - way.x * start.y);
 }
 
-// The plane through the eye, as a function of a place in pixels.
+// The plane through the eye and an edge, as a function of a place in pixels.
 vec3 edge_plane(vec3 from, vec3 to, vec2 origin) {
     vec3 plane = cross(from, to - from);
     vec2 along = plane.xy * 2.0 / size;
     return vec3(along, plane.z - plane.x - plane.y + dot(along, origin));
 }
 
-// `reach`: how far corners are from any of the places asked about.
+// `reach` bounds the distance from the corners to every place at which the edges are evaluated.
 Edges edges_of(Cover cover, vec2 origin, float reach) {
     vec3 a = edge(cover.a, cover.b, origin);
     vec3 b = edge(cover.b, cover.c, origin);
@@ -59,7 +62,7 @@ Edges edges_of(Cover cover, vec2 origin, float reach) {
         float axis = max(1.0, max(inversesqrt(dot(right, right)), inversesqrt(dot(up, up))));
         float across = 1.0 + dot(right, right) + dot(up, up);
         slack = vec3(16.0 * ERROR * cover.reach * cover.reach * axis * axis * across);
-        // Seen edge on, its turn is anyone's guess.
+        // If the triangle is seen edge-on, the sign of `turn` is unreliable: accept every place.
         slack = abs(turn) > 16.0 * ERROR * cover.reach * cover.reach * cover.reach * axis * axis * axis
             ? slack : vec3(1e30);
     }
@@ -73,7 +76,8 @@ bool may_be(Edges edges, vec2 place, float around) {
                  + around * (abs(edges.x) + abs(edges.y))) >= 0.0;
 }
 
-// From where to where the edges enclose a row; nothing if the first lies behind the second.
+// The first and the last x that the edges enclose in a row. If the first is larger than the last, the edges
+// enclose nothing.
 vec2 enclosed(Edges edges, vec3 inverse_x, float y) {
     vec3 rest = edges.y * y + edges.constant;
     vec3 end = -rest * inverse_x;
@@ -106,13 +110,13 @@ void main() {
     ivec4 squares = pixels / BLOCK;
     ivec2 next_square = squares.xy;
     bool squares_left = extent.x > 0 && extent.y > 0 && !many;
-    int x = 0;                           // of the present square; its next row, the last one
+    int x = 0;                           // the current square: its first column, its next row, its last row
     int y = 0;
     int last_y = -1;
-    int next_four = 0;                   // pixels of the row from here on are still to be looked at
+    int next_four = 0;                   // the next pixels of the row to visit
     float least_here = 0.0;
-    ivec2 first = ivec2(0);              // of the present four pixels
-    ivec4 asked = ivec4(0);              // those to be tested
+    ivec2 first = ivec2(0);              // first pixel of the current four pixels
+    ivec4 asked = ivec4(0);              // flags of the pixels whose rays must be tested
     bool before = false;
     bool left = squares_left;
     while (left && !before) {
@@ -139,7 +143,7 @@ void main() {
             first = ivec2(max(next_four, from & ~3), y);
             Shown_four shown = shown_four_load(ivec2(first.x >> 2, y));
             ivec4 at = first.x + ivec4(0, 1, 2, 3);
-            // `&`, not a product: those of integers are slow, and a renderer may run all of this often.
+            // Use `&`, because products of integers are slow, and a renderer may run this loop often.
             asked = ivec4(notEqual(shown.triangle, ivec4(index)))
                 & ivec4(greaterThanEqual(shown.depth, vec4(max(least_here, 0.0))))
                 & ivec4(greaterThanEqual(at, ivec4(from)))

@@ -1,10 +1,10 @@
 #version 330 core
-// What a traced eye ray came to goes to its place in the image: a point a ray.
+// Sends the result of a traced eye ray to the ray's place in the image, one point for each ray.
 
 in int place;
 
 uniform ivec2 image;
-uniform int row_length;    // of the traced rays
+uniform int row_length;    // traced rays per row
 
 flat out ivec2 source;
 

@@ -1,6 +1,6 @@
 #version 330 core
-// Before any triangle is drawn: those that no ray of the image can hit, because they lie outside or
-// between the centres of pixels, are left out.
+// Before any triangle is drawn, drops the triangles that no ray of the image can hit, because they lie
+// outside the image or between the centres of pixels.
 
 #include "core/fetch.glsl"
 #include "core/stream.glsl"

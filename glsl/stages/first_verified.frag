@@ -1,8 +1,8 @@
 #version 330 core
-// Every eye ray against the triangle that the rasteriser shows there, by the test of all methods. What
-// is shown from then on: the hit's triangle, and a depth that it does not lie behind; without a hit an
-// infinite one. A ray that misses its candidate is in doubt, and a depth of -1 keeps other passes from
-// asking about it.
+// Every eye ray tests the triangle that the rasteriser shows at its pixel, with the same test as all
+// methods. Later passes read the result: the hit's triangle, and a depth at or behind the hit. Without a
+// hit the depth is infinite. A ray that misses its candidate is in doubt, and a depth of -1 keeps other
+// passes from testing this ray.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

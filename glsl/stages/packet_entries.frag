@@ -1,14 +1,15 @@
 #version 330 core
 // Entry points of packets: Reshetov, Soupikov, Hurley, "Multi-Level Ray Tracing Algorithm", SIGGRAPH 2005
-// (survey, section 4.3). One fragment a tile of rays sends a beam through the tree and leaves where the
-// tile's packets begin.
+// (survey, section 4.3). One fragment for each tile of rays sends a beam through the tree and writes where
+// the tile's packets begin.
 //
-// Departures: unless rays came with bounds (BOUNDED), the beam is around PROBES x PROBES rays of the tile
-// and a margin, as to read all rays takes longer than the nodes that are spared. So a packet begins here
-// only where all its rays lie within the beam, to the last bit, and else at the root
-// (drivers/packet_entry.glsl). The paper's entry is one node, the deepest that holds every leaf its beam
-// meets; here it is the first node where rays enter, with what the beam meets next. Of BOUNDED tiles
-// whose beam meets nothing no packet is drawn at all (drivers/packet_tiles.vert).
+// Departures: unless the rays have bounds (BOUNDED), the beam surrounds PROBES x PROBES rays of the tile
+// and a margin. To read all rays would take longer than the visits that the entry saves. So a packet begins
+// at the entry only if all its rays lie within the beam, to the last bit, and otherwise at the root
+// (drivers/packet_entry.glsl). The paper's entry is one node, the deepest node that holds every leaf that
+// its beam meets. Here the entry is the first node where rays enter the tree, with links to the next nodes
+// that the beam meets. In BOUNDED tiles whose beam meets nothing, no packet is drawn at all
+// (drivers/packet_tiles.vert).
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"
@@ -22,9 +23,9 @@ const int PROBES = 3;
 #ifdef BOUNDED
 const float MARGIN = 0.0;
 #else
-const float MARGIN = 0.125;   // of what probes differ by
+const float MARGIN = 0.125;   // as a share of the probes' extent
 #endif
-const int MOST_VISITS = 500;  // a beam that goes on for so long leaves the rest to its packets
+const int MOST_VISITS = 500;  // after so many visits the beam leaves the rest of the walk to its packets
 
 uniform ivec2 ray_texture_size;
 
@@ -34,7 +35,8 @@ void widen(inout vec3 least, inout vec3 most) {
     most += margin;
 }
 
-// The beam around the rays of a tile, or the probes; its octant's signs stay what theirs are.
+// The beam around the rays of a tile, or around the probes and a margin. The margin does not change the
+// signs of the directions.
 Tile_beam beam_of(ivec2 tile) {
     Rays probe;
 #ifdef BOUNDED
@@ -48,9 +50,9 @@ Tile_beam beam_of(ivec2 tile) {
     vec3 farthest = ray.lo_origin;
     float t_min = ray.t_min;
 #else
-    vec3 nearest = vec3(BEAM_END);       // what corners are measured from, least and most
+    vec3 nearest = vec3(BEAM_END);       // least and greatest origin of the box corners
     vec3 farthest = vec3(-BEAM_END);
-    vec3 least = vec3(BEAM_END);         // components of directions
+    vec3 least = vec3(BEAM_END);         // least and greatest components of the directions
     vec3 most = vec3(-BEAM_END);
     float t_min = BEAM_END;
     int live = 0;
@@ -82,7 +84,8 @@ Tile_beam beam_of(ivec2 tile) {
     return Tile_beam(farthest, t_min, nearest, BEAM_END, inv_lo, signs, inv_hi, live);
 }
 
-// Where the rays of a beam, which agree in their octant, enter the tree.
+// Find where the rays of a beam, which agree in their octant, enter the tree. The file <walk> defines this
+// function.
 void enter(Tile_beam beam, inout Packet_entry entry);
 
 #include <walk>

@@ -1,6 +1,7 @@
 #version 330 core
-// Ray origins as a stream, to be reduced to the box that they lie in: as they are, or with MINUS
-// negated, so that one reduction by minimum serves both corners. Empty rays bound nothing.
+// Ray origins as a stream, which a reduction by minimum turns into the lower corner of their box. With
+// MINUS the origins are negated, so that the same reduction gives the upper corner. Empty rays do not
+// change the box.
 
 #include "core/precision.glsl"
 #include <streams>

@@ -1,12 +1,12 @@
 #version 330 core
-// Rays in the order of their keys. Texels past the last ray take an empty one.
+// Rays in the order of their keys. Texels past the last ray get an empty ray.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"
 #include <streams>
 #include "stages/sorted_place.glsl"
 
-uniform ivec2 ray_texture_size;   // of the rays as they came
+uniform ivec2 ray_texture_size;   // size of the texture of the unsorted rays
 uniform int squares_a_row;
 uniform int elements;
 

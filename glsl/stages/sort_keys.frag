@@ -1,14 +1,14 @@
 #version 330 core
-// What rays are sorted by: where a ray begins and where it would leave the scene. The survey proposes
-// sorting rays (section 4.3) and leaves the key open; that an end belongs into it besides the origin
-// is after Moon et al., "Cache-Oblivious Ray Reordering", TOG 2010, who take an estimate of the hit.
-// Ours is where the ray leaves the scene's box, which costs no search.
+// The sort key of a ray: where the ray begins and where it would leave the scene. The survey proposes to
+// sort rays (section 4.3) and leaves the key open. Moon et al., "Cache-Oblivious Ray Reordering", TOG 2010,
+// put the end of a ray into the key besides its origin, and use an estimate of the hit as the end. Here the
+// end is the point where the ray leaves the scene's box, which needs no search.
 //
-// Both are cells of a cube, bit by bit, coarse ones first, the end's FREE_LEVELS behind the origin's:
-// however many rays there are, as many bits of the key as tell them apart then part both alike. The
-// bits are those of a Gray code: cells that follow on each other in it differ in one bit, so that a
-// run of rays spans fewer cells than along the Morton curve. The first half of the levels is the first
-// number of the key. Empty rays go last.
+// Origin and end are cells of a cube. The key interleaves their bits, coarse levels first, with the end
+// FREE_LEVELS levels behind the origin. However many rays there are, the bits that separate them then
+// separate origins and ends equally. The bits are bits of a Gray code: consecutive cells of this code
+// differ in one bit, so a run of rays spans fewer cells than along the Morton curve. The first number of
+// the key holds the first half of the levels. Empty rays come last.
 
 #include "core/precision.glsl"
 #include <streams>
@@ -19,11 +19,11 @@ uniform vec3 scene_lo;
 uniform vec3 scene_hi;
 
 const int EMPTY = 1 << 23;
-const float TINY = 1e-20;   // a component of a direction that is as good as none
+const float TINY = 1e-20;   // smaller components of a direction count as this value
 
-// 0 to 2^LEVELS - 1 along each axis of the cube on a box's lower corner; an extent of nothing, or so
-// little that its inverse overflows, has one cell. The clamp is for what lies on the upper faces or
-// outside.
+// The cell of a point, 0 to 2^LEVELS - 1 along each axis, in the cube at the lower corner of a box. The
+// cube has one cell if its extent is 0, or so small that the inverse overflows. The clamp handles points on
+// the upper faces or outside the box.
 ivec3 cell_of(vec3 point, vec3 lo, vec3 hi) {
     vec3 extent = hi - lo;
     float per_unit = float(1 << LEVELS) / max(max(extent.x, extent.y), extent.z);
@@ -31,7 +31,8 @@ ivec3 cell_of(vec3 point, vec3 lo, vec3 hi) {
     return per_unit < 3e38 ? ivec3(clamp((point - lo) * per_unit, 0.0, last)) : ivec3(0);
 }
 
-// Where a ray leaves the scene's box; of one outside that misses it, somewhere on the ray.
+// The point where a ray leaves the scene's box. If the ray begins outside and misses the box, any point on
+// the ray.
 vec3 end_of(Rays ray) {
     vec3 d = mix(ray.direction, vec3(TINY), lessThan(abs(ray.direction), vec3(TINY)));
     vec3 t = max((scene_lo - ray.origin) / d, (scene_hi - ray.origin) / d);

@@ -1,5 +1,5 @@
 #version 330 core
-// State, hit and counters of a sorted ray, as they are.
+// Copies the state, hit and counters of a sorted ray.
 
 #include "core/precision.glsl"
 #include <streams>

@@ -1,5 +1,5 @@
 #version 330 core
-// What a sorted ray came to goes back to where the ray came from: a point a ray.
+// Sends the result of a sorted ray back to the ray's original place, one point for each ray.
 
 #include <sources>
 #include "core/fetch.glsl"

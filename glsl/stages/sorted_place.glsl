@@ -1,7 +1,7 @@
-// Where the rays of a sorted list stand in their texture: along a Morton curve through squares of
-// 2^SQUARE_LOG2 texels, so that neighbours in the list are neighbours in every direction.
+// Places of a sorted list of rays in their texture: along a Morton curve through squares of 2^SQUARE_LOG2
+// texels. So rays that are neighbours in the list are neighbours in both directions of the texture.
 
-const int SQUARE_LOG2 = 3;   // SQUARE of rays/order.py
+const int SQUARE_LOG2 = 3;   // the same size as SQUARE in rays/order.py
 
 int odd_bits(int v) {
     return (v & 1) | (v >> 1 & 2) | (v >> 2 & 4);

@@ -1,12 +1,12 @@
-// A beam: all rays of a tile at once, bounded by intervals of origin, inverse direction and t, as
-// Wald, Boulos and Shirley ("Ray Tracing Deformable Scenes Using Dynamic Bounding Volume
-// Hierarchies", TOG 2007) bound packets. `signs` says which signs an axis' directions have: bit a
-// negative, bit 3 + a positive.
+// A beam: all rays of a tile, bounded by intervals of origin, inverse direction and t, as Wald, Boulos and
+// Shirley ("Ray Tracing Deformable Scenes Using Dynamic Bounding Volume Hierarchies", TOG 2007) bound
+// packets. `signs` says which signs the directions have along each axis: bit a is set for a negative sign
+// on axis a, bit 3 + a for a positive sign.
 //
-// No margin is needed: each operation is one of box_interval's (core/box.glsl) on an outermost
-// value of the rays, and subtraction, product, minimum and maximum round monotonically. What a
-// ray's own interval does not miss, the beam's does not miss, to the last bit, in any precision.
-// An axis along which rays go both ways bounds nothing.
+// No margin is needed. Each operation is an operation of `box_interval` (core/box.glsl) on an extreme value
+// of the rays, and subtraction, product, minimum and maximum round monotonically. If the interval of a ray
+// is not empty, the interval of the beam is not empty either, to the last bit, in any precision. An axis
+// with rays of both signs bounds nothing.
 
 const float BEAM_END = 3.0e38;
 
@@ -14,13 +14,13 @@ bool is_mixed(int signs) {
     return (signs & signs >> 3 & 7) != 0;
 }
 
-// The octant of directions of the rays, which agree in it.
+// The octant of the rays' directions. The rays must agree in their octant.
 int octant_of(int signs) {
     return signs & 7;
 }
 
-// What rays may have in common in a box: they are in it for no t outside of `outer`, and each of
-// them is for every t within `core`. Empty where x > y.
+// The interval of a beam in a box. No ray is in the box at a t outside `outer`. Every ray is in the box at
+// every t within `core`. An interval is empty if x > y.
 struct Beam_interval {
     vec2 outer;
     vec2 core;
@@ -57,7 +57,7 @@ bool is_met(Beam_interval interval) {
     return !(interval.outer.x > interval.outer.y);
 }
 
-// Whether about half of the beam's rays or more meet the box.
+// Whether at least about half of the beam's rays meet the box.
 bool by_most(Beam_interval interval) {
     return interval.core.x + interval.outer.x <= interval.core.y + interval.outer.y;
 }

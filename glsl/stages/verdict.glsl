@@ -1,5 +1,5 @@
-// What becomes of a triangle that may come before what the rasteriser shows.
+// The verdict on a triangle that may come before the triangle that the rasteriser shows.
 
-const int BEHIND = 0;     // it does not, anywhere
-const int BEFORE = 1;     // it does
-const int MANY = 2;       // it covers many pixels: to be looked at in parts
+const int BEHIND = 0;     // the triangle comes before it nowhere
+const int BEFORE = 1;     // the triangle comes before it somewhere
+const int MANY = 2;       // the triangle covers many pixels and is to be searched in parts
