@@ -5,7 +5,7 @@
 #include <records>
 #include "core/stream.glsl"
 
-uniform int elements;   // of the level below
+uniform int elements;   // number of elements in the level below
 
 #define SUM(a, b) ((a) + (b))
 

@@ -9,7 +9,7 @@
 #include <records>
 #include "core/stream.glsl"
 
-uniform int elements;   // of this level; the sums have one element more, the total
+uniform int elements;   // number of elements in this level; the sums have one more element, the total
 
 void main() {
     int i = element();

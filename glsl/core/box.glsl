@@ -1,4 +1,4 @@
-// Ray against box by the slab test; boxes are slightly widened (see slack.glsl).
+// The test of a ray against a box, by the slab method. Boxes are slightly widened (see slack.glsl).
 
 // The larger and the smaller of two numbers, neither of them NaN. llvmpipe's max and min also check for
 // NaN, which takes three instructions instead of the two of a comparison.
@@ -20,8 +20,8 @@ float min_component(vec3 v) {
     return smaller(smaller(v.x, v.y), v.z);
 }
 
-// Interval of a ray in a box; empty where x > y. With OCTANTS the two corners are ordered along the ray
-// and the ray meets `lo` first; shared_subtrees.glsl orders the corners of shared subtrees.
+// The interval of a ray in a box; empty if x > y. With OCTANTS the two corners are ordered along the ray,
+// and the ray meets `lo` first. shared_subtrees.glsl orders the corners of shared subtrees.
 vec2 box_interval(Ray ray, vec3 lo, vec3 hi) {
     vec3 a = R(R(lo - ray.lo_origin) * ray.inv_dir);
     vec3 b = R(R(hi - ray.hi_origin) * ray.inv_dir);

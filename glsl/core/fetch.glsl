@@ -1,5 +1,5 @@
-// The position of texel i of a table. Tables are 2^TABLE_WIDTH_LOG2 texels wide, so that the row is a
-// shift: a division by a reciprocal could round into the wrong row.
+// The position of texel i of a table. Tables are 2^TABLE_WIDTH_LOG2 texels wide, so that a shift gives the
+// row. A division by a reciprocal could round into the wrong row.
 
 #include "core/texel.glsl"
 
@@ -9,5 +9,5 @@ ivec2 table_texel(int i) {
 
 const float TABLE_COLUMN = 1.0 / float(1 << TABLE_WIDTH_LOG2);
 
-// Texel i of a table; `name_table_row` is the distance of two rows in texture coordinates.
+// Read texel i of a table. `name_table_row` is the distance between two rows in texture coordinates.
 #define TABLE_FETCH(name, i) TEXEL(name##_table, vec2(TABLE_COLUMN, name##_table_row), table_texel(i))

@@ -1,8 +1,8 @@
-// TEXEL(texels, step, pixel) reads a texel of a texture; `step` is the distance of two texels in texture
-// coordinates. The macro samples at the texel's centre. The textures have one level and no filter, and the
-// rounded centre lies within the texel, so that sampling returns the same texel as texelFetch in any control
-// flow. On llvmpipe texelFetch computes level and size for each lane, with twice the instructions.
-// TEXEL_FETCH selects texelFetch, for the cost model of period hardware.
+// TEXEL(texels, step, pixel) reads a texel of a texture. `step` is the distance between two texels in
+// texture coordinates. The macro samples at the texel's centre. The textures have one level and no filter,
+// and the rounded centre lies within the texel. So in any control flow the sample is the texel that
+// texelFetch returns. On llvmpipe texelFetch computes level and size for each lane, with twice the
+// instructions. TEXEL_FETCH selects texelFetch, for the cost model of period hardware.
 
 #ifdef TEXEL_FETCH
 #define TEXEL(texels, step, pixel) texelFetch(texels, pixel, 0)

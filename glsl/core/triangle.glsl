@@ -18,7 +18,7 @@
 // as zero.
 //
 // INTERSECTION_KENSLER_SHIRLEY: Kensler and Shirley, "Optimizing Ray-Triangle Intersection via
-// Automated Search", 2006: the variant with two cross products, one of them the normal.
+// Automated Search", 2006: the variant with two cross products, one of which is the normal.
 
 #ifdef IMAGE_CELLS
 #include "methods/geometry_image/image_triangles.glsl"

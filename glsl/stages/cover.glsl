@@ -5,11 +5,11 @@
 // Let all corners of a triangle be at least `nearest` deep. If `test_triangle` accepts the triangle for the
 // ray through a pixel's centre, the projected triangle is at most `margin` pixels from this centre. Two
 // errors make the margin:
-//   `eta` bounds the error of a projected corner, or the error that the test sees. It covers the rounding of the
-//   corner's position relative to the eye, of the ray's direction, and of the shear.
-//   `beyond` bounds how far a rounded edge function lets a ray pass an edge that is shorter than the other edges.
-//   The function errs by 2^-22 of the square of the longest edge, divided by the length of the short edge.
-//   The box of the test limits this distance to a few lengths of the short edge.
+//   `eta` bounds the error of a projected corner, or the error that the test sees. It covers the
+//   rounding of the corner's position relative to the eye, of the ray's direction, and of the shear.
+//   `beyond` bounds how far a rounded edge function lets a ray pass an edge that is shorter than the
+//   other edges. The function errs by 2^-22 of the square of the longest edge, divided by the length of
+//   the short edge. The box of the test limits this distance to a few lengths of the short edge.
 // All other triangles are `cut`: corners behind the eye have no place in the image. The edges of a cut
 // triangle are planes through the eye, and the test's product of the distances of two corners is rounded.
 //

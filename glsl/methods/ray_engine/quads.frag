@@ -3,7 +3,7 @@
 // methods/ray_engine/ray_engine.glsl). Blending or the depth test reduces the fragments of a ray to one
 // result:
 //   `KEEP_NEAREST` writes t. MIN blending keeps the smallest t.
-//   `KEEP_FIRST` writes the triangle if its t equals the smallest t. MIN blending keeps the lowest triangle index.
+//   `KEEP_FIRST` writes the triangle if its t equals the smallest t. MIN blending keeps the lowest index.
 //   `KEEP_DEPTH` writes t as depth, and the triangle. The depth test keeps the first of the nearest triangles.
 
 #include "core/precision.glsl"

@@ -4,8 +4,8 @@
 // is the part of a triangle in a node. Floats hold counts and ranks, as integers below 2^24, and masks of
 // 64 bits, as four channels of 16 bits.
 
-// The first element of [lo, hi) up to whose end more than `rank` items are counted. LOAD reads the prefix
-// sums.
+// The first i of [lo, hi) such that elements 0 to i hold more than `rank` items. LOAD reads the prefix sums
+// of the items.
 #define FIND_OWNER(NAME, LOAD) int NAME(int rank, int channel, int lo, int hi) { \
     while (lo < hi) { \
         int middle = (lo + hi) >> 1; \

@@ -1,5 +1,5 @@
 #version 330 core
-// Sends each node to its place in the finished tree. The list of small nodes sends small roots.
+// Sends each node to its place in the finished tree. The pass over the small nodes sends the small roots.
 
 #include <sources>
 #include "core/fetch.glsl"

@@ -1,7 +1,7 @@
 #version 330 core
 // The pieces of a level's children: the pieces of large children, or with CHANNEL 1 the pieces of small
-// children. Each piece finds its node, and then finds the parent's piece that it is a part of by a binary
-// search.
+// children. Each piece finds its node. A binary search then finds the parent's piece that contains the new
+// piece.
 
 #include <records>
 #include "core/stream.glsl"
