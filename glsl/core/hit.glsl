@@ -9,8 +9,7 @@ bool hit_found(Hit hit) {
     return hit.triangle != NO_TRIANGLE;
 }
 
-// Whether the search may stop. A shadow ray stops at any hit. A kernel that calls this function ends if the
-// result is true.
+// Whether the search may stop. A shadow ray stops at any hit. If true, a kernel that calls this ends.
 bool search_over(Hit hit) {
 #ifdef ANY_HIT
     return hit_found(hit);

@@ -1,6 +1,5 @@
-// Phases of a ray. Phase k > 0 means that the ray waits for the method's kernel k. The method's row numbers
-// and names its kernels. The phase of a kernel `down` is called DOWN. The constants below mean that the ray
-// has ended.
+// Phases of a ray. In phase k > 0 the ray waits for the method's kernel k. The method's row names its
+// kernels. The phase of a kernel `down` is DOWN. The constants below mean that the ray has ended.
 
 const int DONE = 0;
 const int UNFINISHED = -1;   // stopped by the step cap

@@ -1,5 +1,4 @@
-// A ray and the values derived from it. Each pass sets the ray up from its two texels; no pass writes it
-// back.
+// A ray and its derived values. Each pass sets the ray up from two texels; no pass writes the ray back.
 
 struct Ray {
     vec3 origin;
@@ -12,7 +11,7 @@ struct Ray {
     vec3 lo_origin;  // origins for the lower and upper box corners: see box.glsl
     vec3 hi_origin;
 #ifdef AFTER_HIT
-    int after;       // at t_min only triangles with a higher index count
+    int after;       // at t_min a ray hits only triangles with a higher index
 #endif
 };
 

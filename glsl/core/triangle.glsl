@@ -1,6 +1,5 @@
-// Ray against triangle. All tests read the same record and report u, v with
-// p = (1 - u - v) v0 + u v1 + v v2; no test culls back faces, and a triangle
-// without area is never hit.
+// Ray against triangle. All tests read the same record and report u and v, with p = (1 - u - v) v0 + u v1
+// + v v2. No test culls back faces, and a triangle without area is never hit.
 //
 // INTERSECTION_WOOP_WATERTIGHT: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2013,
 // without its fallback to a wider format. An edge function depends on its two vertices only,

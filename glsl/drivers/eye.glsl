@@ -7,7 +7,7 @@ uniform vec3 right;
 uniform vec3 up;
 uniform vec3 forward;
 uniform vec2 size;
-uniform vec3 centre;    // of the scene's sphere
+uniform vec3 centre;    // centre of the scene's sphere
 uniform float beyond;   // rays start this far before the centre; 0 where the eye is near
 
 // ``place`` in pixels, (0, 0) the image's corner.

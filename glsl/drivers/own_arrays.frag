@@ -4,7 +4,7 @@
 
 const int LENGTH = 64;
 
-uniform int turns;   // always 4, but the compiler does not know the value
+uniform int turns;   // always 4, but unknown to the compiler
 
 out vec4 kept;
 

@@ -20,7 +20,7 @@ EACH_TARGET(DECLARE)
 #ifdef STATISTICS
 uniform sampler2D packet_counters;
 #endif
-uniform int unsettled_phase;   // the phase of a ray that its packet's limit on steps stopped
+uniform int unsettled_phase;   // the phase of a ray whose packet the step limit stopped
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);

@@ -6,7 +6,7 @@
 const float NEVER = 3.0e38;   // t_min of a ray that waits or is settled
 
 float t_turn[RAYS];           // t_min of a ray that waits for its turn, else NEVER
-int octant[RAYS];             // the turn that a ray belongs to
+int octant[RAYS];             // the octant of the ray, and with it the ray's turn
 int turn;                     // the current turn. Bit a is set where axis a is negative; where the rays
                               // share a dominant axis as well, that axis times 8 is added.
 

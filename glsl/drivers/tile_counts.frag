@@ -7,7 +7,7 @@
 
 uniform ivec2 size;   // rays
 
-out vec4 waiting;     // for kernels 1 to 4
+out vec4 waiting;     // number of rays that wait for kernels 1 to 4
 
 void main() {
     ivec2 lo = TILE * ivec2(gl_FragCoord.xy);

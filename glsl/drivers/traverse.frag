@@ -3,17 +3,16 @@
 // `steps_per_pass` kernel steps in a pass. One program text serves the three schedules:
 //   `kernels`: A pass runs one kernel, ONLY_KERNEL. Rays that wait for another kernel stay unchanged.
 //   `step`: Each ray runs the kernel that its own state requests, one step a pass.
-//   `loop`: As `step`, with as many steps as the renderer's limit on loops allows. One pass or very few passes
-//   complete the traversal.
+//   `loop`: As `step`, with as many steps in a pass as the renderer's limit on loops allows.
 // START sets up the state. Then SINGLE_STEP runs one step, or MANY_STEPS runs `steps_per_pass` steps.
 // Without either define the pass only sets up the state.
 //
 // Each kernel has a loop of its own that runs while rays need the kernel (while-while; Aila and Laine, HPG
 // 2009). A renderer that executes both sides of a branch still skips a loop that no ray enters. If a loop
-// breaks at its top, such a renderer runs the body once more than rays need, without effect. Loops here
-// therefore test at their bottom (`if` and `do while`), and a single step has no loop at all. STEP_A_TURN
-// instead runs one step in each iteration of the outer loop, as a program with one loop for all kernels
-// does. The cost model of period hardware requires this form.
+// breaks at its top, such a renderer runs the body once more, without effect. Loops here therefore test at
+// their bottom (`if` and `do while`), and a single step has no loop at all. STEP_A_TURN instead runs one
+// step in each iteration of the outer loop, as a program with one loop for all kernels does. The cost model
+// of period hardware requires this form.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"
@@ -37,8 +36,7 @@ uniform int step_cap;
 #define RUNS(kernel) true
 #endif
 
-// At the end of a step, round to the values that the textures would hold. So all schedules give the same
-// hits.
+// A step ends with rounding to the textures' format, so all schedules give the same hits.
 #define STEP(kernel) \
     kernel(ray, state, hit); \
     ++state.steps; \

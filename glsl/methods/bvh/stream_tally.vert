@@ -4,7 +4,7 @@
 #include <sources>
 #include "core/fetch.glsl"
 
-uniform ivec2 size;   // of the rays' texture
+uniform ivec2 size;   // size of the rays' texture
 
 flat out vec3 did;
 

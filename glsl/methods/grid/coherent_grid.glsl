@@ -15,7 +15,7 @@
 uniform ivec3 grid_resolution;
 uniform vec3 cell_size;
 
-bool through = false;   // the walk of the present rays has ended
+bool through = false;   // the walk of the current turn has ended
 float t_exit[RAYS];
 float t_enter[RAYS];
 

@@ -1,5 +1,4 @@
-// The t of rays at the planes of a kd-tree. One expression serves splits and boxes, so a plane has the same
-// t wherever the t is computed.
+// The t of rays at planes of a kd-tree. One expression serves splits and boxes, so both have equal t.
 
 #include "core/axis.glsl"
 

@@ -8,7 +8,7 @@
 #include <tables>
 
 in vec4 rectangle;   // lower and upper corner, in rays
-in int row;          // of the triangle
+in int row;          // row of the triangle
 uniform vec2 scale;  // clip units per ray
 
 flat out int quad_triangle;
