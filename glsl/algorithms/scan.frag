@@ -1,10 +1,11 @@
 #version 330 core
-// A level of a scan on the way down: the sum before the element's block of FAN elements, from the level
-// above, plus the elements of the block before this element (survey 3.6.2: stream reduction begins with a
-// scan; D. Horn, "Stream Reduction Operations for GPGPU Applications", GPU Gems 2, 2005).
+// A level of a scan on the way down. The sum of an element is the sum before its block of FAN elements,
+// from the level above, plus the elements of the block before this element. In the survey (3.6.2) stream
+// reduction begins with a scan (D. Horn, "Stream Reduction Operations for GPGPU Applications", GPU Gems 2,
+// 2005).
 //
-// Departure: Horn doubles the distance in log2 n passes over all n; here, as in Blelloch's tree, the
-// work of all levels together is proportional to n, and a wider fan reduces the number of levels.
+// Departure: Horn doubles the distance in log2 n passes over all n. Here, as in Blelloch's tree, the work
+// of all levels together is proportional to n. A wider fan reduces the number of levels.
 
 #include <records>
 #include "core/stream.glsl"

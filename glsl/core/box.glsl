@@ -1,7 +1,7 @@
 // The test of a ray against a box, by the slab method. Boxes are slightly widened (see slack.glsl).
 
-// The larger and the smaller of two numbers, neither of them NaN. llvmpipe's max and min also check for
-// NaN, which takes three instructions instead of the two of a comparison.
+// The larger and the smaller of two numbers, neither of which is NaN. A comparison needs two instructions.
+// llvmpipe's max and min also check for NaN and need three.
 float larger(float a, float b) {
     PRECISE float found = a > b ? a : b;
     return found;

@@ -18,11 +18,11 @@
 //   5 u M             The slab's t: M itself, a difference, the inverse direction, a product.
 //
 // The sum, 20 u M + 12 k u M, is below BOX_SLACK M for k up to 3.6. A triangle that fills half of its
-// sheared box has k <= 1. In a plane across an axis k depends on the triangle's shape alone,
-// however flat a ray meets it: the shear then scales X, Y and the sum of the weights alike. Oblique
-// needles, and oblique planes met almost edge on, have a larger k: their t may lie outside their box.
-// The search loses such a hit if the search begins or ends between t and the box; docs/extremes.md
-// says how often.
+// sheared box has k <= 1. In a plane perpendicular to an axis, k depends on the triangle's shape alone, even
+// if the ray is almost parallel to the plane. The shear then scales X, Y and the sum of the weights alike.
+// Oblique needles, and oblique planes almost parallel to the ray, have a larger k: their t may lie outside
+// their box. The search loses such a hit if the search begins or ends between t and the box;
+// docs/extremes.md says how often.
 //
 // SPACING times the origin is added. It is at least half the distance to the next float: otherwise, in a
 // scene far from 0, the sum would round back to the origin and widen nothing.

@@ -2,11 +2,11 @@
 // + v v2. No test culls back faces, and a triangle without area is never hit.
 //
 // INTERSECTION_WOOP_WATERTIGHT: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2013,
-// without its fallback to a wider format. An edge function depends on its two vertices only,
-// and the neighbour across the edge computes the same value with the opposite sign, so that no ray leaks
-// between two triangles. The axes are permuted without a swap: both windings are accepted.
+// without its fallback to a wider format. An edge function depends on its two vertices only. The neighbour
+// across the edge computes the same value with the opposite sign, so no ray leaks between two triangles.
+// The axes are permuted without a swap: both windings are accepted.
 // Addition: the ray must also pass through the sheared triangle's box. Rounding never flips the sign of an
-// edge function but can make it zero, and three zeros count as a hit: without the box a tiny triangle
+// edge function but can make it zero, and three zeros count as a hit. Without the box a tiny triangle
 // would be "hit" from far away. The comparisons are exact, so the box loses no ray that is inside.
 //
 // INTERSECTION_MOLLER_TRUMBORE: Moeller and Trumbore, "Fast, Minimum Storage Ray/Triangle

@@ -1,8 +1,8 @@
 // Conservative bounds of a triangle as an eye sees it: the tiles of an image through which rays may hit the
-// triangle, and the depths of the hits. Depth is measured along `forward`. The ray through a pixel is D =
-// forward + x right - y up, with x and y in [-1, 1], so a point at depth z on the ray is eye + z D. Edges
-// are tested as in Olano and Greer ("Triangle Scan Conversion using 2D Homogeneous Coordinates", Graphics
-// Hardware 1997). No vertex is divided by its depth, so vertices may lie behind the eye.
+// triangle, and the depths of the hits. Depth is measured along `forward`. The ray through a pixel has the
+// direction D = forward + x right - y up, with x and y in [-1, 1]. A point at depth z on this ray is eye +
+// z D. Edges are tested as in Olano and Greer ("Triangle Scan Conversion using 2D Homogeneous Coordinates",
+// Graphics Hardware 1997). No vertex is divided by its depth, so vertices may lie behind the eye.
 //
 // Rounding. Let W be the distance of the farthest vertex from the eye and u = 2^-24. The watertight test
 // behaves like an exact test of a triangle whose vertices lie within a few u W of their places. Moving a

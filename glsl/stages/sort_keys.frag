@@ -5,8 +5,8 @@
 // end is the point where the ray leaves the scene's box, which needs no search.
 //
 // Origin and end are cells of a cube. The key interleaves their bits, coarse levels first, with the end
-// FREE_LEVELS levels behind the origin. However many rays there are, the bits that separate them then
-// separate origins and ends equally. The bits are bits of a Gray code: consecutive cells of this code
+// FREE_LEVELS levels behind the origin. So for any number of rays, the leading bits that separate the rays
+// divide origins and ends equally finely. The bits are bits of a Gray code: consecutive cells of this code
 // differ in one bit, so a run of rays spans fewer cells than along the Morton curve. The first number of
 // the key holds the first half of the levels. Empty rays come last.
 

@@ -1,7 +1,7 @@
-// A beam: all rays of a tile, bounded by intervals of origin, inverse direction and t, as Wald, Boulos and
+// A beam bounds all rays of a tile by intervals of origin, inverse direction and t. Wald, Boulos and
 // Shirley ("Ray Tracing Deformable Scenes Using Dynamic Bounding Volume Hierarchies", TOG 2007) bound
-// packets. `signs` says which signs the directions have along each axis: bit a is set for a negative sign
-// on axis a, bit 3 + a for a positive sign.
+// packets in this way. `signs` says which signs the directions have along each axis: bit a is set for a
+// negative sign on axis a, bit 3 + a for a positive sign.
 //
 // No margin is needed. Each operation is an operation of `box_interval` (core/box.glsl) on an extreme value
 // of the rays, and subtraction, product, minimum and maximum round monotonically. If the interval of a ray

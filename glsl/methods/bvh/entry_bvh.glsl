@@ -1,8 +1,8 @@
 // Entry points of a threaded BVH, after Reshetov, Soupikov, Hurley, "Multi-Level Ray Tracing Algorithm",
 // SIGGRAPH 2005 (see stages/entry_points.frag). The beam descends into the nodes that it meets, as a ray
-// does. At three kinds of nodes that it meets, the beam writes an entry and does not descend: at a leaf, at
-// a portal of a shared subtree, and at a node that about half of its rays miss. The last entry of a full
-// list stands for the whole rest of the walk.
+// does. Three kinds of nodes that it meets become entries: leaves, portals of shared subtrees, and nodes
+// that about half of its rays miss. The beam does not descend into entries. The last entry of a full list
+// stands for the whole rest of the walk.
 //
 // Departure: a tile has a list of nodes. The paper has one node, which here would soon be the root.
 

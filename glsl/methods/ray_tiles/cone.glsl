@@ -13,8 +13,8 @@
 // ends of all rays. With `lines` the rays also extend backwards (t_min < 0), and the test uses |h|.
 //
 // Rounding, in units u = 2^-24. All lengths are divided by the largest component m of v, so |v| <= sqrt(3)
-// and nothing overflows. The error of v is at most 4u, and the axis is within 4u of unit length, so h and s
-// are within 16u (s comes from a cross product, which does not cancel squares). The sine is within 4u of
+// and nothing overflows. The error of v is at most 4u, and the axis is within 4u of unit length. So h and s
+// are within 16u. (s comes from a cross product, which does not cancel squares.) The sine is within 4u of
 // the sine that belongs to the cosine, because 1 - cosine is exact near 1. The products and the difference
 // err by less than 48u. The radii have relative errors below 8u. MARGIN is more than twice the sum. The
 // pass that made the cone has already lowered the cosine by the errors of the cosine and of the directions
