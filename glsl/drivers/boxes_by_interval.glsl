@@ -6,8 +6,8 @@
 // so if the interval of a box is empty, no ray is in the box.
 //
 // Departure: a turn includes only the waiting rays that begin within REACH of the first waiting ray, on
-// every axis. If a silhouette splits the shadow rays of a packet, bounds around all of them would contain
-// most of the scene, and the packet would walk through most of the tree.
+// every axis. If a silhouette splits the shadow rays of a packet, bounds around all rays would contain most
+// of the scene. The packet would then walk through most of the tree.
 
 #define TESTERS(f) f(0);   // f(r) for each tester r of a box: the packet is a single tester
 

@@ -1,7 +1,7 @@
 #version 330 core
 // A step of packets under the schedule `step`. One fragment steps one packet. A packet visits a node,
-// leaves the triangle that its rays have just tested (drivers/packet_intersect.frag, one fragment a ray),
-// or pushes to or pops from its stack.
+// leaves a triangle, pushes or pops. Before a packet leaves a triangle, its rays have tested the triangle
+// (drivers/packet_intersect.frag, one fragment a ray).
 //
 // The file <method> is the method's own file, with `start_walk` and `visit`. The file <stepwise> defines
 // the functions of a walk:

@@ -1,6 +1,6 @@
 // Vertex culling: Reshetov, "Faster Ray Packets - Triangle Intersection through Vertex Culling", RT 2007.
 // If all corners of a triangle lie outside one side of the frustum around the packet's rays, the packet
-// skips the triangle, and no ray tests it.
+// skips the triangle.
 //
 // The frustum's sides are the sides of the watertight test. The watertight test moves each corner along the
 // ray onto the plane through the ray's origin. It rejects a triangle whose moved corners all lie on one

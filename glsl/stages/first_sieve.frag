@@ -1,5 +1,5 @@
 #version 330 core
-// Before any triangle is drawn, drops the triangles that no ray of the image can hit, because they lie
+// Drops the triangles that no ray of the image can hit, before any triangle is drawn. Such a triangle lies
 // outside the image or between the centres of pixels.
 
 #include "core/fetch.glsl"

@@ -5,10 +5,10 @@
 //
 // Departures: unless the rays have bounds (BOUNDED), the beam surrounds PROBES x PROBES rays of the tile
 // and a margin. To read all rays would take longer than the visits that the entry saves. So a packet begins
-// at the entry only if all its rays lie within the beam, to the last bit, and otherwise at the root
-// (drivers/packet_entry.glsl). The paper's entry is one node, the deepest node that holds every leaf that
-// its beam meets. Here the entry is the first node where rays enter the tree, with links to the next nodes
-// that the beam meets. In BOUNDED tiles whose beam meets nothing, no packet is drawn at all
+// at the entry only if all its rays lie within the beam, to the last bit. Otherwise the packet begins at
+// the root (drivers/packet_entry.glsl). The paper's entry is one node, the deepest node that holds every
+// leaf that its beam meets. Here the entry is the first node where rays enter the tree, with links to the
+// next nodes that the beam meets. In BOUNDED tiles whose beam meets nothing, no packet is drawn at all
 // (drivers/packet_tiles.vert).
 
 #include "core/precision.glsl"

@@ -1,14 +1,14 @@
 #version 330 core
 // The sort key of a ray: where the ray begins and where it would leave the scene. The survey proposes to
 // sort rays (section 4.3) and leaves the key open. Moon et al., "Cache-Oblivious Ray Reordering", TOG 2010,
-// put the end of a ray into the key besides its origin, and use an estimate of the hit as the end. Here the
-// end is the point where the ray leaves the scene's box, which needs no search.
+// put both ends of a ray into the key. Their second end is an estimate of the hit. Here the second end is
+// the point where the ray leaves the scene's box, which needs no search.
 //
-// Origin and end are cells of a cube. The key interleaves their bits, coarse levels first, with the end
-// FREE_LEVELS levels behind the origin. So for any number of rays, the leading bits that separate the rays
-// divide origins and ends equally finely. The bits are bits of a Gray code: consecutive cells of this code
-// differ in one bit, so a run of rays spans fewer cells than along the Morton curve. The first number of
-// the key holds the first half of the levels. Empty rays come last.
+// The origin and the second end are cells of a cube. The key interleaves their bits, coarse levels first,
+// with the second end FREE_LEVELS levels behind the origin. So for any number of rays, the leading bits
+// that separate the rays divide origins and ends equally finely. The bits are bits of a Gray code:
+// consecutive cells of this code differ in one bit, so a run of rays spans fewer cells than along the
+// Morton curve. The first number of the key holds the first half of the levels. Empty rays come last.
 
 #include "core/precision.glsl"
 #include <streams>

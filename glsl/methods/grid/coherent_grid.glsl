@@ -5,10 +5,10 @@
 // the watertight test supports this frustum).
 //
 // Departures: each slice computes the rectangle from the intervals that the rays still search. The paper
-// moves four planes on by four additions. Here arithmetic costs less than visits of cells, and rays that
-// have hit, or that begin in a later slice, do not widen the rectangle. There are no mailboxes: a triangle
-// in several cells is tested in each cell, with the same result. Rays with another dominant axis, or
-// another sign along it, wait for their turn.
+// moves four planes on by four additions. Here arithmetic costs less than visits of cells. Rays that have
+// hit, or that begin in a later slice, do not widen the rectangle. There are no mailboxes: a triangle in
+// several cells is tested in each cell, with the same result. Rays with another dominant axis, or another
+// sign along it, wait for their turn.
 
 #include "drivers/packet_turns.glsl"
 

@@ -1,6 +1,6 @@
 // kd-backtrack: Foley and Sugerman 2005, section 4 (survey, section 3.4, Figure 11 right). A ray that
-// leaves a leaf without a hit climbs, one parent a step, to the first ancestor whose box the rest of the
-// ray's interval still crosses. The ray descends from this ancestor.
+// leaves a leaf without a hit climbs, one parent a step. It stops at the first ancestor whose box the rest
+// of its interval still crosses, and descends from this ancestor.
 //
 // Boxes end at planes of the tree, and one expression computes the exit from a box and the end of a leaf.
 // The two values compare as equal, so the climb stops at the ancestor whose far child is next. The interval

@@ -60,8 +60,8 @@ Cone cone_over(Cone children[4]) {
 }
 
 // Whether a ray of the node may hit a triangle in the ball (centre, radius). Let q be the vector from the
-// sphere's centre to the ball's centre, h its part along the axis, w its part across the axis, and s the
-// sum of both radii. The ball must satisfy three conditions:
+// sphere's centre to the ball's centre, h its part along the axis, and w its part across the axis. Let s be
+// the sum of both radii. The ball must satisfy three conditions:
 //   w cos a - h sin a <= s   The ball reaches the cone. For each half-angle a up to 180 degrees, the left
 //                            side is at most the distance from the cone.
 //   |q| <= reach + s         The ball reaches the rays' ends.
@@ -70,9 +70,9 @@ Cone cone_over(Cone children[4]) {
 //
 // Rounding: q has a relative error of U. The errors of h and w are at most UNIT_ERROR |q|, for an axis with
 // an error of UNIT_ERROR. The error of cos a is 2 U, and sin a has a relative error of 16 U below
-// ALL_DIRECTIONS. The triangle test itself errs by some units of the distance from origin to corners, at
-// most |q| + s, as a box's slack covers (core/slack.glsl). SLACK is more than the sum of these errors. If a
-// value is NaN, the pair is kept.
+// ALL_DIRECTIONS. The triangle test itself errs by some units of the distance from origin to corners, which
+// is at most |q| + s. A box's slack covers the same errors (core/slack.glsl). SLACK is more than the sum of
+// these errors. If a value is NaN, the pair is kept.
 const float SLACK = 64.0 * ARITHMETIC_UNIT + 64.0 * U;
 
 bool may_hit(vec4 ball, Cone cone) {

@@ -4,8 +4,8 @@
 // face.
 //
 // A ray from outside the scene's box starts where it enters the box. This changes no hit, because no
-// triangle lies before the box. If the origin is so far away that the entry point errs by more than the
-// lists allow, the ray uses the list of its face, which holds all triangles.
+// triangle lies before the box. If the origin is very far away, the entry point errs by more than the lists
+// allow. The ray then uses the list of its face, which holds all triangles.
 
 uniform int origin_cells;
 uniform int direction_cells;

@@ -5,8 +5,8 @@
 // nothing.
 //
 // Departure: a beam holds all triangles that any direction of its cell may meet. A beam of the paper
-// samples one direction. If the origin is so far away that the crossing point errs by more than the beams
-// allow, the ray uses the list of its axis, which holds all triangles.
+// samples one direction. If the origin is very far away, the crossing point errs by more than the beams
+// allow. The ray then uses the list of its axis, which holds all triangles.
 
 uniform int directions;
 uniform int tiles;
@@ -66,9 +66,9 @@ void init(Ray ray, out State state) {
     }
 }
 
-// Halve [low, high]. A ray that goes up the axis starts at the first entry whose `reach` (the farthest end
-// of all entries up to this entry) is not before the ray's start. A ray that goes down starts at the entry
-// before the first entry whose `near` is above the ray's start.
+// Halve [low, high]. The `reach` of an entry is the farthest end of all entries up to this entry. A ray
+// that goes up the axis starts at the first entry whose `reach` is not before the ray's start. A ray that
+// goes down starts at the entry before the first entry whose `near` is above the ray's start.
 void search(Ray ray, inout State state, inout Hit hit) {
     COUNT(nodes_visited);
     int middle = (state.low + state.high) / 2;

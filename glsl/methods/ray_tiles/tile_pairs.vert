@@ -3,8 +3,8 @@
 // triangle, the square moves outside the image. So the vertex stage rejects the pair, and the fragment
 // stage sees only the pairs that pass. Triangles stream through in their order, each once for each tile.
 //
-// With `equal` no triangle is rejected for being out of reach. If t is too small for all its bits, t may be
-// shorter than the distance to its triangle, but the second draw has to find this triangle again.
+// With `equal` no triangle is rejected for being out of reach. A very small t loses bits and may be shorter
+// than the distance to its triangle. The second draw must still find this triangle.
 //
 // Departure: with POINTS the square is a point as large as the tile. A point runs this program once for
 // each pair; a quad runs it four times.

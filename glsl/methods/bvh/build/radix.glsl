@@ -1,6 +1,6 @@
 // The leading bits that slots of the sorted order share. With these bits the binary tree over the slots
-// needs no search from the top down. Each place where two neighbours differ (a "gap") is a node, and the
-// node spans all slots that share the leading bits of the two neighbours. Lauterbach et al. 2009 list such
+// needs no search from the top down. Each place between two neighbours (a "gap") is a node. The node spans
+// all slots that share the common leading bits of the two neighbours. Lauterbach et al. 2009 list such
 // splits with their levels and sort that list.
 
 uniform int slots;

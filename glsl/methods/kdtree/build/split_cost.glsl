@@ -1,5 +1,5 @@
-// The cost of a split of a kd-tree node by the surface area heuristic. Each operation matches SplitCost in
-// gpgpu_rt/methods/kdtree/sah.py.
+// The cost of a split of a kd-tree node by the surface area heuristic. Each operation equals the operation
+// of SplitCost in gpgpu_rt/methods/kdtree/sah.py.
 
 uniform float traversal_cost;
 uniform float intersection_cost;

@@ -1,6 +1,7 @@
 #version 330 core
-// The masks of the pieces of a small root that lie left and right of two planes, the two faces of one piece
-// along an axis. The masks are computed once, for all nodes below the root.
+// Masks of the pieces of a small root, for the lower and the upper face of one piece along an axis. The
+// masks tell which pieces lie left and right of each face. The masks are computed once, for all nodes below
+// the root.
 
 #include <records>
 #include "core/stream.glsl"
