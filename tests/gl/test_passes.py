@@ -115,7 +115,7 @@ def test_a_tracer_that_cannot_be_made_frees_its_tables(monkeypatch: pytest.Monke
     def fails(setup: Setup) -> Driver:
         held.extend(setup.samplers.values())
         raise ShaderError("it does not compile")
-    monkeypatch.setattr("gpgpu_rt.tracer.make_driver", fails)
+    monkeypatch.setattr("gpgpu_rt.session.session.make_driver", fails)
     with pytest.raises(ShaderError):
         rt.Tracer(rt.load_scene("cornell"), "kd-restart")
     assert held and all(isinstance(texture.mglo, moderngl.InvalidObject) for texture in held)

@@ -188,7 +188,7 @@ def test_command(tmp_path, capsys) -> None:
 
 def test_rays_beside_the_centres_are_refused() -> None:
     with rt.Tracer(soup_scene(3, 1)) as tracer:
-        with pytest.raises(rt.Error, match="integrator path .* take first_hits=traced"):
+        with pytest.raises(rt.Error, match="integrator path .* give first_hits=traced"):
             tracer.render(size=(8, 8), integrator="path", first_hits="rasterised")
 
 
