@@ -1,4 +1,4 @@
-"""Gpu: an OpenGL context by EGL, by OSMesa or of an existing window. Only this file makes one."""
+"""Gpu: an OpenGL context by EGL, by OSMesa or of a window. Only this file makes contexts."""
 from __future__ import annotations
 
 import ctypes

@@ -77,7 +77,7 @@ class FragmentPass:
         attached = {texture.glo for texture in framebuffer.color_attachments or ()}
         for unit, name in enumerate(self.samplers):
             if name not in textures:
-                raise Error(f"{self.name} samples {name}, which it was not given")
+                raise Error(f"{self.name} samples {name}, which was not given")
             if textures[name].glo in attached:   # undefined in GL, without an error
                 raise Error(f"{self.name} samples {name} while drawing into it")
             textures[name].use(unit)

@@ -38,8 +38,8 @@ def make_texture(gpu: Gpu, size: tuple[int, int], components: int, what: str,
         texture = gpu.context.texture(size, components, dtype=dtype, data=(
             None if data is None else np.ascontiguousarray(data, "<" + dtype)))
     except (moderngl.Error, MemoryError) as failure:
-        raise LimitError(f"{what}: no {size[0]} x {size[1]} texture to be had ({failure}); "
-                         "take fewer rays at a time or a smaller scene") from failure
+        raise LimitError(f"{what}: cannot make a {size[0]} x {size[1]} texture ({failure}); "
+                         "trace fewer rays at a time or a smaller scene") from failure
     gpu.check_error(f"making a {size[0]} x {size[1]} texture for {what}")
     texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
     return texture

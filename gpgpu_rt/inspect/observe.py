@@ -39,14 +39,14 @@ def observe_states(tracer: Tracer, look: Look) -> Iterator[None]:
         for a driver that does not keep states in textures between passes
     """
     if tracer.options["presort"]:
-        raise OptionError("option presort puts rays into other texels than their own; leave it "
-                          "out to look at these")
+        raise OptionError("option presort moves rays to other texels; leave presort out to "
+                          "observe rays")
     if not getattr(tracer.session.driver, "keeps_states", False):
         about = next((name for name in ("sort_rays", "entry_points")
                       if tracer.options.get(name)), None)
-        raise OptionError(f"option {about} puts other passes around those of the method; leave it "
-                          "out to look at these" if about else
-                          f"method {tracer.method.name} keeps no state of each ray from pass to "
-                          "pass; take another one, such as a grid, a kd-tree or a BVH")
+        raise OptionError(f"option {about} adds passes around the method's own; leave {about} out "
+                          "to observe the method's passes" if about else
+                          f"method {tracer.method.name} keeps no state of each ray between "
+                          "passes; use another method, such as a grid, a kd-tree or a BVH")
     with tracer.gpu.observed(_StateObserver(tracer.method.state.name, look)):
         yield

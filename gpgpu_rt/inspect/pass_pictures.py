@@ -130,8 +130,8 @@ def _room(folder: Path) -> Iterator[None]:
     try:
         folder.mkdir(exist_ok=True)
     except OSError as failure:
-        raise Error(f"cannot make the folder {folder}: {failure.strerror}; give another one, in a "
-                    "folder that is there") from failure
+        raise Error(f"cannot make the folder {folder}: {failure.strerror}; give a folder "
+                    "whose parent exists") from failure
     check_writable(folder / "passes.json")
     try:
         yield

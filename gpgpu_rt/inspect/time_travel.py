@@ -80,7 +80,7 @@ def travel(tracer: Tracer, origins: np.ndarray, directions: np.ndarray,
     with tracer.sessions.turn(batch) as session:    # the session that `trace` will use
         if tracer.options["schedule"] == "loop":
             raise OptionError(f"method {tracer.method.name} under schedule loop has one pass to "
-                              "look at; take a method with the schedule kernels or step")
+                              "look at; use the schedule kernels or step")
         record = _StateRecorder(tracer, batch, look)
         with observe_states(tracer, record.take):
             _, buffers = session.buffers.of(batch.size)

@@ -1,1 +1,1 @@
-"""A session: a scene built for one choice of method and options, and what it can do."""
+"""Sessions: a scene built for a choice of method and options, its rays and pictures."""

@@ -111,8 +111,8 @@ def collect(batch: RayBatch, trace: Round, max_hits: int | None = None) -> AllHi
         one = {"ray": rays, **{name: values[some] for name, values in hits.items()}}
         t, triangle = fields["t_min"][rays], fields["after"][rays]
         if not ((one["t"] > t) | ((one["t"] == t) & (one["triangle"] > triangle))).all():
-            raise Error("a ray went on behind a hit and came to it again: this renderer gives one "
-                        "triangle two t; take context osmesa, or egl's software renderer")
+            raise Error("a ray continued after a hit and found it again: this renderer computes "
+                        "two t for a triangle; use context osmesa, or egl's software renderer")
         fields["t_min"][rays], fields["after"][rays] = one["t"], one["triangle"]
         found.append(one)
     return _ordered(batch, found, status)
@@ -122,11 +122,11 @@ def check_exact(method: Method, options: Mapping[str, Any]) -> None:
     """Raise OptionError for options that may lose hits or that round t."""
     for option in method.options:
         if options[option.name] in option.relaxed:
-            raise OptionError(f"{option.name}={options[option.name]} may lose hits, and all hits "
-                              f"are asked for; leave it at {option.name}={option.default}")
+            raise OptionError(f"{option.name}={options[option.name]} may lose hits, but all hits "
+                              f"are needed; set {option.name}={option.default}")
     if (options["storage"], options["arithmetic"]) != ("fp32", "fp32"):
-        raise OptionError("all hits are found in fp32 only: rounded t make one of several; leave "
-                          "storage, arithmetic and precision at fp32")
+        raise OptionError("all hits are found in fp32 only: rounding makes different t equal; "
+                          "leave storage, arithmetic and precision at fp32")
 
 
 def _ordered(batch: RayBatch, found: list[dict[str, np.ndarray]], status: np.ndarray) -> AllHits:

@@ -48,8 +48,8 @@ class Pictures:
             raise OptionError("the rasteriser draws whole pictures; give first_hits=traced for a "
                               "region")
         if first_hits != "traced" and not drawer.centred:
-            raise OptionError(f"integrator {drawer.name} sends rays through all of a pixel, and "
-                              "the rasteriser knows only its centre; give first_hits=traced")
+            raise OptionError(f"integrator {drawer.name} sends rays through whole pixels, but "
+                              "the rasteriser samples only centres; give first_hits=traced")
         rays, buffers = session.buffers.of(drawer.size)
         buffers.keep(drawer.packed_sizes)
         driver = session.eye_driver(first_hits)

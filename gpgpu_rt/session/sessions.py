@@ -120,8 +120,8 @@ class Sessions:
         """
         with self._alone():
             if self._counting:
-                raise OptionError("update within counting would move the scene for the programs "
-                                  "that count alone; update before or after")
+                raise OptionError("update within counting would move the scene only for the "
+                                  "programs that count; update before or after counting")
             session, scene = self.present, self.present.scene
             yield session
             if session.scene is not scene:
@@ -132,8 +132,8 @@ class Sessions:
     def counting(self) -> Iterator[None]:
         """Use a present session with statistics within the block; see `Tracer.counting`."""
         if self.choices.differ:
-            raise OptionError("counting is of one choice, and this tracer has two; give it "
-                              "statistics=True, or one method")
+            raise OptionError("counting needs a tracer with a single method, but this tracer has "
+                              "two; give it statistics=True, or a single method")
         with self._alone():
             before, counted = self.present, self._counting
             before.buffers.release()

@@ -1,1 +1,1 @@
-"""Traversal: what runs a method's programs over the rays, whatever the method."""
+"""Traversal: the drivers that run any method's programs over the rays."""

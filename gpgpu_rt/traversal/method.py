@@ -99,7 +99,7 @@ class Part:
     name : str, the name of the include
     option : str, the option whose value chooses the file
     plain : file under ``glsl/`` for every value that ``files`` does not name
-    files : value -> file; True stands for every value that counts as true
+    files : value -> file; the key True is for every true value without a file of its own
     """
 
     name: str
@@ -233,8 +233,8 @@ class Method:
             options[part] = options[part] or options["precision"] or "fp32"
         formats = {options["storage"], options["arithmetic"]}
         if options["rounding"] != "nearest" and formats == {"fp32"}:
-            raise OptionError(f"rounding={options['rounding']} says how fp24 and fp16 round, and "
-                              "all is fp32 here; give a precision too, or leave it out")
+            raise OptionError(f"rounding={options['rounding']} applies to fp24 and fp16, but "
+                              "all is fp32; give a precision too, or leave rounding out")
         self.check_schedule(options, "schedule" in given)
         return options
 
@@ -265,8 +265,8 @@ class Method:
                               f"not {options['schedule']}")
         in_atlas = self.stack_entry or (self.single and options["schedule"] == "step")
         if in_atlas and options["steps_per_pass"] != 1:
-            raise OptionError(f"method {self.name} runs one step a pass, as its stack is drawn "
-                              "between them; leave steps_per_pass at 1")
+            raise OptionError(f"method {self.name} runs one step a pass, because its stack is "
+                              "drawn between passes; leave steps_per_pass at 1")
 
     def in_passes(self, options: Mapping[str, Any], single: bool = False) -> dict[str, Any]:
         """Return the options with a schedule whose passes can be observed, if the method has one.
@@ -298,8 +298,8 @@ def nothing_kept(prepare: Callable[[np.ndarray, Mapping[str, Any]], Accelerator]
 def check_culling(options: Mapping[str, Any]) -> None:
     """Raise OptionError for vertex culling with a triangle test whose rounding has no bound."""
     if options.get("vertex_culling") and options["intersection"] != "woop-watertight":
-        raise OptionError("vertex_culling bounds what the watertight test computes; take "
-                          "intersection woop-watertight with it")
+        raise OptionError("vertex_culling is exact only for the watertight test; set "
+                          "intersection=woop-watertight too")
 
 
 def with_entries(more: str) -> Callable[[Method, Mapping[str, Any]], Method]:

@@ -23,8 +23,8 @@ def check_own_arrays(gpu: Gpu, method: Method, options: Mapping[str, Any]) -> No
     if gpu.keeps_own_arrays is None:
         gpu.keeps_own_arrays = _kept(gpu)
     if not gpu.keeps_own_arrays:
-        raise LimitError(f"{method.name} has a stack in an array of each fragment's own, "
-                         f"{MIXED_UP} ({gpu.renderer}); take a method without one, or another "
+        raise LimitError(f"{method.name} keeps each ray's stack in an array of its fragment, "
+                         f"{MIXED_UP} ({gpu.renderer}); use a method without a stack, or another "
                          "renderer")
 
 

@@ -14,7 +14,7 @@ from ..threads import threads
 
 
 class PacketTargets:
-    """The render targets of packets, one texel a packet.
+    """The render targets of packets, a texel per packet.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ class PacketTargets:
         # Store the image channel by channel, because callers read single channels.
         each = 1 if alone and self.fours else 4
         planes = np.empty((each, self.size[1], height, self.size[0], width), np.float32)
-        # Four rays share a texel. Move those that are neighbours in a row as a single number.
+        # Four rays share a texel. Neighbours in a row are moved as a single number.
         kind = np.dtype((np.float32, np.complex64, np.complex128)[width // 2 if self.fours else 0])
 
         def spread(k: int, texels: np.ndarray) -> None:

@@ -48,7 +48,7 @@ def test_a_pass_keeps_its_uniforms_from_another_of_the_same_text(gpu: Gpu, doubl
 
 def test_a_texture_that_is_missing_or_drawn_into_is_refused(gpu: Gpu, doubled) -> None:
     texture = make_texture(gpu, (2, 2), 4, "both")
-    with pytest.raises(Error, match="samples values, which it was not given"):
+    with pytest.raises(Error, match="samples values, which was not given"):
         doubled.draw(gpu.context.framebuffer([texture]), {"value": texture})
     with pytest.raises(Error, match="samples values while drawing into it"):
         doubled.draw(gpu.context.framebuffer([texture]), {"values": texture})

@@ -46,8 +46,8 @@ class Deformation:
             raise OptionError(f"method {tracer.method.name} has no positions to deform; make the "
                               "tracer with method geometry-image")
         if tracer.choices.differ:
-            raise OptionError("a tracer of two choices has positions that only one of them would "
-                              "deform; make the tracer with method geometry-image")
+            raise OptionError("a tracer with two methods would deform the positions of only one "
+                              "method; make the tracer with method geometry-image alone")
         self.tracer = tracer
         layout = tracer.precision.layout(POSITION)
         suffix, gpu = layout.planes[0].suffix, tracer.gpu
@@ -136,7 +136,7 @@ def _text(program: str | Path) -> str:
     if isinstance(program, Path) or "(" not in program:
         path = Path(program)
         if not path.is_file():
-            raise ShaderError(f"no deformation {str(program)!r}: it is none of "
-                              f"{', '.join(BUILT_IN)}, no file, and no GLSL with `vec3 deform`")
+            raise ShaderError(f"no deformation {str(program)!r}; give {' or '.join(BUILT_IN)}, a "
+                              "file, or GLSL that defines `vec3 deform`")
         return "file:" + str(path if path.is_absolute() else path.resolve())
     return program

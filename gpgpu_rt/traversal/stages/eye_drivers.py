@@ -44,8 +44,9 @@ class EyeDrivers:
         """
         rasterises = check_first_hits(first_hits, self.options)
         if self._lost and (rasterises or self.options["rasterised_bounds"]):
-            raise OptionError("the rasteriser cannot know where triangles are that moved without "
-                              "read_back; move them with it, or trace first hits without bounds")
+            raise OptionError("the rasteriser does not know the positions of triangles that moved "
+                              "without read_back; move them with read_back=True, or set "
+                              "first_hits=traced and leave rasterised_bounds out")
         if self.options["rasterised_bounds"]:
             if self._bounds is None:
                 self._bounds = RasterisedBounds(self.gpu, self.method, self.options)

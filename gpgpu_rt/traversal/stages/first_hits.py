@@ -78,7 +78,7 @@ def check_first_hits(first_hits: str, options: Mapping[str, Any]) -> bool:
                          ("arithmetic", "fp32")):
         if options[name] != needed:
             raise OptionError(f"first_hits=rasterised is proved for {name}={needed} only, not "
-                              f"{options[name]}; take that, or first_hits=traced")
+                              f"{options[name]}; set {name}={needed} or first_hits=traced")
     return True
 
 

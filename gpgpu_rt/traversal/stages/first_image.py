@@ -17,7 +17,7 @@ PART_SIDE = 32    # side in pixels of the parts of the image that large triangle
 
 
 class FirstImage:
-    """Candidates, hits and doubts of one image.
+    """Candidates, hits and doubts of an image.
 
     Attributes
     ----------

@@ -40,8 +40,8 @@ def check_bounds(options: Mapping[str, Any]) -> None:
     if options["rasterised_bounds"] and (
             options["intersection"] != "woop-watertight"
             or {options["storage"], options["arithmetic"]} != {"fp32"}):
-        raise OptionError("rasterised_bounds is proven for woop-watertight in fp32 alone; leave "
-                          "intersection and precision at these")
+        raise OptionError("rasterised_bounds is proved only for intersection=woop-watertight in "
+                          "fp32; set both, or leave rasterised_bounds out")
 
 
 class RasterisedBounds(DriverBase):
