@@ -5,7 +5,7 @@
 // distance along the box's own axis is not enough, since the watertight test shears depth along the
 // dominant axis onto the other two axes. For example, a scene in y = 0 and an origin next to it have no
 // distance along y, yet the test's t is off by several u M. The errors along an axis, to first order in u
-// (the steps are those of gpgpu_rt/reference/error_bounds.py):
+// (the steps are those of gpgpu_rt/numerics/error_bounds.py):
 //
 //   6 u M             A sheared corner: u M by the subtraction, 3 u M by the product, 2 u M by the
 //                     sum. Edge functions have the right signs for the corners as computed. An

@@ -15,7 +15,7 @@
 // distance over the cosine). Eight units of l clear most triangles.
 //
 // Eight units do not clear triangles that are much longer than high, in space or as projected along the
-// ray. Their edge functions have errors of 33 units of l^2 (gpgpu_rt/reference/error_bounds.py, step 5,
+// ray. Their edge functions have errors of 33 units of l^2 (gpgpu_rt/numerics/error_bounds.py, step 5,
 // with |a| <= l), three of them times depths up to l, over twice the area A: only 110 units of l^3 / 2A
 // would be safe. This is the whole length of a sliver of aspect 10^5. Instead the code runs the test
 // itself, and doubles the offset while the ray hits its own triangle. The bound proves that this loop ends.

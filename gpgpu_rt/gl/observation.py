@@ -47,12 +47,12 @@ class ObservedPass:
     vertex: str
     kernel: str
     label: str
-    texts: tuple[str, str]
-    uniforms: dict[str, Any]
-    inputs: dict[str, moderngl.Texture]
-    target: Drawable
-    outputs: tuple[moderngl.Texture, ...]
-    program: moderngl.Program
+    texts: tuple[str, str] = field(repr=False)
+    uniforms: dict[str, Any] = field(repr=False)
+    inputs: dict[str, moderngl.Texture] = field(repr=False)
+    target: Drawable = field(repr=False)
+    outputs: tuple[moderngl.Texture, ...] = field(repr=False)
+    program: moderngl.Program = field(repr=False)
     draws: int
     covered: Callable[[], np.ndarray | None] = field(repr=False)
     _count: _Count | None = field(repr=False, default=None)

@@ -1,6 +1,7 @@
 """Traced programs: every program that a trace compiles, with its name and its text."""
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +18,7 @@ from .program_text import files_of, heading, program_text, titled
 SCENE = "cornell"       # default scene; programs depend on its tree's depth and tables
 SIDE = 8                # picture's side in pixels; programs do not depend on the number of rays
 _TRIANGLE_TEST = "glsl/core/triangle.glsl"
+_KERNEL = re.compile(r"F\(\d+, (\w+)\)")      # an entry of the define EACH_KERNEL
 
 
 @dataclass(frozen=True)
@@ -127,7 +129,7 @@ def _only_starts(one: Compilation) -> bool:
 def _name(one: Compilation) -> str:
     kernel = one.defines.get("ONLY_KERNEL")
     if kernel:
-        return str(one.defines[f"KERNEL_{kernel}"])
+        return _KERNEL.findall(str(one.defines["EACH_KERNEL(F)"]))[int(str(kernel)) - 1]
     return Path(one.fragment_file).stem + ("-start" if _only_starts(one) else "")
 
 

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import pytest
 
@@ -35,7 +36,8 @@ def test_only_what_the_platform_has(path) -> None:
         assert not re.search(r"texelFetch\([^)]*\*", code)
 
 
-@pytest.mark.parametrize("method", [method.name for method in rt.methods()])
+@pytest.mark.parametrize("method", [row.name for row in rt.methods()
+                                    if not Path(row.glsl).is_absolute()])   # a foreign folder's
 def test_headers_name_their_paper(method: str) -> None:
     header = (ROOT / find_method(method).glsl).read_text().split("\n\n")[0]
     assert header.startswith("//") and re.search(r"\b(19|20)\d\d\b", header)

@@ -171,10 +171,10 @@ def test_what_is_broken_is_named_in_a_line(folder: Path, tmp_path: Path, name: s
 
 @pytest.mark.parametrize("text, instead, message", [
     ('state=Record("state",', 'state=None and Record("state",', "its state is None; give a Rec"),
-    ('glsl=Path(__file__).with_name("sweep.glsl")', "glsl=None", "glsl is None; give a file"),
+    ('glsl=Path(__file__).with_name("sweep.glsl")', "glsl=None", "glsl is None; give the"),
     ("prepare=prepare", "prepare=None", "prepare is None; give a function"),
     ("tables=(TRIANGLE, RUN)", "tables=None", "tables is None; give a tuple"),
-    ("tables=(TRIANGLE, RUN)", 'tables=("triangle",)', "tables holds 'triangle'; give Records"),
+    ("tables=(TRIANGLE, RUN)", 'tables=("triangle",)', "tables holds 'triangle'; give only Rec"),
     ("prepare=prepare,", "prepare=prepare, schedules=None,", "schedules is None; give a tuple"),
     ("    options=(\n", "    options=None and (\n", "options is None; give a tuple"),
     ("first:int", "first:itn", "record sweep_run has a field 'first:itn'"),
