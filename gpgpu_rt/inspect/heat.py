@@ -14,9 +14,9 @@ from . import false_colours as colours
 from .time_travel import Pass, travel
 
 # The counts, and their titles in a picture.
-KINDS = {"steps": "kernel runs a ray", "nodes": "nodes visited a ray",
-         "leaves": "leaves visited a ray", "triangles": "triangles tested a ray",
-         "passes": "passes until the ray was over"}
+KINDS = {"steps": "kernel runs per ray", "nodes": "nodes visited per ray",
+         "leaves": "leaves visited per ray", "triangles": "triangles tested per ray",
+         "passes": "passes until the ray finished"}
 _COUNTERS = {"steps": "steps", "nodes": "nodes_visited", "leaves": "leaves_visited",
              "triangles": "triangles_tested"}
 
@@ -79,7 +79,7 @@ def scale_of(maps: Sequence[Heat]) -> float:
 def scale_bar(maps: Sequence[Heat], what: str, top: float, width: int) -> Image.Image:
     """Return the maps' common scale, which ends at ``top`` and notes if rays exceed it."""
     return colours.colour_bar(
-        top, KINDS[what] + (", one scale for all" if len(maps) > 1 else ""), width,
+        top, KINDS[what] + (", common scale" if len(maps) > 1 else ""), width,
         beyond=any(one.values.max() > top for one in maps))
 
 

@@ -192,8 +192,8 @@ class _Painter:
         distance = distance_pixels(decode(self.batch, one), self.lo, self.hi)
         phases = phase_pixels(one.state["phase"], self.names)
         panels = [(title, colours.enlarged(p.reshape(self.size[1], self.size[0], 3)))
-                  for title, p in (("what each ray waits for", phases),
-                                   (f"{place}: a colour for each number", wheres),
+                  for title, p in (("phase of each ray", phases),
+                                   (f"{place}: a colour per number", wheres),
                                    ("t of the nearest hit so far", distance))]
         width = panels[0][1].width
         served = ", ".join(f"{count:,} {name}" for name, count in one.served.items()) or "none"
