@@ -143,6 +143,10 @@ def test_tables(capsys) -> None:
         assert status == 0 and len(out.splitlines()) >= 3
         status, out, _ = run(capsys, command, "--json")
         assert status == 0 and len(json.loads(out)) >= 2
+
+
+def test_options_and_files_of_methods(capsys) -> None:
+    """Not in one test with `info`, which makes OSMesa's context current beside the fixture's."""
     status, out, _ = run(capsys, "methods", "bvh-packet", "brute-force")
     told = [line.split()[:2] for line in out.splitlines()]
     assert status == 0 and ["--packet", "2x2"] in told and ["--octants", "no"] in told
