@@ -36,6 +36,8 @@ if [ ! -x "$venv/bin/python" ]; then
         "$python" -m venv "$venv"
     fi
 fi
+echo "Installing the package and its dependencies in $venv; this takes one to three minutes."
 # Print errors only (-qq). setuptools warns about the folders in package_dir, which is harmless.
 "$venv/bin/python" -m pip install -qq --upgrade pip
 "$venv/bin/python" -m pip install -qq --editable '.[test,figures,report,docs,lint]'
+echo "Done. Next: . $venv/bin/activate"

@@ -129,8 +129,8 @@ def _methods(chosen: argparse.Namespace) -> None:
         print(f"{row.name}: {row.summary} ({row.citation})\n"
               f"schedules: {', '.join(row.schedules)}")
         print_table(("option", "default", "meaning"), [
-            (word_of(o.name), {None: "-", False: "no"}.get(o.default, spell(o.default)),
-             described(o))
+            (word_of(o.name), "no" if o.default is False else
+             "-" if o.default is None else spell(o.default), described(o))
             for o in row.options] or [("none", "-", "")])
         print()
         print_table(("file", "used by"), program.files_of_method(row.name))

@@ -108,8 +108,10 @@ def check_writable(path: str | os.PathLike[str]) -> Path:
     Error
         if the file cannot be written; the message names the folder that is missing or read-only
     """
-    path = Path(path)
+    named, path = os.fspath(path), Path(path)
     folder = path.parent
+    if named.endswith("/"):
+        raise Error(f"cannot write {named}: it names a folder; give a file's name")
     if not folder.is_dir():
         raise Error(f"cannot write {path}: there is no folder {folder}; create it first")
     if path.is_dir():

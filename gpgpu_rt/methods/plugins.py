@@ -118,6 +118,12 @@ def _check(row: Method, path: Path) -> None:
     if not (ROOT / row.glsl).is_file():     # an absolute path replaces ROOT
         raise MethodError(f"{where}: there is no GLSL file {row.glsl}; name a file in the same "
                           "folder by Path(__file__).with_name(...)")
+    text = (ROOT / row.glsl).read_text(errors="replace")
+    absent = [kernel for kernel in row.kernels if not re.search(rf"void\s+{kernel}\s*\(", text)]
+    # An included file or a macro may define a kernel, and a driver may need none.
+    if absent and not row.drivers and "#include" not in text and "##" not in text:
+        raise MethodError(f"{where}: {row.glsl} has no kernel {absent[0]}; define "
+                          f"void {absent[0]}(...), or correct the kernels of the row")
 
 
 def _check_kinds(row: Method, where: str) -> None:

@@ -149,13 +149,14 @@ BROKEN = {
     "table": ("sweep.py", "RUN.name:", '"run":', "no table sweep_run"),
     "rows": ("sweep.py", '"hi": hi,', '"hi": hi[:1],', "rows: lo 2, hi 1,"),
     "word": ("sweep.py", 'Option("run"', 'Option("size"', "option size, but the commands use"),
+    "absent": ("sweep.glsl", "void intersect(", "void intrsect(", "glsl has no kernel intersect"),
     "kernel": ("sweep.glsl", "goes_back(ray) ? run_count", "goes_bak(ray) ? run_count",
                r"sweep.glsl:\d+: .*goes_bak"),
 }
 
 
 @pytest.mark.parametrize("name", [
-    pytest.param(name, marks=() if name in ("syntax", "kernel") else pytest.mark.full)
+    pytest.param(name, marks=() if name in ("syntax", "kernel", "absent") else pytest.mark.full)
     for name in BROKEN])
 def test_what_is_broken_is_named_in_a_line(folder: Path, tmp_path: Path, name: str) -> None:
     file, text, instead, message = BROKEN[name]
