@@ -64,8 +64,8 @@ def main() -> int:
         elif backend == there[-1] or renderer != found[there[-1]]:
             failed |= run(f"everything on {backend}: {renderer}", backend, chosen.pytest)
         else:
-            failed |= run(f"full sizes without tests marked once, which {there[-1]} runs with the "
-                          f"same renderer, on {backend}: {renderer}", backend,
+            failed |= run(f"full sizes on {backend}: {renderer}, without tests marked `once`; "
+                          f"{there[-1]} has the same renderer and runs them", backend,
                           ["-m", "not once", *chosen.pytest])
     if found["egl"]:
         failed |= run("tests marked small, on EGL with softpipe", "egl",

@@ -52,7 +52,7 @@ class Hierarchy:
     def hit_link(self, node: int) -> int | None:
         """The next node for a ray that meets this node's box: the next in the array, or None.
 
-        None is the end. A ray leaves a leaf by the miss link, which leads to the same node.
+        None ends the walk. At a leaf, the hit link and the miss link lead to the same node.
         """
         return node + 1 if node + 1 < len(self) else None
 

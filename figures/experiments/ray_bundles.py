@@ -38,7 +38,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
     cell, result = results[0]
     bundles = result["bundles"]
     note = (f"{result['gpu']['renderer']}, {cell.size} x {cell.size} pixels of four places each, "
-            f"{bundles['directions']} directions both ways, {bundles['between']} between "
+            f"{bundles['directions']} directions, each both ways, to gather light, "
+            f"{bundles['between']} directions to exchange light between "
             f"{bundles['by_resolution'][0]['patches']:,} patches; path tracer with "
             f"{bundles['samples']} samples a pixel and a noise of {bundles['path_noise']:.1%}")
     write_text(out / "ray_bundles.md", (

@@ -15,7 +15,7 @@ from .surveyed import STANDS_FOR, SurveyedMethod, entries, published_speed, tabl
 # The beginning of the survey's word for a structure -> our classes of that kind.
 KINDS = {"Uniform Grid": {"Grid"}, "BVH": {"Bvh", "ImageTree"}, "kD-tree": {"KdTree"},
          "Ray-Space": {"nothing"}, "N/A": {"nothing"}}
-NOTHING = ("tuple", "NoneType")     # classes of structures that are none over triangles
+NOTHING = ("tuple", "NoneType")     # classes that mean "no structure over triangles"
 COLUMNS = ("acceleration_structure", "dynamic_geometry", "packet_tracing", "stack",
            "implementation")
 NOTES = (
@@ -41,7 +41,7 @@ class MethodProperties:
     size: float
 
     def agrees(self, column: str) -> bool | None:
-        """Whether both say the same; None if the survey says N/A to a yes or no."""
+        """Whether both say the same; None if the survey says N/A (a structure N/A is compared)."""
         theirs, ours = self.theirs[column], self.ours[column]
         if column == "acceleration_structure":
             kind = next(kind for kind in KINDS if theirs.startswith(kind))

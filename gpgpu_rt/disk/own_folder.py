@@ -1,7 +1,7 @@
 """Own folder: folders and locks that no other user can have created and no other user can write.
 
-All users share the folder for temporary files. Another user could create a link there first, and
-our files would be written through the link; or a FIFO, which would block us.
+All users share the folder for temporary files. Another user could create a link there first: our
+files would then be written through the link. A FIFO would block us.
 """
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ DIRECTIONS = 1 << 6
 _GRAY = (0, 1, 3, 2, 6, 7, 5, 4)    # octants in Gray code order: neighbours differ in one sign
 AT_ONCE = 1 << 16   # rays per block of copying, which fits in a core's cache
 # Rays per block of sorting. Each block is sorted by itself: the rays of a picture's rows start
-# near each other anyway, and sorting and moving is faster within the cache (docs/bvh.md).
+# near each other anyway, and sorting and moving is faster within the cache (docs/notes/packet-speed.md).
 BLOCK = 1 << 17
 # Sort all rays together if an average block contains at least this share of the origin cells that
 # all blocks contain.
@@ -167,15 +167,15 @@ def _direction_codes(texels: np.ndarray) -> np.ndarray:
     # and the comparisons with it.
     code = negative.view("<u4") | next_less.view("<u4") << 1 | second_less.view("<u4") << 2
     code &= 0x010307
-    code *= 1 << 16 | 1 << 11 | 1 << 5      # moves the bits of the three bytes together at bit 16
+    code *= 1 << 16 | 1 << 11 | 1 << 5      # gathers the bits of the three bytes from bit 16 up
     code >>= 16
     code &= DIRECTIONS - 1
     return code
 
 
 def _near_one_another(keys: list[np.ndarray]) -> bool:
-    """Return whether the rays of a block start in a small part of the cells in which any rays
-    start. Every eighth ray is examined."""
+    """Return whether the origins of a block fill a small part, on average, of the cells that the
+    origins of all blocks fill. Only every eighth ray is examined."""
     cells = np.zeros((len(keys), 1 << 3 * ORIGIN_BITS), bool)
     for held, each in zip(cells, keys):
         held[each[::8] & len(held) - 1] = True

@@ -17,7 +17,7 @@ from ..rays.textures import RayTextures
 
 
 def held(record: Record, precision: Precision) -> Record:
-    """Return a stream's record in its textures. Rays and hits follow the option ``storage``."""
+    """Return a stream's record as its textures store it: rays and hits follow ``storage``."""
     return precision.layout(record) if record in (RAY_TEXELS, HIT) else record
 
 

@@ -136,7 +136,7 @@ def _numbers(path: Path) -> np.ndarray:
     numbers."""
     with open_input(path) as file:
         if file.read(6) != b"\x93NUMPY":
-            raise ValueError("no single array of NumPy's, as numpy.save writes it")
+            raise ValueError("not a single array as numpy.save writes it")
     array = read_npy(path)
     if array.dtype.kind not in "fiu":
         raise ValueError(f"its numbers are of type {array.dtype}; give real ones")

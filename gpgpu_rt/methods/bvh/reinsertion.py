@@ -121,11 +121,13 @@ class _Tables:
         while len(on):
             self._search_below(moves, on, pivot, sibling[on], freed[on])
             on = on[pivot[on] > 0]
-            # The subtree's parent disappears. Ancestors above it shrink to their other nodes.
+            # Without the subtree, its parent is superfluous. Each ancestor above the parent
+            # shrinks to the box of the nodes that remain below it.
             high = on[pivot[on] != parent[nodes[on]]]
             beside[high] = np.maximum(beside[high], box[sibling[high]])
             freed[high] += area[pivot[high]] - _half_area(beside[high])
-            # The pivot itself is a place too: the new common parent has the pivot's old box.
+            # The pivot itself is a place too: a new parent joins the pivot and the subtree, and
+            # its box is the pivot's old box.
             self._store_better(moves, high, pivot[high], pivot, freed[high] - area[pivot[high]])
             sibling[on] = self._sibling(pivot[on])
             pivot[on] = parent[pivot[on]]

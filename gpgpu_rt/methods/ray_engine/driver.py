@@ -28,7 +28,8 @@ class RayEngine(MethodDriver):
 
     See ``Driver`` and ``glsl/methods/ray_engine/ray_engine.glsl``. A round intersects the queues
     that are long enough, or all queues if none is, in batches. Then the host walks the rays of
-    these queues to their next cells. A batch uploads and reads back only the hits so far.
+    these queues to their next cells. A batch uploads its rays, with the t of the hits so far, and
+    its quads, and reads its hits back.
     """
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,

@@ -11,7 +11,8 @@ from ...rays.records import HIT
 from ...rays.textures import StateBuffers
 from .records import SHOWN, SHOWN_BLOCK, SHOWN_FOUR
 
-# Side in pixels of a square. A triangle skips a whole square that hides it or shows only it.
+# Side in pixels of a square. The search for rivals skips a square where the triangle is hidden, or
+# where it is the only triangle shown.
 BLOCK = 8
 PART_SIDE = 32    # side in pixels of the parts of the image that large triangles examine
 
@@ -60,7 +61,8 @@ class FirstImage:
 
 
 def cut(rows: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-    """Return (k, 3) PART: each row, in every part of the image from its first to its last."""
+    """Return (k, 3) PART: each of ``rows`` with every part of the rectangle from ``first`` to
+    ``last``. A part (x, y) has the number x + 1024 y."""
     across = last % 1024 - first % 1024 + 1
     owner = np.repeat(np.arange(len(rows)), across * (last // 1024 - first // 1024 + 1))
     within = np.arange(len(owner)) - np.searchsorted(owner, owner)

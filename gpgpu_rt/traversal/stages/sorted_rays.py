@@ -26,7 +26,8 @@ from ...statistics import Statistics
 from ..driver import MethodDriver, Samplers
 from ..method import Accelerator
 
-# Bits per axis of a key, and number of the origin's bits before the first bit of the ray's end.
+# LEVELS: bits per axis of a key's cells. FREE_LEVELS: levels of the origin's cell that come before
+# the first level of the ray's end.
 KEY = {"LEVELS": 8, "FREE_LEVELS": 2}
 
 
