@@ -28,7 +28,8 @@ DIRECTIONS = 1 << 6
 _GRAY = (0, 1, 3, 2, 6, 7, 5, 4)    # octants in Gray code order: neighbours differ in one sign
 AT_ONCE = 1 << 16   # rays per block of copying, which fits in a core's cache
 # Rays per block of sorting. Each block is sorted by itself: the rays of a picture's rows start
-# near each other anyway, and sorting and moving is faster within the cache (docs/notes/packet-speed.md).
+# near each other anyway, and sorting and moving is faster within the cache
+# (docs/notes/packet-speed.md).
 BLOCK = 1 << 17
 # Sort all rays together if an average block contains at least this share of the origin cells that
 # all blocks contain.
