@@ -1,4 +1,4 @@
-"""CONTRIBUTING.md carried out: a method in a folder of the user's own is there for everything."""
+"""CONTRIBUTING.md carried out: every command and test finds a method in a user's own folder."""
 from __future__ import annotations
 
 import os
@@ -26,13 +26,13 @@ BLOCKS = re.findall(r"```(\w+)\n(.*?)```", TEXT, re.S)
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """A copy of the example's folder, with a space in its name."""
+    """Return a copy of the example's folder; the copy's name contains a space."""
     return Path(shutil.copytree(METHODS, tmp_path / "my methods"))
 
 
 def python(*arguments: str, cwd: Path | None = None, **environment: str
            ) -> subprocess.CompletedProcess:
-    """Another process: the table of this one is left as it is."""
+    """Run Python in another process, so that this process's method table does not change."""
     return subprocess.run([sys.executable, *arguments], capture_output=True, text=True, cwd=cwd,
                           env={**os.environ, **environment})
 
@@ -62,7 +62,7 @@ def test_the_commands_run_as_they_stand(folder: Path, tmp_path: Path) -> None:
 
 
 def test_a_file_written_for_the_former_modules_loads(folder: Path) -> None:
-    """Files of users name the modules that version 0.1 had."""
+    """Users' files import modules that existed in version 0.1."""
     path = folder / "sweep.py"
     lines = [line for line in path.read_text().splitlines()
              if not line.startswith("from gpgpu_rt")]
@@ -93,7 +93,7 @@ def test_the_tests_know_it(exact_renderer, folder: Path, checks: list[str]) -> N
 @pytest.mark.full
 @pytest.mark.once
 def test_those_tests_find_what_is_wrong(exact_renderer, folder: Path) -> None:
-    """A search that ends a hit too early, by >= for >."""
+    """The changed search ends before it reaches the nearest hit."""
     glsl = folder / "sweep.glsl"
     assert "> hit.t)" in glsl.read_text()
     glsl.write_text(glsl.read_text().replace("> hit.t)", "> 0.5 * hit.t)"))
@@ -198,7 +198,7 @@ def test_files_of_one_name_are_two_modules(folder: Path, tmp_path: Path) -> None
     for path in paths:
         rows_of(path)
     held = {getattr(module, "__file__", None) for module in list(sys.modules.values())}
-    assert {str(path) for path in paths} <= held      # neither took the other's place
+    assert {str(path) for path in paths} <= held      # neither module replaced the other
 
 
 def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
@@ -207,13 +207,13 @@ def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
     assert answer.stderr.count("\n") == 1
     with pytest.raises(rt.MethodError, match="gone"):
         rt.load_methods(tmp_path / "gone")
-    assert len(rt.methods()) > 20      # nothing is left behind
+    assert len(rt.methods()) > 20      # the failed call changed nothing
 
 
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.full)],
                          ids="seed{}".format)
 def test_it_ends_early(folder: Path, tmp_path: Path, seed: int) -> None:
-    """What the order along an axis is for: fewer runs are passed than there are."""
+    """The order along an axis lets a ray stop early: it passes fewer runs than exist."""
     script = ("import sys, numpy as np, gpgpu_rt as rt\n"
               "rt.load_methods(sys.argv[1])\n"
               "rays = np.load(sys.argv[2])\n"

@@ -1,4 +1,4 @@
-"""Limits: degenerate input ends, options out of range are refused, sizes stay in bounds."""
+"""Limits: builds of degenerate input end, wrong options are refused, sizes stay in bounds."""
 from __future__ import annotations
 
 import numpy as np
@@ -60,7 +60,7 @@ def test_max_depth_is_kept(depth: int) -> None:
 
 
 def test_a_larger_bonus_still_leaves_a_tree() -> None:
-    """A bonus for slices of any thickness spends the whole depth on cutting slivers off."""
+    """A bonus for slices of any thickness would spend the whole depth on cutting slivers off."""
     triangles = random_soup(3000, 35, size=0.02)
     usual = quality(build_kdtree(triangles))
     eager = quality(build_kdtree(triangles, empty_bonus=0.5))
@@ -83,7 +83,7 @@ def test_sah_beats_the_median_and_insertion_shuffled() -> None:
 
 
 def test_cost_of_trees_by_hand() -> None:
-    """Two unit squares a unit apart in a row of 1 x 1 x 3, areas 14 / 2, 2 / 2 and 2 / 2."""
+    """The box of 1 x 1 x 3 has area 14, and each of the two triangles has a box of area 2."""
     corners = np.float32([[0, 0, 0], [1, 1, 0], [0, 1, 0]])
     pair = np.stack([corners, corners + np.float32([0, 0, 3])])
     bvh = build_bvh(pair, max_leaf=1)
@@ -104,7 +104,7 @@ def test_bunny_has_the_leaves_of_figure_17() -> None:
 
 @pytest.mark.parametrize("build", ["sah", "goldsmith-salmon"])
 def test_triangles_ascend_within_a_leaf(build: str) -> None:
-    """Of hits at one distance the lowest triangle wins only if it is tested first."""
+    """Among hits at an equal distance, the lowest triangle wins only if it is tested first."""
     bvh = build_bvh(random_soup(400, 39), build=build)
     leaf = bvh.count > 0
     owner = np.repeat(np.flatnonzero(leaf), bvh.count[leaf])

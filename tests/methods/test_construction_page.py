@@ -1,4 +1,4 @@
-"""docs/construction.md: its tables hold what is measured."""
+"""docs/construction.md: the tables hold the measured values."""
 from __future__ import annotations
 
 import re
@@ -19,11 +19,11 @@ PAGE = Path(__file__).parents[2] / "docs" / "construction.md"
 SCENES = ("bunny", "robots", "kitchen")
 ROWS = {f"`{build}`" + (", gpu" if device == "gpu" else ""): (build, device)
         for build in BUILD_OPTIONS[0].choices for device in ("cpu", "gpu")
-        if (build, device) != ("lbvh", "gpu")}      # the same tree
+        if (build, device) != ("lbvh", "gpu")}      # the GPU builds the same tree as the CPU
 
 
 def tables() -> list[dict[str, dict[str, str]]]:
-    """The page's tables: first cell of a row -> scene -> number."""
+    """Return the page's tables: first cell of a row -> scene -> number."""
     found: list[dict[str, dict[str, str]]] = []
     for line in PAGE.read_text().splitlines():
         name, *values = (cell.strip() for cell in line.strip("|").split("|"))
@@ -35,7 +35,7 @@ def tables() -> list[dict[str, dict[str, str]]]:
 
 
 def reinserted() -> dict[tuple[int, str, str], float]:
-    """SAH cost by rounds, build and scene, as the page says."""
+    """Return the page's SAH costs by rounds, build and scene."""
     rows = re.findall(r"^\| (\d+), (\S+) \| (.*) \|$", PAGE.read_text(), re.MULTILINE)
     return {(int(rounds), build, scene): float(cost) for rounds, build, costs in rows
             for scene, cost in zip(SCENES, costs.split(" | "))}

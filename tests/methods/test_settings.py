@@ -36,7 +36,7 @@ def pair(found: settings.Settings) -> settings.Settings:
 
 
 def one_choice(entries: dict) -> dict:
-    """The file's content as it was before there were two choices."""
+    """Return the file's content in the earlier format, which held one choice."""
     return {"format": 1, "scene": entries["scene"], "renderer": entries["renderer"],
             **entries["incoherent"]}
 
@@ -171,7 +171,7 @@ def test_auto(scene, found, tmp_path, monkeypatch) -> None:
     path = settings.store(found)
     assert chosen() == ("kd-restart", found) == chosen(statistics=True)
     with pytest.warns(UserWarning, match="octants=False: the settings file fixed all options"):
-        assert chosen(octants=False) == safe       # not what was measured
+        assert chosen(octants=False) == safe       # the settings were measured with octants
     with pytest.warns(UserWarning, match="entry_points=4: the settings file fixed all options"):
         assert chosen(entry_points=4) == ("bvh-threaded", None)
     settings.store(replace(found, renderer="GeForce 6800"))
@@ -182,7 +182,7 @@ def test_auto(scene, found, tmp_path, monkeypatch) -> None:
 
     def closed(path: Path) -> bool:
         raise PermissionError(13, "Permission denied", str(path))
-    with monkeypatch.context() as closing:      # a folder that may not be searched
+    with monkeypatch.context() as closing:      # a folder without permission to search
         closing.setattr(Path, "is_file", closed)
         with pytest.warns(UserWarning, match="safe default .*Permission denied"):
             assert chosen() == safe

@@ -1,4 +1,4 @@
-"""Bounding interval hierarchy: planes hold what lies below them, and any input ends."""
+"""Bounding interval hierarchy: planes enclose the triangles below them, and every build ends."""
 from __future__ import annotations
 
 import numpy as np
@@ -42,7 +42,7 @@ def test_planes_hold_what_lies_below(name: str, max_leaf: int) -> None:
     owner = np.repeat(nodes[leaf], bih.count[leaf])
     at = np.concatenate([np.arange(f, f + c) for f, c in zip(bih.child[leaf], bih.count[leaf])])
     inside = triangles[bih.order[at]]
-    assert (np.diff(bih.order[at])[np.diff(owner) == 0] > 0).all()    # the lowest first
+    assert (np.diff(bih.order[at])[np.diff(owner) == 0] > 0).all()    # ascending in each leaf
     depth = 0
     while len(owner):
         assert (inside >= lo[owner, None]).all() and (inside <= hi[owner, None]).all()
@@ -84,7 +84,7 @@ def test_it_is_linear_and_no_worse_than_it_should_be() -> None:
 @pytest.mark.parametrize("schedule", [{}, {"schedule": "step", "steps_per_pass": 7}])
 def test_a_stack_saves_climbing_and_changes_no_hit(exact_renderer, stack_size: int,
                                                    schedule: dict) -> None:
-    """Also where it is full, and where it is lost between passes."""
+    """Hits also stay the same where the stack is full and where passes lose the stack."""
     scene = soup_scene(3000, 10, size=0.05)
     rays = RAY_SETS["random"](scene, 1500, 11)
     found = []

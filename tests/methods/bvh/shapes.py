@@ -6,7 +6,7 @@ from conftest import random_soup
 
 
 def mirrored(triangles: np.ndarray) -> np.ndarray:
-    """Triangles whose boxes all have their middle in the origin."""
+    """Return triangles whose bounding boxes all have their centre at the origin."""
     box_lo, box_hi = triangles.min(1, keepdims=True), triangles.max(1, keepdims=True)
     size = box_hi - box_lo
     return np.concatenate([-size / 2, size / 2, size / 2 * np.float32([1, -1, 1])], axis=1)

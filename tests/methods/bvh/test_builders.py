@@ -1,4 +1,4 @@
-"""Builders: every triangle is where a ray will look for it, and the records hold together."""
+"""Builders: cells and leaves list every triangle inside them, and the records are consistent."""
 from __future__ import annotations
 
 import functools
@@ -31,7 +31,10 @@ mesh = pytest.mark.parametrize("name", MESHES)
 
 
 def points_on(triangles: np.ndarray, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """(count, 3) points in float64 and the triangles they lie on, corners and edges among them."""
+    """Return (count, 3) points on triangles in float64, and the index of each point's triangle.
+
+    A third of the points are corners.
+    """
     rng = np.random.default_rng(seed)
     chosen = rng.integers(len(triangles), size=count)
     weights = rng.dirichlet((0.5, 0.5, 0.5), count)
@@ -41,7 +44,7 @@ def points_on(triangles: np.ndarray, count: int, seed: int) -> tuple[np.ndarray,
 
 def listed(runs: np.ndarray, references: np.ndarray, start: np.ndarray, end: np.ndarray,
            triangles: np.ndarray) -> np.ndarray:
-    """Whether list runs[i] of references holds triangles[i]."""
+    """Return whether run runs[i] of the reference list holds triangles[i], for each i."""
     return np.array([t in references[start[r]:end[r]] for r, t in zip(runs, triangles)])
 
 
@@ -87,7 +90,7 @@ def test_kdtree_lists_what_lies_in_a_leaf(name: str, options: dict) -> None:
     if not len(triangles):
         return
     points, chosen = points_on(triangles, 500, 10)
-    for side in (0, 1):    # points in a plane lie in both children
+    for side in (0, 1):    # points in a split plane lie in both children
         node = np.zeros(len(points), int)
         for _ in range(tree.depth + 1):
             at = np.flatnonzero(tree.axis[node] < 3)

@@ -1,4 +1,4 @@
-"""Octant copies: all leaves, front to back; and what they share stands once."""
+"""Octant copies hold all leaves front to back, and the octants store shared subtrees once."""
 from __future__ import annotations
 
 import numpy as np
@@ -31,14 +31,14 @@ def test_copies_hold_the_same_leaves(name: str) -> None:
 
 @mesh
 def test_copies_leave_out_boxes_alone(name: str) -> None:
-    """The leaves in the same order, each inside what is kept around it; and fewer boxes."""
+    """Dropped boxes keep the leaves, the order of leaves and the nesting of boxes."""
     bvh = build_bvh(MESHES[name]())
     whole, fewer = OctantCopies.of(bvh, met_anyway=1), OctantCopies.of(bvh, met_anyway=0.5)
     assert fewer.source.shape[1] < whole.source.shape[1] or bvh.count.size < 8
     for octant in range(8):
         leaves = [copies.source[octant][copies.count[octant] > 0] for copies in (whole, fewer)]
         assert (leaves[0] == leaves[1]).all()
-        # What lies between a node and its escape is what lay below it in the tree.
+        # The nodes between a node and its escape are the kept nodes of its subtree in the tree.
         source, escape = fewer.source[octant], fewer.escape[octant]
         below = expand(np.arange(len(source)), escape - np.arange(len(source)))
         owner = owners(escape - np.arange(len(source)))
@@ -52,8 +52,11 @@ def test_copies_leave_out_boxes_alone(name: str) -> None:
 
 
 def walk(threads: Threads, octant: int, met: np.ndarray) -> tuple[list[int], list[int]]:
-    """Nodes of the tree that a walk tests, and leaves that it enters, where ``met`` says which of
-    the tree's nodes it is in; as glsl/methods/bvh/shared_subtrees.glsl goes."""
+    """Return the tree nodes that a walk tests and the leaves that the walk enters.
+
+    ``met`` says for each tree node whether the ray hits its box. The steps are the steps of
+    glsl/methods/bvh/shared_subtrees.glsl.
+    """
     node, after = octant * threads.uniforms["node_count"], -1
     tested, leaves = [], []
     while node >= 0:
@@ -73,7 +76,7 @@ def walk(threads: Threads, octant: int, met: np.ndarray) -> tuple[list[int], lis
 @pytest.mark.parametrize("most", [1, 3, 8, 50, 1 << 20])
 @pytest.mark.parametrize("name", sorted(set(MESHES) - {"empty"}))
 def test_shared_subtrees_are_walked_as_copies_are(name: str, most: int) -> None:
-    """The same leaves are entered, whatever is met; and no node is stored twice that is shared."""
+    """For any set of hit boxes, walks enter the same leaves; a shared node is stored once."""
     bvh = build_bvh(MESHES[name]())
     whole, shared = (Threads(bvh, {"octants": True, "shared_subtrees": some})
                      for some in (None, most))
@@ -88,7 +91,7 @@ def test_shared_subtrees_are_walked_as_copies_are(name: str, most: int) -> None:
     for octant in range(8):
         for share in (1.0, 0.9, 0.6):
             met = rng.random(len(size)) < share
-            # What is in a box is in all boxes around it.
+            # A ray that hits a box also hits all boxes around this box.
             for node in np.flatnonzero(left >= 0):
                 met[left[node]] &= met[node]
                 met[right[node]] &= met[node]

@@ -1,5 +1,7 @@
-"""Overlap: a grid's cells and a kd-tree's leaves list the triangles that reach into them, and no
-others. The oracle cuts each triangle's polygon by the box, side after side, in float64."""
+"""Overlap: grid cells and kd-tree leaves list exactly the triangles that overlap them.
+
+The oracle clips each triangle against the six planes of the box, in float64.
+"""
 from __future__ import annotations
 
 import numpy as np
@@ -13,14 +15,14 @@ from gpgpu_rt.methods.grid.cells import build_grid
 from gpgpu_rt.methods.kdtree.build import build_kdtree
 from gpgpu_rt.methods.quality import quality
 
-# Corners on a lattice: coplanar, coincident, edge-on and zero-area triangles all the time.
+# Integer corners often give coplanar, coincident, edge-on and zero-area triangles.
 LATTICE = st.lists(st.tuples(*[st.integers(-2, 2)] * 9), min_size=1, max_size=9).map(
     lambda rows: np.float32(rows).reshape(-1, 3, 3))
 several = settings(max_examples=60, deadline=None, derandomize=True)
 
 
 def reaches(triangle: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> bool:
-    """Whether any part of the triangle lies in the closed box."""
+    """Return whether any part of the triangle lies in the closed box."""
     polygon = [np.asarray(corner, float) for corner in triangle]
     for axis in range(3):
         for sign, bound in ((1, lo[axis]), (-1, -hi[axis])):
@@ -39,8 +41,11 @@ def reaches(triangle: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> bool:
 
 def check_lists(triangles: np.ndarray, lo: np.ndarray, hi: np.ndarray, start: np.ndarray,
                 end: np.ndarray, references: np.ndarray, boxed: bool = False) -> None:
-    """Each box's list holds what reaches into the box, and nothing that misses a wider one, or,
-    ``boxed``, nothing whose own box does."""
+    """Assert that each box lists every triangle that overlaps the box.
+
+    A list must hold no triangle that misses the box widened by the padding. With ``boxed``, a list
+    may hold every triangle whose bounding box overlaps the widened box.
+    """
     slack = 6 * float(padding(triangles))
     lo, hi = lo.astype(float), hi.astype(float)
     least, most = triangles.min(1).astype(float), triangles.max(1).astype(float)

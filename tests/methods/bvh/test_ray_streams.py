@@ -1,4 +1,4 @@
-"""Ray streams: any size of stream finds the same, near children come first, room is enough."""
+"""Ray streams: hits are the same for any stream size, near children first; no buffer overflows."""
 from __future__ import annotations
 
 import numpy as np
@@ -16,7 +16,7 @@ def stream_tracer(scene: rt.Scene, size: int, **options: object) -> rt.Tracer:
 
 
 def chain(count: int) -> rt.Scene:
-    """Triangles each twice as far as the one before: a tree as deep as they are many."""
+    """Return triangles that grow by a factor of 1.5 each: the tree's depth grows with count."""
     corner = np.float32(1.5) ** np.arange(count, dtype=np.float32)[:, None, None]
     triangles = corner * np.float32([[1, 0, 0], [1, 1, 0], [1, 0, 1]])
     return rt.Scene.from_arrays(triangles.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
@@ -39,8 +39,10 @@ def test_any_size_finds_the_same(exact_renderer, rays: str, seed: int, statistic
 
 
 def test_one_at_a_time_is_the_order_of_a_stack() -> None:
-    """What a hit has cut off is dropped from the stream: never more than with a stack a ray, and
-    the fewer go through at a time, the closer to that."""
+    """Streams drop nodes beyond a hit, so they never visit more nodes than a stack per ray does.
+
+    The fewer rays are in flight at a time, the more nodes the hits prune.
+    """
     scene = soup_scene(300, 5)
     chosen = RAY_SETS["surface"](scene, 40, 5)
     with rt.Tracer(scene, "bvh-stack", statistics=True) as tracer:
@@ -57,7 +59,7 @@ def test_one_at_a_time_is_the_order_of_a_stack() -> None:
 
 
 def test_counters_are_what_goes_through() -> None:
-    """Elements of a stream are inner nodes, leaves that had to wait, and what hits cut off."""
+    """Streams hold inner nodes, leaves that wait for their test, and elements that hits prune."""
     scene = soup_scene(300, 6)
     chosen = RAY_SETS["random"](scene, 500, 6)
     with stream_tracer(scene, 1 << 20, statistics=True) as tracer:
@@ -70,7 +72,7 @@ def test_counters_are_what_goes_through() -> None:
 
 @pytest.mark.parametrize("size", [64, 700])
 def test_room_is_enough_for_a_deep_tree(exact_renderer, monkeypatch, size: int) -> None:
-    """A chain, of whose nodes every ray meets all: at each a leaf waits for every ray."""
+    """Every ray hits every node of the chain, so at each node one leaf waits for every ray."""
     scene = chain(48)
     rng = np.random.default_rng(7)
     origins = rng.random((2000, 3)).astype(np.float32) * np.float32(0.01)
@@ -93,8 +95,11 @@ def test_room_is_enough_for_a_deep_tree(exact_renderer, monkeypatch, size: int) 
 
 @pytest.mark.parametrize("way", [-1, 1])
 def test_lowest_index_wins(exact_renderer, way: int) -> None:
-    """Triangles over one another in a plane, ordered along it or against it: leaves that are
-    tested in one pass hold hits of equal t, whichever of them comes last."""
+    """Triangles overlap in a plane, in ascending or descending order along the plane.
+
+    Leaves that are tested in one pass then hold hits of equal t. The lowest index must win, in
+    whatever order the leaves are tested.
+    """
     shift = np.float32([[[way / 64, 0, 0]]]) * np.arange(80, dtype=np.float32)[:, None, None]
     triangles = np.float32([[-4, -4, 0], [4, -4, 0], [0, 4, 0]]) + shift
     scene = rt.Scene.from_arrays(triangles.reshape(-1, 3), np.arange(240).reshape(-1, 3))
@@ -109,7 +114,7 @@ def test_lowest_index_wins(exact_renderer, way: int) -> None:
 
 
 def test_a_cap_stops_rays() -> None:
-    """All at once, so that no ray's order follows from which others go on."""
+    """All rays are in flight at once, so a stopped ray does not change another ray's order."""
     scene = soup_scene(200, 8)
     chosen = RAY_SETS["surface"](scene, 300, 8)
     with stream_tracer(scene, 1 << 20, statistics=True) as tracer:
@@ -133,7 +138,7 @@ def test_what_streams_are_not(options: dict) -> None:
 
 
 def test_rooms_of_many_sizes(exact_renderer) -> None:
-    """One tracer, images of other sizes, and triangles that move."""
+    """A tracer gives the same hits after the image size changes and after the triangles move."""
     scene = soup_scene(100, 9)
     with stream_tracer(scene, 256) as tracer, rt.Tracer(scene, "brute-force") as brute:
         for size in ((9, 5), (40, 30), (9, 5)):

@@ -1,4 +1,4 @@
-"""Reinsertion: the best place is found, those who move do not collide, and trees cost less."""
+"""Reinsertion finds the best place, moves nodes without conflicts, and lowers the tree's cost."""
 from __future__ import annotations
 
 import numpy as np
@@ -19,7 +19,7 @@ seeds = pytest.mark.parametrize("seed", range(4))
 
 
 def scrambled(count: int, seed: int) -> tuple[LooseTree, np.ndarray]:
-    """A tree of single triangles, joined without regard to where they are, and the triangles."""
+    """Return a tree that joins single triangles at random, and the triangles."""
     rng = np.random.default_rng(seed)
     left, right = (np.full(2 * count - 1, -1) for _ in range(2))
     loose = list(rng.permutation(np.arange(count - 1, 2 * count - 1)))
@@ -32,14 +32,14 @@ def scrambled(count: int, seed: int) -> tuple[LooseTree, np.ndarray]:
 
 
 def area(tree: LooseTree, triangles: np.ndarray) -> float:
-    """Half the surface of all boxes of inner nodes, in float64."""
+    """Return half the surface area of all inner nodes' boxes, summed in float64."""
     lo, hi = (corner[tree.left >= 0].astype(float) for corner in tree.boxes(triangles))
     x, y, z = (hi - lo).T
     return float((x * y + y * z + z * x).sum())
 
 
 def moved(tree: LooseTree, node: int, place: int) -> LooseTree | None:
-    """The tree with a subtree put elsewhere, link by link; None where it cannot go there."""
+    """Return the tree after a subtree moved to ``place``, or None if the move is impossible."""
     parent = {int(child): (above, side) for side in (tree.left, tree.right)
               for above, child in enumerate(side) if child >= 0}
     above = place
@@ -92,7 +92,7 @@ def test_who_moves_at_once_breaks_no_tree(count: int, seed: int) -> None:
 
 
 def balanced() -> LooseTree:
-    """Of 63 nodes; below node k are 2k + 1 and 2k + 2."""
+    """Return a balanced tree of 63 nodes: the children of node k are 2k + 1 and 2k + 2."""
     inner = np.arange(31)
     left, right = (np.append(2 * inner + k, np.full(32, -1)) for k in (1, 2))
     return LooseTree(left, right, (left < 0).astype(np.int64), np.arange(32))
@@ -114,7 +114,7 @@ def test_where_all_together_gain_nothing_the_better_half_moves(seed: int) -> Non
 
 
 def test_two_that_would_go_into_one_another() -> None:
-    """Each finds its place below the other: were both to move, they would hang from nothing."""
+    """Each node's best place lies below the other node: two moves would cut both from the root."""
     tables = reinsertion._Tables(balanced(), random_soup(32, 1))
     # 7 lies below 3 and 1, 13 below 6 and 2; 55 lies below 27 and 13, 31 below 15 and 7.
     moves = reinsertion._Moves(np.int32([7, 13]), np.int32([55, 31]), np.int32([0, 0]),

@@ -1,4 +1,4 @@
-"""geometry-image: the same bits from images as from meshes, pyramids by passes, levels, seams."""
+"""geometry-image: images give the bits that meshes give; pyramids by passes, levels and seams."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -20,7 +20,7 @@ SHAPES = {"square": [(17, 17)], "strip": [(2, 300)], "column": [(130, 3)], "odd"
 
 
 def sheet(shape: tuple[int, int], seed: int, height: float = 0.2) -> np.ndarray:
-    """A rough height field over the unit square, (rows, columns, 3)."""
+    """Return a rough height field over the unit square, (rows, columns, 3)."""
     rng = np.random.default_rng(seed)
     x, z = np.meshgrid(np.linspace(0, 1, shape[1]), np.linspace(0, 1, shape[0]))
     return np.stack([x, seed % 5 * 0.1 + height * rng.random(shape), z], axis=2)
@@ -31,7 +31,10 @@ def image(shapes: list[tuple[int, int]], seed: int) -> rt.GeometryImage:
 
 
 def poles(rows: int = 12, columns: int = 20) -> np.ndarray:
-    """A sphere whose first and last row are a point each, and whose last column is its first."""
+    """Return a sphere with closed seams, (rows, columns, 3).
+
+    The first row and the last row are one point each; the last column equals the first column.
+    """
     down, around = np.linspace(0, np.pi, rows), np.linspace(0, 2 * np.pi, columns)
     around[-1] = 0
     radius = np.sin(down)
@@ -48,7 +51,7 @@ def trace(scene: rt.Scene, method: str, rays, **options) -> rt.Hits:
 
 
 def threaded_subtree(tree: ImageTree, node: int) -> list[int]:
-    """The leaves that links lead through from a node up to what follows its subtree."""
+    """Return the leaves that the links visit from a node to the end of its subtree."""
     leaves, at = [], node
     while at != tree.miss[node]:
         if tree.hit[at] < 0:
@@ -70,7 +73,7 @@ def test_links_lead_through_every_cell_once(name: str) -> None:
     leaves = np.concatenate(cells)
     assert sorted(leaves) == list(range(len(tree.corner)))
     assert sorted(tree.face.tolist()) == list(range(0, len(tree.faces), 2))
-    for leaf in range(len(tree.corner)):     # a cell's corners are those of its faces
+    for leaf in range(len(tree.corner)):     # a cell and its two faces have the same corners
         a, b, c = tree.faces[tree.face[leaf]]
         assert (a, b, c) == (tree.corner[leaf], a + tree.across[leaf], b + tree.down[leaf])
         assert tree.faces[tree.face[leaf] + 1].tolist() == [a, c, a + tree.down[leaf]]
@@ -79,7 +82,7 @@ def test_links_lead_through_every_cell_once(name: str) -> None:
 @pytest.mark.parametrize("storage", ["fp32", "fp16"])
 @pytest.mark.parametrize("name", [*SHAPES, "large", "soup"])
 def test_passes_make_the_boxes_that_numpy_makes(gpu, name: str, storage: str) -> None:
-    """`large` has levels that begin and end within rows of the tables, and go over several."""
+    """In `large`, levels begin and end within a row of the tables and span several rows."""
     if name == "soup":
         corners = random_soup(5000, 3).reshape(-1, 3)
         scene = rt.Scene.from_arrays(corners, np.arange(len(corners)).reshape(-1, 3))
@@ -95,7 +98,8 @@ def test_passes_make_the_boxes_that_numpy_makes(gpu, name: str, storage: str) ->
                      .reshape(-1, 4)[:len(tree.miss)] for record in ("min_pyramid", "max_pyramid")]
     for texels, corners, links in zip(found, expected, (tree.miss, tree.hit)):
         assert np.array_equal(texels[:, :3], corners)
-        assert storage == "fp16" or np.array_equal(texels[:, 3], links)    # masked from the passes
+        # The links are equal too: a colour mask protects them from the passes.
+        assert storage == "fp16" or np.array_equal(texels[:, 3], links)
 
 
 @pytest.mark.parametrize("octants", [False, True])
@@ -122,11 +126,11 @@ def test_images_under_every_schedule(exact_renderer, schedule: str) -> None:
 @pytest.mark.parametrize("seed", [2], ids="seed{}".format)
 @pytest.mark.parametrize("test", ["woop-watertight", "moller-trumbore"])
 def test_triangles_without_area_are_never_hit(exact_renderer, test: str, seed: int) -> None:
-    """At a sphere's poles one triangle of each cell is a line; elsewhere others are put on one."""
+    """At a sphere's poles, one triangle of each cell is a line; the other charts add lines."""
     rng = np.random.default_rng(seed)
     charts = [poles(), sheet((20, 20), seed)]
     charts[1][4:9, 5:8] = charts[1][4, 5]                                       # points
-    # Lines, of few bits so that they are exact: sheared and rounded they may enclose something.
+    # Coordinates of few bits keep the lines exact: a line sheared and rounded may enclose an area.
     one, two = np.arange(20)[:, None] * rng.integers(-9, 9, (2, 1, 3)) / 64
     charts += [np.stack([one, 3 * one, one]) + (2, 0, 1), np.stack([two] * 4) + (-1, 2, 1)]
     scene = rt.GeometryImage(charts).scene()
@@ -144,8 +148,10 @@ def test_triangles_without_area_are_never_hit(exact_renderer, test: str, seed: i
 @pytest.mark.parametrize("level", [1, 2, 3, 20])
 @pytest.mark.parametrize("name", ["square", "odd", "several", "strip"])
 def test_a_coarser_level_is_the_mesh_of_its_quads(exact_renderer, name: str, level: int) -> None:
-    """Every 2^level-th row and column and the last ones, by hand; a hit names the quad's first
-    cell's face."""
+    """Build the coarse mesh by hand from every 2^level-th row and column and the last ones.
+
+    A hit names the face of the quad's first cell.
+    """
     made = image(SHAPES[name], 3)
     scene, step = made.scene(), 2**level
     coarse, first = np.repeat(scene.triangles[:, :1], 3, axis=1), 0
@@ -287,8 +293,10 @@ def test_a_soup_is_refitted_too(exact_renderer) -> None:
                                      {"storage": "fp16"}], ids=str)
 @pytest.mark.parametrize("program", ["wave", "twist"])
 def test_deformed_in_a_shader(exact_renderer, program: str, options: dict) -> None:
-    """Rays meet what brute force meets in the positions that are read back; without reading them
-    back the same."""
+    """Rays hit the same triangles as brute force does in the positions that are read back.
+
+    A deformation without readback gives the same hits.
+    """
     made = rt.GeometryImage([poles(), *image(SHAPES["several"], 5).charts])
     with rt.Tracer(made.scene(), ROW.name, **options) as tracer, \
             rt.Deformation(tracer, program) as deformation:

@@ -1,4 +1,4 @@
-"""Hybrid kd-trees: above, the prefixes of Morton codes; below, what SAH makes of each cell."""
+"""Hybrid kd-trees: Morton prefixes split the upper levels, and SAH splits each cell below."""
 from __future__ import annotations
 
 import numpy as np
@@ -14,8 +14,10 @@ from gpgpu_rt.methods.kdtree.tree import LEAF
 @pytest.mark.parametrize("bits", [1, 2, 3])
 @pytest.mark.parametrize("seed", [51, 52])
 def test_upper_levels_halve_the_box_in_turn(seed: int, bits: int) -> None:
-    """A node of the upper levels is the part of the scene that its way down from the root spells;
-    it is split if any triangle is listed below it."""
+    """A node of the upper levels is the part of the scene that its path from the root encodes.
+
+    The node is split if any triangle is listed below the node.
+    """
     triangles = random_soup(600, seed, size=0.03)
     triangles[300:] += np.float32([0, 3, 2])        # most of the lattice stays empty
     tree = build_kdtree(triangles, build="hybrid", morton_bits=bits)

@@ -1,4 +1,4 @@
-"""Hybrid kd-trees by passes: numpy's upper levels, trees of its quality, everybody's hits."""
+"""Hybrid kd-trees by passes: numpy's upper levels, equal quality and equal hits."""
 from __future__ import annotations
 
 import numpy as np
@@ -12,7 +12,7 @@ from gpgpu_rt.methods.kdtree.gpu_build.build import build_kdtree_by_passes
 from gpgpu_rt.methods.kdtree.tree import LEAF
 from gpgpu_rt.methods.quality import sah_cost
 
-# At 1e-12 products of the triangle test underflow, and which hits rays find is no tree's to say.
+# At 1e-12, products in the triangle test underflow, so the hits would say nothing about the tree.
 SCENES = {**ZHOU_SCENES, "small": lambda: random_soup(300, 17) * np.float32(1e-9)}
 QUICK = ("soup1", "one", "same", "flat", "far", "small")
 
@@ -25,7 +25,7 @@ def scene_of(triangles: np.ndarray) -> rt.Scene:
 @pytest.mark.parametrize("name", [pytest.param(name, marks=() if name in QUICK
                                                else pytest.mark.full) for name in SCENES])
 def test_a_tree_by_passes_gives_the_same_hits(exact_renderer, name: str) -> None:
-    """Along random rays and at edges, which flat triangles on planes of the lattice would lose."""
+    """Rays are random or aim at edges: a wrong tree loses flat triangles in lattice planes."""
     scene = scene_of(SCENES[name]())
     with rt.Tracer(scene, "brute-force") as brute, rt.Tracer(
             scene, "kd-stack", build="hybrid", build_device="gpu") as tracer:
@@ -36,7 +36,7 @@ def test_a_tree_by_passes_gives_the_same_hits(exact_renderer, name: str) -> None
 
 
 def test_a_lattice_of_quads(exact_renderer) -> None:
-    """Squares that lie on the lattice's planes, edges where those meet."""
+    """The squares lie in the lattice's planes, and their edges lie where these planes meet."""
     x, y = np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 9), indexing="ij")
     corner = np.stack([x, y, np.full_like(x, 0.5)], axis=-1)
     a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
@@ -63,7 +63,7 @@ def test_options(exact_renderer, options: dict) -> None:
     (1, 600, 0.2, 1), (3, 3000, 0.03, 3), pytest.param(4, 9000, 0.01, 2)])
 def test_upper_levels_are_numpys(exact_renderer, seed: int, count: int, size: float,
                                  bits: int) -> None:
-    """The same planes to the bit; a cell may be touched by widening in one of them alone."""
+    """Split planes agree to the bit; widening may add a triangle to a cell in one tree alone."""
     triangles = random_soup(count, seed, size)
     triangles[count // 2:] += np.float32([0, 3, 2])     # most of the lattice stays empty
     one = build_kdtree_by_passes(exact_renderer, triangles, build="hybrid", morton_bits=bits)

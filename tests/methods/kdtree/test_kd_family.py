@@ -1,4 +1,4 @@
-"""The kd-tree family: the same leaves by every way through the tree; full stacks say so."""
+"""The kd-tree family: every traversal visits the same leaves, and full stacks are flagged."""
 from __future__ import annotations
 
 import numpy as np
@@ -16,7 +16,7 @@ STEPPING = [row.name for row in rt.methods()
 
 
 def leaf_sequences(monkeypatch, scene: rt.Scene, method: str, rays, **options) -> list[list[int]]:
-    """First reference of each leaf that each ray visits, read from the states after every pass."""
+    """Return the first reference of each leaf that each ray visits, read after every pass."""
     sequences: list[list[int]] = [[] for _ in rays[0]]
     before = np.zeros(len(rays[0]), np.int64)
     draw = Traversal._draw
@@ -44,7 +44,7 @@ def test_leaf_sequences_are_those_of_restart(monkeypatch, method: str, seed: int
     expected = leaf_sequences(monkeypatch, scene, "kd-restart", rays)
     assert np.mean([len(sequence) for sequence in expected]) > 3
     found = leaf_sequences(monkeypatch, scene, method, rays)
-    # A leaf of zero length along the ray, through an edge, may be passed or not: no ray does here.
+    # A method may skip a leaf that a ray crosses in a single point. No ray here has such a leaf.
     assert found == expected
 
 
@@ -126,7 +126,7 @@ def test_a_short_stack_costs_few_nodes_more(name: str) -> None:
 @pytest.mark.parametrize("packet", [(2, 2), (4, 4)], ids=str)
 @pytest.mark.parametrize("method", ["kd-packet", "kd-ropes-packet"])
 def test_packets_leave_no_ray_behind(monkeypatch, method: str, packet: tuple[int, int]) -> None:
-    """What a packet's limit on steps stops is traced to its end ray by ray."""
+    """Rays that reach the packet's step limit are traced to their end ray by ray."""
     scene = soup_scene(300, 8)
     rays = RAY_SETS["random"](scene, 1000, 8)
     with rt.Tracer(scene, method, packet=packet) as tracer:

@@ -31,7 +31,7 @@ SCENES = {
 }
 OPTIONS = ({}, {"small": 6, "max_depth": 9}, {"small": 33, "empty_cut": 0.0, "empty_bonus": 0.0},
            {"traversal_cost": 0.3, "intersection_cost": 0.7, "empty_bonus": 0.6})
-IN_ALL_WAYS = ("soup1", "flat", "few", "rows")      # in the quick suite; in full: everything
+IN_ALL_WAYS = ("soup1", "flat", "few", "rows")      # the quick suite tests all options on these
 
 
 def assert_same_tree(one: KdTree, other: KdTree) -> None:
@@ -100,7 +100,7 @@ def test_masks() -> None:
 
 @pytest.mark.parametrize("seed", [34, 35])
 def test_large_nodes_lose_empty_space_and_split_in_the_middle(seed: int) -> None:
-    """By the definition: walk down from the root while nodes hold more than are few."""
+    """Walk down from the root while a node holds more triangles than a small node may hold."""
     triangles = random_soup(3000, seed, size=0.02)
     triangles[:5] += np.float32([4, 0, 0])
     tree = build_kdtree(triangles, build="zhou")

@@ -1,4 +1,4 @@
-"""The octree's cells fill its cube once, and list every triangle that lies in them."""
+"""The octree's cells fill its cube without overlap and list every triangle inside them."""
 from __future__ import annotations
 
 import numpy as np
@@ -10,7 +10,7 @@ from gpgpu_rt.methods.ray_engine.octree import Octree, build_octree
 
 
 def located(tree: Octree, points: np.ndarray) -> np.ndarray:
-    """(n,) the cell that each of (n, 3) points lies in, by its bounds alone."""
+    """Return (n,) the cell that contains each of (n, 3) points, from the cells' bounds alone."""
     at = (points - tree.lo.astype(np.float64)) / tree.cell_size.astype(np.float64)
     inside = ((at[:, None] >= tree.corner) & (at[:, None] < tree.corner + tree.span[:, None]))
     found = inside.all(axis=2)

@@ -1,5 +1,7 @@
-"""The Ray Engine: quads over the right rays, the grid's own cells, batches of any size, what depth
-loses, and what it says it moved."""
+"""The Ray Engine: quads cover their rays, the host walks the grid's cells, batches have any size.
+
+Further tests bound the errors of a 24-bit depth buffer and check the reported transfers.
+"""
 from __future__ import annotations
 
 import json
@@ -37,7 +39,7 @@ def test_rectangles_cover_each_ray_of_a_run_once(seed: int) -> None:
 @pytest.mark.parametrize("seed", [3], ids="seed{}".format)
 @pytest.mark.parametrize("kind", ["eye", "random", "surface"])
 def test_the_host_walks_as_the_grid_does(exact_renderer, kind: str, seed: int) -> None:
-    """Cell by cell and test by test what fragments do that walk the same grid."""
+    """The host visits the cells and tests the triangles that fragments do in the same grid."""
     scene = soup_scene(500, seed, size=0.05)
     rays = RAY_SETS[kind](scene, 400, seed)
     counted = []
@@ -53,7 +55,7 @@ def test_the_host_walks_as_the_grid_does(exact_renderer, kind: str, seed: int) -
 @pytest.mark.parametrize("seed", [3], ids="seed{}".format)
 @pytest.mark.parametrize("kind", ["eye", "random", "surface"])
 def test_an_octree_saves_cells(exact_renderer, kind: str, seed: int) -> None:
-    """Where triangles crowd, and large cells fill the rest."""
+    """The triangles crowd in one corner, so large octree cells fill the rest of the scene."""
     triangles = np.concatenate([random_soup(800, seed, size=0.05) * np.float32(0.1),
                                 random_soup(20, seed, size=0.5)])
     scene = rt.Scene.from_arrays(triangles.reshape(-1, 3), np.arange(2460).reshape(-1, 3))
@@ -76,7 +78,7 @@ def test_an_octree_saves_cells(exact_renderer, kind: str, seed: int) -> None:
     {"cpu_below": 10_000}, {"resolution": 1}, {"resolution": 1, "batch": 77}],
     ids=lambda options: "-".join(f"{k}{v}" for k, v in options.items()))
 def test_batches_do_not_change_hits(exact_renderer, options: dict, seed: int, monkeypatch) -> None:
-    """Nor do draws in parts, however short."""
+    """Neither batches nor draws that are split into short parts change a hit."""
     scene = soup_scene(150, seed)
     rays = RAY_SETS["random"](scene, 60 if options.get("batch") == 1 else 600, seed)
     with rt.Tracer(scene, "brute-force") as tracer:
@@ -95,8 +97,11 @@ def test_batches_do_not_change_hits(exact_renderer, options: dict, seed: int, mo
 @pytest.mark.parametrize("exponent, least, most", [
     (-26, 0.65, 0.85), (-25, 0.4, 0.6), (-24, 0.01, 0.2), (-22, 0, 0)])
 def test_what_24_bits_of_depth_lose(exponent: int, least: float, most: float, seed: int) -> None:
-    """Of sheets a half or a quarter of a step of depth apart, so many rays hit a wrong one, no
-    more than a step off; float32 tells them apart. t has its own rounding."""
+    """The share of wrong hits between sheets at most one depth step apart lies in known bounds.
+
+    A wrong hit is at most one depth step off. float32 ("blend") separates the sheets, up to the
+    rounding of t.
+    """
     gap, rounding = sheets.FAR * 2.0**exponent, 2.0**-22
     share, off = sheets.measure(gap, "blend", seed=seed)
     assert share <= 0.01 and off <= rounding
@@ -108,7 +113,7 @@ def test_what_24_bits_of_depth_lose(exponent: int, least: float, most: float, se
 @pytest.mark.parametrize("seed", [8], ids="seed{}".format)
 @pytest.mark.parametrize("name", ["denormals", "slivers", "moved-1e6", "degenerate", "in-planes"])
 def test_the_host_intersects_to_the_same_bits(exact_renderer, name: str, seed: int) -> None:
-    """At the extremes, too."""
+    """The host also computes the same bits in the extreme cases."""
     case = make_case(name, 300, seed)
     answers = []
     for options in ({}, {"cpu_below": 10**9}):
@@ -139,8 +144,9 @@ def test_what_it_says_it_moved(cpu_below: int, seed: int) -> None:
         texels = tracer.session.buffers.rays.size[0] * tracer.session.buffers.rays.size[1]
     batched = hits.leaves_visited.sum() - split["host_rays"]
     assert split["pairs"] == hits.triangles_tested.sum()
-    # Rays come down once and what became of them goes up once, 32 and 48 bytes (state, hit,
-    # counters); a batch moves 32 and 16 a ray, in whole rows, and 20 a quad.
+    # Each ray is read back once (32 bytes), and its state, hit and counters are uploaded once
+    # (48 bytes). A batch uploads 32 bytes and reads back 16 bytes for each ray, in whole rows, and
+    # uploads 20 bytes for each quad.
     up = split["bytes_up"] - 48 * texels - 20 * split["quads"]
     down = split["bytes_down"] - 32 * texels
     assert up == 2 * down and down % (16 * WIDTH) == 0
@@ -176,7 +182,7 @@ def test_the_command_line_says_it(tmp_path, capsys) -> None:
 @pytest.mark.parametrize("kind", ["random", "edges"])
 @pytest.mark.parametrize("cells", ["grid", "octree"])
 def test_no_ray_of_a_million_is_lost(exact_renderer, cells: str, kind: str, seed: int) -> None:
-    """Neither by the walk nor by quads: what queues together, and where, changes no bit."""
+    """Neither the walk nor the quads lose a ray: queues and batches change no bit."""
     scene = soup_scene(1000, seed, size=0.05)
     rays = RAY_SETS[kind](scene, 10**6, seed)
     with rt.Tracer(scene, "bvh-threaded") as tracer:

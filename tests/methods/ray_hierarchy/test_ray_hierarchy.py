@@ -1,4 +1,4 @@
-"""ray-hierarchy: cones hold their rays, reject no triangle that one hits; any room is enough."""
+"""ray-hierarchy: cones hold their rays and reject no triangle that a ray hits; any size works."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -12,7 +12,7 @@ from gpgpu_rt.gl.textures import read_texture
 from gpgpu_rt.methods.ray_hierarchy.cones import level_sizes
 from gpgpu_rt.methods.ray_hierarchy.records import CONE
 
-# So large that no ray starts far outside the scene, where it would be moved.
+# The triangle is so large that no ray starts far outside the scene: such a ray would be moved.
 LARGE = np.float32([[[-50, -50, -50], [50, 50, -50], [50, -50, 50]]])
 
 
@@ -22,7 +22,7 @@ def scene_of(triangles: np.ndarray) -> rt.Scene:
 
 
 def narrow(rng: np.random.Generator, shape: tuple[int, int], spread: float) -> np.ndarray:
-    """(h, w, 3): directions about one that is no axis, further off from row to row."""
+    """Return (h, w, 3) directions around an oblique direction; the spread grows with the row."""
     off = rng.normal(size=(*shape, 3)) * spread * np.linspace(0, 1, shape[0])[:, None, None]
     return np.float64([0.48, -0.64, 0.6]) + off
 
@@ -39,7 +39,7 @@ RAYS: dict[str, Callable] = {
 
 
 def cones_over(origins: np.ndarray, directions: np.ndarray, **intervals: np.ndarray) -> tuple:
-    """The hierarchy's fields by level, its fans, and the unit of its lengths."""
+    """Return the hierarchy's fields by level, its fan-outs, and the unit of its lengths."""
     with rt.Tracer(scene_of(LARGE), "ray-hierarchy") as tracer, tracer.gpu:
         tracer.trace(origins, directions, **intervals)
         cones = tracer.session.driver.cones
@@ -55,7 +55,7 @@ def cones_over(origins: np.ndarray, directions: np.ndarray, **intervals: np.ndar
 @pytest.mark.parametrize("shape", [(1, 1), (1, 700), (61, 1), (37, 53), (64, 64)])
 @pytest.mark.parametrize("kind", RAYS)
 def test_a_node_holds_all_rays_below(kind: str, shape: tuple[int, int], seed: int) -> None:
-    """Origins, directions and ends, in float64."""
+    """Each node bounds its rays' origins, directions and ends, checked in float64."""
     rng = np.random.default_rng(seed)
     origins, directions = (a.astype(np.float32) for a in RAYS[kind](rng, shape))
     ends = np.float32(2) + rng.random(shape).astype(np.float32)
@@ -91,8 +91,11 @@ def test_four_nodes_become_one(size: tuple[int, int]) -> None:
 @pytest.mark.parametrize("side", [64, pytest.param(1000, marks=pytest.mark.full)])
 def test_no_triangle_is_rejected_that_a_ray_hits(exact_renderer, side: int, place: float,
                                                  seed: int) -> None:
-    """A million random rays and more, most of them aimed at corners and edges: a ray passes each
-    node above it. What brute force finds, to the bit, far from the origin as well."""
+    """Hits equal brute force to the bit, near the origin and far from it.
+
+    Most rays aim at corners and edges. In the full suite there are a million rays. The triangle
+    tests of a ray pass every node above the ray.
+    """
     rng = np.random.default_rng(seed)
     triangles = (random_soup(60, seed) + place).astype(np.float32)
     triangles[::3] = triangles[::3, :1] + 1e-3 * (triangles[::3] - triangles[::3, :1])
@@ -100,7 +103,7 @@ def test_no_triangle_is_rejected_that_a_ray_hits(exact_renderer, side: int, plac
     sets = [RAY_SETS[kind](scene, side * side // 4, seed)
             for kind in ("random", "vertices", "edges", "surface")]
     origins, directions = (np.concatenate(parts) for parts in zip(*sets))
-    # Tiles alike enough for narrow cones: in the order of where they start, row by row.
+    # Sort the rays by origin and direction, row by row, so that tiles have narrow cones.
     order = np.lexsort([rng.random(len(origins)), np.floor(8 * (origins[:, 0] - place)),
                         np.floor(4 * directions[:, 1])])
     rays = origins[order], directions[order]
@@ -115,8 +118,11 @@ def test_no_triangle_is_rejected_that_a_ray_hits(exact_renderer, side: int, plac
 @pytest.mark.parametrize("seed", [8, *(pytest.param(seed, marks=pytest.mark.full)
                                        for seed in range(9, 19))], ids="seed{}".format)
 def test_rays_along_a_ball_are_not_rejected(exact_renderer, seed: int) -> None:
-    """Small triangles seen from afar at a corner, square to the way there from the middle of their
-    ball: with no margin at all, one in 40 would be lost."""
+    """Rays from afar pass just inside a corner of small triangles.
+
+    The rays are perpendicular to the line from the centre of the triangle's bounding ball to the
+    corner. Without any margin, one hit in 40 would be lost.
+    """
     rng, count = np.random.default_rng(seed), 4096
     side, other = rng.normal(size=(2, 40, 3)) * 3e-3
     other -= side * ((side * other).sum(1) / (side * side).sum(1))[:, None]
@@ -124,7 +130,7 @@ def test_rays_along_a_ball_are_not_rejected(exact_renderer, seed: int) -> None:
     triangles = np.stack([corner, corner + side, corner + other], 1).astype(np.float32)
     pick = rng.integers(40, size=count)
     exact = triangles[pick].astype(float)
-    radius = (exact[:, 1] - exact[:, 2]) / 2     # a right angle: half of the longest side
+    radius = (exact[:, 1] - exact[:, 2]) / 2     # right-angled: half of the longest side
     way = rng.normal(size=(count, 3))
     way -= radius * ((radius * way).sum(1) / (radius * radius).sum(1))[:, None]
     inside = 10 ** rng.uniform(-6, -3, (count, 1)) * (exact.mean(axis=1) - exact[:, 1])
@@ -142,7 +148,7 @@ def test_rays_along_a_ball_are_not_rejected(exact_renderer, seed: int) -> None:
                                      {"stream_size": 250, "top_nodes": 1},
                                      {"first_batch": 1, "top_nodes": 1000}], ids=str)
 def test_a_stream_never_overflows(exact_renderer, options: dict, seed: int) -> None:
-    """Rays without coherence: pairs by far outnumber what a stream holds."""
+    """The rays are incoherent, so there are far more pairs than a stream holds."""
     scene = soup_scene(40, seed)
     rays = RAY_SETS["random"](scene, 40, seed)
     answers = []
@@ -161,7 +167,7 @@ def test_a_stream_never_overflows(exact_renderer, options: dict, seed: int) -> N
 
 @pytest.mark.parametrize("seed", [4], ids="seed{}".format)
 def test_intervals_behind_the_origin(exact_renderer, seed: int) -> None:
-    """Rays that begin before their origin, end soon, or are empty."""
+    """Rays start behind their origin, end soon, or have an empty interval."""
     scene, rng = soup_scene(200, seed), np.random.default_rng(seed)
     origins, directions = RAY_SETS["random"](scene, 900, seed)
     t_min = rng.choice([-np.inf, -2.0, -0.1, 0.0, 0.1], 900)
@@ -176,7 +182,7 @@ def test_intervals_behind_the_origin(exact_renderer, seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [6], ids="seed{}".format)
 def test_visits_are_the_pairs_above_a_ray(seed: int) -> None:
-    """Counted here from the streams as they are when a level is tested."""
+    """The test counts the pairs in the stream each time that the driver tests a level."""
     scene = soup_scene(150, seed)
     origins, directions = RAY_SETS["eye"](scene, 900, seed)
     with rt.Tracer(scene, "ray-hierarchy", statistics=True) as tracer:

@@ -1,4 +1,4 @@
-"""Tables over rays: no list misses what a ray meets, and memory has its limit."""
+"""Tables over rays: lists hold every triangle that a ray hits, and memory stays in its budget."""
 from __future__ import annotations
 
 import numpy as np
@@ -14,12 +14,15 @@ from gpgpu_rt.numerics.watertight import intersect_pairs
 
 METHODS = ("ray-classification", "visibility-field")
 MIB = 1 << 20
-AT_ONCE = 1 << 20       # pairs of ray and triangle
+AT_ONCE = 1 << 20       # pairs of ray and triangle in a block
 
 
 def rays_everywhere(n: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Origins in and around the unit box, up to where `approach` would move them; directions of
-    all kinds: a third of them have equal or zero components."""
+    """Return n origins in and around the unit box, and n directions of all kinds.
+
+    The origins reach as far as rays may start without being moved. A third of the directions have
+    equal or zero components.
+    """
     rng = np.random.default_rng(seed)
     origins = 0.5 + rng.choice([0.4, 0.8, 1.6], (n, 1)) * rng.uniform(-1, 1, (n, 3))
     directions = rng.normal(size=(n, 3))
@@ -29,8 +32,10 @@ def rays_everywhere(n: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def crossed_soup(count: int, seed: int) -> rt.Scene:
-    """Triangles of which half are tiny and lie where beams are cut, which no cell of directions
-    widens there: then lists have nothing to spare."""
+    """Return triangles of which half are tiny and lie in the scene's middle planes.
+
+    Beams are cut there, and no cell of directions widens a beam there, so lists have no margin.
+    """
     triangles = random_soup(count, seed, 0.08)
     tiny = triangles[::2]
     tiny[:] = tiny[:, :1] + 0.05 * (tiny - tiny[:, :1])
@@ -40,7 +45,7 @@ def crossed_soup(count: int, seed: int) -> rt.Scene:
 
 
 def listed(tracer: rt.Tracer) -> tuple[np.ndarray, np.ndarray]:
-    """What the last rays read: (lists, triangles) bool, and the list of each ray."""
+    """Return the lists that the last rays read: (lists, triangles) bool, and each ray's list."""
     structure = tracer.accelerator.structure
     triangle = structure.triangle
     if isinstance(structure, RayBoxes):
@@ -56,13 +61,13 @@ def listed(tracer: rt.Tracer) -> tuple[np.ndarray, np.ndarray]:
         owner = np.repeat(np.arange(lists), np.diff(structure.beam_start))
         number = np.searchsorted(structure.beam_start, state["first"], side="right") - 1
         number[state["first"] == state["end"]] = lists
-    table = np.zeros((lists + 1, len(tracer.scene)), bool)      # the last one: of misses
+    table = np.zeros((lists + 1, len(tracer.scene)), bool)      # the last list is for misses
     table[owner[triangle >= 0], triangle[triangle >= 0]] = True
     return table, number
 
 
 def false_rejections(method: str, rays: int, triangles: int, seed: int, **options) -> int:
-    """Pairs of ray and triangle that the watertight test accepts and no list holds."""
+    """Count the ray-triangle pairs that the watertight test accepts and the ray's list lacks."""
     scene = crossed_soup(triangles, seed)
     origins, directions = rays_everywhere(rays, seed)
     rng = np.random.default_rng(seed)
@@ -72,7 +77,7 @@ def false_rejections(method: str, rays: int, triangles: int, seed: int, **option
         tracer.trace(origins, directions)
         table, number = listed(tracer)
     missing = met = 0
-    stored = shrink_flat(scene.triangles)   # as tracers see them: without area is never hit
+    stored = shrink_flat(scene.triangles)   # as tracers store them: no zero-area triangle is hit
     step = AT_ONCE // triangles
     for start in range(0, rays, step):
         part = slice(start, min(start + step, rays))
@@ -144,10 +149,10 @@ def test_boxes_that_cannot_be_counted_are_refused() -> None:
 
 
 def test_boxes_grow_and_forget(exact_renderer) -> None:
-    """Calls fill what they ask for; where the budget ends, earlier calls' lists make room."""
+    """A call fills the lists that it needs; beyond the budget, it drops earlier calls' lists."""
     scene = soup_scene(200, 55, 0.1)
     calls = []
-    for seed in (55, 56, 57, 58):       # each from one place
+    for seed in (55, 56, 57, 58):       # all rays of a call start at one point
         origins, directions = rays_everywhere(800, seed)
         calls.append((np.tile(origins[:1] / 2, (800, 1)), directions))
     used = []
@@ -168,7 +173,7 @@ def test_boxes_grow_and_forget(exact_renderer) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_camera_from_afar(exact_renderer, method: str) -> None:
-    """Eye rays made on the GPU start where the camera is, however far: lists of everything."""
+    """Eye rays made on the GPU start at the far camera and read a list of all triangles."""
     scene = soup_scene(60, 59)
     centre = np.mean(scene.bounds, axis=0)
     camera = rt.Camera(centre + np.float32([40, 60, 50]), centre, fov=1.5)
@@ -178,7 +183,7 @@ def test_a_camera_from_afar(exact_renderer, method: str) -> None:
             pictures.append(np.asarray(tracer.render(camera, (40, 40))))
             hits = tracer.trace(*camera.rays((40, 40)))
             afar = tracer.statistics.driver.get("rays_from_afar", 0.0)
-    assert hits.hit.any() and afar == 0     # the host moved these
+    assert hits.hit.any() and afar == 0     # the host moved the origins of these rays
     assert pictures[0].std() > 5
     assert (pictures[0] == pictures[1]).all()
 

@@ -1,4 +1,4 @@
-"""ray-tiles: no cone of a tile rejects a triangle that one of its rays hits."""
+"""ray-tiles: a tile's cone rejects no triangle that one of the tile's rays hits."""
 from __future__ import annotations
 
 import numpy as np
@@ -7,13 +7,16 @@ from conftest import assert_same_bits, soup_scene
 
 import gpgpu_rt as rt
 
-SIDE = 8      # rays a side of a tile, the default
+SIDE = 8      # rays along a side of a tile (the default)
 
 
 def tight_tiles(scene: rt.Scene, tiles: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Origins and directions, (SIDE, tiles SIDE, 3): the rays of each tile begin in a ball and go
-    to the corner of a triangle that its sphere touches, just inside of it, across the way from
-    there to the sphere's centre: they have nothing to spare. Balls and distances of many sizes."""
+    """Return origins and directions, (SIDE, tiles * SIDE, 3), of rays that hit without a margin.
+
+    The rays of a tile start in a ball and pass just inside a corner where a triangle touches its
+    bounding sphere. They are perpendicular to the line from the sphere's centre to the corner.
+    Balls and distances have many sizes.
+    """
     rng = np.random.default_rng(seed)
     aim = scene.triangles[rng.integers(len(scene), size=tiles)].astype(np.float64)
     from_centre = aim - (aim.min(1) + aim.max(1))[:, None] / 2
@@ -48,11 +51,11 @@ def check(scene: rt.Scene, origins: np.ndarray, directions: np.ndarray, **ends: 
 def test_tight_cones_reject_no_hit(exact_renderer, seed: int) -> None:
     scene = soup_scene(150, seed, size=0.05)
     hits = check(scene, *tight_tiles(scene, 96, seed))
-    assert hits.nodes_visited.mean() < 100     # and yet they do reject
+    assert hits.nodes_visited.mean() < 100     # the cones do reject triangles
 
 
 def parallel_rays(z: float) -> tuple[np.ndarray, np.ndarray]:
-    """(32, 32, 3) each: down from a square over the unit box."""
+    """Return (32, 32, 3) origins and directions of rays down from a square over the unit box."""
     x, y = np.meshgrid(np.linspace(0, 1, 32), np.linspace(0, 1, 32))
     origins = np.stack([x, y, np.full_like(x, z)], 2).astype(np.float32)
     return origins, np.broadcast_to(np.float32([0, 0, -1]), origins.shape)
@@ -60,14 +63,14 @@ def parallel_rays(z: float) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("seed", [6], ids="seed{}".format)
 def test_parallel_rays(exact_renderer, seed: int) -> None:
-    """A cone without an angle: its radius alone holds the rays."""
+    """The cone's angle is zero, so its radius alone bounds the rays."""
     hits = check(soup_scene(200, seed, size=0.05), *parallel_rays(2.5))
     assert hits.nodes_visited.mean() < 50
 
 
 @pytest.mark.parametrize("seed", [3], ids="seed{}".format)
 def test_rays_that_go_backwards(exact_renderer, seed: int) -> None:
-    """A t_min below zero: what lies behind the cone is met as well."""
+    """With t_min below zero, rays also hit triangles behind the cone."""
     scene = soup_scene(150, seed, size=0.05)
     origins, directions = tight_tiles(scene, 48, seed)
     hits = check(scene, origins, -directions, t_min=-np.inf)
@@ -84,7 +87,7 @@ def test_cones_of_any_size(exact_renderer, scale: float) -> None:
 
 
 def test_a_batch_shortens_the_search(exact_renderer) -> None:
-    """A wall among the first triangles hides all others: none of them is drawn."""
+    """A wall among the first triangles hides all other triangles, so no later batch is drawn."""
     wall = np.float32([[[-9, -9, 2], [9, -9, 2], [0, 14, 2]]])
     soup = soup_scene(1000, 5, size=0.02).triangles
     triangles = np.concatenate([wall, soup])
