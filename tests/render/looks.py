@@ -1,4 +1,4 @@
-"""Small scenes that look like something: one for each property, and one that has them all."""
+"""Small test scenes: a scene for each property, and a scene with all properties."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -20,7 +20,7 @@ CHECKS = Texture("checks", np.kron([[0.1, 0.9], [0.7, 0.2]], np.ones((3, 3)))[..
 
 
 def plain() -> rt.Scene:
-    """A ball and a box on a floor, of one grey, under an even sky: what needs least."""
+    """Return the scene with the fewest needs: grey shapes on a floor under an even sky."""
     parts = [quad((-3, 0, 3), (3, 0, 3), (3, 0, -3), (-3, 0, -3)),
              ball(80, (-0.9, 0.8, 0), (0.8,) * 3), boxes((0.3, 0, -0.6), (1.5, 1.1, 0.6)),
              quad((-0.6, 3, -0.6), (0.6, 3, -0.6), (0.6, 3, 0.6), (-0.6, 3, 0.6))]
@@ -32,13 +32,13 @@ def plain() -> rt.Scene:
 
 
 def part_of(scene: rt.Scene) -> np.ndarray:
-    """(n,) which part of `plain` a triangle belongs to: floor, ball, box, lamp."""
+    """Return (n,) the part of `plain` that each triangle belongs to: floor, ball, box, lamp."""
     count = len(scene)
     return np.repeat(np.arange(4), (2, count - 16, 12, 2))
 
 
 def with_material(scene: rt.Scene, part: int, material: Material) -> rt.Scene:
-    """One part of another material."""
+    """Return the scene with another material on one part."""
     rows, colours = scene.material_of.copy(), scene.colours.copy()
     chosen = part_of(scene) == part
     rows[chosen], colours[chosen] = len(scene.materials), material.diffuse
@@ -47,7 +47,7 @@ def with_material(scene: rt.Scene, part: int, material: Material) -> rt.Scene:
 
 
 def _grey(scene: rt.Scene, **said: object) -> Material:
-    """As the others, with something else besides."""
+    """Return the scene's grey material with the given properties added."""
     return Material("other", tuple(scene.colours[0].tolist()), **said)
 
 
@@ -87,7 +87,7 @@ ALONE: dict[str, Callable[[rt.Scene], rt.Scene]] = {
 
 
 def everything() -> rt.Scene:
-    """All of it at once."""
+    """Return a scene that combines all kinds of appearance."""
     scene = image_sky(smooth(textured(plain())))
     scene = with_material(scene, 1, Material("glass", ior=1.5))
     scene = with_material(scene, 2, Material("metal", (0.2, 0.1, 0.1), mirror=(0.4,) * 3,

@@ -1,4 +1,4 @@
-"""Scenes whose pictures are known by formulas, each with the radiance that it must show."""
+"""Scenes whose pictures follow from formulas, each with the radiance that it must show."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -17,7 +17,7 @@ EMITTED = np.array((0.5, 0.4, 0.3))
 
 
 def closed_box(**parts: object) -> rt.Scene:
-    """A box of one material seen from inside."""
+    """Return a box of a single material, seen from inside."""
     box = trimesh.creation.box((2, 2, 2))
     return rt.Scene.from_arrays(box.vertices, box.faces, materials=(Material(**parts),), lights=(),
                                 environment=None,
@@ -25,12 +25,12 @@ def closed_box(**parts: object) -> rt.Scene:
 
 
 def furnace(diffuse: float = 0.6) -> tuple[rt.Scene, np.ndarray]:
-    """Walls that emit and reflect evenly: everywhere emission / (1 - reflectance)."""
+    """Return walls that emit and reflect evenly: the radiance is emission / (1 - reflectance)."""
     return closed_box(diffuse=(diffuse,) * 3, emission=EMITTED), EMITTED / (1 - diffuse)
 
 
 def white_ball() -> tuple[rt.Scene, np.ndarray]:
-    """A convex body in even light, which it cannot be told from: all pixels are as bright."""
+    """Return a white convex body in even light: all pixels must be as bright as the light."""
     ball = trimesh.creation.icosphere(subdivisions=2)
     light = np.array((0.7, 0.8, 0.9))
     return rt.Scene.from_arrays(ball.vertices, ball.faces, lights=(),
@@ -39,14 +39,14 @@ def white_ball() -> tuple[rt.Scene, np.ndarray]:
 
 
 def mirror_box(bounces: int) -> tuple[rt.Scene, np.ndarray]:
-    """Mirrors that emit: a geometric series, without any noise."""
+    """Return mirrors that emit light: the radiance is a geometric series without noise."""
     share = np.array((0.9, 0.8, 0.5))
     return closed_box(mirror=share, emission=EMITTED), EMITTED * sum(
         share ** k for k in range(bounces + 1))
 
 
 def lit_floor() -> rt.Scene:
-    """A floor under a rectangle of light, which the picture does not show."""
+    """Return a floor under a rectangular lamp outside the picture."""
     floor = np.array([[-9, 0, -9], [-9, 0, 9], [9, 0, 9], [9, 0, -9]], float)
     lamp = np.array([[-0.5, 1, -0.25], [0.75, 1, -0.25], [0.75, 1.2, 0.5], [-0.5, 1.2, 0.5]])
     return rt.Scene.from_arrays(
@@ -57,7 +57,10 @@ def lit_floor() -> rt.Scene:
 
 
 def lit_floor_radiance(size: tuple[int, int], fine: int = 8) -> np.ndarray:
-    """(h, w, 3) of that floor: Lambert's formula for a polygon's light, averaged over pixels."""
+    """Return (h, w, 3) radiance of the lit floor, averaged over the pixels.
+
+    Lambert's formula gives the irradiance from a polygonal light.
+    """
     scene = lit_floor()
     width, height = size
     origins, directions = (a.reshape(-1, 3).astype(float)
@@ -77,7 +80,7 @@ def lit_floor_radiance(size: tuple[int, int], fine: int = 8) -> np.ndarray:
 
 
 def point_lit_floor() -> tuple[rt.Scene, np.ndarray]:
-    """A floor under two lights straight above each other: the upper one is hidden by nothing."""
+    """Return a floor under two lights in a vertical line: nothing blocks the upper light."""
     floor = np.array([[-9, 0, -9], [-9, 0, 9], [9, 0, 9], [9, 0, -9]], float)
     lights = PointLight((0, 1e6, 0), (0.5, 0.25, 1.0)), PointLight((0, 2e6, 0), (0.1, 0.2, 0.3))
     scene = rt.Scene.from_arrays(floor, QUAD, materials=(Material(diffuse=(0.8, 0.5, 0.2)),),
@@ -88,7 +91,7 @@ def point_lit_floor() -> tuple[rt.Scene, np.ndarray]:
 
 def image_sky(bright: tuple[int, int] | None, dim: float = 0.0, times: float = 100.0
               ) -> Environment:
-    """An even image, or one with a bright texel, (row, column)."""
+    """Return an environment image of even brightness, or with a bright texel (row, column)."""
     texels = np.full((16, 32, 3), dim)
     if bright is not None:
         texels[bright] = np.array((6, 5, 4)) * times
@@ -96,8 +99,11 @@ def image_sky(bright: tuple[int, int] | None, dim: float = 0.0, times: float = 1
 
 
 def image_lit_floor() -> tuple[rt.Scene, np.ndarray]:
-    """A floor below all but one texel of darkness, and its radiance: the irradiance by the sum of
-    fine patches of the sky over pi, times what the floor reflects."""
+    """Return a floor under a dark sky with a single bright texel, and the floor's radiance.
+
+    The irradiance is the sum over fine patches of the sky. The radiance is the irradiance over pi
+    times the reflectance.
+    """
     share = np.array((0.8, 0.5, 0.2))
     floor = np.array([[-9, 0, -9], [-9, 0, 9], [9, 0, 9], [9, 0, -9]], float)
     sky = image_sky((3, 20))
@@ -115,14 +121,16 @@ def image_lit_floor() -> tuple[rt.Scene, np.ndarray]:
 
 
 def image_lit_ball() -> tuple[rt.Scene, np.ndarray]:
-    """The white ball in an image that is as bright everywhere."""
+    """Return the white ball in an environment image of even brightness."""
     scene, _ = white_ball()
     return replace(scene, environment=image_sky(None, 0.75)), np.full(3, 0.75)
 
 
 def sunny_ball() -> rt.Scene:
-    """A ball on a floor, under an image that is dim but for one texel of 512, which sends seven
-    times as much as the others together."""
+    """Return a ball on a floor under a dim image with a bright texel.
+
+    The bright texel, 1 of 512, sends seven times as much light as all other texels together.
+    """
     ball = trimesh.creation.icosphere(subdivisions=2)
     floor = np.array([[-9, -1, -9], [-9, -1, 9], [9, -1, 9], [9, -1, -9]], float)
     return rt.Scene.from_arrays(
@@ -133,14 +141,14 @@ def sunny_ball() -> rt.Scene:
 
 
 def everything_under_an_image() -> rt.Scene:
-    """The room with all kinds of surface; its window shows an image with a small sun."""
+    """Return the room with all kinds of surface; its window shows an image with a small sun."""
     return replace(everything(), environment=image_sky((5, 15), 0.5, 3))
 
 
 def glass_slab(ior: float = 1.5) -> tuple[rt.Scene, np.ndarray]:
-    """A pane under a sky: what comes through and what comes back, endlessly to and fro inside.
+    """Return a pane of glass under a sky, with the sum of all reflections inside the pane.
 
-    The camera is so far away, and its angle so small, that all of the picture is one direction.
+    The camera is so far away, and its angle so small, that the whole picture shows one direction.
     """
     pane = trimesh.creation.box((4, 0.1, 4))
     zenith, ground = np.array((1.0, 0.6, 0.2)), np.array((0.1, 0.5, 0.9))
@@ -161,13 +169,15 @@ def glass_slab(ior: float = 1.5) -> tuple[rt.Scene, np.ndarray]:
 
 
 def cornell_lit() -> rt.Scene:
-    """The box under its lamp, and dark outside."""
+    """Return the Cornell box under its lamp, with darkness outside."""
     return rt.load_scene("cornell-light")
 
 
 def everything() -> rt.Scene:
-    """A room with all kinds of surface and light, seen from inside; nothing in it is known by a
-    formula."""
+    """Return a room with all kinds of surface and light, seen from inside.
+
+    No formula gives its radiance.
+    """
     rng = np.random.default_rng(3)
     room = trimesh.creation.box((4, 3, 4))
     ball = trimesh.creation.icosphere(subdivisions=2, radius=0.6)

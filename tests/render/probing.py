@@ -1,4 +1,4 @@
-"""GLSL functions called on arrays: a pass made of an expression."""
+"""GLSL functions called on arrays: a full-screen pass evaluates an expression."""
 from __future__ import annotations
 
 import tempfile
@@ -15,8 +15,10 @@ WIDTH = 1024
 
 
 def evaluate(include: str, body: str, values: np.ndarray) -> np.ndarray:
-    """(n, 4) results of a GLSL body that sets ``result`` from ``x``, a row of values (n, up to 4);
-    float32 in and out, or uint32 in and out."""
+    """Return the (n, 4) results of a GLSL body that computes ``result`` from ``x``.
+
+    ``x`` is a row of ``values``, (n, up to 4). Input and result are both float32 or both uint32.
+    """
     gpu, whole = open_gpu(), values.dtype == np.uint32
     count = len(values)
     rows = -(-count // WIDTH)

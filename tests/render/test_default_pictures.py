@@ -1,4 +1,4 @@
-"""Pictures of scenes that come without a camera or a light: framed, and lit."""
+"""Pictures of scenes without a camera or a light: the scene is framed and lit."""
 from __future__ import annotations
 
 import json
@@ -18,7 +18,7 @@ OBJECTS = ("bunny", "buddha", "teapot", "cow", "boulder", "knot", "explosion", "
 
 
 def places(camera: rt.Camera, triangles: np.ndarray, size: tuple[int, int] = (1, 1)) -> np.ndarray:
-    """(n, 2): where corners lie in the picture, its edges at -1 and 1."""
+    """Return (n, 2) positions of the corners in the picture, whose edges are at -1 and 1."""
     right, up, forward = camera.basis(size)
     away = triangles.reshape(-1, 3) - np.array(camera.eye)
     return np.stack([away @ right / (right @ right), away @ up / (up @ up)], 1) / (
@@ -27,7 +27,7 @@ def places(camera: rt.Camera, triangles: np.ndarray, size: tuple[int, int] = (1,
 
 @pytest.mark.parametrize("name", OBJECTS)
 def test_built_in_objects_are_whole_in_the_picture(name: str) -> None:
-    """With a margin of 2 % of the picture: cameras that figures measure by stay where they are."""
+    """The margin is 2 % of the picture: cameras that figures measure with must not move."""
     built = catalogue.ROWS[name].make()
     assert np.abs(places(built.camera, built.triangles)).max() < 0.96
 
@@ -50,7 +50,7 @@ def test_framed_objects_touch_their_margin(seed: int, size: tuple[int, int], sca
     triangles = scale * (rng.normal(size=(40, 3, 3)) * rng.uniform(0.1, 3, 3) + far)
     found = places(framed(triangles, size), triangles, size)
     assert np.abs(found).max() == pytest.approx(1 - 2 * MARGIN, rel=1e-6)
-    # What decides is in the middle: it is as far from one side as from the other.
+    # The axis that limits the frame is centred: both margins are equal.
     low, high = found.min(axis=0), found.max(axis=0)
     assert np.abs(low + high).min() < 1e-6
 
@@ -64,7 +64,7 @@ def test_a_mesh_file_of_an_object_fills_its_picture(tmp_path) -> None:
 
 @pytest.mark.parametrize("integrator, options", [("whitted", {}), ("path", {"samples": 4})])
 def test_a_room_in_a_file_is_lit_as_by_name(tmp_path, integrator: str, options: dict) -> None:
-    """The light beside the camera would stand above the ceiling."""
+    """A light beside the camera would lie above the ceiling."""
     built = catalogue.ROWS["kitchen"].make()
     named = rt.Scene("kitchen", built.triangles, built.colours, rt.PointLight(built.light),
                      built.camera)
@@ -80,7 +80,7 @@ def test_a_room_in_a_file_is_lit_as_by_name(tmp_path, integrator: str, options: 
 
 
 def _room() -> np.ndarray:
-    """Walls that face inwards, as scanned and exported rooms have them, around furniture."""
+    """Return walls that face inwards around furniture, as in scanned and exported rooms."""
     walls = boxes((0, 0, 0), (8, 3, 6))[:, ::-1]
     things = [ball(200, (x, 0.5, z), (0.5, 0.5, 0.5)) for x in (2, 4, 6) for z in (2, 4)]
     return np.float32(np.concatenate([walls, *things]))
@@ -100,7 +100,7 @@ def test_a_room_in_a_file_is_seen_from_inside(tmp_path) -> None:
 @pytest.mark.parametrize("name", OBJECTS + ("cornell", "stadium"))
 @pytest.mark.parametrize("inwards", [False, True])
 def test_objects_are_seen_from_outside(name: str, inwards: bool) -> None:
-    """Also those whose triangles face inwards; and the light beside them stays where it was."""
+    """The camera is outside even if the triangles face inwards, and the light does not move."""
     triangles = np.float32(catalogue.ROWS[name].make().triangles)[:, ::-1 if inwards else 1]
     camera = framed(triangles)
     assert inside(triangles, camera) is None
@@ -139,7 +139,7 @@ def test_a_floor_is_there_when_asked_for(capsys, tmp_path) -> None:
     assert more["triangles"] == plain["triangles"] + 2
     with rt.Tracer(rt.load_scene(path)) as tracer:
         assert np.array_equal(without, np.asarray(tracer.render(size=(32, 32)).convert("L")))
-    # Below the ball all is floor, and some of the floor beside the ball lies in shadow.
+    # The bottom rows show only floor, and a part of the floor beside the ball lies in shadow.
     assert np.abs(with_floor - without)[-2:].min() > 1
     floor = with_floor[16:][without[16:] > 238]
     assert floor.min() < 0.75 * floor.max()

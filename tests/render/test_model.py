@@ -1,4 +1,4 @@
-"""Materials, lights and values of corners: taken as given, or refused in one line."""
+"""Materials, lights and corner attributes: kept as given, or refused with a one-line error."""
 from __future__ import annotations
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""A renderer does what its scene needs and no more: the same picture as one that can do all."""
+"""A renderer does only what its scene needs, and draws the picture that all features draw."""
 from __future__ import annotations
 
 import numpy as np
@@ -15,8 +15,8 @@ GATHERED = {"radiance"}
 REFLECTED = {"reflected 0", "reflected 0 paths", "reflected 1", "reflected 1 paths", "live tiles"}
 BOUNCES = {"reflect", "live tiles", "gather"}
 
-# What each property alone brings to the plain scene: defines, textures and passes; and what it
-# takes away.
+# The defines, textures and passes that each property alone adds to the plain scene. TAKES lists
+# the defines that a property removes.
 ADDS: dict[str, tuple[set[str], set[str], set[str]]] = {
     "colours": ({"COLOURS"}, {"colour"}, set()),
     "smooth normals": ({"SMOOTH_NORMALS"}, {"corner_normals"}, set()),
@@ -66,7 +66,7 @@ def test_the_plain_scene_takes_next_to_nothing() -> None:
 
 
 def test_every_property_is_tested_alone() -> None:
-    """A new row of the table needs a row here; those of paths are in ../paths/test_path.py."""
+    """A new row of PROPERTIES needs a row here; test_path.py tests the properties of paths."""
     found = {define for defines, _, _ in ADDS.values() for define in defines} | {"SKY"}
     assert found == {define for p in PROPERTIES if not p.of_paths
                      for define in p.defines}
@@ -74,7 +74,7 @@ def test_every_property_is_tested_alone() -> None:
 
 @pytest.mark.parametrize("name", [*ALONE, "everything"])
 def test_the_picture_of_all_features_is_the_same(exact_renderer, name: str) -> None:
-    """And takes no fewer passes, fetches and bytes."""
+    """All features together need at least as many passes, fetches and bytes."""
     scene = everything() if name == "everything" else ALONE[name](plain())
     options = {"bounces": 2, "light_samples": 3}
     with rt.Tracer(scene, "bvh-threaded") as tracer:

@@ -1,4 +1,4 @@
-"""Packed paths: the same picture, to the bit, from fewer texels; and what that adds."""
+"""Packed paths: the same picture to the bit from fewer texels, and the cost of packing."""
 from __future__ import annotations
 
 import numpy as np
@@ -9,7 +9,7 @@ import gpgpu_rt as rt
 from gpgpu_rt.render import packed_paths, path
 from gpgpu_rt.render.packed_paths import PackedPaths, packed_sizes
 
-SIZE, SAMPLES = (14, 11), 16    # a wave whose texels fill no whole number of squares
+SIZE, SAMPLES = (14, 11), 16    # the wave's texels do not fill a whole number of squares
 SCENES = {"cornell": path_scenes.cornell_lit, "everything": path_scenes.everything,
           "slab": lambda: path_scenes.glass_slab()[0]}
 TRACERS = [("bvh-threaded", {}), ("bvh-threaded", {"sort_rays": True}),
@@ -22,13 +22,13 @@ TRACERS = [("bvh-threaded", {}), ("bvh-threaded", {"sort_rays": True}),
 
 @pytest.fixture
 def small(monkeypatch) -> None:
-    """Packed as far as there are whole squares."""
+    """Let packing go down to 64 texels, a single square."""
     monkeypatch.setattr(packed_paths, "LEAST", 64)
 
 
 def pictures(scene: rt.Scene, method: str, ways: tuple[object, ...], tracer_options: dict,
              **options: object) -> list[tuple[np.ndarray, dict[str, int]]]:
-    """Radiance, and the passes that were drawn, by one tracer after another."""
+    """Return the radiance and the drawn passes for each way to pack, all from a single tracer."""
     found = []
     with rt.Tracer(scene, method, **tracer_options) as tracer:
         for way in ways:
@@ -39,7 +39,7 @@ def pictures(scene: rt.Scene, method: str, ways: tuple[object, ...], tracer_opti
 
 def check_same_bits(scene: rt.Scene, method: str, tracer_options: dict, **options: object
                     ) -> dict[str, int]:
-    """The passes that were drawn where paths were packed at a half."""
+    """Check that packing changes no bit; return the passes drawn with paths packed at a half."""
     ways = ("off", 0.5, "on", "off")
     (expected, whole), *others = pictures(scene, method, ways, tracer_options, **options)
     assert "pack paths" not in whole and "path live" not in whole and expected.any()
@@ -79,7 +79,7 @@ def test_auto_packs_large_waves(exact_renderer, small, monkeypatch, least: int, 
 
 @pytest.mark.parametrize("samples", [5, 37])
 def test_the_same_bits_of_several_waves(exact_renderer, small, monkeypatch, samples: int) -> None:
-    """The last of them has texels without a path."""
+    """The last wave has texels without a path."""
     monkeypatch.setattr(path, "WAVE", 8 * SIZE[0] * SIZE[1])
     found = {}
     with rt.Tracer(path_scenes.everything()) as tracer:
@@ -92,7 +92,7 @@ def test_the_same_bits_of_several_waves(exact_renderer, small, monkeypatch, samp
 
 
 def test_paths_are_counted_vertex_by_vertex(exact_renderer, small) -> None:
-    """The same ones however they are packed, in no more texels than the share leaves room for."""
+    """Packing keeps the live counts; the texels are the smallest packed size that holds them."""
     counts = {}
     with rt.Tracer(path_scenes.everything()) as tracer:
         for share in (0.25, 0.75):
@@ -112,8 +112,10 @@ def test_paths_are_counted_vertex_by_vertex(exact_renderer, small) -> None:
 
 
 def test_live_paths_are_those_that_the_light_is_from(small) -> None:
-    """White balls in even light: where a path that the eye begins hits, it goes on; a second
-    vertex is met by none that left a convex body."""
+    """A path stays live where its eye ray hits the white ball.
+
+    No path that leaves the convex ball meets a second vertex.
+    """
     scene, _ = path_scenes.white_ball()
     with rt.Tracer(scene) as tracer:
         tracer.render(size=SIZE, integrator="path", samples=1, compact=0.5, roulette=60)
@@ -125,7 +127,7 @@ def test_live_paths_are_those_that_the_light_is_from(small) -> None:
 
 
 def test_what_packing_adds(small) -> None:
-    """Exactly its streams by size, and its passes; and nothing where it is off."""
+    """Packing adds its streams for each size and its passes; without packing, nothing is added."""
     with rt.Tracer(path_scenes.cornell_lit(), "brute-force") as tracer:
         plans = {way: tracer.plan(size=SIZE, integrator="path", samples=SAMPLES, compact=way)
                  for way in ("off", 0.25)}
@@ -150,8 +152,10 @@ def test_what_packing_adds(small) -> None:
 
 
 def test_a_plan_says_what_runs_at_its_size() -> None:
-    """Small waves are not packed, a vertex asks one light, and what is asked for is not
-    the scene's."""
+    """Small waves are not packed, and a vertex samples one light.
+
+    The plan lists the requested features apart from the scene's properties.
+    """
     with rt.Tracer(path_scenes.cornell_lit(), "brute-force") as tracer:
         plans = {samples: tracer.plan((64, 64), "path", samples=samples) for samples in (4, 16)}
     for samples, packs in ((4, False), (16, True)):
@@ -174,7 +178,7 @@ def test_a_vertex_asks_one_light(count: int) -> None:
 
 
 def test_an_interrupted_picture_keeps_its_bits(exact_renderer, small, monkeypatch) -> None:
-    """Ctrl-C while a wave's paths are packed leaves the sums of the waves before."""
+    """Ctrl-C while a wave's paths are packed keeps the sums of the earlier waves."""
     monkeypatch.setattr(path, "WAVE", 4 * SIZE[0] * SIZE[1])
     with rt.Tracer(path_scenes.cornell_lit()) as tracer:
         tracer.render(size=SIZE, integrator="path", samples=4, compact="off")
@@ -191,7 +195,7 @@ def test_an_interrupted_picture_keeps_its_bits(exact_renderer, small, monkeypatc
             with pytest.raises(KeyboardInterrupt):
                 tracer.render(size=SIZE, integrator="path", samples=4 * 3, compact="on")
         assert told and tracer.statistics.samples == 4 and tracer.statistics.trace_seconds > 0
-        part = tracer.radiance      # that of the first wave, however many were to follow
+        part = tracer.radiance      # of the first wave alone
         tracer.render(size=SIZE, integrator="path", samples=4 * 3, compact="on")
         whole = tracer.radiance
         tracer.render(size=SIZE, integrator="path", samples=4 * 3, compact="off")
@@ -200,7 +204,10 @@ def test_an_interrupted_picture_keeps_its_bits(exact_renderer, small, monkeypatc
 
 
 def test_sizes_of_packed_textures() -> None:
-    """Whole squares that hold the share; none where floats do not count a wave's texels."""
+    """Each size is a whole number of squares that hold the share of texels.
+
+    A wave with more texels than float32 counts exactly has no packed sizes.
+    """
     sizes = packed_sizes((512, 512), 0.5)
     assert [w * h for w, h in sizes] == sorted({w * h for w, h in sizes}, reverse=True)
     for k, (width, height) in enumerate(sizes, 1):

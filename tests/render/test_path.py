@@ -1,4 +1,4 @@
-"""The path integrator: held to formulas, to its float64 twin, and to itself by any other way."""
+"""The path integrator against formulas, its float64 twin, and itself under other settings."""
 from __future__ import annotations
 
 import dataclasses
@@ -28,7 +28,7 @@ SCENES = {"furnace": lambda: path_scenes.furnace()[0], "floor": path_scenes.lit_
 
 def radiance(scene: rt.Scene, size: tuple[int, int], samples: int, method: str = "bvh-threaded",
              tracer_options: dict | None = None, **options: object) -> np.ndarray:
-    """(h, w, 3) mean of the samples."""
+    """Return (h, w, 3) radiance, the mean of the samples."""
     with rt.Tracer(scene, method, **(tracer_options or {})) as tracer:
         tracer.render(size=size, integrator="path", samples=samples, **options)
         return tracer.radiance
@@ -37,7 +37,7 @@ def radiance(scene: rt.Scene, size: tuple[int, int], samples: int, method: str =
 @pytest.mark.parametrize("name, sampler", [*((name, "sobol") for name in SCENES),
                                            ("everything", "random")])
 def test_as_its_float64_twin(name: str, sampler: str) -> None:
-    """The same paths: but for those that a rounding sends elsewhere, which few are."""
+    """Both trace the same paths, except for the few paths that rounding sends elsewhere."""
     scene = SCENES[name]()
     found = radiance(scene, (16, 16), 32, seed=2, sampler=sampler)
     truth = path_picture(scene, (16, 16), 32, PathSettings(seed=2, sampler=sampler))
@@ -48,12 +48,12 @@ def test_as_its_float64_twin(name: str, sampler: str) -> None:
 
 @pytest.mark.parametrize("seed", [11])
 def test_cornell_box_within_its_noise(seed: int) -> None:
-    """Random numbers of its own: what is off, is so by its noise."""
+    """The two pictures use different random numbers, so they differ by their noise alone."""
     scene = path_scenes.cornell_lit()
     found = radiance(scene, (16, 16), 128, seed=seed)
     truth = path_picture(scene, (16, 16), 128, PathSettings(seed=seed + 1))
     off = np.abs(found - truth.mean)
-    assert off.mean() < 2 * truth.error.mean()      # sqrt(2) by chance, and the tails
+    assert off.mean() < 2 * truth.error.mean()      # two noises give sqrt(2), and tails give more
     total = np.sqrt(2 * (truth.error ** 2).sum(axis=(0, 1)))
     assert (np.abs((found - truth.mean).sum(axis=(0, 1))) < 4 * total).all()
 
@@ -61,8 +61,11 @@ def test_cornell_box_within_its_noise(seed: int) -> None:
 @pytest.mark.full
 @pytest.mark.once
 def test_cornell_box_at_4096_samples() -> None:
-    """The mean relative error at 64 x 64 beside an independent renderer's picture, less the noise
-    that one has itself: 1 % of the luminance, 1.15 % of each channel, dark ones included."""
+    """The mean relative error at 64 x 64 against an independent renderer's picture is small.
+
+    Beyond the noise of that picture, the error is below 1 % of the luminance and 1.15 % of each
+    channel, dark channels included.
+    """
     found = radiance(path_scenes.cornell_lit(), (64, 64), 4096, roulette=16)
     truth = cornell_truth()[0]
     error = relative_error(found, truth), relative_error(found @ LUMINANCE, truth @ LUMINANCE)
@@ -74,7 +77,7 @@ def test_cornell_box_at_4096_samples() -> None:
 
 @pytest.mark.parametrize("seed", [12])
 def test_cornell_box_as_by_another_renderer(seed: int) -> None:
-    """The mean of each quarter, which a few samples settle, channel by channel."""
+    """The mean of each quarter agrees in each channel; a few samples suffice for these means."""
     truth = cornell_truth()[0]
     found = radiance(path_scenes.cornell_lit(), (64, 64), 16, seed=seed)
     for rows, columns in ((slice(0, 32), slice(0, 32)), (slice(0, 32), slice(32, 64)),
@@ -124,7 +127,7 @@ def test_direct_light_of_a_bright_texel() -> None:
 
 @pytest.mark.parametrize("seed", [13])
 def test_asking_finds_a_small_sun(seed: int, monkeypatch) -> None:
-    """The figures of docs/path-tracing.md."""
+    """docs/path-tracing.md quotes the two errors that this test prints."""
     scene = path_scenes.sunny_ball()
     truth = radiance(scene, (24, 24), 4096, seed=seed + 1)
     asked = relative_error(radiance(scene, (24, 24), 64, seed=seed), truth)
@@ -203,7 +206,7 @@ def test_all_features_draw_the_same_bits(exact_renderer, name: str) -> None:
 
 
 def test_sums_of_4096_samples_lose_nothing() -> None:
-    """Every path finds the same number, which float32 does not hold: so does their mean."""
+    """Every path returns the same radiance, so the mean is this radiance rounded to float32."""
     scene, light = path_scenes.white_ball()
     with rt.Tracer(scene) as tracer:
         tracer.render(rt.Camera.looking_at(scene.bounds), (4, 4), "path", samples=4096,
@@ -230,7 +233,7 @@ def test_noise_target_stops_and_progress_is_told(monkeypatch, sampler: str, leas
         done, of, noise = told[-1]
         assert 64 <= done < 4096 and of == 4096 and noise <= 0.1 < told[-2][2]
         assert [row[0] for row in told] == list(range(16, done + 1, 16))
-        # The noise that is said is the noise there is of independent samples: of others, more.
+        # For independent samples, the reported noise is the true noise; else it is larger.
         few = tracer.radiance
         tracer.render(size=(8, 8), integrator="path", samples=2048, bounces=2, seed=9)
         off = (few - tracer.radiance) @ (0.2126, 0.7152, 0.0722)
@@ -253,8 +256,11 @@ def test_options_that_make_no_sense_are_refused(wrong: dict) -> None:
     ("sky and lamp", {"emission", "light_choice"}),
     ("image", {"light_choice", "surroundings_image", "surroundings_sums", "surroundings_row"})])
 def test_each_light_brings_exactly_its_own(name: str, adds: set[str]) -> None:
-    """Of what paths need: streams of their own, a table of lights, one of points, sums of an
-    image. A sky is asked where nothing else is."""
+    """Each light adds only the textures that it needs.
+
+    These are streams of shadow rays, a table of lights, a table of point lights, and the sums of
+    an image. Paths sample an even sky directly only where there is no other light.
+    """
     floor = path_scenes.point_lit_floor()[0]
     lit = [Material(diffuse=(0.5,) * 3, emission=(1, 1, 1) if "lamp" in name else (0, 0, 0))]
     sky = path_scenes.image_sky(None, 1) if name == "image" else (

@@ -1,4 +1,4 @@
-"""Random numbers: GLSL and numpy draw the same, and they are spread evenly and independently."""
+"""Random numbers: GLSL and numpy draw the same numbers, which are uniform and independent."""
 from __future__ import annotations
 
 import numpy as np
@@ -10,8 +10,10 @@ from gpgpu_rt.reference.random_numbers import random_bits, random_numbers
 
 
 def streams() -> dict[str, np.ndarray]:
-    """(n, k) numbers that follow one another along pixels, samples, bounces, blocks and seeds:
-    each what a picture uses together."""
+    """Return (n, k) consecutive numbers along pixels, samples, bounces, blocks and seeds.
+
+    A picture uses the numbers of each stream together.
+    """
     count = np.arange(1 << 16)
     line, column = count >> 8, count & 255
     return {
@@ -54,7 +56,7 @@ def test_numbers_are_cell_middles_and_their_range_is_refused() -> None:
 
 
 def test_no_two_counters_share_their_numbers() -> None:
-    """The hash is one to one; a picture's counters are all different."""
+    """The hash is injective, and the counters of a picture are all different."""
     x, y, sample, bounce = (a.ravel() for a in np.meshgrid(*(np.arange(16),) * 4))
     words = np.stack([x, y, sample, bounce << 4], axis=1).astype(np.uint32)
     assert len(np.unique(random_bits(words), axis=0)) == len(words)
@@ -62,8 +64,11 @@ def test_no_two_counters_share_their_numbers() -> None:
 
 @pytest.mark.parametrize("name", list(streams()))
 def test_numbers_are_uniform_and_independent(name: str) -> None:
-    """Each channel, each two of a block, and each with its successors: chi-square of 256 cells
-    alone or 16 x 16 in pairs; correlations; and the spectrum of the stream holds no line."""
+    """Test channels alone, in pairs within a block, and with their successors.
+
+    The tests are chi-square over 256 cells alone or 16 x 16 cells in pairs, and the correlation of
+    each pair. The spectrum of a stream must have no peak.
+    """
     numbers = streams()[name]
     n = len(numbers)
     pairs = []
@@ -73,7 +78,7 @@ def test_numbers_are_uniform_and_independent(name: str) -> None:
         for lag in (1, 2, 16, 256, 512):
             pairs += [(numbers[:-lag, a], numbers[lag:, b]) for b in range(4)]
         spectrum = np.abs(np.fft.rfft(numbers[:, a] - 0.5))[1:] ** 2 * 12 / n
-        assert spectrum.max() < np.log(n) + 10          # exponential, mean 1, of n / 2 lines
+        assert spectrum.max() < np.log(n) + 10          # n / 2 exponential variables of mean 1
     for first, second in pairs:
         cells = (16 * first).astype(int) * 16 + (16 * second).astype(int)
         assert abs(chi_square(np.bincount(cells, minlength=256))) < 5
@@ -81,9 +86,9 @@ def test_numbers_are_uniform_and_independent(name: str) -> None:
 
 
 def test_mean_over_samples_converges_as_it_should() -> None:
-    """Integrals over all dimensions of some bounces at once are right within their noise."""
+    """Integrals over all dimensions of several bounces are right within their noise."""
     samples = np.arange(1 << 14)
     numbers = np.concatenate([random_numbers(3, 4, samples, bounce, block) for bounce in range(6)
                               for block in (0, 1)], axis=1)
-    product = np.prod(1 + (numbers - 0.5), axis=1)      # of 48 factors, each of mean 1
+    product = np.prod(1 + (numbers - 0.5), axis=1)      # 48 factors of mean 1
     assert abs(product.mean() - 1) < 4 * product.std() / np.sqrt(len(samples))

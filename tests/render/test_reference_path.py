@@ -1,4 +1,4 @@
-"""The float64 path tracer against formulas: if it is right, the programs can be held to it."""
+"""The float64 path tracer against formulas, so that other tests can rely on it."""
 from __future__ import annotations
 
 import dataclasses
@@ -18,7 +18,7 @@ from gpgpu_rt.scene.texture import Texture
 
 
 def assert_within_noise(picture: PathPicture, expected: np.ndarray, closeness: float) -> None:
-    """No pixel is off by more than its noise allows, and the mean is right to ``closeness``."""
+    """Check each pixel within its noise, and the mean within a relative ``closeness``."""
     off = np.abs(picture.mean - expected)
     assert (off <= 5.5 * picture.error + 1e-9).all()
     mean = np.broadcast_to(expected, off.shape).mean(axis=(0, 1))
@@ -77,7 +77,7 @@ def test_an_even_image_hides_a_white_ball(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [10])
 def test_direct_light_of_a_bright_texel(seed: int, monkeypatch) -> None:
-    """As its irradiance says; and with far less noise than where paths have to find it."""
+    """The mean follows from the irradiance; sampling the texel directly lowers the noise a lot."""
     scene, expected = path_scenes.image_lit_floor()
     settings = PathSettings(seed=seed, sampler="random")
     asked = path_picture(scene, (4, 4), 1000, settings)
@@ -91,7 +91,7 @@ def test_direct_light_of_a_bright_texel(seed: int, monkeypatch) -> None:
 @pytest.mark.parametrize("name", ["sky", "image"])
 @pytest.mark.parametrize("seed", [11])
 def test_asking_surroundings_changes_the_noise_alone(seed: int, name: str, monkeypatch) -> None:
-    """In a room with all kinds of surface, lit by its window alone."""
+    """Only the window lights a room with all kinds of surface."""
     scene = path_scenes.everything() if name == "sky" else path_scenes.everything_under_an_image()
     dark = [dataclasses.replace(m, emission=(0, 0, 0)) for m in scene.materials]
     scene = dataclasses.replace(scene, materials=dark, lights=())
@@ -118,10 +118,10 @@ def test_how_often_surroundings_are_asked(name: str, alone: float, beside: float
 
 @pytest.mark.parametrize("seed", [12])
 def test_directions_to_an_image_come_as_often_as_they_are_bright(seed: int) -> None:
-    """By regions of the sphere: as many as the density there adds up to."""
+    """Each region of the sphere receives the share of directions that its density predicts."""
     rng = np.random.default_rng(seed)
     texels = rng.random((5, 8, 3)) ** 3
-    texels[1:3, 3], texels[3] = 0, 0            # dark places and a dark row
+    texels[1:3, 3], texels[3] = 0, 0            # dark texels and a dark row
     texels[0, 6] = 40
     sky = Environment.surrounded(Texture("sky", texels))
     light = sky.image_light
@@ -148,7 +148,7 @@ def test_directions_to_an_image_come_as_often_as_they_are_bright(seed: int) -> N
 
 @pytest.mark.parametrize("seed", [7])
 def test_asking_lights_changes_the_noise_alone(seed: int, monkeypatch) -> None:
-    """Glossy and diffuse walls under a lamp: with lights asked, or left for paths to find."""
+    """A lamp lights glossy and diffuse walls; paths sample the lamp or find it by chance."""
     scene = path_scenes.closed_box(diffuse=(0.4, 0.4, 0.4), glossy=(0.4, 0.3, 0.2), roughness=0.4)
     lamp = np.array([[[-0.9, 0.9, -0.9], [-0.9, 0.9, 0.9], [0.9, 0.9, 0.9]]], np.float32)
     scene = rt.Scene.from_arrays(
@@ -179,7 +179,7 @@ def test_lights_are_chosen_as_often_as_they_shine(seed: int, count: int) -> None
     lights = LightChoice.of(scene)
     names = np.r_[np.arange(count), -1]
     assert sorted(lights.triangle) == sorted(names)
-    chance = np.zeros(count + 1)                # the last one is the point light's
+    chance = np.zeros(count + 1)                # the last entry is the point light's
     np.add.at(chance, lights.triangle, lights.keep / len(lights))
     np.add.at(chance, lights.alias, (1 - lights.keep.astype(float)) / len(lights))
     corners = scene.triangles.astype(float)

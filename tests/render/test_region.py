@@ -1,4 +1,4 @@
-"""Regions: a part of a picture is the same to the bit as that part of the whole."""
+"""Regions: a region of a picture equals that part of the whole picture to the bit."""
 from __future__ import annotations
 
 import numpy as np
@@ -36,7 +36,7 @@ def test_tiles_make_up_the_picture(scene: str, method: str, asked: dict, exact_r
 
 
 def test_however_many_waves_it_takes(monkeypatch, exact_renderer) -> None:
-    """A part has room for all of its samples at once, where the whole takes one a wave."""
+    """A region traces all its samples in one wave; the whole picture needs a wave per sample."""
     monkeypatch.setattr("gpgpu_rt.render.path.WAVE", 2048)
     with rt.Tracer("cornell-light", "bvh-packet") as tracer:
         whole = np.asarray(tracer.render(size=SIZE, integrator="path", samples=6))

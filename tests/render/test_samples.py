@@ -1,4 +1,4 @@
-"""Several samples a pixel by whitted and direct: what part of it is covered, nothing else."""
+"""Several samples per pixel under whitted and direct: pixels show their covered share."""
 from __future__ import annotations
 
 import numpy as np
@@ -10,7 +10,7 @@ from gpgpu_rt.render.whitted import places_in_pixel
 
 
 def sheet(edge: float) -> rt.Scene:
-    """A sheet that shines, left of an edge at ``edge`` pixels of an 8 pixels wide picture."""
+    """Return a bright sheet left of ``edge``, in pixels of a picture that is 8 pixels wide."""
     x = 2 * edge / 8 - 1
     corners = [(-9, -9, 0), (x, -9, 0), (x, 9, 0), (-9, 9, 0)]
     return rt.Scene.from_arrays(corners, [[0, 1, 2], [0, 2, 3]], lights=(), environment=None,

@@ -1,4 +1,4 @@
-"""Sampling and Fresnel: GLSL against float64, and both against what they must add up to."""
+"""Sampling and Fresnel terms: GLSL against float64, and both against known sums and limits."""
 from __future__ import annotations
 
 import numpy as np
@@ -12,7 +12,7 @@ ULP = 2.0 ** -23
 
 
 def random_pairs(count: int) -> np.ndarray:
-    """(count, 2) numbers as paths use them, those next to 0, 1/2 and 1 among them."""
+    """Return (count, 2) numbers as paths use them, including values next to 0, 1/2 and 1."""
     numbers = random_numbers(np.arange(count), 11, 0, 1, 0)[:, :2]
     edges = np.array([1, 3, (1 << 23) - 1, (1 << 23) + 1,
                      (1 << 24) - 3, (1 << 24) - 1]) / (1 << 24)
@@ -21,7 +21,7 @@ def random_pairs(count: int) -> np.ndarray:
 
 
 def with_exponent(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """The same beside exponents from 0 to that of the least roughness, float32."""
+    """Return random pairs, and float32 exponents from 0 to the exponent of the least roughness."""
     exponents = np.float32(np.r_[0, 1, 2, 48, 19998, 10 ** np.linspace(-1, 4.3, 200)])
     return random_pairs(count), np.resize(exponents, count)
 
@@ -32,7 +32,7 @@ def test_cosine_directions() -> None:
     found = evaluate("sample", "result = vec4(sample_cosine(x.xy), 0.0);", np.float32(numbers))
     expected = sampling.sample_cosine(numbers)
     assert np.abs(found[:, :3] - expected).max() < 3 * ULP
-    # Relative, down to grazing ones: none is cut off by cancellation.
+    # The relative error bounds grazing directions too: no cosine is lost to cancellation.
     assert np.abs(found[:, 2] / expected[:, 2] - 1).max() < 4 * ULP
 
 
@@ -55,7 +55,7 @@ def test_lobe_density() -> None:
     found = evaluate("sample", "result = vec4(lobe_density(x.x, x.y), cosine_density(x.x), 0, 0);",
                      np.column_stack([cosine, exponents]))
     expected = sampling.lobe_density(cosine.astype(np.float64), exponents.astype(np.float64))
-    # exp of a product of size p loses p units; below e^-80 nothing is left but its smallness.
+    # exp of a product of size p loses p units. Below e^-80, the value can only be checked as tiny.
     size = exponents * -np.log(np.clip(cosine, 1e-30, 1))
     small = (expected < 1e-30) | (cosine <= 0)
     assert (found[small, 0] < 1e-29).all()
@@ -88,8 +88,11 @@ def test_frames_are_orthonormal(seed: int) -> None:
 
 
 def cosines_and_iors() -> tuple[np.ndarray, np.ndarray]:
-    """Every angle, grazing and upright ones, through and out of glass, water, diamond, and out
-    of and into nearly nothing; next to the critical angle, and beyond it."""
+    """Return cosines and refractive indices of all kinds.
+
+    The angles are grazing, upright, next to the critical angle and beyond it. The borders lead
+    into and out of glass, water, diamond, a medium of index 1.0003, and a medium of index 10.
+    """
     iors = np.float32([1.5, 1 / 1.5, 1.33, 1 / 1.33, 2.42, 1 / 2.42, 1.0003, 1 / 1.0003, 10, 0.1])
     cosines = np.float32(np.r_[np.linspace(1e-6, 1, 2000), 10.0 ** -np.arange(7), 1.0])
     cosine, ior = (a.ravel() for a in np.meshgrid(cosines, iors))
@@ -104,14 +107,14 @@ def test_fresnel() -> None:
     c, n = cosine.astype(np.float64), ior.astype(np.float64)
     expected = sampling.fresnel(c, n)
     assert found.min() >= 0 and found.max() <= 1
-    # What rounding the cosine and ior by a unit does: much, next to the critical angle.
+    # The change from rounding the cosine and ior by a unit; it is large near the critical angle.
     known = np.maximum.reduce([np.abs(sampling.fresnel(c * (1 + a), n * (1 + b)) - expected)
                                for a in (-ULP, 0, ULP) for b in (-ULP, 0, ULP)])
     assert (np.abs(found - expected) <= 16 * ULP * expected + 4 * known).all()
     ordinary = known < 1e-4 * expected
-    assert ordinary.mean() > 0.75           # not 1.0003, whose last bits are most of its F
+    assert ordinary.mean() > 0.75           # not at 1.0003, where rounding dominates the result
     assert (np.abs(found - expected)[ordinary] < 1e-4).all()
-    # The values of every textbook.
+    # Known textbook values.
     some = np.float32([[1, 1.5], [1, 1 / 1.5], [0.5, 1 / 1.5], [np.cos(np.arctan(1.5)), 1.5]])
     upright, out, total, brewster = evaluate(
         "fresnel", "result = vec4(fresnel(x.x, x.y), 0.0, 0.0, 0.0);", some)[:, 0]
@@ -137,7 +140,7 @@ def test_refraction_obeys_snell(seed: int) -> None:
     assert np.abs(found[:, 0] * n - sine).max() < 1e-6 and (found[:, 2] < 0).all()
     expected = sampling.refracted(d.astype(np.float64), np.array([[0, 0, 1.0]]), n)
     assert np.abs(found - expected).max() < 1e-5
-    rng = np.random.default_rng(seed)   # the plane of the border does not matter
+    rng = np.random.default_rng(seed)   # Snell's law holds for any orientation of the border
     normal = rng.normal(size=(1000, 3))
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     d = rng.normal(size=(1000, 3))
@@ -148,7 +151,7 @@ def test_refraction_obeys_snell(seed: int) -> None:
 
 
 def sphere_grid(steps: int) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 3) directions of the upper hemisphere, and the solid angle of each."""
+    """Return (n, 3) directions of the upper hemisphere, and the solid angle of each."""
     cosine = (np.arange(steps) + 0.5) / steps
     angle = 2 * np.pi * (np.arange(16) + 0.5) / 16
     cosine, angle = (a.ravel() for a in np.meshgrid(cosine, angle))
@@ -166,7 +169,7 @@ def test_densities_integrate_to_one(exponent: float) -> None:
 
 @pytest.mark.parametrize("exponent", [None, 0.0, 12.5, 300.0])
 def test_samples_follow_their_density(exponent: float | None) -> None:
-    """Chi-square of 200,000 directions in 8 x 16 cells of equal probability."""
+    """Chi-square test of 200,000 directions in 8 x 16 cells of equal probability."""
     numbers = random_numbers(np.arange(200_000), 0, 0, 2, 3)[:, :2]
     if exponent is None:
         d, power = sampling.sample_cosine(numbers), 2.0
@@ -182,7 +185,7 @@ def test_samples_follow_their_density(exponent: float | None) -> None:
 def test_triangle_points_are_uniform() -> None:
     u, v = sampling.sample_triangle(random_numbers(np.arange(160_000), 1, 0, 2, 3)[:, :2]).T
     assert (u + v <= 1).all()
-    # Sixteen triangles of equal area: by the cells of weights in quarters.
+    # Quarters of the barycentric weights give sixteen triangles of equal area.
     cells = (4 * u).astype(int) * 64 + (4 * v).astype(int) * 8 + (4 * (1 - u - v)).astype(int)
     counts = np.unique(cells, return_counts=True)[1]
     assert len(counts) == 16
@@ -191,7 +194,7 @@ def test_triangle_points_are_uniform() -> None:
 
 @pytest.mark.parametrize("ior", [1.5, 1 / 1.5, 2.42])
 def test_reflection_is_the_same_from_both_sides(ior: float) -> None:
-    """Stokes: a border reflects as much of what comes back along the refracted ray."""
+    """Stokes: a border reflects the same share of light that returns along the refracted ray."""
     cosine = np.linspace(0.01, 1, 500)
     through = 1 - (1 - cosine ** 2) / ior ** 2
     some = through > 0

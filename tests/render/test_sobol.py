@@ -1,5 +1,7 @@
-"""Low-discrepancy numbers: GLSL and numpy draw the same bits; they form the nets they promise;
-pixels and events know nothing of each other; and means converge faster than random ones."""
+"""Low-discrepancy numbers: GLSL and numpy draw the same bits, which form the expected nets.
+
+Pixels and events are independent, and means converge faster than with random numbers.
+"""
 from __future__ import annotations
 
 import itertools
@@ -37,8 +39,11 @@ def test_numbers_are_cell_middles_and_their_range_is_refused() -> None:
 @pytest.mark.parametrize("first", [0, 1 << 12, 3 << 16])
 @pytest.mark.parametrize("pixel", [(0, 0), (17, 5), (4000, 3000)], ids=str)
 def test_pairs_are_nets(pixel: tuple[int, int], first: int) -> None:
-    """Of 2^k samples in a row each box of area 2^-k holds one, however long and high: of the
-    numbers that pick, and of places; every number alone stands in a stratum of its own."""
+    """Every box of area 2^-k holds exactly one of 2^k consecutive samples, for any box shape.
+
+    This holds for the numbers that pick and for the numbers that place. Each single number is
+    stratified too.
+    """
     for bounce, k in itertools.product((0, 1, 7), range(11)):
         samples = first + np.arange(1 << k)
         for block in (0, 1) if bounce else (0,):
@@ -52,7 +57,7 @@ def test_pairs_are_nets(pixel: tuple[int, int], first: int) -> None:
 
 @pytest.mark.parametrize("bounce", [0, 2, 40])
 def test_a_direction_and_the_light_behind_it_are_one_net(bounce: int) -> None:
-    """Sobol' points of four dimensions are a (3, k, 4)-net: boxes of 8 / 2^k hold 8 each."""
+    """Four-dimensional Sobol' points form a (3, k, 4)-net: a box of 8 / 2^k holds 8 points."""
     samples = np.arange(1 << 10)
     place, light = (sobol_numbers(9, 4, samples, event, block)[:, 2:]
                     for event, block in ((bounce, 0), (bounce + 1, 1)))
@@ -63,7 +68,7 @@ def test_a_direction_and_the_light_behind_it_are_one_net(bounce: int) -> None:
 
 
 def streams() -> dict[str, np.ndarray]:
-    """(n, 8) numbers in pairs that are to be independent: of neighbours, of events, of seeds."""
+    """Return (n, 8) numbers: two blocks that must be independent, of pixels, events or seeds."""
     count = np.arange(1 << 14)
     line, column = count >> 7, count & 127
 
@@ -92,7 +97,7 @@ def test_what_is_not_one_net_is_independent(name: str) -> None:
 @pytest.mark.parametrize("seed", [3])
 @pytest.mark.parametrize("kind", ["smooth", "edge"])
 def test_means_converge_faster_than_random_ones(seed: int, kind: str) -> None:
-    """Integrals over a direction and a light, of 64 pixels: unbiased, and with a smaller error."""
+    """Integrals over a direction and a light, in 64 pixels, are unbiased with a smaller error."""
     pixel, sample = (a.ravel() for a in np.meshgrid(np.arange(64), np.arange(256)))
 
     def error(draw) -> np.ndarray:

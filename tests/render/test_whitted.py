@@ -1,4 +1,4 @@
-"""Whitted's ray tracing against what optics says, and the same by every method."""
+"""Whitted's ray tracing against optics, and against itself under every method."""
 from __future__ import annotations
 
 import numpy as np
@@ -14,7 +14,7 @@ DIM = rt.Environment.constant((0.25, 0.5, 0.75))
 
 
 def radiance(tracer: rt.Tracer, size: tuple[int, int], **options: object) -> np.ndarray:
-    """(height, width, 3) linear light of a picture that gathers."""
+    """Return (height, width, 3) linear radiance of a picture that gathers."""
     tracer.render(size=size, **options)
     return stream(tracer, "radiance")[0][:, :, :3]
 
@@ -32,7 +32,7 @@ def scene_of(triangles: np.ndarray, material: rt.Material, camera: rt.Camera,
 
 
 def test_a_box_of_mirrors_adds_up_to_a_geometric_series() -> None:
-    """All walls glow and reflect half, exactly: no ray leaves, and none is lost or met twice."""
+    """All walls emit light and reflect exact shares: no ray leaves, is lost or counts twice."""
     wall = rt.Material("wall", mirror=(0.5, 0.25, 0.0), emission=(0.125, 0.25, 1))
     camera = rt.Camera((0.3, 0.4, 0.45), (1, 0.7, 0.1), fov=100)
     scene = scene_of(boxes((0, 0, 0), (1, 1, 1)), wall, camera, None)
@@ -43,7 +43,7 @@ def test_a_box_of_mirrors_adds_up_to_a_geometric_series() -> None:
 
 
 def fresnel(cosine: np.ndarray, ior: float) -> np.ndarray:
-    """The textbook's, float64; 1 past the critical angle."""
+    """Return the textbook's Fresnel reflectance in float64; 1 past the critical angle."""
     sine = np.sqrt(1 - cosine ** 2) / ior
     beyond = np.sqrt(np.maximum(1 - sine ** 2, 0))
     across = (cosine - ior * beyond) / (cosine + ior * beyond)
@@ -53,8 +53,11 @@ def fresnel(cosine: np.ndarray, ior: float) -> np.ndarray:
 
 @pytest.mark.parametrize("ior", [1.5, 1.1, 2.4, 1 / 1.5])
 def test_a_slab_of_glass_reflects_and_lets_through_by_fresnel(ior: float) -> None:
-    """Every path of up to six turns, with its weight: light from before and behind differs. What
-    is left inside then takes what surrounds the slab, in the directions that it goes on in."""
+    """Sum the weights of all paths of up to six turns; the sky differs before and behind the slab.
+
+    Light that is then still inside the slab gets the radiance of the surroundings in the
+    directions in which it would go on.
+    """
     camera = rt.Camera((0, 0, 3), (0.8, 0.5, 0), fov=70)
     slab = boxes((-500, -500, -0.5), (500, 500, 0.5))
     sky = rt.Environment.surrounded(rt.Texture("halves", np.ones((4, 8, 3)) * np.where(
@@ -71,7 +74,7 @@ def test_a_slab_of_glass_reflects_and_lets_through_by_fresnel(ior: float) -> Non
         radiance_there = np.where(behind, 1.0, 0.25)
         expected += np.where(weight >= CUTOFF, weight * radiance_there, 0)
         sure &= np.abs(weight / CUTOFF - 1) > 1e-3
-    rest = (1 - f) * f ** 5     # inside, on its way back to where it came from
+    rest = (1 - f) * f ** 5     # the share inside, on its way back to the side of its origin
     for share, there in ((f, 1.0), (1 - f, 0.25)):
         weight = rest * share
         expected += np.where(weight >= CUTOFF, weight * there, 0)
@@ -79,7 +82,7 @@ def test_a_slab_of_glass_reflects_and_lets_through_by_fresnel(ior: float) -> Non
     sine = directions[..., 0] / ior
     sure &= (np.abs(sine) < 0.87 * np.sqrt(np.maximum(1 - (directions[..., 1] / ior) ** 2, 0))
              ) | (rest * f < CUTOFF)
-    # Where directions are near the border of the halves, filtering blends them.
+    # Near the border between the bright and the dark half, filtering blends the texels.
     angle = np.abs(np.arctan2(directions[..., 0], -directions[..., 2]))
     sure &= (np.abs(angle - np.pi / 2) > 0.5) & (np.abs(f - 1) > 1e-6)
     assert sure.mean() > 0.5 and np.abs(light - expected)[sure].max() < 1e-4
@@ -116,7 +119,7 @@ def test_light_inside_glass_is_reflected_totally_past_the_critical_angle() -> No
 
 
 def test_a_square_lamp_lights_a_floor_as_its_form_factor_says() -> None:
-    """In the mean over each pixel's noise; the closed form is Lambert's for polygons."""
+    """The mean error is small beside each pixel's noise; Lambert's formula is the closed form."""
     lamp = quad((-1, 2, -1), (1, 2, -1), (1, 2, 1), (-1, 2, 1))
     floor = quad((-9, 0, 9), (9, 0, 9), (9, 0, -9), (-9, 0, -9))
     materials = (rt.Material("floor", (0.5,) * 3), rt.Material("lamp", emission=(4,) * 3))
@@ -139,7 +142,7 @@ def test_a_square_lamp_lights_a_floor_as_its_form_factor_says() -> None:
 
 
 def test_smooth_normals_shade_a_ball_as_a_ball() -> None:
-    """And a light behind the triangle does not shine through it."""
+    """A light behind a triangle must not shine through the triangle."""
     from gpgpu_rt.scene.attributes import smooth_normals
     from gpgpu_rt.scene.procedural.shapes import ball
     triangles = ball(320)
@@ -160,7 +163,7 @@ def test_smooth_normals_shade_a_ball_as_a_ball() -> None:
 
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()])
 def test_every_method_draws_the_same_picture(exact_renderer, method: str) -> None:
-    """Glass, mirrors, a lamp, a point light, textures and smooth normals at once."""
+    """The picture has glass, mirrors, a lamp, a point light, textures and smooth normals."""
     assert (picture(method) == picture("brute-force")).all()
 
 
@@ -191,7 +194,7 @@ def test_how_rays_are_traced_does_not_show(exact_renderer, options: dict[str, ob
 
 @pytest.mark.parametrize("precision, most", [("fp24", 0.1), ("fp16", 3.0)])
 def test_low_precision_shows_little(exact_renderer, precision: str, most: float) -> None:
-    """And all features are no different under it."""
+    """All features draw the same picture under low precision too."""
     derived = drawn(everything(), precision=precision)
     assert np.abs(derived.astype(int) - picture("brute-force")).mean() < most
     assert (drawn(everything(), all_features=True, precision=precision) == derived).all()

@@ -1,4 +1,4 @@
-"""Caustics mapping: beside mirrored lights, Snell's slab and traced photons."""
+"""Caustics mapping against mirrored lights, a slab under Snell's law, and traced photons."""
 from __future__ import annotations
 
 import numpy as np
@@ -14,7 +14,7 @@ SIZE = (96, 64)
 
 
 def scene_of(part: np.ndarray, material: rt.Material, *others: np.ndarray) -> rt.Scene:
-    """A refractor over a floor at y = 0, and perhaps other grey things."""
+    """Return a refractor over a grey floor at y = 0, with any further grey triangles."""
     parts = [floor((-6, -6), (6, 6), 0.0, 3), *others, part]
     corners = np.concatenate(parts).reshape(-1, 3)
     rows = np.zeros(len(corners) // 3, int)
@@ -33,7 +33,7 @@ SLAB = boxes((-1.0, 0.8, -1.0), (1.0, 1.2, 1.0))
 
 
 def direct(seen: Visible, light: np.ndarray) -> np.ndarray:
-    """(h, w) irradiance of a light of one watt a steradian, whatever stands before it."""
+    """Return (h, w) irradiance of an unoccluded light of one watt per steradian."""
     to = light - seen.places
     return (to * seen.normals).sum(2) / np.linalg.norm(to, axis=2) ** 3
 
@@ -41,7 +41,7 @@ def direct(seen: Visible, light: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("seed", [1, 2, 3], ids="seed{}".format)
 @pytest.mark.parametrize("way", ["searched", "traced"])
 def test_glass_of_air_casts_light_as_if_it_were_not_there(way: str, seed: int) -> None:
-    """What an index of 1 lets through is what the light would bring: units, areas, both images."""
+    """Light through an index of 1 equals direct light; this checks units, areas, both images."""
     light = np.array([0.0, 5.0, 0.0]) + np.random.default_rng(seed).uniform(-1, 1, 3)
     with rt.Tracer(scene_of(SPHERE, glass(1.0))) as tracer:
         caustics = Caustics(tracer, light, photons=128, resolution=96, iterations=6)
@@ -51,7 +51,7 @@ def test_glass_of_air_casts_light_as_if_it_were_not_there(way: str, seed: int) -
         expected = direct(seen, light)
         lit = np.pad(found > 0, 2)
         inner = np.all([lit[y:y + SIZE[1], x:x + SIZE[0]] for y in range(5) for x in range(5)],
-                       axis=0)             # a splat blurs the rim
+                       axis=0)             # leave out the rim, which splats blur
         ratio = found[inner] / expected[inner]
         caustics.release()
     assert inner.sum() > 20
@@ -60,7 +60,7 @@ def test_glass_of_air_casts_light_as_if_it_were_not_there(way: str, seed: int) -
 
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
 def test_a_mirror_lights_like_the_light_behind_it(seed: int) -> None:
-    """A flat mirror upright behind a light: photons land where lines from its image go."""
+    """Photons from an upright flat mirror land as if they came from the light's mirror image."""
     light = np.array([0.4, 2.0, 1.5]) + np.random.default_rng(seed).uniform(-0.3, 0.3, 3)
     upright = quad((-1.0, 0.3, -1.5), (1.0, 0.3, -1.5), (1.0, 1.8, -1.5), (-1.0, 1.8, -1.5))
     image = light * (1, 1, -1) + (0, 0, -3.0)
@@ -88,7 +88,7 @@ def landed_after(caustics: Caustics, iterations: int) -> np.ndarray:
 
 @pytest.mark.parametrize("ior", [1.2, 1.5, 2.0])
 def test_photons_through_a_slab(ior: float) -> None:
-    """Moved aside by Snell's law, and weakened twice by Fresnel's."""
+    """Snell's law shifts the photons sideways, and Fresnel's law weakens them twice."""
     light = np.array([0.2, 6.0, 0.1])
     with rt.Tracer(scene_of(SLAB, glass(ior))) as tracer:
         caustics = Caustics(tracer, light, photons=64, resolution=256, smooth=False,
@@ -118,7 +118,7 @@ def test_photons_through_a_slab(ior: float) -> None:
 
 
 def test_water_and_what_is_closed() -> None:
-    """A level surface of water: one border, where light is bent once."""
+    """A level water surface is a single border, which refracts light once."""
     water = floor((-2, -2), (2, 2), 1.0, 4)
     assert not is_closed(water) and is_closed(SPHERE) and is_closed(SLAB)
     light = np.array([2.5, 3.5, 0.3])
@@ -138,7 +138,7 @@ def test_water_and_what_is_closed() -> None:
         truth = caustics.traced()
         apart = [np.median(np.linalg.norm(landed_after(caustics, n) - truth, axis=2)[some])
                  for n in (1, 2, 8)]
-        assert apart[0] > 1.5 * apart[1] > 1.5 * apart[2], apart       # guesses get better
+        assert apart[0] > 1.5 * apart[1] > 1.5 * apart[2], apart       # iterations converge
         caustics.release()
 
 
@@ -201,7 +201,7 @@ def test_the_widest_splat_keeps_all_light_and_landings_have_a_shape() -> None:
             Caustics(tracer, (0, 6, 0), photons=4, splat=largest + 1)
         caustics = Caustics(tracer, (0, 6, 0), photons=4, resolution=2 * largest, splat=largest)
         landed = np.zeros((4, 4, 4), np.float32)
-        landed[1, 2] = 0, 0, 0, 1       # right below the light: in the middle of what it sees
+        landed[1, 2] = 0, 0, 0, 1       # right below the light, in the middle of its view
         assert caustics.map(landed).sum() == pytest.approx(1, rel=1e-3)
         for wrong in (landed[:3], landed[:, :, :3], landed[0]):
             with pytest.raises(rt.OptionError, match="landed has the shape"):

@@ -1,4 +1,4 @@
-"""Ray bundles by peeled projections: furnaces, form factors, and the same rays traced."""
+"""Ray bundles by peeled projections, against furnaces, form factors and the same rays traced."""
 from __future__ import annotations
 
 import numpy as np
@@ -23,7 +23,7 @@ def scene_of(triangles: np.ndarray, *materials: rt.Material, rows: object = None
 
 
 def test_half_sphere() -> None:
-    """Evenly: what it gives the integrals of 1, z, z^2 and x over a half sphere."""
+    """The directions give the integrals of 1, z, z^2 and x over a half sphere."""
     d = half_sphere(200)
     assert np.allclose(np.linalg.norm(d, axis=1), 1) and (d[:, 2] > 0).all()
     assert np.allclose([d[:, 2].mean(), (d[:, 2] ** 2).mean()], [1 / 2, 1 / 3], atol=1e-3)
@@ -45,15 +45,15 @@ def test_triangles_are_cut_evenly(seed: int) -> None:
 
 @pytest.mark.parametrize("albedo, bounces", [(0.0, 0), (0.5, 3), (0.8, 6)])
 def test_a_furnace(albedo: float, bounces: int) -> None:
-    """In a closed box that emits everywhere each bounce adds albedo times the one before."""
+    """In a closed box that emits everywhere, each bounce adds albedo times the previous bounce."""
     white = rt.Material("white", (albedo,) * 3, emission=(1, 2, 4))
     scene = scene_of(boxes((-1, -1, -1), (1, 1, 1)), white, camera=INSIDE)
     with rt.Tracer(scene) as tracer:
         bundles = RayBundles(tracer, 0.25, 48, "bundles")
         inside = bundles.solve(24, bounces)[:, 1]       # normals of a box look outwards
-        expected = (1 - albedo ** (bounces + 2)) / (1 - albedo)    # emitted, lit, passed on
+        expected = (1 - albedo ** (bounces + 2)) / (1 - albedo)    # emitted, direct, bounced
         off = np.abs(inside / (expected * np.array([1, 2, 4])) - 1).max(axis=1)
-        assert np.median(off) < 1e-4 and off.max() < 0.02    # a pixel may lie beside a seam
+        assert np.median(off) < 1e-4 and off.max() < 0.02    # a pixel may miss at a seam
         assert abs(bundles.weights.mean() / np.pi - 1) < 0.01
         assert bundles.layers == 2
         shown = bundles.draw(size=(24, 20), directions=40)
@@ -61,11 +61,11 @@ def test_a_furnace(albedo: float, bounces: int) -> None:
     expected = 1 + albedo * expected
     right = np.abs(shown / (expected * np.array([1, 2, 4])) - 1).max(axis=2)
     assert np.median(right) < 1e-3
-    assert right.max() < 0.4 and (right > 0.1).mean() < 0.05     # pixels that straddle an edge
+    assert right.max() < 0.4 and (right > 0.1).mean() < 0.05     # some pixels straddle an edge
 
 
 def test_a_ball_under_a_white_sky() -> None:
-    """Convex: nothing but the sky lights it, and all of it evenly; and darkness leaves it dark."""
+    """Only the sky lights a convex body, and lights it evenly; the background gathers no light."""
     grey = rt.Material("grey", (0.6, 0.5, 0.4))
     scene = scene_of(ball(800)[:, ::-1], grey, environment=rt.Environment.constant((2, 2, 2)))
     with rt.Tracer(scene) as tracer:
@@ -74,7 +74,7 @@ def test_a_ball_under_a_white_sky() -> None:
         met = bundles.weights[:, 0] > 0
         assert met.mean() > 0.98
         off = np.abs(out[met] / (2 * np.array([0.6, 0.5, 0.4])) - 1).max(axis=1)
-        assert np.median(off) < 1e-5 and (off < 0.02).mean() > 0.9    # others: at outlines
+        assert np.median(off) < 1e-5 and (off < 0.02).mean() > 0.9    # outlines are less exact
         seen = Visible.of(tracer, None, (24, 24))
         hit = seen.hits.hit.reshape(24, 24)
         light = bundles.gather(seen.places, seen.normals, 48)
@@ -84,8 +84,8 @@ def test_a_ball_under_a_white_sky() -> None:
 
 
 def test_a_plate_under_a_sky_that_darkens() -> None:
-    """Radiance (1 + height) / 2 brings a level plate pi (1/2 + 1/3) from above."""
-    plate = quad((-1, 0, -1), (-1, 0, 1), (1, 0, 1), (1, 0, -1))          # looks up
+    """Radiance (1 + height) / 2 gives a level plate an irradiance of pi (1/2 + 1/3) from above."""
+    plate = quad((-1, 0, -1), (-1, 0, 1), (1, 0, 1), (1, 0, -1))          # faces up
     scene = scene_of(plate, rt.Material("grey", (0.5,) * 3),
                      environment=rt.Environment.sky((1, 1, 1), (0, 0, 0)))
     with rt.Tracer(scene) as tracer:
@@ -100,7 +100,7 @@ def test_a_plate_under_a_sky_that_darkens() -> None:
 
 @pytest.mark.parametrize("distance, factor", [(0.5, 0.41525), (1.0, 0.19982), (2.0, 0.06859)])
 def test_form_factor_of_squares(distance: float, factor: float) -> None:
-    """Of two unit squares that face each other (the known integral, in its closed form)."""
+    """Two unit squares that face each other have a form factor with a known closed form."""
     a, b = 1 / distance, 1 / distance
     x, y = np.sqrt(1 + a * a), np.sqrt(1 + b * b)
     closed = 2 / (np.pi * a * b) * (
@@ -126,7 +126,7 @@ def test_form_factor_of_squares(distance: float, factor: float) -> None:
 
 @pytest.mark.parametrize("count", [1, 3, 6])
 def test_layers_are_all_peeled(count: int) -> None:
-    """A pile of sheets: as many layers, and the last one is lit from behind by the sky."""
+    """A pile of sheets has as many layers as sheets, and the sky lights the last sheet."""
     sheet = quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0))
     pile = np.concatenate([sheet + (0, 0, 0.1 * k) for k in range(count)])
     scene = scene_of(pile, rt.Material("black", (0, 0, 0)),
@@ -140,7 +140,7 @@ def test_layers_are_all_peeled(count: int) -> None:
 
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
 def test_gathered_light_is_that_of_traced_rays(seed: int) -> None:
-    """Parallel rays from what is seen, traced, find the patches that the layers show."""
+    """Parallel traced rays from the visible points find the patches that the layers show."""
     rng = np.random.default_rng(seed)
     things = boxes(*np.sort(rng.uniform(-0.8, 0.8, (2, 4, 3)), axis=0))
     scene = scene_of(np.concatenate([boxes((-1, -1, -1), (1, 1, 1)), things]),
@@ -177,7 +177,7 @@ def traced_gather(bundles: RayBundles, seen: Visible, count: int) -> np.ndarray:
 
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
 def test_light_straight_from_a_small_lamp(seed: int) -> None:
-    """As from a point of as much intensity, by the cosine at the lamp; nothing behind a screen."""
+    """A small lamp shines like a point light with a cosine, and a screen blocks its light."""
     rng = np.random.default_rng(seed)
     side, high = 0.02, 1.5
     lamp = quad((0, high, 0), (side, high, 0), (side, high, side), (0, high, side))

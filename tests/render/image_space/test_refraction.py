@@ -1,4 +1,4 @@
-"""Image-space refraction: right for a slab, good for a ball, beside the float64 truth."""
+"""Image-space refraction against float64 rays: exact for a slab, close for a ball."""
 from __future__ import annotations
 
 import numpy as np
@@ -20,7 +20,7 @@ def scene_of(triangles: np.ndarray) -> rt.Scene:
 
 def errors(scene: rt.Scene, camera: Camera, smooth: bool, ior: float = 1.5
            ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of the pixels that both show as refracted twice, degrees; and the kinds of both."""
+    """Return the errors in degrees where both methods refract twice, and the kinds of both."""
     with rt.Tracer(scene) as tracer:
         refraction = Refraction(tracer, ior, smooth)
         found, kind = refraction.draw(camera, SIZE)
@@ -55,7 +55,7 @@ def test_a_slab_changes_no_direction(exact_renderer) -> None:
 
 
 def test_light_that_a_border_keeps_out(exact_renderer) -> None:
-    """Below an index of 1 the first border reflects totally where rays come in flat enough."""
+    """With an index below 1, the first border reflects rays at flat angles totally."""
     off, kind, right = errors(scene_of(ball(5000)), Camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0),
                                                            fov=35), True, 0.8)
     shown = kind != 0
@@ -68,13 +68,13 @@ def test_a_ball(exact_renderer, ior: float) -> None:
     scene = scene_of(ball(5000))
     off, kind, right = errors(scene, Camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), fov=35), True, ior)
     assert ((kind > 0) == (right > 0)).mean() > 0.995       # the silhouette
-    # Towards the silhouette the thickness is too small, and the normal found there too steep.
+    # Near the silhouette, the thickness is too small and the normal found there is too steep.
     assert (kind == LEFT).sum() > 0.75 * (right > 0).sum()
     assert np.median(off) < 2 and np.quantile(off, 0.9) < 10
 
 
 def test_a_bubble_reflects_where_no_light_enters(exact_renderer) -> None:
-    """What is thinner inside is a mirror past the critical angle, at its front already."""
+    """A body with an index below 1 reflects totally at its front past the critical angle."""
     camera, ior = Camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), fov=35), 0.8
     with rt.Tracer(scene_of(ball(5000))) as tracer:
         found, kind = Refraction(tracer, ior).draw(camera, SIZE)
@@ -93,7 +93,7 @@ def test_what_is_no_refractive_index_is_refused(ior: object) -> None:
 
 
 def test_kinds(exact_renderer) -> None:
-    """A box seen on edge throws light back that a slab lets through."""
+    """A box seen at an edge reflects light totally; a slab would let this light through."""
     box = scene_of(boxes(np.array([[-1.0, -1.0, -1.0]]), np.array([[1.0, 1.0, 1.0]])))
     _, kind, right = errors(box, Camera((3.0, 0.4, 3.0), (0.0, 0.0, 0.0), fov=50), False)
     assert (right == TOTAL).any() and (kind == TOTAL).any()
