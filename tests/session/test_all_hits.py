@@ -1,4 +1,4 @@
-"""All hits of a ray: every method finds what testing all pairs finds, in the same order."""
+"""All hits of a ray: every method finds the hits that a test of all pairs finds, in order."""
 from __future__ import annotations
 
 import multiprocessing
@@ -17,7 +17,7 @@ METHODS = {row.name: row for row in rt.methods()}
 
 
 def doubled_soup(seed: int, count: int = 40) -> rt.Scene:
-    """Triangles of which some lie there twice or thrice."""
+    """Return triangles of which a third occur two or three times."""
     triangles = random_soup(count, seed)
     triangles = np.concatenate([triangles, triangles[::3], triangles[::6, [1, 2, 0]]])
     corners = triangles[np.random.default_rng(seed).permutation(len(triangles))].reshape(-1, 3)
@@ -25,7 +25,10 @@ def doubled_soup(seed: int, count: int = 40) -> rt.Scene:
 
 
 def rays_through(scene: rt.Scene, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Random rays, and rays at vertices: of lengths that are no powers of two, one far away."""
+    """Return random rays and rays at vertices.
+
+    The lengths of the directions are no powers of two. One ray starts far away.
+    """
     kinds = [RAY_SETS[kind](scene, 60, seed) for kind in ("random", "vertices")]
     origins, directions = (np.concatenate(arrays) for arrays in zip(*kinds))
     directions = directions * np.float32(3.7)
@@ -35,7 +38,7 @@ def rays_through(scene: rt.Scene, seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 def all_pairs(scene: rt.Scene, origins: np.ndarray, directions: np.ndarray, t_min: float = 0.0,
               t_max: float = np.inf) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """ray, t, triangle of all hits, by the watertight test's twin in numpy."""
+    """Return ray, t and triangle of all hits, found by the watertight test's numpy version."""
     ray, triangle = np.divmod(np.arange(len(origins) * len(scene)), len(scene))
     accepted, t, _, _ = intersect_pairs(scene.triangles[triangle], origins[ray], directions[ray])
     accepted &= (t >= np.float32(t_min)) & (t <= np.float32(t_max))
@@ -53,7 +56,7 @@ def test_all_hits_are_those_of_all_pairs(exact_renderer, method: str, schedule: 
                                          seed: int) -> None:
     scene = doubled_soup(seed)
     origins, directions = rays_through(scene, seed)
-    origins = np.delete(origins, 5, 0)    # tests from afar have other bits than from near
+    origins = np.delete(origins, 5, 0)    # the test of a far ray rounds differently
     directions = np.delete(directions, 5, 0)
     ray, t, triangle = all_pairs(scene, origins, directions)
     assert len(np.unique(np.column_stack([ray, t.view(np.int32)]), axis=0)) < len(t) - 20
@@ -159,7 +162,7 @@ with rt.Tracer(scene, "kd-restart") as shared:
 
 
 def test_threads_take_turns() -> None:
-    """In a process of its own: here the context is current, and no other thread could have it."""
+    """The test needs its own process: here, a current context locks out other threads."""
     subprocess.run([sys.executable, "-c", THREADS], check=True, timeout=120)
 
 

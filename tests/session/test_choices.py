@@ -1,4 +1,4 @@
-"""The method "auto": a choice for coherent rays and one for others, taken by the rays."""
+"""The method "auto": the tracer picks the choice for coherent or incoherent rays by the rays."""
 from __future__ import annotations
 
 import pickle
@@ -64,18 +64,18 @@ def test_what_all_rays_share_is_all(height: int, width: int) -> None:
     origins, directions = np.zeros((height, width, 3)), np.ones((height, width, 3)) * (1, 2, 3)
     assert share_of(origins, directions) == 1
     assert share_of(origins, -directions) == 1
-    moved = origins + np.arange(width)[None, :, None]        # a diagonal from one to the next
+    moved = origins + np.arange(width)[None, :, None]        # columns lie far apart
     assert share_of(moved, directions, 100.0) == 1
     across = share_of(moved, directions, 1.0)
     if height == 1:
         assert across == 0
-    else:       # only those below each other are near
+    else:       # only vertical neighbours are near
         y, x = min(8, height), min(8, width)
         assert across == pytest.approx((y - 1) * x / ((y - 1) * x + y * (x - 1)))
 
 
 def test_what_makes_rays_unlike() -> None:
-    """A sign, the dominant axis, the origin: each of them alone, on every other ray."""
+    """Every other ray differs in a sign, the dominant axis or the origin alone."""
     origins, directions = np.zeros((1, 8, 3)), np.ones((1, 8, 3)) * (1, 2, 3)
     for change in ((-1, 2, 3), (1, 3, 2)):
         other = directions.copy()
@@ -111,7 +111,7 @@ def test_the_rays_of_the_bench_are_told_apart(name: str) -> None:
         assert (found >= COHERENT_SHARE) == coherent, (kind, found)
 
 
-# What is taken -----------------------------------------------------------------------------------
+# Choice by rays ----------------------------------------------------------------------------------
 
 
 def test_rays_decide(scene, auto) -> None:
@@ -129,7 +129,7 @@ def test_rays_decide(scene, auto) -> None:
             one, other = truth.trace_all(*given), auto.trace_all(*given)
             assert took(auto)[0] == rays
             assert (one.triangle == other.triangle).all() and (one.t == other.t).all()
-        # A single ray is like no other: what is at hand takes it.
+        # A single ray has no neighbour to compare with, so the current choice traces it.
         alone = [a.reshape(-1, 3)[:1] for a in eye(scene)]
         assert_same_bits(truth.trace(*alone), auto.trace(*alone))
         assert took(auto)[0] == INCOHERENT
@@ -145,8 +145,8 @@ def test_the_second_structure_is_built_when_it_is_asked_for(scene, auto) -> None
     assert second is auto.session and second.structure.table_bytes == kd
     assert "kd_node" in kd and "kd_node" not in first.structure.table_bytes
     auto.trace(*eye(scene))
-    assert auto.statistics.build_seconds == built        # its own again, not built anew
-    assert auto.statistics.texture_bytes == coherent_alone + sum(kd.values())   # both are held
+    assert auto.statistics.build_seconds == built        # reused, not rebuilt
+    assert auto.statistics.texture_bytes == coherent_alone + sum(kd.values())   # both are kept
 
 
 def test_a_choice_that_cannot_be_built_changes_nothing(scene, auto, monkeypatch) -> None:
@@ -197,7 +197,7 @@ def test_pictures_are_the_same(scene, auto) -> None:
         assert took(auto)[0] == COHERENT and radiance.any()
         auto.render(size=(SIDE, SIDE), integrator="path", samples=2)
         auto.trace(*eye(scene))
-        assert (auto.radiance == radiance).all()     # of the last picture, whatever came since
+        assert (auto.radiance == radiance).all()     # a later trace keeps the last picture
 
 
 def test_release_frees_both(scene) -> None:
@@ -261,10 +261,10 @@ def test_the_default_pair(scene) -> None:
                                     (INCOHERENT, random(scene), "bvh-threaded")):
             assert_same_bits(truth.trace(*given), tracer.trace(*given))
             assert took(tracer) == (rays, method, method) and tracer.options["octants"]
-    with rt.Tracer(scene, "auto", schedule="step") as tracer:     # without entry points
+    with rt.Tracer(scene, "auto", schedule="step") as tracer:     # drops the entry points
         tracer.trace(*eye(scene))
         assert took(tracer) == (COHERENT, "bvh-packet", "bvh-packet")
-    with rt.Tracer(scene, "auto", entry_points=4) as tracer:      # packets do not know it
+    with rt.Tracer(scene, "auto", entry_points=4) as tracer:      # packets do not accept 4
         tracer.trace(*eye(scene))
         assert took(tracer) == ("", "bvh-threaded", "bvh-threaded")
     with rt.Tracer(scene, "auto", octants=False) as tracer:

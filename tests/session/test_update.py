@@ -1,4 +1,4 @@
-"""Triangles that move: what an updated tracer hits is what a new one hits, to the bit."""
+"""Moved triangles: an updated tracer and a new tracer find the same hits, to the bit."""
 from __future__ import annotations
 
 import numpy as np
@@ -19,7 +19,7 @@ COUNT = 300
 
 
 def moved(triangles: np.ndarray, amount: float, seed: int) -> np.ndarray:
-    """Every triangle somewhere else; one becomes a point, one comes back from having been one."""
+    """Return the triangles, each moved to another place; triangle 4 becomes a point."""
     rng = np.random.default_rng(seed)
     after = triangles + amount * rng.normal(size=(len(triangles), 1, 3)).astype(np.float32)
     after[4] = after[4, :1]
@@ -60,8 +60,10 @@ def test_an_updated_tracer_hits_what_a_new_one_does(exact_renderer, method: str,
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()
                                     if row.stack or row.stack_entry is not None])
 def test_trees_of_like_depth_share_programs(gpu, method: str) -> None:
-    """A stack is as deep as the tree, its array a little longer: nothing is compiled for a tree
-    that is a level deeper."""
+    """The array of a stack is a little longer than the tree is deep.
+
+    A tree that is a level deeper therefore needs no new program.
+    """
     depths, made = set(), set()
     for seed, count in enumerate((20, 30, 45)):
         scene = scene_of(random_soup(count, seed))
@@ -79,7 +81,7 @@ def test_trees_of_like_depth_share_programs(gpu, method: str) -> None:
 
 @pytest.mark.parametrize("octants", [False, True])
 def test_pictures_move_too(exact_renderer, octants: bool) -> None:
-    """Shading reads the new triangles, and no program or texture was made for them."""
+    """Shading reads the new triangles, and an update makes no program or texture."""
     triangles = random_soup(COUNT, 2)
     after = moved(triangles, 0.3, 3)
     with rt.Tracer(scene_of(triangles), "bvh-threaded", octants=octants) as tracer:
@@ -105,7 +107,7 @@ def test_pictures_move_too(exact_renderer, octants: bool) -> None:
 @pytest.mark.parametrize("ratio, rebuilt", [(np.inf, False), (1e6, False), (1.2, True), (0, True)])
 def test_the_ratio_decides(ratio: float, rebuilt: bool) -> None:
     triangles = random_soup(COUNT, 5, size=0.02)
-    shuffled = triangles[np.random.default_rng(1).permutation(COUNT)]   # the worst that can be
+    shuffled = triangles[np.random.default_rng(1).permutation(COUNT)]   # the worst case of a refit
     with rt.Tracer(scene_of(triangles), "bvh-threaded", rebuild_ratio=ratio) as tracer:
         before = sah_cost(tracer.accelerator.structure)
         tracer.update(shuffled)
@@ -113,13 +115,13 @@ def test_the_ratio_decides(ratio: float, rebuilt: bool) -> None:
         after = sah_cost(tracer.accelerator.structure)
         assert after < 1.01 * before if rebuilt else after > 1.2 * before
         built = tracer.statistics.build_seconds
-        tracer.update(shuffled)     # as it stands: nothing has become worse since
+        tracer.update(shuffled)     # the same triangles again: the cost has not risen
         assert tracer.statistics.rebuilt == (ratio == 0)
         assert ratio == 0 or tracer.statistics.build_seconds == built
 
 
 def test_a_rebuilt_tree_is_the_new_measure() -> None:
-    """Triangles that have grown cost any tree more: that is no reason to build it twice."""
+    """Larger triangles raise the cost of any tree; that is no reason to rebuild a tree twice."""
     triangles = random_soup(COUNT, 5, size=0.02)
     grown = triangles + 8 * (triangles - triangles.mean(axis=1, keepdims=True))
     with rt.Tracer(scene_of(triangles), "bvh-threaded") as tracer:
@@ -171,7 +173,7 @@ def test_what_does_not_fit_is_refused_and_changes_nothing(vertices, message: str
 
 
 def test_tables_that_do_not_fit_leave_those_that_are_there(monkeypatch) -> None:
-    """A tree past a limit for triangles that moved: both stay as they were."""
+    """If the tree of moved triangles exceeds a limit, tree and tables stay as they were."""
     triangles = random_soup(COUNT, 10)
     scene = scene_of(triangles)
     rays = RAY_SETS["random"](scene, 500, 3)
@@ -201,7 +203,7 @@ def test_the_scene_that_was_given_stays() -> None:
 
 @pytest.mark.parametrize("method", ["kd-restart", "grid", "bvh-threaded", "kd-packet"])
 def test_two_tracers_in_turn(exact_renderer, method: str) -> None:
-    """They share programs, whose uniforms are each one's own."""
+    """Two tracers share programs, but each tracer sets its own uniforms."""
     scenes = [scene_of(random_soup(COUNT, 13)), scene_of(random_soup(COUNT, 14) * 40 + 7)]
     rays = [RAY_SETS["random"](scene, 300, 2) for scene in scenes]
     with rt.Tracer(scenes[0], method) as one, rt.Tracer(scenes[1], method) as other:
@@ -218,7 +220,7 @@ def test_two_tracers_in_turn(exact_renderer, method: str) -> None:
     if set(options) <= {option.name for option in row.options}])
 def test_rays_that_packets_leave_behind(exact_renderer, method: str, options: dict,
                                         monkeypatch) -> None:
-    """Another method traces them, whose tables must have moved too."""
+    """Another method traces the rays that packets stop, so its tables must be updated too."""
     monkeypatch.setattr(packets, "PACKET_STEPS", 12)
     triangles = random_soup(COUNT, 15)
     rays = RAY_SETS["random"](scene_of(triangles), 300, 3)
