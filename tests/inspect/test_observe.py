@@ -1,4 +1,4 @@
-"""Observed passes: as many as were drawn, with the textures and counts that they had."""
+"""Observed passes: every draw is observed with its textures and counts."""
 from __future__ import annotations
 
 import pytest
@@ -12,7 +12,7 @@ from gpgpu_rt.rays.records import HIT
 
 SIDE = 12
 CASES = [(row.name, schedule) for row in rt.methods() for schedule in row.schedules]
-HITS_BY_HOST = {"ray-engine"}    # the host writes final states there, and no pass does
+HITS_BY_HOST = {"ray-engine"}    # the host writes the final states, so no pass holds them
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def test_every_draw_is_observed(scene: rt.Scene, method: str, schedule: str) -> 
             hits = tracer.trace(*rays)
         statistics = tracer.statistics
         assert [one.number for one in passes] == list(range(len(passes)))
-        # Draws that mask, count and classify rays are no passes of the method.
+        # Draws that mask, count and classify rays do not count as passes of the method.
         assert len(passes) == statistics.draw_calls >= statistics.passes > 0
         logged = {}
         for one in passes:
@@ -43,7 +43,7 @@ def test_every_draw_is_observed(scene: rt.Scene, method: str, schedule: str) -> 
             work[1:] = work[1] + 1, work[2] + one.fragments
         assert list(logged.values()) == [[one[key] for key in ("name", "draws", "fragments")]
                                          for one in statistics.pass_log]
-        if schedule not in find_method(method).drivers:     # but under the common driver
+        if schedule not in find_method(method).drivers:     # the common driver runs this schedule
             kernels = [one.kernel for one in passes if one.kernel]
             assert kernels[0] == ("all" if schedule == "loop" else "init")
             assert len(kernels) == statistics.passes

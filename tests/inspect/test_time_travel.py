@@ -1,4 +1,4 @@
-"""Every pass seen from outside: the states add up to what a trace finds, whatever pass it is."""
+"""Time travel: the observed states of any pass lead to the hits that a trace finds."""
 from __future__ import annotations
 
 import json
@@ -19,7 +19,7 @@ from gpgpu_rt.rays.batch import RayBatch
 from gpgpu_rt.rays.records import HIT
 from gpgpu_rt.traversal.schedules import LOOP_STEPS, Traversal
 
-# what is left of passes is no ray's state
+# Passes of these methods leave no state of each ray.
 BATCHED = ("ray-engine", "ray-tiles", "ray-hierarchy")
 WATCHED = [pytest.param(row.name, schedule, marks=() if schedule == "step" or row.name in (
     "grid", "kd-restart") else pytest.mark.full) for row in rt.methods()
@@ -45,7 +45,7 @@ def test_the_last_state_is_what_a_trace_finds(method: str, schedule: str) -> Non
         expected = tracer.trace(*rays)
         passes, hits = passes_of(tracer, *rays)
         names = set(phase_names(tracer).values())
-        # some are about all rays at once
+        # A few passes concern all rays at once.
         assert abs(tracer.statistics.passes - len(passes)) <= 2
     batch = RayBatch(*rays, bounds=scene.bounds)
     last = decode(batch, passes[-1])
@@ -57,7 +57,7 @@ def test_the_last_state_is_what_a_trace_finds(method: str, schedule: str) -> Non
     nearest = np.array([one.hit["t"] for one in passes])
     assert (nearest[1:] <= nearest[:-1]).all(), "a hit got farther from one pass to the next"
     assert set().union(*(one.served for one in passes)) <= names
-    if "turn" not in passes[0].state:    # packets share their steps
+    if "turn" not in passes[0].state:    # the rays of a packet share their steps
         runs = sum(sum(one.served.values()) for one in passes)
         assert runs == expected.steps.sum()
         assert all(sum(after.served.values()) <= before.live
@@ -79,7 +79,7 @@ def test_a_tracer_of_two_choices_is_watched_by_the_one_it_takes() -> None:
     both = Choices(*(Choice(name, {"schedule": "step"}) for name in ("kd-restart", "grid")))
     with rt.Tracer(scene, both) as tracer:
         expected = tracer.trace(*rays)
-        tracer.trace(np.zeros((64, 3)), np.tile([0, 0, 1.0], (64, 1)))     # leaves the other one
+        tracer.trace(np.zeros((64, 3)), np.tile([0, 0, 1.0], (64, 1)))     # use the other choice
         passes, hits = passes_of(tracer, *rays)
         assert tracer.method.name == "grid"
     assert len(passes) > 2 and passes[-1].live == 0
@@ -93,7 +93,7 @@ def test_a_tracer_of_two_choices_is_watched_by_the_one_it_takes() -> None:
     for method in ("kd-restart", "kd-ropes", "grid", "bvh-threaded", "bih")
     for schedule in ("kernels", "step")])
 def test_any_state_leads_to_the_same_hits(exact_renderer, method: str, schedule: str) -> None:
-    """Written back into the textures, what was seen after a pass is gone on with."""
+    """A traversal that resumes from the observed state of any pass finds the same hits."""
     scene, *rays = few_rays(90, 2)
     with rt.Tracer(scene, method, schedule=schedule) as tracer:
         passes, expected = passes_of(tracer, *rays)
@@ -203,7 +203,7 @@ def test_the_commands(tmp_path, capsys) -> None:
         rows = json.loads(capsys.readouterr().out)["methods"]
         assert [row["method"] for row in rows] == ["grid", "bvh-threaded"]
         assert all(row["max"] > 0 for row in rows) and Image.open(image).width > 500
-        # From elsewhere: with its back to the box, nothing is there to be hit.
+        # A far camera that looks away from the box hits nothing.
         assert main(["heat", "cornell", "-m", "grid", "--what", what, "-o", str(image), "--size",
                      "12x8", "--eye=9e5,0,0", "--target=9e6,0,0", "--json"]) == 0
         away, = json.loads(capsys.readouterr().out)["methods"]
@@ -219,7 +219,7 @@ def test_the_commands(tmp_path, capsys) -> None:
 
 
 def test_heat_is_what_rays_cost() -> None:
-    """Passes until a ray is over are its steps, at a step a pass; maps share one scale."""
+    """With one step per pass, a ray's passes equal its steps; heat maps share a scale."""
     with rt.Tracer("cornell", "kd-restart", schedule="step", statistics=True) as tracer:
         steps, passes = (heat(tracer, what, (20, 10)) for what in ("steps", "passes"))
     assert (steps.values == passes.values).all() and steps.values.shape == (10, 20)
@@ -228,5 +228,5 @@ def test_heat_is_what_rays_cost() -> None:
         assert (tested.values == len(tracer.scene)).all()
     page = np.asarray(draw_heat([steps, tested], "steps", "cornell", highest=float(
         tested.values.max())))
-    right = page[40:120, 300:500].reshape(-1, 3)    # all of it at the top of the scale
+    right = page[40:120, 300:500].reshape(-1, 3)    # every pixel is at the top of the scale
     assert (right == right[0]).all() and right[0].tolist() == [252, 242, 160]
