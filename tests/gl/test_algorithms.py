@@ -1,4 +1,4 @@
-"""Reduction, scan, stream reduction and sort: exact, for any pattern and any length."""
+"""Reduction, scan, stream reduction and sort are exact for any pattern and any length."""
 from __future__ import annotations
 
 import numpy as np
@@ -12,13 +12,13 @@ from gpgpu_rt.gl.algorithms.scan import scan
 from gpgpu_rt.gl.algorithms.sort import flips, sort
 from gpgpu_rt.gl.algorithms.streams import Stream, StreamRoom, span
 
-# One element, blocks and rows full, one short and one over; several rows.
+# A single element; full blocks and rows, and their lengths plus and minus one; several rows.
 LENGTHS = (1, 2, 7, 8, 9, 64, 65, 100, 4095, 4096, 4097, 8192, 20_001)
 some_lengths = pytest.mark.parametrize("length", LENGTHS)
 
 
 def patterns(length: int, seed: int) -> np.ndarray:
-    """(length, 4): nothing, everything, every third and random ones flagged."""
+    """Return (length, 4) flags: none, all, every third, and random elements."""
     flags = np.zeros((length, 4), np.float32)
     flags[:, 1], flags[::3, 2] = 1, 1
     flags[:, 3] = np.random.default_rng(seed).random(length) < 0.3
@@ -68,7 +68,7 @@ def test_sort(gpu, keys: str, length: int) -> None:
     elif keys != "distinct":
         hi[:] = 9
         lo = {"equal": lo * 0, "ascending": np.sort(lo), "descending": np.sort(lo)[::-1]}[keys]
-    order = np.lexsort([lo, hi])       # stable
+    order = np.lexsort([lo, hi])       # a stable sort
     with StreamRoom(gpu) as room:
         found = sort(room, room.stream(SORT_KEY, length, hi=hi, lo=lo,
                                        index=np.arange(length))).read()
@@ -78,8 +78,10 @@ def test_sort(gpu, keys: str, length: int) -> None:
 
 @pytest.mark.parametrize("length", range(34))
 def test_sort_puts_zeros_before_ones(length: int) -> None:
-    """A network of comparisons that sorts all words of zeros and ones sorts everything; these
-    are the sorted ones turned about, and random ones."""
+    """A network of comparisons that sorts all words of zeros and ones sorts any input.
+
+    The test sorts all words in reverse order, and random words.
+    """
     rng = np.random.default_rng(length)
     words = np.concatenate([np.tri(length + 1, length, -1), rng.random((500, length)) < 0.5])
     places = np.arange(length)

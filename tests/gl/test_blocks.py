@@ -1,4 +1,4 @@
-"""Stream reduction by blocks: exact, for any pattern and any length, across rows of texels."""
+"""Stream reduction by blocks is exact for any pattern and any length, across texel rows."""
 from __future__ import annotations
 
 import numpy as np
@@ -10,7 +10,7 @@ from gpgpu_rt.gl.algorithms.streams import StreamRoom
 from gpgpu_rt.methods.ray_hierarchy.records import CHILDREN, PAIR
 
 BLOCKED = 4 * BLOCK
-# One element, texels, blocks and rows full, one short and one over; several rows.
+# A single element; full texels, blocks and rows, and lengths around them; several rows.
 LENGTHS = (0, 1, 3, 4, 5, BLOCKED - 1, BLOCKED, BLOCKED + 1, 4095, 4096, 4097, 16_384, 16_385,
            70_001)
 PATTERNS = ("none", "all", "first", "last", "thirds", "blocks", "sparse", "half", "dense")
@@ -18,7 +18,7 @@ SEED = 7
 
 
 def pattern(name: str, length: int, seed: int) -> np.ndarray:
-    """(length,) bool: which elements are kept."""
+    """Return (length,) bool: the elements to keep."""
     at, rng = np.arange(length), np.random.default_rng(seed)
     return {"none": at < 0, "all": at >= 0, "first": at == 0, "last": at == length - 1,
             "thirds": at % 3 == 0, "blocks": at // BLOCKED % 2 == 1,
@@ -42,7 +42,7 @@ def test_what_is_kept_stands_in_order(gpu, name: str, seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(20), ids="seed{}".format)
 def test_rows_end_anywhere_in_a_block(gpu, seed: int) -> None:
-    """Random densities by stretches: blocks of all sizes end at, before and behind rows' ends."""
+    """Densities vary at random, so blocks of all sizes end at, before and after a row's end."""
     rng = np.random.default_rng(seed)
     length = int(rng.integers(9_000, 30_000))
     kept = rng.random(length) < np.repeat(rng.random(length // 50 + 1), 50)[:length]

@@ -1,4 +1,4 @@
-"""Period number formats: the two roundings agree, and what they promise of a result holds."""
+"""Period number formats: both implementations round alike, and results keep their guarantees."""
 from __future__ import annotations
 
 import numpy as np
@@ -20,7 +20,7 @@ LOW = ("fp24", "fp16")
 
 
 def awkward_values(seed: int) -> np.ndarray:
-    """Values at the edges of every format, either sign, between them, and infinities."""
+    """Return values at and between the edges of every format, infinities, and their negatives."""
     rng = np.random.default_rng(seed)
     edges = [v for f in FORMATS.values() for v in (f.smallest, f.quantum, f.quantum / 2, f.largest,
                                                    1 + f.unit, 1 + 3 * f.unit)]
@@ -68,7 +68,7 @@ def test_rounding_keeps_order_and_direction(name: str) -> None:
     for rounding, result in rounded.items():
         assert (np.diff(result[np.isfinite(result)]) >= 0).all(), rounding
         assert (FORMATS[name].round(result, rounding) == result).all(), rounding
-        assert (np.isinf(result) == np.isinf(values)).all()   # infinity means "no end" alone
+        assert (np.isinf(result) == np.isinf(values)).all()   # only "no end" is infinite
     inside = np.abs(values) <= FORMATS[name].largest
     assert (rounded["up"] >= values)[inside].all()
     assert (np.abs(rounded["chop"]) <= np.abs(values)).all()
@@ -82,8 +82,8 @@ def test_fp32_programs_hold_no_trace_of_rounding() -> None:
 
 LOWER = {"fp16-stored": {"storage": "fp16"}, "fp24-computed": {"arithmetic": "fp24"},
          "fp16-up": {"precision": "fp16", "rounding": "up"}}
-# A program each: the quick suite takes every schedule once, and every format; `kernels`, which has
-# the most programs, by a method of each family.
+# Each case compiles its own programs. The quick suite therefore runs every schedule and every
+# format once; it runs `kernels`, which has the most programs, with a method of each family.
 QUICK = {("fp16-stored", "step1"), ("fp24-computed", "step16")}
 FAMILIES = ("grid", "kd-backtrack", "bvh-threaded")
 IN_PASSES = [pytest.param(row.name, lower, name, id=f"{lower}-{name}-{row.name}",
@@ -97,7 +97,7 @@ IN_PASSES = [pytest.param(row.name, lower, name, id=f"{lower}-{name}-{row.name}"
 @pytest.mark.parametrize("method, lower, schedule", IN_PASSES)
 def test_schedules_agree_in_low_precision(exact_renderer, method: str, lower: str,
                                           schedule: str) -> None:
-    """Under `loop` a step leaves what the others' textures would have held."""
+    """Under `loop`, each step rounds its state as the textures of the other schedules do."""
     scene = soup_scene(60, seed=12)
     rays = RAY_SETS["random"](scene, 400, 3)
     options = {**LOWER[lower], "step_cap": 500}
@@ -145,7 +145,7 @@ def test_quantised_boxes_hold_the_boxes(seed: int, bits: int, scale: int) -> Non
     quantum, (q_lo, q_hi) = quantise(lo, hi, base, top, bits)
     assert (decode(q_lo, base, quantum) <= lo).all() and (decode(q_hi, base, quantum) >= hi).all()
     assert min(q_lo.min(), q_hi.min()) >= 0 and max(q_lo.max(), q_hi.max()) < 1 << bits
-    assert (decode(q_lo + 2, base, quantum) >= lo).all()   # and are no larger than they need be
+    assert (decode(q_lo + 2, base, quantum) >= lo).all()   # no larger than necessary
 
 
 @pytest.mark.parametrize("octants", [False, True])
@@ -162,7 +162,7 @@ def test_quantised_nodes_are_smaller(bits: int, least: float, octants: bool) -> 
 
 @pytest.mark.parametrize("bits", [16, 8])
 def test_quantised_octants_hit_the_same(bits: int) -> None:
-    """Also where boxes are flat: rounding gives those a thickness, and rays an order of bounds."""
+    """Rounding makes flat boxes thick, so rays meet their bounds in order; hits stay the same."""
     scene = rt.load_scene("cornell")
     rays = RAY_SETS["random"](scene, 400, 3)
     answers = []

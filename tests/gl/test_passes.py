@@ -1,4 +1,4 @@
-"""What a pass promises of any draw, and what releasing takes."""
+"""Guarantees of every pass, and the release of its parts."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -64,7 +64,7 @@ def test_observing_ends_with_its_block_also_within_another(gpu: Gpu, doubled) ->
         draw()
         with pytest.raises(KeyError), observe(gpu, lambda one: draw()) as inner:
             assert gpu.observers.all == [outer, inner]
-            draw()      # and what `look` draws is not observed
+            draw()      # draws of the callback are not observed
             raise KeyError
         draw()
     draw()
@@ -97,7 +97,7 @@ def test_release_takes_whatever_parts_are_kept_in(gpu: Gpu) -> None:
 
 def test_arrays_that_fragments_write_are_tried_before_they_are_trusted(gpu: Gpu,
                                                                        monkeypatch) -> None:
-    """llvmpipe keeps them and softpipe does not; who has no such array is not asked."""
+    """llvmpipe keeps such arrays and softpipe does not; methods without such arrays still run."""
     assert _kept(gpu) == ("softpipe" not in gpu.renderer)
     monkeypatch.setattr(gpu, "keeps_own_arrays", False)
     for method, options in (("kd-stack", {}), ("bvh-stack", {}), ("bih", {"stack_size": 4})):
@@ -109,7 +109,7 @@ def test_arrays_that_fragments_write_are_tried_before_they_are_trusted(gpu: Gpu,
 
 
 def test_a_tracer_that_cannot_be_made_frees_its_tables(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As a choice that is tried next needs the room."""
+    """The next choice that is tried needs the memory."""
     held = []
 
     def fails(setup: Setup) -> Driver:

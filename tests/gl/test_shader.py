@@ -1,4 +1,4 @@
-"""Shaders: includes, errors that say where, and the rules of the era over every file."""
+"""Shaders: includes, errors with file and line, and the period's rules for every file."""
 from __future__ import annotations
 
 import re
@@ -32,12 +32,12 @@ def test_only_what_the_platform_has(path) -> None:
         assert not re.search(pattern, code), f"{path.name}: {what}"
     for version in re.findall(r"#\s*version\s+(.*)", code):
         assert version.split()[0] == "330"
-    if path.parent.name != "core":   # generated accessors alone address texels
+    if path.parent.name != "core":   # only generated accessors compute texel addresses
         assert not re.search(r"texelFetch\([^)]*\*", code)
 
 
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()
-                                    if not Path(row.glsl).is_absolute()])   # a foreign folder's
+                                    if not Path(row.glsl).is_absolute()])   # no foreign folders
 def test_headers_name_their_paper(method: str) -> None:
     header = (ROOT / find_method(method).glsl).read_text().split("\n\n")[0]
     assert header.startswith("//") and re.search(r"\b(19|20)\d\d\b", header)
@@ -106,9 +106,9 @@ def test_compile_error_names_file_line_and_defines(tmp_path) -> None:
 
 
 def test_programs_that_nobody_has_are_let_go(tmp_path, monkeypatch, gpu: Gpu) -> None:
-    """Those in use stay, however many; of the others the ones asked for last."""
+    """Programs in use stay; the unused programs that were requested longest ago go."""
     monkeypatch.setattr(shader, "MOST_PROGRAMS", 10)
-    monkeypatch.setattr(gpu, "programs", {})    # without those that other tests have
+    monkeypatch.setattr(gpu, "programs", {})    # leave out the programs of other tests
     (tmp_path / "number.frag").write_text(
         "#version 330 core\nout vec4 value;\nvoid main() { value = vec4(NUMBER); }\n")
 
