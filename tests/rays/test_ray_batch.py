@@ -1,4 +1,4 @@
-"""Rays on their way in: laid out a block at a time, as all at once."""
+"""Ray batches: a layout block by block equals the layout of all rays at once."""
 from __future__ import annotations
 
 import numpy as np
@@ -13,7 +13,7 @@ BLOCK = 256
 
 
 def _rays(count: int, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Origins in the box, directions whose largest component is in [0.5, 1), and ends."""
+    """Return origins in the box, directions whose largest component is in [0.5, 1), and ends."""
     rng = np.random.default_rng(seed)
     directions = rng.normal(size=(count, 3))
     directions *= rng.uniform(0.5, 0.999, (count, 1)) / np.abs(directions).max(1, keepdims=True)
@@ -61,7 +61,7 @@ def test_one_ray_that_is_not_well_is_seen_in_any_block(blocks, monkeypatch, what
     given[name][at] = {"far": 100, "long": 2, "short": 0.25, "0": 0, "NaN": np.nan,
                        "inf": np.inf}[fault]
     if fault == "far":
-        directions[at] = -0.75      # back to the box
+        directions[at] = -0.75      # towards the box
     rays = tuple(given.values())
     whole = _all_at_once(monkeypatch, *rays, invalid="miss")
     found = RayBatch(*rays, bounds=BOUNDS, invalid="miss")
@@ -91,14 +91,14 @@ def test_a_shared_start_is_that_of_all(blocks, count: int, other: int | None) ->
 @pytest.mark.parametrize("fault", [
     None, "another", "far", "far, as far on both sides", "NaN", "inf", "t_min", "exponent"])
 def test_a_start_is_laid_out_where_it_is_asked_for(blocks, fault: str | None) -> None:
-    """Whatever blocks share one, texels and samples are those of rays each laid out alone."""
+    """Texels and samples equal those of rays laid out one by one, with and without a start."""
     origins, directions, _ = _rays(1000, seed=8)
     origins[:] = origins[0]
     t_min = np.full(1000, 0.25, np.float32)
     origins[600] = {"another": 0.5, "NaN": np.nan, "inf": np.inf}.get(str(fault), origins[0])
     if str(fault).startswith("far"):
         origins[:] = (0, 0, 100) if "both" in str(fault) else 100
-    if "both" in str(fault):    # all are advanced by as much, and begin at two points
+    if "both" in str(fault):    # all rays advance equally but start at two points
         directions[:] = [0.25, 0.125, -0.75]
         directions[::2, 0] *= -1
     t_min[600] = 0.5 if fault == "t_min" else 0.25
@@ -120,7 +120,7 @@ def test_a_start_is_laid_out_where_it_is_asked_for(blocks, fault: str | None) ->
 @pytest.mark.parametrize("share", [0.01, 0.5, 1.0])
 @pytest.mark.parametrize("seed", [6, 7], ids="seed{}".format)
 def test_invalid_rays_leave_the_others_alone(blocks, share: float, seed: int) -> None:
-    """Few or many, beside rays that are far off and of other sizes."""
+    """Few or many invalid rays lie among far rays and rays with directions of other lengths."""
     rng = np.random.default_rng(seed)
     origins, directions, t_max = _rays(1000, seed)
     origins[::7] *= 50
@@ -142,7 +142,7 @@ def test_invalid_rays_leave_the_others_alone(blocks, share: float, seed: int) ->
 
 
 def test_padding_is_never_live() -> None:
-    """Also where all rays begin behind their origin, further than an empty ray ends."""
+    """This also holds if all rays start farther behind their origin than an empty ray ends."""
     count = ray_batch.ROW + 5
     batch = RayBatch(np.zeros((count, 3)), np.full((count, 3), 0.5), t_min=-2.0)
     width, height = batch.size

@@ -1,4 +1,4 @@
-"""Rays in order: block by block where blocks begin apart, else all together."""
+"""Ray order: blocks are sorted alone if they start in different places, else all together."""
 from __future__ import annotations
 
 import numpy as np
@@ -12,7 +12,7 @@ BOUNDS = (np.zeros(3), np.ones(3))
 
 
 def planes(origins: np.ndarray, empty: np.ndarray, seed: int) -> list[np.ndarray]:
-    """(n, 4) each, as RAY_TEXELS has them, with random directions; those that are empty so."""
+    """Return the (n, 4) planes of RAY_TEXELS, with random directions; ``empty`` rays are empty."""
     rng = np.random.default_rng(seed)
     fields = {"origin": np.float32(origins), "t_min": np.zeros(len(origins), np.float32),
               "direction": np.float32(rng.uniform(-1, 1, origins.shape)),
@@ -22,7 +22,7 @@ def planes(origins: np.ndarray, empty: np.ndarray, seed: int) -> list[np.ndarray
 
 
 def rows_of_a_picture(count: int) -> np.ndarray:
-    """(n, 3) origins, one after another along an axis."""
+    """Return (n, 3) origins at equal distances along an axis."""
     return np.linspace(0, 0.999, count)[:, None] * [1, 0, 0]
 
 
@@ -43,7 +43,7 @@ def test_each_ray_lies_once_and_comes_back(monkeypatch, scattered: bool, count: 
         assert laid.shape == (order.size[0] * order.size[1], 4)
         assert (order.back(laid)[~empty] == plane[~empty]).all()
     assert (order.back(order.planes(given)[1])[empty, 3] < order.back(
-        order.planes(given)[0])[empty, 3]).all()     # still empty
+        order.planes(given)[0])[empty, 3]).all()     # empty rays stay empty
 
 
 @pytest.mark.parametrize("scattered", [False, True], ids=["rows", "scattered"])
@@ -52,7 +52,7 @@ def test_blocks_stay_apart_where_they_begin_apart(monkeypatch, share: float, sca
                                                   ) -> None:
     rng = np.random.default_rng(3)
     origins = rows_of_a_picture(4096)
-    if scattered:       # over eight cells, each of which any block's rays are in
+    if scattered:       # every block has rays in all eight cells
         origins = rng.integers(0, 2, (4096, 3)) / 2 + 0.1
     given = planes(origins, rng.uniform(size=4096) < share, 3)
     together = RayOrder(given, BOUNDS).rays
@@ -60,14 +60,16 @@ def test_blocks_stay_apart_where_they_begin_apart(monkeypatch, share: float, sca
     blocks = RayOrder(given, BOUNDS).rays
     assert (blocks == together).all() == scattered
     assert (np.diff(blocks // 1024) >= 0).all() != scattered
-    for block in range(4):      # the same order within each
+    for block in range(4):      # both orders agree within each block
         assert (blocks[blocks // 1024 == block] == together[together // 1024 == block]).all()
 
 
 @pytest.mark.parametrize("seed", [4, 5], ids="seed{}".format)
 def test_rays_side_by_side_agree_in_signs_and_dominant_axis(seed: int) -> None:
-    """There are 24 kinds of directions, so 23 places in the order where one ends: else rays of a
-    packet take turns, a walk of the tree each."""
+    """There are 24 kinds of directions, so the sorted order changes its kind 23 times.
+
+    A packet with several kinds would walk the tree once for each kind.
+    """
     given = planes(np.full((5000, 3), 0.5), np.zeros(5000, bool), seed)
     given[1][:100, :3] = np.float32([[1, -1, 0.5], [-0.5, 0.5, 0.5]]).repeat(50, axis=0)    # ties
     directions = given[1][RayOrder(given, BOUNDS).rays, :3]
@@ -78,7 +80,7 @@ def test_rays_side_by_side_agree_in_signs_and_dominant_axis(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [6], ids="seed{}".format)
 def test_rays_of_a_direction_lie_along_a_morton_curve(seed: int) -> None:
-    """Of one direction the cells of an octant of the box come together."""
+    """Among rays of equal direction, the rays from one octant of the box lie together."""
     origins = np.random.default_rng(seed).uniform(0, 1, (4096, 3))
     given = planes(origins, np.zeros(4096, bool), seed)
     given[1][:, :3] = [0.9, 0.5, 0.1]

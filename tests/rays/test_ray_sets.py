@@ -1,4 +1,4 @@
-"""Rays: where they start and where they go; and the camera's, in an image that is not square."""
+"""Ray sets: their origins and directions, and a camera's rays in an image that is not square."""
 from __future__ import annotations
 
 import numpy as np
@@ -21,7 +21,8 @@ def test_surface_rays_leave_the_surface(seed: int, ball: rt.Scene) -> None:
     closest, distance, face = trimesh.proximity.closest_point_naive(
         trimesh.creation.icosphere(subdivisions=2), feet)
     assert distance.max() < 1e-6
-    assert not rt.reference.trace(ball, origins, directions, t_min=1e-5).hit.any()   # all leave
+    # All rays leave the ball.
+    assert not rt.reference.trace(ball, origins, directions, t_min=1e-5).hit.any()
     again = rays.surface_rays(ball, 400, seed)
     assert (again[0] == origins).all() and (again[1] == directions).all()
 

@@ -1,4 +1,4 @@
-"""Rays from one point: what they share goes to programs as a uniform, and changes no hit."""
+"""Rays from one point: programs read the shared values as a uniform, which changes no hit."""
 from __future__ import annotations
 
 import numpy as np
@@ -15,8 +15,10 @@ CASES = [("bvh-packet", {"interval_test": True, "octants": octants, "quantise_no
 @pytest.mark.parametrize("t_min", [0.0, -2.0, [0.0, 1.0] * 128])
 @pytest.mark.parametrize("method", ["kd-restart", "bvh-packet"])
 def test_rays_from_one_point(method: str, t_min) -> None:
-    """What all rays share goes to programs as a uniform: the same hits, also after other rays, and
-    rays that are invalid or past the last one stay misses."""
+    """Programs read the shared values as a uniform, and hits stay the same after other rays.
+
+    Invalid rays and the padding after the last ray stay misses.
+    """
     scene = rt.load_scene("cornell")
     origins, directions = (a.reshape(-1, 3) for a in scene.camera.rays((16, 16)))
     apart = origins.copy()
@@ -42,8 +44,10 @@ def test_rays_from_one_point(method: str, t_min) -> None:
 
 def aimed(scene: rt.Scene, origin: np.ndarray, count: int,
           seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """(h, w, 3) each, from one point to vertices and points of edges: each ray eight times, in
-    tiles of 4x2, so that what bounds a packet of them is as narrow as a ray."""
+    """Return (h, w, 3) origins and directions, from one point to vertices and points of edges.
+
+    Each ray is repeated eight times in a tile of 4x2, so a packet's bounds are as narrow as a ray.
+    """
     rng = np.random.default_rng(seed)
     triangles = scene.triangles[rng.integers(len(scene), size=count * count)].astype(np.float64)
     along = rng.choice([0, 0, 0.25, 0.5], count * count)[:, None]
