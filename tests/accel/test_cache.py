@@ -1,4 +1,4 @@
-"""Cache: nothing but the same build of the same triangles is ever read back."""
+"""Cache: a file is read back only for the same build of the same triangles."""
 from __future__ import annotations
 
 import importlib
@@ -130,7 +130,7 @@ def test_one_changed_value_is_never_trusted(folder: Path) -> None:
     with np.load(path) as file:
         arrays = dict(file)
     arrays["escape"][3] += 1
-    np.savez(path, **arrays)            # a whole file, but for its checksum
+    np.savez(path, **arrays)            # a complete file with a wrong checksum
     assert cache._load(path, Bvh, 30) is None
 
 
@@ -153,7 +153,7 @@ def test_a_folder_that_cannot_be_made_only_means_no_cache(tmp_path, monkeypatch)
             warnings.simplefilter("always")
             assert len(cached(build_bvh, random_soup(30, seed)).order) == 30
         assert [f"GPGPU_RT_CACHE: cannot use {tmp_path / 'file'}" in str(one.message)
-                for one in told] == [True] * (seed == 5)     # once
+                for one in told] == [True] * (seed == 5)     # only the first build warns
 
 
 def test_the_folder_of_nobodys_choice_is_done_without_in_silence(tmp_path, monkeypatch) -> None:

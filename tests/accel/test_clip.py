@@ -1,4 +1,4 @@
-"""Clipping against polygons that are cut plane by plane, as Havran and Bittner do."""
+"""Clipped bounds against polygons that are cut plane by plane, as Havran and Bittner do."""
 from __future__ import annotations
 
 import numpy as np
@@ -8,7 +8,7 @@ from gpgpu_rt.accel.clip import clip_bounds
 
 
 def cut(triangle: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
-    """(n, 3) corners of the triangle's part in the box, none where there is none."""
+    """Return (n, 3) corners of the triangle's part in the box; n is 0 if the box is missed."""
     corners = list(triangle)
     for axis in range(3):
         for sign, plane in ((1, lo[axis]), (-1, hi[axis])):
@@ -26,8 +26,10 @@ def cut(triangle: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
 @pytest.mark.parametrize("size", [0.3, 1, 8])
 def test_bounds_are_those_of_the_cut_polygon(size: float, seed: int) -> None:
-    """Triangles smaller and larger than their boxes: of the largest, edges of the box pierce most
-    and corners lie outside."""
+    """Triangles are smaller or larger than their boxes.
+
+    The edges of a box pierce most of the largest triangles, whose corners lie outside the box.
+    """
     rng = np.random.default_rng(seed)
     count = 500
     triangles = ((rng.random((count, 3, 3)) - 0.5) * size + 0.5).astype(np.float32)

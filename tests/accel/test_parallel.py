@@ -1,5 +1,7 @@
-"""Parallel build: the tree of one process whatever the number of workers; no failure leaves a
-thing behind."""
+"""Parallel build: any number of workers builds the tree that one process builds.
+
+No failure leaves processes or shared memory behind.
+"""
 from __future__ import annotations
 
 import dataclasses
@@ -35,7 +37,8 @@ triangles = (random((4000, 1, 3)) + 0.02 * random((4000, 3, 3))).astype(np.float
 {guard}build_kdtree(triangles, workers=2)
 """
 
-# Where threads of a pool that a process got by a fork, or that wait for each other, hang.
+# These programs hang if a forked process waits for the threads of its parent's pool, or if the
+# threads of a pool wait for each other.
 FORKED = """
 import os, signal, sys
 import numpy as np
@@ -66,7 +69,7 @@ print(*run(row, range(6)), *{name.split("_")[0] for name in run(
 
 
 class Deadly(Rules):
-    """Rules that end the process which unpickles them."""
+    """Rules that end the process that unpickles them."""
 
     def __reduce__(self) -> tuple:
         return os._exit, (3,)
@@ -74,7 +77,7 @@ class Deadly(Rules):
 
 @pytest.fixture
 def blocks(monkeypatch) -> list[str]:
-    """The names of all blocks of shared memory that are made."""
+    """Return a list that collects the names of all shared-memory blocks that are made."""
     names: list[str] = []
 
     def make(name: str | None = None, **more: object) -> SharedMemory:
@@ -86,7 +89,7 @@ def blocks(monkeypatch) -> list[str]:
 
 
 def processes() -> list[multiprocessing.Process]:
-    """Those that were started here, but for the workers that other tests share."""
+    """Return the child processes, without the workers that other tests share."""
     return [p for p in multiprocessing.active_children() if not p.name.startswith("Dask")]
 
 
@@ -165,7 +168,7 @@ def test_no_room_in_shared_memory_is_one_clear_line(monkeypatch) -> None:
 @pytest.mark.parametrize("guard, right", [("", False), ("if __name__ == '__main__': ", True)],
                          ids=["unguarded", "guarded"])
 def test_scripts(tmp_path, guard: str, right: bool) -> None:
-    """A spawned worker imports the script that asked for it: unguarded, it says what to do."""
+    """A spawned worker imports the calling script; an unguarded script gets a helpful error."""
     script = tmp_path / "build.py"
     script.write_text(SCRIPT.format(guard=guard))
     answer = subprocess.run([sys.executable, str(script)], capture_output=True, text=True,
@@ -184,8 +187,10 @@ def test_numbers_of_workers_that_are_none(workers) -> None:
 @pytest.mark.parametrize("build, options", [
     (build_kdtree, {}), (build_kdtree, {"split": "exact"}), (build_bvh, {})])
 def test_threads_build_the_same(build: Callable, options: dict, seed: int, monkeypatch) -> None:
-    """Whoever is done first. A scene that looks the same along all axes has no cheapest one: the
-    first must still win."""
+    """The tree does not depend on which thread finishes first.
+
+    The scene looks the same along all axes, so all axes cost the same and the first must win.
+    """
     random = np.random.default_rng(seed)
     some = (random.random((1000, 1, 3)) + 0.1 * random.random((1000, 3, 3))).astype(np.float32)
     triangles = np.concatenate([some, some[..., [1, 2, 0]], some[..., [2, 0, 1]]])
