@@ -1,4 +1,4 @@
-"""What all tests share: the context, scenes, aimed rays, and the check for GL errors."""
+"""Parts that all tests share: the context, scenes, aimed rays, and the check for GL errors."""
 from __future__ import annotations
 
 import itertools
@@ -27,16 +27,16 @@ from gpgpu_rt.traversal.own_arrays import MIXED_UP
 from gpgpu_rt.viewer import Selection, Viewer
 from gpgpu_rt.workers import Workers
 
-# Tests build what they test, but each structure once.
+# Tests build their structures, but each structure only once.
 _CACHE = tempfile.TemporaryDirectory(prefix="gpgpu_rt_tests")
 os.environ["GPGPU_RT_CACHE"] = _CACHE.name
 
-# How long an example takes says how busy the machine is, not whether it is right.
+# The time of an example depends on the machine's load, so no example has a deadline.
 hypothesis.settings.register_profile("untimed", deadline=None)
 hypothesis.settings.load_profile("untimed")
 
 FOLEY = ("cornell", "bunny", "robots", "kitchen")
-# Without a structure over the triangles: scattered rays meet nearly all of them.
+# Methods without a structure over the triangles: scattered rays test nearly all triangles.
 UNSTRUCTURED = ("brute-force", "ray-tiles", "ray-hierarchy")
 RAY_SETS = {
     "eye": lambda scene, n, seed: ray_sets.eye_rays(scene, n),
@@ -51,7 +51,7 @@ SCHEDULES: dict[str, dict[str, object]] = {
     "loop": {"schedule": "loop"},
     "step1": {"schedule": "step"},
     "step16": {"schedule": "step", "steps_per_pass": 16},
-    # An odd interval: a ray masked before its state stood in both buffers would show.
+    # An odd interval exposes rays that are masked before both buffers hold their state.
     "step1-mask3": {"schedule": "step", "mask_interval": 3},
     "kernels": {"schedule": "kernels"},
     "kernels-mask2": {"schedule": "kernels", "mask_interval": 2},
@@ -60,13 +60,13 @@ SCHEDULES: dict[str, dict[str, object]] = {
 
 def schedules_of(row: rt.Method, names: Iterable[str] = SCHEDULES,
                  options: Mapping[str, object] | None = None) -> dict[str, dict[str, object]]:
-    """Those schedules' settings that a method runs under with these options."""
+    """Return the settings of the named schedules that a method supports with these options."""
     return {name: SCHEDULES[name] for name in names
             if SCHEDULES[name]["schedule"] in row.schedules_for(options or {})
             and not ((row.stack_entry or row.single) and "steps_per_pass" in SCHEDULES[name])}
 
 
-# What these test in full is built by numpy, or counted: the same on every backend.
+# The full tests in these folders build with numpy or count, so every backend gives equal results.
 ON_ANY_BACKEND = ("accel", "figures", "reference")
 
 
@@ -89,7 +89,7 @@ def gpu() -> Gpu:
 
 @pytest.fixture(autouse=True)
 def no_gl_error(gpu: Gpu) -> Iterator[None]:
-    """GL records errors and raises none: ask before and after each test."""
+    """Check for a GL error before and after each test, because GL records errors silently."""
     with gpu:
         assert gpu.context.error == "GL_NO_ERROR", "an earlier test left a GL error"
         yield
@@ -99,8 +99,11 @@ def no_gl_error(gpu: Gpu) -> Iterator[None]:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
-    """Methods with stacks in arrays say that softpipe does not keep these; there, and nowhere
-    else, that is a skip."""
+    """Skip a test on softpipe if its method keeps a stack in an array.
+
+    softpipe does not keep these arrays, and the tracer's error says this. On other renderers, the
+    same error is a failure.
+    """
     try:
         return (yield)
     except rt.LimitError as limit:
@@ -111,7 +114,7 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
 
 @pytest.fixture
 def exact_renderer(gpu: Gpu) -> Gpu:
-    """Skips where bits may differ between two programs with the same arithmetic."""
+    """Skip the test if two programs with the same arithmetic may give different bits."""
     if "llvmpipe" not in gpu.renderer:
         pytest.skip(f"bits are compared on llvmpipe only, this is {gpu.renderer}")
     return gpu
@@ -119,15 +122,17 @@ def exact_renderer(gpu: Gpu) -> Gpu:
 
 @pytest.fixture
 def countable() -> None:
-    """Skips where this machine's Mesa does not say what programs compile to."""
+    """Skip the test if this machine's Mesa does not print compiled programs."""
     if reason := compiler.not_countable():
         pytest.skip(reason)
 
 
 @pytest.fixture
 def uncountable(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
-    """A Mesa that prints programs in another form, Mesa 25.0's, whatever Mesa there is: why no
-    instruction can be counted."""
+    """Simulate Mesa 25.0, whose format of printed programs is not supported.
+
+    The fixture's value is the reason why no instruction can be counted.
+    """
     text = (Path(__file__).parent / "hardware" / "texts" / "mesa-25.0.txt").read_text()
     monkeypatch.setattr(compiler, "_ask", lambda line: (
         f"{compiler._MARK}\nshader: MESA_SHADER_FRAGMENT\n{text}" * len(json.loads(line)), True))
@@ -138,8 +143,11 @@ def uncountable(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
 
 
 def variants(name: str) -> list[dict[str, object]]:
-    """Settings of a method that change what its programs do: each choice of its own options, a
-    small number where programs know of one alone if it is asked for, and what options go with."""
+    """Return settings of a method that change its programs.
+
+    Each choice of the method's own options gives a setting. A number that programs read only on
+    request is set to a small value. Options that an option needs are set too.
+    """
     settings: list[dict[str, object]] = [{}]
     for option in find_method(name).options:
         needs = {} if option.goes_with is None else {option.goes_with[0]: option.goes_with[1][0]}
@@ -154,14 +162,14 @@ def variants(name: str) -> list[dict[str, object]]:
 
 
 def buildable(name: str, given: dict[str, object]) -> bool:
-    """Whether the device that is asked for has the builder."""
+    """Return whether the requested build device has the requested builder."""
     options = {**{option.name: option.default for option in find_method(name).options}, **given}
     builds = GPU_KD_BUILDS if name.startswith("kd-") else GPU_BUILDS
     return options.get("build_device") != "gpu" or options["build"] in builds
 
 
 def variant_pairs(name: str) -> list[dict[str, object]]:
-    """Every two variants together that set different options."""
+    """Return all combinations of two variants that set different options."""
     single = variants(name)[1:]
     pairs = ({**one, **other} for one, other in itertools.combinations(single, 2)
              if not set(one) & set(other))
@@ -170,17 +178,17 @@ def variant_pairs(name: str) -> list[dict[str, object]]:
 
 
 def real_scene(name: str) -> rt.Scene:
-    """A scene from its real mesh; skips aloud where that is not found."""
+    """Return a scene from its real mesh, or skip the test if the mesh is not found."""
     if catalogue.mesh_path(name) is None:
         pytest.skip(f"no mesh of {name} in GPGPU_RT_SCENES or ./scenes")
     return rt.load_scene(name)
 
 
 def random_soup(count: int, seed: int, size: float = 0.2) -> np.ndarray:
-    """(count, 3, 3) float32 triangles strewn through the unit box, a few of them flat or tiny."""
+    """Return (count, 3, 3) float32 triangles in the unit box, of which a few are flat or tiny."""
     rng = np.random.default_rng(seed)
     corners = rng.random((count, 1, 3)) + size * rng.normal(size=(count, 3, 3))
-    corners[::7, :, seed % 3] = corners[::7, :1, seed % 3]     # axis-parallel
+    corners[::7, :, seed % 3] = corners[::7, :1, seed % 3]     # flat along an axis
     corners[::13] = corners[::13, :1] + 1e-4 * rng.normal(size=(len(corners[::13]), 3, 3))
     return corners.astype(np.float32)
 
@@ -191,12 +199,12 @@ def soup_scene(count: int, seed: int, size: float = 0.2) -> rt.Scene:
 
 
 def part_of(hits: rt.Hits, some: slice) -> rt.Hits:
-    """The answers to some of the rays."""
+    """Return the hits of the rays in the slice ``some``."""
     return rt.Hits(*(getattr(hits, name)[some] for name in ("t", "u", "v", "triangle", "status")))
 
 
 def assert_same_bits(hits: rt.Hits, expected: rt.Hits, allowed: float = 0.0) -> None:
-    """t, triangle, u and v equal to the bit, but for a share ``allowed`` of the rays."""
+    """Check t, triangle, u and v to the bit; a share ``allowed`` of the rays may differ."""
     differing = np.zeros(len(hits), bool)
     for name in ("t", "u", "v", "triangle"):
         differing |= getattr(hits, name) != getattr(expected, name)
@@ -207,7 +215,10 @@ def assert_same_bits(hits: rt.Hits, expected: rt.Hits, allowed: float = 0.0) -> 
 
 
 def assert_same_hits(hits: rt.Hits, oracle: rt.Hits, extent: float, allowed: float) -> None:
-    """The same hit as the float64 oracle: distance within 1e-4 relative plus 1e-6 extents."""
+    """Check hits against the float64 oracle: t within 1e-4 relative plus 1e-6 of the extent.
+
+    At most a share ``allowed`` of the rays may differ.
+    """
     both = hits.hit & oracle.hit
     t, expected = hits.t[both].astype(np.float64), oracle.t[both]
     wrong = hits.hit != oracle.hit
@@ -218,7 +229,7 @@ def assert_same_hits(hits: rt.Hits, oracle: rt.Hits, extent: float, allowed: flo
 
 
 def assert_threaded(bvh: Bvh, triangles: np.ndarray) -> None:
-    """A tree in depth-first order over all triangles, each box the union of what is in it."""
+    """Check a depth-first tree over all triangles: each box must bound its subtree exactly."""
     assert (np.sort(bvh.order) == np.arange(len(triangles))).all()
     if not len(triangles):
         return
@@ -249,24 +260,24 @@ def _workers() -> Iterator[Workers]:
 
 @pytest.fixture
 def workers(_workers: Workers) -> Workers:
-    """Two, opened once for all tests; those that another test had killed are back."""
+    """Return two workers, opened once for all tests, after any killed worker has restarted."""
     _workers.client.wait_for_workers(2, timeout=300)
     return _workers
 
 
 @pytest.fixture
 def address(workers: Workers) -> str:
-    """Where their scheduler answers."""
+    """Return the address of the workers' scheduler."""
     return workers.client.scheduler.address
 
 
 # Viewers without a window -----------------------------------------------------------------------
 
-VIEW = (48, 36)   # their picture, pixels
+VIEW = (48, 36)   # picture size of these viewers, in pixels
 
 
 class Clock:
-    """Time that passes when it is told to."""
+    """A clock whose time tests set."""
 
     def __init__(self) -> None:
         self.now = 100.0
@@ -277,7 +288,7 @@ class Clock:
 
 @pytest.fixture
 def soup(tmp_path: Path) -> str:
-    """A mesh file."""
+    """Return the path of a mesh file."""
     corners = random_soup(60, seed=5).reshape(-1, 3)
     path = tmp_path / "soup.ply"
     trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False).export(path)
