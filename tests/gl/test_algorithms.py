@@ -80,7 +80,7 @@ def test_sort(gpu, keys: str, length: int) -> None:
 def test_sort_puts_zeros_before_ones(length: int) -> None:
     """A network of comparisons that sorts all words of zeros and ones sorts any input.
 
-    The test sorts all words in reverse order, and random words.
+    The inputs are all words in descending order, and random words.
     """
     rng = np.random.default_rng(length)
     words = np.concatenate([np.tri(length + 1, length, -1), rng.random((500, length)) < 0.5])

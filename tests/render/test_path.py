@@ -233,7 +233,7 @@ def test_noise_target_stops_and_progress_is_told(monkeypatch, sampler: str, leas
         done, of, noise = told[-1]
         assert 64 <= done < 4096 and of == 4096 and noise <= 0.1 < told[-2][2]
         assert [row[0] for row in told] == list(range(16, done + 1, 16))
-        # For independent samples, the reported noise is the true noise; else it is larger.
+        # The reported noise is true for independent samples and too large for Sobol' samples.
         few = tracer.radiance
         tracer.render(size=(8, 8), integrator="path", samples=2048, bounces=2, seed=9)
         off = (few - tracer.radiance) @ (0.2126, 0.7152, 0.0722)

@@ -39,9 +39,9 @@ def test_any_size_finds_the_same(exact_renderer, rays: str, seed: int, statistic
 
 
 def test_one_at_a_time_is_the_order_of_a_stack() -> None:
-    """Streams drop nodes beyond a hit, so they never visit more nodes than a stack per ray does.
+    """A stream of one element per pass never visits more nodes than a stack per ray does.
 
-    The fewer rays are in flight at a time, the more nodes the hits prune.
+    Hits drop pruned elements from the stream. Larger streams prune fewer elements.
     """
     scene = soup_scene(300, 5)
     chosen = RAY_SETS["surface"](scene, 40, 5)

@@ -97,7 +97,7 @@ def test_batches_do_not_change_hits(exact_renderer, options: dict, seed: int, mo
 @pytest.mark.parametrize("exponent, least, most", [
     (-26, 0.65, 0.85), (-25, 0.4, 0.6), (-24, 0.01, 0.2), (-22, 0, 0)])
 def test_what_24_bits_of_depth_lose(exponent: int, least: float, most: float, seed: int) -> None:
-    """The share of wrong hits between sheets at most one depth step apart lies in known bounds.
+    """The share of wrong hits between two sheets depends on their gap in steps of depth.
 
     A wrong hit is at most one depth step off. float32 ("blend") separates the sheets, up to the
     rounding of t.

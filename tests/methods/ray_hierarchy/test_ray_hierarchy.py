@@ -93,8 +93,8 @@ def test_no_triangle_is_rejected_that_a_ray_hits(exact_renderer, side: int, plac
                                                  seed: int) -> None:
     """Hits equal brute force to the bit, near the origin and far from it.
 
-    Most rays aim at corners and edges. In the full suite there are a million rays. The triangle
-    tests of a ray pass every node above the ray.
+    Most rays aim at corners and edges, and the full suite traces a million rays. No node above a
+    ray may reject the triangle that the ray hits.
     """
     rng = np.random.default_rng(seed)
     triangles = (random_soup(60, seed) + place).astype(np.float32)

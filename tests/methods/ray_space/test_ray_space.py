@@ -149,7 +149,7 @@ def test_boxes_that_cannot_be_counted_are_refused() -> None:
 
 
 def test_boxes_grow_and_forget(exact_renderer) -> None:
-    """A call fills the lists that it needs; beyond the budget, it drops earlier calls' lists."""
+    """Calls fill the lists that they need; beyond the budget, a call drops older lists."""
     scene = soup_scene(200, 55, 0.1)
     calls = []
     for seed in (55, 56, 57, 58):       # all rays of a call start at one point
