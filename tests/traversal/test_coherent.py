@@ -1,5 +1,5 @@
-"""What packets save by looking at their rays together, vertex culling and coherent grid traversal:
-no hit is lost, and triangles are."""
+"""Vertex culling and coherent grid traversal lose no hit. Vertex culling also reduces the number
+of triangle tests."""
 from __future__ import annotations
 
 import numpy as np
@@ -12,9 +12,13 @@ PACKET = (4, 2)
 
 
 def bundles(side: int, seed: int, aim: np.ndarray, spread: float) -> tuple[np.ndarray, ...]:
-    """An image of bundles, a packet each, (side, side, 3) rays: from one point or from points
-    ``spread`` apart, towards points as far apart around some of ``aim``; every fifth bundle
-    between two dominant axes."""
+    """Returns origins and directions of an image, (side, side, 3) each, with one bundle of rays
+    per packet.
+
+    The rays of a bundle start at one point, or at points ``spread`` apart. They aim at points
+    ``spread`` apart around one point of ``aim``. Every fifth bundle lies between two dominant
+    axes.
+    """
     rng, count = np.random.default_rng(seed), side * side
     y, x = np.divmod(np.arange(count), side)
     bundle = y // PACKET[1] * (side // PACKET[0]) + x // PACKET[0]
@@ -31,7 +35,8 @@ def bundles(side: int, seed: int, aim: np.ndarray, spread: float) -> tuple[np.nd
 
 
 def scene_and_aim(seed: int, count: int) -> tuple[rt.Scene, np.ndarray]:
-    """A soup, and its corners and points on its edges: where a side of a frustum grazes."""
+    """Returns a soup, its corners and points on its edges. Rays aimed there graze the sides of a
+    frustum."""
     corners = random_soup(count, seed)
     return soup_scene(count, seed), np.concatenate([
         corners.reshape(-1, 3), (0.3 * corners[:, 0] + 0.7 * corners[:, 1])])
@@ -90,13 +95,14 @@ def test_culling_saves_tests_and_nothing_else(seed: int, octants: bool) -> None:
 
 @pytest.mark.parametrize("seed", [4], ids="seed{}".format)
 def test_a_packet_looks_into_cells_once_for_all(exact_renderer, seed: int) -> None:
-    """Of single rays, each looks into its cells."""
+    """A packet fetches each cell once for all its rays. A single ray fetches its own cells."""
     scene, cells = soup_scene(2000, seed, size=0.05), []
     origins, directions = scene.camera.rays((128, 128))
     for packet in ((1, 1), (4, 4)):
         with rt.Tracer(scene, "grid", packet=packet, statistics=True) as tracer:
             hits = tracer.trace(origins, directions)
-        cells.append(hits.nodes_visited.mean() / (packet[0] * packet[1]))   # one fetch for all
+        # a packet fetches a cell once
+        cells.append(hits.nodes_visited.mean() / (packet[0] * packet[1]))
     assert cells[1] < 0.5 * cells[0]
 
 

@@ -1,4 +1,5 @@
-"""What a trace promises at the edges: intervals, ties, odd rays, odd scenes, caps, counters."""
+"""Tests of a trace at the edges: interval ends, ties, invalid rays, degenerate scenes, step caps
+and counters."""
 from __future__ import annotations
 
 import numpy as np
@@ -9,7 +10,7 @@ import gpgpu_rt as rt
 from gpgpu_rt.methods import find_method
 
 METHODS = [row.name for row in rt.methods()]
-OF_NEIGHBOURS = {"ray-tiles"}   # save tests where neighbouring rays are alike
+OF_NEIGHBOURS = {"ray-tiles"}  # these methods save tests if neighbouring rays are similar
 pytestmark = pytest.mark.small
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32)
 FACES = np.array([[0, 1, 2], [0, 2, 3]])
@@ -31,7 +32,7 @@ def test_both_ends_of_the_interval_count(method: str) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_lowest_index_wins(method: str) -> None:
-    faces = np.repeat(FACES, 40, axis=0)   # forty copies of each triangle
+    faces = np.repeat(FACES, 40, axis=0)  # 40 copies of each triangle
     scene = rt.Scene.from_arrays(SQUARE, faces)
     points = np.random.default_rng(1).random((500, 2)).astype(np.float32)
     origins = np.column_stack([points, np.full(500, 3, np.float32)])
@@ -46,7 +47,7 @@ def test_barycentrics_give_the_hit_point(method: str) -> None:
     scene = soup_scene(200, 21)
     origins, directions = (np.random.default_rng(2).normal(size=(2000, 3)) for _ in range(2))
     origins = origins.astype(np.float32)
-    directions = directions.astype(np.float32) * np.float32(7)   # any length will do
+    directions = directions.astype(np.float32) * np.float32(7)  # directions need no unit length
     with rt.Tracer(scene, method) as tracer:
         hits = tracer.trace(origins, directions)
     at = hits.hit
@@ -115,7 +116,7 @@ def test_any_number_of_rays(count: int) -> None:
         assert len(tracer.occluded(origins, np.tile(np.float32([0, 0, -1]), (count, 1)))) == count
 
 
-# The quick suite has the other schedules in tests/extremes, row 40.
+# The quick suite tests the other schedules in tests/extremes, row 40.
 @pytest.mark.parametrize("method, schedule", [
     pytest.param(row.name, schedule, marks=() if schedule == row.schedules[-1]
                  else pytest.mark.full) for row in rt.methods() for schedule in row.schedules])
@@ -129,7 +130,7 @@ def test_step_cap_flags_rays(method: str, schedule: str) -> None:
         capped = tracer.trace(origins, directions)
     done = whole.steps < cap
     assert (capped.status[done] == 0).all()
-    if find_method(method).single:   # a ray may be through before its packet is stopped
+    if find_method(method).single:  # a ray may finish before its packet stops
         done = capped.status == 0
         assert not done.all()
     else:
@@ -154,7 +155,7 @@ def test_counters_do_not_depend_on_the_schedule(exact_renderer, method: str,
                                                 schedule: str) -> None:
     scene = soup_scene(200, 14)
     origins, directions = np.random.default_rng(9).normal(size=(2, 500, 3)).astype(np.float32)
-    if find_method(method).single:    # under `loop` rays with another dominant axis take turns
+    if find_method(method).single:  # `loop` handles different dominant axes one after the other
         directions *= np.float32([1, 1, 1e4])
     counted = []
     for chosen in (find_method(method).schedules[-1], schedule):
@@ -170,11 +171,11 @@ def test_counters_do_not_depend_on_the_schedule(exact_renderer, method: str,
 
 
 def test_accelerators_save_tests() -> None:
-    """Counters mean what they say: each method tests far fewer triangles than there are."""
+    """Each accelerator tests far fewer triangles than the scene holds, by its own counters."""
     scene = soup_scene(2000, 15, size=0.03)
     origins, directions = np.random.default_rng(9).random((2, 500, 3)).astype(np.float32)
     for name in METHODS[1:]:
-        tiles = name in OF_NEIGHBOURS   # whose rays have to lie together: an image's
+        tiles = name in OF_NEIGHBOURS  # these methods need the neighbouring rays of an image
         rays = scene.camera.rays((96, 96)) if tiles else (origins, directions)
         with rt.Tracer(scene, name, statistics=True) as tracer:
             hits = tracer.trace(*rays)
@@ -183,7 +184,8 @@ def test_accelerators_save_tests() -> None:
 
 
 def test_loops_longer_than_the_renderer_allows() -> None:
-    """llvmpipe ends loops after 65,535 iterations without a word; the next pass goes on."""
+    """llvmpipe ends a loop after 65,535 iterations without an error; the next pass continues the
+    search."""
     count = 70_000
     corner = np.arange(count, dtype=np.float32)[:, None] * np.float32([0, 0, -1e-3])
     triangles = np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]]) + corner[:, None]
@@ -217,11 +219,12 @@ def test_shapes_agree(exact_renderer) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_counting_counts_as_statistics_do(method: str) -> None:
-    """Over the structure that is there, by programs of their own, which are gone afterwards."""
+    """`counting` reuses the built structure with programs of its own and releases these programs
+    afterwards."""
     scene = rt.load_scene("cornell")
     rays = scene.camera.rays((16, 16))
     with rt.Tracer(scene, method, statistics=True) as tracer:
-        tracer.trace(*rays)     # lists that are made on demand are there then
+        tracer.trace(*rays)  # this call builds the lists that a method makes on demand
         whole = tracer.trace(*rays)
         counters = tracer.statistics.counters
     with rt.Tracer(scene, method) as tracer:
@@ -265,7 +268,7 @@ def test_a_tracer_that_was_released_says_so(method: str) -> None:
     rays = scene.camera.rays((4, 4))
     with rt.Tracer(scene, method) as tracer:
         tracer.render(size=(8, 8))
-    tracer.release()     # once more does no harm
+    tracer.release()  # a second release does no harm
     for call in (lambda: tracer.trace(*rays), lambda: tracer.occluded(*rays),
                  lambda: tracer.trace_all(*rays), lambda: tracer.render(size=(8, 8)),
                  lambda: tracer.eye_hits(size=(8, 8)), lambda: tracer.plan(),

@@ -1,4 +1,4 @@
-"""Every row of the method table finds brute force's hits, and the oracle's."""
+"""Every method of the method table finds the hits of brute force and of the oracle."""
 from __future__ import annotations
 
 import functools
@@ -14,13 +14,14 @@ from conftest import (
 import gpgpu_rt as rt
 from gpgpu_rt.methods import find_method
 
-# options of builders: they change the tree and no program
+# Builder options, which change the tree but no program.
 BUILDS = {"split", "build", "build_device"}
-QUICK_SCENES = ("cornell", "bunny")      # of the real ones
+QUICK_SCENES = ("cornell", "bunny")  # the real scenes of the quick suite
 
 
 def cases(in_full: Callable[[dict[str, object]], bool]) -> list:
-    """Every method with each choice of its options; those the full suite alone tries are said."""
+    """Returns every method with each choice of its options. ``in_full`` selects the options that
+    only the full suite tests."""
     return [pytest.param(row.name, options, id="-".join([row.name, *map(str, options.values())]),
                          marks=pytest.mark.full if in_full(options) else ())
             for row in rt.methods() for options in variants(row.name)]
@@ -31,8 +32,11 @@ PLAIN_FIRST = cases(bool)
 
 
 def schedule_cases(of_plain: tuple[str, ...], of_variants: tuple[str, ...]) -> list:
-    """Every case under every schedule. The quick suite takes those of methods as they are
-    that are named first, and those of options that change programs named second."""
+    """Returns every case under every schedule.
+
+    The quick suite runs the schedules ``of_plain`` for methods without options, and
+    ``of_variants`` for options that change programs.
+    """
     found = []
     for case in CASES:
         method, options = case.values
@@ -51,8 +55,9 @@ def trace(scene: rt.Scene, method: str, rays, **options) -> rt.Hits:
 
 
 def rays_for(method: str, rays: int) -> int:
-    """Fewer where every step is a pass of its own, or rays share lists of what they may hit: few
-    of many random rays do, and then the lists take longer than the rays."""
+    """Returns a smaller number of rays for slow methods: methods with one pass per step, and
+    methods whose rays share candidate lists. Few random rays share a list, so building the lists
+    then costs more than tracing the rays."""
     row = find_method(method)
     lists = "budget" in {option.name for option in row.options}
     return rays if "loop" in row.schedules and not lists else rays // 16
@@ -60,7 +65,7 @@ def rays_for(method: str, rays: int) -> int:
 
 @functools.lru_cache(maxsize=32)
 def brute(count: int, seed: int, kind: str, rays: int) -> tuple:
-    """A soup, its rays, and brute force's hits."""
+    """Returns a soup, its rays, and the hits of brute force."""
     scene = soup_scene(count, seed)
     chosen = RAY_SETS[kind](scene, rays, seed)
     return scene, chosen, trace(scene, "brute-force", chosen)
@@ -68,7 +73,7 @@ def brute(count: int, seed: int, kind: str, rays: int) -> tuple:
 
 @functools.lru_cache(maxsize=32)
 def oracle(count: int, seed: int, kind: str, rays: int, ray_seed: int) -> tuple:
-    """A soup, its rays, and the float64 reference's hits."""
+    """Returns a soup, its rays, and the hits of the float64 reference."""
     scene = soup_scene(count, seed)
     chosen = RAY_SETS[kind](scene, rays, ray_seed)
     return scene, chosen, rt.reference.trace(scene, *chosen)
@@ -80,11 +85,13 @@ def oracle(count: int, seed: int, kind: str, rays: int, ray_seed: int) -> tuple:
 def test_soup_matches_oracle(method: str, options: dict, rays: str) -> None:
     scene, chosen, expected = oracle(300, 5, rays, 1024, 17)
     hits = trace(scene, method, chosen, **options)
-    # Rays aimed at vertices and edges of a soup graze: which side they pass is rounding's to say.
+    # Rays aimed at vertices and edges of a soup graze them. Rounding decides on which side they
+    # pass.
     assert_same_hits(hits, expected, scene.extent, 0.4 if rays in ("vertices", "edges") else 0.002)
 
 
-# The quick suite aims all kinds of rays at methods as they are, the most telling at their options.
+# The quick suite tests methods without options with all kinds of rays. It tests options with
+# random rays and rays at edges.
 @pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.full)
                                        for seed in (2, 3))])
 @pytest.mark.parametrize("method, options, rays", [
@@ -97,13 +104,15 @@ def test_soup_matches_brute_force(exact_renderer, method: str, options: dict, ra
     assert_same_bits(trace(scene, method, chosen, **options), expected)
 
 
-# Schedules that differ in what is masked when, for programs that differ.
+# These schedules differ in when they mask which rays. The quick suite runs them on cases with
+# different programs.
 @pytest.mark.parametrize("method, options, schedule", schedule_cases(
     ("step1", "step16", "step1-mask3", "kernels", "kernels-mask2"), ("step16", "kernels")))
 def test_schedules_agree(exact_renderer, method: str, options: dict, schedule: dict) -> None:
     scene = soup_scene(120, seed=9)
     origins, directions = (np.concatenate(both) for both in zip(
-        *(RAY_SETS[rays](scene, 676, 4) for rays in ("eye", "random"))))   # over a row of texels
+        # more rays than a row of texels
+        *(RAY_SETS[rays](scene, 676, 4) for rays in ("eye", "random"))))
     best = trace(scene, method, (origins, directions), **options)
     assert best.hit.any() and not best.hit.all()
     assert_same_bits(trace(scene, method, (origins, directions), **schedule, **options), best)
@@ -112,7 +121,8 @@ def test_schedules_agree(exact_renderer, method: str, options: dict, schedule: d
 @pytest.mark.parametrize("method, options, schedule", schedule_cases(
     ("loop", "step1", "step16", "kernels"), ()))
 def test_any_hit_agrees_with_closest(method: str, options: dict, schedule: dict) -> None:
-    """Without an end, with one just before the nearest hit, and with one just behind it."""
+    """Schedules agree with an infinite interval, with an end just before the nearest hit, and with
+    an end just behind this hit."""
     scene, (origins, directions), closest = oracle(150, 10, "random", 1000, 3)
     ends = np.concatenate([np.full(1000, np.inf), np.where(closest.hit, closest.t * 0.999, 1.0),
                            np.where(closest.hit, closest.t * 1.001, 1.0)])
@@ -129,8 +139,8 @@ def test_any_hit_agrees_with_closest(method: str, options: dict, schedule: dict)
     name if name in QUICK_SCENES else pytest.param(name, marks=pytest.mark.full)
     for name in FOLEY])
 def test_real_scene_matches_oracle(name: str) -> None:
-    """Every method on 4,096 rays of each kind, against the float64 oracle; in the quick suite 64
-    where each may meet all triangles."""
+    """Every method agrees with the float64 oracle on 4,096 rays of each kind. In the quick suite,
+    methods that may test all triangles for each ray trace 64 rays."""
     scene = real_scene(name)
     sets = [RAY_SETS[rays](scene, 4096, 23) for rays in ("eye", "random", "surface")]
     truths = [rt.reference.trace(scene, *chosen, accelerated=True) for chosen in sets]
@@ -152,9 +162,11 @@ def test_real_scene_matches_oracle(name: str) -> None:
 @pytest.mark.parametrize("rays", ["eye", "random", "surface"])
 @pytest.mark.parametrize("name", FOLEY)
 def test_real_scene_bars(exact_renderer, name: str, rays: str) -> None:
-    """65,536 rays: all methods, builds, schedules against brute force and the oracle. Rays that
-    share lists, or are all the structure there is, or take a pass a step: these methods take all
-    eye rays once, and a sixteenth of the others and for their other settings."""
+    """All methods, builds and schedules agree with brute force and the oracle on 65,536 rays.
+
+    Slow methods are those whose rays share lists, those without another structure, and those with
+    one pass per step. They trace all eye rays once, and every sixteenth ray otherwise.
+    """
     scene = real_scene(name)
     chosen = RAY_SETS[rays](scene, 65_536, 29)
     exhaustive = trace(scene, "brute-force", chosen)
@@ -179,13 +191,15 @@ def test_real_scene_bars(exact_renderer, name: str, rays: str) -> None:
             if options.get("build") != "goldsmith-salmon":
                 checked(row, some, **options)
         for schedule in schedules_of(row, ("step16", "step1", "kernels")).values():
-            if row.resolved(schedule) != row.resolved({}):     # which was traced above
+            # `best` already covers the default schedule
+            if row.resolved(schedule) != row.resolved({}):
                 assert_same_bits(checked(row, some, **schedule), best)
 
 
 @pytest.mark.parametrize("method", [row.name for row in rt.methods() if row.name != "brute-force"])
 def test_a_hit_ends_the_search(method: str) -> None:
-    """A wall before the soup spares rays what lies behind it, in some setting of each method."""
+    """A wall in front of the soup spares rays the nodes behind it, in at least one setting of each
+    method."""
     wall = np.float32([[[-3, -3, 1.5], [3, -3, 1.5], [0, 4, 1.5]]])
     triangles = np.concatenate([wall, random_soup(1500, seed=6, size=0.03)])
     scene = rt.Scene.from_arrays(triangles.reshape(-1, 3),
@@ -210,7 +224,8 @@ def test_a_hit_ends_the_search(method: str) -> None:
     pytest.param(row.name, options, id="-".join([row.name, *map(str, options.values())]))
     for row in rt.methods() for options in variant_pairs(row.name)])
 def test_options_in_pairs(exact_renderer, method: str, options: dict) -> None:
-    """Among boxes without thickness, where rounding one outward gives it some."""
+    """Pairs of options agree with brute force on boxes of zero thickness. Outward rounding gives
+    such boxes a thickness."""
     scene = rt.load_scene("cornell")
     for rays in ("eye", "edges"):
         chosen = RAY_SETS[rays](scene, 1024, 6)

@@ -1,4 +1,4 @@
-"""Every ray-triangle test finds what the oracle finds, by every method the same."""
+"""Every ray-triangle test finds the oracle's hits, and all methods agree on them."""
 from __future__ import annotations
 
 import numpy as np
@@ -25,7 +25,7 @@ def test_each_finds_the_oracles_hits(intersection: str, rays: str) -> None:
     assert_same_hits(hits, oracle, scene.extent, 0.002)
     same = hits.triangle == oracle.triangle
     assert same.mean() > 0.99
-    # Slivers and grazing rays have wild u and v; most do not.
+    # The values u and v are unreliable for slivers and grazing rays, but reliable for most rays.
     for name in ("u", "v"):
         error = np.abs(getattr(hits, name) - getattr(oracle, name))[same]
         assert np.quantile(error, 0.99) < 1e-3, name
@@ -55,7 +55,7 @@ def test_triangles_without_area_are_never_hit(intersection: str) -> None:
     with rt.Tracer(scene, "brute-force", intersection=intersection) as tracer:
         hits = tracer.trace(origins, aims - origins)
     exact = rt.reference.trace(scene, origins, aims - origins)
-    # Rounding gives some of these triangles an area: then a hit on them is right.
+    # Rounding gives some of these triangles an area. A hit on such a triangle is right.
     assert not (hits.hit & ~exact.hit & (hits.triangle % 2 == 1)).any()
 
 
@@ -65,15 +65,17 @@ def test_triangles_without_area_are_never_hit(intersection: str) -> None:
 @pytest.mark.parametrize("intersection", TESTS)
 def test_a_triangles_border_is_its_own(intersection: str, direction: tuple[float, float, float],
                                        axes: tuple[int, int, int]) -> None:
-    """Alone, without a neighbour that a ray at its border may hit instead; all numbers are exact,
-    so corners and edge functions are zero, of either sign."""
+    """A triangle without neighbours is hit on its border and missed just beyond.
+
+    All numbers are exact, so corners and edge functions on the border are +0 or -0.
+    """
     corners = np.array([(x, y, z) for z, four in ((0, (0, 0, 4, 4)), (8, (-4, -8, 0, 4)))
                         for x, y in (four[:2], four[2:], (four[0], four[3]))], float)
     for one in (corners[:3], corners[3:]):
         for triangle in (one, one[::-1]):
             turned = np.where(triangle == 0, -0.0, triangle)[:, list(axes)]
             weights = np.array([(4, 0, 0), (0, 4, 0), (0, 0, 4), (2, 2, 0), (0, 1, 3), (1, 0, 3)])
-            aims = weights @ turned / 4 + 0.0      # a corner may be at -0, rays are at 0
+            aims = weights @ turned / 4 + 0.0  # corners may have -0, rays have +0
             along = np.array(direction)[list(axes)]
             scene = rt.Scene.from_arrays(turned, [[0, 1, 2]])
             with rt.Tracer(scene, "brute-force", intersection=intersection) as tracer:

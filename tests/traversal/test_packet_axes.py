@@ -1,4 +1,5 @@
-"""Rays of a packet that have a triangle's corners in common test it as they do alone."""
+"""Rays of a packet that share the fetched corners of a triangle get the same results as single
+rays."""
 from __future__ import annotations
 
 import numpy as np
@@ -12,7 +13,8 @@ SIDE = 32
 
 
 def fanned(seed: int, one_origin: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Origins and directions, (SIDE, SIDE, 3): neighbours that differ in their dominant axis."""
+    """Returns origins and directions, (SIDE, SIDE, 3), of neighbouring rays with different
+    dominant axes."""
     rng = np.random.default_rng(seed)
     origins = 0.5 + 0.2 * rng.normal(size=(1, 1, 3) if one_origin else (SIDE, SIDE, 3))
     directions = 1 + 0.3 * rng.normal(size=(SIDE, SIDE, 3))
@@ -27,7 +29,8 @@ def fanned(seed: int, one_origin: bool) -> tuple[np.ndarray, np.ndarray]:
     "packet": (4, 4), "octants": True, "interval_test": True}], ids=["stack", "octants"])
 def test_as_alone(exact_renderer, options: dict, one_origin: bool, precision: str,
                   seed: int) -> None:
-    """``step`` has each ray test alone, in a pass over rays; ``loop`` has them share."""
+    """A pass over rays (``step``) and a pass over packets (``loop``) give the same hits. Each ray
+    tests alone under ``step``; rays share the fetched corners under ``loop``."""
     scene = soup_scene(300, seed)
     rays = fanned(seed, one_origin)
     axes = np.abs(rays[1]).argmax(2).reshape(SIDE // 2, 2, SIDE // 4, 4)
@@ -46,7 +49,7 @@ def test_as_alone(exact_renderer, options: dict, one_origin: bool, precision: st
 @pytest.mark.parametrize("one_origin", [True, False], ids=["one-origin", "many-origins"])
 @pytest.mark.parametrize("method", [row.name for row in rt.methods() if row.packet and row.single])
 def test_as_single_rays(exact_renderer, method: str, one_origin: bool, seed: int) -> None:
-    """Packets find what the method for single rays finds over the same structure."""
+    """Packets find the hits of the single-ray method over the same structure."""
     scene, rays = soup_scene(300, seed), fanned(seed, one_origin)
     found = []
     for name, options in ((method, {"packet": (4, 2)}), (find_method(method).single, {})):

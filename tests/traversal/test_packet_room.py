@@ -1,4 +1,4 @@
-"""Packets hand their hits on to arrays, or back to rays for other passes: the same ones."""
+"""Packets return the same hits to arrays as to the ray textures of later passes."""
 from __future__ import annotations
 
 import numpy as np
@@ -15,7 +15,8 @@ PACKETS = [(1, 1), (2, 1), (2, 2), (4, 2), (4, 4)]
 @pytest.mark.parametrize("packet", PACKETS, ids="{0[0]}x{0[1]}".format)
 def test_arrays_and_passes_get_the_same_hits(exact_renderer, method: str, packet: tuple[int, int],
                                              size: tuple[int, int]) -> None:
-    """With statistics a pass hands hits back; images are no whole number of packets."""
+    """All hits equal brute force's, also where statistics write hits back to rays and where
+    packets do not divide the image."""
     scene = soup_scene(500, 5)
     rays = scene.camera.rays(size)
     with rt.Tracer(scene, "brute-force") as tracer:
@@ -29,7 +30,8 @@ def test_arrays_and_passes_get_the_same_hits(exact_renderer, method: str, packet
 
 @pytest.mark.parametrize("packet", PACKETS, ids="{0[0]}x{0[1]}".format)
 def test_each_ray_left_behind_is_counted(exact_renderer, packet: tuple[int, int]) -> None:
-    """Whichever ray of a packet it is: all go to the middle, the others with an empty interval."""
+    """Each ray of a packet that reaches the cap is counted as stopped. All rays aim at the middle
+    of the scene, and all but one have an empty interval."""
     scene = soup_scene(500, 6)
     origins = np.repeat(np.float32([scene.camera.eye]), 16, axis=0)
     directions = np.mean(scene.bounds, axis=0, dtype=np.float32) - origins

@@ -1,4 +1,4 @@
-"""Tiles without anything to trace are left out: no hit changes, and no work is done there."""
+"""Packet methods skip tiles without live rays: no hit changes, and skipped tiles do no work."""
 from __future__ import annotations
 
 import numpy as np
@@ -18,7 +18,8 @@ ENTRIES = [None, 8, 16, 32]
 
 
 def seen(size: tuple[int, int], seed: int) -> tuple[rt.Scene, np.ndarray, np.ndarray]:
-    """Triangles in the middle of an image, a quarter of it, from one point."""
+    """Returns a scene whose triangles cover a quarter of the image, in its middle, and its rays
+    from one point."""
     rng = np.random.default_rng(seed)
     scene = soup_scene(200, seed, size=0.05)
     width, height = size
@@ -29,7 +30,7 @@ def seen(size: tuple[int, int], seed: int) -> tuple[rt.Scene, np.ndarray, np.nda
 
 
 def whole(tracer: rt.Tracer, *rays: np.ndarray, **ends: object) -> rt.Hits:
-    """Hits of a call that draws all packets."""
+    """Returns the hits of a call that draws all packets."""
     with tracer.gpu.observed(Observer(), whole=True):
         return tracer.trace(*rays, **ends)
 
@@ -40,8 +41,8 @@ def whole(tracer: rt.Tracer, *rays: np.ndarray, **ends: object) -> rt.Hits:
 @pytest.mark.parametrize("broken", [0.0, 0.1])
 def test_bounds_of_tiles(monkeypatch: pytest.MonkeyPatch, broken: float, at_once: int,
                          size: tuple[int, int], t_min: float) -> None:
-    """Those of all their live rays, whatever blocks rays are laid out in; none where a row of
-    tiles is larger than a block."""
+    """A tile's bounds are the bounds of all its live rays, whatever the block size. Rays have no
+    tiles if a row of tiles is larger than a block."""
     monkeypatch.setattr(ray_batch, "AT_ONCE", at_once)
     rng = np.random.default_rng(3)
     width, height = size
@@ -50,7 +51,7 @@ def test_bounds_of_tiles(monkeypatch: pytest.MonkeyPatch, broken: float, at_once
     directions[0, 0] = -1
     t_max = np.where(rng.random((height, width)) < 0.8, -3.0, 1.0)
     t_max[:SIDE, :SIDE] = -3
-    t_max[0, 0] = t_min         # which is where it may hit
+    t_max[0, 0] = t_min  # the only t at which this ray may hit
     batch = RayBatch(np.zeros_like(directions), directions, t_min, t_max.ravel(), invalid="miss",
                      tiled=True)
     if SIDE * width > at_once:
@@ -83,9 +84,9 @@ def test_no_hit_is_left_out(exact_renderer, method: str, packet: tuple[int, int]
     scene, origins, directions = seen(size, 5)
     rng = np.random.default_rng(6)
     t_max = np.where(rng.random(origins.shape[:2]) < 0.1, -1.0, np.inf)
-    t_max[:, :size[0] // 3] = -1.0      # whole tiles, of a large image
+    t_max[:, :size[0] // 3] = -1.0  # these columns hold whole tiles if the image is large
     broken = directions.copy()
-    broken[-1, -1] = np.nan     # so that rays share no start any more
+    broken[-1, -1] = np.nan  # now the rays have no common origin
     with rt.Tracer(scene, method, packet=packet) as tracer:
         for along in (directions, broken):
             ends = {"t_max": t_max.ravel(), "invalid": "miss"}
@@ -103,10 +104,10 @@ def test_no_hit_is_left_out(exact_renderer, method: str, packet: tuple[int, int]
 @pytest.mark.parametrize("part", [0.0, 0.5, 1.0], ids="live-{}".format)
 def test_each_packet_is_drawn_once(part: float, size: tuple[int, int], packet: tuple[int, int],
                                    tile: int | None) -> None:
-    """Points cover all of them, so that the query finds none missing, and nothing is drawn again;
-    where all tiles have something to trace, the whole is one draw."""
+    """Points cover all packets, so the query finds no packet missing and no packet is drawn again.
+    If every tile has live rays, one draw covers the image."""
     scene, origins, directions = seen(size, 4)
-    directions = directions * np.float32([0.02, 0.02, 1])    # into the midst of the triangles
+    directions = directions * np.float32([0.02, 0.02, 1])  # aim at the middle of the triangles
     t_max = np.where(np.arange(size[0]) < part * size[0], np.inf, -1.0)
     t_max = np.broadcast_to(t_max, origins.shape[:2]).ravel()
     with rt.Tracer(scene, "bvh-packet", packet=packet, entry_points=tile) as tracer:
@@ -122,8 +123,8 @@ def test_each_packet_is_drawn_once(part: float, size: tuple[int, int], packet: t
 @pytest.mark.parametrize("octants", [False, True], ids=["stack", "octants"])
 @pytest.mark.parametrize("tile", ENTRIES[1:])
 def test_no_aimed_ray_is_left_out(exact_renderer, tile: int, octants: bool, seed: int) -> None:
-    """All rays of a tile go to one vertex, or one place of an edge: its beam is as narrow as a
-    ray, and boxes end where it goes."""
+    """No ray is lost if all rays of a tile aim at one vertex or one point of an edge. The tile's
+    beam is then as narrow as a ray, and bounding boxes end exactly there."""
     scene = soup_scene(300, seed, size=0.05)
     rng = np.random.default_rng(seed)
     count = 24
@@ -147,7 +148,8 @@ def test_no_aimed_ray_is_left_out(exact_renderer, tile: int, octants: bool, seed
 
 @pytest.mark.parametrize("tile", ENTRIES)
 def test_what_is_left_out_counts_nothing(exact_renderer, tile: int | None) -> None:
-    """Counters are those of a call that draws all, or none; and the log has fewer fragments."""
+    """Each counter equals the counter of a call that draws all packets, or is zero. The pass log
+    has fewer fragments."""
     scene, origins, directions = seen((128, 128), 7)
     t_max = np.full(origins.shape[:2], np.inf)
     t_max[:, 64:] = -1
@@ -156,7 +158,8 @@ def test_what_is_left_out_counts_nothing(exact_renderer, tile: int | None) -> No
         expected = whole(tracer, origins, directions, t_max=t_max.ravel())
         calls, log = tracer.statistics.draw_calls, fragments(tracer)
         hits = tracer.trace(origins, directions, t_max=t_max.ravel())
-        assert tracer.statistics.draw_calls == calls + 2    # hits and counters, a call more each
+        # one call more for hits, one for counters
+        assert tracer.statistics.draw_calls == calls + 2
         left = fragments(tracer)
     assert_same_bits(hits, expected)
     assert log["drivers/packet_none.frag"] == 0
@@ -170,7 +173,7 @@ def test_what_is_left_out_counts_nothing(exact_renderer, tile: int | None) -> No
 
 
 def fragments(tracer: rt.Tracer) -> dict[str, int]:
-    """By program, of a call with statistics."""
+    """Returns the number of fragments per program, for a call with statistics."""
     found = {"drivers/packet_none.frag": 0}
     for entry in tracer.statistics.pass_log:
         found[entry["name"]] = found.get(entry["name"], 0) + entry["fragments"]

@@ -1,4 +1,4 @@
-"""Hits know what shape their rays had; the arrays themselves stay flat."""
+"""Hits keep the image shape of their rays, and their arrays stay flat."""
 from __future__ import annotations
 
 import numpy as np
