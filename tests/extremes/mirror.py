@@ -1,5 +1,5 @@
-"""A mirror of the watertight test as `triangle.glsl` computes it, operation by operation in
-float32, and the same with its products contracted into fused multiply-adds."""
+"""A numpy mirror of the watertight test in `triangle.glsl`, operation by operation in float32. A
+second form contracts its products into fused multiply-adds."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -12,25 +12,26 @@ Array = np.ndarray
 
 
 def fused(a: Array, b: Array, c: Array) -> Array:
-    """float32(a b + c): a product of two float32 is exact in float64, the sum is rounded twice at
-    worst, which differs from a true fused multiply-add once in 2^29."""
+    """Returns float32(a b + c). The product of two float32 values is exact in float64; the sum is
+    rounded at most twice. The result differs from a true fused multiply-add once in 2^29."""
     return (a.astype(np.float64) * b + c).astype(np.float32)
 
 
 def apart(a: Array, b: Array, c: Array) -> Array:
-    """a b + c in float32, each operation rounded."""
+    """Returns a b + c in float32, with each operation rounded."""
     return a * b + c
 
 
 def pairs(corners: Array, origins: Array, directions: Array,
           contract: bool = False) -> tuple[Array, Array, Array, Array]:
-    """The test of k pairs of triangle and ray: t, u, v (k,) float32 and accepted (k,) bool.
+    """Tests k pairs of a triangle and a ray; returns t, u, v, (k,) float32 each, and accepted,
+    (k,) bool.
 
     Parameters
     ----------
     corners : (k, 3, 3) float32
     origins, directions : (k, 3) float32
-    contract : as a compiler may where `precise` does not forbid it
+    contract : whether to fuse products, as a compiler may where `precise` does not forbid it
     """
     multiply_add = fused if contract else apart
     size = np.abs(directions)
@@ -61,7 +62,8 @@ def pairs(corners: Array, origins: Array, directions: Array,
 
 
 def trace(triangles: Array, origins: Array, directions: Array, contract: bool = False) -> rt.Hits:
-    """Nearest hits of every ray among all triangles, lowest index first, in float32."""
+    """Returns the nearest hit of each ray among all triangles, in float32. The lowest index wins
+    ties."""
     n = len(origins)
     hits = rt.Hits(np.full(n, np.inf, np.float32), np.zeros(n, np.float32),
                    np.zeros(n, np.float32), np.full(n, -1, np.int32), np.zeros(n, np.uint8))
@@ -76,7 +78,8 @@ def trace(triangles: Array, origins: Array, directions: Array, contract: bool = 
 
 
 def hits_a_ray(triangles: Array, origins: Array, directions: Array) -> Array:
-    """(n,) int, how many triangles each ray hits within 4 spacings of the nearest distance."""
+    """Returns (n,) int: how many triangles each ray hits within 4 float32 spacings of the nearest
+    distance."""
     counts = [np.zeros(0, int)]
     for _, t, _, _ in _tables(triangles, origins, directions, False):
         nearest = t.min(axis=1, keepdims=True)
@@ -87,7 +90,8 @@ def hits_a_ray(triangles: Array, origins: Array, directions: Array) -> Array:
 
 def _tables(triangles: Array, origins: Array, directions: Array,
             contract: bool) -> Iterator[tuple[int, Array, Array, Array]]:
-    """First ray, and t (inf where not accepted), u, v of it and the next ones: (r, m) each."""
+    """Yields blocks of rays: the block's first ray, then t, u and v, (r, m) each. Rejected pairs
+    have infinite t."""
     n, m = len(origins), len(triangles)
     rows = max(1, (1 << 18) // m)
     for first in range(0, n, rows):

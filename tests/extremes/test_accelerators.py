@@ -1,4 +1,4 @@
-"""Rows 24 to 36: what each family of accelerators finds hard, seen from inside."""
+"""Rows 24 to 36: hard cases of each family of accelerators, checked in the traversal states."""
 from __future__ import annotations
 
 import numpy as np
@@ -20,7 +20,8 @@ ROWS = {row.name: row for row in rt.methods()}
 
 
 def built_on(kind: type) -> list[str]:
-    """Methods whose accelerator is a ``kind``, and which can be watched step by step."""
+    """Returns the methods whose accelerator is a ``kind`` and whose steps can be watched one by
+    one."""
     probe = make_case("one-triangle", 1, 0).scene
     names = []
     for name, row in ROWS.items():
@@ -38,7 +39,8 @@ KD, GRID, BVH = (built_on(kind) for kind in (KdTree, Grid, Bvh))
 # kd-trees ----------------------------------------------------------------------------------------
 
 def plane_rays(tree: KdTree, n: int, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
-    """Rays that start on split planes; a third of them run in their plane, a third all but so."""
+    """Returns rays that start on split planes. A third of the rays run exactly in their plane, and
+    another third nearly so."""
     inner = np.flatnonzero(tree.axis != 3)
     node = inner[rng.integers(len(inner), size=n)]
     origins = tree.lo + (tree.hi - tree.lo) * rng.random((n, 3)).astype(np.float32)
@@ -62,7 +64,8 @@ def test_rows_24_and_25_rays_from_split_planes(exact_renderer, method: str, seed
     assert not hits.status.any()
     leaves = int((tree.axis == 3).sum())
     assert hits.leaves_visited.max() <= leaves
-    # From the root to a leaf and back at most, once a leaf, and each leaf's list.
+    # For each leaf, a ray walks at most from the root to the leaf and back. Each leaf adds its
+    # list.
     assert (hits.steps - hits.triangles_tested
             <= hits.leaves_visited * (2 * tree.depth + 2) + 1).all()
     with rt.Tracer(case.scene, "brute-force") as tracer:
@@ -72,7 +75,8 @@ def test_rows_24_and_25_rays_from_split_planes(exact_renderer, method: str, seed
 @pytest.mark.parametrize("seed", [3], ids="seed{}".format)
 @pytest.mark.parametrize("method", KD)
 def test_row_25_triangles_in_split_planes(exact_renderer, method: str, seed: int) -> None:
-    """Flat triangles in the planes of the tree without them, many of which split the new one."""
+    """Flat triangles lie in the split planes of a first tree. Many of these planes split the
+    second tree too."""
     rng = np.random.default_rng(seed)
     triangles = soup(400, seed, 0.05)
     with rt.Tracer(Case(triangles, [[0, 0, 0]], [[1, 0, 0]]).scene, method) as tracer:
@@ -95,7 +99,8 @@ def test_row_25_triangles_in_split_planes(exact_renderer, method: str, seed: int
 
 def cells_crossed(grid: Grid, origins: np.ndarray, directions: np.ndarray, end: np.ndarray,
                   shortest: float) -> np.ndarray:
-    """Keys ray * cells + cell of what each ray crosses for longer than ``shortest``, float64."""
+    """Returns, in float64, the keys ray * cells + cell of all cells that each ray crosses over
+    more than ``shortest``."""
     origins, directions = origins.astype(np.float64), directions.astype(np.float64)
     lo, size = grid.lo.astype(np.float64), grid.cell_size.astype(np.float64)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -112,7 +117,7 @@ def cells_crossed(grid: Grid, origins: np.ndarray, directions: np.ndarray, end: 
 
 
 def keys(grid: Grid, cell: np.ndarray) -> np.ndarray:
-    """(n, ..., 3) cells -> (n, ...) keys, one range of them a ray."""
+    """Maps cells, (n, ..., 3), to keys, (n, ...). Each ray has its own range of keys."""
     rx, ry, rz = (int(r) for r in grid.resolution)
     ray = np.arange(len(cell)).reshape(-1, *[1] * (cell.ndim - 2))
     return (ray * rz + cell[..., 2]) * rx * ry + cell[..., 1] * rx + cell[..., 0]
@@ -133,8 +138,11 @@ def cells_visited(tracer: rt.Tracer, origins: np.ndarray,
                          ids=["row28", "row29"])
 @pytest.mark.parametrize("method", [name for name in GRID if "proximity" not in name])
 def test_grids_visit_the_exact_cells(method: str, name: str, row: int, share: float) -> None:
-    """Row 28: all that a ray crosses for longer than boxes are widened by. Row 29: at most 1.7 %
-    of rays miss any cell at all, however little of it they cross."""
+    """A grid visits the cells that a ray crosses.
+
+    Row 28: it visits all cells that the ray crosses over more than the padding of boxes. Row 29:
+    at most 1.7 % of the rays miss any cell, however short the crossing.
+    """
     case = make_case(name, 300, 5)
     with rt.Tracer(case.scene, method, schedule="step", **case.options[method]) as tracer:
         grid = tracer.accelerator.structure
@@ -153,14 +161,14 @@ def test_grids_visit_the_exact_cells(method: str, name: str, row: int, share: fl
 @pytest.mark.parametrize("far", [False, True], ids=["near", "moved-1e4"])
 @pytest.mark.parametrize("method, options", [
     pytest.param(name, options, id="-".join([name, *map(str, options.values())]))
-    for name in BVH if not ROWS[name].single    # a ray's own node at every step
+    for name in BVH if not ROWS[name].single  # each ray has its own node at every step
     for options in variants(name) if set(options) <= {"quantise_nodes"}])
 def test_rows_31_and_32_nodes_visited_contain_the_exact_ones(method: str, options: dict, far: bool,
                                                              seed: int) -> None:
-    """Rays aimed at corners of boxes enter every box they meet in exact arithmetic: also where
-    what is stored of a box is a wider one of few bits."""
+    """A ray aimed at the corners of boxes enters every box that it meets in exact arithmetic. This
+    also holds where a node stores a wider box in few bits."""
     case = make_case("box-corners", 300, seed)
-    if far:    # exactly representable there, corner by corner
+    if far:  # the moved corners are exact in float32
         step = np.float32(2.0**-9)
         case.triangles, case.origins = (np.round(a / step) * step + np.float32(10_000)
                                         for a in (case.triangles, case.origins))
@@ -175,7 +183,7 @@ def test_rows_31_and_32_nodes_visited_contain_the_exact_ones(method: str, option
         hits = tracer.trace(case.origins, case.directions)
     visited = np.zeros((300, len(bvh.escape) + 1), bool)
     for nodes in seen:
-        visited[np.arange(300), nodes] = True     # -1, the end, is the last column
+        visited[np.arange(300), nodes] = True  # the end of a walk, -1, is the last column
     o, d = (a.astype(np.float64)[:, None] for a in (case.origins, case.directions))
     with np.errstate(divide="ignore", invalid="ignore"):
         t0, t1 = (bvh.lo - o) / d, (bvh.hi - o) / d
@@ -190,7 +198,8 @@ def test_rows_31_and_32_nodes_visited_contain_the_exact_ones(method: str, option
 @pytest.mark.parametrize("build", ["sah", "kay-kajiya", "goldsmith-salmon"])
 @pytest.mark.parametrize("method", BVH)
 def test_row_34_the_deepest_trees(exact_renderer, method: str, build: str) -> None:
-    """Triangles each a 0.8th of the last, one inside the other: as deep as builders go."""
+    """The deepest trees that builders make overflow no stack. Each triangle has 0.8 times the size
+    of the triangle around it."""
     size = 0.8 ** np.arange(120)[:, None, None]
     corner = np.float64([[1, 0, 0], [0, 1, 0], [0, 0, 1]])
     case = Case(corner * size, np.full((200, 3), 2.0), np.random.default_rng(1).normal(
@@ -207,7 +216,8 @@ def test_row_34_the_deepest_trees(exact_renderer, method: str, build: str) -> No
 # Caps and loops ----------------------------------------------------------------------------------
 
 def stated_cap(structure: object, triangles: int, stack: bool) -> int:
-    """The step bound as docs/extremes.md states it, from an accelerator's depth and size."""
+    """Returns the step bound that docs/extremes.md states, from an accelerator's depth and
+    size."""
     if isinstance(structure, Grid):
         occupied = (np.diff(structure.cell_start) > 0).sum()
         return int(structure.resolution.sum() + len(structure.references) + occupied) + 3
@@ -242,7 +252,8 @@ def test_row_40_the_cap_follows_from_the_structure(method: str, name: str) -> No
 @pytest.mark.parametrize("method, schedule", [(name, schedule) for name, row in ROWS.items()
                                               for schedule in row.schedules])
 def test_row_40_rays_at_the_cap_are_flagged(method: str, schedule: str) -> None:
-    """Never silent: with a cap of k, a ray either ended by step k or has status 2."""
+    """With a cap of k steps, each ray either ends by step k or has status 2. No ray stops
+    silently."""
     case = make_case("box-corners", 200, 8)
     case.triangles = case.triangles[:100]
     with rt.Tracer(case.scene, method, statistics=True) as tracer:
@@ -252,7 +263,7 @@ def test_row_40_rays_at_the_cap_are_flagged(method: str, schedule: str) -> None:
             hits = tracer.trace(case.origins, case.directions)
         flagged = hits.status == 2
         assert not flagged[whole.steps < cap].any()
-        if ROWS[method].single:   # a ray may be through before its packet is stopped
+        if ROWS[method].single:  # a ray may finish before its packet stops
             assert (flagged | (hits.triangle == whole.triangle)).all()
         else:
             assert flagged[whole.steps > cap].all()
@@ -260,7 +271,8 @@ def test_row_40_rays_at_the_cap_are_flagged(method: str, schedule: str) -> None:
 
 @pytest.mark.parametrize("method", [name for name, row in ROWS.items() if "loop" in row.schedules])
 def test_row_36_more_iterations_than_a_loop_runs(method: str) -> None:
-    """llvmpipe ends loops after 65,535 iterations, silently: later passes take up the rest."""
+    """llvmpipe silently ends a loop after 65,535 iterations; later passes do the remaining
+    steps."""
     case = long_way(70_000 if method == "brute-force" else 40_000, 3, 9)
     with rt.Tracer(case.scene, method, statistics=True) as tracer:
         hits = tracer.trace(case.origins, case.directions)

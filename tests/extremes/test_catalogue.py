@@ -1,7 +1,7 @@
-"""Every case of the catalogue over every method of the table and each choice of its options.
+"""Tests every case of the catalogue with every method and each choice of its options.
 
-Brute force answers each case within its derived bounds (rows 1 to 33), and every method returns
-brute force's bits: so each method's share of wrong rays is brute force's, which is none.
+Brute force answers each case within its derived bounds (rows 1 to 33). Every method returns the
+bits of brute force. So no method returns a wrong ray, as brute force returns none.
 """
 from __future__ import annotations
 
@@ -18,14 +18,17 @@ from gpgpu_rt.methods import find_method
 
 QUICK, FULL = 512, 32_768
 FEW = {"coincident": 100, "coplanar": 500, "one-centroid": 300, "long-way": 3}
-# Where options of builders and of traversal are tried in the quick suite; in full: everywhere.
+# The quick suite tests options of builders and of traversal in these cases; the full suite tests
+# them in all cases.
 TELLING = ("moved-1e4", "in-planes", "box-corners", "flat-soup")
-# What other tests of the quick suite cover for every method, or what is slow to build.
+# Other tests of the quick suite cover these cases for every method, or the cases are slow to
+# build.
 IN_FULL = ("scaled-2^-20", "scaled-2^20", "moved-1e0", "moved-1e2", "lengths", "coplanar",
            "one-triangle", "flat-floor")
-# Lists so long that a pass for each of their entries has no place in a quick test.
+# These cases make lists so long that one pass per entry is too slow for a quick test.
 LONG_LISTS = ("coincident", "one-centroid")
-SLOW_TO_INSERT = 3000    # triangles past which a one-by-one build has no place in a quick test
+# with more triangles, inserting triangles singly is too slow for a quick test
+SLOW_TO_INSERT = 3000
 NAMES = [pytest.param(name, id=f"row{kind.row}-{name}") for name, kind in CASES.items()]
 SETTINGS = [pytest.param(row.name, options, id="-".join([row.name, *map(str, options.values())]))
             for row in rt.methods() for options in variants(row.name)
@@ -38,7 +41,7 @@ def rays_of(name: str, full: bool) -> int:
 
 @functools.lru_cache(maxsize=4)
 def traced(name: str, rays: int, seed: int) -> tuple[Case, rt.Hits]:
-    """A case and brute force's answer."""
+    """Returns a case and brute force's answer."""
     case = make_case(name, rays, seed)
     return case, trace(case, "brute-force")
 
@@ -97,7 +100,8 @@ def test_every_option_returns_its_bits(exact_renderer, name: str, method: str, o
 @pytest.mark.parametrize("name", ["embree-vertices", "from-afar", "denormals", "slivers"])
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()])
 def test_every_method_is_right(name: str, method: str, seed: int) -> None:
-    """Where renderers differ in their bits: each answer within its own bounds, and no leak."""
+    """Each method answers within its own bounds, and no ray leaks. Renderers may differ in their
+    bits."""
     case = make_case(name, 150, seed)
     hits = trace(case, method)
     verdict = judge(case.triangles, case.origins, case.directions, hits, case.t_min)
@@ -140,7 +144,8 @@ def test_brute_force_is_right_in_full(name: str, seed: int) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_every_method_in_full(exact_renderer, name: str, method: str, options: dict,
                               seed: int) -> None:
-    # Options change how a method walks, not what it meets: an eighth of the rays will do for them.
+    # Options change how a method walks, but not its hits. An eighth of the rays is enough for
+    # options.
     check_method(name, method, options, rays_of(name, True) // (8 if options else 1), seed)
 
 
@@ -160,6 +165,7 @@ def test_rows_1_to_4_a_million_rays(name: str, method: str, seed: int) -> None:
 @pytest.mark.parametrize("quads", [1, 2, 4, 8, 16, 32, 64, 181])
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()])
 def test_row_5_squares_in_full(method: str, quads: int, seed: int) -> None:
-    """65,536 rays by 2 to 65,522 triangles; 4,096 of brute force from 8,192 triangles on."""
+    """No ray leaks from a square of 2 to 65,522 triangles. Methods trace 65,536 rays; brute force
+    traces 4,096 rays above 8,192 triangles."""
     rays = 4096 if method == "brute-force" and quads > 32 else 65_536
     assert trace(square_case(quads, rays, seed), method).hit.all()

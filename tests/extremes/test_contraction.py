@@ -1,8 +1,8 @@
-"""The watertight test against its mirror in numpy, bit for bit, and what contraction does to it.
+"""The watertight test equals its numpy mirror bit for bit, and contraction makes the mirror leak.
 
-A compiler may turn a b - c d into a fused multiply-add, which rounds one product and not the
-other: the edge function of the neighbour across an edge is then no longer the exact negative, and
-rays slip through. No software renderer at hand contracts, so the mirror shows it.
+A compiler may turn a b - c d into a fused multiply-add, which rounds only one of the two products.
+An edge function is then no longer the exact negative of the neighbour's edge function, so rays
+leak through the edge. No software renderer at hand contracts, so the mirror shows the effect.
 """
 from __future__ import annotations
 
@@ -37,7 +37,8 @@ def test_contraction_leaks(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [4])
 def test_row_6_double_hits(seed: int, record_property) -> None:
-    """Rays through a closed mesh's edges hit a triangle or two; how many hit two is noted."""
+    """Each ray through an edge of a closed mesh hits one or two triangles. The test records how
+    many rays hit two."""
     case = make_case("sphere-edges", 1000, seed)
     count = mirror.hits_a_ray(case.triangles, case.origins, case.directions)
     record_property("rays that hit two triangles", int((count > 1).sum()))
@@ -45,8 +46,8 @@ def test_row_6_double_hits(seed: int, record_property) -> None:
 
 
 def test_precise_stands_before_every_product_of_the_watertight_test() -> None:
-    """`precise` is what forbids contraction, so each value that is a sum with a product in it must
-    be declared with it."""
+    """Each float that is the sum of a product is declared `precise`, because `precise` forbids
+    contraction."""
     text = (ROOT / "core/triangle.glsl").read_text()
     body = text.split("#ifdef INTERSECTION_WOOP_WATERTIGHT")[1].split("#endif")[0]
     declared = re.findall(r"^\s*(PRECISE )?(?:float|vec[23]) (\w+) =(.*)$", body, re.M)

@@ -1,4 +1,5 @@
-"""Rows 16 to 19, 28: rays along axes and through corners of a lattice, against exact rationals."""
+"""Rows 16 to 19 and 28: rays along axes and through corners of a lattice, compared with exact
+rationals."""
 from __future__ import annotations
 
 import functools
@@ -12,18 +13,18 @@ from gpgpu_rt.figures.experiments.extreme_shapes import lattice
 
 METHODS = [row.name for row in rt.methods()]
 pytestmark = pytest.mark.small
-CELLS = 4    # of the lattice: 96 triangles
+CELLS = 4  # cells of the lattice, which has 96 triangles
 
 
 def small_case(name: str, n: int, seed: int) -> Case:
-    """A case on the lattice of 4 cells instead of 8: rationals are slow."""
+    """Returns a case on a lattice of 4 cells. The usual 8 cells make exact rationals slow."""
     case = make_case(name, n, seed)
     return Case(lattice(CELLS), case.origins, case.directions)
 
 
 @functools.lru_cache(maxsize=8)
 def exact(name: str, n: int, seed: int, flushed: bool = False) -> rt.Hits:
-    """Exact hits; ``flushed``: with denormal components taken as 0."""
+    """Returns the exact hits. With ``flushed``, denormal components of directions count as 0."""
     case = small_case(name, n, seed)
     directions = case.directions
     if flushed:
@@ -35,7 +36,7 @@ def exact(name: str, n: int, seed: int, flushed: bool = False) -> rt.Hits:
 @pytest.mark.parametrize("name", ["signed-zeros", "slab-planes"])
 @pytest.mark.parametrize("method", METHODS)
 def test_rows_16_and_17_are_exact(method: str, name: str, seed: int) -> None:
-    """A ray in a triangle's plane misses it, here as in exact arithmetic."""
+    """A ray in a triangle's plane misses the triangle, as in exact arithmetic."""
     case, expected = small_case(name, 260, seed), exact(name, 260, seed)
     with rt.Tracer(case.scene, method) as tracer:
         hits = tracer.trace(case.origins, case.directions)

@@ -1,7 +1,7 @@
-"""Row 41: flat scenes across an axis, rays that start on them or next to them, all methods.
+"""Row 41: all methods trace flat scenes across an axis, with rays that start on or near the plane.
 
-Hits equal brute force's to the bit, also where a search begins and ends at a hit's own t: then no
-box may be missed that holds a hit. What brute force answers is within its derived bounds.
+All hits equal brute force's to the bit, also where a search begins and ends at the t of a hit: a
+method then may miss no box with a hit. Brute force's hits are within its derived bounds.
 """
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from gpgpu_rt.figures.experiments.flat_cases import FLATS, Flat
 from gpgpu_rt.methods import find_method
 
 QUICK = [Flat(0, 0.0), Flat(1, 0.0, count=2)]
-SLOW_TO_INSERT = 100        # triangles, one at a time
+SLOW_TO_INSERT = 100  # triangles; more are slow to insert singly
 MILLION = 10**6
 
 
@@ -29,14 +29,14 @@ def name_of(flat: Flat) -> str:
 
 @functools.lru_cache(maxsize=len(FLATS) * 4)
 def traced(flat: Flat, rays: int, seed: int, together: bool = False) -> tuple[Case, rt.Hits]:
-    """A case and brute force's answer."""
+    """Returns a case and brute force's answer."""
     case = flat.case(rays, seed, together)
     with rt.Tracer(case.scene, "brute-force") as tracer:
         return case, tracer.trace(case.origins, case.directions, case.t_min)
 
 
 def check(flat: Flat, rays: int, seed: int, method: str, **options) -> int:
-    """Compare a method's answers with brute force's; how many there were."""
+    """Compares a method's hits with brute force's; returns the number of rays compared."""
     count = 0
     with rt.Tracer(flat.case(1, seed).scene, method, **options) as tracer:
         for together in (False, True):
@@ -54,7 +54,8 @@ def check(flat: Flat, rays: int, seed: int, method: str, **options) -> int:
 @pytest.mark.parametrize("seed", [1], ids="seed{}".format)
 @pytest.mark.parametrize("flat", [QUICK[0], *FLATS[::23]], ids=name_of)
 def test_brute_force_is_right(flat: Flat, seed: int) -> None:
-    """A hit next to the plane may have a t of the wrong sign: as far off as the bound allows."""
+    """Brute force answers within its derived bounds. Near the plane t may have the wrong sign, but
+    only within its bound."""
     for together in (False, True):
         case, hits = traced(flat, 1000, seed, together)
         verdict = judge(case.triangles, case.origins, case.directions, hits, case.t_min)
@@ -71,7 +72,8 @@ def test_every_method_returns_its_bits(exact_renderer, method: str, flat: Flat, 
 
 
 def test_every_hit_is_found_again(exact_renderer) -> None:
-    """`trace_all` goes on at a hit's own t, where coplanar triangles may have the same."""
+    """`trace_all` finds the hits of all coplanar triangles at one t, because the next search
+    begins at the t of the last hit."""
     case, brute = traced(QUICK[0], 300, 3)
     counts = []
     for method in ("brute-force", "bvh-threaded", "bih"):
@@ -84,7 +86,7 @@ def test_every_hit_is_found_again(exact_renderer) -> None:
 # Full sizes --------------------------------------------------------------------------------------
 
 def settings() -> list:
-    """Each method with a choice of each option, and under each schedule."""
+    """Returns each method with each choice of its options, and each method under each schedule."""
     found = [(row.name, options) for row in rt.methods()
              for options in (*variants(row.name), *schedules_of(row).values())]
     return [pytest.param(name, options, id="-".join([name, *map(str, options.values())]))
@@ -96,12 +98,13 @@ def settings() -> list:
 @pytest.mark.parametrize("seed", [11], ids="seed{}".format)
 @pytest.mark.parametrize("method, options", settings())
 def test_a_million_rays(exact_renderer, method: str, options: dict, seed: int) -> None:
-    """In all scenes; with options in every seventh, so that each kind of scene comes."""
+    """Each method traces rays in all flat scenes. With options it uses every seventh scene, so
+    each kind of scene occurs."""
     flats = FLATS if not options else FLATS[::7]
     rays = -(-MILLION // (2 * len(flats)))
     if options.get("build") == "goldsmith-salmon":
         flats = [flat for flat in flats if flat.count <= SLOW_TO_INSERT]
     if "loop" not in find_method(method).schedules or options.get("schedule", "loop") != "loop":
-        rays //= 8          # passes for each step
+        rays //= 8  # each step is a pass here
     for flat in flats:
         check(flat, rays, seed, method, **options)

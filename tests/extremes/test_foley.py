@@ -1,4 +1,4 @@
-"""The four Foley scenes: no ray is wrong beyond its own derived bound, by any method."""
+"""No method returns a wrong ray, by the ray's own derived bound, on the four Foley scenes."""
 from __future__ import annotations
 
 import numpy as np
@@ -10,20 +10,22 @@ from gpgpu_rt.accuracy.judge import judge
 
 KINDS = ("eye", "random", "vertices", "edges")
 ANSWER = ("t", "u", "v", "triangle", "status")
-SIDE = 500   # 10^6 rays a scene: 250,000 of each kind
+SIDE = 500  # 10^6 rays per scene: 250,000 of each kind
 # A pass for each triangle, passes over every level of a stack, lists for boxes of rays that few
-# rays share, every triangle to all tiles or down to the cones of scattered rays: these take fewer
-# rays. Of scattered rays in tiles a million have a test in `traversal/test_ray_tiles.py`.
+# The slow methods trace fewer rays. They draw a pass per triangle, draw passes for each level of a
+# stack, share lists that few rays need, test all triangles against all tiles, or descend to the
+# cones of incoherent rays. A test in `traversal/test_ray_tiles.py` traces a million incoherent
+# rays in tiles.
 SIDES = {"brute-force": 160, "kd-texture-stack": 160, "ray-classification": 40,
          "visibility-field": 160, "ray-tiles": 160, "ray-hierarchy": 32}
-COHERENT = ("ray-tiles",)    # takes all eye rays, as the picture that they are
+COHERENT = ("ray-tiles",)  # traces all eye rays, as one image
 
 
 def check(name: str, kind: str, side: int, sides: dict[str, int], seed: int) -> None:
     scene = real_scene(name)
     origins, directions = RAY_SETS[kind](scene, side * side, seed)
     reference = rt.reference.trace(scene, origins, directions, accelerated=True)
-    wrong, verdicts = {}, {}    # most methods answer alike: a verdict an answer
+    wrong, verdicts = {}, {}  # most methods agree, so judge each distinct answer once
     for row in rt.methods():
         whole = kind == "eye" and row.name in COHERENT
         n = (side if whole else sides.get(row.name, side)) ** 2

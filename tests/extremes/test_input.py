@@ -1,4 +1,5 @@
-"""Rows 21, 22 and 39: what is not finite, and what is hardly there."""
+"""Rows 21, 22 and 39: input that is not finite, and input with at most one triangle, ray or
+pixel."""
 from __future__ import annotations
 
 import itertools
@@ -17,7 +18,7 @@ BAD = [np.nan, np.inf, -np.inf]
 @pytest.mark.parametrize("seed", [1], ids="seed{}".format)
 @pytest.mark.parametrize("method", METHODS)
 def test_row_21_invalid_rays_disturb_no_other(exact_renderer, method: str, seed: int) -> None:
-    """Each bad value in each entry of a ray, and no direction at all, of both signs."""
+    """Returns each bad value in each component of a ray, and zero directions of both signs."""
     scene = soup_scene(200, seed)
     origins, directions = np.random.default_rng(seed).normal(size=(2, 400, 3)).astype(np.float32)
     kinds = list(itertools.product((0, 1), range(3), BAD)) + [(1, slice(None), z)
@@ -32,7 +33,7 @@ def test_row_21_invalid_rays_disturb_no_other(exact_renderer, method: str, seed:
             tracer.trace(origins, directions)
     assert np.array_equal(np.flatnonzero(hits.status), np.sort(rows)) and hits.status.max() == 1
     assert not hits.hit[rows].any() and np.isinf(hits.t[rows]).all()
-    for array in (hits, good):    # the rest, bit for bit
+    for array in (hits, good):  # all valid rays agree bit for bit
         for name in ("t", "u", "v", "triangle", "status"):
             setattr(array, name, np.delete(getattr(array, name), rows))
     assert_same_bits(hits, good)
@@ -50,7 +51,7 @@ def test_row_22_a_vertex_that_is_not_finite(value: float) -> None:
 @pytest.mark.parametrize("triangles", [0, 1])
 @pytest.mark.parametrize("method", METHODS)
 def test_row_39_hardly_anything(method: str, triangles: int) -> None:
-    """No triangle or one, no ray or one, a picture of one pixel."""
+    """Scenes of no or one triangle, no or one ray, and a picture of one pixel are valid."""
     vertices = np.float32([[-1, -1, 0], [1, -1, 0], [0, 1, 0]])[:3 * triangles]
     scene = rt.Scene.from_arrays(vertices, np.arange(3 * triangles).reshape(-1, 3))
     with rt.Tracer(scene, method, statistics=True) as tracer:

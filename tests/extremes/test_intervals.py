@@ -1,7 +1,7 @@
-"""Ends of intervals: an empty interval is a miss, and no end is flushed to 0 on its way.
+"""An empty interval is a miss, and no interval end is flushed to 0 by scaling.
 
-Directions are scaled to a size of their own, and t with them. What is left of t_min = 1 beside a
-direction of length 1e-42 is no normal number of float32; renderers may take it for 0.
+A tracer scales each direction and scales t by the same factor. For a direction of length 1e-42,
+t_min = 1 becomes a denormal, which a renderer may flush to 0.
 """
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ EMPTY = {"ends-before-0": (0.0, -1.0), "ends-first": (3.0, 2.0), "both-before-0"
 
 
 def rays_in_the_plane(n: int, seed: int, length: float) -> tuple[rt.Scene, np.ndarray, np.ndarray]:
-    """A square in y = 0, and rays that start on it, steep enough that t is 0 at every hit."""
+    """Returns a square in y = 0 and rays that start on the square. The rays are steep, so t is 0
+    at every hit."""
     rng = np.random.default_rng(seed)
     scene = Flat(1, 0.0, count=2).case(1, seed).scene
     origins = np.zeros((n, 3))
@@ -48,7 +49,7 @@ def test_an_empty_interval_is_a_miss(method: str, length: float) -> None:
                                            (1e-30, 1e-30)])
 @pytest.mark.parametrize("method", METHODS)
 def test_a_start_behind_the_origin_stays_there(method: str, length: float, t_min: float) -> None:
-    """t of these hits is 0, which an interval behind 0 or before it does not hold."""
+    """The hits have t = 0. An interval that begins after 0 or ends before 0 has no hit."""
     scene, *rays = rays_in_the_plane(40, 3, length)
     with rt.Tracer(scene, method) as tracer:
         assert not tracer.trace(*rays, t_min=t_min).hit.any()
@@ -60,7 +61,7 @@ def test_a_start_behind_the_origin_stays_there(method: str, length: float, t_min
 @pytest.mark.parametrize("size", [1.0, 1e-8, 1e-14])
 def test_the_ray_engines_host_flushes_as_its_passes_do(exact_renderer, size: float,
                                                        seed: int) -> None:
-    """Origins, directions, corners and products below 2^-126."""
+    """Host and passes agree for origins, directions, corners and products below 2^-126."""
     rng = np.random.default_rng(seed)
     case = Flat(1, 0.0).case(800, seed)
     tiny = 10 ** rng.uniform(-45, -30, (800, 3)) * rng.choice([-1, 1], (800, 3))

@@ -1,7 +1,7 @@
-"""Row 26, and precision at the extremes: a method may be wrong in few bits, but it ends within its
-cap, flags the rays it stopped, and reports no hit that is not there.
+"""Row 26: methods at low precision end within their cap, flag the rays that they stop, and report
+no false hit.
 
-Precisions, roundings and interval policies are those that the option tables offer.
+The tests use the precisions, roundings and interval policies of the option tables.
 """
 from __future__ import annotations
 
@@ -32,15 +32,19 @@ def case_of(name: str, seed: int) -> Case:
 
 
 def arithmetic(name: str, rounding: str) -> Arithmetic:
-    """What bounds a format's rounding: directed rounding is off by twice as much."""
+    """Returns the error bounds of a format. Directed rounding doubles the unit of nearest
+    rounding."""
     form = FORMATS[name]
     return Arithmetic(form.unit * (1 if rounding == "nearest" else 2), form.smallest,
                       form.largest)
 
 
 def wrong(case: Case, hits: rt.Hits, chosen: Precision) -> np.ndarray:
-    """(n,) bool: hits that are not there, by the bounds derived for the format's arithmetic on
-    what the format's textures hold; and t outside its bound where 1 / det is in range."""
+    """Returns (n,) bool: which hits are false.
+
+    The bounds of the format's arithmetic on the stored values decide. A hit is also false if t is
+    outside its bound while 1 / det is in range.
+    """
     at = np.flatnonzero(hits.hit)
     corners = chosen.stored(case.triangles[hits.triangle[at]])
     exponent = np.frexp(np.abs(case.directions[at]).max(axis=1))[1]
@@ -52,7 +56,7 @@ def wrong(case: Case, hits: rt.Hits, chosen: Precision) -> np.ndarray:
     det = (np.cross(v1 - v0, v2 - v0) * directions).sum(axis=1) / np.abs(directions).max(axis=1)
     usual = np.abs(det) > 4 / FORMATS[chosen.arithmetic].largest
     t = np.ldexp(hits.t[at].astype(np.float64), exponent)
-    kept = arithmetic(chosen.storage, chosen.rounding)   # as t is, once more
+    kept = arithmetic(chosen.storage, chosen.rounding)  # storing t rounds t again
     off = np.abs(t - bounds.t) > bounds.t_bound + 2 * kept.unit * np.abs(t) + kept.tiny
     result = np.zeros(len(hits), bool)
     result[at] = ~bounds.possible | (usual & off)
@@ -72,8 +76,8 @@ def check(case: Case, method: str, ends: bool, **options) -> None:
 
 
 def low_precisions() -> list:
-    """Every case by every method in every setting; what is stored in few bits but computed in many
-    is where kd-trees go round. The quick suite takes the cases and settings that tell most."""
+    """Returns every case with every method in every setting. Kd-trees loop for ever where storage
+    has fewer bits than arithmetic. The quick suite runs the most sensitive cases and settings."""
     combinations = []
     for name, method, options in itertools.product(CASES, ROWS, SETTINGS):
         quick = name == "degenerate" and (
@@ -88,8 +92,8 @@ def low_precisions() -> list:
 @pytest.mark.parametrize("seed", [1], ids="seed{}".format)
 @pytest.mark.parametrize("name, method, options", low_precisions())
 def test_row_26_low_precision_ends(name: str, method: str, options: dict, seed: int) -> None:
-    """Rounded up, t_min of a kd-tree always moves on: no ray reaches its cap then. Otherwise rays
-    may go round until the cap stops and flags them."""
+    """No ray reaches its cap when storage rounds up, because t_min of a kd-tree then always
+    increases. With other roundings, rays may loop until the cap stops and flags them."""
     ends = options["rounding"] == "up" or not method.startswith("kd-")
     cap = {} if ends else {"step_cap": 2000}
     check(case_of(name, seed), method, ends, **options, **cap)
@@ -99,8 +103,9 @@ def test_row_26_low_precision_ends(name: str, method: str, options: dict, seed: 
 @pytest.mark.parametrize("method", [name for name in ROWS if name in ("kd-restart",
                                                                       "kd-backtrack")])
 def test_row_26_how_it_fails(method: str, seed: int) -> None:
-    """Stored to nearest, t_min may fall back before the plane it came from: most rays go round,
-    are stopped and flagged. The figure `extremes` has the shares."""
+    """With nearest rounding, the stored t_min may fall before the split plane that it came from.
+    Many rays then loop until the cap stops and flags them. The figure `extremes` shows the
+    shares."""
     case = case_of("spanning", seed)
     shares = {}
     for rounding in ("nearest", "chop", "up"):
@@ -117,7 +122,7 @@ def test_row_26_how_it_fails(method: str, seed: int) -> None:
     name if name == "spanning" else pytest.param(name, marks=pytest.mark.full)
     for name in CASES])
 def test_row_26_interval_policies_end(name: str, method: str, policy: str, seed: int) -> None:
-    """In fp32, rays that go round are stopped and flagged, whatever the policy."""
+    """The cap stops and flags looping rays in fp32 under every interval policy."""
     check(case_of(name, seed), method, False, interval=policy, step_cap=2000)
 
 

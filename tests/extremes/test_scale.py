@@ -1,5 +1,5 @@
 """Rows 8, 10 and 20: exact symmetries. Scaling a scene by a power of two, permuting or mirroring
-its axes, or lengthening directions changes no answer but t, and t exactly."""
+its axes, and lengthening directions change no hit except t. They change t exactly."""
 from __future__ import annotations
 
 import itertools
@@ -39,7 +39,8 @@ def test_row_8_scaled_scenes(exact_renderer, method: str, exponent: int) -> None
     1e-12, 7e3, 1e12, *(pytest.param(scale, marks=pytest.mark.full) for scale in (1e-6, 1e6))])
 @pytest.mark.parametrize("method", METHODS)
 def test_row_8_scaled_by_other_factors(method: str, scale: float) -> None:
-    """By factors that round: the mesh is another one, but closed, and no ray leaks from it."""
+    """Scaling by a factor that rounds changes the mesh, but the mesh stays closed and no ray leaks
+    from it."""
     case = make_case("sphere-edges", 1000, 2)
     triangles = (case.triangles.astype(np.float64) * scale).astype(np.float32)
     origins = (case.origins.astype(np.float64) * scale).astype(np.float32)
@@ -50,7 +51,8 @@ def test_row_8_scaled_by_other_factors(method: str, scale: float) -> None:
 @pytest.mark.parametrize("size", [1e-8, 1e12])
 @pytest.mark.parametrize("method", METHODS)
 def test_row_8_small_triangles_at_the_stated_limits(method: str, size: float) -> None:
-    """A thousandth of their scene, seen across it: t keeps its digits. It is 0 at 1e-12."""
+    """The distance t keeps its digits in meshes a thousandth of their scene's size. It is 0 at a
+    size of 1e-12."""
     rng = np.random.default_rng(5)
     middles, origins = rng.uniform(-0.5, 0.5, (2, 300, 3))
     triangles = middles[:, None] + 1e-3 * rng.normal(size=(300, 3, 3))
@@ -65,9 +67,11 @@ def test_row_8_small_triangles_at_the_stated_limits(method: str, size: float) ->
 
 @pytest.mark.parametrize("exponent", [-140, -130, 127])
 def test_row_20_t_past_float32(exact_renderer, exponent: int) -> None:
-    """The hit is as of any other length: t is infinity, or rounded as a denormal is."""
+    """The hit is the hit of any other length, except t: t is infinity or rounded like a
+    denormal."""
     rng = np.random.default_rng(6)
-    directions = rng.integers(-256, 257, (500, 3)) / np.float32(256)     # exact as denormals
+    # exact also when scaled to denormals
+    directions = rng.integers(-256, 257, (500, 3)) / np.float32(256)
     case = Case(bumpy_sphere(1), 0.2 * rng.normal(size=(500, 3)), directions)
     plain = trace(case, "bvh-threaded")
     case.directions = np.ldexp(case.directions, exponent)
@@ -81,8 +85,8 @@ def test_row_20_t_past_float32(exact_renderer, exponent: int) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_row_10_permuted_and_mirrored(exact_renderer, method: str) -> None:
-    """Ten of the 48 symmetries of the axes. A ray's dominant axis must be one alone: with two of
-    one size the choice between them is not symmetric, nor need it be."""
+    """The hits agree under ten of the 48 symmetries of the axes. Rays with two dominant axes are
+    left out, because the choice between the axes need not be symmetric."""
     rng = np.random.default_rng(3)
     triangles = bumpy_sphere(1)
     origins = (rng.normal(size=(600, 3)) * 0.5).astype(np.float32)
@@ -101,7 +105,7 @@ def test_row_10_permuted_and_mirrored(exact_renderer, method: str) -> None:
     -110, 11, 100, *(pytest.param(power, marks=pytest.mark.full) for power in (-50, 50))])
 @pytest.mark.parametrize("method", METHODS)
 def test_row_20_lengths_of_directions(exact_renderer, method: str, exponent: int) -> None:
-    """1e-15 to 1e15 and far beyond, by powers of two: t is divided exactly."""
+    """Lengths are powers of two from below 1e-15 to above 1e15. Each divides t exactly."""
     case = make_case("from-afar", 500, 4)
     plain = trace(case, method)
     case.directions = np.ldexp(case.directions, exponent)

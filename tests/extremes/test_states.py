@@ -1,5 +1,5 @@
-"""What stands in the textures after every pass: no NaN, no infinity but the sentinels, and
-(row 23) nothing new for a ray that is over."""
+"""State textures after every pass hold no NaN and only sentinel infinities. Row 23: a finished
+ray's state never changes."""
 from __future__ import annotations
 
 import numpy as np
@@ -13,18 +13,18 @@ from gpgpu_rt.rays.records import NO_TRIANGLE
 
 METHODS = {row.name: row for row in rt.methods()}
 SCHEDULED = [(name, schedule) for name, row in METHODS.items() for schedule in row.schedules]
-SMALL = {"brute-force": 40}     # triangles: a pass each
-NO_END = {"t_max", "t_exit"}    # fields that may hold infinity: "no end"
+SMALL = {"brute-force": 40}  # at most so many triangles, as each needs a pass
+NO_END = {"t_max", "t_exit"}  # fields that may hold infinity for "no end"
 
 
 def scan(state: Fields, hit: Fields) -> None:
     for name, values in state.items():
         assert not np.isnan(values).any(), f"NaN in {name}"
         assert name in NO_END or np.isfinite(values).all(), f"infinity in {name}"
-    if not hit:   # a pass over packets
+    if not hit:  # a pass over packets has no hits
         return
     nothing = hit["triangle"] == NO_TRIANGLE
-    if "t" not in hit:      # any hit that packets found is a triangle and nothing else
+    if "t" not in hit:  # an any-hit pass of packets stores only the triangle
         return
     for name in ("t", "u", "v"):
         assert not np.isnan(hit[name]).any(), f"NaN in hit.{name}"
@@ -57,14 +57,15 @@ def test_no_nan_in_any_state(name: str, method: str, schedule: str, seed: int) -
         hits = tracer.trace(origins, directions, invalid="miss")
         tracer.occluded(origins, directions, 2.0, invalid="miss")
     assert hits.status.tolist().count(1) == 3 and len(passes) >= 2
-    # Under a driver of its own a method has passes of other kinds too.
+    # A method with a driver of its own also draws other kinds of passes.
     assert len(passes) > 4 or schedule == "loop" or schedule in METHODS[method].drivers
 
 
 @pytest.mark.parametrize("scale", [2.0**-20, 1.0, 2.0**20])
 @pytest.mark.parametrize("method", METHODS)
 def test_no_nan_in_a_picture(method: str, scale: float) -> None:
-    """Rays, shading and colours: zero-area triangles among others, eye in the middle of it."""
+    """Ray, shading and colour textures are finite, with zero-area triangles and the eye inside the
+    scene."""
     case = make_case("degenerate", 1, 2)
     case.triangles *= np.float32(scale)
     scene = case.scene
@@ -78,9 +79,10 @@ def test_no_nan_in_a_picture(method: str, scale: float) -> None:
             starts, ends, colours = (list(map(read_texture, t)) for t in (starts, ends, colours))
     for values in starts + colours:
         assert np.isfinite(values).all()
-    for values in ends:    # t_max is the last channel
+    for values in ends:  # t_max is the last channel
         assert np.isfinite(values[..., :3]).all() and not np.isnan(values).any()
-    # What a target holds before it is drawn into is anybody's guess: this was drawn.
+    # A target has undefined content before its first draw. Unit directions show that a pass drew
+    # this target.
     assert np.abs(np.linalg.norm(ends[1][..., :3], axis=2) - 1).max() < 1e-6
 
 
@@ -88,21 +90,22 @@ def test_no_nan_in_a_picture(method: str, scale: float) -> None:
 @pytest.mark.parametrize("method", [name for name, row in METHODS.items()
                                     if "step" in row.schedules])
 def test_row_23_a_ray_that_is_over_stays_as_it_is(method: str, seed: int) -> None:
-    """Rays with an empty interval from the start, texels past the last ray, and finished rays."""
+    """A ray's state stays the same once the ray is finished. The test also covers empty intervals
+    and texels past the last ray."""
     scene, origins, directions = few("signed-zeros", method, 150, seed)
     t_max = np.full(150, np.inf, np.float32)
     t_max[::5] = -1
     first, last = {}, {}
 
     def look(state: Fields, hit: Fields) -> None:
-        if not hit:   # a pass over packets
+        if not hit:  # a pass over packets has no hits
             return
         words = np.column_stack([np.float32(v).reshape(len(v), -1).view(np.uint32)
                                  for v in (*state.values(), *hit.values())])
         for ray in np.flatnonzero(state["phase"] <= 0):
             first.setdefault(ray, words[ray])
             last[ray] = words[ray]
-    # An interval longer than the longest ray: nothing is masked, so every pass writes every ray.
+    # A mask interval longer than the longest walk masks no ray, so every pass writes every ray.
     with rt.Tracer(scene, method, schedule="step", mask_interval=60) as tracer:
         with watching(tracer, look):
             hits = tracer.trace(origins, directions, t_max=t_max)

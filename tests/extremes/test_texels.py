@@ -1,4 +1,5 @@
-"""Row 35: indices around 2^11, 2^17 and 2^24 go through a texture and come back; odd widths."""
+"""Row 35: indices around 2^11, 2^17 and 2^24 survive a round trip through a texture, also at odd
+widths."""
 from __future__ import annotations
 
 import numpy as np
@@ -30,8 +31,9 @@ def indices(exponent: int) -> list[int]:
 
 @pytest.mark.parametrize("exponent", [11, 17, pytest.param(23, marks=pytest.mark.full)])
 def test_row_35_indices_round_trip(gpu: Gpu, exponent: int, tmp_path) -> None:
-    """Every index up to the largest: a row found by a rounded reciprocal errs at row ends. What
-    the table holds goes up to 2^24 by doubling."""
+    """Every index up to the largest fetches its own entry. A row computed with a rounded
+    reciprocal would be wrong at row ends. Table entries reach 2^24, because an entry also holds
+    twice its index."""
     count = indices(exponent)[-1] + 1
     size = (1024, -(-count // 1024))
     asked = np.minimum(np.arange(size[0] * size[1]), count - 1)
@@ -57,7 +59,7 @@ def test_row_35_indices_round_trip(gpu: Gpu, exponent: int, tmp_path) -> None:
 
 
 def test_row_35_two_to_the_24() -> None:
-    """The last value a float texel holds is kept, the next one is refused."""
+    """A float texel stores integers up to 2^24; packing refuses the next integer."""
     for value in indices(24)[:2]:
         packed = NUMBER.pack(own=np.array([value, -value]))
         assert NUMBER.unpack(packed)["own"].tolist() == [value, -value]

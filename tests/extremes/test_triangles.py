@@ -1,4 +1,5 @@
-"""Rows 7, 12 to 14: triangles that are plain, grazed, without area, or all the same."""
+"""Rows 7 and 12 to 14: plain triangles, grazing rays, triangles without area, and identical
+triangles."""
 from __future__ import annotations
 
 import numpy as np
@@ -25,7 +26,8 @@ def trace(case: Case, method: str, **options) -> rt.Hits:
 @pytest.mark.parametrize("seed", [1], ids="seed{}".format)
 @pytest.mark.parametrize("method", METHODS)
 def test_row_7_the_unit_triangle(method: str, seed: int) -> None:
-    """Interior points, up to 45 degrees off: t, u and v within 16 spacings (of 1, for u, v)."""
+    """For interior points at angles up to 45 degrees, t, u and v are within 16 float32 spacings
+    (spacings of 1 for u and v)."""
     rng = np.random.default_rng(seed)
     points = rng.dirichlet((1, 1, 1), 300) @ UNIT[0].astype(np.float64)
     origins = (points + rng.uniform(-0.7, 0.7, (300, 3)) + [0, 0, 2]).astype(np.float32)
@@ -51,7 +53,7 @@ def test_row_12_grazing_hits_lie_in_the_box(method: str, seed: int) -> None:
     corners = case.triangles[hits.triangle[at]].astype(np.float64)
     o, d = (a[at].astype(np.float64) for a in (case.origins, case.directions))
     bound = distance_bound(corners, o, d)
-    # Where the ray's dominant component crosses the box of the triangle.
+    # Compute where the ray's dominant component crosses the box of the triangle.
     axis = np.abs(d).argmax(axis=1)[:, None]
     depth = (np.take_along_axis(corners, axis[:, None], 2)[..., 0]
              - np.take_along_axis(o, axis, 1)) / np.take_along_axis(d, axis, 1)
@@ -71,8 +73,8 @@ def test_row_13_no_area_is_never_hit(method: str, seed: int, intersection: str) 
 
 
 def test_row_14_ten_thousand_in_one_place() -> None:
-    """Of equal distances the lowest index wins; the other methods' builds and bits are tested with
-    the rest of the catalogue."""
+    """Brute force returns the lowest index at equal distances. The catalogue tests the other
+    methods, their builds and their bits."""
     hits = trace(make_case("coincident", 100, 4), "brute-force")
     assert hits.hit.mean() > 0.5 and (hits.triangle[hits.hit] == 0).all()
 
@@ -81,7 +83,8 @@ def test_row_14_ten_thousand_in_one_place() -> None:
 @pytest.mark.parametrize("size", [2.0**-62, 2.0**-70, 2.0**-100])
 @pytest.mark.parametrize("method", METHODS)
 def test_triangles_below_the_stated_limit_are_missed_not_guessed(method: str, size: float) -> None:
-    """Edge functions that underflow: such a triangle may be missed; no hit lies at infinity."""
+    """A method may miss a triangle whose edge functions underflow, but it returns no hit at
+    infinity."""
     case = make_case("one-triangle", 300, 5)
     origins = case.triangles[0].mean(axis=0) - case.directions
     hits = trace(Case(case.triangles * np.float32(size), origins * np.float32(size),

@@ -1,4 +1,4 @@
-"""Looks at the state textures after every traversal pass."""
+"""Reads the state textures after every traversal pass."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
@@ -16,11 +16,13 @@ Fields = dict[str, np.ndarray]
 
 @contextmanager
 def watching(tracer: rt.Tracer, look: Callable[[Fields, Fields], None]) -> Iterator[None]:
-    """Within, ``look(state, hit)`` gets the target's fields by name, one entry a texel, after each
-    pass of the tracer's traversal; the buffers begin as zeros, as fresh textures need not.
+    """Calls ``look(state, hit)`` after each pass of the tracer's traversal, within the context.
 
-    A pass over packets has no hits. Drivers that keep no states from pass to pass are looked at
-    after each of their draws of hits, or else after a whole run.
+    ``state`` and ``hit`` map names of fields to arrays with an entry per texel. The state buffers
+    are cleared first, because fresh textures may hold anything.
+
+    ``hit`` is empty for a pass over packets. If a driver keeps no states between passes, ``look``
+    sees each draw of hits, or the result of the whole run.
     """
     driver, names = tracer.session.driver, (tracer.method.state.name, HIT.name)
     run, seen = driver.run, []
