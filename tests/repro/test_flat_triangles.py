@@ -1,7 +1,9 @@
-"""Triangles without area were hit: three corners on a line do not stay on one when sheared.
+"""Rays hit triangles without area: shearing moves the third of three collinear corners off the
+line.
 
-Seen by the judge in kitchen moved 10^4 extents away, where float32 flattens 12,000 triangles: 41
-of 40,000 rays aimed at vertices hit one. Now such triangles are shrunk to a point for the kernels.
+The judge found the fault in kitchen moved by 10^4 extents, where float32 flattens 12,000
+triangles. There 41 of 40,000 rays aimed at vertices hit such a triangle. The package now shrinks
+triangles without area to a point before it uploads them.
 """
 from __future__ import annotations
 
@@ -15,7 +17,8 @@ from gpgpu_rt.options import TRACER_OPTIONS
 TESTS = next(option.choices for option in TRACER_OPTIONS if option.name == "intersection")
 
 
-# Other tests than the default by every method: in full; quickly, by brute force and a packet.
+# The quick suite tests the default intersection with every method, and other intersections with
+# brute force and a packet method. The full suite tests all combinations.
 CASES = [pytest.param(row.name, name, id=f"{row.name}-{name}",
                       marks=() if name == "woop-watertight" or row.name in (
                           "brute-force", "kd-packet") else pytest.mark.full)
@@ -26,10 +29,11 @@ CASES = [pytest.param(row.name, name, id=f"{row.name}-{name}",
 @pytest.mark.parametrize("method, intersection", CASES)
 def test_three_corners_on_a_line_are_never_hit(method: str, intersection: str, seed: int) -> None:
     rng = np.random.default_rng(seed)
-    start, step = rng.integers(-4000, 4000, (2, 300, 1, 3)) * 2.0 ** -12     # sums are exact
+    start, step = rng.integers(-4000, 4000, (2, 300, 1, 3)) * 2.0 ** -12  # the sums are exact
     triangles = start + step * np.array((0, 2, 1))[:, None]
     scene = rt.Scene.from_arrays(triangles.reshape(-1, 3), np.arange(900).reshape(-1, 3))
-    count = 20_000 if "loop" in find_method(method).schedules else 1000   # else a step a pass
+    # without `loop`, each step is a pass
+    count = 20_000 if "loop" in find_method(method).schedules else 1000
     chosen = rng.integers(300, size=count)
     aims = start[chosen, 0] + step[chosen, 0] * rng.random((count, 1)) * 2
     origins = rng.normal(size=(count, 3))

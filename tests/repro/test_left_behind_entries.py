@@ -1,5 +1,8 @@
-"""Rays that a packet left behind are traced singly, from the root: single rays have entry points
-of their own, whose lists nobody made, and their program did not compile."""
+"""Rays that a packet leaves unfinished continue as single rays from the root.
+
+The program for single rays failed to compile with entry points, because nothing built the entry
+lists of single rays.
+"""
 from __future__ import annotations
 
 import pytest
@@ -22,7 +25,8 @@ def test_single_rays_begin_at_the_root(monkeypatch: pytest.MonkeyPatch, exact_re
         expected = tracer.trace(*rays)
     with rt.Tracer(scene, method, octants=octants, entry_points=tile) as tracer:
         hits = tracer.trace(*rays)
-        assert tracer.session.driver.driver.kept.get("single") is not None    # packets left rays
+        # some rays continued as single rays
+        assert tracer.session.driver.driver.kept.get("single") is not None
         hidden = tracer.occluded(*rays)
     assert_same_bits(hits, expected)
     assert (hidden == expected.hit).all()

@@ -1,4 +1,5 @@
-"""A worker killed twice within 15 s was given up by Dask, and with the last one a sweep hung."""
+"""Dask gave up a worker that was killed twice within 15 s. After the loss of the last worker, a
+sweep hung."""
 from __future__ import annotations
 
 import os
@@ -21,7 +22,7 @@ def _dies() -> None:
 
 @pytest.fixture
 def in_time() -> Iterator[None]:
-    """It failed by waiting for ever."""
+    """Raises TimeoutError after 300 s, because the fault made the test wait for ever."""
     def late(*_: object) -> None:
         raise TimeoutError("nothing came back")
     before = signal.signal(signal.SIGALRM, late)

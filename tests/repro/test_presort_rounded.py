@@ -1,5 +1,5 @@
-"""A ray that ends before it begins may end where it begins once textures round both: put in order,
-such rays were left out, and without presort traced."""
+"""Presort left out rays with t_max < t_min, although rounding may make the two ends equal in
+textures. Such rays were traced without presort."""
 from __future__ import annotations
 
 import numpy as np

@@ -1,4 +1,5 @@
-"""A tree that is one leaf has no pairs of children: a table of none could not be packed."""
+"""Quantised nodes failed for a tree of a single leaf: the tree has no pair of children, and
+packing an empty table failed."""
 from __future__ import annotations
 
 import numpy as np

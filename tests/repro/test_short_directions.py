@@ -1,5 +1,5 @@
-"""A direction so short that t in units of it is past float32: trimesh_ray gave places that were
-not numbers, and the two sides of a box as one."""
+"""trimesh_ray failed for a direction so short that t overflows float32. It returned locations that
+were NaN, and reported the two sides of a box as one hit."""
 from __future__ import annotations
 
 import numpy as np

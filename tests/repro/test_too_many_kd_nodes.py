@@ -1,5 +1,6 @@
-"""The full figures stopped at Soda Hall: its kd-tree has 24 million nodes, floats number 2^24. Its
-smallest subtrees become leaves now, as a BVH's do (tests/scene/test_large.py has the hits)."""
+"""The full figures stopped at Soda Hall: its kd-tree has 24 million nodes, but float32 holds exact
+integers only up to 2^24. A kd-tree's smallest subtrees now become leaves, as a BVH's do. The file
+tests/scene/test_large.py compares the hits."""
 from __future__ import annotations
 
 from conftest import random_soup

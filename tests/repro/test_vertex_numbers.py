@@ -1,5 +1,5 @@
-"""softpipe's gl_VertexID begins anew every 4,096 vertices: points past the first of them were
-scattered to where those go."""
+"""softpipe restarts gl_VertexID at 0 after every 4,096 vertices. Later points were therefore
+scattered to the targets of the first 4,096."""
 from __future__ import annotations
 
 import numpy as np
