@@ -1,14 +1,17 @@
-"""Pairs of triangle and ray to try the triangle test and its bounds on."""
+"""Makes pairs of a triangle and a ray that exercise the triangle test and its error bounds."""
 from __future__ import annotations
 
 import numpy as np
 
 
 def aimed_pairs(kind: str, count: int, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Triangles (count, 3, 3) and rays (count, 3) each aimed at its triangle, float32.
+    """Returns triangles, (count, 3, 3), and rays, (count, 3) each, in float32. Each ray aims at
+    its triangle.
 
-    kind : "inside" its triangle; at an "edge" or a "vertex"; "beside" it; "small" and far;
-        "slivers"; "grazing" along its plane; "axis" for directions with zeros in them
+    kind : "inside" the triangle; at an "edge" or a "vertex"; "beside" the triangle; "small" for
+    small,
+        distant triangles; "slivers"; "grazing" along the triangle's plane; "axis" for directions
+        with zero components
     """
     rng = np.random.default_rng(seed)
     size = np.ones((count, 1, 1)) if kind != "small" else 10 ** rng.uniform(-6, -1, (count, 1, 1))
@@ -32,7 +35,7 @@ def aimed_pairs(kind: str, count: int, seed: int) -> tuple[np.ndarray, np.ndarra
         in_plane = (rng.dirichlet((1, 1, 1), count)[:, :, None] * triangles).sum(axis=1)
         origins = aim + 4 * (in_plane - aim) + 1e-6 * rng.normal(size=(count, 3))
     elif kind == "axis":
-        zeros = rng.integers(1, 3, count)   # of the direction's components
+        zeros = rng.integers(1, 3, count)  # zero components of each direction
         for k, axis in enumerate(rng.permuted(np.tile((0, 1, 2), (count, 1)), axis=1).T[:2]):
             some = np.flatnonzero(zeros > k)
             origins[some, axis[some]] = aim[some, axis[some]]

@@ -1,4 +1,5 @@
-"""The derived bounds: never passed by the test they bound, never uselessly wide."""
+"""The triangle test never exceeds its derived error bounds, and the bounds are tight enough to be
+useful."""
 from __future__ import annotations
 
 from fractions import Fraction
@@ -20,7 +21,8 @@ def counts(quick: int, full: int) -> list:
 
 def exact_pair(triangle: np.ndarray, origin: np.ndarray, direction: np.ndarray
                ) -> tuple[Fraction, Fraction, Fraction] | None:
-    """t, u, v where the line meets the plane, in rationals; None where it is parallel."""
+    """Returns t, u and v of the point where the line meets the plane, as rationals. Returns None
+    for a parallel line."""
     v0, v1, v2, o, d = ([Fraction(float(x)) for x in p] for p in (*triangle, origin, direction))
     e1, e2, s = ([a - b for a, b in zip(p, q)] for p, q in ((v1, v0), (v2, v0), (o, v0)))
 
@@ -44,7 +46,8 @@ def depths(triangle: np.ndarray, origin: np.ndarray, direction: np.ndarray) -> l
 @pytest.mark.parametrize("seed", [1])
 @pytest.mark.parametrize("kind", KINDS)
 def test_against_rationals(kind: str, seed: int) -> None:
-    """float32's mirror and float64's own evaluation, each within its bound of the exact answer."""
+    """The float32 mirror and the float64 evaluation each stay within their bounds of the exact
+    answer."""
     pairs = aimed_pairs(kind, 120, seed)
     accepted, *found = intersect_pairs(*pairs)
     bounds = {arithmetic: bound_pairs(*pairs, arithmetic) for arithmetic in (FLOAT32, FLOAT64)}
@@ -69,7 +72,8 @@ def test_against_rationals(kind: str, seed: int) -> None:
             elif accepted[k]:
                 for value, true, bound in zip(found, (t, u, v), (b.t_bound, b.u_bound, b.v_bound)):
                     assert abs(Fraction(float(value[k])) - true) <= Fraction(bound[k])
-    # Rays at an edge are as good as all undecided in float32, as good as all decided in float64.
+    # For rays at an edge, float32 leaves almost all pairs undecided and float64 decides almost
+    # all.
     assert decided >= (90 if kind in ("edge", "vertex", "slivers", "grazing") else 180)
 
 
@@ -111,7 +115,8 @@ def test_what_overflows_is_open() -> None:
 
 
 def test_far_from_a_speck_is_certainly_outside() -> None:
-    """Edge functions that vanish beside their errors excuse no ray that passes the box."""
+    """A ray beside a tiny triangle is certainly outside, although the errors exceed the edge
+    functions. The box test decides."""
     triangles, origins, directions = aimed_pairs("small", 2000, 5)
     centre = triangles.mean(axis=1, keepdims=True)
     triangles = (centre + (triangles - centre) * np.float32(1e-4)).astype(np.float32)
@@ -122,7 +127,8 @@ def test_far_from_a_speck_is_certainly_outside() -> None:
 
 @pytest.mark.parametrize("seed", [6])
 def test_the_mirror_is_the_shader(exact_renderer, seed: int) -> None:
-    """Bit for bit, so that what holds for the mirror holds for the shader."""
+    """The mirror equals the shader bit for bit, so bounds tested with the mirror also hold for the
+    shader."""
     scene = soup_scene(300, seed)
     rng = np.random.default_rng(seed)
     origins = rng.random((4096, 3)).astype(np.float32)

@@ -1,4 +1,5 @@
-"""The judge: seeded faults each in their category, rounding excused, and its statistics."""
+"""The judge puts seeded faults into the right categories, accepts rounding, and reports right
+statistics."""
 from __future__ import annotations
 
 import numpy as np
@@ -20,7 +21,8 @@ def copy(hits: rt.Hits) -> rt.Hits:
 
 @pytest.fixture(scope="module", params=SEEDS)
 def case(request):
-    """A scene, rays that hit one triangle each well inside, and the right answers as float32."""
+    """Returns a scene, rays that each hit a triangle well inside, and the right hits as
+    float32."""
     scene = soup_scene(500, request.param)
     origins, directions = RAY_SETS["random"](scene, 4000, request.param)
     hits = rt.reference.trace(scene, origins, directions)
@@ -43,7 +45,7 @@ def test_right_answers_are_right(case) -> None:
     verdict = judge(*case)
     assert verdict.counts["right"] == len(verdict) and not verdict.within_bound.any()
     assert verdict.wrong_share == 0 and 0 < verdict.upper_95 < 3.1 / len(verdict)
-    assert 0 < verdict.quantiles()["max"] <= 0.5001    # correctly rounded
+    assert 0 < verdict.quantiles()["max"] <= 0.5001  # correctly rounded
     assert verdict.quantiles("t_bounds")["max"] < 1
     assert verdict.quantiles("barycentric_error")["max"] < 1e-7
     assert verdict.to_dict()["counts"] == verdict.counts
@@ -55,16 +57,16 @@ def test_seeded_faults(case) -> None:
     bound = bound_pairs(scene.triangles[hits.triangle], origins, directions).t_bound
     fault = np.arange(n) % 8
     changed = copy(hits)
-    at = fault == 1                                             # a hit leaked
+    at = fault == 1  # a lost hit
     changed.triangle[at], changed.t[at] = -1, np.inf
-    other = (hits.triangle + 1) % len(scene)                    # another triangle, elsewhere
+    other = (hits.triangle + 1) % len(scene)  # another triangle
     elsewhere = ~bound_pairs(scene.triangles[other], origins, directions).possible
     fault[(fault == 2) & ~elsewhere] = 0
     at = fault == 2
     changed.triangle[at] = other[at]
     at = fault == 3
     changed.t[at] += np.float32(10) * bound[at]
-    at = fault == 4                                             # nudged, within the bound
+    at = fault == 4  # a shift within the bound
     changed.t[at] = (hits.t[at].astype(np.float64) + 0.4 * bound[at]).astype(np.float32)
     at = fault == 5
     changed.status[at] = UNFINISHED
@@ -81,7 +83,8 @@ def test_seeded_faults(case) -> None:
 
 
 def test_a_triangle_behind_is_wrong(case) -> None:
-    """What a traversal that stops too late or skips a node would answer: the second hit."""
+    """The second hit counts as wrong. A traversal that stops late or skips a node would return the
+    second hit."""
     scene, origins, directions, hits = case
     behind = rt.reference.trace(scene, origins, directions, t_min=hits.t * np.float32(1.001))
     some = behind.hit & (behind.triangle != hits.triangle)
@@ -92,11 +95,11 @@ def test_a_triangle_behind_is_wrong(case) -> None:
 
 def test_hits_that_are_not_there(case) -> None:
     scene, origins, directions, hits = case
-    # Away from the scene: nothing is there, whatever the distance.
+    # Rays away from the scene hit nothing, at any distance.
     away = (scene.bounds[0] - 10 + 0 * origins).astype(np.float32)
     verdict = judge(scene, away, -np.abs(directions), hits)
     assert verdict.counts["false hit"] == len(hits)
-    # The interval ends before the hit, or begins after it.
+    # The interval ends before the hit or begins after the hit.
     for ends in ({"t_max": hits.t * np.float32(0.99)}, {"t_min": hits.t * np.float32(1.01)}):
         assert (category(case, hits, **ends) == "false hit").all()
     changed = copy(hits)
@@ -121,7 +124,8 @@ def test_zero_area_and_invalid_rays(seed: int) -> None:
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("at", ["vertices", "edges"])
 def test_neighbours_are_excused_and_leaks_told(at: str, seed: int) -> None:
-    """Rays at shared edges and vertices may go either way, but not through a closed mesh."""
+    """Rays at shared edges and vertices may hit either neighbour, but may not pass through a
+    closed mesh."""
     ball = rt.load_scene(trimesh.creation.icosphere(subdivisions=3))
     rays = RAY_SETS[at](ball, 3000, seed)
     inside = np.linalg.norm(rays[0], axis=1) < 0.9
@@ -138,11 +142,12 @@ def test_neighbours_are_excused_and_leaks_told(at: str, seed: int) -> None:
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_miss_through_an_edge_leaks_at_what_is_behind(seed: int) -> None:
-    """The reference's own triangle settles nothing there: the tree must be asked."""
+    """A miss through an edge is judged by the hit behind the edge. The reference's own triangle
+    cannot decide such a ray, so the judge searches the tree."""
     rng = np.random.default_rng(seed)
     ball = rt.load_scene(trimesh.creation.icosphere(subdivisions=3))
     corner = rng.integers(len(ball.triangles), size=500)
-    aims = ball.triangles[corner, :2].mean(axis=1)              # the middle of an edge
+    aims = ball.triangles[corner, :2].mean(axis=1)  # the middle of an edge
     origins = (3 * aims + 0.3 * rng.normal(size=aims.shape)).astype(np.float32)
     directions = aims - origins
     reference = rt.reference.trace(ball, origins, directions)

@@ -1,4 +1,5 @@
-"""The oracle by analysis: edges, ties, flat triangles, intervals, rounding, batches."""
+"""Tests of the oracle with known answers: edges, ties, flat triangles, intervals, rounding and
+batches."""
 from __future__ import annotations
 
 import itertools
@@ -13,7 +14,8 @@ WAYS = {"brute force": {"accelerated": False}, "tree": {"accelerated": True}}
 
 
 def square(cells: int) -> np.ndarray:
-    """(2 cells^2, 3, 3) the square [0, cells]^2 in z = 0; its vertices are whole numbers."""
+    """Returns the square [0, cells]^2 in z = 0 as triangles, (2 cells^2, 3, 3). All vertices are
+    whole numbers."""
     x, y = (axis.reshape(-1) for axis in np.meshgrid(np.arange(cells), np.arange(cells)))
     a, b, c, d = (np.stack((x + i, y + j, 0 * x), 1) for i, j in ((0, 0), (1, 0), (1, 1), (0, 1)))
     return np.stack((np.stack((a, b, c), 1), np.stack((a, c, d), 1)), 1).reshape(-1, 3, 3)
@@ -22,7 +24,7 @@ def square(cells: int) -> np.ndarray:
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("axis, mirror", list(itertools.product(range(3), (1, -1))))
 def test_edges_and_vertices_belong_to_the_triangle(way: str, axis: int, mirror: int) -> None:
-    """Rays along an axis, both ways, through every vertex, edge and middle of a square."""
+    """Rays along an axis, in both directions, hit every vertex, edge and middle of a square."""
     triangles = np.roll(square(4) * (1, mirror, 1), axis, axis=2)
     x, y = (points.reshape(-1) for points in np.meshgrid(np.arange(9) / 2, np.arange(9) / 2))
     for side in (1, -1):
@@ -35,7 +37,7 @@ def test_edges_and_vertices_belong_to_the_triangle(way: str, axis: int, mirror: 
         v0, v1, v2 = triangles[hits.triangle].transpose(1, 0, 2)
         u, v = hits.u[:, None], hits.v[:, None]
         assert ((1 - u - v) * v0 + u * v1 + v * v2 == origins + 0.5 * directions).all()
-        # The interval's two ends are in it, even where they are one.
+        # The interval includes both of its ends, even if the ends are equal.
         t_end = trace(triangles, origins, directions, 0.5, 0.5, **WAYS[way])
         assert (t_end.triangle == hits.triangle).all()
 
@@ -43,7 +45,8 @@ def test_edges_and_vertices_belong_to_the_triangle(way: str, axis: int, mirror: 
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("seed", [1, 2])
 def test_collinear_triangles_are_never_hit(way: str, seed: int) -> None:
-    """Corners on a line, their positions exact: the test's own rounding must not open them."""
+    """Rays never hit a triangle with exactly collinear corners, in spite of the test's own
+    rounding."""
     rng = np.random.default_rng(seed)
     start, step = rng.integers(-9, 9, (2, 2000, 1, 3)) / 8
     triangles = start + step * np.array((0, 2, 1))[:, None]
@@ -55,7 +58,8 @@ def test_collinear_triangles_are_never_hit(way: str, seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [3, 4])
 def test_answers_do_not_depend_on_batches(seed: int, monkeypatch) -> None:
-    """Each triangle thrice, in another order: the lowest index wins across batches too."""
+    """Batches of any size give the same hits, and the lowest index wins across batches. Each
+    triangle occurs three times, in random order."""
     rng = np.random.default_rng(seed)
     soup = np.tile(random_soup(60, seed, 0.5), (3, 1, 1))[rng.permutation(180)]
     origins, directions = rng.random((50, 3)), rng.normal(size=(50, 3))
@@ -105,20 +109,23 @@ def test_bad_arguments(bad: dict) -> None:
 
 @pytest.mark.parametrize("seed", [7])
 def test_a_speck_far_from_the_ray_is_not_hit(seed: int) -> None:
-    """Beside the origin's coordinates the edge functions of a tiny triangle are all rounding."""
+    """A ray far from a tiny triangle misses the triangle. The edge functions hold only rounding
+    errors, because the triangle is tiny beside the origin's coordinates."""
     rng = np.random.default_rng(seed)
     specks = (10 ** rng.uniform(-17, -15, (400, 1, 1)) * rng.normal(size=(400, 3, 3)))
-    origins, directions = rng.normal(size=(2, 400, 3))      # past them all, by far
+    # the rays pass the specks at a great distance
+    origins, directions = rng.normal(size=(2, 400, 3))
     for way in WAYS.values():
         assert not trace(specks, origins, directions, **way).hit.any()
 
 
 @pytest.mark.parametrize("seed", [8, 9])
 def test_settle_agrees_with_rationals(seed: int) -> None:
-    """Rays in a plane with the vertices' coordinates whole: through edges, corners and ties."""
+    """`settle` finds the hits of exact rationals for rays through edges, vertices and ties.
+    Vertices have whole coordinates."""
     rng = np.random.default_rng(seed)
     triangles = np.concatenate((square(4), square(4)[:, ::-1], square(2) * (2, 2, 1)))
-    triangles = triangles @ np.array(((1, 0, 1), (0, 1, -1), (0, 0, 1)))    # tilted
+    triangles = triangles @ np.array(((1, 0, 1), (0, 1, -1), (0, 0, 1)))  # tilted
     aims = triangles[rng.integers(len(triangles), size=300), rng.integers(3, size=300)]
     aims = aims + rng.integers(0, 2, (300, 1)) * rng.integers(-1, 2, (300, 3)) / 3
     origins = (rng.normal(size=(300, 3)) * 9).astype(np.float32)
@@ -128,7 +135,7 @@ def test_settle_agrees_with_rationals(seed: int) -> None:
     settled, doubtful = settle(triangles, origins, directions, float64)
     assert (settled.triangle == exact.triangle).all() and 50 < doubtful <= 300
     np.testing.assert_allclose(settled.t, exact.t, rtol=1e-12)
-    # Float64 alone takes one of two triangles at the same t by its rounding.
+    # Float64 alone picks between triangles at the same t by its rounding.
     assert (float64.triangle != exact.triangle).any()
     again, _ = settle(triangles, origins, directions, settled)
     assert (again.triangle == exact.triangle).all() and (again.t == settled.t).all()
@@ -137,7 +144,8 @@ def test_settle_agrees_with_rationals(seed: int) -> None:
 @pytest.mark.parametrize("seed", [10])
 def test_settle_leaves_sure_rays_alone(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    soup = np.tile(random_soup(80, seed, 0.5), (2, 1, 1))    # copies raise no doubt
+    # `settle` does not doubt copies of a triangle
+    soup = np.tile(random_soup(80, seed, 0.5), (2, 1, 1))
     origins, directions = rng.random((500, 3)), rng.normal(size=(500, 3))
     directions[7] = 0
     hits = trace(soup, origins, directions, invalid="miss")
@@ -145,7 +153,7 @@ def test_settle_leaves_sure_rays_alone(seed: int) -> None:
     assert doubtful == 0
     for name in ("t", "u", "v", "triangle", "status"):
         assert (getattr(settled, name) == getattr(hits, name)).all()
-    # A hit that stands exactly at an end of the interval is in doubt, and is in the interval.
+    # A hit exactly at an end of the interval is doubtful and inside the interval.
     flat = np.float32([[[0, 0, 0], [3, 0, 0], [0, 3, 0]]])
     ray = np.float32([[1, 1, 2]]), np.float32([[0, 0, -1]])
     hits = trace(flat, *ray, 0, 2)
@@ -156,7 +164,8 @@ def test_settle_leaves_sure_rays_alone(seed: int) -> None:
 @pytest.mark.parametrize("seed", [11])
 @pytest.mark.parametrize("rays", RAY_SETS)
 def test_the_tree_prunes_nothing_that_counts(rays: str, seed: int, monkeypatch) -> None:
-    """Small batches, so that nearest hits cut the search short; ends that cut it too."""
+    """The tree finds the same hits as brute force. Small batches let nearest hits prune the
+    search, and so do interval ends."""
     scene = soup_scene(500, seed, 0.1)
     origins, directions = RAY_SETS[rays](scene, 400, seed)
     ends = np.random.default_rng(seed).uniform(0.1, 2, (2, 400))

@@ -1,4 +1,4 @@
-"""The oracle: against rationals, against itself through its tree, and by analysis."""
+"""The oracle agrees with exact rationals, with its own tree, and with known answers."""
 from __future__ import annotations
 
 import numpy as np
@@ -18,7 +18,7 @@ def test_against_rationals(rays: str, seed: int) -> None:
     ours, exact = (f(scene.triangles, origins, directions) for f in (trace, trace_exact))
     both = ours.hit & exact.hit
     np.testing.assert_allclose(ours.t[both], exact.t[both].astype(float), rtol=1e-9)
-    # A ray rounded to float32 passes an edge on one side or the other; float64 sees which.
+    # Rounding a ray to float32 moves the ray to one side of an edge; float64 resolves the side.
     assert (ours.hit == exact.hit).all() and (ours.triangle == exact.triangle).all()
 
 

@@ -1,4 +1,5 @@
-"""Rays that leave hits do not hit what they leave: row 37 of the catalogue, and shadow rays."""
+"""Row 37 of the catalogue: rays that leave a hit do not hit the same surface again. The tests
+cover spawned rays and shadow rays."""
 from __future__ import annotations
 
 import numpy as np
@@ -19,7 +20,8 @@ KINDS = ("coordinates", "sizes", "slivers", "ball")
 
 
 def triangles_of(kind: str, count: int, rng: np.random.Generator) -> np.ndarray:
-    """(count, 3, 3) float32: each coordinate, or each triangle's size, of 1e-8 to 1e8."""
+    """Returns triangles, (count, 3, 3) float32. Either each coordinate or each triangle's size
+    varies from 1e-8 to 1e8."""
     if kind == "coordinates":
         size = 10 ** rng.uniform(-8, 8, (count, 3, 3))
         return (rng.choice((-1, 1), (count, 3, 3)) * size).astype(np.float32)
@@ -36,7 +38,7 @@ def triangles_of(kind: str, count: int, rng: np.random.Generator) -> np.ndarray:
 
 
 def hits_on(triangles: np.ndarray, each: int, rng: np.random.Generator) -> Hits:
-    """``each`` hits on every triangle, some of them on its edges and corners."""
+    """Returns ``each`` hits per triangle. Some of the hits lie on edges and corners."""
     count = len(triangles) * each
     weights = rng.dirichlet((1, 1, 1), count).astype(np.float32)
     weights[::7, 0] = 0
@@ -55,13 +57,13 @@ def test_spawned_rays_miss_what_they_leave(kind: str, seed: int, each: int) -> N
     triangles = triangles_of(kind, 1000, rng)
     for some in np.split(triangles, 1 if each < 100 else 20):
         hits = hits_on(some, each, rng)
-        directions = rng.normal(size=(len(hits), 3)).astype(np.float32)   # both hemispheres
+        directions = rng.normal(size=(len(hits), 3)).astype(np.float32)  # both hemispheres
         origins = spawn(some, hits, directions)
         assert origins.dtype == np.float32
         corners = some[hits.triangle]
         accepted, t, _, _ = intersect_pairs(corners, origins, directions)
         assert not (accepted & (t >= 0)).any()
-        # They start on the side they go to, near the point they leave.
+        # The origins lie on the side of the new direction, near the hit point.
         v0, v1, v2 = corners.astype(np.float64).transpose(1, 0, 2)
         u, v = hits.u[:, None].astype(np.float64), hits.v[:, None].astype(np.float64)
         off = origins - ((1 - u - v) * v0 + u * v1 + v * v2)
@@ -85,11 +87,12 @@ def test_no_self_hit_in_a_trace(method: str, seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [4])
 def test_out_of_a_ball_nothing_is_hit_and_into_it_all_hit(seed: int) -> None:
-    """Not the neighbours either, though some of them are seen along their planes."""
+    """Rays that leave a ball hit nothing, not even a neighbouring facet that they graze. Rays into
+    the ball all hit."""
     rng = np.random.default_rng(seed)
     ball = rt.load_scene(trimesh.creation.icosphere(subdivisions=4))
     hits = hits_on(ball.triangles, 4, rng)
-    hits.u = np.clip(hits.u, 0.05, 0.45)       # beside an edge "out" may be into the neighbour
+    hits.u = np.clip(hits.u, 0.05, 0.45)  # at an edge, an outward ray may enter the neighbour
     hits.v = np.clip(hits.v, 0.05, 0.45)
     v0, v1, v2 = ball.triangles[hits.triangle].astype(np.float64).transpose(1, 0, 2)
     normal = np.cross(v1 - v0, v2 - v0)
@@ -114,7 +117,8 @@ def test_misses_spawn_nothing() -> None:
 
 
 def shadow_rays(tracer: rt.Tracer, size: tuple[int, int]) -> tuple[Hits, np.ndarray, np.ndarray]:
-    """The hits of the scene's own camera, and the two texels of their shadow rays, (n, 4) each."""
+    """Returns the hits of the scene's camera, and the two texels of each hit's shadow ray, (n, 4)
+    each."""
     tracer.render(size=size)
     batch = RayBatch(*tracer.scene.camera.rays(size))
     with tracer.gpu:
@@ -138,9 +142,11 @@ def slivers_scene() -> rt.Scene:
 
 @pytest.mark.parametrize("name", ["kitchen", "slivers"])
 def test_the_shader_starts_where_numpy_does(exact_renderer, name: str) -> None:
-    """Bit for bit, on the side that the light is on; and no ray hits what it leaves.
+    """The shader's origins equal numpy's bit for bit, on the lit side, and no ray hits the
+    triangle that it leaves.
 
-    Slivers take several tries: each turns the shader's ray a little, numpy's is given the last.
+    The shader tries several origins for slivers, and turns the ray slightly each time. Numpy gets
+    the last direction.
     """
     with rt.Tracer(slivers_scene() if name == "slivers" else real_scene(name)) as tracer:
         hits, start, end = shadow_rays(tracer, (160, 120))
@@ -165,14 +171,14 @@ def test_a_ball_has_no_shadow_on_its_lit_side(scale: float, precision: str) -> N
         lit = hits.hit & (end[:, 3] > 0)
         assert lit.sum() > 500
         shadowed = tracer.occluded(start[lit, :3], end[lit, :3], end[lit, 3], start[lit, 3])
-    # In 17 bits a ray along the surface may dip into the next facet.
+    # With a 17-bit significand, a ray along the surface may enter the next facet.
     assert shadowed.mean() <= (0 if precision == "fp32" else 0.01)
     height = np.linalg.norm(start[lit, :3], axis=1) / scale
     assert height.max() < 1 + (1e-5 if precision == "fp32" else 1e-3)
 
 
 def test_a_shadow_ray_ends_before_a_surface_at_the_light() -> None:
-    """The light stands in a ceiling that the rays come up to: it must not shade itself."""
+    """A light in the ceiling is not shadowed by the ceiling, although shadow rays end there."""
     corners = np.array([[-9, 0, -9], [9, 0, -9], [9, 0, 9], [-9, 0, 9]], np.float64)
     vertices = np.concatenate((corners, corners + (0, 3.3, 0)))
     faces = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]]
