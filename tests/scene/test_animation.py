@@ -1,4 +1,4 @@
-"""Animations: frames follow from their numbers, and the command line writes them whole."""
+"""Frames of an animation depend only on their numbers, and the command line writes every frame."""
 from __future__ import annotations
 
 import numpy as np
@@ -29,8 +29,8 @@ def test_frames_follow_from_their_numbers(name: str) -> None:
 
 
 def test_the_walker_walks() -> None:
-    """Parts turn and move and keep their shape; feet stay on the ground, which does not move, and
-    those that stand do not slide far."""
+    """Parts of the walker turn and move but keep their shape. Its feet stay near the ground, the
+    ground does not move, and standing feet slide little."""
     count, places = walker.walker().triangles.shape[0], []
     for frame in range(0, 54, 2):
         places.append(walker.walker_at(frame / 24.0))
@@ -43,7 +43,7 @@ def test_the_walker_walks() -> None:
     assert (-0.12 < lowest).all() and (lowest < 0.12).all()
     hooves = [np.flatnonzero(walker._rest()[1] == walker.LEGS + 2 * leg + 1)[-1]
               for leg in range(4)]
-    steps = np.linalg.norm(np.diff(moved[:, hooves, 0], axis=0), axis=-1)     # (26, 4)
+    steps = np.linalg.norm(np.diff(moved[:, hooves, 0], axis=0), axis=-1)  # (26, 4)
     whole = np.linalg.norm(np.diff(moved[:, 0, 0], axis=0), axis=-1)
     assert (steps.min(axis=1) < 0.7 * whole).all() and (steps.max(axis=1) > 1.2 * whole).all()
 

@@ -1,5 +1,5 @@
-"""Large scenes: tables filled a slice at a time, trees kept within what floats can index, and (in
-the full suite) millions of triangles within their memory."""
+"""Large scenes: tables are uploaded in slices, and trees keep their node numbers within float32's
+exact integers. The full suite also keeps millions of triangles within a memory limit."""
 from __future__ import annotations
 
 import json
@@ -86,7 +86,8 @@ def test_coarsened_trees(build: str, most: int) -> None:
     ids=lambda o: "-".join(map(str, o.values())) or "plain" if isinstance(o, dict) else str(o))
 def test_more_nodes_than_can_be_indexed(exact_renderer, method: str, options: dict, limit: int,
                                         monkeypatch) -> None:
-    """As with 2^24, on a small scale: leaves hold more triangles, and the hits are the same."""
+    """With too many nodes for the index limit, leaves hold more triangles and the hits stay the
+    same. A small limit replaces 2^24."""
     scene = soup_scene(700, 4)
     rays = RAY_SETS["random"](scene, 800, 5)
     with rt.Tracer(scene, "brute-force") as tracer:
@@ -107,7 +108,8 @@ def test_more_nodes_than_can_be_indexed(exact_renderer, method: str, options: di
 
 
 def test_a_lopsided_tree_shares_less(exact_renderer, monkeypatch) -> None:
-    """More of its nodes are stored than it was built for: it is built for eight whole copies."""
+    """A lopsided tree stores more copies of its nodes than shared subtrees allow. The build then
+    limits the tree as for eight whole copies."""
     flat = np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
     triangles = flat * np.float32(1.5) ** np.arange(-60, 60, dtype=np.float32)[:, None, None]
     options = {"octants": True, "shared_subtrees": 16}
@@ -124,7 +126,8 @@ def test_a_lopsided_tree_shares_less(exact_renderer, monkeypatch) -> None:
 
 @pytest.mark.parametrize("most", [1, 2, 3, 40, 333, 10**6])
 def test_coarsened_kd_trees(most: int) -> None:
-    """Leaves hold what their subtrees' held, each triangle once; planes above stay."""
+    """A coarsened leaf holds each triangle of its former subtree once. The split planes above
+    stay."""
     triangles = random_soup(200, 3)
     fine = build_kdtree(triangles)
     leaf, left = fine.axis == LEAF, fine.left.astype(np.int64)
@@ -201,8 +204,8 @@ print(json.dumps(found))
 @pytest.mark.parametrize("name, gibibytes", [("sodahall", 6), ("powerplant", 16)])
 @pytest.mark.parametrize("options", [{}, {"octants": True}], ids=["plain", "octants"])
 def test_large_scenes(exact_renderer, name: str, options: dict, gibibytes: float) -> None:
-    """Built, rendered, and right against every triangle there is, within its memory; what it
-    takes is printed (-s)."""
+    """Large scenes are built and rendered within their memory limit, and the hits equal a test of
+    every triangle. The test prints time and memory (-s)."""
     environment = {**os.environ, "GPGPU_RT_CACHE": "", "GPGPU_RT_SCENES": ""}
     answer = subprocess.run([sys.executable, "-c", LARGE, name, json.dumps(options)], check=True,
                             capture_output=True, text=True, env=environment)

@@ -1,4 +1,4 @@
-"""Mesh files: cut ones are refused, and faces stay in the file's order whatever their material."""
+"""Truncated mesh files are refused, and faces keep the file's order whatever their material."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -21,7 +21,7 @@ def test_cut_files_are_refused(kind: str, tmp_path: Path) -> None:
     mesh.export(path, file_type=kind.split()[-1], **KINDS[kind])
     whole = path.read_bytes().rstrip(b"\n") if "ascii" in kind else path.read_bytes()
     assert len(rt.load_scene(path)) == 80
-    # The last number of an ASCII file may lose a digit unseen, so cut a whole line there.
+    # An ASCII file that loses a digit of its last number is still valid, so cut a whole line.
     most = whole.rindex(b"\n") if "ascii" in kind else len(whole) - 1
     for length in (0, 1, 61, 83, 84, len(whole) // 3, len(whole) // 2, most):
         path.write_bytes(whole[:length])
@@ -80,7 +80,8 @@ def test_broken_obj_files(text: str, message: str, tmp_path: Path) -> None:
 
 
 def test_vertices_are_not_dropped_on_the_way(tmp_path: Path) -> None:
-    """trimesh would drop the face of a broken vertex, and merge equal vertices."""
+    """Every vertex and face is kept. trimesh would drop a face with an invalid vertex and merge
+    equal vertices."""
     broken = np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0], [np.nan, 0, 0], [1, 1, 1], [0, 1, 0]])
     mesh = trimesh.Trimesh(broken, [[0, 1, 2], [3, 4, 5]], process=False)
     mesh.export(tmp_path / "m.ply")
@@ -135,6 +136,6 @@ def test_corners_of_textured_obj_files_keep_their_places(name: str, textured: Pa
     if "first" in name:
         assert scene.material_of.tolist() == [0, 1]
         places[0] = 0
-    assert np.array_equal(scene.uv, places)     # as the square's corners have them
+    assert np.array_equal(scene.uv, places)  # equal to the square's corners
     assert scene.normals is None or (scene.normals == (0, 0, 1)).all()
     assert (scene.normals is not None) == (name == "normals too")

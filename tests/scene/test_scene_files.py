@@ -1,4 +1,5 @@
-"""Scene files: what they say is what is there; what they cannot mean is refused in one line."""
+"""A scene holds exactly the contents of its scene file, and invalid contents are refused in one
+line."""
 from __future__ import annotations
 
 import copy
@@ -56,7 +57,7 @@ def test_a_scene_file_is_read(folder: Path) -> None:
     assert names == ["wood"] * 2 + ["glass"] * spheres + ["lamp"] * 12 + ["white", "green"]
     assert 1000 < spheres <= 1280 and scene.name == "still"
     a, b, c = (scene.triangles[2:2 + spheres] - (0, 1, 0)).transpose(1, 0, 2)
-    assert (np.cross(a, b) * c).sum() / 6 > 0.5     # anticlockwise as seen from outside
+    assert (np.cross(a, b) * c).sum() / 6 > 0.5  # anticlockwise from outside
     box = scene.triangles[2 + spheres:14 + spheres].reshape(-1, 3)
     assert np.allclose([box.min(0), box.max(0)], [[5, 0, -1], [8, 2, 0]], atol=1e-6)
     assert scene.normals[:2].any() == 0 and scene.normals[2].any()
@@ -130,8 +131,11 @@ def test_what_a_file_cannot_mean_is_refused_in_one_line(name: str, folder: Path)
 
 
 def test_the_schema_is_that_of_the_keys() -> None:
-    """Written by ``python -c 'import json; from gpgpu_rt.scene.scene_keys import schema;
-    print(json.dumps(schema(), indent=1))' > docs/scene.schema.json``."""
+    """The JSON schema in docs/ equals the schema of the scene keys.
+
+    To write the file: ``python -c 'import json; from gpgpu_rt.scene.scene_keys import schema;
+    print(json.dumps(schema(), indent=1))' > docs/scene.schema.json``.
+    """
     assert json.loads((DOCS / "scene.schema.json").read_text()) == schema()
 
 
@@ -159,7 +163,8 @@ def test_missing_textures_of_mesh_files_are_errors(folder: Path) -> None:
         with pytest.raises(rt.SceneError, match=message):
             rt.load_scene(folder / "two.obj")
     (folder / "two.mtl").write_text("newmtl green\nKd 1 1 1\nmap_Kd my wood.png\n")
-    with pytest.raises(rt.SceneError, match="green has a texture, but the mesh no"):   # it is read
+    # the texture was read
+    with pytest.raises(rt.SceneError, match="green has a texture, but the mesh no"):
         rt.load_scene(folder / "two.obj")
 
 
@@ -182,7 +187,7 @@ def test_corners_of_obj_files_have_their_own_values(folder: Path) -> None:
     scene = rt.load_scene(folder / "n.obj")
     assert scene.uv[:, 0].tolist() == [[0, 0], [0.5, 0.5]]
     assert scene.normals[:, 0].tolist() == [[0, 0, 1], [0, 1, 0]]
-    assert scene.faces.tolist() == [[0, 1, 2], [0, 1, 2]]    # as the file has them
+    assert scene.faces.tolist() == [[0, 1, 2], [0, 1, 2]]  # the file's own vertex numbers
 
 
 def test_gltf_metals_are_mirrors_or_glossy(tmp_path: Path) -> None:
@@ -219,7 +224,8 @@ def test_what_is_too_deep_or_marked_as_utf8(folder: Path) -> None:
 
 
 def gltf(folder: Path, material: dict[str, Any], **images: tuple[int, int, int]) -> Path:
-    """A textured square whose material is as given; images by name, of one colour."""
+    """Writes a textured triangle with the given material; returns its path. ``images`` maps names
+    to colours."""
     box = trimesh.Trimesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)], process=False)
     box.visual = trimesh.visual.TextureVisuals(uv=[(0, 0), (1, 0), (0, 1)])
     box.export(folder / "m.gltf")
@@ -274,7 +280,8 @@ def test_a_textured_metal_is_tinted_by_its_mean(folder: Path) -> None:
 def test_names_in_gltf_files_are_uris(folder: Path) -> None:
     path = gltf(folder, {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}, a=(9, 0, 0))
     path.write_text(path.read_text().replace("a.png", "my%20tex.png"))
-    for name in ("my tex.png", "my%20tex.png"):     # and, as some write them, as they are
+    # as a decoded URI, and unchanged as in files of careless writers
+    for name in ("my tex.png", "my%20tex.png"):
         (folder / "a.png").rename(folder / name)
         texture = rt.load_scene(path).materials[0].texture
         assert texture is not None and texture.texels[0, 0, 0] > 0
@@ -306,7 +313,7 @@ def test_arrays_that_are_no_textures_are_refused(folder: Path) -> None:
 
 
 def textured_scene(*sizes: tuple[int, int]) -> rt.Scene:
-    """A triangle for each size (height, width) of a texture."""
+    """Returns a scene with one triangle for each texture size (height, width)."""
     textures = [Texture(f"t{k}", np.full((*size, 3), k + 1.0)) for k, size in enumerate(sizes)]
     count = len(sizes)
     return rt.Scene.from_arrays(
@@ -319,7 +326,7 @@ def test_textures_lie_side_by_side_and_apart(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(images, "HEIGHT", 15)
     scene = textured_scene((3, 4), (9, 2), (9, 2), (5, 4), (7, 4), (1, 9))
     texels, at = images.atlas(scene), images.places(scene)
-    assert texels.shape[:2] == (15, 9)      # one above the other they would have 34 rows
+    assert texels.shape[:2] == (15, 9)  # stacked vertically, the textures need 34 rows
     for k, material in enumerate(scene.materials):
         x, y, width, height = (at[name][k] for name in ("x", "y", "width", "height"))
         assert np.array_equal(texels[y:y + height, x:x + width, :3], material.texture.texels)

@@ -1,4 +1,4 @@
-"""Scenes: counts, names, files and everything a mesh can get wrong."""
+"""Catalogue scenes have the right counts, names and files, and defective meshes are refused."""
 from __future__ import annotations
 
 import numpy as np
@@ -29,9 +29,9 @@ def test_built_scenes(name: str) -> None:
     assert scene.colours.shape == (len(scene), 3) and scene.colours.max() <= 1
     again = rt.load_scene(name)
     assert (again.triangles == scene.triangles).all()
-    if len(scene) <= 10**6:     # larger ones: test_large.py
+    if len(scene) <= 10**6:  # test_large.py tests larger scenes
         hits = rt.reference.trace(scene, *scene.camera.rays((12, 12)), accelerated=True)
-        assert hits.hit.mean() > 0.15    # there is something to see
+        assert hits.hit.mean() > 0.15  # the camera sees the scene
 
 
 def test_stadium_ratio() -> None:
@@ -131,5 +131,5 @@ def test_camera_rays() -> None:
     camera = rt.Camera((1, 2, 3), (1, 2, -7), fov=90)
     origins, directions = camera.rays((2, 2))
     assert (origins == np.float32([1, 2, 3])).all()
-    expected = np.array([-0.5, 0.5, -1]) / np.sqrt(1.5)     # row 0 is the top
+    expected = np.array([-0.5, 0.5, -1]) / np.sqrt(1.5)  # row 0 is the top
     np.testing.assert_allclose(directions[0, 0], expected, atol=1e-7)

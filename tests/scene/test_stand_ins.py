@@ -1,4 +1,4 @@
-"""Whatever a command prints, writes or draws of a stand-in says that it is one."""
+"""Every command marks a stand-in scene as a stand-in in all that it prints, writes or draws."""
 from __future__ import annotations
 
 import argparse
@@ -19,7 +19,8 @@ from gpgpu_rt.report.films import film, heat_maps
 SCENE = "shirley6"
 TITLE = f"{SCENE} (stand-in)"
 METHOD = ("-m", "bvh-threaded")
-# Words of each command that takes a scene; OUT is a path that it writes to.
+# Arguments of each command that needs a scene. OUT stands for an output path, RAYS for a file of
+# rays.
 COMMANDS = {
     "render": (*METHOD, "--size", "8x8", "-o", "OUT.png"),
     "trace": ("RAYS.npz", *METHOD, "-o", "OUT.npz"),
@@ -30,7 +31,8 @@ COMMANDS = {
     "tune": (*METHOD, "--rays", "64", "--budget", "0", "--max-wrong", "0.5", "--max-t-error", "1",
              "-o", "OUT.json"),
 }
-# A window tells in its panel; no stand-in is the one surface that can be remeshed.
+# The viewer marks a stand-in in its panel. No stand-in is a single surface, so `remesh` accepts
+# none.
 APART = {"view", "remesh"}
 
 
@@ -68,7 +70,7 @@ def test_commands_tell(command: str, words, capsys) -> None:
 
 
 def test_pictures_tell(words, monkeypatch) -> None:
-    """Heat maps, pictures of passes, the bench's chart and the report's films have the title."""
+    """Heat maps, pass pictures, the bench's chart and the report's films show the marked title."""
     drawn: list[str] = []
 
     def note(*title: object) -> None:
